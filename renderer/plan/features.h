@@ -1,0 +1,7 @@
+// The feature bits of shaders/include/features.glsl as C++ constants.
+#pragma once
+
+namespace clerestory {
+using uint = unsigned int;
+#include "shaders/include/features.glsl"
+}  // namespace clerestory

@@ -1,0 +1,148 @@
+// What will be done for one frame, before doing it: targets, passes, draws, and a reason for
+// everything done and everything left out. Plain values; comparable, printable, no OpenGL.
+#pragma once
+
+#include "plan/frame_request.h"
+#include "scene/environment.h"
+#include "scene/scene.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+// A place the scene is drawn from. Double, because the shaders work relative to the eye:
+// they never see a world coordinate, so a scene far from the origin keeps its precision.
+struct View {
+    glm::dmat4 viewFromWorld{1.0};  // rigid (mirrored: times one reflection)
+    // Depth is reversed: 1 at znear, 0 at zfar or infinity, w > 0 in front. See gl::clipConvention.
+    glm::dmat4 clipFromView{1.0};
+    glm::dvec3 eye{0.0};       // world
+    bool orthographic = false;
+    bool mirrored = false;     // left-handed: front faces turn clockwise
+    double znear = 0.1;
+    bool operator==(const View&) const = default;
+};
+
+// A light as the shaders see it: placed in the world. Draw::lights holds indices of these.
+struct PlacedLight {
+    LightKind kind = LightKind::point;
+    glm::dvec3 position{0.0};
+    glm::vec3 toLight{0.0f, 1.0f, 0.0f};  // directional: towards the light; spot: against its axis
+    glm::vec3 intensity{0.0f};            // point, spot: per steradian; directional: irradiance
+    float range = 0.0f;                   // 0: unlimited
+    float cosInner = 1.0f;
+    float cosOuter = 0.0f;
+    bool operator==(const PlacedLight&) const = default;
+};
+
+// Feature bits are shared with the shaders: shaders/include/features.glsl.
+using Features = std::uint32_t;
+
+inline constexpr std::uint32_t kMaxLightsPerDraw = 16;
+inline constexpr std::uint32_t kMaxLights = 256;
+struct LightList {
+    std::uint32_t count = 0;
+    std::array<std::uint8_t, kMaxLightsPerDraw> indices{};
+    bool operator==(const LightList&) const = default;
+};
+
+struct Draw {
+    std::uint32_t instance = 0;
+    std::uint32_t firstIndex = 0;  // into Scene::indices
+    std::uint32_t indexCount = 0;
+    Features features = 0;
+    LightList lights;
+    bool operator==(const Draw&) const = default;
+};
+
+using TargetId = std::uint32_t;
+inline constexpr TargetId kNoTarget = 0xffffffffu;
+enum class TargetKind { plane, cube };
+enum class Format { rgba16f, rgba32f, srgba8 };
+struct TargetSpec {
+    std::string name;
+    TargetKind kind = TargetKind::plane;
+    Format format = Format::rgba16f;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint32_t levels = 1;
+    std::uint32_t samples = 1;
+    bool depth = false;
+    std::uint64_t residentKey = 0;  // not 0: its content outlives the frame under this key
+    bool operator==(const TargetSpec&) const = default;
+};
+
+enum class PassKind {
+    environment,  // prefilters an environment map into a resident cube
+    surface,      // draws the scene from one view: depth, opaque, masked, sky, blended
+    channel,      // draws depth, normals or ids instead of colour
+    toneMap,      // linear radiance -> display colour
+    edgeFilter,   // smooths edges of the display colour
+};
+enum class Effect { base, emission, refraction, planarReflection, environmentReflection, filters };
+
+struct Pass {
+    PassKind kind = PassKind::surface;
+    std::string name;
+    Effect effect = Effect::base;
+    std::uint32_t generation = 0;
+    TargetId target = kNoTarget;
+    std::vector<TargetId> reads;
+    std::vector<View> views;
+    // In drawing order. depthDraws is empty when a depth prepass would not pay; otherwise the
+    // opaque draws that are not masked are shaded only where they are nearest.
+    std::vector<Draw> depthDraws;
+    std::vector<Draw> opaqueDraws;   // masked ones last
+    std::vector<Draw> blendedDraws;  // far to near
+    bool sky = false;
+    std::string reason;
+    bool operator==(const Pass&) const = default;
+};
+
+struct Skipped {
+    std::string name;
+    Effect effect = Effect::base;
+    std::string reason;
+    bool operator==(const Skipped&) const = default;
+};
+
+struct PlanTotals {
+    std::uint64_t passes = 0, views = 0, draws = 0, triangles = 0;
+    bool operator==(const PlanTotals&) const = default;
+};
+
+struct FramePlan {
+    std::vector<TargetSpec> targets;
+    std::vector<Pass> passes;
+    std::vector<Skipped> skipped;
+    std::vector<PlacedLight> lights;
+    TargetId output = kNoTarget;
+
+    // Read by the passes: everything of the request that reaches the GPU as a number.
+    std::uint32_t width = 0, height = 0;
+    Channel channel = Channel::color;
+    ToneMap toneMap = ToneMap::neutral;
+    float exposureFactor = 1.0f;
+    std::uint32_t anisotropy = 1;
+    std::string environment;  // name of the map
+    glm::dmat3 mapFromWorld{1.0};
+    float environmentIntensity = 1.0f;
+    std::uint32_t environmentSamples = 64;
+
+    bool operator==(const FramePlan&) const = default;
+};
+
+PlanTotals totals(const Pass& pass);
+PlanTotals totals(const FramePlan& plan);
+
+// One line a pass and one a thing left out; for people and for test messages.
+std::string toText(const FramePlan& plan);
+
+std::string_view nameOf(PassKind kind);
+std::string_view nameOf(Effect effect);
+std::string_view nameOf(Format format);
+
+}  // namespace clerestory

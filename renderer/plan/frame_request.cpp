@@ -1,0 +1,1 @@
+#include "plan/frame_request.h"

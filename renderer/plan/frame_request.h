@@ -1,0 +1,231 @@
+// What the client wants: a plain value. Ranges, defaults and words for every field stand in one
+// table per struct, fields(), which reading, checking, the schema, the page and the documents walk.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace clerestory {
+
+// ---- what may stand in a field -------------------------------------------------------------
+
+struct Range {  // numbers, and each component of a vector
+    double min, max;
+};
+struct Text {
+    std::size_t maxLength;
+};
+struct Flag {};
+struct Nested {};       // a struct with fields() of its own
+struct NestedPreset {};  // the same, which may also be given as the name of its preset
+template <class E>
+struct Choice {
+    // Every allowed word with its value, in the order documents show them.
+    std::vector<std::pair<std::string_view, E>> words;
+};
+
+// ---- the request ---------------------------------------------------------------------------
+
+enum class Convention { opengl, opencv };
+enum class PixelCenter { half, integer };
+enum class ToneMap { neutral, aces, linear };
+enum class OutputFormat { jpeg, png, npy, exr };
+enum class Subsampling { s420, s444 };
+enum class Channel { color, depth, normal, objectId };
+enum class Preset { draft, standard, fine };
+
+struct Intrinsics {  // pixels, first row on top
+    double fx = 1000, fy = 1000, cx = 640, cy = 360;
+    PixelCenter pixelCenter = PixelCenter::half;
+};
+
+struct CameraRequest {
+    std::optional<glm::dvec3> position;
+    std::optional<glm::dvec3> target;
+    std::optional<glm::dvec3> up;
+    std::optional<std::array<double, 4>> orientation;      // x y z w
+    std::optional<std::array<double, 16>> cameraToWorld;  // column-major
+    Convention convention = Convention::opengl;
+    std::optional<std::string> name;
+    std::optional<double> yfov;
+    std::optional<Intrinsics> intrinsics;
+    std::optional<double> znear;
+    std::optional<double> zfar;
+};
+
+struct Effects {
+    bool emission = true;
+    bool refraction = true;
+    bool planarReflection = true;
+    bool environmentReflection = true;
+};
+
+struct Accuracy {
+    Preset preset = Preset::standard;
+    std::uint32_t samples = 1;      // coverage samples a pixel
+    bool edgeFilter = true;         // smooth edges after tone mapping
+    std::uint32_t anisotropy = 1;   // texture footprint ratio
+    std::uint32_t environmentSize = 128;    // edge of a prefiltered environment face
+    std::uint32_t environmentSamples = 64;  // GGX samples a texel of it
+};
+Accuracy accuracyOf(Preset preset);
+
+struct EnvironmentRequest {
+    std::optional<std::string> map;  // none: the scene's own
+    std::array<double, 4> rotation{0, 0, 0, 1};  // world from map, x y z w
+    double intensity = 1.0;
+    bool visible = true;  // false: the background is black, light stays
+};
+
+struct Output {
+    OutputFormat format = OutputFormat::jpeg;
+    std::uint32_t quality = 85;
+    Subsampling subsampling = Subsampling::s420;
+    Channel channel = Channel::color;
+};
+
+struct FrameRequest {
+    std::string scene;  // empty: the server's default
+    CameraRequest camera;
+    std::uint32_t width = 1280;
+    std::uint32_t height = 720;
+    double time = 0.0;
+    Effects effects;
+    Accuracy accuracy;
+    EnvironmentRequest environment;
+    ToneMap toneMap = ToneMap::neutral;
+    double exposure = 0.0;  // stops
+    Output output;
+};
+
+inline constexpr std::uint32_t kMaxEdge = 4096;
+inline constexpr std::uint64_t kMaxPixels = 8'847'360;  // 4096 x 2160
+
+// ---- the field tables ----------------------------------------------------------------------
+
+template <class V>
+void fields(Intrinsics& i, V&& visit) {
+    visit("fx", i.fx, Range{1e-3, 1e7}, "focal length along x in pixels");
+    visit("fy", i.fy, Range{1e-3, 1e7}, "focal length along y in pixels");
+    visit("cx", i.cx, Range{-1e6, 1e6}, "principal point, pixels from the left edge");
+    visit("cy", i.cy, Range{-1e6, 1e6}, "principal point, pixels from the top edge");
+    visit("pixelCenter", i.pixelCenter,
+          Choice<PixelCenter>{{{"half", PixelCenter::half}, {"integer", PixelCenter::integer}}},
+          "where the first pixel's centre lies: 0.5 or 0");
+}
+
+template <class V>
+void fields(CameraRequest& c, V&& visit) {
+    visit("position", c.position, Range{-1e9, 1e9}, "the eye, metres");
+    visit("target", c.target, Range{-1e9, 1e9}, "the point looked at, metres");
+    visit("up", c.up, Range{-1e9, 1e9}, "the direction that is up in the picture");
+    visit("orientation", c.orientation, Range{-1e3, 1e3},
+          "world from camera, unit quaternion x y z w; the camera looks down its own -Z");
+    visit("cameraToWorld", c.cameraToWorld, Range{-1e9, 1e9},
+          "rigid 4x4 matrix, column-major");
+    visit("convention", c.convention,
+          Choice<Convention>{{{"opengl", Convention::opengl}, {"opencv", Convention::opencv}}},
+          "axes of cameraToWorld: opengl is +Y up looking down -Z, opencv is +Y down looking down +Z");
+    visit("name", c.name, Text{256}, "a camera of the scene");
+    visit("yfov", c.yfov, Range{0.0174532925, 3.1241393}, "vertical field of view, radians (1 to 179 degrees)");
+    visit("intrinsics", c.intrinsics, Nested{}, "the lens in pixels, instead of yfov");
+    visit("znear", c.znear, Range{1e-9, 1e9}, "nearest visible distance, metres");
+    visit("zfar", c.zfar, Range{1e-9, 1e12}, "farthest visible distance, metres; infinite when absent");
+}
+
+template <class V>
+void fields(Effects& e, V&& visit) {
+    visit("emission", e.emission, Flag{}, "glowing surfaces add their own light");
+    visit("refraction", e.refraction, Flag{}, "glass bends and tints what is behind it");
+    visit("planarReflection", e.planarReflection, Flag{}, "flat mirrors and glossy floors");
+    visit("environmentReflection", e.environmentReflection, Flag{}, "curved reflectors with their own cube map");
+}
+
+inline Choice<Preset> presetChoice() {
+    return {{{"draft", Preset::draft}, {"standard", Preset::standard}, {"fine", Preset::fine}}};
+}
+
+template <class V>
+void fields(Accuracy& a, V&& visit) {
+    visit("preset", a.preset, presetChoice(), "sets every knob below; knobs given beside it win");
+    visit("samples", a.samples, Range{1, 8}, "coverage samples a pixel; lowered to what the renderer has");
+    visit("edgeFilter", a.edgeFilter, Flag{}, "smooths edges after tone mapping");
+    visit("anisotropy", a.anisotropy, Range{1, 16}, "longest texture footprint; lowered to what the renderer has");
+    visit("environmentSize", a.environmentSize, Range{16, 1024}, "edge of a prefiltered environment face, texels");
+    visit("environmentSamples", a.environmentSamples, Range{1, 1024}, "GGX samples for each of its texels");
+}
+
+template <class V>
+void fields(EnvironmentRequest& e, V&& visit) {
+    visit("map", e.map, Text{128}, "name of an environment map; the scene's own when absent");
+    visit("rotation", e.rotation, Range{-1e3, 1e3}, "world from map, unit quaternion x y z w");
+    visit("intensity", e.intensity, Range{0, 1e4}, "factor on the map's light");
+    visit("visible", e.visible, Flag{}, "false: lights the scene but is not drawn behind it");
+}
+
+template <class V>
+void fields(Output& o, V&& visit) {
+    visit("format", o.format,
+          Choice<OutputFormat>{{{"jpeg", OutputFormat::jpeg}, {"png", OutputFormat::png},
+                                {"npy", OutputFormat::npy}, {"exr", OutputFormat::exr}}},
+          "npy and exr hold float32; their color is linear radiance before tone mapping");
+    visit("quality", o.quality, Range{1, 100}, "JPEG quality");
+    visit("subsampling", o.subsampling,
+          Choice<Subsampling>{{{"4:2:0", Subsampling::s420}, {"4:4:4", Subsampling::s444}}},
+          "JPEG chroma");
+    visit("channel", o.channel,
+          Choice<Channel>{{{"color", Channel::color}, {"depth", Channel::depth},
+                           {"normal", Channel::normal}, {"objectId", Channel::objectId}}},
+          "depth: metres along -Z, 0 where nothing is; normal: world; objectId: instance + 1, 0 where nothing is");
+}
+
+template <class V>
+void fields(FrameRequest& r, V&& visit) {
+    visit("scene", r.scene, Text{128}, "id of a scene; the server's first when empty");
+    visit("camera", r.camera, Nested{}, "pose and lens; the scene's default view when empty");
+    visit("width", r.width, Range{1, kMaxEdge}, "pixels");
+    visit("height", r.height, Range{1, kMaxEdge}, "pixels");
+    visit("time", r.time, Range{0, 1e6}, "seconds");
+    visit("effects", r.effects, Nested{}, "a switch for each effect");
+    visit("accuracy", r.accuracy, NestedPreset{}, "a preset's name, or an object of knobs");
+    visit("environment", r.environment, Nested{}, "light from all around");
+    visit("toneMap", r.toneMap,
+          Choice<ToneMap>{{{"neutral", ToneMap::neutral}, {"aces", ToneMap::aces}, {"linear", ToneMap::linear}}},
+          "how radiance becomes display colour");
+    visit("exposure", r.exposure, Range{-32, 32}, "stops");
+    visit("output", r.output, Nested{}, "what comes back");
+}
+
+// ---- errors --------------------------------------------------------------------------------
+
+struct FieldError {
+    std::string pointer;  // JSON Pointer (RFC 6901) into the request
+    std::string detail;   // what was wrong
+    std::string allowed;  // what would be right
+    bool operator==(const FieldError&) const = default;
+};
+
+// The request names something that is out of range or does not exist. Every wrong field at once.
+class InvalidRequest : public std::runtime_error {
+public:
+    explicit InvalidRequest(std::vector<FieldError> errors);
+    const std::vector<FieldError>& errors() const { return errors_; }
+
+private:
+    std::vector<FieldError> errors_;
+};
+
+// What no single field can know: one pose at most, near before far, pixels in all, a unit
+// quaternion, an output format that can hold the channel. Empty when the request is sound.
+std::vector<FieldError> problems(const FrameRequest& request);
+
+}  // namespace clerestory

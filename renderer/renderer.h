@@ -1,0 +1,89 @@
+// The facade of the renderer: scenes and environment maps in, frames out.
+//
+// All of it belongs to the one thread that made it. Does not: open windows, speak HTTP or JSON,
+// start threads, read scene files.
+#pragma once
+
+#include "image/image.h"
+#include "plan/frame_plan.h"
+#include "plan/frame_request.h"
+#include "plan/planner.h"
+#include "scene/environment.h"
+#include "scene/scene.h"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+enum class Backend { automatic, software, hardware };
+
+struct RendererOptions {
+    Backend backend = Backend::automatic;
+    bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
+};
+
+// What was found, as the driver says it.
+struct RendererIdentity {
+    std::string vendor, renderer, version, shadingLanguage;
+    std::string platform;  // "surfaceless", "device" or "pbuffer"
+    bool software = false;
+    bool clipControl = false;      // reversed depth at full precision
+    bool timerQueriesTrusted = false;  // their clock agreed with a wall clock at start
+    std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
+};
+
+struct PassTime {
+    std::string kind, name;
+    double milliseconds = 0.0;
+};
+
+struct Frame {
+    Image image;
+    FramePlan plan;
+    std::vector<PassTime> passTimes;  // in the order of plan.passes
+    double planMs = 0.0;
+    double readbackMs = 0.0;
+};
+
+// Objects made and work asked of OpenGL since start; tests hold plans against these.
+struct RendererCounters {
+    std::uint64_t frames = 0, drawCalls = 0, triangles = 0;
+    std::uint64_t texturesMade = 0, framebuffersMade = 0, programsMade = 0, buffersMade = 0;
+};
+
+class Renderer {
+public:
+    // Throws std::runtime_error with one clear line when there is no usable driver.
+    explicit Renderer(const RendererOptions& options);
+    ~Renderer();
+    Renderer(const Renderer&) = delete;
+    Renderer& operator=(const Renderer&) = delete;
+
+    const RendererIdentity& identity() const;
+
+    // Replaces a scene or map of the same id or name. Uploads happen when first drawn.
+    void addScene(std::shared_ptr<const Scene> scene);
+    void removeScene(const std::string& id);
+    bool hasScene(const std::string& id) const;
+    void addEnvironment(std::shared_ptr<const EnvironmentMap> map);
+    std::vector<std::string> environmentNames() const;
+
+    // Both throw InvalidRequest when the request names a scene, camera or map that is not there.
+    FramePlan plan(const FrameRequest& request) const;
+    Frame render(const FrameRequest& request);
+
+    // Uploads the scene and draws tiny frames so that the first real one waits for nothing.
+    void warm(const std::string& sceneId);
+
+    RendererCounters counters() const;
+    std::vector<std::string> driverMessages() const;  // empty means health
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,1 @@
+#include "scene/builtin/builtin_scenes.h"

@@ -1,0 +1,54 @@
+// Light from all directions at infinity, as a cube of linear radiance, with its spherical harmonics
+// and, for an outdoor sky, the sun taken out as a directional light.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+struct Sun {
+    glm::vec3 toSun{0.0f, 1.0f, 0.0f};  // unit, map space
+    glm::vec3 irradiance{0.0f};         // on a surface that faces it, linear RGB
+};
+
+struct EnvironmentMap {
+    std::string name;
+    std::string title;
+    std::uint32_t faceSize = 0;
+    // Six faces in OpenGL's order (+X -X +Y -Y +Z -Z) and OpenGL's texel layout, faceSize^2 each.
+    // Finite, not negative, at most 65504 (the largest half float).
+    std::vector<glm::vec3> texels;
+    std::optional<Sun> sun;
+    std::uint64_t contentHash = 0;
+};
+
+// Direction through the centre of a texel: OpenGL's cube face table, not normalised (max |c| is 1).
+glm::vec3 cubeTexelDirection(std::uint32_t face, std::uint32_t x, std::uint32_t y, std::uint32_t faceSize);
+
+// Built-in maps.
+EnvironmentMap skyEnvironment();     // clear late-afternoon sky over pale ground, with a sun
+EnvironmentMap studioEnvironment();  // grey room with three soft boxes
+EnvironmentMap constantEnvironment(std::string name, const glm::vec3& radiance);  // furnace tests
+// "sky", "studio", "white" (1), "grey" (0.18), "black" (0); nothing for any other name.
+std::optional<EnvironmentMap> builtinEnvironment(const std::string& name);
+std::vector<std::string> builtinEnvironmentNames();
+
+// From rows of an equirectangular picture, width = 2 * height as a rule; first row is straight up,
+// the middle column is -Z. Non-finite and negative texels become 0, large ones 65504.
+EnvironmentMap environmentFromEquirectangular(std::string name, const std::vector<glm::vec3>& texels,
+                                              std::uint32_t width, std::uint32_t height);
+
+// Irradiance divided by pi, as nine spherical-harmonic coefficients with the cosine lobe already
+// folded in (Ramamoorthi and Hanrahan 2001): diffuse radiance = albedo * sum(c[i] * Y_i(n)), where
+// the constants of Y are folded in as well: basis is 1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2.
+std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map);
+
+void updateContentHash(EnvironmentMap& map);
+
+}  // namespace clerestory

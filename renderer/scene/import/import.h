@@ -1,0 +1,70 @@
+// Files -> Scene. The only room that knows file formats.
+//
+// importScene() runs the reader in a child process of its own (the libraries underneath crash, hang
+// and eat memory on small hostile files) and takes back one flat, checked Scene. Nothing outside
+// the scene file's folder is opened.
+#pragma once
+
+#include "scene/environment.h"
+#include "scene/scene.h"
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace clerestory {
+
+struct ImportLimits {
+    std::chrono::milliseconds wallClock{60000};
+    std::chrono::seconds cpu{60};
+    std::uint64_t addressSpaceBytes = 6ull << 30;
+    std::uint64_t fileBytes = 512ull << 20;
+    std::uint64_t maxTriangles = 20'000'000;
+    std::uint64_t maxNodes = 200'000;
+    std::uint64_t maxImagePixels = 64'000'000;
+};
+
+// Why a file gave no scene. `what()` is for people and holds no path of this machine.
+class ImportError : public std::runtime_error {
+public:
+    enum class Reason { notFound, unsupported, malformed, crashed, timedOut, memory, limit };
+    ImportError(Reason reason, const std::string& message)
+        : std::runtime_error(message), reason_(reason) {}
+    Reason reason() const { return reason_; }
+
+private:
+    Reason reason_;
+};
+
+struct ImportProgress {
+    std::string stage;      // "reading", "textures", "meshes", "handing over"
+    double progress = 0.0;  // 0..1 over all stages
+};
+using ProgressCallback = std::function<void(const ImportProgress&)>;
+
+struct ImportOptions {
+    std::filesystem::path importer;  // the clerestory program; empty: /proc/self/exe
+    ImportLimits limits;
+};
+
+// Extensions that can be read, lower case, without the dot.
+const std::vector<std::string>& importableExtensions();
+
+// Throws ImportError.
+Scene importScene(const std::filesystem::path& file, const ImportOptions& options = {},
+                  const ProgressCallback& progress = {});
+
+// The same work in this process; what the child runs. Throws ImportError, and may crash.
+Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits = {},
+                      const ProgressCallback& progress = {});
+
+// The child's main: `clerestory import-child FILE --result-fd N --progress-fd M`. Returns an exit code.
+int importChildMain(int argc, char** argv);
+
+// .hdr (equirectangular) or a folder with px nx py ny pz nz (.jpg .png .hdr). Throws ImportError.
+// Runs in the caller's process: for the operator's own files only.
+EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder);
+
+}  // namespace clerestory

@@ -1,0 +1,94 @@
+// Surfaces in glTF 2.0's words (KHR_materials_* included). Colours and factors are linear.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+using Index = std::uint32_t;
+inline constexpr Index kNone = 0xffffffffu;
+
+enum class ColorSpace : std::uint32_t { linear, srgb };
+enum class Wrap : std::uint32_t { repeat, mirroredRepeat, clampToEdge };
+enum class Filter : std::uint32_t { nearest, linear };
+
+// Pixels of one picture, 8 bits per channel, RGBA, the first row is the top row (glTF: v = 0).
+// All mip levels follow each other in `texels`, level 0 first, down to 1x1; each level halves the
+// one before, rounded down, at least 1. Levels are averaged in linear light.
+struct TextureImage {
+    std::string name;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint32_t levels = 0;
+    ColorSpace colorSpace = ColorSpace::linear;
+    bool hasAlpha = false;  // some texel has alpha below 255
+    std::vector<std::uint8_t> texels;
+};
+
+// A picture with the way it is sampled.
+struct Texture {
+    Index image = kNone;
+    Wrap wrapU = Wrap::repeat;
+    Wrap wrapV = Wrap::repeat;
+    Filter magnify = Filter::linear;
+    Filter minify = Filter::linear;
+    bool useLevels = true;
+};
+
+// Where a material reads a texture: uv' = offset + R(rotation) * (scale * uv), KHR_texture_transform.
+struct TextureSlot {
+    Index texture = kNone;
+    std::uint32_t texCoord = 0;  // which of the vertex's two sets
+    glm::vec2 offset{0.0f};
+    glm::vec2 scale{1.0f};
+    float rotation = 0.0f;  // radians, counter-clockwise as KHR_texture_transform has it
+
+    bool present() const { return texture != kNone; }
+    bool transformed() const {
+        return offset != glm::vec2(0.0f) || scale != glm::vec2(1.0f) || rotation != 0.0f;
+    }
+};
+
+enum class AlphaMode : std::uint32_t { opaque, mask, blend };
+
+struct Material {
+    std::string name;
+
+    glm::vec4 baseColor{1.0f};  // w is coverage
+    TextureSlot baseColorTexture;
+    float metallic = 1.0f;   // 0..1
+    float roughness = 1.0f;  // perceptual, 0..1; alpha = roughness^2
+    TextureSlot metallicRoughnessTexture;  // G roughness, B metallic
+    TextureSlot normalTexture;
+    float normalScale = 1.0f;
+    TextureSlot occlusionTexture;  // R; dims indirect light only
+    float occlusionStrength = 1.0f;
+
+    glm::vec3 emissive{0.0f};  // emitted radiance = emissive * emissiveStrength * texture
+    float emissiveStrength = 1.0f;
+    TextureSlot emissiveTexture;
+
+    AlphaMode alphaMode = AlphaMode::opaque;
+    float alphaCutoff = 0.5f;
+    bool doubleSided = false;
+    bool unlit = false;
+
+    float ior = 1.5f;
+    float specular = 1.0f;  // KHR_materials_specular: factor and colour of the dielectric F0
+    glm::vec3 specularColor{1.0f};
+    float transmission = 0.0f;  // 0..1
+    TextureSlot transmissionTexture;
+    float thickness = 0.0f;  // metres in mesh space; 0 is a thin-walled surface
+    TextureSlot thicknessTexture;
+    glm::vec3 attenuationColor{1.0f};
+    float attenuationDistance = 0.0f;  // metres; 0 means "does not absorb"
+};
+
+// The radiance a material can add at most, per channel, before its texture.
+inline glm::vec3 emittedRadiance(const Material& m) { return m.emissive * m.emissiveStrength; }
+
+}  // namespace clerestory

@@ -1,0 +1,1 @@
+#include "scene/mesh_builder.h"
