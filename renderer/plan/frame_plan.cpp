@@ -1,1 +1,107 @@
+// Counting and printing plans.
 #include "plan/frame_plan.h"
+
+#include <numeric>
+#include <sstream>
+
+namespace clerestory {
+namespace {
+
+void count(const std::vector<Draw>& draws, PlanTotals& totals) {
+    totals.draws += draws.size();
+    for (const Draw& draw : draws) totals.triangles += draw.indexCount / 3;
+}
+
+}  // namespace
+
+PlanTotals totals(const Pass& pass) {
+    PlanTotals t;
+    t.passes = 1;
+    t.views = pass.views.size();
+    count(pass.depthDraws, t);
+    count(pass.opaqueDraws, t);
+    count(pass.blendedDraws, t);
+    return t;
+}
+
+PlanTotals totals(const FramePlan& plan) {
+    PlanTotals sum;
+    for (const Pass& pass : plan.passes) {
+        const PlanTotals t = totals(pass);
+        sum.passes += t.passes;
+        sum.views += t.views;
+        sum.draws += t.draws;
+        sum.triangles += t.triangles;
+    }
+    return sum;
+}
+
+std::string_view nameOf(PassKind kind) {
+    switch (kind) {
+        case PassKind::environment:
+            return "environment";
+        case PassKind::surface:
+            return "surface";
+        case PassKind::channel:
+            return "channel";
+        case PassKind::toneMap:
+            return "toneMap";
+        case PassKind::edgeFilter:
+            return "edgeFilter";
+    }
+    return "";
+}
+
+std::string_view nameOf(Effect effect) {
+    switch (effect) {
+        case Effect::base:
+            return "base";
+        case Effect::emission:
+            return "emission";
+        case Effect::refraction:
+            return "refraction";
+        case Effect::planarReflection:
+            return "planarReflection";
+        case Effect::environmentReflection:
+            return "environmentReflection";
+        case Effect::filters:
+            return "filters";
+    }
+    return "";
+}
+
+std::string_view nameOf(Format format) {
+    switch (format) {
+        case Format::rgba16f:
+            return "rgba16f";
+        case Format::rgba32f:
+            return "rgba32f";
+        case Format::srgba8:
+            return "srgba8";
+    }
+    return "";
+}
+
+std::string toText(const FramePlan& plan) {
+    std::ostringstream out;
+    for (const Pass& pass : plan.passes) {
+        const PlanTotals t = totals(pass);
+        out << "run   " << pass.name << " (" << nameOf(pass.kind) << ")";
+        if (pass.target != kNoTarget) {
+            const TargetSpec& target = plan.targets[pass.target];
+            out << " -> " << target.width << "x" << target.height << " " << nameOf(target.format);
+        }
+        if (t.draws > 0) out << ", " << t.draws << " draws, " << t.triangles << " triangles";
+        out << ": " << pass.reason << "\n";
+    }
+    for (const Skipped& skipped : plan.skipped) {
+        out << "skip  " << skipped.name << " (" << nameOf(skipped.effect) << "): " << skipped.reason
+            << "\n";
+    }
+    const PlanTotals t = totals(plan);
+    out << "total " << t.passes << " passes, " << t.views << " views, " << t.draws << " draws, "
+        << t.triangles << " triangles\n";
+    return out.str();
+}
+
+}  // namespace clerestory

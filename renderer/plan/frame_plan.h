@@ -19,9 +19,9 @@ struct View {
     glm::dmat4 viewFromWorld{1.0};  // rigid (mirrored: times one reflection)
     // Depth is reversed: 1 at znear, 0 at zfar or infinity, w > 0 in front. See gl::clipConvention.
     glm::dmat4 clipFromView{1.0};
-    glm::dvec3 eye{0.0};       // world
+    glm::dvec3 eye{0.0};  // world
     bool orthographic = false;
-    bool mirrored = false;     // left-handed: front faces turn clockwise
+    bool mirrored = false;  // left-handed: front faces turn clockwise
     double znear = 0.1;
     bool operator==(const View&) const = default;
 };

@@ -25,7 +25,7 @@ struct Text {
     std::size_t maxLength;
 };
 struct Flag {};
-struct Nested {};       // a struct with fields() of its own
+struct Nested {};        // a struct with fields() of its own
 struct NestedPreset {};  // the same, which may also be given as the name of its preset
 template <class E>
 struct Choice {
@@ -52,7 +52,7 @@ struct CameraRequest {
     std::optional<glm::dvec3> position;
     std::optional<glm::dvec3> target;
     std::optional<glm::dvec3> up;
-    std::optional<std::array<double, 4>> orientation;      // x y z w
+    std::optional<std::array<double, 4>> orientation;     // x y z w
     std::optional<std::array<double, 16>> cameraToWorld;  // column-major
     Convention convention = Convention::opengl;
     std::optional<std::string> name;
@@ -71,16 +71,16 @@ struct Effects {
 
 struct Accuracy {
     Preset preset = Preset::standard;
-    std::uint32_t samples = 1;      // coverage samples a pixel
-    bool edgeFilter = true;         // smooth edges after tone mapping
-    std::uint32_t anisotropy = 1;   // texture footprint ratio
+    std::uint32_t samples = 1;              // coverage samples a pixel
+    bool edgeFilter = true;                 // smooth edges after tone mapping
+    std::uint32_t anisotropy = 1;           // texture footprint ratio
     std::uint32_t environmentSize = 128;    // edge of a prefiltered environment face
     std::uint32_t environmentSamples = 64;  // GGX samples a texel of it
 };
 Accuracy accuracyOf(Preset preset);
 
 struct EnvironmentRequest {
-    std::optional<std::string> map;  // none: the scene's own
+    std::optional<std::string> map;              // none: the scene's own
     std::array<double, 4> rotation{0, 0, 0, 1};  // world from map, x y z w
     double intensity = 1.0;
     bool visible = true;  // false: the background is black, light stays
@@ -130,16 +130,18 @@ void fields(CameraRequest& c, V&& visit) {
     visit("up", c.up, Range{-1e9, 1e9}, "the direction that is up in the picture");
     visit("orientation", c.orientation, Range{-1e3, 1e3},
           "world from camera, unit quaternion x y z w; the camera looks down its own -Z");
-    visit("cameraToWorld", c.cameraToWorld, Range{-1e9, 1e9},
-          "rigid 4x4 matrix, column-major");
+    visit("cameraToWorld", c.cameraToWorld, Range{-1e9, 1e9}, "rigid 4x4 matrix, column-major");
     visit("convention", c.convention,
           Choice<Convention>{{{"opengl", Convention::opengl}, {"opencv", Convention::opencv}}},
-          "axes of cameraToWorld: opengl is +Y up looking down -Z, opencv is +Y down looking down +Z");
+          "axes of cameraToWorld: opengl is +Y up looking down -Z, opencv is +Y down looking down "
+          "+Z");
     visit("name", c.name, Text{256}, "a camera of the scene");
-    visit("yfov", c.yfov, Range{0.0174532925, 3.1241393}, "vertical field of view, radians (1 to 179 degrees)");
+    visit("yfov", c.yfov, Range{0.0174532925, 3.1241393},
+          "vertical field of view, radians (1 to 179 degrees)");
     visit("intrinsics", c.intrinsics, Nested{}, "the lens in pixels, instead of yfov");
     visit("znear", c.znear, Range{1e-9, 1e9}, "nearest visible distance, metres");
-    visit("zfar", c.zfar, Range{1e-9, 1e12}, "farthest visible distance, metres; infinite when absent");
+    visit("zfar", c.zfar, Range{1e-9, 1e12},
+          "farthest visible distance, metres; infinite when absent");
 }
 
 template <class V>
@@ -147,7 +149,8 @@ void fields(Effects& e, V&& visit) {
     visit("emission", e.emission, Flag{}, "glowing surfaces add their own light");
     visit("refraction", e.refraction, Flag{}, "glass bends and tints what is behind it");
     visit("planarReflection", e.planarReflection, Flag{}, "flat mirrors and glossy floors");
-    visit("environmentReflection", e.environmentReflection, Flag{}, "curved reflectors with their own cube map");
+    visit("environmentReflection", e.environmentReflection, Flag{},
+          "curved reflectors with their own cube map");
 }
 
 inline Choice<Preset> presetChoice() {
@@ -157,11 +160,15 @@ inline Choice<Preset> presetChoice() {
 template <class V>
 void fields(Accuracy& a, V&& visit) {
     visit("preset", a.preset, presetChoice(), "sets every knob below; knobs given beside it win");
-    visit("samples", a.samples, Range{1, 8}, "coverage samples a pixel; lowered to what the renderer has");
+    visit("samples", a.samples, Range{1, 8},
+          "coverage samples a pixel; lowered to what the renderer has");
     visit("edgeFilter", a.edgeFilter, Flag{}, "smooths edges after tone mapping");
-    visit("anisotropy", a.anisotropy, Range{1, 16}, "longest texture footprint; lowered to what the renderer has");
-    visit("environmentSize", a.environmentSize, Range{16, 1024}, "edge of a prefiltered environment face, texels");
-    visit("environmentSamples", a.environmentSamples, Range{1, 1024}, "GGX samples for each of its texels");
+    visit("anisotropy", a.anisotropy, Range{1, 16},
+          "longest texture footprint; lowered to what the renderer has");
+    visit("environmentSize", a.environmentSize, Range{16, 1024},
+          "edge of a prefiltered environment face, texels");
+    visit("environmentSamples", a.environmentSamples, Range{1, 1024},
+          "GGX samples for each of its texels");
 }
 
 template <class V>
@@ -175,17 +182,22 @@ void fields(EnvironmentRequest& e, V&& visit) {
 template <class V>
 void fields(Output& o, V&& visit) {
     visit("format", o.format,
-          Choice<OutputFormat>{{{"jpeg", OutputFormat::jpeg}, {"png", OutputFormat::png},
-                                {"npy", OutputFormat::npy}, {"exr", OutputFormat::exr}}},
+          Choice<OutputFormat>{{{"jpeg", OutputFormat::jpeg},
+                                {"png", OutputFormat::png},
+                                {"npy", OutputFormat::npy},
+                                {"exr", OutputFormat::exr}}},
           "npy and exr hold float32; their color is linear radiance before tone mapping");
     visit("quality", o.quality, Range{1, 100}, "JPEG quality");
     visit("subsampling", o.subsampling,
           Choice<Subsampling>{{{"4:2:0", Subsampling::s420}, {"4:4:4", Subsampling::s444}}},
           "JPEG chroma");
     visit("channel", o.channel,
-          Choice<Channel>{{{"color", Channel::color}, {"depth", Channel::depth},
-                           {"normal", Channel::normal}, {"objectId", Channel::objectId}}},
-          "depth: metres along -Z, 0 where nothing is; normal: world; objectId: instance + 1, 0 where nothing is");
+          Choice<Channel>{{{"color", Channel::color},
+                           {"depth", Channel::depth},
+                           {"normal", Channel::normal},
+                           {"objectId", Channel::objectId}}},
+          "depth: metres along -Z, 0 where nothing is; normal: world; objectId: instance + 1, 0 "
+          "where nothing is");
 }
 
 template <class V>
@@ -198,9 +210,11 @@ void fields(FrameRequest& r, V&& visit) {
     visit("effects", r.effects, Nested{}, "a switch for each effect");
     visit("accuracy", r.accuracy, NestedPreset{}, "a preset's name, or an object of knobs");
     visit("environment", r.environment, Nested{}, "light from all around");
-    visit("toneMap", r.toneMap,
-          Choice<ToneMap>{{{"neutral", ToneMap::neutral}, {"aces", ToneMap::aces}, {"linear", ToneMap::linear}}},
-          "how radiance becomes display colour");
+    visit(
+        "toneMap", r.toneMap,
+        Choice<ToneMap>{
+            {{"neutral", ToneMap::neutral}, {"aces", ToneMap::aces}, {"linear", ToneMap::linear}}},
+        "how radiance becomes display colour");
     visit("exposure", r.exposure, Range{-32, 32}, "stops");
     visit("output", r.output, Nested{}, "what comes back");
 }

@@ -1,0 +1,28 @@
+// Formulae about cameras: from a request to a View, projections, frusta.
+// Clip space has reversed depth in 0..1 (1 near, 0 far or infinite), w > 0 in front of the eye.
+#pragma once
+
+#include "plan/frame_plan.h"
+
+#include <optional>
+
+namespace clerestory {
+
+// The view a request asks for. Throws InvalidRequest when it names a camera the scene lacks.
+// The rotation is rounded to 2^-30, so that the look-at, quaternion and matrix forms of one pose
+// give the same bits.
+View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
+                   std::uint32_t width, std::uint32_t height);
+
+// World from camera, looking from position to target. Never NaN: an `up` along the line of sight
+// is replaced by -Z (or +Y when that lies along it too).
+glm::dmat4 worldFromLookAt(const glm::dvec3& position, const glm::dvec3& target,
+                           const glm::dvec3& up);
+
+// yfov in radians, the whole vertical angle; no zfar: infinite.
+glm::dmat4 perspective(double yfov, double aspect, double znear, std::optional<double> zfar);
+glm::dmat4 perspective(const Intrinsics& lens, std::uint32_t width, std::uint32_t height,
+                       double znear, std::optional<double> zfar);
+glm::dmat4 orthographic(double halfWidth, double halfHeight, double znear, double zfar);
+
+}  // namespace clerestory
