@@ -30,7 +30,7 @@ struct RendererIdentity {
     std::string vendor, renderer, version, shadingLanguage;
     std::string platform;  // "surfaceless", "device" or "pbuffer"
     bool software = false;
-    bool clipControl = false;      // reversed depth at full precision
+    bool clipControl = false;          // reversed depth at full precision
     bool timerQueriesTrusted = false;  // their clock agreed with a wall clock at start
     std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
 };

@@ -60,7 +60,8 @@ Scene importScene(const std::filesystem::path& file, const ImportOptions& option
 Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits = {},
                       const ProgressCallback& progress = {});
 
-// The child's main: `clerestory import-child FILE --result-fd N --progress-fd M`. Returns an exit code.
+// The child's main: `clerestory import-child FILE --result-fd N --progress-fd M`. Returns an exit
+// code.
 int importChildMain(int argc, char** argv);
 
 // .hdr (equirectangular) or a folder with px nx py ny pz nz (.jpg .png .hdr). Throws ImportError.
