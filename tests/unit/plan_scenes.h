@@ -1,0 +1,81 @@
+// Small hand-made scenes for plan tests: boxes of a given material at given places.
+#pragma once
+
+#include "plan/planner.h"
+#include "scene/mesh_builder.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace clerestory::test {
+
+inline Index addBoxMesh(Scene& scene, const std::string& name, Index material) {
+    MeshDraft draft{.name = name, .material = material};
+    for (int axis = 0; axis < 3; ++axis) {
+        for (int side = -1; side <= 1; side += 2) {
+            const auto first = static_cast<std::uint32_t>(draft.vertices.size());
+            for (int i = 0; i < 4; ++i) {
+                Vertex v;
+                v.position[axis] = static_cast<float>(side);
+                v.position[(axis + 1) % 3] = (i == 1 || i == 2) ? 1.0f : -1.0f;
+                v.position[(axis + 2) % 3] = i >= 2 ? 1.0f : -1.0f;
+                v.normal = glm::vec3(0.0f);
+                v.normal[axis] = static_cast<float>(side);
+                draft.vertices.push_back(v);
+            }
+            for (const std::uint32_t i : side > 0 ? std::array{0u, 1u, 2u, 0u, 2u, 3u}
+                                                  : std::array{0u, 2u, 1u, 0u, 3u, 2u}) {
+                draft.indices.push_back(first + i);
+            }
+        }
+    }
+    draft.hasNormals = true;
+    return addMesh(scene, std::move(draft));
+}
+
+inline Index addMaterial(Scene& scene, Material material) {
+    scene.materials.push_back(std::move(material));
+    return static_cast<Index>(scene.materials.size() - 1);
+}
+
+inline Index place(Scene& scene, Index mesh, const glm::dvec3& position, double halfSize = 1.0) {
+    const Index node = addNode(
+        scene, "node", glm::scale(glm::translate(glm::dmat4(1.0), position), glm::dvec3(halfSize)));
+    scene.instances.push_back({node, mesh});
+    return static_cast<Index>(scene.instances.size() - 1);
+}
+
+// One grey box of half size 1 at the origin.
+inline Scene boxScene(Material material = {}) {
+    Scene scene;
+    scene.id = "box";
+    place(scene, addBoxMesh(scene, "box", addMaterial(scene, std::move(material))),
+          glm::dvec3(0.0));
+    return scene;
+}
+
+inline FrameRequest lookingFrom(const glm::dvec3& position,
+                                const glm::dvec3& target = glm::dvec3(0.0)) {
+    FrameRequest request;
+    request.camera.position = position;
+    request.camera.target = target;
+    request.width = 160;
+    request.height = 90;
+    return request;
+}
+
+// A map without a sun, so that tests count only the lights they place.
+inline EnvironmentMap plainMap() {
+    EnvironmentMap map;
+    map.name = "plain";
+    map.faceSize = 1;
+    map.texels.assign(6, glm::vec3(1.0f));
+    map.contentHash = 1;
+    return map;
+}
+
+inline FramePlan planOf(const Scene& scene, const FrameRequest& request,
+                        const ResidentMaps& resident = {}, const EnvironmentMap& map = plainMap()) {
+    return planFrame(scene, poseAt(scene, request.time), request, map, resident, DeviceLimits{});
+}
+
+}  // namespace clerestory::test
