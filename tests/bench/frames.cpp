@@ -1,0 +1,133 @@
+// `bench_frames [--size WxH] [--frames N] SCENE...`: what a frame costs. A scene is a built-in's id
+// or a file. The camera turns a little from frame to frame, because a driver may throw repeated
+// work away. Prints a Markdown table: median and 95th percentile of warm frames, the cold first
+// frame, milliseconds of each pass, of encoding, and memory.
+#include "image/encode.h"
+#include "renderer.h"
+#include "scene/builtin/builtin_scenes.h"
+#include "scene/import/import.h"
+#include "statistics.h"
+
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <fstream>
+#include <map>
+
+namespace clerestory::bench {
+namespace {
+
+double residentMegabytes() {
+    std::ifstream file("/proc/self/statm");
+    double total = 0, resident = 0;
+    file >> total >> resident;
+    return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+}
+
+std::shared_ptr<const Scene> loadScene(const std::string& name) {
+    if (auto scene = makeBuiltinScene(name)) return std::make_shared<Scene>(std::move(*scene));
+    Scene scene = importSceneHere(name);
+    scene.id = std::filesystem::path(name).stem().string();
+    return std::make_shared<Scene>(std::move(scene));
+}
+
+double textureMegabytes(const Scene& scene) {
+    double bytes = 0;
+    for (const TextureImage& image : scene.images)
+        bytes += static_cast<double>(image.texels.size());
+    return bytes / (1024.0 * 1024.0);
+}
+
+// The default view, turned about the vertical axis through the eye.
+FrameRequest turned(const Scene& scene, double angle) {
+    const DefaultView view = defaultView(scene);
+    const glm::dvec3 d = view.target - view.position;
+    const double c = std::cos(angle), s = std::sin(angle);
+    FrameRequest request;
+    request.scene = scene.id;
+    request.camera.position = view.position;
+    request.camera.target = view.position + glm::dvec3(c * d.x + s * d.z, d.y, c * d.z - s * d.x);
+    request.camera.yfov = view.yfov;
+    return request;
+}
+
+void measure(Renderer& renderer, const std::shared_ptr<const Scene>& scene, FrameRequest shape,
+             int frames) {
+    renderer.addScene(scene);
+    std::vector<double> total, encode;
+    std::map<std::string, std::vector<double>> passes;
+    double cold = 0.0;
+    std::string overdraw;
+    PlanTotals counts;
+    for (int i = -2; i < frames; ++i) {
+        FrameRequest request = turned(*scene, 0.01 * i);
+        request.width = shape.width;
+        request.height = shape.height;
+        request.accuracy = shape.accuracy;
+        const Stopwatch whole;
+        const Frame frame = renderer.render(request);
+        const Stopwatch encoding;
+        const Bytes jpeg = encodeJpeg(frame.image, 85, true);
+        const double encodeMs = encoding.milliseconds(), wholeMs = whole.milliseconds();
+        if (i == -2) cold = wholeMs;
+        if (i < 0) continue;
+        total.push_back(wholeMs);
+        encode.push_back(encodeMs);
+        for (const PassTime& pass : frame.passTimes) passes[pass.kind].push_back(pass.milliseconds);
+        passes["plan"].push_back(frame.planMs);
+        passes["readback"].push_back(frame.readbackMs);
+        counts = totals(frame.plan);
+    }
+    std::string parts;
+    for (const auto& [kind, ms] : passes) {
+        char text[64];
+        std::snprintf(text, sizeof text, "%s %.1f, ", kind.c_str(), median(ms));
+        parts += text;
+    }
+    std::printf("| %s | %llu | %.1f | %.1f | %.1f | %sencode %.1f | %.0f MB (%.0f of textures) |\n",
+                scene->id.c_str(), static_cast<unsigned long long>(counts.draws), median(total),
+                percentile(total, 0.95), cold, parts.c_str(), median(encode), residentMegabytes(),
+                textureMegabytes(*scene));
+    renderer.removeScene(scene->id);
+}
+
+int run(int argc, char** argv) {
+    CLI::App app{"What a frame costs, per pass"};
+    std::vector<std::string> scenes{"chapel"};
+    std::string preset = "standard";
+    int width = 1280, height = 720, frames = 15;
+    app.add_option("scenes", scenes, "built-in ids or files");
+    app.add_option("--width", width);
+    app.add_option("--height", height);
+    app.add_option("--frames", frames, "warm frames measured");
+    app.add_option("--accuracy", preset)->check(CLI::IsMember({"draft", "standard", "fine"}));
+    CLI11_PARSE(app, argc, argv);
+
+    FrameRequest shape;
+    shape.width = static_cast<std::uint32_t>(width);
+    shape.height = static_cast<std::uint32_t>(height);
+    for (const auto& [word, value] : presetChoice().words) {
+        if (word == preset) shape.accuracy = accuracyOf(value);
+    }
+    Renderer renderer{RendererOptions{}};
+    std::printf("%s; %ld cores; %dx%d, accuracy %s, %d warm frames\n\n",
+                renderer.identity().renderer.c_str(), sysconf(_SC_NPROCESSORS_ONLN), width, height,
+                preset.c_str(), frames);
+    std::printf("| scene | draws | median ms | p95 | cold | median ms of each part | memory |\n");
+    std::printf("|---|---|---|---|---|---|---|\n");
+    for (const std::string& name : scenes) measure(renderer, loadScene(name), shape, frames);
+    return 0;
+}
+
+}  // namespace
+}  // namespace clerestory::bench
+
+int main(int argc, char** argv) {
+    try {
+        return clerestory::bench::run(argc, argv);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "bench_frames: %s\n", e.what());
+        return 1;
+    }
+}
