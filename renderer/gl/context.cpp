@@ -1,1 +1,149 @@
-namespace clerestory::gl {}
+// Finding out once what the driver can do, and collecting what it complains about.
+#include "gl/context.h"
+
+#include "gl/api.h"
+#include "gl/display.h"
+
+#include <EGL/egl.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+namespace clerestory::gl {
+namespace {
+
+thread_local Context* currentContext = nullptr;
+
+std::string text(GLenum name) {
+    const GLubyte* value = glGetString(name);
+    return value ? reinterpret_cast<const char*>(value) : "";
+}
+
+int integer(GLenum name) {
+    GLint value = 0;
+    glGetIntegerv(name, &value);
+    return value;
+}
+
+bool hasExtension(const std::string& wanted) {
+    const int count = integer(GL_NUM_EXTENSIONS);
+    for (int i = 0; i < count; ++i) {
+        const GLubyte* name = glGetStringi(GL_EXTENSIONS, static_cast<GLuint>(i));
+        if (wanted == reinterpret_cast<const char*>(name)) return true;
+    }
+    return false;
+}
+
+// Software drivers return nonsense here: compare the driver's clock with ours over real work.
+bool timestampsAgreeWithWallClock() {
+    using Clock = std::chrono::steady_clock;
+    constexpr double kLeastNanoseconds = 2e6;  // long against the clocks' steps
+    std::array<GLuint, 2> queries{};
+    GLuint buffer = 0;
+    const std::vector<char> bytes(1 << 20);
+    glGenQueries(2, queries.data());
+    glGenBuffers(1, &buffer);
+    glBindBuffer(GL_COPY_WRITE_BUFFER, buffer);
+    glFinish();
+    glQueryCounter(queries[0], GL_TIMESTAMP);
+    const auto start = Clock::now();
+    double wall = 0.0;
+    while (wall < kLeastNanoseconds) {
+        glBufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(bytes.size()), bytes.data(),
+                     GL_STREAM_DRAW);
+        glFinish();
+        wall = std::chrono::duration<double, std::nano>(Clock::now() - start).count();
+    }
+    glQueryCounter(queries[1], GL_TIMESTAMP);
+    glFinish();
+    std::array<GLuint64, 2> stamps{};
+    for (std::size_t i = 0; i < 2; ++i) {
+        glGetQueryObjectui64v(queries[i], GL_QUERY_RESULT, &stamps[i]);
+    }
+    glDeleteQueries(2, queries.data());
+    glDeleteBuffers(1, &buffer);
+    const double driver = stamps[1] > stamps[0] ? static_cast<double>(stamps[1] - stamps[0]) : 0.0;
+    return std::abs(driver - wall) < 0.2 * wall;
+}
+
+void APIENTRY onMessage(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length,
+                        const GLchar* message, const void* user) {
+    (void)source;
+    (void)type;
+    if (severity == GL_DEBUG_SEVERITY_NOTIFICATION) return;
+    auto* context = static_cast<Context*>(const_cast<void*>(user));
+    context->addMessage(std::to_string(id) + ": " +
+                        std::string(message, static_cast<std::size_t>(std::max(0, length))));
+}
+
+}  // namespace
+
+Context::Context(const ContextOptions& options) {
+    const OpenedContext opened = openContext(options);
+    display_ = opened.display;
+    context_ = opened.context;
+    surface_ = opened.surface;
+    currentContext = this;
+    findCapabilities(opened.platform);
+    if (options.debugOutput) {
+        glEnable(GL_DEBUG_OUTPUT);
+        glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+        glDebugMessageCallback(onMessage, this);
+    }
+}
+
+Context::~Context() {
+    assert(std::this_thread::get_id() == owner_);
+    if (currentContext == this) currentContext = nullptr;
+    closeContext({display_, context_, surface_, {}});
+}
+
+void Context::makeCurrent() {
+    assert(std::this_thread::get_id() == owner_);
+    currentContext = this;
+    if (eglGetCurrentContext() != context_ &&
+        !eglMakeCurrent(display_, surface_, surface_, context_)) {
+        throw std::runtime_error("the OpenGL context could not be made current");
+    }
+}
+
+Context& Context::current() {
+    assert(currentContext != nullptr);
+    return *currentContext;
+}
+
+void Context::addMessage(std::string message) {
+    constexpr std::size_t kMost = 100;  // a message a draw would fill memory
+    if (messages_.size() < kMost) messages_.push_back(std::move(message));
+}
+
+void Context::findCapabilities(const std::string& platform) {
+    Capabilities& c = capabilities_;
+    c.vendor = text(GL_VENDOR);
+    c.renderer = text(GL_RENDERER);
+    c.version = text(GL_VERSION);
+    c.shadingLanguage = text(GL_SHADING_LANGUAGE_VERSION);
+    c.platform = platform;
+    c.software = isSoftwareRenderer(c.renderer);
+    c.clipControl = hasExtension("GL_ARB_clip_control") ||
+                    integer(GL_MAJOR_VERSION) * 10 + integer(GL_MINOR_VERSION) >= 45;
+    c.timerQueriesTrusted = timestampsAgreeWithWallClock();
+    // Colour and depth have to be able to do it, both in floating point: GL_MAX_SAMPLES speaks for
+    // every renderable format.
+    c.maxSamples = static_cast<std::uint32_t>(std::max(1, integer(GL_MAX_SAMPLES)));
+    c.maxTextureSize = static_cast<std::uint32_t>(integer(GL_MAX_TEXTURE_SIZE));
+    c.uniformAlignment =
+        static_cast<std::uint32_t>(std::max(16, integer(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT)));
+    if (hasExtension("GL_EXT_texture_filter_anisotropic") ||
+        hasExtension("GL_ARB_texture_filter_anisotropic")) {
+        constexpr GLenum kMaxTextureMaxAnisotropy = 0x84FF;
+        c.maxAnisotropy =
+            static_cast<std::uint32_t>(std::max(1, integer(kMaxTextureMaxAnisotropy)));
+    }
+}
+
+}  // namespace clerestory::gl

@@ -1,0 +1,62 @@
+// Buffers and buffer textures.
+#include "gl/buffer.h"
+
+#include "gl/context.h"
+
+namespace clerestory::gl {
+namespace {
+
+Name newBuffer() {
+    ++Context::current().counters().buffers;
+    GLuint name = 0;
+    glGenBuffers(1, &name);
+    return name;
+}
+
+// The copy target belongs to no vertex array and no program, so writing there disturbs nothing.
+void fill(Name name, std::span<const std::byte> content, GLenum usage) {
+    glBindBuffer(GL_COPY_WRITE_BUFFER, name);
+    glBufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(content.size()), content.data(),
+                 usage);
+}
+
+}  // namespace
+
+Buffer::Buffer() : name_(newBuffer()) {}
+
+Buffer::Buffer(std::span<const std::byte> content) : name_(newBuffer()) {
+    fill(name_.get(), content, GL_STATIC_DRAW);
+}
+
+Buffer::~Buffer() {
+    const GLuint name = name_.get();
+    glDeleteBuffers(1, &name);
+}
+
+void Buffer::assign(std::span<const std::byte> content) {
+    fill(name_.get(), content, GL_STREAM_DRAW);
+}
+
+BufferTexture::BufferTexture(const Buffer& buffer)
+    : name_([] {
+          ++Context::current().counters().textures;
+          GLuint name = 0;
+          glGenTextures(1, &name);
+          return name;
+      }()) {
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_BUFFER, name_.get());
+    glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, buffer.name());
+}
+
+BufferTexture::~BufferTexture() {
+    const GLuint name = name_.get();
+    glDeleteTextures(1, &name);
+}
+
+void BufferTexture::bind(unsigned int unit) const {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_BUFFER, name_.get());
+}
+
+}  // namespace clerestory::gl

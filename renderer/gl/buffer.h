@@ -1,0 +1,39 @@
+// Memory that OpenGL reads, and a texture that looks into one.
+#pragma once
+
+#include "gl/api.h"
+
+#include <cstddef>
+#include <span>
+
+namespace clerestory::gl {
+
+class Buffer {
+public:
+    // Filled once, never changed.
+    explicit Buffer(std::span<const std::byte> content);
+    // Filled anew, as a whole and in any size, by assign().
+    Buffer();
+    Buffer(Buffer&&) = default;
+    ~Buffer();
+
+    void assign(std::span<const std::byte> content);
+    Name name() const { return name_.get(); }
+
+private:
+    OwnedName name_;
+};
+
+// What shaders read by index: rgba32f texels of a buffer that must outlive it.
+class BufferTexture {
+public:
+    explicit BufferTexture(const Buffer& buffer);
+    BufferTexture(BufferTexture&&) = default;
+    ~BufferTexture();
+    void bind(unsigned int unit) const;
+
+private:
+    OwnedName name_;
+};
+
+}  // namespace clerestory::gl

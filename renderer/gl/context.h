@@ -1,0 +1,65 @@
+// A current OpenGL 4.3 core context without a window, and what was found out about it, once.
+//
+// One thread owns it: the one that made it. Does not: choose what is drawn, or hold GL objects.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace clerestory::gl {
+
+enum class Driver { automatic, software, hardware };
+
+struct ContextOptions {
+    Driver driver = Driver::automatic;
+    bool debugOutput = false;
+};
+
+struct Capabilities {
+    std::string vendor, renderer, version, shadingLanguage;
+    std::string platform;  // "surfaceless", "device" or "pbuffer"
+    bool software = false;
+    bool clipControl = false;
+    bool timerQueriesTrusted = false;
+    std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
+    std::uint32_t uniformAlignment = 256;  // bytes, of offsets into uniform buffers
+};
+
+// Objects made since the context was.
+struct ObjectCounters {
+    std::uint64_t buffers = 0, textures = 0, framebuffers = 0, programs = 0, samplers = 0,
+                  vertexArrays = 0;
+};
+
+class Context {
+public:
+    // Throws std::runtime_error with one clear line when there is no usable driver.
+    explicit Context(const ContextOptions& options);
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    // Before any OpenGL call after other contexts may have been current. The owner thread only.
+    void makeCurrent();
+    static Context& current();
+
+    const Capabilities& capabilities() const { return capabilities_; }
+    ObjectCounters& counters() { return counters_; }
+    const std::vector<std::string>& messages() const { return messages_; }
+    void addMessage(std::string message);
+
+private:
+    void findCapabilities(const std::string& platform);
+
+    std::thread::id owner_ = std::this_thread::get_id();
+    void* display_ = nullptr;
+    void* context_ = nullptr;
+    void* surface_ = nullptr;
+    Capabilities capabilities_;
+    ObjectCounters counters_;
+    std::vector<std::string> messages_;
+};
+
+}  // namespace clerestory::gl

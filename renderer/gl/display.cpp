@@ -1,0 +1,178 @@
+// EGL: surfaceless, then the devices (a GPU without a display), then a pbuffer on the default
+// display. A software driver that answers first is kept only while no hardware is found.
+#include "gl/display.h"
+
+#include "gl/api.h"
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+
+#include <array>
+#include <cstdlib>
+#include <functional>
+#include <stdexcept>
+#include <string_view>
+
+namespace clerestory::gl {
+namespace {
+
+bool contains(const char* words, std::string_view word) {
+    return words != nullptr && std::string_view(words).find(word) != std::string_view::npos;
+}
+
+template <class Function>
+Function entry(const char* name) {
+    return reinterpret_cast<Function>(eglGetProcAddress(name));
+}
+
+struct Candidate {
+    std::string platform;
+    std::function<EGLDisplay()> display;
+    bool hardwareDevice = false;
+};
+
+EGLDisplay platformDisplay(EGLenum platform, void* native) {
+    const auto get = entry<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
+    return get ? get(platform, native, nullptr) : EGL_NO_DISPLAY;
+}
+
+// Hardware devices before software ones.
+std::vector<Candidate> deviceCandidates() {
+    const auto query = entry<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
+    const auto words = entry<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT");
+    std::array<EGLDeviceEXT, 32> devices{};
+    EGLint count = 0;
+    if (!query || !words || !query(static_cast<EGLint>(devices.size()), devices.data(), &count)) {
+        return {};
+    }
+    std::vector<Candidate> hardware, software;
+    for (EGLint i = 0; i < count; ++i) {
+        EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
+        const bool isSoftware = contains(words(device, EGL_EXTENSIONS), "EGL_MESA_device_software");
+        (isSoftware ? software : hardware)
+            .push_back({"device",
+                        [device] { return platformDisplay(EGL_PLATFORM_DEVICE_EXT, device); },
+                        !isSoftware});
+    }
+    hardware.insert(hardware.end(), software.begin(), software.end());
+    return hardware;
+}
+
+std::vector<Candidate> candidates() {
+    const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+    std::vector<Candidate> all;
+    if (contains(extensions, "EGL_MESA_platform_surfaceless")) {
+        all.push_back({"surfaceless", [] {
+                           return platformDisplay(EGL_PLATFORM_SURFACELESS_MESA,
+                                                  reinterpret_cast<void*>(EGL_DEFAULT_DISPLAY));
+                       }});
+    }
+    for (Candidate& c : deviceCandidates()) all.push_back(std::move(c));
+    all.push_back({"pbuffer", [] { return eglGetDisplay(EGL_DEFAULT_DISPLAY); }});
+    return all;
+}
+
+constexpr EGLint kPbufferConfig[] = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
+                                     EGL_OPENGL_BIT, EGL_NONE};
+constexpr EGLint kSurfacelessConfig[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, 0,
+                                         EGL_NONE};
+constexpr EGLint kOnePixel[] = {EGL_WIDTH, 1, EGL_HEIGHT, 1, EGL_NONE};
+
+std::optional<OpenedContext> open(const Candidate& candidate, bool debugOutput) {
+    OpenedContext opened;
+    opened.platform = candidate.platform;
+    EGLDisplay display = candidate.display();
+    // Displays are never terminated: EGL gives the same one to every context of the process, and
+    // the driver stays loaded.
+    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return {};
+    if (!eglBindAPI(EGL_OPENGL_API)) return {};
+    const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
+    const bool surfaceless = contains(extensions, "EGL_KHR_surfaceless_context");
+
+    EGLConfig config = EGL_NO_CONFIG_KHR;
+    if (!surfaceless || !contains(extensions, "EGL_KHR_no_config_context")) {
+        EGLint found = 0;
+        const EGLint* wanted = surfaceless ? kSurfacelessConfig : kPbufferConfig;
+        if (!eglChooseConfig(display, wanted, &config, 1, &found) || found == 0) return {};
+    }
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 4,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 3,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_CONTEXT_OPENGL_DEBUG,
+                                 debugOutput ? EGL_TRUE : EGL_FALSE,
+                                 EGL_NONE};
+    opened.display = display;
+    opened.context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
+    if (opened.context == EGL_NO_CONTEXT) return {};
+    if (!surfaceless) opened.surface = eglCreatePbufferSurface(display, config, kOnePixel);
+    if (!eglMakeCurrent(display, opened.surface, opened.surface, opened.context)) {
+        closeContext(opened);
+        return {};
+    }
+    return opened;
+}
+
+std::string currentRenderer() {
+    const GLubyte* text = glGetString(GL_RENDERER);
+    return text ? reinterpret_cast<const char*>(text) : "";
+}
+
+}  // namespace
+
+bool isSoftwareRenderer(const std::string& renderer) {
+    for (const char* word : {"llvmpipe", "softpipe", "swrast", "SWR", "Software Rasterizer"}) {
+        if (renderer.find(word) != std::string::npos) return true;
+    }
+    return false;
+}
+
+void closeContext(const OpenedContext& opened) {
+    eglMakeCurrent(opened.display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    if (opened.context) eglDestroyContext(opened.display, opened.context);
+    if (opened.surface) eglDestroySurface(opened.display, opened.surface);
+}
+
+OpenedContext openContext(const ContextOptions& options) {
+    // Mesa reads this when a display is made; there is no call for it.
+    if (options.driver == Driver::software) setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+
+    std::optional<OpenedContext> software;
+    for (const Candidate& candidate : candidates()) {
+        // With a software driver in hand only a device that is no software is worth a look.
+        if (software && !candidate.hardwareDevice) continue;
+        std::optional<OpenedContext> opened = open(candidate, options.debugOutput);
+        if (!opened) continue;
+        if (!isSoftwareRenderer(currentRenderer())) {
+            if (options.driver != Driver::software) {
+                if (software) {
+                    closeContext(*software);
+                    eglMakeCurrent(opened->display, opened->surface, opened->surface,
+                                   opened->context);
+                }
+                return *opened;
+            }
+            closeContext(*opened);
+        } else if (options.driver == Driver::software) {
+            return *opened;
+        } else if (software || options.driver == Driver::hardware) {
+            closeContext(*opened);
+        } else {
+            software = opened;
+        }
+    }
+    if (software) {
+        eglMakeCurrent(software->display, software->surface, software->surface, software->context);
+        return *software;
+    }
+    const char* kind = options.driver == Driver::software   ? "software "
+                       : options.driver == Driver::hardware ? "hardware "
+                                                            : "";
+    throw std::runtime_error(std::string("no ") + kind +
+                             "OpenGL 4.3 driver was found through EGL (surfaceless, device and "
+                             "pbuffer displays were tried)");
+}
+
+}  // namespace clerestory::gl

@@ -1,0 +1,62 @@
+// Compiling and linking.
+#include "gl/program.h"
+
+#include "gl/context.h"
+
+#include <stdexcept>
+
+namespace clerestory::gl {
+namespace {
+
+Name compiled(GLenum stage, const std::string& name, const std::string& source) {
+    const GLuint shader = glCreateShader(stage);
+    const char* text = source.c_str();
+    glShaderSource(shader, 1, &text, nullptr);
+    glCompileShader(shader);
+    GLint ok = 0, length = 0;
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+    if (ok) return shader;
+    glGetShaderiv(shader, GL_INFO_LOG_LENGTH, &length);
+    std::string log(static_cast<std::size_t>(length), ' ');
+    glGetShaderInfoLog(shader, length, nullptr, log.data());
+    glDeleteShader(shader);
+    throw std::runtime_error("shader " + name + " does not compile: " + log);
+}
+
+Name linked(const ProgramDescription& d) {
+    const GLuint vertex = compiled(GL_VERTEX_SHADER, d.name, d.vertexSource);
+    const GLuint fragment = compiled(GL_FRAGMENT_SHADER, d.name, d.fragmentSource);
+    const GLuint program = glCreateProgram();
+    for (const GLuint shader : {vertex, fragment}) glAttachShader(program, shader);
+    glLinkProgram(program);
+    for (const GLuint shader : {vertex, fragment}) {
+        glDetachShader(program, shader);
+        glDeleteShader(shader);
+    }
+    GLint ok = 0, length = 0;
+    glGetProgramiv(program, GL_LINK_STATUS, &ok);
+    if (!ok) {
+        glGetProgramiv(program, GL_INFO_LOG_LENGTH, &length);
+        std::string log(static_cast<std::size_t>(length), ' ');
+        glGetProgramInfoLog(program, length, nullptr, log.data());
+        glDeleteProgram(program);
+        throw std::runtime_error("program " + d.name + " does not link: " + log);
+    }
+    glObjectLabel(GL_PROGRAM, program, static_cast<GLsizei>(d.name.size()), d.name.data());
+    ++Context::current().counters().programs;
+    return program;
+}
+
+}  // namespace
+
+Program::Program(const ProgramDescription& description) : name_(linked(description)) {}
+
+Program::~Program() {
+    glDeleteProgram(name_.get());
+}
+
+void Program::use() const {
+    glUseProgram(name_.get());
+}
+
+}  // namespace clerestory::gl

@@ -1,0 +1,29 @@
+// A linked pair of shaders.
+#pragma once
+
+#include "gl/api.h"
+
+#include <string>
+
+namespace clerestory::gl {
+
+struct ProgramDescription {
+    std::string name;  // for debuggers and error messages
+    std::string vertexSource;
+    std::string fragmentSource;
+};
+
+class Program {
+public:
+    // Throws std::runtime_error with the driver's log when it does not compile or link.
+    explicit Program(const ProgramDescription& description);
+    Program(Program&&) = default;
+    ~Program();
+    void use() const;
+    Name name() const { return name_.get(); }
+
+private:
+    OwnedName name_;
+};
+
+}  // namespace clerestory::gl

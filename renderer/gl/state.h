@@ -1,0 +1,51 @@
+// Everything of OpenGL's fixed state that a pass can want, as one value that is applied whole; and
+// the clip space of this renderer.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include <string>
+
+namespace clerestory::gl {
+
+// Depth is reversed: greater is nearer.
+enum class DepthTest { none, nearer, nearerOrEqual, equal };
+enum class Blending { none, premultiplied };
+
+struct State {
+    DepthTest depthTest = DepthTest::none;
+    bool depthWrite = false;
+    bool colorWrite = true;
+    Blending blending = Blending::none;
+};
+
+// Also sets what never differs: seamless cubes, sRGB encoding into sRGB targets, clip control,
+// no scissor. Culling belongs to each draw.
+void apply(const State& state);
+
+// What a draw culls: nothing, or what turns clockwise (counter-clockwise when flipped).
+struct Facing {
+    bool cullBack = true;
+    bool clockwiseIsFront = false;
+    bool operator==(const Facing&) const = default;
+};
+void apply(const Facing& facing);
+
+// Colour to black with alpha 0, depth to the far end.
+void clearColorAndDepth();
+void clearDepth();
+
+// The plan's clip space has depth 0..1. Without clip control OpenGL wants -1..1: the only place
+// that knows.
+glm::dmat4 deviceClip(const glm::dmat4& clip, bool clipControl);
+
+// Shows up in frame debuggers around what it encloses.
+class DebugGroup {
+public:
+    explicit DebugGroup(const std::string& name);
+    ~DebugGroup();
+    DebugGroup(const DebugGroup&) = delete;
+    DebugGroup& operator=(const DebugGroup&) = delete;
+};
+
+}  // namespace clerestory::gl

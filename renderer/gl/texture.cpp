@@ -1,0 +1,139 @@
+// Textures and samplers.
+#include "gl/texture.h"
+
+#include "gl/context.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace clerestory::gl {
+namespace {
+
+struct FormatWords {
+    GLenum internal, layout, type;
+};
+
+FormatWords wordsOf(TextureFormat format) {
+    switch (format) {
+        case TextureFormat::rgba8:
+            return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE};
+        case TextureFormat::srgba8:
+            return {GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE};
+        case TextureFormat::rg16f:
+            return {GL_RG16F, GL_RG, GL_FLOAT};
+        case TextureFormat::rgba16f:
+            return {GL_RGBA16F, GL_RGBA, GL_FLOAT};
+        case TextureFormat::rgba32f:
+            return {GL_RGBA32F, GL_RGBA, GL_FLOAT};
+    }
+    return {};
+}
+
+GLenum targetOf(TextureKind kind) {
+    return kind == TextureKind::cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
+}
+
+GLint wordOf(Wrapping wrapping) {
+    switch (wrapping) {
+        case Wrapping::repeat:
+            return GL_REPEAT;
+        case Wrapping::mirroredRepeat:
+            return GL_MIRRORED_REPEAT;
+        case Wrapping::clampToEdge:
+            return GL_CLAMP_TO_EDGE;
+    }
+    return GL_REPEAT;
+}
+
+GLint minifyWord(bool linear, LevelFilter levels) {
+    switch (levels) {
+        case LevelFilter::none:
+            return linear ? GL_LINEAR : GL_NEAREST;
+        case LevelFilter::nearest:
+            return linear ? GL_LINEAR_MIPMAP_NEAREST : GL_NEAREST_MIPMAP_NEAREST;
+        case LevelFilter::linear:
+            return linear ? GL_LINEAR_MIPMAP_LINEAR : GL_NEAREST_MIPMAP_LINEAR;
+    }
+    return GL_LINEAR;
+}
+
+Name newTexture() {
+    ++Context::current().counters().textures;
+    GLuint name = 0;
+    glGenTextures(1, &name);
+    return name;
+}
+
+Name newSampler() {
+    ++Context::current().counters().samplers;
+    GLuint name = 0;
+    glGenSamplers(1, &name);
+    return name;
+}
+
+}  // namespace
+
+Texture::Texture(const TextureDescription& description)
+    : description_(description), name_(newTexture()) {
+    const GLenum target = targetOf(description.kind);
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(target, name_.get());
+    glTexStorage2D(target, static_cast<GLsizei>(description.levels),
+                   wordsOf(description.format).internal, static_cast<GLsizei>(description.width),
+                   static_cast<GLsizei>(description.height));
+    GLint complete = 0;
+    glGetTexParameteriv(target, GL_TEXTURE_IMMUTABLE_FORMAT, &complete);
+    if (!complete) {
+        const GLuint name = name_.get();
+        glDeleteTextures(1, &name);
+        throw std::runtime_error("no memory for a texture of " + std::to_string(description.width) +
+                                 "x" + std::to_string(description.height));
+    }
+}
+
+Texture::~Texture() {
+    const GLuint name = name_.get();
+    glDeleteTextures(1, &name);
+}
+
+void Texture::upload(std::uint32_t level, std::uint32_t face, std::span<const std::byte> texels) {
+    const FormatWords words = wordsOf(description_.format);
+    bind(0);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    const GLenum target = description_.kind == TextureKind::cube
+                              ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + face
+                              : static_cast<GLenum>(GL_TEXTURE_2D);
+    glTexSubImage2D(target, static_cast<GLint>(level), 0, 0,
+                    static_cast<GLsizei>(std::max(1u, description_.width >> level)),
+                    static_cast<GLsizei>(std::max(1u, description_.height >> level)), words.layout,
+                    words.type, texels.data());
+}
+
+void Texture::bind(unsigned int unit) const {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(targetOf(description_.kind), name_.get());
+}
+
+Sampler::Sampler(const SamplerDescription& d) : name_(newSampler()) {
+    const GLuint name = name_.get();
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_S, wordOf(d.wrapU));
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_T, wordOf(d.wrapV));
+    glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, d.magnifyLinear ? GL_LINEAR : GL_NEAREST);
+    glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, minifyWord(d.minifyLinear, d.levels));
+    if (d.anisotropy > 1) {
+        constexpr GLenum kTextureMaxAnisotropy = 0x84FE;
+        glSamplerParameterf(name, kTextureMaxAnisotropy, static_cast<float>(d.anisotropy));
+    }
+}
+
+Sampler::~Sampler() {
+    const GLuint name = name_.get();
+    glDeleteSamplers(1, &name);
+}
+
+void Sampler::bind(unsigned int unit) const {
+    glBindSampler(unit, name_.get());
+}
+
+}  // namespace clerestory::gl

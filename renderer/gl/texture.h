@@ -1,0 +1,67 @@
+// Textures of fixed size and format, and the samplers that say how they are read.
+#pragma once
+
+#include "gl/api.h"
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace clerestory::gl {
+
+enum class TextureKind { plane, cube };
+enum class TextureFormat { rgba8, srgba8, rg16f, rgba16f, rgba32f };
+
+struct TextureDescription {
+    TextureKind kind = TextureKind::plane;
+    TextureFormat format = TextureFormat::rgba8;
+    std::uint32_t width = 1;
+    std::uint32_t height = 1;
+    std::uint32_t levels = 1;
+};
+
+class Texture {
+public:
+    // Throws std::runtime_error when the driver has no memory for it.
+    explicit Texture(const TextureDescription& description);
+    Texture(Texture&&) = default;
+    ~Texture();
+
+    // One level of one face, first row first, tightly packed: four bytes a texel for the 8-bit
+    // formats, floats for the others.
+    void upload(std::uint32_t level, std::uint32_t face, std::span<const std::byte> texels);
+    void bind(unsigned int unit) const;
+    Name name() const { return name_.get(); }
+    const TextureDescription& description() const { return description_; }
+
+private:
+    TextureDescription description_;
+    OwnedName name_;
+};
+
+enum class Wrapping { repeat, mirroredRepeat, clampToEdge };
+enum class LevelFilter { none, nearest, linear };
+
+struct SamplerDescription {
+    Wrapping wrapU = Wrapping::clampToEdge;
+    Wrapping wrapV = Wrapping::clampToEdge;
+    bool magnifyLinear = true;
+    bool minifyLinear = true;
+    LevelFilter levels = LevelFilter::none;
+    std::uint32_t anisotropy = 1;
+    auto operator<=>(const SamplerDescription&) const = default;
+};
+
+class Sampler {
+public:
+    explicit Sampler(const SamplerDescription& description);
+    Sampler(Sampler&&) = default;
+    ~Sampler();
+    void bind(unsigned int unit) const;
+
+private:
+    OwnedName name_;
+};
+
+}  // namespace clerestory::gl

@@ -1,0 +1,32 @@
+// Where vertices come from: attributes with their places in buffers, and the indices.
+#pragma once
+
+#include "gl/buffer.h"
+
+#include <cstdint>
+#include <span>
+
+namespace clerestory::gl {
+
+struct Attribute {
+    std::uint32_t slot = 0;
+    std::uint32_t components = 4;  // floats
+    std::uint32_t offset = 0;      // bytes
+    std::uint32_t stride = 0;      // bytes
+    bool perInstance = false;
+    const Buffer* buffer = nullptr;
+};
+
+class VertexArray {
+public:
+    // The buffers must outlive it. Without attributes: for shaders that make their own vertices.
+    VertexArray(std::span<const Attribute> attributes, const Buffer* indices);
+    VertexArray(VertexArray&&) = default;
+    ~VertexArray();
+    void bind() const;
+
+private:
+    OwnedName name_;
+};
+
+}  // namespace clerestory::gl
