@@ -1,1 +1,23 @@
+// Boxes under transforms.
 #include "scene/bounds.h"
+
+namespace clerestory {
+
+Bounds transformed(const Bounds& box, const glm::dmat4& toFromBox) {
+    if (box.empty()) return box;
+    // Arvo 1990: each axis of the result gathers the smaller and the larger product.
+    glm::dvec3 low(toFromBox[3]), high(toFromBox[3]);
+    for (int column = 0; column < 3; ++column) {
+        const glm::dvec3 axis(toFromBox[column]);
+        const glm::dvec3 a = axis * static_cast<double>(box.min[column]);
+        const glm::dvec3 b = axis * static_cast<double>(box.max[column]);
+        low += glm::min(a, b);
+        high += glm::max(a, b);
+    }
+    Bounds result;
+    result.min = glm::vec3(low);
+    result.max = glm::vec3(high);
+    return result;
+}
+
+}  // namespace clerestory

@@ -33,9 +33,10 @@ glm::vec3 cubeTexelDirection(std::uint32_t face, std::uint32_t x, std::uint32_t 
 
 // Built-in maps.
 EnvironmentMap skyEnvironment();     // clear late-afternoon sky over pale ground, with a sun
+EnvironmentMap duskEnvironment();    // soft evening sky whose sun has set
 EnvironmentMap studioEnvironment();  // grey room with three soft boxes
 EnvironmentMap constantEnvironment(std::string name, const glm::vec3& radiance);  // furnace tests
-// "sky", "studio", "white" (1), "grey" (0.18), "black" (0); nothing for any other name.
+// "sky", "dusk", "studio", "white" (1), "grey" (0.18), "black" (0); nothing for any other name.
 std::optional<EnvironmentMap> builtinEnvironment(const std::string& name);
 std::vector<std::string> builtinEnvironmentNames();
 

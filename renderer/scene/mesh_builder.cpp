@@ -1,1 +1,252 @@
+// Repair first, then normals and tangents, then clusters; every step leaves a sound mesh.
 #include "scene/mesh_builder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+struct Triangle {
+    std::array<std::uint32_t, 3> corner;
+};
+
+bool finite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// Twice the triangle's area times its unit normal, in double: float would lose both tiny and huge
+// ones.
+glm::dvec3 areaNormal(const std::vector<Vertex>& vertices, const Triangle& t) {
+    const glm::dvec3 a(vertices[t.corner[0]].position), b(vertices[t.corner[1]].position),
+        c(vertices[t.corner[2]].position);
+    return glm::cross(b - a, c - a);
+}
+
+// Scale-free: a triangle whose height is below 1e-7 of its longest edge has no direction in float.
+bool degenerate(const std::vector<Vertex>& vertices, const Triangle& t) {
+    double longest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec3 edge = glm::dvec3(vertices[t.corner[i]].position) -
+                                glm::dvec3(vertices[t.corner[(i + 1) % 3]].position);
+        longest = std::max(longest, glm::dot(edge, edge));
+    }
+    return !(glm::length(areaNormal(vertices, t)) > 1e-7 * longest);
+}
+
+glm::vec3 anyPerpendicular(const glm::vec3& n) {
+    const glm::vec3 axis = std::abs(n.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+    return glm::normalize(axis - glm::dot(axis, n) * n);
+}
+
+void warn(Scene& scene, const MeshDraft& draft, const char* code, const char* message,
+          std::uint64_t count) {
+    if (count > 0) scene.warnings.push_back({code, draft.name, message, count});
+}
+
+std::vector<Triangle> soundTriangles(Scene& scene, const MeshDraft& draft) {
+    std::vector<Triangle> kept;
+    kept.reserve(draft.indices.size() / 3);
+    std::uint64_t outOfRange = 0, nonFinite = 0, flat = 0;
+    for (std::size_t i = 0; i + 2 < draft.indices.size(); i += 3) {
+        const Triangle t{{draft.indices[i], draft.indices[i + 1], draft.indices[i + 2]}};
+        const auto each = [&](auto&& holds) {
+            return std::all_of(t.corner.begin(), t.corner.end(), holds);
+        };
+        if (!each([&](std::uint32_t v) { return v < draft.vertices.size(); }))
+            ++outOfRange;
+        else if (!each([&](std::uint32_t v) { return finite(draft.vertices[v].position); }))
+            ++nonFinite;
+        else if (degenerate(draft.vertices, t))
+            ++flat;
+        else
+            kept.push_back(t);
+    }
+    warn(scene, draft, "indexOutOfRange",
+         "triangles that name a vertex that does not exist were dropped", outOfRange);
+    warn(scene, draft, "nonFiniteVertices",
+         "triangles with a position that is not a number were dropped", nonFinite);
+    warn(scene, draft, "degenerateTriangles", "triangles without area were dropped", flat);
+    return kept;
+}
+
+// Keeps only the vertices that triangles use, in their old order.
+void compact(std::vector<Vertex>& vertices, std::vector<Triangle>& triangles) {
+    std::vector<std::uint32_t> place(vertices.size(), kNone);
+    for (const Triangle& t : triangles) {
+        for (const std::uint32_t v : t.corner) place[v] = 0;
+    }
+    std::uint32_t used = 0;
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+        if (place[v] == kNone) continue;
+        vertices[used] = vertices[v];
+        place[v] = used++;
+    }
+    vertices.resize(used);
+    for (Triangle& t : triangles) {
+        for (std::uint32_t& v : t.corner) v = place[v];
+    }
+}
+
+void makeNormals(Scene& scene, MeshDraft& draft, const std::vector<Triangle>& triangles) {
+    std::vector<bool> wanted(draft.vertices.size());
+    std::uint64_t count = 0;
+    for (std::size_t v = 0; v < draft.vertices.size(); ++v) {
+        glm::vec3& n = draft.vertices[v].normal;
+        const float length = glm::length(n);
+        wanted[v] = !draft.hasNormals || !finite(n) || !(length > 1e-6f) || !std::isfinite(length);
+        if (wanted[v])
+            ++count;
+        else
+            n /= length;
+    }
+    if (count == 0) return;
+    if (draft.hasNormals) {
+        warn(scene, draft, "badNormals", "normals of no length or not a number were made anew",
+             count);
+    }
+    std::vector<glm::dvec3> sums(draft.vertices.size(), glm::dvec3(0.0));
+    for (const Triangle& t : triangles) {
+        const glm::dvec3 n = areaNormal(draft.vertices, t);
+        for (const std::uint32_t v : t.corner) sums[v] += n;
+    }
+    // Opposite triangles can cancel at a vertex: then the last of them decides.
+    std::vector<glm::dvec3> fallback(draft.vertices.size(), glm::dvec3(0, 0, 1));
+    for (const Triangle& t : triangles) {
+        for (const std::uint32_t v : t.corner) fallback[v] = areaNormal(draft.vertices, t);
+    }
+    for (std::size_t v = 0; v < draft.vertices.size(); ++v) {
+        if (!wanted[v]) continue;
+        const bool cancelled = !(glm::length(sums[v]) > 1e-6 * glm::length(fallback[v]));
+        draft.vertices[v].normal = glm::vec3(glm::normalize(cancelled ? fallback[v] : sums[v]));
+    }
+}
+
+void makeTangents(MeshDraft& draft, const std::vector<Triangle>& triangles) {
+    std::vector<glm::dvec3> along(draft.vertices.size(), glm::dvec3(0.0)), across(along);
+    if (!draft.hasTangents && draft.hasTexCoords) {
+        for (const Triangle& t : triangles) {
+            const Vertex &a = draft.vertices[t.corner[0]], &b = draft.vertices[t.corner[1]],
+                         &c = draft.vertices[t.corner[2]];
+            const glm::dvec3 e1(b.position - a.position), e2(c.position - a.position);
+            const glm::dvec2 d1(b.texCoord0 - a.texCoord0), d2(c.texCoord0 - a.texCoord0);
+            // Weighted by area in texture space; the sign of the determinant is the handedness.
+            const double sign = d1.x * d2.y - d2.x * d1.y < 0.0 ? -1.0 : 1.0;
+            for (const std::uint32_t v : t.corner) {
+                along[v] += sign * (d2.y * e1 - d1.y * e2);
+                across[v] += sign * (d1.x * e2 - d2.x * e1);
+            }
+        }
+    }
+    for (std::size_t v = 0; v < draft.vertices.size(); ++v) {
+        Vertex& vertex = draft.vertices[v];
+        glm::vec3 t = draft.hasTangents ? glm::vec3(vertex.tangent) : glm::vec3(along[v]);
+        const float side = draft.hasTangents
+                               ? vertex.tangent.w
+                               : static_cast<float>(glm::dot(
+                                     glm::cross(glm::dvec3(vertex.normal), along[v]), across[v]));
+        if (finite(t)) t = glm::length(t) > 0.0f ? t / glm::length(t) : t;
+        t -= glm::dot(t, vertex.normal) * vertex.normal;
+        const float length = glm::length(t);
+        t = std::isfinite(length) && length > 1e-4f ? t / length : anyPerpendicular(vertex.normal);
+        vertex.tangent = glm::vec4(t, side < 0.0f ? -1.0f : 1.0f);
+    }
+}
+
+void mendAttributes(Scene& scene, MeshDraft& draft) {
+    std::uint64_t mended = 0;
+    const auto mend = [&](float& value, float neutral) {
+        if (!std::isfinite(value)) {
+            value = neutral;
+            ++mended;
+        }
+    };
+    for (Vertex& v : draft.vertices) {
+        for (int i = 0; i < 2; ++i) {
+            mend(v.texCoord0[i], 0.0f);
+            mend(v.texCoord1[i], 0.0f);
+        }
+        for (int i = 0; i < 4; ++i) mend(v.color[i], 1.0f);
+    }
+    warn(scene, draft, "badAttributes",
+         "texture coordinates and colours that are not numbers became neutral", mended);
+}
+
+Bounds boundsOf(const std::vector<Vertex>& vertices, const Triangle* first, const Triangle* last) {
+    Bounds bounds;
+    for (const Triangle* t = first; t != last; ++t) {
+        for (const std::uint32_t v : t->corner) bounds.add(vertices[v].position);
+    }
+    return bounds;
+}
+
+// Halves along the longest axis of the triangles' centres until a cluster is small enough.
+void cut(Scene& scene, const std::vector<Vertex>& vertices, Triangle* first, Triangle* last,
+         std::uint32_t firstVertex) {
+    const auto count = static_cast<std::uint32_t>(last - first);
+    const auto center = [&](const Triangle& t) {
+        return vertices[t.corner[0]].position / 3.0f + vertices[t.corner[1]].position / 3.0f +
+               vertices[t.corner[2]].position / 3.0f;
+    };
+    if (count > kClusterTriangles) {
+        Bounds centers;
+        for (const Triangle* t = first; t != last; ++t) centers.add(center(*t));
+        const glm::vec3 extent = centers.extent();
+        const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0
+                         : extent.y >= extent.z                       ? 1
+                                                                      : 2;
+        Triangle* middle = first + count / 2;
+        // A total order, so that the cut is the same with every standard library.
+        std::nth_element(first, middle, last, [&](const Triangle& a, const Triangle& b) {
+            const float ca = center(a)[axis], cb = center(b)[axis];
+            return ca != cb ? ca < cb : a.corner < b.corner;
+        });
+        cut(scene, vertices, first, middle, firstVertex);
+        cut(scene, vertices, middle, last, firstVertex);
+        return;
+    }
+    std::sort(first, last,
+              [](const Triangle& a, const Triangle& b) { return a.corner < b.corner; });
+    scene.clusters.push_back({static_cast<std::uint32_t>(scene.indices.size()), 3 * count,
+                              boundsOf(vertices, first, last)});
+    for (const Triangle* t = first; t != last; ++t) {
+        for (const std::uint32_t v : t->corner) scene.indices.push_back(firstVertex + v);
+    }
+}
+
+}  // namespace
+
+Index addMesh(Scene& scene, MeshDraft draft) {
+    std::vector<Triangle> triangles = soundTriangles(scene, draft);
+    if (triangles.empty()) {
+        warn(scene, draft, "emptyMesh", "no triangle is left; the mesh was dropped", 1);
+        return kNone;
+    }
+    compact(draft.vertices, triangles);
+    makeNormals(scene, draft, triangles);
+    makeTangents(draft, triangles);
+    mendAttributes(scene, draft);
+
+    Mesh mesh;
+    mesh.name = draft.name;
+    mesh.material = draft.material;
+    mesh.triangles = static_cast<std::uint32_t>(triangles.size());
+    mesh.firstCluster = static_cast<std::uint32_t>(scene.clusters.size());
+    mesh.bounds = boundsOf(draft.vertices, triangles.data(), triangles.data() + triangles.size());
+    mesh.hasColors = std::any_of(draft.vertices.begin(), draft.vertices.end(),
+                                 [](const Vertex& v) { return v.color != glm::vec4(1.0f); });
+    const auto firstVertex = static_cast<std::uint32_t>(scene.vertices.size());
+    cut(scene, draft.vertices, triangles.data(), triangles.data() + triangles.size(), firstVertex);
+    mesh.clusterCount = static_cast<std::uint32_t>(scene.clusters.size()) - mesh.firstCluster;
+    scene.vertices.insert(scene.vertices.end(), draft.vertices.begin(), draft.vertices.end());
+    scene.meshes.push_back(std::move(mesh));
+    return static_cast<Index>(scene.meshes.size() - 1);
+}
+
+Index addNode(Scene& scene, std::string name, const glm::dmat4& parentFromLocal, Index parent) {
+    scene.nodes.push_back({std::move(name), parent, parentFromLocal});
+    return static_cast<Index>(scene.nodes.size() - 1);
+}
+
+}  // namespace clerestory

@@ -1,1 +1,184 @@
+// Moments, bounds and identity of a scene. Its checks are in scene_problems.cpp.
 #include "scene/scene.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cmath>
+#include <type_traits>
+
+namespace clerestory {
+namespace {
+
+class Hasher {
+public:
+    Hasher() { XXH3_64bits_reset(&state_); }
+
+    template <class T>
+    void add(const T& value) {
+        static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+        XXH3_64bits_update(&state_, &value, sizeof value);
+    }
+    void add(const std::string& text) {
+        add(text.size());
+        XXH3_64bits_update(&state_, text.data(), text.size());
+    }
+    // For element types without padding.
+    template <class T>
+    void addArray(const std::vector<T>& values) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        add(values.size());
+        XXH3_64bits_update(&state_, values.data(), values.size() * sizeof(T));
+    }
+    template <int N, class T>
+    void add(const glm::vec<N, T>& v) {
+        for (int i = 0; i < N; ++i) add(v[i]);
+    }
+    void add(const glm::dmat4& m) {
+        for (int i = 0; i < 4; ++i) add(m[i]);
+    }
+    void add(const Bounds& b) {
+        add(b.min);
+        add(b.max);
+    }
+    void add(const TextureSlot& s) {
+        add(s.texture);
+        add(s.texCoord);
+        add(s.offset);
+        add(s.scale);
+        add(s.rotation);
+    }
+    std::uint64_t value() const { return XXH3_64bits_digest(&state_); }
+
+private:
+    XXH3_state_t state_{};
+};
+
+void addMaterial(Hasher& h, const Material& m) {
+    h.add(m.name);
+    h.add(m.baseColor);
+    h.add(m.emissive);
+    h.add(m.specularColor);
+    h.add(m.attenuationColor);
+    for (const float v :
+         {m.metallic, m.roughness, m.normalScale, m.occlusionStrength, m.emissiveStrength,
+          m.alphaCutoff, m.ior, m.specular, m.transmission, m.thickness, m.attenuationDistance}) {
+        h.add(v);
+    }
+    for (const TextureSlot* slot :
+         {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture, &m.occlusionTexture,
+          &m.emissiveTexture, &m.transmissionTexture, &m.thicknessTexture}) {
+        h.add(*slot);
+    }
+    h.add(m.alphaMode);
+    h.add(m.doubleSided);
+    h.add(m.unlit);
+}
+
+}  // namespace
+
+Pose poseAt(const Scene& scene, double /*time*/) {
+    Pose pose;
+    pose.worldFromNode.reserve(scene.nodes.size());
+    for (const Node& node : scene.nodes) {
+        const glm::dmat4 parent =
+            node.parent == kNone ? glm::dmat4(1.0) : pose.worldFromNode[node.parent];
+        pose.worldFromNode.push_back(parent * node.parentFromLocal);
+    }
+    return pose;
+}
+
+Bounds worldBounds(const Scene& scene, const Pose& pose) {
+    Bounds bounds;
+    for (const Instance& instance : scene.instances) {
+        bounds.add(
+            transformed(scene.meshes[instance.mesh].bounds, pose.worldFromNode[instance.node]));
+    }
+    return bounds;
+}
+
+std::uint64_t triangleCount(const Scene& scene) {
+    std::uint64_t triangles = 0;
+    for (const Instance& instance : scene.instances)
+        triangles += scene.meshes[instance.mesh].triangles;
+    return triangles;
+}
+
+DefaultView defaultView(const Scene& scene) {
+    if (scene.defaultView) return *scene.defaultView;
+    DefaultView view;
+    const Bounds bounds = worldBounds(scene, poseAt(scene, 0.0));
+    if (bounds.empty()) return view;
+    // Three-quarter view from the front, right and slightly above, with the bounding sphere in a
+    // picture of any ordinary shape.
+    view.yfov = 0.7;
+    view.target = glm::dvec3(bounds.center());
+    const double radius = std::max(1e-6, 0.5 * static_cast<double>(bounds.diagonal()));
+    const double distance = radius / std::sin(0.5 * view.yfov);
+    view.position = view.target + distance * glm::normalize(glm::dvec3(0.5, 0.35, 1.0));
+    return view;
+}
+
+void updateContentHash(Scene& scene) {
+    Hasher h;
+    h.addArray(scene.vertices);
+    h.addArray(scene.indices);
+    for (const Cluster& c : scene.clusters) {
+        h.add(c.firstIndex);
+        h.add(c.indexCount);
+    }
+    for (const Mesh& m : scene.meshes) {
+        h.add(m.name);
+        h.add(m.firstCluster);
+        h.add(m.clusterCount);
+        h.add(m.material);
+        h.add(m.bounds);
+        h.add(m.hasColors);
+    }
+    for (const Material& m : scene.materials) addMaterial(h, m);
+    for (const TextureImage& i : scene.images) {
+        h.add(i.width);
+        h.add(i.height);
+        h.add(i.levels);
+        h.add(i.colorSpace);
+        h.addArray(i.texels);
+    }
+    for (const Texture& t : scene.textures) {
+        h.add(t.image);
+        h.add(t.wrapU);
+        h.add(t.wrapV);
+        h.add(t.magnify);
+        h.add(t.minify);
+        h.add(t.useLevels);
+    }
+    for (const Node& n : scene.nodes) {
+        h.add(n.name);
+        h.add(n.parent);
+        h.add(n.parentFromLocal);
+    }
+    for (const Instance& i : scene.instances) {
+        h.add(i.node);
+        h.add(i.mesh);
+    }
+    for (const Light& l : scene.lights) {
+        h.add(l.node);
+        h.add(l.kind);
+        h.add(l.intensity);
+        for (const float v : {l.range, l.innerConeAngle, l.outerConeAngle}) h.add(v);
+    }
+    for (const Camera& c : scene.cameras) {
+        h.add(c.name);
+        h.add(c.node);
+        h.add(c.orthographic);
+        for (const double v : {c.yfov, c.yHalfHeight, c.znear, c.zfar}) h.add(v);
+    }
+    if (scene.defaultView) {
+        h.add(scene.defaultView->position);
+        h.add(scene.defaultView->target);
+        h.add(scene.defaultView->yfov);
+    }
+    h.add(scene.environment);
+    scene.contentHash = h.value();
+}
+
+}  // namespace clerestory

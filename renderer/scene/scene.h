@@ -44,7 +44,7 @@ struct Mesh {
     std::uint32_t clusterCount = 0;
     std::uint32_t triangles = 0;
     Index material = 0;
-    Bounds bounds;  // mesh space
+    Bounds bounds;           // mesh space
     bool hasColors = false;  // some vertex colour is not white
 };
 
@@ -135,7 +135,8 @@ std::uint64_t triangleCount(const Scene& scene);
 DefaultView defaultView(const Scene& scene);
 
 // Every index in range, every number finite, every count consistent: what the renderer may rely on.
-// Returns the problems found, empty when the scene is sound. Never throws, never reads out of range.
+// Returns the problems found, empty when the scene is sound. Never throws, never reads out of
+// range.
 std::vector<std::string> sceneProblems(const Scene& scene);
 
 // Sets contentHash from everything else.

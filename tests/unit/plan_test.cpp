@@ -84,10 +84,10 @@ TEST(Plan, EveryTriangleInViewIsDrawnOnceWithoutAPrepass) {
 TEST(Plan, ManyLayersCallForADepthPrepassThatCoversTheSameTriangles) {
     Scene scene;
     const Index mesh = addBoxMesh(scene, "box", addMaterial(scene, {}));
-    for (int i = 0; i < 8; ++i) place(scene, mesh, {0, 0, -3.0 * i});
+    for (int i = 0; i < 8; ++i) place(scene, mesh, {0, 0, -0.1 * i});
     const FramePlan plan = planOf(scene, lookingFrom({0, 0, 2.2}, {0, 0, 0}));
     const Pass& pass = surfaceOf(plan);
-    EXPECT_EQ(pass.depthDraws.size(), 8u);
+    ASSERT_EQ(pass.depthDraws.size(), 8u);
     EXPECT_EQ(pass.opaqueDraws.size(), 8u);
     EXPECT_EQ(pass.depthDraws.front().instance, 0u) << "nearest first";
     EXPECT_THAT(pass.reason, HasSubstr("depth first"));
