@@ -29,7 +29,8 @@ struct EnvironmentMap {
 };
 
 // Direction through the centre of a texel: OpenGL's cube face table, not normalised (max |c| is 1).
-glm::vec3 cubeTexelDirection(std::uint32_t face, std::uint32_t x, std::uint32_t y, std::uint32_t faceSize);
+glm::vec3 cubeTexelDirection(std::uint32_t face, std::uint32_t x, std::uint32_t y,
+                             std::uint32_t faceSize);
 
 // Built-in maps.
 EnvironmentMap skyEnvironment();     // clear late-afternoon sky over pale ground, with a sun
@@ -42,7 +43,8 @@ std::vector<std::string> builtinEnvironmentNames();
 
 // From rows of an equirectangular picture, width = 2 * height as a rule; first row is straight up,
 // the middle column is -Z. Non-finite and negative texels become 0, large ones 65504.
-EnvironmentMap environmentFromEquirectangular(std::string name, const std::vector<glm::vec3>& texels,
+EnvironmentMap environmentFromEquirectangular(std::string name,
+                                              const std::vector<glm::vec3>& texels,
                                               std::uint32_t width, std::uint32_t height);
 
 // Irradiance divided by pi, as nine spherical-harmonic coefficients with the cosine lobe already

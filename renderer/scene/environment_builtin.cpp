@@ -68,14 +68,14 @@ vec3 skyRadiance(const Air& air, const vec3& d) {
 }  // namespace
 
 EnvironmentMap skyEnvironment() {
-    const Air air{.zenith = {0.10f, 0.21f, 0.50f},
+    const Air air{.zenith = {0.075f, 0.20f, 0.54f},
                   .horizon = {0.62f, 0.70f, 0.80f},
                   .glow = {1.00f, 0.80f, 0.52f},
                   .ground = {0.34f, 0.31f, 0.27f},
                   .toSun = glm::normalize(vec3(0.62f, 0.55f, 0.56f)),
                   .hazeHeight = 0.22f,
-                  .glowSharpness = 0.78f,
-                  .glowShare = 0.07f};
+                  .glowSharpness = 0.80f,
+                  .glowShare = 0.04f};
     EnvironmentMap map = drawn("sky", "Clear late afternoon", 256,
                                [&](const vec3& d) { return skyRadiance(air, d); });
     // A white floor shows 0.28 from the sky and 0.72 from the sun, so that exposure 0 looks lit.
@@ -104,21 +104,21 @@ vec3 studioRadiance(const vec3& d) {
     const float farthest = std::max({reach.x, reach.y, reach.z});  // above 0: d is unit
     const vec3 p = d / farthest;
     const float height = 0.5f + 0.5f * p.y / room.y;
-    vec3 light = glm::mix(vec3(0.10f), vec3(0.30f), height);
-    if (reach.y == farthest) light = d.y > 0.0f ? vec3(0.32f) : vec3(0.12f);
+    vec3 light = glm::mix(vec3(0.08f), vec3(0.24f), height);
+    if (reach.y == farthest) light = d.y > 0.0f ? vec3(0.26f) : vec3(0.10f);
     // Corners are darker, as less light finds them.
     const vec3 toWall = vec3(1.0f) - glm::abs(p) / room;
     const float middle = toWall.x + toWall.y + toWall.z - std::max({toWall.x, toWall.y, toWall.z});
     light *= 0.7f + 0.3f * glm::smoothstep(0.0f, 0.5f, middle);
     if (reach.y == farthest && d.y > 0.0f) {
         light +=
-            8.0f * softBox(p.x - 0.6f, p.z - 0.8f, 1.5f, 1.1f, 0.25f) * vec3(1.0f, 0.97f, 0.92f);
+            8.0f * softBox(p.x - 0.6f, p.z - 0.8f, 1.2f, 0.8f, 0.25f) * vec3(1.0f, 0.97f, 0.92f);
     } else if (reach.x == farthest && d.x < 0.0f) {
         light +=
-            3.5f * softBox(p.z - 0.4f, p.y - 0.3f, 1.6f, 1.3f, 0.25f) * vec3(0.90f, 0.96f, 1.0f);
+            2.5f * softBox(p.z - 0.4f, p.y - 0.3f, 1.4f, 1.1f, 0.25f) * vec3(0.90f, 0.96f, 1.0f);
     } else if (reach.x == farthest) {
         light +=
-            5.0f * softBox(p.z + 2.2f, p.y - 0.4f, 0.5f, 1.7f, 0.2f) * vec3(1.0f, 0.93f, 0.84f);
+            5.0f * softBox(p.z + 2.2f, p.y - 0.4f, 0.4f, 1.6f, 0.2f) * vec3(1.0f, 0.93f, 0.84f);
     }
     return light;
 }
