@@ -1,1 +1,218 @@
+// The facade: keeps scenes and maps by name, plans, executes.
 #include "renderer.h"
+
+#include "gl/context.h"
+#include "passes/executor.h"
+#include "plan/features.h"
+#include "plan/planner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+namespace clerestory {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+gl::Driver driverOf(Backend backend) {
+    switch (backend) {
+        case Backend::automatic:
+            return gl::Driver::automatic;
+        case Backend::software:
+            return gl::Driver::software;
+        case Backend::hardware:
+            return gl::Driver::hardware;
+    }
+    return gl::Driver::automatic;
+}
+
+RendererIdentity identityOf(const gl::Capabilities& c) {
+    return {.vendor = c.vendor,
+            .renderer = c.renderer,
+            .version = c.version,
+            .shadingLanguage = c.shadingLanguage,
+            .platform = c.platform,
+            .software = c.software,
+            .clipControl = c.clipControl,
+            .timerQueriesTrusted = c.timerQueriesTrusted,
+            .maxSamples = c.maxSamples,
+            .maxAnisotropy = c.maxAnisotropy,
+            .maxTextureSize = c.maxTextureSize};
+}
+
+template <class Map>
+std::string keysOf(const Map& map) {
+    std::string keys;
+    for (const auto& [key, value] : map) keys += (keys.empty() ? "one of: " : ", ") + key;
+    return keys.empty() ? "none is loaded" : keys;
+}
+
+}  // namespace
+
+struct Renderer::State {
+    explicit State(const RendererOptions& options)
+        : context({.driver = driverOf(options.backend), .debugOutput = options.debugOutput}),
+          identity(identityOf(context.capabilities())),
+          limits({.maxSamples = identity.maxSamples,
+                  .maxAnisotropy = identity.maxAnisotropy,
+                  .software = identity.software}) {}
+
+    // What a request names, found; throws InvalidRequest naming what is not there.
+    struct Subject {
+        std::shared_ptr<const Scene> scene;
+        std::shared_ptr<const EnvironmentMap> environment;
+        Pose pose;
+    };
+    Subject subjectOf(const FrameRequest& request) const;
+    FramePlan plan(const Subject& subject, const FrameRequest& request) const {
+        return planFrame(*subject.scene, subject.pose, request, *subject.environment,
+                         {executor.residentKeys()}, limits);
+    }
+    Execution execute(const Subject& subject, const FramePlan& plan) {
+        return executor.run(plan, subject.scene, subject.pose, *subject.environment);
+    }
+
+    gl::Context context;  // before, and so outliving, everything that holds GL objects
+    RendererIdentity identity;
+    DeviceLimits limits;
+    std::map<std::string, std::shared_ptr<const Scene>> scenes;
+    std::map<std::string, std::shared_ptr<const EnvironmentMap>> environments;
+    std::string firstScene;  // what a request without a scene means
+    Executor executor;
+    std::uint64_t frames = 0;
+};
+
+Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request) const {
+    const std::string& id = request.scene.empty() ? firstScene : request.scene;
+    const auto scene = scenes.find(id);
+    if (scene == scenes.end()) {
+        throw InvalidRequest({{"/scene", "there is no such scene", keysOf(scenes)}});
+    }
+    const std::string name = request.environment.map.value_or(scene->second->environment);
+    const auto environment = environments.find(name);
+    if (environment == environments.end()) {
+        throw InvalidRequest(
+            {{"/environment/map", "there is no such environment map", keysOf(environments)}});
+    }
+    return {scene->second, environment->second, poseAt(*scene->second, request.time)};
+}
+
+Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {
+    for (const std::string& name : builtinEnvironmentNames()) {
+        if (auto map = builtinEnvironment(name)) {
+            addEnvironment(std::make_shared<EnvironmentMap>(std::move(*map)));
+        }
+    }
+}
+
+Renderer::~Renderer() {
+    state_->context.makeCurrent();
+}
+
+const RendererIdentity& Renderer::identity() const {
+    return state_->identity;
+}
+
+void Renderer::addScene(std::shared_ptr<const Scene> scene) {
+    removeScene(scene->id);
+    if (state_->firstScene.empty()) state_->firstScene = scene->id;
+    state_->scenes[scene->id] = std::move(scene);
+}
+
+void Renderer::removeScene(const std::string& id) {
+    const auto found = state_->scenes.find(id);
+    if (found == state_->scenes.end()) return;
+    state_->context.makeCurrent();
+    state_->executor.forget(*found->second);
+    state_->scenes.erase(found);
+}
+
+bool Renderer::hasScene(const std::string& id) const {
+    return state_->scenes.contains(id);
+}
+
+void Renderer::addEnvironment(std::shared_ptr<const EnvironmentMap> map) {
+    state_->environments[map->name] = std::move(map);
+}
+
+std::vector<std::string> Renderer::environmentNames() const {
+    std::vector<std::string> names;
+    for (const auto& [name, map] : state_->environments) names.push_back(name);
+    return names;
+}
+
+FramePlan Renderer::plan(const FrameRequest& request) const {
+    return state_->plan(state_->subjectOf(request), request);
+}
+
+Frame Renderer::render(const FrameRequest& request) {
+    state_->context.makeCurrent();
+    const State::Subject subject = state_->subjectOf(request);
+    const Clock::time_point start = Clock::now();
+    Frame frame;
+    frame.plan = state_->plan(subject, request);
+    frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+
+    Execution execution = state_->execute(subject, frame.plan);
+    frame.image = std::move(execution.image);
+    frame.readbackMs = execution.readbackMilliseconds;
+    for (std::size_t i = 0; i < frame.plan.passes.size(); ++i) {
+        const Pass& pass = frame.plan.passes[i];
+        frame.passTimes.push_back(
+            {std::string(nameOf(pass.kind)), pass.name, execution.passMilliseconds[i]});
+    }
+    ++state_->frames;
+    return frame;
+}
+
+void Renderer::warm(const std::string& sceneId) {
+    state_->context.makeCurrent();
+    FrameRequest request;
+    request.scene = sceneId;
+    request.width = 32;
+    request.height = 18;
+    const State::Subject subject = state_->subjectOf(request);
+
+    // From far enough away everything is in view, so every shader variant of the scene is drawn.
+    const Bounds bounds = worldBounds(*subject.scene, subject.pose);
+    if (!bounds.empty()) {
+        const glm::dvec3 center(bounds.center());
+        const double distance = 2.0 * std::max(1e-3, static_cast<double>(bounds.diagonal()));
+        request.camera.position = center + glm::dvec3(0.0, 0.3, 1.0) * distance;
+        request.camera.target = center;
+    }
+    FramePlan plan = state_->plan(subject, request);
+    state_->execute(subject, plan);
+
+    // And as the nearer views draw it, depth first or not: other states, other code.
+    for (Pass& pass : plan.passes) {
+        if (pass.kind != PassKind::surface) continue;
+        if (pass.depthDraws.empty()) {
+            for (const Draw& draw : pass.opaqueDraws) {
+                if (!(draw.features & FEATURE_MASK)) pass.depthDraws.push_back(draw);
+            }
+        } else {
+            pass.depthDraws.clear();
+        }
+    }
+    state_->execute(subject, plan);
+}
+
+RendererCounters Renderer::counters() const {
+    const gl::ObjectCounters& made = state_->context.counters();
+    const DrawCounters& drawn = state_->executor.counters();
+    return {.frames = state_->frames,
+            .drawCalls = drawn.drawCalls,
+            .triangles = drawn.triangles,
+            .texturesMade = made.textures,
+            .framebuffersMade = made.framebuffers,
+            .programsMade = made.programs,
+            .buffersMade = made.buffers};
+}
+
+std::vector<std::string> Renderer::driverMessages() const {
+    return state_->context.messages();
+}
+
+}  // namespace clerestory

@@ -10,6 +10,7 @@ Name newBuffer() {
     ++Context::current().counters().buffers;
     GLuint name = 0;
     glGenBuffers(1, &name);
+    glBindBuffer(GL_COPY_WRITE_BUFFER, name);  // a name becomes an object when first bound
     return name;
 }
 
@@ -35,6 +36,15 @@ Buffer::~Buffer() {
 
 void Buffer::assign(std::span<const std::byte> content) {
     fill(name_.get(), content, GL_STREAM_DRAW);
+}
+
+void Buffer::bindUniform(unsigned int binding) const {
+    glBindBufferBase(GL_UNIFORM_BUFFER, binding, name_.get());
+}
+
+void Buffer::bindUniform(unsigned int binding, std::size_t offset, std::size_t size) const {
+    glBindBufferRange(GL_UNIFORM_BUFFER, binding, name_.get(), static_cast<GLintptr>(offset),
+                      static_cast<GLsizeiptr>(size));
 }
 
 BufferTexture::BufferTexture(const Buffer& buffer)

@@ -18,6 +18,8 @@ public:
     ~Buffer();
 
     void assign(std::span<const std::byte> content);
+    void bindUniform(unsigned int binding) const;
+    void bindUniform(unsigned int binding, std::size_t offset, std::size_t size) const;
     Name name() const { return name_.get(); }
 
 private:

@@ -47,6 +47,7 @@ public:
 
     const Capabilities& capabilities() const { return capabilities_; }
     ObjectCounters& counters() { return counters_; }
+    const ObjectCounters& counters() const { return counters_; }
     const std::vector<std::string>& messages() const { return messages_; }
     void addMessage(std::string message);
 

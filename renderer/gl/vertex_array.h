@@ -29,4 +29,8 @@ private:
     OwnedName name_;
 };
 
+// With the bound vertex array and program. `instance` chooses the per-instance attributes.
+void drawIndexed(std::uint32_t firstIndex, std::uint32_t indexCount, std::uint32_t instance);
+void drawTriangle();  // three vertices without attributes
+
 }  // namespace clerestory::gl

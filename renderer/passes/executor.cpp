@@ -1,1 +1,126 @@
-namespace clerestory {}
+// Running a plan's passes and taking the picture away.
+#include "passes/executor.h"
+
+#include "gl/api.h"
+#include "gl/context.h"
+
+#include <chrono>
+
+namespace clerestory {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// Maps kept uploaded; what is rarely asked for is uploaded again.
+constexpr std::size_t kMostMaps = 4;
+
+std::uint32_t channelsOf(Channel channel) {
+    return channel == Channel::color || channel == Channel::normal ? 3 : 1;
+}
+
+}  // namespace
+
+const GpuScene& Executor::uploaded(const std::shared_ptr<const Scene>& scene) {
+    const auto found = scenes_.find(scene.get());
+    if (found != scenes_.end()) return found->second;
+    const std::size_t alignment = gl::Context::current().capabilities().uniformAlignment;
+    return scenes_.try_emplace(scene.get(), scene, resources_.draws.records(), alignment)
+        .first->second;
+}
+
+const GpuEnvironment& Executor::uploaded(const EnvironmentMap& map) {
+    for (auto it = maps_.begin(); it != maps_.end(); ++it) {
+        if (it->contentHash != map.contentHash) continue;
+        maps_.splice(maps_.begin(), maps_, it);
+        return maps_.front().environment;
+    }
+    maps_.push_front({map.contentHash, GpuEnvironment(map)});
+    if (maps_.size() > kMostMaps) maps_.pop_back();
+    return maps_.front().environment;
+}
+
+void Executor::forget(const Scene& scene) {
+    scenes_.erase(&scene);
+}
+
+void Executor::runPass(const PassInput& input) {
+    const gl::DebugGroup group(input.pass.name);
+    switch (input.pass.kind) {
+        case PassKind::environment:
+            runEnvironmentPass(resources_, input);
+            targets_.markResident(input.target);
+            break;
+        case PassKind::surface:
+            runSurfacePass(resources_, input);
+            break;
+        case PassKind::channel:
+            runChannelPass(resources_, input);
+            break;
+        case PassKind::toneMap:
+            runToneMapPass(resources_, input);
+            break;
+        case PassKind::edgeFilter:
+            runEdgeFilterPass(resources_, input);
+            break;
+    }
+}
+
+Image Executor::readBack(const FramePlan& plan, const Target& output) {
+    const gl::Framebuffer& source = output.readable();
+    const std::uint32_t width = source.width(), height = source.height();
+    if (output.spec().format == Format::srgba8) {
+        // The toneMap pass has put the top row first.
+        Image image = makeImage(width, height, 4, PixelType::srgb8);
+        source.readBytes(image.data);
+        return image;
+    }
+    std::vector<float> rgba(std::size_t{4} * width * height);
+    source.readFloats(rgba);
+    Image image = makeImage(width, height, channelsOf(plan.channel), PixelType::float32);
+    float* out = image.floats();
+    for (std::uint32_t y = height; y-- > 0;) {  // OpenGL's first row is the lowest
+        const float* in = rgba.data() + std::size_t{4} * width * y;
+        for (std::uint32_t x = 0; x < width; ++x, in += 4) {
+            out = std::copy(in, in + image.channels, out);
+        }
+    }
+    return image;
+}
+
+Execution Executor::run(const FramePlan& plan, const std::shared_ptr<const Scene>& scene,
+                        const Pose& pose, const EnvironmentMap& environment) {
+    targets_.beginFrame();
+    std::vector<Target*> targets;
+    for (const TargetSpec& spec : plan.targets) targets.push_back(&targets_.acquire(spec));
+
+    Execution result;
+    for (const Pass& pass : plan.passes) {
+        const Clock::time_point start = Clock::now();
+        const bool surface = pass.kind == PassKind::surface;
+        const bool needsMap =
+            pass.kind == PassKind::environment || (surface && (pass.sky || !pass.reads.empty()));
+        const bool needsScene = surface || pass.kind == PassKind::channel;
+        PassInput input{.plan = plan,
+                        .pass = pass,
+                        .target = *targets[pass.target],
+                        .reads = {},
+                        .scene = needsScene ? &uploaded(scene) : nullptr,
+                        .pose = pose,
+                        .environment = needsMap ? &uploaded(environment) : nullptr};
+        for (const TargetId read : pass.reads) input.reads.push_back(targets[read]);
+        runPass(input);
+        glFinish();  // so that the wall clock tells this pass's time
+        result.passMilliseconds.push_back(millisecondsSince(start));
+    }
+    const Clock::time_point start = Clock::now();
+    result.image = readBack(plan, *targets[plan.output]);
+    result.readbackMilliseconds = millisecondsSince(start);
+    targets_.endFrame();
+    return result;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,30 @@
+// The uniform blocks and numbers of shaders/include as C++.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include <cstddef>
+#include <span>
+
+// clang-format off
+#include "shaders/include/bindings.glsl"
+
+namespace clerestory::blocks {
+using glm::vec4, glm::ivec4, glm::mat4;
+#define BLOCK_BEGIN(name, slot) struct name {
+#define BLOCK_END(instance) };
+#include "shaders/include/blocks.glsl"
+#undef BLOCK_BEGIN
+#undef BLOCK_END
+// clang-format on
+
+static_assert(sizeof(ViewBlock) == 352);
+static_assert(sizeof(MaterialBlock) == 224);
+static_assert(sizeof(FilterBlock) == 16);
+
+template <class Block>
+std::span<const std::byte> bytesOf(const Block& block) {
+    return std::as_bytes(std::span(&block, 1));
+}
+
+}  // namespace clerestory::blocks

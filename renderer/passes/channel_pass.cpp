@@ -1,0 +1,44 @@
+// The scene from one view as numbers: depth, normals or object ids.
+#include "passes/blocks.h"
+#include "passes/passes.h"
+#include "plan/features.h"
+
+namespace clerestory {
+namespace {
+
+constexpr Features kGeometry = FEATURE_MASK | FEATURE_DOUBLE_SIDED;
+constexpr Features kCoverage = FEATURE_BASE_COLOR_MAP | FEATURE_VERTEX_COLOR |
+                               FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
+
+int variantOf(Channel channel) {
+    switch (channel) {
+        case Channel::normal:
+            return CHANNEL_NORMAL;
+        case Channel::objectId:
+            return CHANNEL_OBJECT_ID;
+        case Channel::depth:
+        case Channel::color:
+            break;
+    }
+    return CHANNEL_DEPTH;
+}
+
+}  // namespace
+
+void runChannelPass(PassResources& resources, const PassInput& input) {
+    const Pass& pass = input.pass;
+    resources.draws.begin(input.scene->scene(), input.pose, pass.views.front(), input.plan.lights);
+    const std::uint32_t records = resources.draws.add(pass.opaqueDraws);
+    resources.draws.upload();
+    bindView(resources, input);
+
+    input.target.drawn().bind();
+    gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true});
+    gl::clearColorAndDepth();
+    const DrawProgram program{"surface.vert", "channel.frag", kGeometry | kCoverage,
+                              variantOf(input.plan.channel)};
+    drawAll(resources, input, pass.opaqueDraws, records, program);
+    input.target.resolve();
+}
+
+}  // namespace clerestory

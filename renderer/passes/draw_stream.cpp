@@ -1,0 +1,114 @@
+// Per-draw data. Transforms are made in double relative to the eye and only then narrowed, so the
+// shaders never see a coordinate of the world.
+#include "passes/draw_stream.h"
+
+#include "passes/blocks.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+glm::dmat3 cofactors(const glm::dmat3& m) {
+    return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
+}
+
+// Turns normals as the inverse transpose does, defined for singular matrices as well. Scaled so
+// that its greatest entry is 1: a float holds it whatever the scale of the scene.
+glm::dmat3 normalMatrix(const glm::dmat3& m) {
+    double greatest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        greatest = std::max({greatest, std::abs(m[i].x), std::abs(m[i].y), std::abs(m[i].z)});
+    }
+    if (!(greatest > 0.0)) return glm::dmat3(1.0);
+    const glm::dmat3 unit = m / greatest;
+    glm::dmat3 normals = cofactors(unit);
+    if (glm::determinant(unit) < 0.0) normals = -normals;
+    greatest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        greatest = std::max(
+            {greatest, std::abs(normals[i].x), std::abs(normals[i].y), std::abs(normals[i].z)});
+    }
+    return greatest > 0.0 ? normals / greatest : glm::dmat3(1.0);
+}
+
+glm::vec4 row(const glm::dmat3& m, int i, double w) {
+    return glm::vec4(glm::dvec4(m[0][i], m[1][i], m[2][i], w));
+}
+
+void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye) {
+    const bool placed = light.kind != LightKind::directional;
+    const bool spot = light.kind == LightKind::spot;
+    rows.emplace_back(placed ? glm::vec3(light.position - eye) : light.toLight,
+                      placed ? 1.0f : 0.0f);
+    rows.emplace_back(light.intensity, placed ? light.range : 0.0f);
+    // Without a cone every angle lies inside it: the axis is nothing, its cosine 0.
+    rows.emplace_back(spot ? light.toLight : glm::vec3(0.0f), spot ? light.cosOuter : -2.0f);
+    rows.emplace_back(spot ? light.cosInner : -1.0f, 0.0f, 0.0f, 0.0f);
+}
+
+}  // namespace
+
+void DrawStream::begin(const Scene& scene, const Pose& pose, const View& view,
+                       const std::vector<PlacedLight>& lights) {
+    scene_ = &scene;
+    pose_ = &pose;
+    view_ = &view;
+    lights_ = &lights;
+    instances_.clear();
+    lists_.clear();
+    recordData_.clear();
+    lightData_.clear();
+}
+
+const DrawStream::Placed& DrawStream::placed(std::uint32_t instance) {
+    const auto [it, isNew] = instances_.try_emplace(instance);
+    Placed& p = it->second;
+    if (!isNew) return p;
+    const glm::dmat4& worldFromModel = pose_->worldFromNode[scene_->instances[instance].node];
+    const glm::dmat3 linear(worldFromModel);
+    const glm::dvec3 translation = glm::dvec3(worldFromModel[3]) - view_->eye;
+    const glm::dmat3 normals = normalMatrix(linear);
+    for (int i = 0; i < 3; ++i) {
+        p.record.eyeFromModel[i] = row(linear, i, translation[i]);
+        p.record.normalFromModel[i] = row(normals, i, 0.0);
+    }
+    p.record.normalFromModel[2].w = static_cast<float>(instance + 1);
+    p.mirrored = glm::determinant(linear) < 0.0;
+    return p;
+}
+
+std::uint32_t DrawStream::firstLight(const LightList& list) {
+    const std::vector<std::uint8_t> key(list.indices.begin(), list.indices.begin() + list.count);
+    const auto [it, isNew] =
+        lists_.try_emplace(key, static_cast<std::uint32_t>(lightData_.size() / LIGHT_ROWS));
+    if (isNew) {
+        for (const std::uint8_t light : key) appendLight(lightData_, (*lights_)[light], view_->eye);
+    }
+    return it->second;
+}
+
+std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
+    const auto first = static_cast<std::uint32_t>(recordData_.size());
+    for (const Draw& draw : draws) {
+        DrawRecord record = placed(draw.instance).record;
+        record.normalFromModel[0].w = static_cast<float>(firstLight(draw.lights));
+        record.normalFromModel[1].w = static_cast<float>(draw.lights.count);
+        recordData_.push_back(record);
+    }
+    return first;
+}
+
+void DrawStream::upload() {
+    records_.assign(std::as_bytes(std::span(recordData_)));
+    if (lightData_.empty()) lightData_.resize(LIGHT_ROWS);
+    lightRows_.assign(std::as_bytes(std::span(lightData_)));
+}
+
+gl::Facing DrawStream::facing(const Draw& draw, bool doubleSided) const {
+    return {.cullBack = !doubleSided,
+            .clockwiseIsFront = view_->mirrored != instances_.at(draw.instance).mirrored};
+}
+
+}  // namespace clerestory

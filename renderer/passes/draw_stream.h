@@ -1,0 +1,57 @@
+// What changes from draw to draw, gathered for a whole pass and uploaded at once: transforms
+// relative to the eye, and the lists of lights.
+#pragma once
+
+#include "gl/buffer.h"
+#include "gl/state.h"
+#include "plan/frame_plan.h"
+#include "scene/scene.h"
+
+#include <map>
+#include <vector>
+
+namespace clerestory {
+
+// Per-instance vertex attributes of one draw.
+struct DrawRecord {
+    glm::vec4 eyeFromModel[3];     // rows
+    glm::vec4 normalFromModel[3];  // rows; w: first light, number of lights, object id
+};
+static_assert(sizeof(DrawRecord) == 96);
+
+class DrawStream {
+public:
+    const gl::Buffer& records() const { return records_; }
+    const gl::BufferTexture& lights() const { return lightTexture_; }
+
+    // Starts anew for a view.
+    void begin(const Scene& scene, const Pose& pose, const View& view,
+               const std::vector<PlacedLight>& lights);
+    // Returns the place of the first draw's record; the others follow it.
+    std::uint32_t add(const std::vector<Draw>& draws);
+    void upload();
+
+    gl::Facing facing(const Draw& draw, bool doubleSided) const;
+
+private:
+    struct Placed {
+        DrawRecord record;
+        bool mirrored = false;
+    };
+    const Placed& placed(std::uint32_t instance);
+    std::uint32_t firstLight(const LightList& list);
+
+    gl::Buffer records_, lightRows_;
+    gl::BufferTexture lightTexture_{lightRows_};
+
+    const Scene* scene_ = nullptr;
+    const Pose* pose_ = nullptr;
+    const View* view_ = nullptr;
+    const std::vector<PlacedLight>* lights_ = nullptr;
+    std::map<std::uint32_t, Placed> instances_;
+    std::map<std::vector<std::uint8_t>, std::uint32_t> lists_;
+    std::vector<DrawRecord> recordData_;
+    std::vector<glm::vec4> lightData_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,56 @@
+// Prefilters an environment map: level k of the target holds the light that a GGX lobe of roughness
+// k / (levels - 1) gathers about each direction.
+#include "passes/blocks.h"
+#include "passes/environment_samples.h"
+#include "passes/passes.h"
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+// OpenGL 4.3, table 8.18: each face's normal, and where its s and t grow.
+constexpr glm::vec3 kFaceAxes[6][3] = {
+    {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
+};
+
+const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
+
+}  // namespace
+
+void runEnvironmentPass(PassResources& resources, const PassInput& input) {
+    const TargetSpec& spec = input.target.spec();
+    const gl::Texture& source = input.environment->source;
+    gl::apply(gl::State{});
+    gl::apply(gl::Facing{.cullBack = false});
+    source.bind(UNIT_SOURCE);
+    resources.samplers.sampler(kSmooth).bind(UNIT_SOURCE);
+    resources.shaders.program({"fullscreen.vert", "environment.frag"}).use();
+    resources.noVertices.bind();
+
+    for (std::uint32_t level = 0; level < spec.levels; ++level) {
+        const float roughness =
+            spec.levels > 1 ? static_cast<float>(level) / static_cast<float>(spec.levels - 1) : 0;
+        const float texels = static_cast<float>(std::max(1u, spec.width >> level));
+        const std::vector<glm::vec4> samples =
+            environmentSamples(roughness, input.plan.environmentSamples,
+                               static_cast<float>(source.description().width), texels);
+        blocks::PrefilterBlock block{};
+        block.counts.x = static_cast<int>(samples.size());
+        std::copy(samples.begin(), samples.end(), block.samples);
+        for (std::uint32_t face = 0; face < 6; ++face) {
+            for (int axis = 0; axis < 3; ++axis) {
+                // w: from the target's pixels to -1..1, before 1 is taken away.
+                block.faceAxes[axis] = glm::vec4(kFaceAxes[face][axis], 2.0f / texels);
+            }
+            resources.prefilterBlock.assign(blocks::bytesOf(block));
+            resources.prefilterBlock.bindUniform(BINDING_PREFILTER);
+            input.target.face(level, face).bind();
+            gl::drawTriangle();
+        }
+    }
+}
+
+}  // namespace clerestory

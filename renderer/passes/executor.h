@@ -1,0 +1,44 @@
+// Carries plans out, top to bottom. Decides nothing.
+#pragma once
+
+#include "image/image.h"
+#include "passes/passes.h"
+
+#include <list>
+#include <memory>
+
+namespace clerestory {
+
+struct Execution {
+    Image image;
+    std::vector<double> passMilliseconds;  // one for each of plan.passes
+    double readbackMilliseconds = 0.0;
+};
+
+class Executor {
+public:
+    Execution run(const FramePlan& plan, const std::shared_ptr<const Scene>& scene,
+                  const Pose& pose, const EnvironmentMap& environment);
+    // Resident maps, for the planner.
+    std::set<std::uint64_t> residentKeys() const { return targets_.residentKeys(); }
+    // Frees what was uploaded for a scene.
+    void forget(const Scene& scene);
+    const DrawCounters& counters() const { return resources_.counters; }
+
+private:
+    const GpuScene& uploaded(const std::shared_ptr<const Scene>& scene);
+    const GpuEnvironment& uploaded(const EnvironmentMap& map);
+    void runPass(const PassInput& input);
+    Image readBack(const FramePlan& plan, const Target& output);
+
+    PassResources resources_;
+    TargetPool targets_;
+    std::map<const Scene*, GpuScene> scenes_;
+    struct UploadedMap {
+        std::uint64_t contentHash;
+        GpuEnvironment environment;
+    };
+    std::list<UploadedMap> maps_;  // last used first
+};
+
+}  // namespace clerestory

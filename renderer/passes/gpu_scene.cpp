@@ -1,0 +1,156 @@
+// Uploading a scene.
+#include "passes/gpu_scene.h"
+
+#include "passes/blocks.h"
+#include "passes/draw_stream.h"
+#include "plan/features.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace clerestory {
+namespace {
+
+// In the order of the texture units.
+std::array<const TextureSlot*, MATERIAL_SLOTS> slotsOf(const Material& m) {
+    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture, &m.occlusionTexture,
+            &m.emissiveTexture};
+}
+constexpr std::array<Features, MATERIAL_SLOTS> kSlotFeatures = {
+    FEATURE_BASE_COLOR_MAP, FEATURE_METALLIC_ROUGHNESS_MAP, FEATURE_NORMAL_MAP,
+    FEATURE_OCCLUSION_MAP, FEATURE_EMISSIVE_MAP};
+
+// KHR_texture_transform: scaled, then turned, then moved. The picture's v points down, so a
+// counter-clockwise turn has its minus sign in the second row.
+void setTexCoordRows(const TextureSlot& slot, glm::vec4* rows) {
+    const float c = std::cos(slot.rotation), s = std::sin(slot.rotation);
+    const auto set = static_cast<float>(slot.texCoord);
+    rows[0] = {c * slot.scale.x, s * slot.scale.y, slot.offset.x, set};
+    rows[1] = {-s * slot.scale.x, c * slot.scale.y, slot.offset.y, set};
+}
+
+blocks::MaterialBlock blockOf(const Material& m) {
+    blocks::MaterialBlock block{};
+    block.baseColor = m.baseColor;
+    block.surface = {m.metallic, m.roughness, m.normalScale, m.occlusionStrength};
+    block.emissive = glm::vec4(emittedRadiance(m), m.alphaCutoff);
+    const float r = (m.ior - 1.0f) / (m.ior + 1.0f);  // ior is at least 1
+    block.dielectricF0 =
+        glm::vec4(glm::min(r * r * m.specularColor, 1.0f) * m.specular, m.specular);
+    const auto slots = slotsOf(m);
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+        setTexCoordRows(*slots[i], &block.texCoordRows[2 * i]);
+    }
+    return block;
+}
+
+std::vector<std::byte> materialBytes(const Scene& scene, std::size_t stride) {
+    std::vector<std::byte> bytes(stride * std::max<std::size_t>(1, scene.materials.size()));
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        const blocks::MaterialBlock block = blockOf(scene.materials[i]);
+        std::memcpy(bytes.data() + i * stride, &block, sizeof block);
+    }
+    return bytes;
+}
+
+gl::Texture uploaded(const TextureImage& image) {
+    gl::Texture texture({.format = image.colorSpace == ColorSpace::srgb ? gl::TextureFormat::srgba8
+                                                                        : gl::TextureFormat::rgba8,
+                         .width = image.width,
+                         .height = image.height,
+                         .levels = image.levels});
+    std::size_t offset = 0;
+    for (std::uint32_t level = 0; level < image.levels; ++level) {
+        const std::size_t size = std::size_t{4} * std::max(1u, image.width >> level) *
+                                 std::max(1u, image.height >> level);
+        texture.upload(level, 0, std::as_bytes(std::span(image.texels).subspan(offset, size)));
+        offset += size;
+    }
+    return texture;
+}
+
+gl::VertexArray vertexArrayOf(const gl::Buffer& vertices, const gl::Buffer& indices,
+                              const gl::Buffer& drawRecords) {
+    std::vector<gl::Attribute> attributes;
+    const auto vertex = [&](std::uint32_t slot, std::uint32_t components, std::size_t offset) {
+        attributes.push_back({.slot = slot,
+                              .components = components,
+                              .offset = static_cast<std::uint32_t>(offset),
+                              .stride = sizeof(Vertex),
+                              .buffer = &vertices});
+    };
+    vertex(ATTRIBUTE_POSITION, 3, offsetof(Vertex, position));
+    vertex(ATTRIBUTE_NORMAL, 3, offsetof(Vertex, normal));
+    vertex(ATTRIBUTE_TANGENT, 4, offsetof(Vertex, tangent));
+    vertex(ATTRIBUTE_TEXCOORD0, 2, offsetof(Vertex, texCoord0));
+    vertex(ATTRIBUTE_TEXCOORD1, 2, offsetof(Vertex, texCoord1));
+    vertex(ATTRIBUTE_COLOR, 4, offsetof(Vertex, color));
+    for (std::uint32_t row = 0; row < 6; ++row) {
+        attributes.push_back({.slot = ATTRIBUTE_EYE_FROM_MODEL + row,
+                              .offset = row * 16,
+                              .stride = sizeof(DrawRecord),
+                              .perInstance = true,
+                              .buffer = &drawRecords});
+    }
+    return {attributes, &indices};
+}
+
+gl::Wrapping wrappingOf(Wrap wrap) {
+    switch (wrap) {
+        case Wrap::repeat:
+            return gl::Wrapping::repeat;
+        case Wrap::mirroredRepeat:
+            return gl::Wrapping::mirroredRepeat;
+        case Wrap::clampToEdge:
+            return gl::Wrapping::clampToEdge;
+    }
+    return gl::Wrapping::repeat;
+}
+
+gl::SamplerDescription samplerOf(const Texture& t, std::uint32_t anisotropy) {
+    const bool smooth = t.minify == Filter::linear;
+    return {.wrapU = wrappingOf(t.wrapU),
+            .wrapV = wrappingOf(t.wrapV),
+            .magnifyLinear = t.magnify == Filter::linear,
+            .minifyLinear = smooth,
+            .levels = !t.useLevels ? gl::LevelFilter::none
+                      : smooth     ? gl::LevelFilter::linear
+                                   : gl::LevelFilter::nearest,
+            .anisotropy = smooth && t.useLevels ? anisotropy : 1};
+}
+
+}  // namespace
+
+const gl::Sampler& SamplerCache::sampler(const gl::SamplerDescription& description) {
+    return samplers_.try_emplace(description, description).first->second;
+}
+
+GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
+                   std::size_t uniformAlignment)
+    : scene_(std::move(scene)),
+      vertices_(std::as_bytes(std::span(scene_->vertices))),
+      indices_(std::as_bytes(std::span(scene_->indices))),
+      vertexArray_(vertexArrayOf(vertices_, indices_, drawRecords)),
+      materialStride_((sizeof(blocks::MaterialBlock) + uniformAlignment - 1) / uniformAlignment *
+                      uniformAlignment),
+      materials_(materialBytes(*scene_, materialStride_)) {
+    images_.reserve(scene_->images.size());
+    for (const TextureImage& image : scene_->images) images_.push_back(uploaded(image));
+}
+
+void GpuScene::bindMaterial(Index material, Features features, std::uint32_t anisotropy,
+                            SamplerCache& samplers) const {
+    materials_.bindUniform(BINDING_MATERIAL, material * materialStride_,
+                           sizeof(blocks::MaterialBlock));
+    const auto slots = slotsOf(scene_->materials[material]);
+    for (std::uint32_t unit = 0; unit < MATERIAL_SLOTS; ++unit) {
+        if (!(features & kSlotFeatures[unit])) continue;
+        const Texture& texture = scene_->textures[slots[unit]->texture];
+        images_[texture.image].bind(unit);
+        samplers.sampler(samplerOf(texture, anisotropy)).bind(unit);
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,46 @@
+// A scene's vertices, textures and materials as OpenGL objects.
+#pragma once
+
+#include "gl/buffer.h"
+#include "gl/texture.h"
+#include "gl/vertex_array.h"
+#include "plan/frame_plan.h"
+#include "scene/scene.h"
+
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace clerestory {
+
+// One sampler for each way of sampling.
+class SamplerCache {
+public:
+    const gl::Sampler& sampler(const gl::SamplerDescription& description);
+
+private:
+    std::map<gl::SamplerDescription, gl::Sampler> samplers_;
+};
+
+class GpuScene {
+public:
+    // Uploads everything. `drawRecords` feeds the per-draw attributes and must outlive this.
+    GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
+             std::size_t uniformAlignment);
+
+    const Scene& scene() const { return *scene_; }
+    const gl::VertexArray& vertexArray() const { return vertexArray_; }
+    // The material's block and those of its textures that `features` reads.
+    void bindMaterial(Index material, Features features, std::uint32_t anisotropy,
+                      SamplerCache& samplers) const;
+
+private:
+    std::shared_ptr<const Scene> scene_;
+    gl::Buffer vertices_, indices_;
+    gl::VertexArray vertexArray_;
+    std::size_t materialStride_;  // bytes
+    gl::Buffer materials_;
+    std::vector<gl::Texture> images_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,62 @@
+// The kinds of pass, one file each. A pass applies its state whole, trusts nothing that an earlier
+// one left, and reads only the plan: never the request.
+#pragma once
+
+#include "passes/draw_stream.h"
+#include "passes/gpu_environment.h"
+#include "passes/gpu_scene.h"
+#include "passes/shader_library.h"
+#include "passes/targets.h"
+
+namespace clerestory {
+
+struct DrawCounters {
+    std::uint64_t drawCalls = 0, triangles = 0;  // of the scene; full-screen triangles not counted
+};
+
+// What passes share from frame to frame.
+struct PassResources {
+    PassResources();
+
+    ShaderLibrary shaders;
+    SamplerCache samplers;
+    DrawStream draws;
+    gl::Buffer viewBlock, prefilterBlock, filterBlock;
+    gl::VertexArray noVertices;
+    gl::Texture environmentBrdf;
+    gl::Texture darkness;  // a black cube, where a plan asks for no environment
+    DrawCounters counters;
+};
+
+// What a pass is about.
+struct PassInput {
+    const FramePlan& plan;
+    const Pass& pass;
+    const Target& target;
+    std::vector<const Target*> reads;  // as pass.reads
+    const GpuScene* scene = nullptr;
+    const Pose& pose;
+    const GpuEnvironment* environment = nullptr;  // where the pass needs the map itself
+};
+
+void runEnvironmentPass(PassResources& resources, const PassInput& input);
+void runSurfacePass(PassResources& resources, const PassInput& input);
+void runChannelPass(PassResources& resources, const PassInput& input);
+void runToneMapPass(PassResources& resources, const PassInput& input);
+void runEdgeFilterPass(PassResources& resources, const PassInput& input);
+
+// Fills and binds the view's block. `reads` may be empty: then the environment gives no light.
+void bindView(PassResources& resources, const PassInput& input);
+
+// Draws in order from the records that begin at `firstRecord`, with programs of one kind.
+struct DrawProgram {
+    const char* vertex;
+    const char* fragment;
+    Features relevant = ~0u;  // features that this kind of program knows
+    int variant = 0;
+    bool materials = true;
+};
+void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,
+             std::uint32_t firstRecord, const DrawProgram& program);
+
+}  // namespace clerestory

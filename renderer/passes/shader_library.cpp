@@ -1,0 +1,59 @@
+// Putting sources together. Each file is included once; #line keeps the compiler's messages true.
+#include "passes/shader_library.h"
+
+#include "embedded_embeddedShaders.h"
+
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+namespace clerestory {
+namespace {
+
+std::string_view embedded(const std::string& file) {
+    for (const EmbeddedFile& f : embeddedShaders()) {
+        if (f.name == file) return f.content;
+    }
+    throw std::runtime_error("no shader file is called " + file);
+}
+
+void append(const std::string& file, std::set<std::string>& seen, std::ostringstream& out) {
+    if (!seen.insert(file).second) return;
+    const auto number = seen.size();
+    out << "#line 1 " << number << "\n";
+    std::istringstream lines{std::string(embedded(file))};
+    std::string line;
+    const std::string directive = "#include \"";
+    for (int n = 1; std::getline(lines, line); ++n) {
+        if (!line.starts_with(directive)) {
+            out << line << "\n";
+            continue;
+        }
+        append(line.substr(directive.size(), line.rfind('"') - directive.size()), seen, out);
+        out << "#line " << n + 1 << " " << number << "\n";
+    }
+}
+
+}  // namespace
+
+std::string shaderSource(const std::string& file, Features features, int variant) {
+    std::ostringstream out;
+    out << "#version 430 core\n"
+        << "const uint FEATURES = " << features << "u;\n"
+        << "const int VARIANT = " << variant << ";\n";
+    std::set<std::string> seen;
+    append(file, seen, out);
+    return out.str();
+}
+
+const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
+    const auto found = programs_.find(key);
+    if (found != programs_.end()) return found->second;
+    gl::Program made({.name = key.fragment + " features " + std::to_string(key.features) +
+                              " variant " + std::to_string(key.variant),
+                      .vertexSource = shaderSource(key.vertex, key.features, key.variant),
+                      .fragmentSource = shaderSource(key.fragment, key.features, key.variant)});
+    return programs_.emplace(key, std::move(made)).first->second;
+}
+
+}  // namespace clerestory

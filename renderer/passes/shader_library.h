@@ -1,0 +1,32 @@
+// Programs by the files they are made of and the features they have; compiled at first use.
+#pragma once
+
+#include "gl/program.h"
+#include "plan/frame_plan.h"
+
+#include <compare>
+#include <map>
+#include <string>
+
+namespace clerestory {
+
+struct ProgramKey {
+    std::string vertex, fragment;  // names of files in shaders/
+    Features features = 0;         // FEATURES in the source
+    int variant = 0;               // VARIANT in the source
+    auto operator<=>(const ProgramKey&) const = default;
+};
+
+class ShaderLibrary {
+public:
+    // Throws std::runtime_error when the driver does not compile it.
+    const gl::Program& program(const ProgramKey& key);
+
+private:
+    std::map<ProgramKey, gl::Program> programs_;
+};
+
+// A shader file with its includes in place. Throws std::runtime_error for a file that is not there.
+std::string shaderSource(const std::string& file, Features features, int variant);
+
+}  // namespace clerestory

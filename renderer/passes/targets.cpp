@@ -1,0 +1,143 @@
+// Making, sharing and letting go of targets.
+#include "passes/targets.h"
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+// Bytes kept between frames; the frame at hand may use more.
+constexpr std::uint64_t kTransientBudget = 256ull << 20;
+constexpr std::uint64_t kResidentBudget = 128ull << 20;
+
+gl::TextureFormat textureFormat(Format format) {
+    switch (format) {
+        case Format::rgba16f:
+            return gl::TextureFormat::rgba16f;
+        case Format::rgba32f:
+            return gl::TextureFormat::rgba32f;
+        case Format::srgba8:
+            return gl::TextureFormat::srgba8;
+    }
+    return gl::TextureFormat::rgba16f;
+}
+
+std::uint64_t texelBytes(Format format) {
+    switch (format) {
+        case Format::rgba16f:
+            return 8;
+        case Format::rgba32f:
+            return 16;
+        case Format::srgba8:
+            return 4;
+    }
+    return 16;
+}
+
+bool fits(const TargetSpec& have, const TargetSpec& want) {
+    TargetSpec renamed = have;
+    renamed.name = want.name;
+    return renamed == want;
+}
+
+}  // namespace
+
+Target::Target(const TargetSpec& spec)
+    : spec_(spec),
+      color_(
+          {.kind = spec.kind == TargetKind::cube ? gl::TextureKind::cube : gl::TextureKind::plane,
+           .format = textureFormat(spec.format),
+           .width = spec.width,
+           .height = spec.height,
+           .levels = spec.levels}) {
+    if (spec.depth) {
+        depth_.emplace(gl::RenderFormat::depth32f, spec.width, spec.height, spec.samples);
+    }
+    gl::FramebufferDescription description{.color = &color_,
+                                           .depth = depth_ ? &*depth_ : nullptr,
+                                           .width = spec.width,
+                                           .height = spec.height};
+    if (spec.kind == TargetKind::cube) {
+        for (std::uint32_t i = 0; i < 6 * spec.levels; ++i) {
+            description.level = i / 6;
+            description.face = i % 6;
+            description.width = std::max(1u, spec.width >> description.level);
+            description.height = std::max(1u, spec.height >> description.level);
+            drawn_.emplace_back(description);
+        }
+        return;
+    }
+    if (spec.samples > 1) {
+        resolved_.emplace(gl::FramebufferDescription{
+            .color = &color_, .width = spec.width, .height = spec.height});
+        colorSamples_.emplace(
+            spec.format == Format::rgba32f ? gl::RenderFormat::rgba32f : gl::RenderFormat::rgba16f,
+            spec.width, spec.height, spec.samples);
+        description.color = nullptr;
+        description.colorSamples = &*colorSamples_;
+    }
+    drawn_.emplace_back(description);
+}
+
+void Target::resolve() const {
+    if (resolved_) drawn().resolveInto(*resolved_);
+}
+
+std::uint64_t Target::bytes() const {
+    const std::uint64_t texels =
+        std::uint64_t{spec_.width} * spec_.height * (spec_.kind == TargetKind::cube ? 6 : 1);
+    const std::uint64_t color = texelBytes(spec_.format), depth = spec_.depth ? 4 : 0;
+    const std::uint64_t levels = spec_.levels > 1 ? texels * color / 3 : 0;
+    const std::uint64_t multisampled = spec_.samples > 1 ? texels * color * spec_.samples : 0;
+    return texels * color + levels + multisampled + texels * depth * spec_.samples;
+}
+
+void TargetPool::beginFrame() {
+    ++frame_;
+    for (Entry& entry : entries_) entry.taken = false;
+    // A resident target whose pass never ended holds nothing.
+    std::erase_if(entries_,
+                  [](const Entry& e) { return e.target->spec().residentKey != 0 && !e.resident; });
+}
+
+Target& TargetPool::acquire(const TargetSpec& spec) {
+    for (Entry& entry : entries_) {
+        const bool same = spec.residentKey != 0
+                              ? entry.target->spec().residentKey == spec.residentKey
+                              : !entry.taken && fits(entry.target->spec(), spec);
+        if (!same) continue;
+        entry.taken = true;
+        entry.lastFrame = frame_;
+        return *entry.target;
+    }
+    entries_.push_back({std::make_unique<Target>(spec), true, false, frame_});
+    return *entries_.back().target;
+}
+
+void TargetPool::markResident(const Target& target) {
+    for (Entry& entry : entries_) {
+        if (entry.target.get() == &target) entry.resident = true;
+    }
+}
+
+std::set<std::uint64_t> TargetPool::residentKeys() const {
+    std::set<std::uint64_t> keys;
+    for (const Entry& entry : entries_) {
+        if (entry.resident) keys.insert(entry.target->spec().residentKey);
+    }
+    return keys;
+}
+
+void TargetPool::endFrame() {
+    std::stable_sort(entries_.begin(), entries_.end(),
+                     [](const Entry& a, const Entry& b) { return a.lastFrame > b.lastFrame; });
+    std::uint64_t resident = 0, transient = 0;
+    std::erase_if(entries_, [&](const Entry& entry) {
+        std::uint64_t& sum = entry.resident ? resident : transient;
+        sum += entry.target->bytes();
+        return entry.lastFrame != frame_ &&
+               sum > (entry.resident ? kResidentBudget : kTransientBudget);
+    });
+}
+
+}  // namespace clerestory

@@ -1,0 +1,61 @@
+// What passes draw into, kept from frame to frame: a steady frame makes none.
+#pragma once
+
+#include "gl/framebuffer.h"
+#include "plan/frame_plan.h"
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <vector>
+
+namespace clerestory {
+
+class Target {
+public:
+    explicit Target(const TargetSpec& spec);
+
+    const TargetSpec& spec() const { return spec_; }
+    const gl::Texture& texture() const { return color_; }
+    // To draw into; multisampled when the spec says so.
+    const gl::Framebuffer& drawn() const { return drawn_.front(); }
+    const gl::Framebuffer& face(std::uint32_t level, std::uint32_t face) const {
+        return drawn_[level * 6 + face];
+    }
+    // To read back; the same as drawn() where nothing is multisampled.
+    const gl::Framebuffer& readable() const { return resolved_ ? *resolved_ : drawn(); }
+    void resolve() const;
+    std::uint64_t bytes() const;
+
+private:
+    TargetSpec spec_;
+    gl::Texture color_;
+    std::optional<gl::Renderbuffer> colorSamples_, depth_;
+    std::vector<gl::Framebuffer> drawn_;
+    std::optional<gl::Framebuffer> resolved_;
+};
+
+class TargetPool {
+public:
+    // Everything that is not resident may be given out again.
+    void beginFrame();
+    // A target of this description that nobody else has in this frame; or the resident one.
+    Target& acquire(const TargetSpec& spec);
+    // Its content is now what its key promises.
+    void markResident(const Target& target);
+    std::set<std::uint64_t> residentKeys() const;
+    // Lets go of what was used longest ago, down to the budgets.
+    void endFrame();
+
+private:
+    struct Entry {
+        std::unique_ptr<Target> target;
+        bool taken = false;
+        bool resident = false;
+        std::uint64_t lastFrame = 0;
+    };
+    std::vector<Entry> entries_;
+    std::uint64_t frame_ = 0;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,2 @@
+// Depth alone: fixed function writes it.
+void main() {}

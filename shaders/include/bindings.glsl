@@ -1,0 +1,47 @@
+// Every number that C++ and the shaders have to agree on: blocks, texture units, attribute slots.
+
+// Uniform blocks.
+#define BINDING_VIEW 0
+#define BINDING_MATERIAL 1
+#define BINDING_PREFILTER 2
+#define BINDING_FILTER 3
+
+// Texture units.
+#define UNIT_BASE_COLOR 0
+#define UNIT_METALLIC_ROUGHNESS 1
+#define UNIT_NORMAL 2
+#define UNIT_OCCLUSION 3
+#define UNIT_EMISSIVE 4
+#define UNIT_ENVIRONMENT 5
+#define UNIT_ENVIRONMENT_BRDF 6
+#define UNIT_LIGHTS 7
+#define UNIT_SOURCE 8
+
+// The first five units are the slots of a material's textures.
+#define MATERIAL_SLOTS 5
+
+// Vertex attributes; the last six belong to the draw.
+#define ATTRIBUTE_POSITION 0
+#define ATTRIBUTE_NORMAL 1
+#define ATTRIBUTE_TANGENT 2
+#define ATTRIBUTE_TEXCOORD0 3
+#define ATTRIBUTE_TEXCOORD1 4
+#define ATTRIBUTE_COLOR 5
+#define ATTRIBUTE_EYE_FROM_MODEL 6
+#define ATTRIBUTE_NORMAL_FROM_MODEL 9
+
+// Texels of the light table for each light.
+#define LIGHT_ROWS 4
+
+// Directions that one prefilter pass can add up.
+#define PREFILTER_SAMPLES 1024
+
+// What a channel pass writes.
+#define CHANNEL_DEPTH 1
+#define CHANNEL_NORMAL 2
+#define CHANNEL_OBJECT_ID 3
+
+// Curves of the toneMap pass.
+#define TONE_MAP_NEUTRAL 0
+#define TONE_MAP_ACES 1
+#define TONE_MAP_LINEAR 2

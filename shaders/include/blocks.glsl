@@ -1,0 +1,29 @@
+// The uniform blocks, declared once for GLSL and C++: only vec4, ivec4 and mat4 members, so that
+// std140 and C++ agree byte for byte. "Eye" space has the world's axes and its origin at the eye.
+
+BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
+    mat4 clipFromEye;
+    mat4 mapFromWorld;      // rotation into the environment map's axes
+    vec4 harmonics[9];      // rgb: diffuse light, the environment's intensity folded in
+    vec4 environment;       // last roughness level, intensity, clip depth of the far end
+    vec4 forward;           // unit, where the camera looks; w: 1 when it is orthographic
+    vec4 skyDirections[3];  // at the picture's centre; its change to the right edge; to the top
+BLOCK_END(view)
+
+BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)
+    vec4 baseColor;
+    vec4 surface;           // metallic, roughness, normal scale, occlusion strength
+    vec4 emissive;          // rgb: radiance; w: alpha cutoff
+    vec4 dielectricF0;      // rgb; w: specular weight
+    vec4 texCoordRows[10];  // slot s: u = dot(row[2s].xyz, (uv, 1)), v by row[2s + 1]; w: which set
+BLOCK_END(material)
+
+BLOCK_BEGIN(PrefilterBlock, BINDING_PREFILTER)
+    vec4 faceAxes[3];  // the face's normal, and its directions of growing s and t
+    ivec4 counts;      // samples
+    vec4 samples[PREFILTER_SAMPLES];  // toLight about +Z; w: level of the source
+BLOCK_END(prefilter)
+
+BLOCK_BEGIN(FilterBlock, BINDING_FILTER)
+    vec4 parameters;  // toneMap: exposure factor
+BLOCK_END(filtering)

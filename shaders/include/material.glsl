@@ -1,0 +1,68 @@
+// A material at a pixel: its factors times its textures. Only what FEATURES asks for is fetched.
+
+layout(binding = UNIT_BASE_COLOR) uniform sampler2D baseColorMap;
+layout(binding = UNIT_METALLIC_ROUGHNESS) uniform sampler2D metallicRoughnessMap;
+layout(binding = UNIT_NORMAL) uniform sampler2D normalMap;
+layout(binding = UNIT_OCCLUSION) uniform sampler2D occlusionMap;
+layout(binding = UNIT_EMISSIVE) uniform sampler2D emissiveMap;
+
+vec2 texCoordOf(int slot) {
+    vec4 uRow = material.texCoordRows[2 * slot];
+    vec4 vRow = material.texCoordRows[2 * slot + 1];
+    vec2 uv = texCoord0;
+    if (has(FEATURE_SECOND_TEXCOORD)) uv = uRow.w > 0.5f ? texCoord1 : texCoord0;
+    if (has(FEATURE_TEXTURE_TRANSFORM)) {
+        uv = vec2(dot(uRow.xyz, vec3(uv, 1.0f)), dot(vRow.xyz, vec3(uv, 1.0f)));
+    }
+    return uv;
+}
+
+vec4 baseColorAt() {
+    vec4 color = material.baseColor;
+    if (has(FEATURE_BASE_COLOR_MAP)) color *= texture(baseColorMap, texCoordOf(UNIT_BASE_COLOR));
+    if (has(FEATURE_VERTEX_COLOR)) color *= vertexColor;
+    return color;
+}
+
+// Metallic, roughness.
+vec2 metallicRoughnessAt() {
+    vec2 metallicRoughness = material.surface.xy;
+    if (has(FEATURE_METALLIC_ROUGHNESS_MAP)) {
+        metallicRoughness *=
+            texture(metallicRoughnessMap, texCoordOf(UNIT_METALLIC_ROUGHNESS)).bg;
+    }
+    return vec2(metallicRoughness.x, max(metallicRoughness.y, kMinRoughness));
+}
+
+// Squared lengths below this are no direction.
+const float kNoDirection = 1e-20f;
+vec3 direction(vec3 v) {
+    return v * inversesqrt(max(dot(v, v), kNoDirection));
+}
+
+vec3 normalAt() {
+    vec3 n = direction(vertexNormal);
+    if (has(FEATURE_NORMAL_MAP)) {
+        vec3 t = direction(vertexTangent.xyz);
+        vec3 b = cross(n, t) * vertexTangent.w;
+        vec3 bump = texture(normalMap, texCoordOf(UNIT_NORMAL)).xyz * 2.0f - 1.0f;
+        n = direction(t * (bump.x * material.surface.z) + b * (bump.y * material.surface.z) +
+                      n * bump.z);
+    }
+    if (has(FEATURE_DOUBLE_SIDED)) n = gl_FrontFacing ? n : -n;
+    return n;
+}
+
+float occlusionAt() {
+    if (!has(FEATURE_OCCLUSION_MAP)) return 1.0f;
+    float seen = texture(occlusionMap, texCoordOf(UNIT_OCCLUSION)).r;
+    return 1.0f + material.surface.w * (seen - 1.0f);
+}
+
+// Added after everything else and scaled by nothing else.
+vec3 emittedAt() {
+    if (!has(FEATURE_EMISSION)) return vec3(0.0f);
+    vec3 emitted = material.emissive.rgb;
+    if (has(FEATURE_EMISSIVE_MAP)) emitted *= texture(emissiveMap, texCoordOf(UNIT_EMISSIVE)).rgb;
+    return emitted;
+}

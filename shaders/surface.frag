@@ -1,0 +1,46 @@
+// A pixel of a surface: its material, the light on it, the light it gives off.
+#include "include/block_macros.glsl"
+#include "include/features.glsl"
+#define VARYING in
+#include "include/surface_varyings.glsl"
+#include "include/optics.glsl"
+#include "include/material.glsl"
+#include "include/lighting.glsl"
+
+out vec4 color;  // premultiplied by coverage
+
+// Texels along an edge of environmentBrdf.
+const float kBrdfSize = 32.0f;
+
+vec3 towardsEye() {
+    return direction(mix(-positionEye, -view.forward.xyz, view.forward.w));
+}
+
+Surface surfaceAt(vec3 baseColor) {
+    Surface s;
+    vec2 metallicRoughness = metallicRoughnessAt();
+    s.normal = normalAt();
+    s.toEye = towardsEye();
+    s.nDotV = max(dot(s.normal, s.toEye), kMinCosine);
+    s.diffuse = baseColor * (1.0f - metallicRoughness.x);
+    s.f0 = mix(material.dielectricF0.rgb, baseColor, metallicRoughness.x);
+    s.roughness = metallicRoughness.y;
+    s.brdf = textureLod(environmentBrdf,
+                        environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
+    s.reflectance = specularEnvironment(s.f0, s.brdf);
+    return s;
+}
+
+void main() {
+    vec4 base = baseColorAt();
+    if (has(FEATURE_MASK) && base.a < material.emissive.w) discard;
+    float coverage = has(FEATURE_BLEND) ? clamp(base.a, 0.0f, 1.0f) : 1.0f;
+
+    vec3 radiance = base.rgb;
+    if (!has(FEATURE_UNLIT)) {
+        Surface s = surfaceAt(base.rgb);
+        radiance = lampsLight(s) + occlusionAt() * environmentLight(s);
+    }
+    // Coverage dims what lies on the surface, not what it gives off.
+    color = vec4(radianceFinite(radiance * coverage + emittedAt()), coverage);
+}

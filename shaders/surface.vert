@@ -1,0 +1,35 @@
+// A vertex of the scene, for shading and for channels.
+#include "include/block_macros.glsl"
+#include "include/features.glsl"
+#include "include/eye_position.glsl"
+#define VARYING out
+#include "include/surface_varyings.glsl"
+
+layout(location = ATTRIBUTE_NORMAL) in vec3 normal;
+layout(location = ATTRIBUTE_TANGENT) in vec4 tangent;
+layout(location = ATTRIBUTE_TEXCOORD0) in vec2 inTexCoord0;
+layout(location = ATTRIBUTE_TEXCOORD1) in vec2 inTexCoord1;
+layout(location = ATTRIBUTE_COLOR) in vec4 inColor;
+layout(location = ATTRIBUTE_NORMAL_FROM_MODEL) in vec4 normalFromModel[3];  // rows; w: drawNumbers
+
+void main() {
+    positionEye = eyePosition();
+    gl_Position = clipPosition(positionEye);
+
+    vertexNormal = vec3(dot(normalFromModel[0].xyz, normal), dot(normalFromModel[1].xyz, normal),
+                        dot(normalFromModel[2].xyz, normal));
+    drawNumbers = vec3(normalFromModel[0].w, normalFromModel[1].w, normalFromModel[2].w);
+    if (has(FEATURE_NORMAL_MAP)) {
+        vertexTangent.xyz =
+            vec3(dot(eyeFromModel[0].xyz, tangent.xyz), dot(eyeFromModel[1].xyz, tangent.xyz),
+                 dot(eyeFromModel[2].xyz, tangent.xyz));
+        // A mirrored instance turns the cross product of normal and tangent round.
+        float volume = dot(eyeFromModel[0].xyz, cross(eyeFromModel[1].xyz, eyeFromModel[2].xyz));
+        vertexTangent.w = volume < 0.0f ? -tangent.w : tangent.w;
+    } else {
+        vertexTangent = vec4(0.0f);
+    }
+    texCoord0 = inTexCoord0;
+    texCoord1 = inTexCoord1;
+    vertexColor = inColor;
+}

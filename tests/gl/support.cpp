@@ -1,0 +1,129 @@
+// See support.h.
+#include "support.h"
+
+#include <cmath>
+
+namespace clerestory::test {
+
+Renderer& renderer() {
+    static Renderer instance({.debugOutput = true});
+    return instance;
+}
+
+void GlTest::TearDown() {
+    EXPECT_EQ(renderer().driverMessages(), std::vector<std::string>{});
+}
+
+MeshDraft quad(float half, Index material) {
+    MeshDraft draft;
+    draft.name = "quad";
+    draft.material = material;
+    draft.hasNormals = draft.hasTexCoords = true;
+    for (const glm::vec2 corner :
+         {glm::vec2(-1, -1), glm::vec2(1, -1), glm::vec2(1, 1), glm::vec2(-1, 1)}) {
+        Vertex v;
+        v.position = glm::vec3(half * corner, 0.0f);
+        v.texCoord0 = glm::vec2(0.5f + 0.5f * corner.x, 0.5f - 0.5f * corner.y);
+        draft.vertices.push_back(v);
+    }
+    draft.indices = {0, 1, 2, 0, 2, 3};
+    return draft;
+}
+
+MeshDraft sphere(float radius, std::uint32_t rows, Index material) {
+    MeshDraft draft;
+    draft.name = "sphere";
+    draft.material = material;
+    draft.hasNormals = true;
+    const std::uint32_t columns = 2 * rows;
+    for (std::uint32_t j = 0; j <= rows; ++j) {
+        for (std::uint32_t i = 0; i <= columns; ++i) {
+            const float theta = 3.14159265f * static_cast<float>(j) / static_cast<float>(rows);
+            const float phi = 6.28318531f * static_cast<float>(i) / static_cast<float>(columns);
+            Vertex v;
+            v.normal = {std::sin(theta) * std::sin(phi), std::cos(theta),
+                        std::sin(theta) * std::cos(phi)};
+            v.position = radius * v.normal;
+            draft.vertices.push_back(v);
+        }
+    }
+    for (std::uint32_t j = 0; j < rows; ++j) {
+        for (std::uint32_t i = 0; i < columns; ++i) {
+            const std::uint32_t a = j * (columns + 1) + i, b = a + columns + 1;
+            if (j > 0) draft.indices.insert(draft.indices.end(), {a, b, a + 1});
+            if (j + 1 < rows) draft.indices.insert(draft.indices.end(), {a + 1, b, b + 1});
+        }
+    }
+    return draft;
+}
+
+Index addMaterial(Scene& scene, Material material) {
+    scene.materials.push_back(std::move(material));
+    return static_cast<Index>(scene.materials.size() - 1);
+}
+
+void place(Scene& scene, MeshDraft draft, const glm::dmat4& worldFromModel) {
+    const Index mesh = addMesh(scene, std::move(draft));
+    const Index node = addNode(scene, "node", worldFromModel);
+    scene.instances.push_back({node, mesh});
+}
+
+glm::dmat4 moved(double x, double y, double z) {
+    glm::dmat4 m(1.0);
+    m[3] = {x, y, z, 1.0};
+    return m;
+}
+
+Index addLight(Scene& scene, Light light, const glm::dmat4& worldFromLocal) {
+    light.node = addNode(scene, "light", worldFromLocal);
+    scene.lights.push_back(std::move(light));
+    return static_cast<Index>(scene.lights.size() - 1);
+}
+
+Index addTexture2x2(Scene& scene, const std::array<glm::u8vec4, 4>& texels, Wrap wrap,
+                    Filter filter) {
+    TextureImage image{.name = "2x2", .width = 2, .height = 2, .levels = 1};
+    for (const glm::u8vec4& t : texels)
+        image.texels.insert(image.texels.end(), {t.x, t.y, t.z, t.w});
+    scene.images.push_back(std::move(image));
+    scene.textures.push_back({.image = static_cast<Index>(scene.images.size() - 1),
+                              .wrapU = wrap,
+                              .wrapV = wrap,
+                              .magnify = filter,
+                              .minify = filter,
+                              .useLevels = false});
+    return static_cast<Index>(scene.textures.size() - 1);
+}
+
+FrameRequest request(Scene scene, const std::string& id, const glm::dvec3& eye) {
+    scene.id = id;
+    scene.environment = "black";
+    updateContentHash(scene);
+    EXPECT_EQ(sceneProblems(scene), std::vector<std::string>{});
+    renderer().addScene(std::make_shared<Scene>(std::move(scene)));
+    FrameRequest r;
+    r.scene = id;
+    r.width = r.height = 64;
+    r.camera.position = eye;
+    r.camera.target = eye - glm::dvec3(0.0, 0.0, 1.0);
+    r.camera.yfov = 1.5707963267948966;
+    r.camera.znear = 0.01;
+    r.output.format = OutputFormat::npy;
+    r.accuracy.edgeFilter = false;
+    return r;
+}
+
+glm::vec3 color(const Image& image, std::uint32_t x, std::uint32_t y) {
+    const float* p = image.floats() + (std::size_t{y} * image.width + x) * image.channels;
+    return {p[0], p[1], p[2]};
+}
+
+float number(const Image& image, std::uint32_t x, std::uint32_t y) {
+    return image.floats()[std::size_t{y} * image.width + x];
+}
+
+glm::vec3 centerColor(const Image& image) {
+    return color(image, image.width / 2, image.height / 2);
+}
+
+}  // namespace clerestory::test
