@@ -1,0 +1,172 @@
+// Poses, bounds, identity, and the check that finds every planted fault.
+#include "plan_scenes.h"
+
+#include "scene/image_levels.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <functional>
+
+namespace clerestory::test {
+namespace {
+
+TEST(Pose, ChildrenFollowTheirParents) {
+    Scene scene;
+    const Index parent = addNode(scene, "parent", glm::translate(glm::dmat4(1.0), {1, 2, 3}));
+    addNode(scene, "child", glm::scale(glm::dmat4(1.0), glm::dvec3(2)), parent);
+    const Pose pose = poseAt(scene, 0.0);
+    EXPECT_EQ(pose.worldFromNode[1] * glm::dvec4(1, 0, 0, 1), glm::dvec4(3, 2, 3, 1));
+}
+
+TEST(Bounds, OfATurnedBoxHoldItsCornersTightly) {
+    Bounds unit;
+    unit.add(glm::vec3(-1));
+    unit.add(glm::vec3(1));
+    const Bounds turned =
+        transformed(unit, glm::rotate(glm::dmat4(1.0), glm::radians(45.0), {0, 0, 1}));
+    EXPECT_NEAR(turned.max.x, std::sqrt(2.0f), 1e-6f);
+    EXPECT_NEAR(turned.max.z, 1.0f, 1e-6f);
+    EXPECT_TRUE(transformed(Bounds{}, glm::dmat4(1.0)).empty());
+}
+
+TEST(Scene, WorldBoundsCoverEveryInstance) {
+    Scene scene = boxScene();
+    place(scene, 0, {10, 0, 0}, 2.0);
+    const Bounds bounds = worldBounds(scene, poseAt(scene, 0));
+    EXPECT_EQ(bounds.min, glm::vec3(-1, -2, -2));
+    EXPECT_EQ(bounds.max, glm::vec3(12, 2, 2));
+    EXPECT_EQ(triangleCount(scene), 24u);
+}
+
+TEST(Scene, TheDefaultViewSeesTheBoundsAtAnyScale) {
+    for (const double size : {1e-4, 1.0, 1e6}) {
+        Scene scene;
+        place(scene, addBoxMesh(scene, "box", addMaterial(scene, {})), {3 * size, 0, 0}, size);
+        const DefaultView view = defaultView(scene);
+        const double radius = std::sqrt(3.0) * size;
+        EXPECT_NEAR(view.target.x, 3 * size, 1e-6 * size);
+        EXPECT_GT(glm::length(view.position - view.target) * std::sin(0.5 * view.yfov),
+                  0.99 * radius);
+    }
+}
+
+TEST(Scene, TheHashKnowsWhatChangesAPictureAndNotTheId) {
+    Scene a = boxScene(), b = boxScene();
+    b.id = "another";
+    updateContentHash(a);
+    updateContentHash(b);
+    EXPECT_EQ(a.contentHash, b.contentHash);
+    b.materials[0].emissiveStrength = 2.0f;
+    updateContentHash(b);
+    EXPECT_NE(a.contentHash, b.contentHash);
+}
+
+struct Fault {
+    const char* name;
+    std::function<void(Scene&)> plant;
+};
+class SceneFault : public testing::TestWithParam<Fault> {};
+
+Scene soundScene() {
+    Scene scene = boxScene();
+    TextureImage image{.width = 5, .height = 3, .texels = std::vector<std::uint8_t>(60, 200)};
+    buildLevels(image);
+    scene.images.push_back(image);
+    scene.textures.push_back({.image = 0});
+    scene.materials[0].baseColorTexture.texture = 0;
+    scene.lights.push_back({.node = 0});
+    scene.cameras.push_back({.node = 0});
+    return scene;
+}
+
+TEST(SceneProblems, FindsNoneInASoundScene) {
+    EXPECT_THAT(sceneProblems(soundScene()), testing::IsEmpty());
+}
+
+TEST_P(SceneFault, IsFound) {
+    Scene scene = soundScene();
+    GetParam().plant(scene);
+    EXPECT_THAT(sceneProblems(scene), testing::Not(testing::IsEmpty()));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Planted, SceneFault,
+    testing::Values(Fault{"nanVertex", [](Scene& s) { s.vertices[0].position.x = NAN; }},
+                    Fault{"infiniteColor", [](Scene& s) { s.vertices[0].color.x = INFINITY; }},
+                    Fault{"index", [](Scene& s) { s.indices[0] = 1u << 30; }},
+                    Fault{"clusterEnd", [](Scene& s) { s.clusters[0].indexCount = 39; }},
+                    Fault{"clusterOverflow",
+                          [](Scene& s) { s.clusters[0].firstIndex = 0xffffffffu; }},
+                    Fault{"meshClusters", [](Scene& s) { s.meshes[0].clusterCount = 0xffffffffu; }},
+                    Fault{"meshMaterial", [](Scene& s) { s.meshes[0].material = 7; }},
+                    Fault{"meshTriangles", [](Scene& s) { s.meshes[0].triangles = 1; }},
+                    Fault{"texture", [](Scene& s) { s.materials[0].normalTexture.texture = 3; }},
+                    Fault{"image", [](Scene& s) { s.textures[0].image = 3; }},
+                    Fault{"imageSize", [](Scene& s) { s.images[0].width = 6; }},
+                    Fault{"imageLevels", [](Scene& s) { s.images[0].levels = 200; }},
+                    Fault{"roughness", [](Scene& s) { s.materials[0].roughness = 1.5f; }},
+                    Fault{"emission", [](Scene& s) { s.materials[0].emissiveStrength = -1.0f; }},
+                    Fault{"emissionOverflow",
+                          [](Scene& s) {
+                              s.materials[0].emissive = glm::vec3(1e30f);
+                              s.materials[0].emissiveStrength = 1e30f;
+                          }},
+                    Fault{"nodeParent", [](Scene& s) { s.nodes[0].parent = 0; }},
+                    Fault{"nodeMatrix", [](Scene& s) { s.nodes[0].parentFromLocal[2][1] = NAN; }},
+                    Fault{"instanceNode", [](Scene& s) { s.instances[0].node = 5; }},
+                    Fault{"instanceMesh", [](Scene& s) { s.instances[0].mesh = 5; }},
+                    Fault{"lightNode", [](Scene& s) { s.lights[0].node = 5; }},
+                    Fault{"cameraAngle", [](Scene& s) { s.cameras[0].yfov = 4.0; }},
+                    Fault{"defaultView",
+                          [](Scene& s) {
+                              s.defaultView = DefaultView{{1, 1, 1}, {1, 1, 1}};
+                          }}),
+    [](const auto& row) { return row.param.name; });
+
+TextureImage picture(std::uint32_t width, std::uint32_t height, ColorSpace space,
+                     const std::function<std::array<int, 4>(std::uint32_t, std::uint32_t)>& texel) {
+    TextureImage image{.width = width, .height = height, .colorSpace = space};
+    for (std::uint32_t y = 0; y < height; ++y) {
+        for (std::uint32_t x = 0; x < width; ++x) {
+            for (const int c : texel(x, y)) image.texels.push_back(static_cast<std::uint8_t>(c));
+        }
+    }
+    buildLevels(image);
+    return image;
+}
+
+TEST(ImageLevels, AChainEndsAtOneTexelForEverySize) {  // erratum R3
+    for (const std::uint32_t n : {1u, 2u, 3u, 255u, 256u, 257u, 1080u}) {
+        const TextureImage image = picture(n, 1, ColorSpace::linear, [](auto, auto) {
+            return std::array{7, 7, 7, 255};
+        });
+        EXPECT_EQ(image.levels, static_cast<std::uint32_t>(std::floor(std::log2(n))) + 1);
+        EXPECT_EQ(image.texels[image.texels.size() - 4], 7) << "a constant stays constant";
+    }
+}
+
+TEST(ImageLevels, BlackAndWhiteMeetInLinearLight) {
+    const auto checker = [](std::uint32_t x, std::uint32_t y) {
+        const int c = (x + y) % 2 ? 255 : 0;
+        return std::array{c, c, c, 255};
+    };
+    const TextureImage srgb = picture(4, 4, ColorSpace::srgb, checker);
+    const TextureImage linear = picture(4, 4, ColorSpace::linear, checker);
+    EXPECT_EQ(srgb.texels[64], 188);  // sRGB code of linear 0.5
+    EXPECT_EQ(linear.texels[64], 128);
+    EXPECT_FALSE(srgb.hasAlpha);
+}
+
+TEST(ImageLevels, EverySrgbCodeSurvivesAveragingWithItself) {
+    for (int code = 0; code < 256; ++code) {
+        const TextureImage image = picture(2, 2, ColorSpace::srgb, [&](auto, auto) {
+            return std::array{code, code, code, code};
+        });
+        EXPECT_EQ(image.texels[16], code);
+        EXPECT_EQ(image.hasAlpha, code != 255);
+    }
+}
+
+}  // namespace
+}  // namespace clerestory::test
