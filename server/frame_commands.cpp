@@ -1,0 +1,114 @@
+// `clerestory render`, `plan` and `scenes`: the server's own reading, planning and encoding, for
+// one frame.
+#include "server/commands.h"
+#include "server/encode_answer.h"
+#include "server/frame_json.h"
+
+#include "scene/builtin/builtin_scenes.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+namespace clerestory {
+namespace {
+
+std::string textOf(const std::string& file) {
+    if (file == "-") {
+        return {std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
+    }
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw std::runtime_error("cannot read \"" + file + "\"");
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+std::optional<OutputFormat> formatOf(const std::filesystem::path& file) {
+    const std::string extension = file.extension().string();
+    if (extension == ".jpg" || extension == ".jpeg") return OutputFormat::jpeg;
+    if (extension == ".png") return OutputFormat::png;
+    if (extension == ".npy") return OutputFormat::npy;
+    if (extension == ".exr") return OutputFormat::exr;
+    return std::nullopt;
+}
+
+Scene sceneFor(const std::string& source) {
+    if (auto scene = makeBuiltinScene(source)) return *std::move(scene);
+    if (!std::filesystem::exists(source)) {
+        throw std::runtime_error("no scene \"" + source +
+                                 "\": neither a built-in scene nor a file");
+    }
+    return importScene(source);
+}
+
+FrameRequest requestFor(const FrameCommand& command) {
+    FrameRequest defaults;
+    if (!command.output.empty()) {
+        const auto format = formatOf(command.output);
+        if (!format) throw std::runtime_error("the output must end in .jpg, .png, .npy or .exr");
+        defaults.output.format = *format;
+    }
+    nlohmann::json body = nlohmann::json::object();
+    if (!command.requestFile.empty()) body = parsedJson(textOf(command.requestFile));
+    if (body.is_object()) body.merge_patch(bodyFromQuery(command.fields));
+    return frameRequestFrom(body, defaults);
+}
+
+// A renderer that holds the scene, and the request that names it.
+struct Prepared {
+    std::unique_ptr<Renderer> renderer;
+    FrameRequest request;
+};
+
+Prepared prepare(const CommandLine& line) {
+    Prepared p{.request = requestFor(line.frame)};
+    auto scene = std::make_shared<Scene>(sceneFor(line.frame.scene));
+    scene->id = "scene";
+    p.request.scene = scene->id;
+    p.renderer = std::make_unique<Renderer>(line.config.renderer);
+    p.renderer->addScene(scene);
+    for (const auto& source : line.config.scenes.environments) {
+        auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source));
+        if (!p.request.environment.map) p.request.environment.map = map->name;
+        p.renderer->addEnvironment(map);
+    }
+    return p;
+}
+
+}  // namespace
+
+int runRender(const CommandLine& line) {
+    Prepared p = prepare(line);
+    const Frame frame = p.renderer->render(p.request);
+    const Bytes bytes = encoded(frame.image, p.request.output);
+    std::ofstream file(line.frame.output, std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) throw std::runtime_error("cannot write \"" + line.frame.output + "\"");
+    return 0;
+}
+
+int runPlan(const CommandLine& line) {
+    Prepared p = prepare(line);
+    const FramePlan plan = p.renderer->plan(p.request);
+    if (line.frame.planAsJson) {
+        using nlohmann::ordered_json;
+        std::cout << planJson(plan).dump(2, ' ', false, ordered_json::error_handler_t::replace)
+                  << "\n";
+    } else {
+        std::cout << toText(plan);
+    }
+    return 0;
+}
+
+int runScenes() {
+    for (const BuiltinScene& scene : builtinScenes()) {
+        std::cout << scene.id << std::string(scene.id.size() < 18 ? 18 - scene.id.size() : 1, ' ')
+                  << scene.title << "\n";
+    }
+    return 0;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,121 @@
+// FrameRequest and FramePlan -> JSON.
+#include "server/field_values.h"
+#include "server/frame_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace clerestory {
+namespace {
+
+using nlohmann::ordered_json;
+using namespace field;
+
+template <class S>
+ordered_json written(const S& value);
+
+ordered_json member(const std::string& value, const Text&) {
+    return value;
+}
+ordered_json member(bool value, const Flag&) {
+    return value;
+}
+template <class E>
+ordered_json member(E value, const Choice<E>& choice) {
+    return std::string(wordFor(choice, value));
+}
+template <class S>
+ordered_json member(const S& value, const Nested&) {
+    return written(value);
+}
+template <class S>
+ordered_json member(const S& value, const NestedPreset&) {
+    return written(value);
+}
+template <class T>
+ordered_json member(const T& value, const Range&) {
+    if constexpr (components<T> == 1) {
+        return value;
+    } else {
+        ordered_json list = ordered_json::array();
+        for (std::size_t i = 0; i < components<T>; ++i) list.push_back(value[static_cast<int>(i)]);
+        return list;
+    }
+}
+
+template <class S>
+ordered_json written(const S& value) {
+    ordered_json json = ordered_json::object();
+    S copy = value;  // the tables visit values that may be written
+    fields(copy, [&](const char* name, const auto& held, const auto& kind, const char*) {
+        if (const auto* inner = valueOf(held)) json[name] = member(*inner, kind);
+    });
+    return json;
+}
+
+ordered_json numbers(const double* first, std::size_t count) {
+    ordered_json list = ordered_json::array();
+    for (std::size_t i = 0; i < count; ++i) list.push_back(first[i]);
+    return list;
+}
+
+ordered_json viewJson(const View& view) {
+    return {{"viewFromWorld", numbers(&view.viewFromWorld[0][0], 16)},
+            {"clipFromView", numbers(&view.clipFromView[0][0], 16)},
+            {"eye", numbers(&view.eye[0], 3)},
+            {"znear", view.znear},
+            {"orthographic", view.orthographic},
+            {"mirrored", view.mirrored}};
+}
+
+ordered_json passJson(const FramePlan& plan, const Pass& pass) {
+    const PlanTotals t = totals(pass);
+    ordered_json json = {{"kind", nameOf(pass.kind)},
+                         {"name", pass.name},
+                         {"effect", nameOf(pass.effect)},
+                         {"generation", pass.generation},
+                         {"views", t.views}};
+    if (pass.target < plan.targets.size()) {
+        const TargetSpec& target = plan.targets[pass.target];
+        json["target"] = target.name;
+        json["width"] = target.width;
+        json["height"] = target.height;
+        json["format"] = nameOf(target.format);
+        json["samples"] = target.samples;
+    }
+    json["draws"] = t.draws;
+    json["triangles"] = t.triangles;
+    auto& reads = json["reads"] = ordered_json::array();
+    for (const TargetId id : pass.reads) {
+        if (id < plan.targets.size()) reads.push_back(plan.targets[id].name);
+    }
+    json["reason"] = pass.reason;
+    auto& matrices = json["viewMatrices"] = ordered_json::array();
+    for (const View& view : pass.views) matrices.push_back(viewJson(view));
+    return json;
+}
+
+}  // namespace
+
+std::string canonicalText(const FrameRequest& request) {
+    return written(request).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times) {
+    ordered_json json = {{"passes", ordered_json::array()}, {"skipped", ordered_json::array()}};
+    for (std::size_t i = 0; i < plan.passes.size(); ++i) {
+        ordered_json pass = passJson(plan, plan.passes[i]);
+        if (i < times.size()) pass["milliseconds"] = times[i].milliseconds;
+        json["passes"].push_back(std::move(pass));
+    }
+    for (const Skipped& skipped : plan.skipped) {
+        json["skipped"].push_back({{"name", skipped.name},
+                                   {"effect", nameOf(skipped.effect)},
+                                   {"reason", skipped.reason}});
+    }
+    const PlanTotals t = totals(plan);
+    json["totals"] = {
+        {"passes", t.passes}, {"views", t.views}, {"draws", t.draws}, {"triangles", t.triangles}};
+    return json;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,141 @@
+#include "server/openapi.h"
+
+#include "server/build_id.h"
+#include "server/encode_answer.h"
+#include "server/frame_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace clerestory {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json reference(const char* name) {
+    return {{"$ref", "#/components/schemas/" + std::string(name)}};
+}
+
+ordered_json jsonContent(ordered_json schema) {
+    return {{"application/json", {{"schema", std::move(schema)}}}};
+}
+
+ordered_json problemAnswer(const char* description) {
+    return {{"description", description},
+            {"content", {{"application/problem+json", {{"schema", reference("Problem")}}}}}};
+}
+
+ordered_json answers(const char* description, ordered_json content) {
+    return {{"200", {{"description", description}, {"content", std::move(content)}}},
+            {"default", problemAnswer("what went wrong, with every wrong field")}};
+}
+
+ordered_json frameAnswers() {
+    ordered_json content = ordered_json::object();
+    for (const OutputFormat format :
+         {OutputFormat::jpeg, OutputFormat::png, OutputFormat::npy, OutputFormat::exr}) {
+        content[std::string(mediaType(format))] = ordered_json::object();
+    }
+    content["multipart/mixed"] = ordered_json::object();
+    ordered_json json = answers("the frame; with explain=1 the plan follows it", content);
+    json["304"] = {{"description", "the frame has the ETag that If-None-Match names"}};
+    return json;
+}
+
+ordered_json frameBody() {
+    return {{"required", true}, {"content", jsonContent(reference("FrameRequest"))}};
+}
+
+ordered_json explainParameter() {
+    return {{"name", "explain"},
+            {"in", "query"},
+            {"description", "1: a multipart/mixed answer whose second part is the plan that ran"},
+            {"schema", {{"type", "integer"}, {"enum", {0, 1}}, {"default", 0}}}};
+}
+
+ordered_json get(const char* summary, ordered_json responses) {
+    return {{"get", {{"summary", summary}, {"responses", std::move(responses)}}}};
+}
+
+ordered_json getObject(const char* summary) {
+    return get(summary, answers(summary, jsonContent({{"type", "object"}})));
+}
+
+ordered_json paths() {
+    ordered_json query = frameQueryParameters();
+    query.push_back(explainParameter());
+    ordered_json scene = getObject("One scene: what it holds and why each surface was classed so");
+    scene["get"]["parameters"] = ordered_json::array(
+        {{{"name", "id"}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}}});
+    return {
+        {"/v1/frames",
+         {{"post",
+           {{"summary", "Renders one frame"},
+            {"parameters", ordered_json::array({explainParameter()})},
+            {"requestBody", frameBody()},
+            {"responses", frameAnswers()}}},
+          {"get",
+           {{"summary", "The same as a link"},
+            {"description",
+             "Names are paths joined by dots; a last part that only one field has may stand alone "
+             "(yfov, target, refraction), and eye, camera, environment and accuracy are short for "
+             "camera.position, camera.name, environment.map and accuracy.preset."},
+            {"parameters", std::move(query)},
+            {"responses", frameAnswers()}}}}},
+        {"/v1/plans",
+         {{"post",
+           {{"summary", "What a frame would take, without drawing it"},
+            {"requestBody", frameBody()},
+            {"responses", answers("passes, what was left out and why, totals",
+                                  jsonContent(reference("Plan")))}}}}},
+        {"/v1/scenes", getObject("What can be rendered")},
+        {"/v1/scenes/{id}", std::move(scene)},
+        {"/v1/renderer", getObject("What draws, as the driver says it; limits; build")},
+        {"/healthz", getObject("The process is alive")},
+        {"/readyz",
+         getObject("A canary frame was drawn within the last seconds; the queue has room")},
+        {"/metrics",
+         get("Prometheus text", answers("metrics", {{"text/plain", ordered_json::object()}}))},
+        {"/openapi.json", getObject("This document")}};
+}
+
+ordered_json problemSchema() {
+    const ordered_json text = {{"type", "string"}};
+    const ordered_json fieldError = {
+        {"type", "object"},
+        {"properties", {{"pointer", text}, {"detail", text}, {"allowed", text}}}};
+    return {{"type", "object"},
+            {"properties",
+             {{"type", text},
+              {"title", text},
+              {"status", {{"type", "integer"}}},
+              {"detail", text},
+              {"requestId", text},
+              {"errors", {{"type", "array"}, {"items", fieldError}}}}}};
+}
+
+ordered_json planSchema() {
+    const ordered_json list = {{"type", "array"}, {"items", {{"type", "object"}}}};
+    return {
+        {"type", "object"},
+        {"properties", {{"passes", list}, {"skipped", list}, {"totals", {{"type", "object"}}}}}};
+}
+
+}  // namespace
+
+ordered_json openApiDocument() {
+    return {{"openapi", "3.1.0"},
+            {"info",
+             {{"title", "Clerestory"},
+              {"version", versionText()},
+              {"description",
+               "Camera poses in, rendered frames out. Metres, radians, seconds, linear colours; "
+               "right-handed, +Y up, the camera looks down its own -Z."}}},
+            {"paths", paths()},
+            {"components",
+             {{"schemas",
+               {{"FrameRequest", frameRequestSchema()},
+                {"Plan", planSchema()},
+                {"Problem", problemSchema()}}}}}};
+}
+
+}  // namespace clerestory

@@ -1,0 +1,53 @@
+// A failure as the client sees it: a status and a problem document (RFC 9457). Knows the wording of
+// every refusal; nothing here says a path, an exception's text or anything else of the inside.
+#pragma once
+
+#include "plan/frame_request.h"
+
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+struct Problem {
+    int status = 500;
+    std::string code;   // stable, camelCase; the last part of `type` and a label in the metrics
+    std::string title;  // the same for every problem of this code
+    std::string detail;
+    std::vector<FieldError> errors;
+    int retryAfterSeconds = 0;  // 0: no Retry-After
+    std::string allow;          // 405: the methods that are there
+};
+
+// Thrown anywhere below a route; the one try at the edge turns it into the answer.
+class RequestError : public std::runtime_error {
+public:
+    explicit RequestError(Problem problem)
+        : std::runtime_error(problem.detail), problem_(std::move(problem)) {}
+    const Problem& problem() const { return problem_; }
+
+private:
+    Problem problem_;
+};
+
+Problem notJson(std::string detail);                    // 400
+Problem badRequest(std::string detail);                 // 400: HTTP itself
+Problem notFound(std::string detail);                   // 404
+Problem methodNotAllowed(std::string allow);            // 405
+Problem stillLoading(std::string detail);               // 409
+Problem lengthRequired();                               // 411
+Problem tooLarge(std::size_t maxBytes);                 // 413
+Problem uriTooLong(std::size_t maxBytes);               // 414
+Problem notJsonType();                                  // 415
+Problem encodedBody();                                  // 415
+Problem invalidFields(std::vector<FieldError> errors);  // 422
+Problem sceneFailed(std::string detail);                // 422
+Problem queueFull(int retryAfterSeconds);               // 503
+Problem shuttingDown();                                 // 503
+Problem notReady(std::string detail);                   // 503
+Problem overDeadline(double seconds);                   // 504
+Problem internalError();                                // 500
+
+std::string problemJson(const Problem& problem, const std::string& requestId);
+
+}  // namespace clerestory

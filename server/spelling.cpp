@@ -1,0 +1,64 @@
+#include "server/spelling.h"
+
+#include <algorithm>
+#include <cctype>
+
+namespace clerestory {
+namespace {
+
+// Words longer than any name we know are not compared: the work is the product of the lengths.
+constexpr std::size_t kLongestCompared = 64;
+
+std::size_t distance(std::string_view a, std::string_view b) {
+    std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+    const auto same = [](char x, char y) {
+        return std::tolower(static_cast<unsigned char>(x)) ==
+               std::tolower(static_cast<unsigned char>(y));
+    };
+    for (std::size_t i = 0; i <= a.size(); ++i) {
+        for (std::size_t j = 0; j <= b.size(); ++j) {
+            if (i == 0 || j == 0) {
+                d[i][j] = i + j;
+                continue;
+            }
+            const bool equal = same(a[i - 1], b[j - 1]);
+            d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + !equal});
+            if (i > 1 && j > 1 && same(a[i - 1], b[j - 2]) && same(a[i - 2], b[j - 1])) {
+                d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+            }
+        }
+    }
+    return d[a.size()][b.size()];
+}
+
+}  // namespace
+
+std::string_view nearestWord(std::string_view word,
+                             const std::vector<std::string_view>& candidates) {
+    if (word.size() > kLongestCompared) return {};
+    std::string_view best;
+    // A third of the word may differ: "positon", "fov" for "yfov", but not "a" for "up".
+    std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+    for (const std::string_view candidate : candidates) {
+        const std::size_t d = distance(word, candidate);
+        if (d < least && d < candidate.size()) {
+            least = d;
+            best = candidate;
+        }
+    }
+    return best;
+}
+
+std::string didYouMean(std::string_view word, const std::vector<std::string_view>& candidates) {
+    const std::string_view near = nearestWord(word, candidates);
+    return near.empty() ? "" : "; did you mean \"" + std::string(near) + "\"?";
+}
+
+std::string listed(const std::vector<std::string_view>& words) {
+    std::string text;
+    for (const std::string_view word : words)
+        text += (text.empty() ? "" : ", ") + std::string(word);
+    return text;
+}
+
+}  // namespace clerestory
