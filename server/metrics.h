@@ -1,0 +1,29 @@
+// Counters and histograms for GET /metrics. Thread-safe.
+#pragma once
+
+#include "plan/frame_plan.h"
+
+#include <memory>
+#include <string>
+
+namespace clerestory {
+
+class Metrics {
+public:
+    Metrics();
+    ~Metrics();
+
+    void request(const std::string& route, int status);
+    void refused(const std::string& code);
+    void frame(double seconds, const FramePlan& plan);  // from the queue's door to encoded bytes
+    void notModified();
+
+    // Prometheus text, version 0.0.4.
+    std::string text(std::size_t queueDepth) const;
+
+private:
+    struct Families;
+    std::unique_ptr<Families> families_;
+};
+
+}  // namespace clerestory
