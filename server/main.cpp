@@ -1,1 +1,49 @@
-int main() {}
+// The program: reads the command line and runs one command. Failures end here, as one line.
+#include "server/commands.h"
+#include "server/problem.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <cstring>
+#include <iostream>
+
+namespace {
+
+using namespace clerestory;
+
+int run(const CommandLine& line) {
+    switch (line.command) {
+        case Command::serve:
+            return runServe(line);
+        case Command::render:
+            return runRender(line);
+        case Command::plan:
+            return runPlan(line);
+        case Command::scenes:
+            return runScenes();
+    }
+    return 2;
+}
+
+int complain(const std::string& words) {
+    std::cerr << "clerestory: " << words << "\n";
+    return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    // Not in the help: importScene() starts it.
+    if (argc > 1 && std::strcmp(argv[1], "import-child") == 0) return importChildMain(argc, argv);
+    CommandLine line;
+    if (const auto done = parseCommandLine(argc, argv, line)) return *done;
+    spdlog::set_default_logger(spdlog::stderr_logger_mt("clerestory"));
+    try {
+        return run(line);
+    } catch (const RequestError& error) {
+        return complain(error.problem().detail);
+    } catch (const std::exception& error) {
+        return complain(error.what());
+    }
+}

@@ -1,0 +1,32 @@
+// One request and its answer as the routes see them: plain values, no HTTP library.
+#pragma once
+
+#include "server/render_queue.h"
+
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace clerestory {
+
+struct Call {
+    std::string method;  // HEAD arrives as GET; its body is left out later
+    std::string path;    // decoded, without the query
+    std::multimap<std::string, std::string> query;
+    std::string body;
+    std::string requestId;
+    Clock::time_point arrived;
+    std::function<std::string(const char* name)> header;  // empty when absent
+};
+
+struct Answer {
+    int status = 200;
+    std::string type;
+    std::string body;
+    std::vector<std::pair<std::string, std::string>> headers;
+    std::string route;  // the table's row, for the metrics
+};
+
+}  // namespace clerestory

@@ -1,0 +1,14 @@
+// What each command of the program does. Each returns 0; failures are exceptions with one line for
+// people, which main() prints before it exits with 2.
+#pragma once
+
+#include "server/config.h"
+
+namespace clerestory {
+
+int runServe(const CommandLine& line);
+int runRender(const CommandLine& line);
+int runPlan(const CommandLine& line);
+int runScenes();
+
+}  // namespace clerestory

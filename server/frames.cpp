@@ -1,0 +1,197 @@
+#include "server/frames.h"
+
+#include "server/build_id.h"
+#include "server/encode_answer.h"
+#include "server/frame_json.h"
+#include "server/service.h"
+
+#include <nlohmann/json.hpp>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace clerestory {
+namespace {
+
+// Header values hold plain ASCII and stay short.
+constexpr std::size_t kMaxPassesHeader = 1024;
+
+struct Drawn {
+    Frame frame;
+    double queueMs = 0.0;
+};
+
+FrameRequest requestFrom(const nlohmann::json& body, const Call& call) {
+    FrameRequest defaults;
+    defaults.output.format = formatFor(call.header("Accept"));
+    return frameRequestFrom(body, defaults);
+}
+
+// Strong: all that can change a byte of the answer.
+std::string etagOf(Service& service, const Scene& scene, const FrameRequest& request) {
+    const RendererIdentity& id = service.queue().identity();
+    const std::string map = request.environment.map.value_or(scene.environment);
+    const std::string text = canonicalText(request) + '\n' + std::to_string(scene.contentHash) +
+                             '\n' + std::to_string(service.library().environmentHash(map)) + '\n' +
+                             buildId() + '\n' + id.vendor + '\n' + id.renderer + '\n' + id.version +
+                             '\n' + id.platform;
+    const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
+    char tag[40];
+    std::snprintf(tag, sizeof tag, "\"%016llx%016llx\"",
+                  static_cast<unsigned long long>(hash.high64),
+                  static_cast<unsigned long long>(hash.low64));
+    return tag;
+}
+
+// If-None-Match compares weakly (RFC 9110 13.1.2), so that W/"x" names "x" too.
+bool matches(const std::string& ifNoneMatch, const std::string& etag) {
+    return ifNoneMatch == "*" || ifNoneMatch.find(etag) != std::string::npos;
+}
+
+std::string serverTiming(const Drawn& drawn, double encodeMs, double totalMs) {
+    std::vector<std::pair<std::string, double>> entries = {{"queue", drawn.queueMs},
+                                                           {"plan", drawn.frame.planMs}};
+    const std::size_t firstPass = entries.size();
+    for (const PassTime& time : drawn.frame.passTimes) {
+        const auto same =
+            std::find_if(entries.begin() + static_cast<std::ptrdiff_t>(firstPass), entries.end(),
+                         [&](const auto& e) { return e.first == time.kind; });
+        if (same == entries.end()) {
+            entries.emplace_back(time.kind, time.milliseconds);
+        } else {
+            same->second += time.milliseconds;
+        }
+    }
+    entries.emplace_back("readback", drawn.frame.readbackMs);
+    entries.emplace_back("encode", encodeMs);
+    entries.emplace_back("total", totalMs);
+    std::string header;
+    for (const auto& [name, milliseconds] : entries) {
+        char text[96];
+        std::snprintf(text, sizeof text, "%s%.40s;dur=%.3f", header.empty() ? "" : ", ",
+                      name.c_str(), milliseconds);
+        header += text;
+    }
+    return header;
+}
+
+std::string passesHeader(const FramePlan& plan) {
+    std::string header;
+    for (const Pass& pass : plan.passes) {
+        header += header.empty() ? "" : ", ";
+        for (const char c : pass.name) header += c > ' ' && c < 127 && c != ',' ? c : '_';
+    }
+    return header.substr(0, kMaxPassesHeader);
+}
+
+// The picture, then the plan with its milliseconds.
+void addExplanation(Answer& answer, const Frame& frame, const std::string& etag) {
+    const std::string boundary = "clerestory-" + etag.substr(1, etag.size() - 2);
+    const std::string plan = planJson(frame.plan, frame.passTimes)
+                                 .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    std::string body = "--" + boundary + "\r\nContent-Type: " + answer.type +
+                       "\r\nContent-Length: " + std::to_string(answer.body.size()) + "\r\n\r\n";
+    body += answer.body;
+    body += "\r\n--" + boundary +
+            "\r\nContent-Type: application/json\r\nContent-Length: " + std::to_string(plan.size()) +
+            "\r\n\r\n" + plan + "\r\n--" + boundary + "--\r\n";
+    answer.body = std::move(body);
+    answer.type = "multipart/mixed; boundary=" + boundary;
+}
+
+bool explains(const Call& call) {
+    const auto found = call.query.find("explain");
+    if (found == call.query.end() || found->second == "0") return false;
+    if (found->second == "1") return true;
+    throw RequestError(invalidFields({{"/explain", "is not a known word", "0 or 1"}}));
+}
+
+std::chrono::duration<double> patience(Service& service, const Call& call) {
+    const std::chrono::duration<double> whole(service.config().deadlineSeconds);
+    const std::chrono::duration<double> waited = Clock::now() - call.arrived;
+    return std::max(whole - waited, std::chrono::duration<double>(0.0));
+}
+
+Answer frame(Service& service, const Call& call, FrameRequest request) {
+    const bool explain = explains(call);
+    const auto scene = service.library().require(request.scene);
+    request.scene = scene->id;
+    const std::string etag = etagOf(service, *scene, request);
+    Answer answer;
+    answer.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}, {"Vary", "Accept"}};
+    if (call.method == "GET" && !explain && matches(call.header("If-None-Match"), etag)) {
+        service.metrics().notModified();
+        answer.status = 304;
+        return answer;
+    }
+    const auto door = Clock::now();
+    const Drawn drawn =
+        service.queue().run(patience(service, call), [request, door](Renderer& renderer) {
+            const double queueMs = millisecondsSince(door);
+            return Drawn{.frame = renderer.render(request), .queueMs = queueMs};
+        });
+    service.frameWasDrawn();
+    const auto drawnAt = Clock::now();
+    answer.body = encoded(drawn.frame.image, request.output);
+    answer.type = mediaType(request.output.format);
+    const double encodeMs = millisecondsSince(drawnAt);
+    service.metrics().frame(millisecondsSince(door) / 1000.0, drawn.frame.plan);
+    answer.headers.emplace_back("Server-Timing",
+                                serverTiming(drawn, encodeMs, millisecondsSince(call.arrived)));
+    answer.headers.emplace_back("Clerestory-Passes", passesHeader(drawn.frame.plan));
+    if (explain) {
+        addExplanation(answer, drawn.frame, etag);
+        answer.headers.erase(answer.headers.begin());  // its milliseconds never come twice
+    }
+    return answer;
+}
+
+void requireJsonType(const Call& call) {
+    std::string type = call.header("Content-Type");
+    type = type.substr(0, type.find(';'));
+    while (!type.empty() && type.back() == ' ') type.pop_back();
+    std::transform(type.begin(), type.end(), type.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (type != "application/json") throw RequestError(notJsonType());
+}
+
+// A POST's query holds nothing but `explain`.
+void requireQuery(const Call& call, bool explainAllowed) {
+    for (const auto& [name, value] : call.query) {
+        if (explainAllowed && name == "explain") continue;
+        throw RequestError(invalidFields({{"/" + name.substr(0, 64),
+                                           "is not a known query name; a POST has its fields in "
+                                           "the body",
+                                           explainAllowed ? "explain" : "nothing"}}));
+    }
+}
+
+}  // namespace
+
+Answer postFrame(Service& service, const Call& call) {
+    requireJsonType(call);
+    requireQuery(call, true);
+    return frame(service, call, requestFrom(parsedJson(call.body), call));
+}
+
+Answer getFrame(Service& service, const Call& call) {
+    auto query = call.query;
+    query.erase("explain");
+    return frame(service, call, requestFrom(bodyFromQuery(query), call));
+}
+
+Answer postPlan(Service& service, const Call& call) {
+    requireJsonType(call);
+    requireQuery(call, false);
+    FrameRequest request = requestFrom(parsedJson(call.body), call);
+    request.scene = service.library().require(request.scene)->id;
+    const FramePlan plan = service.queue().run(
+        patience(service, call), [request](Renderer& renderer) { return renderer.plan(request); });
+    return {.type = "application/json",
+            .body = planJson(plan).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
+}
+
+}  // namespace clerestory

@@ -1,0 +1,18 @@
+// URL -> handler: the table of contents of the API, and the one try at its edge.
+#pragma once
+
+#include "server/call.h"
+#include "server/problem.h"
+
+namespace clerestory {
+
+class Service;
+
+// Never throws.
+Answer answerTo(Service& service, const Call& call);
+Answer answerWith(Service& service, const Call& call, const Problem& problem);
+
+// Path (with "{id}" for its last part) and method of every route; for /openapi.json and its test.
+std::vector<std::pair<std::string, std::string>> routePaths();
+
+}  // namespace clerestory

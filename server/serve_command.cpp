@@ -1,0 +1,37 @@
+// `clerestory serve`: from start to the signal that ends it.
+#include "server/commands.h"
+#include "server/service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+
+namespace clerestory {
+
+int runServe(const CommandLine& line) {
+    // Blocked before any thread begins, so that only sigwait() below takes them.
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+
+    spdlog::set_level(spdlog::level::from_str(line.config.logLevel));
+    Service service(line.config);
+    service.start();
+    std::cout << "Clerestory listens on http://" << line.config.http.host << ":" << service.port()
+              << "/" << std::endl;
+
+    int signal = 0;
+    sigwait(&signals, &signal);
+    spdlog::info("stopping: running frames finish");
+    // A second signal ends the program at once.
+    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+    service.stop();
+    return 0;
+}
+
+}  // namespace clerestory

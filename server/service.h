@@ -1,0 +1,46 @@
+// The running server: its parts, and the order in which they start and stop.
+#pragma once
+
+#include "server/config.h"
+#include "server/metrics.h"
+
+#include <atomic>
+#include <thread>
+
+namespace clerestory {
+
+class Service {
+public:
+    // Renderer, scenes and port stand when this returns; nobody is answered before start(). Throws
+    // std::runtime_error with one line for people.
+    explicit Service(const Config& config);
+    ~Service();
+    Service(const Service&) = delete;
+    Service& operator=(const Service&) = delete;
+
+    void start();
+    // Refuses new frames, finishes running ones, then closes the port. Once.
+    void stop();
+
+    int port() const { return http_->port(); }
+    const Config& config() const { return config_; }
+    RenderQueue& queue() { return queue_; }
+    SceneLibrary& library() { return library_; }
+    Metrics& metrics() { return metrics_; }
+
+    // Draws one tiny frame of a scene of the server's own, unless one was drawn within the last
+    // seconds. Throws RequestError 503 when that fails.
+    void checkCanary();
+    void frameWasDrawn();
+
+private:
+    const Config config_;
+    Metrics metrics_;
+    RenderQueue queue_;
+    SceneLibrary library_;
+    std::unique_ptr<HttpServer> http_;
+    std::thread listener_;
+    std::atomic<std::int64_t> lastDrawn_{0};  // Clock, milliseconds; 0: never
+};
+
+}  // namespace clerestory
