@@ -1,0 +1,167 @@
+// What the code believes about OpenGL, asked of the driver.
+#include "support.h"
+
+#include "gl/api.h"
+#include "gl/context.h"
+#include "gl/state.h"
+#include "passes/blocks.h"
+#include "passes/gpu_environment.h"
+#include "passes/shader_library.h"
+#include "plan/features.h"
+
+#include <set>
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+class Driver : public GlTest {
+protected:
+    // Makes the renderer's context the current one.
+    void SetUp() override { renderer().render(request(Scene{}, "empty")); }
+};
+
+std::set<std::string> activeNames(GLuint program, GLenum interface) {
+    GLint count = 0;
+    glGetProgramInterfaceiv(program, interface, GL_ACTIVE_RESOURCES, &count);
+    std::set<std::string> names;
+    for (GLint i = 0; i < count; ++i) {
+        char name[128] = {};
+        glGetProgramResourceName(program, interface, static_cast<GLuint>(i), sizeof name, nullptr,
+                                 name);
+        names.insert(name);
+    }
+    return names;
+}
+
+std::set<std::string> samplersOf(const gl::Program& program) {
+    std::set<std::string> samplers;
+    for (const std::string& name : activeNames(program.name(), GL_UNIFORM)) {
+        if (name.find('.') == std::string::npos) samplers.insert(name);
+    }
+    return samplers;
+}
+
+GLint offsetOf(const gl::Program& program, const char* member) {
+    const GLuint index = glGetProgramResourceIndex(program.name(), GL_UNIFORM, member);
+    if (index == GL_INVALID_INDEX) return -1;
+    const GLenum property = GL_OFFSET;
+    GLint offset = -1;
+    glGetProgramResourceiv(program.name(), GL_UNIFORM, index, 1, &property, 1, nullptr, &offset);
+    return offset;
+}
+
+}  // namespace
+
+TEST_F(Driver, blocksLieAsCppHasThem) {
+    ShaderLibrary library;
+    const auto& surface = library.program(
+        {"surface.vert", "surface.frag", FEATURE_BASE_COLOR_MAP | FEATURE_TEXTURE_TRANSFORM});
+    using blocks::MaterialBlock, blocks::PrefilterBlock, blocks::ViewBlock;
+    EXPECT_EQ(offsetOf(surface, "ViewBlock.clipFromEye"), offsetof(ViewBlock, clipFromEye));
+    EXPECT_EQ(offsetOf(surface, "ViewBlock.mapFromWorld"), offsetof(ViewBlock, mapFromWorld));
+    EXPECT_EQ(offsetOf(surface, "ViewBlock.harmonics[0]"), offsetof(ViewBlock, harmonics));
+    EXPECT_EQ(offsetOf(surface, "ViewBlock.environment"), offsetof(ViewBlock, environment));
+    EXPECT_EQ(offsetOf(surface, "ViewBlock.forward"), offsetof(ViewBlock, forward));
+    EXPECT_EQ(offsetOf(surface, "ViewBlock.skyDirections[0]"), offsetof(ViewBlock, skyDirections));
+    EXPECT_EQ(offsetOf(surface, "MaterialBlock.baseColor"), offsetof(MaterialBlock, baseColor));
+    EXPECT_EQ(offsetOf(surface, "MaterialBlock.surface"), offsetof(MaterialBlock, surface));
+    EXPECT_EQ(offsetOf(surface, "MaterialBlock.emissive"), offsetof(MaterialBlock, emissive));
+    EXPECT_EQ(offsetOf(surface, "MaterialBlock.dielectricF0"),
+              offsetof(MaterialBlock, dielectricF0));
+    EXPECT_EQ(offsetOf(surface, "MaterialBlock.texCoordRows[0]"),
+              offsetof(MaterialBlock, texCoordRows));
+    const auto& environment = library.program({"fullscreen.vert", "environment.frag"});
+    EXPECT_EQ(offsetOf(environment, "PrefilterBlock.counts"), offsetof(PrefilterBlock, counts));
+    EXPECT_EQ(offsetOf(environment, "PrefilterBlock.samples[0]"),
+              offsetof(PrefilterBlock, samples));
+}
+
+TEST_F(Driver, aVariantHoldsOnlyWhatItsFeaturesAskFor) {
+    ShaderLibrary library;
+    const auto samplers = [&](Features features) {
+        return samplersOf(library.program({"surface.vert", "surface.frag", features}));
+    };
+    using Names = std::set<std::string>;
+    EXPECT_EQ(samplers(FEATURE_UNLIT), Names{});
+    EXPECT_EQ(samplers(FEATURE_UNLIT | FEATURE_BASE_COLOR_MAP), Names{"baseColorMap"});
+    EXPECT_EQ(samplers(0), (Names{"environmentMap", "environmentBrdf"}));
+    EXPECT_EQ(samplers(FEATURE_LIGHTS), (Names{"environmentMap", "environmentBrdf", "lightTable"}));
+    EXPECT_EQ(samplers(FEATURE_NORMAL_MAP),
+              (Names{"environmentMap", "environmentBrdf", "normalMap"}));
+    EXPECT_EQ(samplers(FEATURE_EMISSION), (Names{"environmentMap", "environmentBrdf"}));
+    const auto& depth = library.program({"depth.vert", "depth.frag"});
+    EXPECT_EQ(activeNames(depth.name(), GL_PROGRAM_INPUT), (Names{"position", "eyeFromModel[0]"}));
+}
+
+TEST_F(Driver, everyFeatureCompilesAlone) {
+    ShaderLibrary library;
+    for (int bit = 0; bit < 14; ++bit) {
+        EXPECT_NO_THROW(library.program({"surface.vert", "surface.frag", 1u << bit})) << bit;
+    }
+    EXPECT_NO_THROW(library.program({"surface.vert", "surface.frag", ~FEATURE_UNLIT}));
+}
+
+TEST_F(Driver, aShaderThatDoesNotCompileSaysWhich) {
+    const Renderer silent({});  // its context is current now and collects no messages
+    try {
+        gl::Program({.name = "broken",
+                     .vertexSource = "#version 430\nvoid main() {}",
+                     .fragmentSource = "#version 430\nnonsense"});
+        FAIL();
+    } catch (const std::runtime_error& e) {
+        EXPECT_NE(std::string(e.what()).find("broken"), std::string::npos);
+    }
+}
+
+TEST_F(Driver, depthEndsWhereTheDeviceWantsIt) {
+    glm::dmat4 clip(0.0);  // reversed, infinite, near at 0.5
+    clip[0][0] = clip[1][1] = 1.0;
+    clip[2][3] = -1.0;
+    clip[3][2] = 0.5;
+    const auto depthAt = [&](double distance, bool clipControl) {
+        const glm::dvec4 p = gl::deviceClip(clip, clipControl) * glm::dvec4(0, 0, -distance, 1);
+        return p.z / p.w;
+    };
+    EXPECT_DOUBLE_EQ(depthAt(0.5, true), 1.0);
+    EXPECT_NEAR(depthAt(1e12, true), 0.0, 1e-12);
+    // Without clip control -1..1, which OpenGL maps to 0..1.
+    EXPECT_DOUBLE_EQ(depthAt(0.5, false), 1.0);
+    EXPECT_NEAR(depthAt(1e12, false), -1.0, 1e-11);
+    EXPECT_DOUBLE_EQ(0.5 + 0.5 * depthAt(2.0, false), depthAt(2.0, true));
+}
+
+TEST_F(Driver, theIdentityIsWhatWasAskedFor) {
+    const RendererIdentity& identity = renderer().identity();
+    EXPECT_FALSE(identity.renderer.empty());
+    EXPECT_FALSE(identity.platform.empty());
+    EXPECT_GE(identity.maxSamples, 4u);
+    EXPECT_GE(identity.maxTextureSize, 16384u);
+    if (identity.software) {
+        EXPECT_FALSE(identity.timerQueriesTrusted);
+        EXPECT_THROW(Renderer({.backend = Backend::hardware}), std::runtime_error);
+    }
+}
+
+TEST_F(Driver, twoRenderersLiveSideBySide) {
+    const FrameRequest r = request(Scene{}, "empty");
+    const Image first = renderer().render(r).image;
+    {
+        Renderer other({.backend = Backend::software, .debugOutput = true});
+        auto scene = std::make_shared<Scene>();
+        scene->id = "empty";
+        scene->environment = "black";
+        other.addScene(scene);
+        EXPECT_EQ(other.render(r).image.data, first.data);
+        EXPECT_EQ(other.driverMessages(), std::vector<std::string>{});
+    }
+    EXPECT_EQ(renderer().render(r).image.data, first.data);
+}
+
+TEST(HalvedFace, isTheMeanOfFourAndKeepsOddEdges) {
+    const std::vector<glm::vec3> four = {glm::vec3(1), glm::vec3(2), glm::vec3(3), glm::vec3(6)};
+    EXPECT_EQ(halvedFace(four, 2), std::vector<glm::vec3>{glm::vec3(3)});
+    EXPECT_EQ(halvedFace(std::vector<glm::vec3>(25, glm::vec3(0.5f)), 5),
+              std::vector<glm::vec3>(4, glm::vec3(0.5f)));
+}

@@ -1,0 +1,125 @@
+// Light with known answers: furnaces, single lamps.
+#include "support.h"
+
+#include <cmath>
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+class LightOnSurfaces : public GlTest {};
+
+constexpr float kPi = 3.14159265358979f;
+
+// Lambert alone: reflects nothing from its surface.
+Material matte(float albedo) {
+    Material m;
+    m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
+    m.metallic = 0.0f;
+    m.specular = 0.0f;
+    return m;
+}
+
+float centerAfterLight(const Light& light, const glm::dmat4& worldFromLight, const char* id) {
+    Scene scene;
+    place(scene, quad(2.0f, addMaterial(scene, matte(0.5f))));
+    addLight(scene, light, worldFromLight);
+    FrameRequest r = request(std::move(scene), id, {0, 0, 1});
+    r.width = r.height = 65;  // a pixel's centre looks straight ahead
+    const glm::vec3 seen = centerColor(renderer().render(r).image);
+    EXPECT_EQ(seen.x, seen.y);
+    EXPECT_EQ(seen.x, seen.z);
+    return seen.x;
+}
+
+}  // namespace
+
+TEST_F(LightOnSurfaces, whiteMetalVanishesInAWhiteFurnace) {
+    for (const float roughness : {0.0f, 0.1f, 0.25f, 0.5f, 0.75f, 1.0f}) {
+        for (const float metallic : {0.0f, 1.0f}) {
+            Scene scene;
+            const Index white = addMaterial(scene, {.metallic = metallic, .roughness = roughness});
+            place(scene, sphere(1.0f, 48, white));
+            FrameRequest r = request(std::move(scene), "furnace");
+            r.environment.map = "white";
+            const Image image = renderer().render(r).image;
+            for (std::uint32_t y = 0; y < image.height; ++y) {
+                for (std::uint32_t x = 0; x < image.width; ++x) {
+                    ASSERT_NEAR(color(image, x, y).x, 1.0f, 0.01f)
+                        << "roughness " << roughness << " metallic " << metallic << " at " << x
+                        << " " << y;
+                }
+            }
+        }
+    }
+}
+
+TEST_F(LightOnSurfaces, aPointLightFallsOffWithTheSquareOfDistance) {
+    for (const double distance : {0.5, 1.0, 2.0, 4.0}) {
+        const float seen =
+            centerAfterLight({.intensity = glm::vec3(3.0f)}, moved(0.0, 0.0, distance), "point");
+        const auto d = static_cast<float>(distance);
+        EXPECT_NEAR(seen, 0.5f / kPi * 3.0f / (d * d), 1e-3f * seen) << distance;
+    }
+}
+
+TEST_F(LightOnSurfaces, aPointLightStopsAtItsRange) {
+    const Light light{.intensity = glm::vec3(3.0f), .range = 2.0f};
+    const float near = centerAfterLight(light, moved(0, 0, 1), "range");
+    EXPECT_NEAR(near, 0.5f / kPi * 3.0f * (1.0f - 1.0f / 16.0f), 1e-3f * near);
+    EXPECT_EQ(centerAfterLight(light, moved(0, 0, 2), "range"), 0.0f);
+}
+
+TEST_F(LightOnSurfaces, aDirectionalLightFallsWithTheCosine) {
+    for (const double angle : {0.0, 0.5, 1.0, 1.5}) {
+        glm::dmat4 turned(1.0);  // about Y; the light shines along its -Z
+        turned[0] = {std::cos(angle), 0, -std::sin(angle), 0};
+        turned[2] = {std::sin(angle), 0, std::cos(angle), 0};
+        const float seen = centerAfterLight(
+            {.kind = LightKind::directional, .intensity = glm::vec3(2.0f)}, turned, "sun");
+        EXPECT_NEAR(seen, 0.5f / kPi * 2.0f * static_cast<float>(std::cos(angle)), 1e-3f) << angle;
+    }
+}
+
+TEST_F(LightOnSurfaces, aLightBehindASurfaceDoesNotReachIt) {
+    EXPECT_EQ(centerAfterLight({.intensity = glm::vec3(3.0f)}, moved(0, 0, -1), "behind"), 0.0f);
+}
+
+TEST_F(LightOnSurfaces, aSpotLightsItsConeOnly) {
+    const Light spot{.kind = LightKind::spot,
+                     .intensity = glm::vec3(1.0f),
+                     .innerConeAngle = 0.2f,
+                     .outerConeAngle = 0.4f};
+    const float centre = centerAfterLight(spot, moved(0, 0, 1), "spot");
+    EXPECT_NEAR(centre, 0.5f / kPi, 1e-3f);
+    // tan(0.4) = 0.42: one metre aside the cone is past.
+    EXPECT_EQ(centerAfterLight(spot, moved(1.0, 0, 1), "spot"), 0.0f);
+}
+
+TEST_F(LightOnSurfaces, aMatteSurfaceInGreyLightHasItsAlbedoTimesThatLight) {
+    Scene scene;
+    place(scene, quad(2.0f, addMaterial(scene, matte(0.5f))));
+    FrameRequest r = request(std::move(scene), "grey");
+    r.environment.map = "grey";
+    r.environment.intensity = 3.0;
+    EXPECT_NEAR(centerColor(renderer().render(r).image).x, 0.5f * 0.18f * 3.0f, 1e-3f);
+}
+
+TEST_F(LightOnSurfaces, occlusionDimsTheEnvironmentAndNotTheLamps) {
+    const auto seen = [](bool occluded, const char* environment, float lamp) {
+        Scene scene;
+        Material m = matte(0.5f);
+        m.occlusionTexture.texture = addTexture2x2(
+            scene, {glm::u8vec4(51), glm::u8vec4(51), glm::u8vec4(51), glm::u8vec4(51)},
+            Wrap::repeat);
+        m.occlusionStrength = occluded ? 1.0f : 0.0f;
+        place(scene, quad(2.0f, addMaterial(scene, m)));
+        if (lamp > 0.0f) addLight(scene, {.intensity = glm::vec3(lamp)}, moved(0, 0, 1));
+        FrameRequest r = request(std::move(scene), "occlusion");
+        r.environment.map = environment;
+        return centerColor(renderer().render(r).image).x;
+    };
+    EXPECT_NEAR(seen(true, "white", 0), 0.2f * seen(false, "white", 0), 1e-3f);
+    EXPECT_EQ(seen(true, "black", 1), seen(false, "black", 1));
+}
