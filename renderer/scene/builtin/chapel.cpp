@@ -1,0 +1,79 @@
+// The chapel: light, cameras, and the order of work.
+#include "scene/builtin/chapel_parts.h"
+#include "scene/builtin/small_scenes.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace clerestory {
+namespace {
+
+void addCamera(Scene& scene, const std::string& name, const glm::dvec3& position,
+               const glm::dvec3& target, double yfov) {
+    const glm::dmat4 m = glm::inverse(glm::lookAt(position, target, glm::dvec3(0, 1, 0)));
+    scene.cameras.push_back(
+        {.name = name, .node = addNode(scene, "camera " + name, m), .yfov = yfov});
+}
+
+}  // namespace
+
+namespace chapel_parts {
+
+void addLights(Scene& scene) {
+    const auto lamp = [&](const std::string& name, const glm::dvec3& at, const glm::vec3& intensity,
+                          float range) {
+        scene.lights.push_back({.name = name,
+                                .node = addNode(scene, name, glm::translate(glm::dmat4(1.0), at)),
+                                .intensity = intensity,
+                                .range = range});
+    };
+    // Where the braziers glow; see addFurniture.
+    for (const double z : {7.0, -7.0}) {
+        for (const double x : {-2.55, 2.55})
+            lamp("embers", {x, 1.45, z}, {9.0f, 3.9f, 1.15f}, 9.0f);
+    }
+    for (const double z : {3.0, -3.0}) lamp("chandelier", {0, 5.4, z}, {13.0f, 9.0f, 5.0f}, 12.0f);
+    lamp("altar candles", {0, 2.3, -9.7}, {9.0f, 6.6f, 4.0f}, 9.0f);
+
+    // Daylight that falls through the clerestory on one side.
+    for (const double z : {6.0, -2.0}) {
+        const glm::dvec3 from(3.1, 9.0, z), to(-1.2, 0.0, z - 1.5);
+        const glm::dmat4 m = glm::inverse(glm::lookAt(from, to, glm::dvec3(0, 1, 0)));
+        scene.lights.push_back({.name = "daylight",
+                                .node = addNode(scene, "daylight", m),
+                                .kind = LightKind::spot,
+                                .intensity = glm::vec3(95.0f, 88.0f, 78.0f),
+                                .range = 24.0f,
+                                .innerConeAngle = 0.12f,
+                                .outerConeAngle = 0.42f});
+    }
+    // And through the rose, along the nave.
+    const glm::dmat4 rose = glm::inverse(
+        glm::lookAt(glm::dvec3(0, 9.6, -11.6), glm::dvec3(0, 2.0, 4.0), glm::dvec3(0, 1, 0)));
+    scene.lights.push_back({.name = "rose",
+                            .node = addNode(scene, "rose light", rose),
+                            .kind = LightKind::spot,
+                            .intensity = glm::vec3(46.0f, 54.0f, 88.0f),
+                            .range = 40.0f,
+                            .innerConeAngle = 0.2f,
+                            .outerConeAngle = 0.75f});
+}
+
+}  // namespace chapel_parts
+
+Scene chapel() {
+    Scene scene;
+    scene.environment = "dusk";
+    const chapel_parts::Materials materials = chapel_parts::addMaterials(scene);
+    chapel_parts::addMasonry(scene, materials);
+    chapel_parts::addFurniture(scene, materials);
+    chapel_parts::addLights(scene);
+    addCamera(scene, "nave", {0.5, 1.75, 11.4}, {-0.05, 3.9, -4.0}, 1.0);
+    addCamera(scene, "altar", {1.6, 1.7, -4.2}, {-0.2, 2.6, -11.0}, 0.95);
+    addCamera(scene, "figure", {-0.4, 1.75, 8.0}, {-2.1, 1.65, 4.6}, 0.75);
+    addCamera(scene, "window", {-1.0, 3.2, -4.6}, {0.0, 8.6, -12.0}, 0.9);
+    addCamera(scene, "aisle", {5.2, 1.6, 10.2}, {4.4, 2.6, -2.0}, 0.95);
+    scene.defaultView = DefaultView{{0.5, 1.75, 11.4}, {-0.05, 3.9, -4.0}, 1.0};
+    return scene;
+}
+
+}  // namespace clerestory
