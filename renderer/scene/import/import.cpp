@@ -1,1 +1,53 @@
+// The import in this process: chooses the reader by the file's extension.
 #include "scene/import/import.h"
+
+#include "scene/import/assimp_scene.h"
+#include "scene/import/gltf_scene.h"
+#include "scene/import/scene_cleaning.h"
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+std::string lowerExtension(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    extension.erase(0, extension.empty() ? 0 : 1);
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    return extension;
+}
+
+}  // namespace
+
+const std::vector<std::string>& importableExtensions() {
+    static const std::vector<std::string> kExtensions{"gltf", "glb", "obj", "fbx",
+                                                      "dae",  "ply", "stl", "3ds"};
+    return kExtensions;
+}
+
+Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits,
+                      const ProgressCallback& progress) {
+    const std::string extension = lowerExtension(file);
+    const auto& known = importableExtensions();
+    if (std::find(known.begin(), known.end(), extension) == known.end()) {
+        throw ImportError(ImportError::Reason::unsupported,
+                          "files of the kind '." + cleanText(extension) + "' cannot be read");
+    }
+    if (progress) {
+        progress({"reading", 0.0});
+    }
+    const SceneFolder folder(file.parent_path(), limits.fileBytes);
+    const std::string name = file.filename().string();
+    const bool isGltf = extension == "gltf" || extension == "glb";
+    if (!isGltf && !folder.has(name)) {
+        throw ImportError(ImportError::Reason::notFound,
+                          "'" + cleanText(name) + "' is not a readable file");
+    }
+    Scene scene = isGltf ? gltfScene(folder.read(name), folder, limits, progress)
+                         : assimpScene(name, extension, folder, limits, progress);
+    scene.title = cleanText(file.stem().string());
+    return scene;
+}
+
+}  // namespace clerestory

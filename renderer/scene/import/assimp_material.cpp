@@ -1,0 +1,222 @@
+#include "scene/import/assimp_material.h"
+
+#include "scene/import/scene_cleaning.h"
+
+#include <assimp/material.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace clerestory {
+namespace {
+
+float brightest(const glm::vec3& color) {
+    return std::max({color.x, color.y, color.z});
+}
+
+std::optional<glm::vec3> color(const aiMaterial& from, const char* key, unsigned type,
+                               unsigned index) {
+    aiColor3D value;
+    if (from.Get(key, type, index, value) != aiReturn_SUCCESS) {
+        return std::nullopt;
+    }
+    return glm::vec3(value.r, value.g, value.b);
+}
+
+std::optional<float> real(const aiMaterial& from, const char* key, unsigned type, unsigned index) {
+    float value = 0.0f;
+    if (from.Get(key, type, index, value) != aiReturn_SUCCESS || !std::isfinite(value)) {
+        return std::nullopt;
+    }
+    return value;
+}
+
+int illumination(const aiMaterial& from) {  // MTL's "illum"; 2 is its everyday value
+    int model = 2;
+    from.Get("$mat.illum", 0, 0, model);
+    return model;
+}
+
+Wrap wrap(int mode) {
+    switch (mode) {
+        case aiTextureMapMode_Clamp:
+        case aiTextureMapMode_Decal:
+            return Wrap::clampToEdge;
+        case aiTextureMapMode_Mirror:
+            return Wrap::mirroredRepeat;
+        default:
+            return Wrap::repeat;
+    }
+}
+
+}  // namespace
+
+float roughnessFromExponent(float exponent) {
+    return std::pow(2.0f / (std::max(exponent, 0.0f) + 2.0f), 0.25f);
+}
+
+void AssimpMaterials::read() {
+    for (unsigned i = 0; i < file_.mNumMaterials; ++i) {
+        scene_.materials.push_back(material(*file_.mMaterials[i]));
+        cleanMaterial(scene_.materials.back(), scene_);
+    }
+}
+
+Material AssimpMaterials::material(const aiMaterial& from) {
+    Material m;
+    aiString name;
+    if (from.Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS) {
+        m.name = name.C_Str();
+    }
+    // These formats do not promise a winding, so both sides are drawn unless the file knows better.
+    int twoSided = 1;
+    from.Get(AI_MATKEY_TWOSIDED, twoSided);
+    m.doubleSided = twoSided != 0;
+    readSurface(from, m);
+    readTransparency(from, m);
+    readTextures(from, m);
+    return m;
+}
+
+void AssimpMaterials::readSurface(const aiMaterial& from, Material& m) {
+    const glm::vec3 diffuse = color(from, AI_MATKEY_COLOR_DIFFUSE).value_or(glm::vec3(0.8f));
+    const glm::vec3 specular = color(from, AI_MATKEY_COLOR_SPECULAR).value_or(glm::vec3(0.0f));
+    m.baseColor = glm::vec4(color(from, AI_MATKEY_BASE_COLOR).value_or(diffuse), 1.0f);
+    m.metallic = real(from, AI_MATKEY_METALLIC_FACTOR).value_or(0.0f);
+    const auto exponent = real(from, AI_MATKEY_SHININESS);
+    const int model = illumination(from);
+    const bool shines = brightest(specular) > 0.0f && !(isObj_ && model < 2);
+    m.roughness = real(from, AI_MATKEY_ROUGHNESS_FACTOR)
+                      .value_or(shines && exponent ? roughnessFromExponent(*exponent) : 1.0f);
+    // MTL 3 and 5 ask for a mirror; one without a body colour is a metal.
+    constexpr float kBlack = 0.04f, kBright = 0.2f;
+    if (isObj_ && (model == 3 || model == 5) && brightest(diffuse) < kBlack &&
+        brightest(specular) > kBright) {
+        m.metallic = 1.0f;
+        m.baseColor = glm::vec4(specular, 1.0f);
+    }
+    // Emission is what the file says, whatever the body colour is (erratum E1).
+    m.emissive = color(from, AI_MATKEY_COLOR_EMISSIVE).value_or(glm::vec3(0.0f));
+    m.emissiveStrength = real(from, AI_MATKEY_EMISSIVE_INTENSITY).value_or(1.0f);
+}
+
+void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
+    const float opacity = std::clamp(real(from, AI_MATKEY_OPACITY).value_or(1.0f), 0.0f, 1.0f);
+    const float ior = real(from, AI_MATKEY_REFRACTI).value_or(1.0f);
+    if (ior > 1.0f) {  // 1 is what formats write when nobody chose
+        m.ior = ior;
+    }
+    m.transmission = real(from, AI_MATKEY_TRANSMISSION_FACTOR).value_or(0.0f);
+    if (opacity >= 1.0f) {
+        return;
+    }
+    const int model = illumination(from);
+    const bool refracts = model == 4 || model == 6 || model == 7 || model == 9 || ior > 1.0f;
+    if (!isObj_ || !refracts) {
+        m.alphaMode = AlphaMode::blend;
+        m.baseColor.w = opacity;
+        return;
+    }
+    m.transmission = 1.0f - opacity;
+    if (!(brightest(glm::vec3(m.baseColor)) > 0.0f)) {  // glass takes its tint from Tf
+        const glm::vec3 filter = color(from, AI_MATKEY_COLOR_TRANSPARENT).value_or(glm::vec3(1.0f));
+        m.baseColor = glm::vec4(brightest(filter) > 0.0f ? filter : glm::vec3(1.0f), 1.0f);
+    }
+}
+
+void AssimpMaterials::readTextures(const aiMaterial& from, Material& m) {
+    const auto has = [&](aiTextureType kind) { return from.GetTextureCount(kind) > 0; };
+    m.baseColorTexture =
+        slot(from, has(aiTextureType_BASE_COLOR) ? aiTextureType_BASE_COLOR : aiTextureType_DIFFUSE,
+             ColorSpace::srgb);
+    if (m.baseColorTexture.present() && !(brightest(glm::vec3(m.baseColor)) > 0.0f)) {
+        m.baseColor = glm::vec4(1.0f, 1.0f, 1.0f, m.baseColor.w);  // the picture is the colour
+    }
+    m.normalTexture =
+        slot(from,
+             has(aiTextureType_NORMAL_CAMERA) ? aiTextureType_NORMAL_CAMERA : aiTextureType_NORMALS,
+             ColorSpace::linear);
+    m.emissiveTexture = slot(from, aiTextureType_EMISSIVE, ColorSpace::srgb);
+    if (m.emissiveTexture.present() && !(brightest(m.emissive) > 0.0f)) {
+        m.emissive = glm::vec3(1.0f);
+    }
+    m.occlusionTexture = slot(from, aiTextureType_AMBIENT_OCCLUSION, ColorSpace::linear);
+
+    // A picture's alpha is coverage only where the material names the same picture for it (G6).
+    aiString opacityPath, colorPath;
+    if (from.GetTexture(aiTextureType_OPACITY, 0, &opacityPath) == aiReturn_SUCCESS) {
+        const bool same =
+            from.GetTexture(aiTextureType_DIFFUSE, 0, &colorPath) == aiReturn_SUCCESS &&
+            opacityPath == colorPath;
+        if (same) {
+            m.alphaMode = AlphaMode::blend;
+        } else {
+            scene_.warnings.push_back(
+                {"unsupportedTexture", m.name, "an opacity picture of its own is not used"});
+        }
+    }
+    if (has(aiTextureType_HEIGHT)) {
+        scene_.warnings.push_back({"unsupportedTexture", m.name, "a bump picture is not used"});
+    }
+    if (has(aiTextureType_METALNESS) || has(aiTextureType_DIFFUSE_ROUGHNESS)) {
+        scene_.warnings.push_back(
+            {"unsupportedTexture", m.name, "separate metal and roughness pictures are not used"});
+    }
+}
+
+TextureSlot AssimpMaterials::slot(const aiMaterial& from, int kind, ColorSpace colorSpace) {
+    TextureSlot slot;
+    const auto type = static_cast<aiTextureType>(kind);
+    aiString path;
+    if (from.GetTexture(type, 0, &path) != aiReturn_SUCCESS || path.length == 0) {
+        return slot;
+    }
+    Texture how;
+    int modeU = aiTextureMapMode_Wrap;
+    int modeV = aiTextureMapMode_Wrap;
+    from.Get(AI_MATKEY_MAPPINGMODE_U(type, 0), modeU);
+    from.Get(AI_MATKEY_MAPPINGMODE_V(type, 0), modeV);
+    how.wrapU = wrap(modeU);
+    how.wrapV = wrap(modeV);
+    slot.texture = textures_.texture(imageSource(path.C_Str()), colorSpace, how);
+    int channel = 0;
+    if (from.Get(AI_MATKEY_UVWSRC(type, 0), channel) == aiReturn_SUCCESS) {
+        slot.texCoord = channel == 1 ? 1 : 0;
+    }
+    aiUVTransform transform;
+    if (from.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == aiReturn_SUCCESS) {
+        // The formats count v upwards, and aiProcess_FlipUVs has already turned the sign of the
+        // translation: v' = 1 - (scale * (1 - v) + offset).
+        slot.scale = {transform.mScaling.x, transform.mScaling.y};
+        slot.offset = {transform.mTranslation.x,
+                       1.0f - transform.mScaling.y + transform.mTranslation.y};
+    }
+    return slot;
+}
+
+// Authoring programs write paths of their own machine; then a file of that name beside the scene is
+// meant.
+ImageSource AssimpMaterials::imageSource(std::string path) {
+    ImageSource source;
+    if (const aiTexture* embedded = file_.GetEmbeddedTexture(path.c_str())) {
+        source.name = path;
+        source.key = "embedded " + path;
+        if (embedded->mHeight == 0) {  // still compressed; mWidth counts bytes
+            source.embedded = {reinterpret_cast<const unsigned char*>(embedded->pcData),
+                               embedded->mWidth};
+        }
+        return source;
+    }
+    std::replace(path.begin(), path.end(), '\\', '/');
+    if (!folder_.has(path)) {
+        const std::string last = path.substr(path.find_last_of('/') + 1);
+        path = folder_.has(last) ? last : path;
+    }
+    source.name = path;
+    source.key = "file " + path;
+    return source;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,299 @@
+#include "scene/import/assimp_scene.h"
+
+#include "scene/import/assimp_folder.h"
+#include "scene/import/assimp_material.h"
+#include "scene/import/scene_cleaning.h"
+#include "scene/mesh_builder.h"
+
+#include <assimp/BaseImporter.h>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <assimp/Importer.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+
+namespace clerestory {
+namespace {
+
+using Reason = ImportError::Reason;
+
+constexpr float kCreaseDegrees = 45.0f;  // sharper edges stay edges where normals are made
+constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_GenSmoothNormals |
+                            aiProcess_JoinIdenticalVertices | aiProcess_SortByPType |
+                            aiProcess_ValidateDataStructure | aiProcess_FlipUVs;
+
+// Only the reader of this extension stays: Assimp would look into the file and choose another one.
+void keepOnlyReader(Assimp::Importer& importer, const std::string& extension) {
+    const Assimp::BaseImporter* kept = importer.GetImporter(extension.c_str());
+    for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+        Assimp::BaseImporter* reader = importer.GetImporter(i);
+        if (reader && reader != kept) {
+            importer.UnregisterLoader(reader);
+            delete reader;  // unregistering gives it to us
+        }
+    }
+    if (!kept) {
+        throw ImportError(Reason::unsupported, "there is no reader for ." + extension);
+    }
+}
+
+glm::dmat4 matrix(const aiMatrix4x4& m) {  // Assimp writes rows
+    return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2,
+            m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
+}
+
+bool finite(const glm::dmat4& m) {
+    for (int i = 0; i < 16; ++i) {
+        if (!std::isfinite(m[i / 4][i % 4])) return false;
+    }
+    return true;
+}
+
+glm::dvec3 vector(const aiVector3D& v) {
+    return {v.x, v.y, v.z};
+}
+
+// A frame at `position` whose -Z looks along `direction`.
+glm::dmat4 looking(const glm::dvec3& position, glm::dvec3 direction, glm::dvec3 up) {
+    const double length = glm::length(direction);
+    direction = length > 0.0 && std::isfinite(length) ? direction / length : glm::dvec3(0, 0, -1);
+    glm::dvec3 right = glm::cross(direction, up);
+    if (!(glm::length(right) > 1e-9)) {  // up along the view
+        up = std::abs(direction.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
+        right = glm::cross(direction, up);
+    }
+    right = glm::normalize(right);
+    glm::dmat4 frame(1.0);
+    frame[0] = glm::dvec4(right, 0.0);
+    frame[1] = glm::dvec4(glm::cross(right, direction), 0.0);
+    frame[2] = glm::dvec4(-direction, 0.0);
+    frame[3] = glm::dvec4(position, 1.0);
+    return frame;
+}
+
+float linearFromSrgb(float c) {  // IEC 61966-2-1
+    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+}
+
+class Reader {
+public:
+    Reader(const aiScene& file, const std::string& extension, const ImportLimits& limits)
+        : file_(file), colorsAreSrgb_(extension == "ply" || extension == "obj"), limits_(limits) {}
+
+    Scene run(const std::string& extension, const SceneFolder& folder,
+              const ProgressCallback& progress) {
+        TextureStore textures(folder, limits_);
+        AssimpMaterials(file_, extension, folder, textures, scene_).read();
+        for (unsigned i = 0; i < file_.mNumMeshes; ++i) {
+            meshes_.push_back(add(*file_.mMeshes[i]));
+        }
+        readNodes();
+        readCameras();
+        readLights();
+        textures.finish(scene_, progress);
+        finishScene(scene_);
+        return std::move(scene_);
+    }
+
+private:
+    Index add(const aiMesh& from) {
+        if (!(from.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) {
+            scene_.warnings.push_back(
+                {"pointsAndLines", from.mName.C_Str(), "points and lines are not drawn"});
+            return kNone;
+        }
+        countTriangles(triangles_, from.mNumFaces, limits_);
+        MeshDraft draft;
+        draft.name = from.mName.C_Str();
+        draft.material = from.mMaterialIndex;
+        draft.hasNormals = from.HasNormals();
+        draft.hasTexCoords = from.HasTextureCoords(0);
+        draft.vertices.resize(from.mNumVertices);
+        for (unsigned i = 0; i < from.mNumVertices; ++i) {
+            Vertex& v = draft.vertices[i];
+            v.position = glm::vec3(vector(from.mVertices[i]));
+            if (draft.hasNormals) v.normal = glm::vec3(vector(from.mNormals[i]));
+            if (draft.hasTexCoords) {
+                v.texCoord0 = {from.mTextureCoords[0][i].x, from.mTextureCoords[0][i].y};
+            }
+            if (from.HasTextureCoords(1)) {
+                v.texCoord1 = {from.mTextureCoords[1][i].x, from.mTextureCoords[1][i].y};
+            }
+            if (from.HasVertexColors(0)) {
+                v.color = color(from.mColors[0][i]);
+            }
+        }
+        draft.indices.reserve(std::size_t{3} * from.mNumFaces);
+        for (unsigned f = 0; f < from.mNumFaces; ++f) {
+            const aiFace& face = from.mFaces[f];
+            if (face.mNumIndices == 3) {
+                draft.indices.insert(draft.indices.end(), face.mIndices, face.mIndices + 3);
+            }
+        }
+        return addMesh(scene_, std::move(draft));
+    }
+
+    // OBJ and PLY carry the colours of a screen, the others carry light.
+    glm::vec4 color(const aiColor4D& c) const {
+        return colorsAreSrgb_
+                   ? glm::vec4(linearFromSrgb(c.r), linearFromSrgb(c.g), linearFromSrgb(c.b), c.a)
+                   : glm::vec4(c.r, c.g, c.b, c.a);
+    }
+
+    // Depth first without recursion. A skinned mesh stands in its bind pose at its own node.
+    void readNodes() {
+        std::vector<std::pair<const aiNode*, Index>> pending{{file_.mRootNode, kNone}};
+        while (!pending.empty()) {
+            const auto [from, parent] = pending.back();
+            pending.pop_back();
+            glm::dmat4 local = matrix(from->mTransformation);
+            if (!finite(local)) {
+                scene_.warnings.push_back({"nonFiniteTransform", from->mName.C_Str(),
+                                           "a transform that is not of numbers was left out"});
+                local = glm::dmat4(1.0);
+            }
+            const Index node = addCheckedNode(from->mName.C_Str(), local, parent);
+            nodeNamed_.try_emplace(from->mName.C_Str(), node);
+            for (unsigned i = 0; i < from->mNumMeshes; ++i) {
+                const Index mesh = meshes_.at(from->mMeshes[i]);
+                if (mesh != kNone) scene_.instances.push_back({node, mesh});
+            }
+            if (scene_.instances.size() > 4 * limits_.maxNodes) {
+                throw ImportError(Reason::limit, "the scene has too many instances");
+            }
+            for (unsigned i = from->mNumChildren; i-- > 0;) {
+                pending.emplace_back(from->mChildren[i], node);
+            }
+        }
+    }
+
+    Index addCheckedNode(const std::string& name, const glm::dmat4& local, Index parent) {
+        if (scene_.nodes.size() >= limits_.maxNodes) {
+            throw ImportError(Reason::limit, "the scene has more than " +
+                                                 std::to_string(limits_.maxNodes) + " nodes");
+        }
+        return addNode(scene_, name, local, parent);
+    }
+
+    // A node for what Assimp ties to another one by name.
+    Index frameNode(const aiString& name, const aiVector3D& position, const aiVector3D& direction,
+                    const aiVector3D& up) {
+        const auto parent = nodeNamed_.find(name.C_Str());
+        glm::dmat4 frame = looking(vector(position), vector(direction), vector(up));
+        return addCheckedNode(name.C_Str(), finite(frame) ? frame : glm::dmat4(1.0),
+                              parent == nodeNamed_.end() ? kNone : parent->second);
+    }
+
+    // Near and far planes of these formats are defaults more often than choices; ours are fitted.
+    void readCameras() {
+        for (unsigned i = 0; i < file_.mNumCameras; ++i) {
+            const aiCamera& from = *file_.mCameras[i];
+            Camera camera;
+            camera.name = from.mName.C_Str();
+            camera.orthographic = from.mOrthographicWidth > 0.0f;
+            const double aspect = from.mAspect > 0.0f ? static_cast<double>(from.mAspect) : 1.0;
+            const double half = static_cast<double>(from.mHorizontalFOV) / 2.0;
+            camera.yfov = 2.0 * std::atan(std::tan(half) / aspect);
+            camera.yHalfHeight = static_cast<double>(from.mOrthographicWidth) / aspect;
+            const bool sound = camera.orthographic
+                                   ? std::isfinite(camera.yHalfHeight) && camera.yHalfHeight > 0.0
+                                   : camera.yfov > 0.0 && camera.yfov < std::numbers::pi;
+            if (!sound) {
+                scene_.warnings.push_back(
+                    {"badCamera", camera.name, "a camera that sees nothing was dropped"});
+                continue;
+            }
+            camera.yfov = camera.orthographic ? Camera{}.yfov : camera.yfov;
+            camera.yHalfHeight = camera.orthographic ? camera.yHalfHeight : 1.0;
+            camera.node = frameNode(from.mName, from.mPosition, from.mLookAt, from.mUp);
+            scene_.cameras.push_back(camera);
+        }
+    }
+
+    // These formats say how bright a white surface that faces the light becomes, and how that falls
+    // with distance; ours says intensity. The two agree at half the scene's diagonal (everywhere,
+    // where the file falls off by the square): intensity = pi * colour * d^2 / attenuation(d).
+    void readLights() {
+        const auto diagonal =
+            static_cast<double>(worldBounds(scene_, poseAt(scene_, 0)).diagonal());
+        const double distance = diagonal > 0.0 && std::isfinite(diagonal) ? diagonal / 2.0 : 1.0;
+        for (unsigned i = 0; i < file_.mNumLights; ++i) {
+            const aiLight& from = *file_.mLights[i];
+            if (from.mType == aiLightSource_AMBIENT || from.mType == aiLightSource_UNDEFINED) {
+                scene_.warnings.push_back({"unsupportedLight", from.mName.C_Str(),
+                                           "an ambient light was dropped; the environment is one"});
+                continue;
+            }
+            Light light;
+            light.name = from.mName.C_Str();
+            light.kind = from.mType == aiLightSource_DIRECTIONAL ? LightKind::directional
+                         : from.mType == aiLightSource_SPOT      ? LightKind::spot
+                                                                 : LightKind::point;
+            double scale = std::numbers::pi;
+            if (light.kind != LightKind::directional) {
+                const double attenuation = from.mAttenuationConstant +
+                                           from.mAttenuationLinear * distance +
+                                           from.mAttenuationQuadratic * distance * distance;
+                scale *= distance * distance / (attenuation > 0.0 ? attenuation : 1.0);
+            }
+            const glm::dvec3 intensity =
+                scale *
+                glm::dvec3(from.mColorDiffuse.r, from.mColorDiffuse.g, from.mColorDiffuse.b);
+            constexpr double kBrightest = 1e9;
+            for (int c = 0; c < 3; ++c) {
+                light.intensity[c] =
+                    std::isfinite(intensity[c])
+                        ? static_cast<float>(std::clamp(intensity[c], 0.0, kBrightest))
+                        : 0.0f;
+            }
+            if (light.kind == LightKind::spot) {  // Assimp's angles are those of whole cones
+                const auto half = [](float whole) {
+                    return std::isfinite(whole) ? std::clamp(whole / 2.0f, 1e-3f, 1.57079f)
+                                                : 0.785f;
+                };
+                light.outerConeAngle = half(from.mAngleOuterCone);
+                light.innerConeAngle = std::min(half(from.mAngleInnerCone), light.outerConeAngle);
+            }
+            light.node = frameNode(from.mName, from.mPosition, from.mDirection, from.mUp);
+            scene_.lights.push_back(light);
+        }
+    }
+
+    const aiScene& file_;
+    bool colorsAreSrgb_;
+    ImportLimits limits_;
+    Scene scene_;
+    std::vector<Index> meshes_;
+    std::map<std::string, Index> nodeNamed_;
+    std::uint64_t triangles_ = 0;
+};
+
+}  // namespace
+
+Scene assimpScene(const std::string& file, const std::string& extension, const SceneFolder& folder,
+                  const ImportLimits& limits, const ProgressCallback& progress) {
+    Assimp::Importer importer;
+    keepOnlyReader(importer, extension);
+    importer.SetIOHandler(new AssimpFolder(folder));  // the importer deletes it
+    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kCreaseDegrees);
+    const aiScene* scene = importer.ReadFile(file, kSteps);
+    if (!scene || !scene->mRootNode) {
+        const std::string words = importer.GetErrorString();
+        if (words.find("bad_alloc") != std::string::npos) {
+            throw std::bad_alloc();
+        }
+        throw ImportError(Reason::malformed,
+                          words.empty() ? "the file holds no scene" : cleanText(words));
+    }
+    if (progress) {
+        progress({"meshes", 0.2});
+    }
+    return Reader(*scene, extension, limits).run(extension, folder, progress);
+}
+
+}  // namespace clerestory

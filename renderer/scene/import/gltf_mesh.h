@@ -1,0 +1,46 @@
+// glTF 2.0 primitives -> meshes of the scene, in their bind pose where they are skinned or morphed.
+#pragma once
+
+#include "scene/import/gltf_document.h"
+#include "scene/import/import.h"
+#include "scene/mesh_builder.h"
+
+#include <map>
+#include <vector>
+
+namespace clerestory {
+
+// How a skinned or morphed mesh stands at rest. Empty: as the primitive is written.
+struct RestPose {
+    std::vector<glm::dmat4> worldFromBind;  // per joint: its node's transform * its inverse bind
+    std::vector<double> morphWeights;
+};
+
+class GltfMeshes {
+public:
+    // The scene's last material must be glTF's default one.
+    GltfMeshes(GltfDocument& document, Scene& scene, const ImportLimits& limits);
+
+    // One scene mesh for each primitive with triangles; made once.
+    const std::vector<Index>& meshes(Index gltfMesh);
+    // The same in a pose of its own, so never shared.
+    std::vector<Index> posedMeshes(Index gltfMesh, const RestPose& pose);
+
+private:
+    Index add(const Json& primitive, const std::string& name, const RestPose& pose);
+    std::vector<std::uint32_t> triangles(const Json& primitive, std::size_t vertexCount,
+                                         const std::string& name);
+    Numbers attribute(const Json& attributes, const char* key, std::size_t count,
+                      const std::string& name);
+    void morph(const Json& primitive, const RestPose& pose, MeshDraft& draft);
+    void skin(const Json& attributes, const RestPose& pose, MeshDraft& draft);
+
+    GltfDocument& document_;
+    Scene& scene_;
+    ImportLimits limits_;
+    std::uint64_t triangles_ = 0;
+    Index defaultMaterial_;
+    std::map<Index, std::vector<Index>> known_;
+};
+
+}  // namespace clerestory

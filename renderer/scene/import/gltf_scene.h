@@ -1,0 +1,13 @@
+// A glTF 2.0 file -> Scene.
+#pragma once
+
+#include "scene/import/import.h"
+#include "scene/import/scene_folder.h"
+
+namespace clerestory {
+
+// `file` is the content of a .gltf or .glb. The title is left to the caller. Throws ImportError.
+Scene gltfScene(std::string file, const SceneFolder& folder, const ImportLimits& limits,
+                const ProgressCallback& progress);
+
+}  // namespace clerestory
