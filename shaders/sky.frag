@@ -8,6 +8,6 @@ in vec3 towards;
 out vec4 color;
 
 void main() {
-    vec3 radiance = textureLod(source, mat3(view.mapFromWorld) * towards, 0.0f).rgb;
+    vec3 radiance = textureLod(source, towards, 0.0f).rgb;
     color = vec4(radianceFinite(radiance * view.environment.y), 1.0f);
 }

@@ -1,7 +1,7 @@
 // The far end of depth, behind everything.
 #include "include/block_macros.glsl"
 
-out vec3 towards;  // world axes, not normalised; linear over the picture
+out vec3 towards;  // not normalised; linear over the picture
 
 void main() {
     vec2 corner = vec2(float((gl_VertexID & 1) * 4 - 1), float((gl_VertexID >> 1) * 4 - 1));

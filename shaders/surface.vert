@@ -12,17 +12,23 @@ layout(location = ATTRIBUTE_TEXCOORD1) in vec2 inTexCoord1;
 layout(location = ATTRIBUTE_COLOR) in vec4 inColor;
 layout(location = ATTRIBUTE_NORMAL_FROM_MODEL) in vec4 normalFromModel[3];  // rows; w: drawNumbers
 
+// Scaled first: a tiny instance's squares would underflow.
+vec3 unit(vec3 v) {
+    vec3 scaled = v / max(max(abs(v.x), max(abs(v.y), abs(v.z))), 1e-30f);
+    return scaled * inversesqrt(max(dot(scaled, scaled), 1e-20f));
+}
+
 void main() {
     positionEye = eyePosition();
     gl_Position = clipPosition(positionEye);
 
-    vertexNormal = vec3(dot(normalFromModel[0].xyz, normal), dot(normalFromModel[1].xyz, normal),
-                        dot(normalFromModel[2].xyz, normal));
+    vertexNormal = unit(vec3(dot(normalFromModel[0].xyz, normal), dot(normalFromModel[1].xyz, normal),
+                             dot(normalFromModel[2].xyz, normal)));
     drawNumbers = vec3(normalFromModel[0].w, normalFromModel[1].w, normalFromModel[2].w);
     if (has(FEATURE_NORMAL_MAP)) {
         vertexTangent.xyz =
-            vec3(dot(eyeFromModel[0].xyz, tangent.xyz), dot(eyeFromModel[1].xyz, tangent.xyz),
-                 dot(eyeFromModel[2].xyz, tangent.xyz));
+            unit(vec3(dot(eyeFromModel[0].xyz, tangent.xyz), dot(eyeFromModel[1].xyz, tangent.xyz),
+                      dot(eyeFromModel[2].xyz, tangent.xyz)));
         // A mirrored instance turns the cross product of normal and tangent round.
         float volume = dot(eyeFromModel[0].xyz, cross(eyeFromModel[1].xyz, eyeFromModel[2].xyz));
         vertexTangent.w = volume < 0.0f ? -tangent.w : tangent.w;

@@ -18,7 +18,7 @@ using glm::vec4, glm::ivec4, glm::mat4;
 #undef BLOCK_END
 // clang-format on
 
-static_assert(sizeof(ViewBlock) == 352);
+static_assert(sizeof(ViewBlock) == 288);
 static_assert(sizeof(MaterialBlock) == 224);
 static_assert(sizeof(FilterBlock) == 16);
 

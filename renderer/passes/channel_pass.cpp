@@ -27,10 +27,12 @@ int variantOf(Channel channel) {
 
 void runChannelPass(PassResources& resources, const PassInput& input) {
     const Pass& pass = input.pass;
-    resources.draws.begin(input.scene->scene(), input.pose, pass.views.front(), input.plan.lights);
+    const glm::dmat3 worldAxes(1.0);
+    resources.draws.begin(input.scene->scene(), input.pose, pass.views.front(), worldAxes,
+                          input.plan.lights);
     const std::uint32_t records = resources.draws.add(pass.opaqueDraws);
     resources.draws.upload();
-    bindView(resources, input);
+    bindView(resources, input, worldAxes);
 
     input.target.drawn().bind();
     gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true});

@@ -37,24 +37,27 @@ glm::vec4 row(const glm::dmat3& m, int i, double w) {
     return glm::vec4(glm::dvec4(m[0][i], m[1][i], m[2][i], w));
 }
 
-void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye) {
+void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye,
+                 const glm::dmat3& axesFromWorld) {
     const bool placed = light.kind != LightKind::directional;
     const bool spot = light.kind == LightKind::spot;
-    rows.emplace_back(placed ? glm::vec3(light.position - eye) : light.toLight,
-                      placed ? 1.0f : 0.0f);
+    const glm::vec3 toLight(axesFromWorld * glm::dvec3(light.toLight));
+    const glm::vec3 position(axesFromWorld * (light.position - eye));
+    rows.emplace_back(placed ? position : toLight, placed ? 1.0f : 0.0f);
     rows.emplace_back(light.intensity, placed ? light.range : 0.0f);
     // Without a cone every angle lies inside it: the axis is nothing, its cosine 0.
-    rows.emplace_back(spot ? light.toLight : glm::vec3(0.0f), spot ? light.cosOuter : -2.0f);
+    rows.emplace_back(spot ? toLight : glm::vec3(0.0f), spot ? light.cosOuter : -2.0f);
     rows.emplace_back(spot ? light.cosInner : -1.0f, 0.0f, 0.0f, 0.0f);
 }
 
 }  // namespace
 
 void DrawStream::begin(const Scene& scene, const Pose& pose, const View& view,
-                       const std::vector<PlacedLight>& lights) {
+                       const glm::dmat3& axesFromWorld, const std::vector<PlacedLight>& lights) {
     scene_ = &scene;
     pose_ = &pose;
     view_ = &view;
+    axesFromWorld_ = axesFromWorld;
     lights_ = &lights;
     instances_.clear();
     lists_.clear();
@@ -67,8 +70,8 @@ const DrawStream::Placed& DrawStream::placed(std::uint32_t instance) {
     Placed& p = it->second;
     if (!isNew) return p;
     const glm::dmat4& worldFromModel = pose_->worldFromNode[scene_->instances[instance].node];
-    const glm::dmat3 linear(worldFromModel);
-    const glm::dvec3 translation = glm::dvec3(worldFromModel[3]) - view_->eye;
+    const glm::dmat3 linear = axesFromWorld_ * glm::dmat3(worldFromModel);
+    const glm::dvec3 translation = axesFromWorld_ * (glm::dvec3(worldFromModel[3]) - view_->eye);
     const glm::dmat3 normals = normalMatrix(linear);
     for (int i = 0; i < 3; ++i) {
         p.record.eyeFromModel[i] = row(linear, i, translation[i]);
@@ -84,7 +87,8 @@ std::uint32_t DrawStream::firstLight(const LightList& list) {
     const auto [it, isNew] =
         lists_.try_emplace(key, static_cast<std::uint32_t>(lightData_.size() / LIGHT_ROWS));
     if (isNew) {
-        for (const std::uint8_t light : key) appendLight(lightData_, (*lights_)[light], view_->eye);
+        for (const std::uint8_t light : key)
+            appendLight(lightData_, (*lights_)[light], view_->eye, axesFromWorld_);
     }
     return it->second;
 }

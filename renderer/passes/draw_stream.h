@@ -24,9 +24,9 @@ public:
     const gl::Buffer& records() const { return records_; }
     const gl::BufferTexture& lights() const { return lightTexture_; }
 
-    // Starts anew for a view.
+    // Starts anew for a view. Axes of eye space: those of the world, turned by `axesFromWorld`.
     void begin(const Scene& scene, const Pose& pose, const View& view,
-               const std::vector<PlacedLight>& lights);
+               const glm::dmat3& axesFromWorld, const std::vector<PlacedLight>& lights);
     // Returns the place of the first draw's record; the others follow it.
     std::uint32_t add(const std::vector<Draw>& draws);
     void upload();
@@ -47,6 +47,7 @@ private:
     const Scene* scene_ = nullptr;
     const Pose* pose_ = nullptr;
     const View* view_ = nullptr;
+    glm::dmat3 axesFromWorld_{1.0};
     const std::vector<PlacedLight>* lights_ = nullptr;
     std::map<std::uint32_t, Placed> instances_;
     std::map<std::vector<std::uint8_t>, std::uint32_t> lists_;

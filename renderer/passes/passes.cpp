@@ -31,13 +31,13 @@ gl::Texture blackCube() {
     return texture;
 }
 
-// Directions in eye space (world axes) from the picture's centre and towards its right and top.
+// Directions in eye space from the picture's centre and towards its right and top.
 // x and y of clip space are w times the picture's coordinates, which gives three equations for a
 // direction with w = 1. An orthographic view has one direction for the whole picture.
-void setSkyDirections(const View& view, const glm::dmat3& worldFromView, glm::vec4* directions) {
+void setSkyDirections(const View& view, const glm::dmat3& eyeFromView, glm::vec4* directions) {
     directions[0] = directions[1] = directions[2] = glm::vec4(0.0f);
     if (view.orthographic) {
-        directions[0] = glm::vec4(glm::vec3(worldFromView * glm::dvec3(0.0, 0.0, -1.0)), 0.0f);
+        directions[0] = glm::vec4(glm::vec3(eyeFromView * glm::dvec3(0.0, 0.0, -1.0)), 0.0f);
         return;
     }
     const glm::dmat4& clip = view.clipFromView;
@@ -45,10 +45,10 @@ void setSkyDirections(const View& view, const glm::dmat3& worldFromView, glm::ve
     for (int column = 0; column < 3; ++column) {
         pictureFromView[column] = {clip[column][0], clip[column][1], clip[column][3]};
     }
-    const glm::dmat3 worldFromPicture = worldFromView * glm::inverse(pictureFromView);
-    directions[0] = glm::vec4(glm::vec3(worldFromPicture[2]), 0.0f);
-    directions[1] = glm::vec4(glm::vec3(worldFromPicture[0]), 0.0f);
-    directions[2] = glm::vec4(glm::vec3(worldFromPicture[1]), 0.0f);
+    const glm::dmat3 eyeFromPicture = eyeFromView * glm::inverse(pictureFromView);
+    directions[0] = glm::vec4(glm::vec3(eyeFromPicture[2]), 0.0f);
+    directions[1] = glm::vec4(glm::vec3(eyeFromPicture[0]), 0.0f);
+    directions[2] = glm::vec4(glm::vec3(eyeFromPicture[1]), 0.0f);
 }
 
 }  // namespace
@@ -56,17 +56,16 @@ void setSkyDirections(const View& view, const glm::dmat3& worldFromView, glm::ve
 PassResources::PassResources()
     : noVertices({}, nullptr), environmentBrdf(brdfTexture()), darkness(blackCube()) {}
 
-void bindView(PassResources& resources, const PassInput& input) {
+void bindView(PassResources& resources, const PassInput& input, const glm::dmat3& axesFromWorld) {
     const View& view = input.pass.views.front();
-    const glm::dmat3 viewFromWorld(view.viewFromWorld);
-    const glm::dmat3 worldFromView = glm::transpose(viewFromWorld);  // orthogonal
+    const glm::dmat3 eyeFromView =
+        axesFromWorld * glm::transpose(glm::dmat3(view.viewFromWorld));  // orthogonal
     const bool clipControl = gl::Context::current().capabilities().clipControl;
     const bool lit = !input.reads.empty();
 
     blocks::ViewBlock block{};
-    block.clipFromEye =
-        glm::mat4(gl::deviceClip(view.clipFromView, clipControl) * glm::dmat4(viewFromWorld));
-    block.mapFromWorld = glm::mat4(glm::mat3(input.plan.mapFromWorld));
+    block.clipFromEye = glm::mat4(gl::deviceClip(view.clipFromView, clipControl) *
+                                  glm::dmat4(glm::transpose(eyeFromView)));
     if (lit) {
         for (std::size_t i = 0; i < 9; ++i) {
             block.harmonics[i] =
@@ -76,9 +75,9 @@ void bindView(PassResources& resources, const PassInput& input) {
     const float lastLevel = lit ? static_cast<float>(input.reads.front()->spec().levels - 1) : 0.0f;
     block.environment = {lastLevel, input.plan.environmentIntensity, clipControl ? 0.0f : -1.0f,
                          0.0f};
-    block.forward = glm::vec4(glm::vec3(worldFromView * glm::dvec3(0.0, 0.0, -1.0)),
+    block.forward = glm::vec4(glm::vec3(eyeFromView * glm::dvec3(0.0, 0.0, -1.0)),
                               view.orthographic ? 1.0f : 0.0f);
-    setSkyDirections(view, worldFromView, block.skyDirections);
+    setSkyDirections(view, eyeFromView, block.skyDirections);
     resources.viewBlock.assign(blocks::bytesOf(block));
     resources.viewBlock.bindUniform(BINDING_VIEW);
 }

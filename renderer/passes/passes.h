@@ -45,8 +45,9 @@ void runChannelPass(PassResources& resources, const PassInput& input);
 void runToneMapPass(PassResources& resources, const PassInput& input);
 void runEdgeFilterPass(PassResources& resources, const PassInput& input);
 
-// Fills and binds the view's block. `reads` may be empty: then the environment gives no light.
-void bindView(PassResources& resources, const PassInput& input);
+// Fills and binds the view's block, eye space turned by `axesFromWorld` (see blocks.glsl).
+// `reads` may be empty: then the environment gives no light.
+void bindView(PassResources& resources, const PassInput& input, const glm::dmat3& axesFromWorld);
 
 // Draws in order from the records that begin at `firstRecord`, with programs of one kind.
 struct DrawProgram {

@@ -39,12 +39,13 @@ void drawSky(PassResources& resources, const PassInput& input) {
 
 void runSurfacePass(PassResources& resources, const PassInput& input) {
     const Pass& pass = input.pass;
-    resources.draws.begin(input.scene->scene(), input.pose, pass.views.front(), input.plan.lights);
+    resources.draws.begin(input.scene->scene(), input.pose, pass.views.front(),
+                          input.plan.mapFromWorld, input.plan.lights);
     const std::uint32_t depthRecords = resources.draws.add(pass.depthDraws);
     const std::uint32_t opaqueRecords = resources.draws.add(pass.opaqueDraws);
     const std::uint32_t blendedRecords = resources.draws.add(pass.blendedDraws);
     resources.draws.upload();
-    bindView(resources, input);
+    bindView(resources, input, input.plan.mapFromWorld);
     bindLight(resources, input);
 
     input.target.drawn().bind();

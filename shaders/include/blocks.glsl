@@ -1,9 +1,10 @@
 // The uniform blocks, declared once for GLSL and C++: only vec4, ivec4 and mat4 members, so that
-// std140 and C++ agree byte for byte. "Eye" space has the world's axes and its origin at the eye.
+// std140 and C++ agree byte for byte.
+// "Eye" space has its origin at the eye and the axes of the environment map, so that no pixel has to
+// turn a direction. Channel passes, which know no environment, keep the world's axes.
 
 BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     mat4 clipFromEye;
-    mat4 mapFromWorld;      // rotation into the environment map's axes
     vec4 harmonics[9];      // rgb: diffuse light, the environment's intensity folded in
     vec4 environment;       // last roughness level, intensity, clip depth of the far end
     vec4 forward;           // unit, where the camera looks; w: 1 when it is orthographic

@@ -54,12 +54,11 @@ vec3 lampsLight(Surface s) {
 }
 
 vec3 environmentLight(Surface s) {
-    mat3 mapFromWorld = mat3(view.mapFromWorld);
-    vec3 around = harmonics9(mapFromWorld * s.normal, view.harmonics[0].xyz, view.harmonics[1].xyz,
+    vec3 around = harmonics9(s.normal, view.harmonics[0].xyz, view.harmonics[1].xyz,
                              view.harmonics[2].xyz, view.harmonics[3].xyz, view.harmonics[4].xyz,
                              view.harmonics[5].xyz, view.harmonics[6].xyz, view.harmonics[7].xyz,
                              view.harmonics[8].xyz);
-    vec3 mirrored = textureLod(environmentMap, mapFromWorld * reflect(-s.toEye, s.normal),
+    vec3 mirrored = textureLod(environmentMap, reflect(-s.toEye, s.normal),
                                s.roughness * view.environment.x).rgb * view.environment.y;
     return s.reflectance * mirrored + diffuseWeight(s.reflectance) * s.diffuse * around;
 }

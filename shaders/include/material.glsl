@@ -41,14 +41,15 @@ vec3 direction(vec3 v) {
 }
 
 vec3 normalAt() {
-    vec3 n = direction(vertexNormal);
+    vec3 n = vertexNormal;
     if (has(FEATURE_NORMAL_MAP)) {
-        vec3 t = direction(vertexTangent.xyz);
+        // Not normalised before: as the tangents were made (mikktspace.com).
+        vec3 t = vertexTangent.xyz;
         vec3 b = cross(n, t) * vertexTangent.w;
         vec3 bump = texture(normalMap, texCoordOf(UNIT_NORMAL)).xyz * 2.0f - 1.0f;
-        n = direction(t * (bump.x * material.surface.z) + b * (bump.y * material.surface.z) +
-                      n * bump.z);
+        n = t * (bump.x * material.surface.z) + b * (bump.y * material.surface.z) + n * bump.z;
     }
+    n = direction(n);
     if (has(FEATURE_DOUBLE_SIDED)) n = gl_FrontFacing ? n : -n;
     return n;
 }

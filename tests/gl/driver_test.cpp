@@ -60,7 +60,6 @@ TEST_F(Driver, blocksLieAsCppHasThem) {
         {"surface.vert", "surface.frag", FEATURE_BASE_COLOR_MAP | FEATURE_TEXTURE_TRANSFORM});
     using blocks::MaterialBlock, blocks::PrefilterBlock, blocks::ViewBlock;
     EXPECT_EQ(offsetOf(surface, "ViewBlock.clipFromEye"), offsetof(ViewBlock, clipFromEye));
-    EXPECT_EQ(offsetOf(surface, "ViewBlock.mapFromWorld"), offsetof(ViewBlock, mapFromWorld));
     EXPECT_EQ(offsetOf(surface, "ViewBlock.harmonics[0]"), offsetof(ViewBlock, harmonics));
     EXPECT_EQ(offsetOf(surface, "ViewBlock.environment"), offsetof(ViewBlock, environment));
     EXPECT_EQ(offsetOf(surface, "ViewBlock.forward"), offsetof(ViewBlock, forward));
