@@ -76,6 +76,9 @@ public:
         new_task_queue = [this] { return new httplib::ThreadPool(options_.threads); };
         set_tcp_nodelay(true);  // otherwise a kept-alive answer takes 40 ms more
         set_payload_max_length(options.maxBody);
+        // Only what the header Keep-Alive promises: connections end by ConnectionLimits.
+        set_keep_alive_timeout(std::chrono::ceil<std::chrono::seconds>(limits_.idle).count());
+        set_keep_alive_max_count(1'000'000);
         set_default_headers(kEveryAnswer);
         setRoutes();
         bind();

@@ -49,8 +49,9 @@ void RenderQueue::push(Job job) {
 }
 
 void RenderQueue::refuseNew() {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
     refusing_ = true;
+    idle_.wait(lock, [&] { return counted_ == 0; });
 }
 
 void RenderQueue::refuseLate(std::chrono::duration<double> patience) {
@@ -97,7 +98,7 @@ void RenderQueue::serve(const RendererOptions& options) {
         const double seconds = millisecondsSince(start) / 1000.0;
         lock.lock();
         if (job.counted) {
-            --counted_;
+            if (--counted_ == 0) idle_.notify_all();
             if (inTime) meanSeconds_ += 0.1 * (seconds - meanSeconds_);
         }
     }

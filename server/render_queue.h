@@ -56,7 +56,7 @@ public:
     // The server's own work (scenes, warming): not counted in the capacity, not waited for.
     void post(std::function<void(Renderer&)> work);
 
-    // From now on run() refuses.
+    // From now on run() refuses; returns when what it accepted is done.
     void refuseNew();
 
     std::size_t depth() const;  // waiting or running, of run()
@@ -76,7 +76,7 @@ private:
 
     const std::size_t capacity_;
     mutable std::mutex mutex_;
-    std::condition_variable wake_;
+    std::condition_variable wake_, idle_;
     std::deque<Job> jobs_;
     std::size_t counted_ = 0;
     double meanSeconds_ = 0.05;  // of a job, a running mean; only for Retry-After

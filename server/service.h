@@ -19,7 +19,7 @@ public:
     Service& operator=(const Service&) = delete;
 
     void start();
-    // Refuses new frames, finishes running ones, then closes the port. Once.
+    // Refuses new frames (503) while those it has are finished, then closes the port.
     void stop();
 
     int port() const { return http_->port(); }

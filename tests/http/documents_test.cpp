@@ -1,0 +1,151 @@
+// What the server tells about itself: schema, renderer, health, metrics, the page.
+#include "tests/support/test_server.h"
+
+#include "server/routes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+json documentAt(const char* path) {
+    auto client = sharedServer().client();
+    const auto result = client.Get(path);
+    if (!result || result->status != 200) {
+        ADD_FAILURE() << path;
+        return nullptr;
+    }
+    EXPECT_EQ(result->get_header_value("Content-Type"), "application/json");
+    return json::parse(result->body);
+}
+
+// Every name of a table must stand in the schema's properties, and nothing else may.
+template <class S>
+void expectListed(const json& schema) {
+    S value;
+    std::size_t count = 0;
+    fields(value, [&](const char* name, auto&, const auto&, const char* words) {
+        ++count;
+        ASSERT_TRUE(schema["properties"].contains(name)) << name;
+        EXPECT_EQ(schema["properties"][name]["description"], words);
+    });
+    EXPECT_EQ(schema["properties"].size(), count);
+    EXPECT_EQ(schema["additionalProperties"], false);
+}
+
+TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
+    const json document = documentAt("/openapi.json");
+    EXPECT_EQ(document["openapi"], "3.1.0");
+    const json& frame = document["components"]["schemas"]["FrameRequest"];
+    expectListed<FrameRequest>(frame);
+    const json& properties = frame["properties"];
+    expectListed<CameraRequest>(properties["camera"]);
+    expectListed<Intrinsics>(properties["camera"]["properties"]["intrinsics"]);
+    expectListed<Effects>(properties["effects"]);
+    expectListed<Accuracy>(properties["accuracy"]["oneOf"][1]);
+    expectListed<EnvironmentRequest>(properties["environment"]);
+    expectListed<Output>(properties["output"]);
+    EXPECT_EQ(properties["width"]["default"], 1280);
+    EXPECT_EQ(properties["width"]["maximum"], 4096);
+    EXPECT_EQ(properties["width"]["type"], "integer");
+    EXPECT_EQ(properties["accuracy"]["default"], "standard");
+    EXPECT_EQ(properties["camera"]["properties"]["position"]["maxItems"], 3);
+    for (auto [path, method] : routePaths()) {
+        std::transform(method.begin(), method.end(), method.begin(), ::tolower);
+        EXPECT_TRUE(document["paths"][path].contains(method)) << path;
+    }
+}
+
+TEST(Documents, EveryParameterOfALinkIsTaken) {
+    auto client = sharedServer().client();
+    for (const json& parameter :
+         documentAt("/openapi.json")["paths"]["/v1/frames"]["get"]["parameters"]) {
+        const std::string name = parameter["name"];
+        if (name == "explain") continue;
+        // A value that no field takes: the answer must know the name and refuse the value.
+        const auto result = client.Get("/v1/frames?" + name + "=" + std::string(300, 'x'));
+        ASSERT_TRUE(result);
+        EXPECT_THAT(result->body, testing::Not(HasSubstr("is not a known query name"))) << name;
+        EXPECT_EQ(result->status, 422) << name;
+    }
+}
+
+TEST(Documents, TheRendererTellsWhatItIs) {
+    const json renderer = documentAt("/v1/renderer");
+    EXPECT_FALSE(renderer["renderer"].get<std::string>().empty());
+    EXPECT_FALSE(renderer["version"].get<std::string>().empty());
+    EXPECT_TRUE(renderer["software"].is_boolean());
+    EXPECT_GE(renderer["threads"].get<int>(), 1);
+    EXPECT_EQ(renderer["limits"]["edge"], kMaxEdge);
+    EXPECT_FALSE(renderer["program"]["version"].get<std::string>().empty());
+    EXPECT_EQ(renderer["program"]["build"].get<std::string>().size(), 40u) << "a SHA-1 in hex";
+}
+
+TEST(Documents, HealthAndReadiness) {
+    auto client = sharedServer().client();
+    EXPECT_EQ(client.Get("/healthz")->status, 200);
+    const auto ready = client.Get("/readyz");
+    EXPECT_EQ(ready->status, 200) << ready->body;
+}
+
+TEST(Documents, MetricsAreTextThatPrometheusReads) {
+    auto client = sharedServer().client();
+    postJson(client, "/v1/frames", smallFrame());
+    postJson(client, "/v1/frames", "{");
+    const auto result = client.Get("/metrics");
+    ASSERT_TRUE(result);
+    EXPECT_THAT(result->get_header_value("Content-Type"), HasSubstr("text/plain; version=0.0.4"));
+    std::istringstream lines(result->body);
+    std::size_t samples = 0;
+    for (std::string line; std::getline(lines, line);) {
+        if (line.empty() || line[0] == '#') continue;
+        const std::size_t space = line.rfind(' ');
+        ASSERT_NE(space, std::string::npos) << line;
+        EXPECT_TRUE(std::isalpha(static_cast<unsigned char>(line[0]))) << line;
+        std::size_t used = 0;
+        EXPECT_NO_THROW(std::stod(line.substr(space + 1), &used)) << line;
+        EXPECT_EQ(used, line.size() - space - 1) << line;
+        ++samples;
+    }
+    EXPECT_GT(samples, 10u);
+    for (const char* name :
+         {"clerestory_requests_total{route=\"/v1/frames\",status=\"200\"}",
+          "clerestory_requests_total{route=\"/v1/frames\",status=\"400\"}",
+          "clerestory_refusals_total{reason=\"notJson\"}", "clerestory_frame_seconds_bucket",
+          "clerestory_passes_total{kind=\"surface\"}", "clerestory_queue_depth",
+          "clerestory_not_modified_total", "process_resident_memory_bytes"}) {
+        EXPECT_THAT(result->body, HasSubstr(name));
+    }
+}
+
+TEST(Documents, ThePageAndItsFilesComeFromTheProgram) {
+    auto client = sharedServer().client();
+    const auto page = client.Get("/");
+    ASSERT_TRUE(page);
+    ASSERT_EQ(page->status, 200);
+    EXPECT_EQ(page->get_header_value("Content-Type"), "text/html; charset=utf-8");
+    // Every file that the page names is there.
+    std::size_t named = 0;
+    for (const std::string key : {"src=\"", "href=\""}) {
+        for (std::size_t at = page->body.find(key); at != std::string::npos;
+             at = page->body.find(key, at + 1)) {
+            const std::size_t begin = at + key.size();
+            const std::string name = page->body.substr(begin, page->body.find('"', begin) - begin);
+            if (name.empty() || name[0] == '#' || name.find(':') != std::string::npos) continue;
+            const auto file = client.Get(name[0] == '/' ? name : "/" + name);
+            ASSERT_TRUE(file);
+            EXPECT_EQ(file->status, 200) << name;
+            ++named;
+        }
+    }
+    EXPECT_GE(named, 2u) << "a script and a style";
+}
+
+}  // namespace
+}  // namespace clerestory::test

@@ -1,0 +1,245 @@
+// What a client gets for a pose: pictures, numbers, headers.
+#include "tests/support/test_server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+std::string frameBytes(const std::string& body) {
+    auto client = sharedServer().client();
+    const auto result = postJson(client, "/v1/frames", body);
+    if (!result || result->status != 200) {
+        ADD_FAILURE() << (result ? result->body : "no answer");
+        return {};
+    }
+    return result->body;
+}
+
+std::string withCamera(const std::string& camera) {
+    return smallFrame(R"("output": {"format": "png"}, "camera": )" + camera);
+}
+
+TEST(Frames, TheEmptyRequestIsAJpegOf1280x720) {
+    auto client = sharedServer().client();
+    const auto result = postJson(client, "/v1/frames", "{}");
+    ASSERT_TRUE(result);
+    ASSERT_EQ(result->status, 200) << result->body;
+    EXPECT_EQ(result->get_header_value("Content-Type"), "image/jpeg");
+    EXPECT_EQ(result->get_header_value("Content-Length"), std::to_string(result->body.size()));
+    const Image image = decodeJpeg(result->body);
+    EXPECT_EQ(image.width, 1280u);
+    EXPECT_EQ(image.height, 720u);
+    const auto [least, most] =
+        std::minmax_element(image.bytes(), image.bytes() + image.data.size());
+    EXPECT_GT(*most - *least, 50) << "the picture is one flat colour";
+}
+
+TEST(Frames, ThreeFormsOfOnePoseGiveIdenticalBytes) {
+    // The eye at (1, 0.5, 0.25) looks along -X: a quarter turn about +Y.
+    const std::string lookAt =
+        frameBytes(withCamera(R"({"position": [1, 0.5, 0.25], "target": [0, 0.5, 0.25]})"));
+    const std::string quaternion = frameBytes(withCamera(R"({"position": [1, 0.5, 0.25],
+                       "orientation": [0, 0.7071067811865476, 0, 0.7071067811865476]})"));
+    const std::string matrix = frameBytes(withCamera(
+        R"({"cameraToWorld": [0, 0, -1, 0,  0, 1, 0, 0,  1, 0, 0, 0,  1, 0.5, 0.25, 1]})"));
+    const std::string opencv = frameBytes(withCamera(
+        R"({"convention": "opencv",
+            "cameraToWorld": [0, 0, -1, 0,  0, -1, 0, 0,  -1, 0, 0, 0,  1, 0.5, 0.25, 1]})"));
+    EXPECT_FALSE(lookAt.empty());
+    EXPECT_EQ(lookAt, quaternion);
+    EXPECT_EQ(lookAt, matrix);
+    EXPECT_EQ(lookAt, opencv);
+    EXPECT_NE(lookAt,
+              frameBytes(withCamera(R"({"position": [1, 0.5, 0.25], "target": [0, 0.5, 0.3]})")));
+}
+
+TEST(Frames, ALinkGivesTheBytesOfItsPost) {
+    auto client = sharedServer().client();
+    const auto link = client.Get(
+        "/v1/frames?scene=six-walls&eye=0.5,0.6,0.7&target=0,0.1,0&yfov=0.8&width=64&height=48"
+        "&emission=0&accuracy=draft&format=png&exposure=0.5&toneMap=aces&time=0");
+    ASSERT_TRUE(link);
+    ASSERT_EQ(link->status, 200) << link->body;
+    EXPECT_EQ(link->get_header_value("Content-Type"), "image/png");
+    const std::string posted = frameBytes(
+        smallFrame(R"("camera": {"position": [0.5, 0.6, 0.7], "target": [0, 0.1, 0], "yfov": 0.8},
+                      "effects": {"emission": false}, "accuracy": "draft", "exposure": 0.5,
+                      "toneMap": "aces", "output": {"format": "png"})"));
+    EXPECT_EQ(link->body, posted);
+
+    const auto dotted = client.Get(
+        "/v1/frames?scene=six-walls&camera.position=0.5,0.6,0.7&camera.target=0,0.1,0"
+        "&camera.yfov=0.8&width=64&height=48&effects.emission=false&accuracy.preset=draft"
+        "&output.format=png&exposure=0.5&toneMap=aces");
+    ASSERT_TRUE(dotted);
+    EXPECT_EQ(dotted->body, posted);
+}
+
+TEST(Frames, AcceptChoosesTheFormatThatTheBodyLeavesOpen) {
+    auto client = sharedServer().client();
+    const auto typeFor = [&](const char* accept, const std::string& body) {
+        const auto result = client.Post("/v1/frames", httplib::Headers{{"Accept", accept}}, body,
+                                        "application/json");
+        return result ? result->get_header_value("Content-Type") : "";
+    };
+    EXPECT_EQ(typeFor("image/png", smallFrame()), "image/png");
+    EXPECT_EQ(typeFor("*/*", smallFrame()), "image/jpeg");
+    EXPECT_EQ(typeFor("image/avif,image/png,image/*;q=0.5", smallFrame()), "image/jpeg");
+    EXPECT_EQ(typeFor("image/png, image/jpeg;q=0", smallFrame()), "image/png");
+    EXPECT_EQ(typeFor("application/x-npy", smallFrame()), "application/x-npy");
+    EXPECT_EQ(typeFor("text/html", smallFrame()), "image/jpeg");
+    EXPECT_EQ(typeFor("image/png", smallFrame(R"("output": {"format": "jpeg"})")), "image/jpeg");
+}
+
+TEST(Frames, EveryFormatDecodesToTheSizeAskedFor) {
+    const Image png = decodePng(frameBytes(smallFrame(R"("output": {"format": "png"})")));
+    EXPECT_EQ(png.width, 64u);
+    EXPECT_EQ(png.height, 48u);
+    const Image npy = decodeNpy(frameBytes(smallFrame(R"("output": {"format": "npy"})")));
+    EXPECT_EQ(npy.width, 64u);
+    EXPECT_EQ(npy.height, 48u);
+    EXPECT_GE(npy.channels, 3u);
+    const Image depth =
+        decodeNpy(frameBytes(smallFrame(R"("output": {"format": "npy", "channel": "depth"})")));
+    EXPECT_EQ(depth.channels, 1u);
+    EXPECT_EQ(depth.width, 64u);
+    const Image normal =
+        decodeNpy(frameBytes(smallFrame(R"("output": {"format": "npy", "channel": "normal"})")));
+    EXPECT_EQ(normal.channels, 3u);
+    for (std::size_t i = 0; i < npy.data.size() / 4; ++i)
+        ASSERT_TRUE(std::isfinite(npy.floats()[i]));
+    const std::string exr = frameBytes(smallFrame(R"("output": {"format": "exr"})"));
+    EXPECT_EQ(exr.substr(0, 4), "\x76\x2f\x31\x01");
+}
+
+TEST(Frames, JpegQualityAndChromaReachTheEncoder) {
+    const auto size = [](const char* output) {
+        return frameBytes(R"({"width": 256, "height": 192, "output": )" + std::string(output) + "}")
+            .size();
+    };
+    EXPECT_LT(size(R"({"quality": 20})"), size(R"({"quality": 95})"));
+    EXPECT_LT(size(R"({"quality": 95})"), size(R"({"quality": 95, "subsampling": "4:4:4"})"));
+}
+
+TEST(Frames, AnUnchangedFrameIsNotDrawnAgain) {
+    auto client = sharedServer().client();
+    const std::string link = "/v1/frames?scene=six-walls&width=64&height=48&exposure=0.25";
+    const auto first = client.Get(link);
+    ASSERT_TRUE(first);
+    const std::string etag = first->get_header_value("ETag");
+    EXPECT_EQ(etag.front(), '"') << "a strong validator";
+    const auto count = [&] {
+        const auto metrics = client.Get("/metrics");
+        return metrics->body.substr(metrics->body.find("clerestory_frame_seconds_count"), 60);
+    };
+    const std::string before = count();
+    const auto second = client.Get(link, httplib::Headers{{"If-None-Match", etag}});
+    ASSERT_TRUE(second);
+    EXPECT_EQ(second->status, 304);
+    EXPECT_TRUE(second->body.empty());
+    EXPECT_EQ(second->get_header_value("ETag"), etag);
+    EXPECT_EQ(count().substr(0, 40), before.substr(0, 40));
+
+    const auto weak = client.Get(link, httplib::Headers{{"If-None-Match", "\"x\", W/" + etag}});
+    EXPECT_EQ(weak->status, 304);
+    const auto other = client.Get(link, httplib::Headers{{"If-None-Match", "\"x\""}});
+    EXPECT_EQ(other->status, 200);
+}
+
+TEST(Frames, TheETagFollowsEveryFieldAndNothingElse) {
+    auto client = sharedServer().client();
+    const auto etag = [&](const std::string& more) {
+        return postJson(client, "/v1/frames", smallFrame(more))->get_header_value("ETag");
+    };
+    const std::string plain = etag("");
+    EXPECT_EQ(plain, etag(""));
+    EXPECT_EQ(plain, etag(R"("time": 0.0, "toneMap": "neutral")")) << "defaults written out";
+    EXPECT_EQ(plain, etag(R"("accuracy": {"preset": "standard"})"));
+    for (const char* change :
+         {R"("exposure": 0.1)", R"("time": 1)", R"("toneMap": "aces")", R"("accuracy": "draft")",
+          R"("effects": {"emission": false})", R"("output": {"quality": 84})",
+          R"("environment": {"map": "studio"})", R"("environment": {"intensity": 2})",
+          R"("camera": {"yfov": 0.5})"}) {
+        EXPECT_NE(plain, etag(change)) << change;
+    }
+}
+
+TEST(Frames, ServerTimingNamesEveryStep) {
+    auto client = sharedServer().client();
+    const auto result = postJson(client, "/v1/frames", smallFrame());
+    ASSERT_TRUE(result);
+    const std::string timing = result->get_header_value("Server-Timing");
+    for (const char* name : {"queue;dur=", "plan;dur=", "surface;dur=", "toneMap;dur=",
+                             "readback;dur=", "encode;dur=", "total;dur="}) {
+        EXPECT_THAT(timing, HasSubstr(name));
+    }
+    EXPECT_THAT(result->get_header_value("Clerestory-Passes"), HasSubstr("surface"));
+}
+
+TEST(Frames, AnExplainedFrameCarriesThePlanThatRan) {
+    auto client = sharedServer().client();
+    ASSERT_TRUE(postJson(client, "/v1/frames", smallFrame()));  // maps become resident
+    const auto plain = postJson(client, "/v1/frames", smallFrame());
+    const auto planned = postJson(client, "/v1/plans", smallFrame());
+    const auto explained = postJson(client, "/v1/frames?explain=1", smallFrame());
+    ASSERT_TRUE(plain && planned && explained);
+    ASSERT_EQ(explained->status, 200);
+    const auto parts = partsOf(*explained);
+    ASSERT_EQ(parts.size(), 2u);
+    EXPECT_EQ(parts[0].first, "image/jpeg");
+    EXPECT_EQ(parts[0].second, plain->body);
+    EXPECT_EQ(parts[1].first, "application/json");
+
+    json ran = json::parse(parts[1].second);
+    std::string names;
+    for (json& pass : ran["passes"]) {
+        EXPECT_GE(pass["milliseconds"].get<double>(), 0.0);
+        pass.erase("milliseconds");
+        EXPECT_FALSE(pass["reason"].get<std::string>().empty());
+        names += (names.empty() ? "" : ", ") + pass["name"].get<std::string>();
+    }
+    EXPECT_EQ(ran, json::parse(planned->body));
+    EXPECT_EQ(names, explained->get_header_value("Clerestory-Passes"));
+    EXPECT_EQ(explained->get_header_value("Clerestory-Passes"),
+              plain->get_header_value("Clerestory-Passes"));
+}
+
+TEST(Frames, TheExplanationHoldsTheViewThatWasAskedFor) {
+    auto client = sharedServer().client();
+    const auto planned = postJson(
+        client, "/v1/plans",
+        smallFrame(R"("camera": {"position": [0, 0, 2], "target": [0, 0, 0], "yfov": 1.0})"));
+    ASSERT_TRUE(planned);
+    for (const json& pass : json::parse(planned->body)["passes"]) {
+        if (pass["kind"] != "surface") continue;
+        const json& view = pass["viewMatrices"][0];
+        EXPECT_EQ(view["eye"], json({0.0, 0.0, 2.0}));
+        // Looking down -Z from (0, 0, 2): only a translation.
+        EXPECT_EQ(view["viewFromWorld"], json({1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0,
+                                               1.0, 0.0, 0.0, 0.0, -2.0, 1.0}));
+        EXPECT_NEAR(view["clipFromView"][5].get<double>(), 1.0 / std::tan(0.5), 1e-12);
+    }
+}
+
+TEST(Frames, TheRequestIdIsEchoedOrMade) {
+    auto client = sharedServer().client();
+    const auto idFor = [&](const char* given) {
+        return client.Get("/healthz", httplib::Headers{{"X-Request-Id", given}})
+            ->get_header_value("X-Request-Id");
+    };
+    EXPECT_EQ(idFor("pose-17.b_2"), "pose-17.b_2");
+    const std::string made = idFor("bad id; rm");
+    EXPECT_NE(made, "bad id; rm");
+    EXPECT_FALSE(made.empty());
+    EXPECT_NE(made, idFor(""));
+}
+
+}  // namespace
+}  // namespace clerestory::test

@@ -1,0 +1,168 @@
+// Many clients, full queues, deadlines, the end of the server.
+#include "tests/support/test_server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+
+std::string pose(int i) {
+    return smallFrame(R"("camera": {"position": [0.1, 0.2, )" + std::to_string(0.3 + 0.05 * i) +
+                      R"(], "target": [0, 0, -1]}, "output": {"format": "png"})");
+}
+
+// Waits for something that another thread is about to do.
+template <class Condition>
+bool soon(Condition condition) {
+    for (int i = 0; i < 2000 && !condition(); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return condition();
+}
+
+TEST(Load, TwoHundredAtOnceAllGetTheBytesOfOneAlone) {
+    constexpr int kPoses = 5, kClients = 200;
+    std::vector<std::string> alone;
+    auto client = sharedServer().client();
+    for (int i = 0; i < kPoses; ++i) {
+        const auto result = postJson(client, "/v1/frames", pose(i));
+        ASSERT_TRUE(result);
+        ASSERT_EQ(result->status, 200) << result->body;
+        alone.push_back(result->body);
+    }
+    EXPECT_NE(alone[0], alone[1]);
+    std::vector<std::string> together(kClients);
+    std::vector<std::thread> threads;
+    for (int i = 0; i < kClients; ++i) {
+        threads.emplace_back([&, i] {
+            auto own = sharedServer().client();
+            const auto result = postJson(own, "/v1/frames", pose(i % kPoses));
+            together[static_cast<std::size_t>(i)] = result ? result->body : "no answer";
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    int different = 0;
+    for (int i = 0; i < kClients; ++i) {
+        different +=
+            together[static_cast<std::size_t>(i)] != alone[static_cast<std::size_t>(i % kPoses)];
+    }
+    EXPECT_EQ(different, 0);
+}
+
+TEST(Load, KeptAliveSmallRequestsTakeUnderTenMilliseconds) {
+    auto client = sharedServer().client();
+    std::vector<double> milliseconds;
+    for (int i = 0; i < 100; ++i) {
+        const auto start = Clock::now();
+        const auto result = client.Get("/v1/renderer");
+        ASSERT_TRUE(result);
+        milliseconds.push_back(millisecondsSince(start));
+    }
+    std::sort(milliseconds.begin(), milliseconds.end());
+    EXPECT_LT(milliseconds[50], 10.0) << "the library's default costs 44 ms";
+    RecordProperty("medianMilliseconds", std::to_string(milliseconds[50]));
+}
+
+TEST(Load, AFullQueueSaysSoAtOnceAndWhenToComeBack) {
+    Config config = testConfig();
+    config.queue = 2;
+    TestServer server(config);
+    auto client = server.client();
+    ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    auto hold = server.holdRenderer();
+    std::vector<int> statuses(2);
+    std::vector<std::thread> waiting;
+    for (int& status : statuses) {
+        waiting.emplace_back([&] {
+            auto own = server.client();
+            const auto result = postJson(own, "/v1/frames", smallFrame());
+            status = result ? result->status : 0;
+        });
+    }
+    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 2; }));
+    const auto start = Clock::now();
+    const auto refused = postJson(client, "/v1/frames", smallFrame());
+    EXPECT_LT(millisecondsSince(start), 1000.0);
+    problemOf(refused, 503);
+    EXPECT_GE(std::stoi(refused->get_header_value("Retry-After")), 1);
+    EXPECT_EQ(client.Get("/healthz")->status, 200) << "alive all the same";
+    problemOf(client.Get("/readyz"), 503);
+    hold.reset();
+    for (std::thread& thread : waiting) thread.join();
+    EXPECT_EQ(statuses, (std::vector<int>{200, 200}));
+    EXPECT_EQ(client.Get("/readyz")->status, 200);
+    EXPECT_THAT(client.Get("/metrics")->body,
+                testing::HasSubstr("clerestory_refusals_total{reason=\"queueFull\"} 1"));
+}
+
+TEST(Load, AFramePastItsDeadlineIsNotDrawn) {
+    Config config = testConfig();
+    config.deadlineSeconds = 2.0;
+    TestServer server(config);
+    auto client = server.client();
+    ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    auto hold = server.holdRenderer();
+    const auto start = Clock::now();
+    problemOf(postJson(client, "/v1/frames", smallFrame()), 504);
+    EXPECT_GE(millisecondsSince(start), 1900.0);
+    EXPECT_LT(millisecondsSince(start), 10000.0);
+    hold.reset();
+    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 0; }));
+    std::promise<std::uint64_t> frames;
+    server.service().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
+    EXPECT_EQ(frames.get_future().get(), 1u) << "the dropped one was drawn";
+    EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+}
+
+TEST(Load, StoppingFinishesWhatRunsAndRefusesTheRest) {
+    TestServer server;
+    auto client = server.client();
+    ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    auto hold = server.holdRenderer();
+    std::vector<int> statuses(8);
+    std::vector<std::thread> waiting;
+    for (int& status : statuses) {
+        waiting.emplace_back([&] {
+            auto own = server.client();
+            const auto result = postJson(own, "/v1/frames", smallFrame());
+            status = result ? result->status : 0;
+        });
+    }
+    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == statuses.size(); }));
+    std::thread stopping([&] { server.stop(); });
+    // Asked before the stop took hold, a client would wait behind the hold: it gives up and asks
+    // again.
+    client.set_read_timeout(0, 200'000);
+    httplib::Result refused;
+    ASSERT_TRUE(soon([&] {
+        refused = postJson(client, "/v1/frames", smallFrame());
+        return refused && refused->status == 503;
+    }));
+    problemOf(refused, 503);
+    EXPECT_TRUE(refused->has_header("Retry-After"));
+    hold.reset();
+    for (std::thread& thread : waiting) thread.join();
+    stopping.join();
+    EXPECT_EQ(statuses, std::vector<int>(8, 200));
+    EXPECT_FALSE(server.client().Get("/healthz")) << "the port is closed";
+}
+
+TEST(Load, ATakenPortIsOneClearLine) {
+    Config config = testConfig();
+    config.http.port = sharedServer().service().port();
+    try {
+        TestServer second(config);
+        FAIL() << "two servers on one port";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr("cannot listen on 127.0.0.1"));
+    }
+}
+
+}  // namespace
+}  // namespace clerestory::test

@@ -1,0 +1,98 @@
+#include "tests/support/test_server.h"
+
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+
+namespace clerestory::test {
+
+Config testConfig() {
+    Config config;
+    config.renderer.debugOutput = true;
+    config.http.port = 0;
+    config.scenes.scenes = {"six-walls"};
+    config.scenes.import.importer = CLERESTORY_PROGRAM;
+    config.queue = 256;
+    config.deadlineSeconds = 60.0;  // sanitizers are slow
+    return config;
+}
+
+TestServer::TestServer(const Config& config)
+    : service_((spdlog::set_level(spdlog::level::off), config)) {
+    service_.start();
+}
+
+httplib::Client TestServer::client() const {
+    httplib::Client client("127.0.0.1", service_.port());
+    client.set_keep_alive(true);
+    client.set_tcp_nodelay(true);
+    client.set_read_timeout(120);
+    return client;
+}
+
+std::shared_ptr<void> TestServer::holdRenderer() {
+    auto released = std::make_shared<std::promise<void>>();
+    auto held = std::make_shared<std::promise<void>>();
+    service_.queue().post([held, future = released->get_future().share()](Renderer&) {
+        held->set_value();
+        future.wait();
+    });
+    held->get_future().wait();
+    return {nullptr, [released](void*) { released->set_value(); }};
+}
+
+TestServer& sharedServer() {
+    static TestServer server;
+    return server;
+}
+
+httplib::Result postJson(httplib::Client& client, const std::string& path,
+                         const std::string& body) {
+    return client.Post(path, body, "application/json");
+}
+
+std::string smallFrame(const std::string& more) {
+    return R"({"scene": "six-walls", "width": 64, "height": 48)" +
+           (more.empty() ? "" : ", " + more) + "}";
+}
+
+nlohmann::json problemOf(const httplib::Result& result, int status) {
+    if (!result) {
+        ADD_FAILURE() << "no answer: " << httplib::to_string(result.error());
+        return nullptr;
+    }
+    EXPECT_EQ(result->status, status) << result->body;
+    EXPECT_EQ(result->get_header_value("Content-Type"), "application/problem+json");
+    const auto json = nlohmann::json::parse(result->body, nullptr, false);
+    EXPECT_TRUE(json.is_object()) << result->body;
+    if (!json.is_object()) return nullptr;
+    EXPECT_EQ(json.value("status", 0), status);
+    EXPECT_EQ(json.value("requestId", ""), result->get_header_value("X-Request-Id"));
+    EXPECT_FALSE(json.value("title", "").empty());
+    EXPECT_FALSE(json.value("detail", "").empty());
+    return json;
+}
+
+std::vector<std::pair<std::string, std::string>> partsOf(const httplib::Response& response) {
+    const std::string type = response.get_header_value("Content-Type");
+    const std::string key = "boundary=";
+    const std::size_t at = type.find(key);
+    if (at == std::string::npos) return {};
+    const std::string mark = "--" + type.substr(at + key.size());
+    std::vector<std::pair<std::string, std::string>> parts;
+    std::size_t begin = response.body.find(mark);
+    while (begin != std::string::npos) {
+        const std::size_t head = begin + mark.size() + 2;
+        const std::size_t end = response.body.find("\r\n" + mark, head);
+        if (end == std::string::npos) break;
+        const std::string part = response.body.substr(head, end - head);
+        const std::size_t blank = part.find("\r\n\r\n");
+        const std::string name = "Content-Type: ";
+        const std::size_t from = part.find(name) + name.size();
+        parts.emplace_back(part.substr(from, part.find("\r\n", from) - from),
+                           part.substr(blank + 4));
+        begin = end + 2;
+    }
+    return parts;
+}
+
+}  // namespace clerestory::test

@@ -1,0 +1,45 @@
+// A server in the test's own process on a free port, driven as a client drives it.
+#pragma once
+
+#include "image/encode.h"
+#include "server/service.h"
+
+#include <httplib.h>
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+namespace clerestory::test {
+
+// Small and quiet: a free port, six-walls first, then what the test changes.
+Config testConfig();
+
+class TestServer {
+public:
+    explicit TestServer(const Config& config = testConfig());
+    Service& service() { return service_; }
+    httplib::Client client() const;
+    void stop() { service_.stop(); }
+
+    // Keeps the OpenGL thread busy until the returned object goes.
+    std::shared_ptr<void> holdRenderer();
+
+private:
+    Service service_;
+};
+
+// One for all tests of a program that change nothing in it.
+TestServer& sharedServer();
+
+httplib::Result postJson(httplib::Client& client, const std::string& path, const std::string& body);
+
+// A frame of 64 x 48 of six-walls; `more` adds fields, as in R"("time": 1)".
+std::string smallFrame(const std::string& more = "");
+
+// The body that a problem document must be, or a failed expectation and null.
+nlohmann::json problemOf(const httplib::Result& result, int status);
+
+// The parts of a multipart/mixed answer: media type and content.
+std::vector<std::pair<std::string, std::string>> partsOf(const httplib::Response& response);
+
+}  // namespace clerestory::test
