@@ -87,7 +87,7 @@ void AssimpMaterials::readSurface(const aiMaterial& from, Material& m) {
     m.metallic = real(from, AI_MATKEY_METALLIC_FACTOR).value_or(0.0f);
     const auto exponent = real(from, AI_MATKEY_SHININESS);
     const int model = illumination(from);
-    const bool shines = brightest(specular) > 0.0f && !(isObj_ && model < 2);
+    const bool shines = brightest(specular) > 0.0f;
     m.roughness = real(from, AI_MATKEY_ROUGHNESS_FACTOR)
                       .value_or(shines && exponent ? roughnessFromExponent(*exponent) : 1.0f);
     // MTL 3 and 5 ask for a mirror; one without a body colour is a metal.

@@ -9,7 +9,7 @@ namespace clerestory {
 namespace {
 
 // An accessor without a buffer view is all zeros and costs no file, so its length needs a limit.
-constexpr std::uint64_t kMaxElements = 1u << 26;
+constexpr std::uint64_t kMaxElements = 1u << 25;
 
 std::uint32_t littleEndian(const std::string& bytes, std::size_t at) {
     std::uint32_t value = 0;
@@ -124,7 +124,7 @@ struct GltfDocument::Layout {
 
 GltfDocument::GltfDocument(std::string file, const SceneFolder& folder) : folder_(folder) {
     if (!file.starts_with("glTF")) {
-        json_ = parsedJson(file);
+        json_ = parsedFile(file);
         return;
     }
     constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
@@ -135,7 +135,7 @@ GltfDocument::GltfDocument(std::string file, const SceneFolder& folder) : folder
     if (jsonBytes > file.size() - 20) {
         malformed("the .glb file ends within its JSON");
     }
-    json_ = parsedJson(std::string_view(file).substr(20, jsonBytes));
+    json_ = parsedFile(std::string_view(file).substr(20, jsonBytes));
     const std::size_t next = 20 + (jsonBytes + 3) / 4 * 4;
     if (next + 8 <= file.size() && littleEndian(file, next + 4) == kBinaryChunk) {
         const std::size_t bytes = littleEndian(file, next);
@@ -186,7 +186,14 @@ const std::string& GltfDocument::buffer(Index i) {
         const ByteSpan data = dataUri(uri);
         bytes.assign(data.begin(), data.end());
     } else {
-        bytes = folder_.read(percentDecoded(uri));
+        try {
+            bytes = folder_.read(percentDecoded(uri));
+        } catch (const ImportError& error) {
+            if (error.reason() == ImportError::Reason::notFound) {
+                malformed(error.what());  // the scene is there, a part of it is not
+            }
+            throw;
+        }
     }
     if (wholeNumber(description, "byteLength", 0) > bytes.size()) {
         malformed("buffer " + std::to_string(i) + " is shorter than it says");

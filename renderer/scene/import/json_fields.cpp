@@ -25,7 +25,7 @@ void malformed(const std::string& message) {
     throw ImportError(ImportError::Reason::malformed, message);
 }
 
-Json parsedJson(std::string_view text) {
+Json parsedFile(std::string_view text) {
     const auto shallow = [](int depth, Json::parse_event_t, Json&) {
         if (depth > kMaxDepth) {
             malformed("the JSON nests too deeply");
@@ -126,7 +126,8 @@ const Json* extension(const Json& parent, const char* name) {
 
 const Json& element(const Json& list, std::size_t i, const char* what) {
     if (i >= list.size() || !list[i].is_object()) {
-        malformed("there is no " + std::string(what) + " number " + std::to_string(i));
+        malformed(i == kNone ? "an index into " + std::string(what) + " is missing"
+                             : "there is no number " + std::to_string(i) + " in " + what);
     }
     return list[i];
 }

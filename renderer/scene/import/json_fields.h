@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 [[noreturn]] void malformed(const std::string& message);
 
 // Throws ImportError when the text is no JSON or nests deeper than a scene ever does.
-Json parsedJson(std::string_view text);
+Json parsedFile(std::string_view text);
 
 double number(const Json& object, const char* key, double fallback);
 float real(const Json& object, const char* key, float fallback);

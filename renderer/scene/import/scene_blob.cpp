@@ -196,8 +196,14 @@ public:
     void operator()(std::vector<T>& list) {
         if constexpr (kFlat<T>) {
             const std::size_t count = length(sizeof(T));
-            list.resize(count);
-            bytes(list.data(), count * sizeof(T));
+            if constexpr (sizeof(T) == 1) {  // texels, the bulk: not zeroed before they are copied
+                const auto* from = reinterpret_cast<const T*>(left_.data());
+                list.assign(from, from + count);
+                left_ = left_.subspan(count);
+            } else {
+                list.resize(count);
+                bytes(list.data(), count * sizeof(T));
+            }
         } else {
             const std::size_t count = length(1);
             for (std::size_t i = 0; i < count; ++i) fields(*this, list.emplace_back());
