@@ -1,50 +1,39 @@
-// Smooths edges of the display colour. Where luma changes across a pixel, it is blended a little
-// way along the edge: the edge's direction is that of the gradient turned by 90 degrees, taken from
-// the four diagonal neighbours, and the steps of an almost axis-aligned edge are long, so the
-// samples reach farther the more axis-aligned it is.
+// Smooths edges of the display colour, after an idea of Lottes (FXAA, 2009): where brightness
+// changes within a pixel's neighbourhood, the pixel is blended with its surroundings along the edge
+// and never across it.
+//
+// Alpha holds each pixel's brightness (see tone_map.frag), so that one gather reads four of them.
 #include "include/bindings.glsl"
 
 layout(binding = UNIT_SOURCE) uniform sampler2D source;  // bilinear, clamped, decoded to linear
 
 out vec4 color;
 
-// Differences of luma below this are no edge: absolute, and as a share of the brightest neighbour.
+// Differences of brightness below this are no edge: absolute, and as a share of the brightest.
 const float kLeastContrast = 0.03f;
 const float kLeastShare = 0.12f;
-// Pixels along the edge, at most.
-const float kReach = 4.0f;
-
-// As bright as it looks: the square root is near the display's own curve.
-float luma(vec3 c) {
-    return sqrt(dot(c, vec3(0.2126f, 0.7152f, 0.0722f)));
-}
+// Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
+const float kReach = 3.0f;
 
 void main() {
-    ivec2 size = textureSize(source, 0);
-    ivec2 here = ivec2(gl_FragCoord.xy);
-    ivec2 low = max(here - 1, ivec2(0)), high = min(here + 1, size - 1);
-    vec3 center = texelFetch(source, here, 0).rgb;
-    float a = luma(texelFetch(source, low, 0).rgb);
-    float b = luma(texelFetch(source, ivec2(high.x, low.y), 0).rgb);
-    float c = luma(texelFetch(source, ivec2(low.x, high.y), 0).rgb);
-    float d = luma(texelFetch(source, high, 0).rgb);
-    float m = luma(center);
+    vec2 texel = 1.0f / vec2(textureSize(source, 0));
+    vec2 at = gl_FragCoord.xy * texel;
+    // Four pixels each: x upper left, y upper right, z lower right, w lower left of the corner.
+    vec4 low = textureGather(source, at - 0.5f * texel, 3);   // this pixel is y, the upper right
+    vec4 high = textureGather(source, at + 0.5f * texel, 3);  // this pixel is w, the lower left
+    vec4 center = texelFetch(source, ivec2(gl_FragCoord.xy), 0);
 
-    float least = min(m, min(min(a, b), min(c, d)));
-    float most = max(m, max(max(a, b), max(c, d)));
-    vec2 along = vec2((a + b) - (c + d), (b + d) - (a + c));  // the gradient, turned
-    along.y = -along.y;
-    float shorter = max(min(abs(along.x), abs(along.y)), 0.01f);
-    vec2 stride = clamp(along / shorter, -kReach, kReach) / vec2(size);
+    float least = min(center.a, min(min(low.x, low.z), min(high.x, high.z)));
+    float most = max(center.a, max(max(low.x, low.z), max(high.x, high.z)));
+    // low.x is the left neighbour, low.z the lower, high.x the upper, high.z the right one; the
+    // corners low.w and high.y give the gradient of an edge that passes beside the pixel.
+    vec2 gradient = vec2(high.z - low.x, high.x - low.z) + 0.5f * (high.y - low.w);
+    vec2 along = vec2(-gradient.y, gradient.x);
+    along /= max(min(abs(along.x), abs(along.y)), 0.125f * max(max(abs(along.x), abs(along.y)), 1e-3f));
+    vec2 stride = clamp(along, -kReach, kReach) * texel;
 
-    vec2 at = gl_FragCoord.xy / vec2(size);
-    vec3 close = 0.5f * (textureLod(source, at - stride / 6.0f, 0.0f).rgb +
-                         textureLod(source, at + stride / 6.0f, 0.0f).rgb);
-    vec3 wide = 0.5f * close + 0.25f * (textureLod(source, at - stride / 2.0f, 0.0f).rgb +
-                                        textureLod(source, at + stride / 2.0f, 0.0f).rgb);
-    // Samples that left the neighbourhood's range have crossed into something else.
-    float wideLuma = luma(wide);
-    vec3 smoothed = (wideLuma < least || wideLuma > most) ? close : wide;
+    vec3 before = textureLod(source, at - 0.25f * stride, 0.0f).rgb;
+    vec3 after = textureLod(source, at + 0.25f * stride, 0.0f).rgb;
     bool edge = most - least > max(kLeastContrast, kLeastShare * most);
-    color = vec4(edge ? smoothed : center, 1.0f);
+    color = vec4(edge ? 0.5f * (before + after) : center.rgb, 1.0f);
 }

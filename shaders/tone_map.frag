@@ -16,5 +16,6 @@ void main() {
     if (VARIANT == TONE_MAP_NEUTRAL) display = toneMapNeutral(radiance);
     if (VARIANT == TONE_MAP_ACES) display = toneMapAces(radiance);
     if (VARIANT == TONE_MAP_LINEAR) display = toneMapLinear(radiance);
-    color = vec4(display, 1.0f);
+    // Brightness about as it is seen; the edge filter reads it, nobody else reads alpha.
+    color = vec4(display, sqrt(luminance(display)));
 }

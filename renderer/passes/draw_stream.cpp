@@ -37,6 +37,9 @@ glm::vec4 row(const glm::dmat3& m, int i, double w) {
     return glm::vec4(glm::dvec4(m[0][i], m[1][i], m[2][i], w));
 }
 
+// As kMinConeWidth of optics.glsl.
+constexpr float kLeastConeWidth = 1e-3f;
+
 void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye,
                  const glm::dmat3& axesFromWorld) {
     const bool placed = light.kind != LightKind::directional;
@@ -45,9 +48,9 @@ void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const g
     const glm::vec3 position(axesFromWorld * (light.position - eye));
     rows.emplace_back(placed ? position : toLight, placed ? 1.0f : 0.0f);
     rows.emplace_back(light.intensity, placed ? light.range : 0.0f);
-    // Without a cone every angle lies inside it: the axis is nothing, its cosine 0.
-    rows.emplace_back(spot ? toLight : glm::vec3(0.0f), spot ? light.cosOuter : -2.0f);
-    rows.emplace_back(spot ? light.cosInner : -1.0f, 0.0f, 0.0f, 0.0f);
+    // spotAttenuation() as a line in the cosine; without a cone it is 1 everywhere.
+    const float width = std::max(light.cosInner - light.cosOuter, kLeastConeWidth);
+    rows.push_back(spot ? glm::vec4(toLight, -light.cosOuter) / width : glm::vec4(0, 0, 0, 1));
 }
 
 }  // namespace

@@ -31,7 +31,7 @@
 #define ATTRIBUTE_NORMAL_FROM_MODEL 9
 
 // Texels of the light table for each light.
-#define LIGHT_ROWS 4
+#define LIGHT_ROWS 3
 
 // Directions that one prefilter pass can add up.
 #define PREFILTER_SAMPLES 1024

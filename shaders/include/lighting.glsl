@@ -19,15 +19,16 @@ struct Surface {
 vec3 lampLight(Surface s, int first) {
     vec4 place = texelFetch(lightTable, first);      // w: 0 for a direction
     vec4 power = texelFetch(lightTable, first + 1);  // w: range
-    vec4 axis = texelFetch(lightTable, first + 2);   // towards the light; w: cosine of the outer cone
-    float cosInner = texelFetch(lightTable, first + 3).x;
+    // spotAttenuation() as a line in the cosine: dot(cone.xyz, toLight) + cone.w, before clamping.
+    vec4 cone = texelFetch(lightTable, first + 2);
 
     vec3 toLight = place.xyz - positionEye * place.w;
-    float distanceToLight = sqrt(max(dot(toLight, toLight), 1e-12f));
-    toLight /= distanceToLight;
+    float distanceToLight = length(toLight);
+    toLight = direction(toLight);
     float nDotL = dot(s.normal, toLight);
-    vec3 irradiance = power.rgb * (max(nDotL, 0.0f) * punctualAttenuation(distanceToLight, power.w) *
-                                   spotAttenuation(dot(axis.xyz, toLight), cosInner, axis.w));
+    float inCone = clamp(dot(cone.xyz, toLight) + cone.w, 0.0f, 1.0f);
+    vec3 irradiance = power.rgb * (max(nDotL, 0.0f) * inCone * inCone *
+                                   punctualAttenuation(distanceToLight, power.w));
 
     vec3 halfway = direction(toLight + s.toEye);
     vec3 across = cross(s.normal, halfway);
