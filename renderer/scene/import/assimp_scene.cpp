@@ -80,10 +80,28 @@ float linearFromSrgb(float c) {  // IEC 61966-2-1
     return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
 }
 
+// FBX counts in centimetres times a factor of its own, and Assimp leaves that to us; of COLLADA it
+// has taken care, and the others do not say.
+double metresPerUnit(const aiScene& file) {
+    float centimetres = 100.0f;
+    const bool said = file.mMetaData && file.mMetaData->Get("UnitScaleFactor", centimetres);
+    const bool sane = said && centimetres > 1e-6f && centimetres < 1e6f;
+    return sane ? static_cast<double>(centimetres) / 100.0 : 1.0;
+}
+
+glm::dmat4 scaled(const glm::dmat4& matrix, double factor) {
+    glm::dmat4 scale(factor);
+    scale[3][3] = 1.0;
+    return scale * matrix;
+}
+
 class Reader {
 public:
     Reader(const aiScene& file, const std::string& extension, const ImportLimits& limits)
-        : file_(file), colorsAreSrgb_(extension == "ply" || extension == "obj"), limits_(limits) {}
+        : file_(file),
+          colorsAreSrgb_(extension == "ply" || extension == "obj"),
+          metresPerUnit_(metresPerUnit(file)),
+          limits_(limits) {}
 
     Scene run(const std::string& extension, const SceneFolder& folder,
               const ProgressCallback& progress) {
@@ -152,6 +170,9 @@ private:
             const auto [from, parent] = pending.back();
             pending.pop_back();
             glm::dmat4 local = matrix(from->mTransformation);
+            if (parent == kNone) {
+                local = scaled(local, metresPerUnit_);
+            }
             if (!finite(local)) {
                 scene_.warnings.push_back({"nonFiniteTransform", from->mName.C_Str(),
                                            "a transform that is not of numbers was left out"});
@@ -215,13 +236,7 @@ private:
         }
     }
 
-    // These formats say how bright a white surface that faces the light becomes, and how that falls
-    // with distance; ours says intensity. The two agree at half the scene's diagonal (everywhere,
-    // where the file falls off by the square): intensity = pi * colour * d^2 / attenuation(d).
     void readLights() {
-        const auto diagonal =
-            static_cast<double>(worldBounds(scene_, poseAt(scene_, 0)).diagonal());
-        const double distance = diagonal > 0.0 && std::isfinite(diagonal) ? diagonal / 2.0 : 1.0;
         for (unsigned i = 0; i < file_.mNumLights; ++i) {
             const aiLight& from = *file_.mLights[i];
             if (from.mType == aiLightSource_AMBIENT || from.mType == aiLightSource_UNDEFINED) {
@@ -234,38 +249,56 @@ private:
             light.kind = from.mType == aiLightSource_DIRECTIONAL ? LightKind::directional
                          : from.mType == aiLightSource_SPOT      ? LightKind::spot
                                                                  : LightKind::point;
-            double scale = std::numbers::pi;
-            if (light.kind != LightKind::directional) {
-                const double attenuation = from.mAttenuationConstant +
-                                           from.mAttenuationLinear * distance +
-                                           from.mAttenuationQuadratic * distance * distance;
-                scale *= distance * distance / (attenuation > 0.0 ? attenuation : 1.0);
-            }
-            const glm::dvec3 intensity =
-                scale *
-                glm::dvec3(from.mColorDiffuse.r, from.mColorDiffuse.g, from.mColorDiffuse.b);
-            constexpr double kBrightest = 1e9;
-            for (int c = 0; c < 3; ++c) {
-                light.intensity[c] =
-                    std::isfinite(intensity[c])
-                        ? static_cast<float>(std::clamp(intensity[c], 0.0, kBrightest))
-                        : 0.0f;
+            const aiColor3D& c = from.mColorDiffuse;
+            const glm::dvec3 intensity = intensityPerColor(from) * glm::dvec3(c.r, c.g, c.b);
+            constexpr double kBrightest = 1e9;  // keeps products finite in float
+            for (int k = 0; k < 3; ++k) {
+                const bool sound = std::isfinite(intensity[k]);
+                light.intensity[k] =
+                    static_cast<float>(sound ? std::clamp(intensity[k], 0.0, kBrightest) : 0.0);
             }
             if (light.kind == LightKind::spot) {  // Assimp's angles are those of whole cones
-                const auto half = [](float whole) {
-                    return std::isfinite(whole) ? std::clamp(whole / 2.0f, 1e-3f, 1.57079f)
-                                                : 0.785f;
-                };
-                light.outerConeAngle = half(from.mAngleOuterCone);
-                light.innerConeAngle = std::min(half(from.mAngleInnerCone), light.outerConeAngle);
+                light.outerConeAngle = halfCone(from.mAngleOuterCone);
+                light.innerConeAngle =
+                    std::min(halfCone(from.mAngleInnerCone), light.outerConeAngle);
             }
             light.node = frameNode(from.mName, from.mPosition, from.mDirection, from.mUp);
             scene_.lights.push_back(light);
         }
     }
 
+    // These formats say how bright a white surface that faces the light becomes, and how that falls
+    // with distance; ours says intensity. The two agree at half the scene's diagonal (everywhere,
+    // where the file falls off by the square): intensity = pi * colour * d^2 / attenuation(d). A
+    // colour far above white is a power in watts instead, as Blender writes it into FBX.
+    double intensityPerColor(const aiLight& light) const {
+        constexpr double kPi = std::numbers::pi;
+        constexpr float kFarAboveWhite = 10.0f;
+        const aiColor3D& color = light.mColorDiffuse;
+        if (light.mType == aiLightSource_DIRECTIONAL) {
+            return kPi;
+        }
+        if (std::max({color.r, color.g, color.b}) > kFarAboveWhite) {
+            return 1.0 / (4.0 * kPi);
+        }
+        const auto diagonal =
+            static_cast<double>(worldBounds(scene_, poseAt(scene_, 0.0)).diagonal());
+        const double metres = diagonal > 0.0 && std::isfinite(diagonal) ? diagonal / 2.0 : 1.0;
+        const double units = metres / metresPerUnit_;
+        const double attenuation = light.mAttenuationConstant + light.mAttenuationLinear * units +
+                                   light.mAttenuationQuadratic * units * units;
+        return kPi * metres * metres / (attenuation > 0.0 ? attenuation : 1.0);
+    }
+
+    static float halfCone(float whole) {
+        constexpr float kNarrowest = 1e-3f, kWidest = 1.57079f;
+        return std::isfinite(whole) ? std::clamp(whole / 2.0f, kNarrowest, kWidest)
+                                    : Light{}.outerConeAngle;
+    }
+
     const aiScene& file_;
     bool colorsAreSrgb_;
+    double metresPerUnit_;
     ImportLimits limits_;
     Scene scene_;
     std::vector<Index> meshes_;

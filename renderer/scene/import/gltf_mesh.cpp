@@ -50,7 +50,7 @@ std::vector<Index> GltfMeshes::posedMeshes(Index gltfMesh, const RestPose& pose)
     std::vector<Index> result;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
         const std::string part = primitives.size() > 1 ? " " + std::to_string(i) : "";
-        const Index added = add(element(primitives, i, "primitive"), name + part, pose);
+        const Index added = add(element(primitives, i, "primitives"), name + part, pose);
         if (added != kNone) {
             result.push_back(added);
         }
@@ -168,7 +168,7 @@ void GltfMeshes::morph(const Json& primitive, const RestPose& pose, MeshDraft& d
         if (weight == 0.0f) {
             continue;
         }
-        const Json& target = element(targets, t, "morph target");
+        const Json& target = element(targets, t, "targets");
         const std::size_t count = draft.vertices.size();
         const Numbers positions = attribute(target, "POSITION", count, draft.name);
         const Numbers normals = attribute(target, "NORMAL", count, draft.name);

@@ -127,7 +127,7 @@ private:
             const Json& nodes = array(json, "nodes");
             std::vector<bool> isChild(nodes.size(), false);
             for (std::size_t i = 0; i < nodes.size(); ++i) {
-                for (const Index child : indices(element(nodes, i, "node"), "children")) {
+                for (const Index child : indices(element(nodes, i, "nodes"), "children")) {
                     if (child < isChild.size()) isChild[child] = true;
                 }
             }
@@ -198,7 +198,7 @@ private:
         if (const Json* e = extension(json, "KHR_lights_punctual")) {
             const Json* lights = extension(document_.json(), "KHR_lights_punctual");
             addLight(element(array(lights ? *lights : Json::object(), "lights"),
-                             indexAt(*e, "light"), "light"),
+                             indexAt(*e, "light"), "lights"),
                      node);
         }
     }

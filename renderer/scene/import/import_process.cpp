@@ -184,7 +184,8 @@ private:
 class Mapping {
 public:
     Mapping(const Descriptor& file, std::size_t size)
-        : size_(size), bytes_(mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, file.value(), 0)) {
+        : size_(size),
+          bytes_(mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, file.value(), 0)) {
         if (bytes_ == MAP_FAILED) throw ImportError(Reason::memory, "no memory for the scene");
     }
     ~Mapping() { munmap(bytes_, size_); }
