@@ -51,7 +51,7 @@ FrameRequest requestFor(const FrameCommand& command) {
         defaults.output.format = *format;
     }
     nlohmann::json body = nlohmann::json::object();
-    if (!command.requestFile.empty()) body = parsedJson(textOf(command.requestFile));
+    if (!command.requestFile.empty()) body = strictJson(textOf(command.requestFile));
     if (body.is_object()) body.merge_patch(bodyFromQuery(command.fields));
     return frameRequestFrom(body, defaults);
 }

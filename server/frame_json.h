@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxJsonBytes = 64 * 1024;
 inline constexpr int kMaxJsonDepth = 16;
 
 // Strict JSON: no duplicate keys, at most kMaxJsonDepth deep. Throws RequestError (400, 422).
-nlohmann::json parsedJson(std::string_view text);
+nlohmann::json strictJson(std::string_view text);
 
 // `defaults` stands for the fields that are left out. Throws RequestError (422) that names every
 // wrong field.

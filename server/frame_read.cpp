@@ -242,7 +242,7 @@ private:
 
 }  // namespace
 
-json parsedJson(std::string_view text) {
+json strictJson(std::string_view text) {
     PlaceInDocument place;
     json parsed;
     try {

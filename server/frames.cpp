@@ -174,7 +174,7 @@ void requireQuery(const Call& call, bool explainAllowed) {
 Answer postFrame(Service& service, const Call& call) {
     requireJsonType(call);
     requireQuery(call, true);
-    return frame(service, call, requestFrom(parsedJson(call.body), call));
+    return frame(service, call, requestFrom(strictJson(call.body), call));
 }
 
 Answer getFrame(Service& service, const Call& call) {
@@ -186,7 +186,7 @@ Answer getFrame(Service& service, const Call& call) {
 Answer postPlan(Service& service, const Call& call) {
     requireJsonType(call);
     requireQuery(call, false);
-    FrameRequest request = requestFrom(parsedJson(call.body), call);
+    FrameRequest request = requestFrom(strictJson(call.body), call);
     request.scene = service.library().require(request.scene)->id;
     const FramePlan plan = service.queue().run(
         patience(service, call), [request](Renderer& renderer) { return renderer.plan(request); });

@@ -139,7 +139,7 @@ TEST(Load, StoppingFinishesWhatRunsAndRefusesTheRest) {
     // Asked before the stop took hold, a client would wait behind the hold: it gives up and asks
     // again.
     client.set_read_timeout(0, 200'000);
-    httplib::Result refused;
+    httplib::Result refused{nullptr, httplib::Error::Unknown};
     ASSERT_TRUE(soon([&] {
         refused = postJson(client, "/v1/frames", smallFrame());
         return refused && refused->status == 503;

@@ -104,7 +104,7 @@ const std::vector<WrongBody> kWrongBodies = {
     {R"({"environment": {"map": "no such map"}})", 422, {"/environment/map"}},
     {R"({"scene": "no such scene"})", 404, {"/scene"}},
     {R"({"scene": "../../etc/passwd"})", 404, {"/scene"}},
-    {R"({"scene": "(canary)"})", 404, {"/scene"}},
+    {R"x({"scene": "(canary)"})x", 404, {"/scene"}},
     // Fields that do not go together.
     {R"({"camera": {"position": [0, 0, 0]}})", 422, {"/camera/position"}},
     {R"({"camera": {"target": [0, 0, 0]}})", 422, {"/camera/target"}},
