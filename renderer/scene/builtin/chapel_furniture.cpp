@@ -44,7 +44,7 @@ void addBraziers(Scene& scene, const Materials& m) {
                 };
                 const float r = 0.31f * std::sqrt(random(1)), a = glm::two_pi<float>() * random(2);
                 const std::size_t first = embers.vertices.size();
-                addSphere(embers, {}, 0.045f + 0.035f * random(3), 10);
+                addSphere(embers, {}, 0.045f + 0.035f * random(3), 8);
                 const glm::vec3 place =
                     foot + glm::vec3(r * std::cos(a),
                                      1.10f + 0.16f * (1.0f - r / 0.31f) + 0.05f * random(4),
@@ -90,7 +90,7 @@ void addBird(Scene& scene, const Materials& m) {
                         {0.16f, 1.66f, 0},  {0.30f, 1.84f, 0},  {0.27f, 2.06f, 0},
                         {0.22f, 2.26f, 0},  {0.30f, 2.42f, 0},  {0.46f, 2.42f, 0},
                         {0.66f, 2.33f, 0},  {0.86f, 2.24f, 0}};
-    addTube(bird, smooth(spine, 14), birdRadius, 48);
+    addTube(bird, smooth(spine, 12), birdRadius, 40);
     for (const float side : {-1.0f, 1.0f}) {
         // A wing laid back along the body: a ball drawn out long and pressed flat.
         const std::size_t first = bird.vertices.size();

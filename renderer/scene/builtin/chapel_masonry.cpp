@@ -35,7 +35,7 @@ using Height = std::function<float(float)>;
 // The part of a wall between two heights, from u0 to u1.
 void addCurtain(MeshDraft& mesh, const Wall& wall, float u0, float u1, const Height& lower,
                 const Height& upper) {
-    const int columns = std::max(1, static_cast<int>(std::ceil((u1 - u0) / 0.16f)));
+    const int columns = std::max(1, static_cast<int>(std::ceil((u1 - u0) / 0.3f)));
     const std::size_t first = mesh.vertices.size();
     addGrid(mesh, columns, 4, glm::vec2(1.0f), [&](float s, float t) {
         const float u = glm::mix(u0, u1, s);
@@ -210,12 +210,12 @@ void addVaults(Scene& scene, const Materials& m) {
     };
     const auto rib = [&](float z0, float z1, float thickness) {
         std::vector<glm::vec3> path;
-        for (int i = 0; i <= 40; ++i) {
-            const float s = -std::cos(glm::pi<float>() * static_cast<float>(i) / 40.0f);
+        for (int i = 0; i <= 32; ++i) {
+            const float s = -std::cos(glm::pi<float>() * static_cast<float>(i) / 32.0f);
             path.push_back(under(0.995f * s * kInner, glm::mix(z0, z1, 0.5f + 0.5f * s)));
         }
         addTube(
-            ribs, path, [&](float) { return thickness; }, 10);
+            ribs, path, [&](float) { return thickness; }, 8);
     };
     for (int i = 0; i <= kBays; ++i) {
         const float z = -kHalfLength + static_cast<float>(i) * kBay;
@@ -321,7 +321,7 @@ void addWalls(Scene& scene, const Materials& m) {
 
 void addFloor(Scene& scene, const Materials& m) {
     MeshDraft floor = draft("floor", m.floor);
-    addPatch(floor, {-kAisle, 0, kHalfLength}, {2 * kAisle, 0, 0}, {0, 0, -kLength}, 66, 120);
+    addPatch(floor, {-kAisle, 0, kHalfLength}, {2 * kAisle, 0, 0}, {0, 0, -kLength}, 53, 96);
     shadeFrom(floor, 0, [](const Vertex& v) {
         float shade = corner(kAisle - std::abs(v.position.x), 0.5f, 0.45f) *
                       corner(kHalfLength - std::abs(v.position.z), 0.5f, 0.45f);

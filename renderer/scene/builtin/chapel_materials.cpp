@@ -159,7 +159,7 @@ TextureSlot slot(Index texture, float metresPerRepeat = 1.0f) {
 
 Materials addMaterials(Scene& scene) {
     Materials m{};
-    const Index indoors = pictures::addConstant(scene, "indoors", 0.34f);
+    const Index indoors = pictures::addConstant(scene, "indoors", 0.75f);
     const auto addIndoors = [&](Material material) {
         material.occlusionTexture.texture = indoors;
         return addMaterial(scene, std::move(material));
@@ -195,8 +195,8 @@ Materials addMaterials(Scene& scene) {
     m.brass = plain("brass", {0.91f, 0.66f, 0.30f}, 1.0f, 0.16f);
     m.iron = plain("iron", {0.16f, 0.15f, 0.14f}, 1.0f, 0.45f);
     m.gold = plain("gold", {1.0f, 0.77f, 0.34f}, 1.0f, 0.25f);
-    m.ember = glowing("ember", {0.05f, 0.03f, 0.02f}, {1.0f, 0.30f, 0.05f}, 7.0f);
-    m.flame = glowing("flame", {0.2f, 0.2f, 0.2f}, {1.0f, 0.70f, 0.30f}, 12.0f);
+    m.ember = glowing("ember", {0.05f, 0.03f, 0.02f}, {1.0f, 0.30f, 0.05f}, 1.8f);
+    m.flame = glowing("flame", {0.2f, 0.2f, 0.2f}, {1.0f, 0.58f, 0.18f}, 6.0f);
     m.wax = plain("wax", {0.86f, 0.80f, 0.66f}, 0.0f, 0.5f);
     m.cloth = plain("altarCloth", {0.80f, 0.78f, 0.74f}, 0.0f, 0.95f);
     m.glassBall = addIndoors({.name = "glassBall",

@@ -35,10 +35,12 @@ void joinGrid(MeshDraft& mesh, std::uint32_t first, int columns, int rows) {
             const glm::vec3 across = glm::cross(at(e) - at(a), at(d) - at(b));
             const bool turned =
                 glm::dot(across, normal(a) + normal(b) + normal(d) + normal(e)) < 0.0f;
-            for (const std::uint32_t i :
-                 turned ? std::array{a, e, b, a, d, e} : std::array{a, b, e, a, e, d}) {
-                mesh.indices.push_back(i);
-            }
+            const auto triangle = [&](const std::array<std::uint32_t, 3>& t) {
+                if (at(t[0]) == at(t[1]) || at(t[1]) == at(t[2]) || at(t[2]) == at(t[0])) return;
+                mesh.indices.insert(mesh.indices.end(), t.begin(), t.end());  // not at a pole
+            };
+            triangle(turned ? std::array{a, e, b} : std::array{a, b, e});
+            triangle(turned ? std::array{a, d, e} : std::array{a, e, d});
         }
     }
 }
