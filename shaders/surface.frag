@@ -25,9 +25,15 @@ Surface surfaceAt(vec3 baseColor) {
     s.diffuse = baseColor * (1.0f - metallicRoughness.x);
     s.f0 = mix(material.dielectricF0.rgb, baseColor, metallicRoughness.x);
     s.roughness = metallicRoughness.y;
-    s.brdf = textureLod(environmentBrdf,
-                        environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
-    s.reflectance = specularEnvironment(s.f0, s.brdf);
+    vec2 brdf = textureLod(environmentBrdf,
+                           environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
+    s.reflectance = specularEnvironment(s.f0, brdf);
+    if (has(FEATURE_LIGHTS)) {
+        float alpha = s.roughness * s.roughness;
+        s.alphaSquared = alpha * alpha;
+        s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
+        s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
+    }
     return s;
 }
 

@@ -47,7 +47,8 @@ void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const g
     const glm::vec3 toLight(axesFromWorld * glm::dvec3(light.toLight));
     const glm::vec3 position(axesFromWorld * (light.position - eye));
     rows.emplace_back(placed ? position : toLight, placed ? 1.0f : 0.0f);
-    rows.emplace_back(light.intensity, placed ? light.range : 0.0f);
+    const bool limited = placed && light.range > 0.0f;
+    rows.emplace_back(light.intensity, limited ? 1.0f / (light.range * light.range) : 0.0f);
     // spotAttenuation() as a line in the cosine; without a cone it is 1 everywhere.
     const float width = std::max(light.cosInner - light.cosOuter, kLeastConeWidth);
     rows.push_back(spot ? glm::vec4(toLight, -light.cosOuter) / width : glm::vec4(0, 0, 0, 1));

@@ -12,34 +12,47 @@ struct Surface {
     vec3 diffuse;  // albedo of what is not metal
     vec3 f0;
     float roughness;
-    vec2 brdf;            // split sum at nDotV and roughness
-    vec3 reflectance;     // of the specular lobe in a uniform environment
+    vec3 reflectance;  // of the specular lobe in a uniform environment
+    // For lamps, the same for each of them:
+    float alphaSquared;
+    float masking;  // Smith's root for the eye
+    vec3 bounces;   // what several bounces between microfacets add to one (Turquin 2019)
 };
+
+// ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, what is common to all lamps
+// taken out: compilers for processors do not take it out of the loop. halfway need not be unit.
+float ggxLobe(Surface s, vec3 halfway, float nDotL) {
+    float a2 = s.alphaSquared;
+    float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
+    float nDotH = dot(s.normal, halfway);
+    vec3 across = cross(s.normal, halfway);
+    float q = max((nDotH * nDotH * a2 + dot(across, across)) * perLength, 1e-9f);
+    float l = max(nDotL, kMinCosine);
+    float smith = s.nDotV * sqrt(a2 + (1.0f - a2) * l * l) + l * s.masking;
+    return (0.5f / kPi) * a2 / (q * q * smith);
+}
 
 vec3 lampLight(Surface s, int first) {
     vec4 place = texelFetch(lightTable, first);      // w: 0 for a direction
-    vec4 power = texelFetch(lightTable, first + 1);  // w: range
+    vec4 power = texelFetch(lightTable, first + 1);  // w: 1 / range^2, 0 without a range
     // spotAttenuation() as a line in the cosine: dot(cone.xyz, toLight) + cone.w, before clamping.
     vec4 cone = texelFetch(lightTable, first + 2);
 
     vec3 toLight = place.xyz - positionEye * place.w;
-    float distanceToLight = length(toLight);
-    toLight = direction(toLight);
+    float squared = max(dot(toLight, toLight), 1e-12f);
+    toLight *= inversesqrt(squared);
     float nDotL = dot(s.normal, toLight);
     float inCone = clamp(dot(cone.xyz, toLight) + cone.w, 0.0f, 1.0f);
-    vec3 irradiance = power.rgb * (max(nDotL, 0.0f) * inCone * inCone *
-                                   punctualAttenuation(distanceToLight, power.w));
+    float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
+    float falloff = max(nDotL, 0.0f) * inCone * inCone * (1.0f - inRange * inRange) /
+                    max(squared, kMinLightDistanceSquared);
 
-    vec3 halfway = direction(toLight + s.toEye);
-    vec3 across = cross(s.normal, halfway);
-    float alpha = s.roughness * s.roughness;
-    vec3 fresnel = fresnelSchlick(s.f0, dot(s.toEye, halfway));
-    float lobe = ggxDistribution(dot(s.normal, halfway), dot(across, across), alpha) *
-                 ggxVisibility(nDotL, s.nDotV, alpha);
-    // What several bounces between microfacets add to one (Turquin 2019).
-    vec3 bounces = 1.0f + s.f0 * (1.0f / clamp(s.brdf.x + s.brdf.y, 0.05f, 1.0f) - 1.0f);
-    return irradiance * (fresnel * bounces * lobe +
-                         (1.0f - maxComponent(fresnel)) * s.diffuse / kPi);
+    vec3 halfway = toLight + s.toEye;
+    float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
+    vec3 fresnel = fresnelSchlick(s.f0, eyeDotH);
+    return power.rgb * falloff *
+           (fresnel * s.bounces * ggxLobe(s, halfway, nDotL) +
+            (1.0f - maxComponent(fresnel)) * (1.0f / kPi) * s.diffuse);
 }
 
 vec3 lampsLight(Surface s) {

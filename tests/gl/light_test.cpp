@@ -1,12 +1,23 @@
 // Light with known answers: furnaces, single lamps.
 #include "support.h"
 
+#include "scene/environment_brdf.h"
+
 #include <cmath>
 
 using namespace clerestory;
 using namespace clerestory::test;
 
 namespace {
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+namespace formulae {
+using namespace glm;
+using uint = unsigned int;
+#include "shaders/include/optics.glsl"
+}  // namespace formulae
+#pragma GCC diagnostic pop
 
 class LightOnSurfaces : public GlTest {};
 
@@ -122,4 +133,35 @@ TEST_F(LightOnSurfaces, occlusionDimsTheEnvironmentAndNotTheLamps) {
     };
     EXPECT_NEAR(seen(true, "white", 0), 0.2f * seen(false, "white", 0), 1e-3f);
     EXPECT_EQ(seen(true, "black", 1), seen(false, "black", 1));
+}
+
+TEST_F(LightOnSurfaces, aHighlightIsTheProductOfItsFormulae) {
+    for (const float roughness : {0.05f, 0.2f, 0.5f, 1.0f}) {
+        for (const double angle : {0.02, 0.4, 1.2}) {
+            Scene scene;
+            const glm::vec3 gold(1.0f, 0.7f, 0.3f);
+            place(scene, quad(2.0f, addMaterial(scene, {.baseColor = glm::vec4(gold, 1),
+                                                        .roughness = roughness})));
+            const glm::dvec3 lamp = 2.0 * glm::dvec3(std::sin(angle), 0.0, std::cos(angle));
+            addLight(scene, {.intensity = glm::vec3(3.0f)}, moved(lamp.x, lamp.y, lamp.z));
+            FrameRequest r = request(std::move(scene), "highlight", {0, 0, 1});
+            r.width = r.height = 65;
+            const glm::vec3 seen = centerColor(renderer().render(r).image);
+
+            const glm::vec3 n(0, 0, 1), v(0, 0, 1), l(lamp / 2.0), h = glm::normalize(l + v);
+            const glm::vec3 across = glm::cross(n, h);
+            const float alpha = roughness * roughness;
+            const glm::vec2 ab = environmentBrdf(1.0f, roughness);
+            const glm::vec3 bounces = 1.0f + gold * (1.0f / (ab.x + ab.y) - 1.0f);
+            const glm::vec3 expected =
+                formulae::fresnelSchlick(gold, glm::dot(v, h)) * bounces *
+                formulae::ggxDistribution(glm::dot(n, h), glm::dot(across, across), alpha) *
+                formulae::ggxVisibility(glm::dot(n, l), glm::dot(n, v), alpha) * glm::dot(n, l) *
+                3.0f * formulae::punctualAttenuation(2.0f, 0.0f);
+            for (int c = 0; c < 3; ++c) {
+                EXPECT_NEAR(seen[c], expected[c], 5e-3f * expected[c] + 1e-6f)
+                    << "roughness " << roughness << " angle " << angle;
+            }
+        }
+    }
 }
