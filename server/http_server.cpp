@@ -75,6 +75,11 @@ public:
         limits_.requestBytes = kHeadBytes + options.maxBody;
         new_task_queue = [this] { return new httplib::ThreadPool(options_.threads); };
         set_tcp_nodelay(true);  // otherwise a kept-alive answer takes 40 ms more
+        // Not the library's SO_REUSEPORT: a second server on a taken port must fail, not share it.
+        set_socket_options([](socket_t socket) {
+            const int on = 1;
+            setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+        });
         set_payload_max_length(options.maxBody);
         // Only what the header Keep-Alive promises: connections end by ConnectionLimits.
         set_keep_alive_timeout(std::chrono::ceil<std::chrono::seconds>(limits_.idle).count());
@@ -194,6 +199,10 @@ private:
                 process_request(connection, stopping_, closing, [&](httplib::Request& request) {
                     // After a refusal the body lies unread in the stream.
                     understood = !refusal(request, options_.maxBody);
+                    if (!understood) {  // makes the library tell the client
+                        request.headers.erase("Connection");
+                        request.set_header("Connection", "close");
+                    }
                     request.ranges.clear();  // a part of a picture helps nobody
                     if (takesBody(request.method) && !request.has_header("Content-Length")) {
                         request.set_header("Content-Length", "0");

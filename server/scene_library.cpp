@@ -235,9 +235,10 @@ void SceneLibrary::load(Entry& entry) {
     }
     queue_.post([scene](Renderer& renderer) { renderer.addScene(scene); });
     if (entry.warm) queue_.post([id](Renderer& renderer) { renderer.warm(id); });
+    const std::lock_guard lock(mutex_);
+    if (ending_) return;  // a start that failed says why and nothing else
     spdlog::info("scene {}: {} triangles in {:.0f} ms", id, triangleCount(*scene),
                  millisecondsSince(start));
-    const std::lock_guard lock(mutex_);
     entry.status.scene = scene;
     entry.status.title = scene->title.empty() ? entry.status.title : scene->title;
     entry.status.progress = {.stage = "", .progress = 1.0};

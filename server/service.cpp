@@ -37,20 +37,26 @@ FrameRequest canaryRequest() {
     return request;
 }
 
+// Every frame that waits holds a thread; the others must not wait for it.
+HttpOptions httpOptions(const Config& config) {
+    HttpOptions options = config.http;
+    options.threads += config.queue;
+    return options;
+}
+
 }  // namespace
 
 Service::Service(const Config& config)
-    : config_(config), queue_(config_.renderer, config_.queue), library_(config_.scenes, queue_) {
+    : config_(config),
+      http_(
+          httpOptions(config_), [this](const Call& call) { return answerTo(*this, call); },
+          [this](const Call& call, const Problem& problem) {
+              return answerWith(*this, call, problem);
+          }),
+      queue_(config_.renderer, config_.queue),
+      library_(config_.scenes, queue_) {
     queue_.identity();  // throws when there is no driver
     queue_.post([scene = canaryScene()](Renderer& renderer) { renderer.addScene(scene); });
-    HttpOptions http = config_.http;
-    // Every frame that waits holds a thread; the others must not wait for it.
-    http.threads += config_.queue;
-    http_ = std::make_unique<HttpServer>(
-        http, [this](const Call& call) { return answerTo(*this, call); },
-        [this](const Call& call, const Problem& problem) {
-            return answerWith(*this, call, problem);
-        });
 }
 
 Service::~Service() {
@@ -58,13 +64,13 @@ Service::~Service() {
 }
 
 void Service::start() {
-    listener_ = std::thread([this] { http_->serve(); });
+    listener_ = std::thread([this] { http_.serve(); });
 }
 
 void Service::stop() {
     if (!listener_.joinable()) return;
     queue_.refuseNew();
-    http_->stop();
+    http_.stop();
     listener_.join();
 }
 

@@ -22,7 +22,7 @@ public:
     // Refuses new frames (503) while those it has are finished, then closes the port.
     void stop();
 
-    int port() const { return http_->port(); }
+    int port() const { return http_.port(); }
     const Config& config() const { return config_; }
     RenderQueue& queue() { return queue_; }
     SceneLibrary& library() { return library_; }
@@ -36,9 +36,9 @@ public:
 private:
     const Config config_;
     Metrics metrics_;
+    HttpServer http_;  // binds first: a taken port is known before any work is done
     RenderQueue queue_;
     SceneLibrary library_;
-    std::unique_ptr<HttpServer> http_;
     std::thread listener_;
     std::atomic<std::int64_t> lastDrawn_{0};  // Clock, milliseconds; 0: never
 };

@@ -13,8 +13,8 @@ namespace {
 using nlohmann::json;
 
 std::string pose(int i) {
-    return smallFrame(R"("camera": {"position": [0.1, 0.2, )" + std::to_string(0.3 + 0.05 * i) +
-                      R"(], "target": [0, 0, -1]}, "output": {"format": "png"})");
+    return smallFrame(R"("camera": {"position": [)" + std::to_string(0.3 + 0.1 * i) +
+                      R"(, 0.5, 0.9], "target": [0, 0, 0]}, "output": {"format": "png"})");
 }
 
 // Waits for something that another thread is about to do.
