@@ -170,8 +170,9 @@ void Renderer::warm(const std::string& sceneId) {
     state_->context.makeCurrent();
     FrameRequest request;
     request.scene = sceneId;
-    request.width = 32;
-    request.height = 18;
+    // Small, but no powers of two: for those the software rasteriser generates other code.
+    request.width = 40;
+    request.height = 24;
     const State::Subject subject = state_->subjectOf(request);
 
     // From far enough away everything is in view, so every shader variant of the scene is drawn.
