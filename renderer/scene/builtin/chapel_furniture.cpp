@@ -125,7 +125,7 @@ void addGlassBall(Scene& scene, const Materials& m) {
     addLathe(foot, {}, profile, 40);
     place(scene, std::move(foot), stand);
     MeshDraft ball = draft("glassBall", m.glassBall);
-    addSphere(ball, {0.0f, 1.46f, 0.0f}, 0.42f, 72);
+    addSphere(ball, {0.0f, 1.46f, 0.0f}, 0.42f, 64);
     place(scene, std::move(ball), stand);
 }
 
