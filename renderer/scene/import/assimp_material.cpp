@@ -90,11 +90,13 @@ void AssimpMaterials::readSurface(const aiMaterial& from, Material& m) {
     const bool shines = brightest(specular) > 0.0f;
     m.roughness = real(from, AI_MATKEY_ROUGHNESS_FACTOR)
                       .value_or(shines && exponent ? roughnessFromExponent(*exponent) : 1.0f);
-    // MTL 3 and 5 ask for a mirror; one without a body colour is a metal.
+    // MTL 3 and 5 trace reflections, which are sharp whatever Ns says of highlights; a surface
+    // without a body colour is then a mirror of metal.
     constexpr float kBlack = 0.04f, kBright = 0.2f;
     if (isObj_ && (model == 3 || model == 5) && brightest(diffuse) < kBlack &&
         brightest(specular) > kBright) {
         m.metallic = 1.0f;
+        m.roughness = 0.0f;
         m.baseColor = glm::vec4(specular, 1.0f);
     }
     // Emission is what the file says, whatever the body colour is (erratum E1).
@@ -120,6 +122,7 @@ void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
         return;
     }
     m.transmission = 1.0f - opacity;
+    m.roughness = 0.0f;  // as with mirrors: traced refraction is sharp
     if (!(brightest(glm::vec3(m.baseColor)) > 0.0f)) {  // glass takes its tint from Tf
         const glm::vec3 filter = color(from, AI_MATKEY_COLOR_TRANSPARENT).value_or(glm::vec3(1.0f));
         m.baseColor = glm::vec4(brightest(filter) > 0.0f ? filter : glm::vec3(1.0f), 1.0f);

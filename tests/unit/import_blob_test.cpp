@@ -1,0 +1,69 @@
+// The blob between the two processes: whole, or an exception.
+#include "scene/import/scene_blob.h"
+#include "tests/unit/import_support.h"
+
+namespace clerestory {
+namespace {
+
+std::vector<std::byte> blobOf(const Scene& scene) {
+    std::vector<std::byte> blob;
+    writeScene(scene, [&](const void* bytes, std::size_t count) {
+        const auto* from = static_cast<const std::byte*>(bytes);
+        blob.insert(blob.end(), from, from + count);
+    });
+    return blob;
+}
+
+Scene sample() {
+    Scene scene = importSceneHere(ownScene("everything.gltf"));
+    scene.id = "sample";
+    scene.environment = "dusk";
+    scene.defaultView = DefaultView{{1, 2, 3}, {4, 5, 6}, 0.5};
+    updateContentHash(scene);
+    return scene;
+}
+
+TEST(SceneBlob, ComesBackAsItWas) {
+    const Scene scene = sample();
+    Scene back = readScene(blobOf(scene));
+    EXPECT_EQ(back.id, "sample");
+    EXPECT_EQ(back.title, scene.title);
+    EXPECT_EQ(back.contentHash, scene.contentHash);
+    EXPECT_EQ(back.environment, "dusk");
+    ASSERT_TRUE(back.defaultView);
+    EXPECT_EQ(back.defaultView->target, glm::dvec3(4, 5, 6));
+    EXPECT_EQ(back.warnings.size(), scene.warnings.size());
+    EXPECT_EQ(back.cameras.size(), 2u);
+    EXPECT_EQ(back.images.at(0).texels, scene.images.at(0).texels);
+    updateContentHash(back);
+    EXPECT_EQ(back.contentHash, scene.contentHash) << "something of the picture was lost";
+    EXPECT_EQ(blobOf(back), blobOf(scene));
+}
+
+TEST(SceneBlob, AnEmptySceneHasABlob) {
+    EXPECT_TRUE(readScene(blobOf(Scene{})).meshes.empty());
+}
+
+TEST(SceneBlob, CutShortAnywhereItIsRefused) {
+    const std::vector<std::byte> blob = blobOf(sample());
+    for (std::size_t length = 0; length < blob.size(); length += length < 400 ? 1 : 37) {
+        EXPECT_THROW(readScene(std::span(blob).first(length)), BlobError) << length;
+    }
+    std::vector<std::byte> longer = blob;
+    longer.push_back(std::byte{0});
+    EXPECT_THROW(readScene(longer), BlobError);
+}
+
+TEST(SceneBlob, AFlippedBitAnywhereIsRefused) {
+    std::vector<std::byte> blob = blobOf(sample());
+    for (std::size_t i = 0; i < blob.size(); i += i < 400 ? 1 : 23) {
+        const std::byte bit{static_cast<unsigned char>(1u << i % 8)};
+        blob[i] ^= bit;
+        EXPECT_THROW(readScene(blob), BlobError) << i;
+        blob[i] ^= bit;
+    }
+    EXPECT_NO_THROW(readScene(blob));
+}
+
+}  // namespace
+}  // namespace clerestory

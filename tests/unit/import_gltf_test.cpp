@@ -1,0 +1,262 @@
+// glTF: what the file says is what the scene holds.
+#include "scene/import/json_fields.h"
+#include "tests/unit/import_support.h"
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+const Scene& everything() {
+    static const Scene scene = importSceneHere(ownScene("everything.gltf"));
+    return scene;
+}
+
+// A triangle whose JSON can be changed.
+Json triangle() {
+    return Json::parse(R"({
+        "asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,)"
+                       "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"
+                       R"("}]})");
+}
+
+Scene imported(const Json& json) {
+    const TemporaryFolder folder;
+    return importSceneHere(folder.write("scene.gltf", json.dump()));
+}
+
+ImportError::Reason reasonFor(const Json& json) {
+    try {
+        imported(json);
+    } catch (const ImportError& error) {
+        return error.reason();
+    }
+    ADD_FAILURE() << "was imported";
+    return ImportError::Reason::crashed;
+}
+
+TEST(Gltf, MaterialsKeepEveryWord) {
+    const Material& m = *material(everything(), "everything");
+    EXPECT_EQ(m.baseColor, glm::vec4(0.5f, 0.25f, 0.125f, 0.75f));
+    EXPECT_EQ(m.metallic, 0.25f);
+    EXPECT_EQ(m.roughness, 0.5f);
+    EXPECT_EQ(m.emissive, glm::vec3(1.0f, 0.5f, 0.0f));
+    EXPECT_EQ(m.emissiveStrength, 16.0f);
+    EXPECT_EQ(m.alphaMode, AlphaMode::mask);
+    EXPECT_EQ(m.alphaCutoff, 0.3f);
+    EXPECT_TRUE(m.doubleSided);
+    EXPECT_EQ(m.ior, 1.33f);
+    EXPECT_EQ(m.specular, 0.5f);
+    EXPECT_EQ(m.specularColor, glm::vec3(1.0f, 0.5f, 0.5f));
+    EXPECT_EQ(m.transmission, 0.9f);
+    EXPECT_EQ(m.thickness, 0.1f);
+    EXPECT_EQ(m.attenuationDistance, 0.0f) << "absent means that nothing is absorbed";
+    EXPECT_EQ(m.baseColorTexture.offset, glm::vec2(0.5f, 0.25f));
+    EXPECT_EQ(m.baseColorTexture.scale, glm::vec2(2.0f, 4.0f));
+    EXPECT_EQ(m.baseColorTexture.rotation, 0.5f);
+    EXPECT_TRUE(material(everything(), "plain")->unlit);
+    EXPECT_EQ(material(everything(), "plain")->alphaMode, AlphaMode::opaque);
+}
+
+TEST(Gltf, TexturesAreDecodedOncePerColourSpace) {
+    const Scene& scene = everything();
+    const Material& m = *material(scene, "everything");
+    ASSERT_EQ(scene.images.size(), 2u) << "one picture, as colour and as numbers";
+    const Texture& color = scene.textures.at(m.baseColorTexture.texture);
+    const Texture& numbers = scene.textures.at(m.metallicRoughnessTexture.texture);
+    EXPECT_EQ(m.emissiveTexture.texture, m.baseColorTexture.texture);
+    EXPECT_EQ(scene.images[color.image].colorSpace, ColorSpace::srgb);
+    EXPECT_EQ(scene.images[numbers.image].colorSpace, ColorSpace::linear);
+    EXPECT_EQ(color.wrapU, Wrap::clampToEdge);
+    EXPECT_EQ(color.wrapV, Wrap::mirroredRepeat);
+    EXPECT_EQ(color.magnify, Filter::nearest);
+    EXPECT_FALSE(color.useLevels);
+    EXPECT_EQ(numbers.wrapU, Wrap::repeat);
+    EXPECT_TRUE(numbers.useLevels);
+
+    const TextureImage& image = scene.images[color.image];
+    EXPECT_EQ(image.width, 2u);
+    EXPECT_EQ(image.levels, 2u);
+    EXPECT_TRUE(image.hasAlpha);
+    const std::vector<std::uint8_t> topRow(image.texels.begin(), image.texels.begin() + 8);
+    EXPECT_EQ(topRow, (std::vector<std::uint8_t>{255, 0, 0, 255, 0, 255, 0, 255}));
+}
+
+TEST(Gltf, AMissingPictureIsAWarning) {
+    EXPECT_FALSE(material(everything(), "lost")->normalTexture.present());
+    ASSERT_TRUE(warning(everything(), "missingTexture"));
+    EXPECT_EQ(warning(everything(), "missingTexture")->subject, "no such.png");
+}
+
+TEST(Gltf, NodesKeepTheirPlaceAndHandedness) {
+    const Scene& scene = everything();
+    const Pose pose = poseAt(scene, 0.0);
+    const glm::dmat4& quad = pose.worldFromNode.at(scene.instances.at(0).node);
+    // Scaled by (-1, 2, 3), turned by 90 degrees about z, moved by 10 along x.
+    const glm::dvec4 corner = quad * glm::dvec4(1, 1, 1, 1);
+    EXPECT_NEAR(corner.x, 8.0, 1e-12);
+    EXPECT_NEAR(corner.y, -1.0, 1e-12);
+    EXPECT_NEAR(corner.z, 3.0, 1e-12);
+    EXPECT_LT(glm::determinant(glm::dmat3(quad)), 0.0) << "mirrored stays mirrored";
+    EXPECT_TRUE(warning(scene, "singularTransform"));
+    for (const Instance& instance : scene.instances) {
+        EXPECT_NE(scene.nodes[instance.node].name, "flat");
+    }
+}
+
+TEST(Gltf, CamerasAndLights) {
+    const Scene& scene = everything();
+    ASSERT_EQ(scene.cameras.size(), 2u);
+    EXPECT_DOUBLE_EQ(scene.cameras[0].yfov, 0.7);
+    EXPECT_DOUBLE_EQ(scene.cameras[0].zfar, 0.0) << "absent means infinite";
+    EXPECT_TRUE(scene.cameras[1].orthographic);
+    EXPECT_DOUBLE_EQ(scene.cameras[1].yHalfHeight, 2.0);
+    ASSERT_EQ(scene.lights.size(), 3u);
+    EXPECT_EQ(scene.lights[0].intensity, glm::vec3(40.0f, 20.0f, 10.0f));
+    EXPECT_EQ(scene.lights[0].range, 8.0f);
+    EXPECT_EQ(scene.lights[1].kind, LightKind::spot);
+    EXPECT_EQ(scene.lights[1].outerConeAngle, 0.6f);
+    EXPECT_EQ(scene.lights[2].kind, LightKind::directional);
+    EXPECT_EQ(scene.lights[2].intensity, glm::vec3(3.0f));
+}
+
+TEST(Gltf, StripsAreTrianglesAndLinesAreNot) {
+    const Scene& scene = everything();
+    // Two from the quad; three vertices of four make one; a strip of four makes two.
+    EXPECT_EQ(triangleCount(scene), 5u);
+    EXPECT_TRUE(warning(scene, "pointsAndLines"));
+    // Every triangle of the flat quad looks along +z, the strip's second one too.
+    for (const Vertex& v : scene.vertices) {
+        EXPECT_NEAR(v.normal.z, 1.0f, 1e-6f);
+    }
+}
+
+TEST(Gltf, WithoutMaterialItIsTheDefaultOne) {
+    const Scene scene = imported(triangle());
+    const Material& m = scene.materials.at(scene.meshes.at(0).material);
+    EXPECT_EQ(m.metallic, 1.0f);
+    EXPECT_EQ(m.roughness, 1.0f);
+    EXPECT_EQ(m.baseColor, glm::vec4(1.0f));
+    EXPECT_EQ(scene.title, "scene");
+}
+
+TEST(Gltf, SkinnedMeshesStandWhereTheirJointsAre) {
+    Json json = triangle();
+    // Every vertex belongs to joint 0 (an accessor of zeros) with weights 1, 0, 0, 0.
+    json["buffers"].push_back(
+        {{"byteLength", 48},
+         {"uri",
+          "data:application/octet-stream;base64,"
+          "AACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAA"}});
+    json["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 48}});
+    json["accessors"].push_back({{"componentType", 5121}, {"count", 3}, {"type", "VEC4"}});
+    json["accessors"].push_back(
+        {{"bufferView", 1}, {"componentType", 5126}, {"count", 3}, {"type", "VEC4"}});
+    json["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = 1;
+    json["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = 2;
+    json["nodes"] = Json::parse(R"([{"mesh": 0, "skin": 0, "translation": [100, 0, 0]},
+                                    {"translation": [0, 0, 7]}])");
+    json["scenes"][0]["nodes"] = {0, 1};
+    json["skins"] = Json::parse(R"([{"joints": [1]}])");
+    const Scene scene = imported(json);
+    const Bounds bounds = worldBounds(scene, poseAt(scene, 0.0));
+    EXPECT_EQ(bounds.min, glm::vec3(0.0f, 0.0f, 7.0f)) << "not at the mesh's own node";
+    EXPECT_EQ(bounds.max, glm::vec3(1.0f, 1.0f, 7.0f));
+}
+
+TEST(Gltf, MorphWeightsOfTheFileAreApplied) {
+    Json json = triangle();
+    json["meshes"][0]["primitives"][0]["targets"] = Json::parse(R"([{"POSITION": 0}])");
+    json["meshes"][0]["weights"] = {0.5};
+    const Scene scene = imported(json);
+    EXPECT_EQ(worldBounds(scene, poseAt(scene, 0.0)).max, glm::vec3(1.5f, 1.5f, 0.0f));
+}
+
+TEST(Gltf, WrongFilesAreRefusedByName) {
+    const auto changed = [](const char* pointer, const Json& value) {
+        Json json = triangle();
+        json[Json::json_pointer(pointer)] = value;
+        return json;
+    };
+    using Reason = ImportError::Reason;
+    const struct {
+        const char* what;
+        Json json;
+        Reason reason;
+    } cases[] = {
+        {"version 1", changed("/asset/version", "1.0"), Reason::unsupported},
+        {"Draco", changed("/extensionsRequired", {"KHR_draco_mesh_compression"}),
+         Reason::unsupported},
+        {"a node its own child", changed("/nodes/0/children", {0}), Reason::malformed},
+        {"no such node", changed("/scenes/0/nodes", {9}), Reason::malformed},
+        {"a negative index", changed("/scenes/0/nodes", {-1}), Reason::malformed},
+        {"no such mesh", changed("/nodes/0/mesh", 1), Reason::malformed},
+        {"no such material", changed("/meshes/0/primitives/0/material", 0), Reason::malformed},
+        {"a text for a number", changed("/accessors/0/count", "three"), Reason::malformed},
+        {"half a vertex", changed("/accessors/0/count", 2.5), Reason::malformed},
+        {"too many vertices", changed("/accessors/0/count", 4), Reason::malformed},
+        {"a huge count", changed("/accessors/0/count", 1e15), Reason::limit},
+        {"beyond its buffer", changed("/bufferViews/0/byteOffset", 1), Reason::malformed},
+        {"a huge stride", changed("/bufferViews/0/byteStride", 1e15), Reason::malformed},
+        {"a short buffer", changed("/buffers/0/byteLength", 37), Reason::malformed},
+        {"not base64", changed("/buffers/0/uri", "data:;base64,!!!"), Reason::malformed},
+        {"a missing buffer", changed("/buffers/0/uri", "no.bin"), Reason::malformed},
+        {"a matrix of 15",
+         changed("/nodes/0/matrix", Json::array({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0})),
+         Reason::malformed},
+        {"nothing to draw", changed("/nodes/0", Json::object()), Reason::malformed},
+    };
+    for (const auto& c : cases) {
+        EXPECT_EQ(reasonFor(c.json), c.reason) << c.what;
+    }
+}
+
+TEST(Gltf, AGraphThatWouldMultiplyIsRefusedAtOnce) {
+    Json json = triangle();
+    json["nodes"] = Json::array();
+    for (int i = 0; i < 40; ++i) {
+        json["nodes"].push_back({{"children", {i + 1, i + 1}}});  // 2^40 paths
+    }
+    json["nodes"].push_back({{"mesh", 0}});
+    EXPECT_EQ(reasonFor(json), ImportError::Reason::malformed);
+}
+
+TEST(Gltf, DeepTreesAndDeepJson) {
+    Json json = triangle();
+    json["nodes"] = Json::array();
+    for (int i = 0; i < 20000; ++i) {
+        json["nodes"].push_back({{"children", {i + 1}}});
+    }
+    json["nodes"].push_back({{"mesh", 0}});
+    EXPECT_EQ(triangleCount(imported(json)), 1u);
+
+    const TemporaryFolder folder;
+    const std::string deep =
+        "{\"extras\":" + std::string(200000, '[') + std::string(200000, ']') + "}";
+    EXPECT_EQ(refusal(folder.write("deep.gltf", deep)).reason(), ImportError::Reason::malformed);
+}
+
+TEST(Gltf, LimitsAreKept) {
+    const TemporaryFolder folder;
+    Json json = triangle();
+    json["nodes"].push_back({{"mesh", 0}});
+    json["scenes"][0]["nodes"] = {0, 1};
+    const auto file = folder.write("two.gltf", json.dump());
+    ImportLimits limits;
+    limits.maxNodes = 1;
+    EXPECT_THROW(importSceneHere(file, limits), ImportError);
+    limits = {};
+    limits.maxTriangles = 0;
+    EXPECT_THROW(importSceneHere(file, limits), ImportError);
+    limits = {};
+    limits.fileBytes = 100;
+    EXPECT_THROW(importSceneHere(file, limits), ImportError);
+    EXPECT_NO_THROW(importSceneHere(file));
+}
+
+}  // namespace
+}  // namespace clerestory

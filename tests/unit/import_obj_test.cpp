@@ -1,0 +1,104 @@
+// OBJ and MTL in glTF's words.
+#include "tests/unit/import_support.h"
+
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+const Scene& materials() {
+    static const Scene scene = importSceneHere(ownScene("materials.obj"));
+    return scene;
+}
+
+TEST(Obj, SeparateIndicesMeetInOneVertex) {
+    // The third corner of the first triangle: position 3, texture coordinate 3, normal 1.
+    bool found = false;
+    for (const Vertex& v : materials().vertices) {
+        found |= v.position == glm::vec3(1, 1, 0) && v.texCoord0 == glm::vec2(0, 0) &&
+                 v.normal == glm::vec3(0, 0, 1);
+    }
+    EXPECT_TRUE(found) << "v counts downwards in glTF, so OBJ's 1 is 0";
+    EXPECT_EQ(triangleCount(materials()), 7u) << "the four-cornered face is two";
+}
+
+TEST(Obj, GlassTransmits) {
+    const Material& glass = *material(materials(), "glass");
+    EXPECT_NEAR(glass.transmission, 0.9f, 1e-6f);
+    EXPECT_EQ(glass.ior, 1.5f);
+    EXPECT_EQ(glass.roughness, 0.0f);
+    EXPECT_EQ(glass.alphaMode, AlphaMode::opaque);
+    EXPECT_EQ(glass.baseColor, glm::vec4(0.5f, 1.0f, 1.0f, 1.0f))
+        << "tinted by Tf, not by black Kd";
+    const Material& tinted = *material(materials(), "tinted");
+    EXPECT_EQ(tinted.transmission, 0.5f) << "an index of refraction is enough";
+    EXPECT_EQ(tinted.ior, 1.31f);
+}
+
+TEST(Obj, AThinPaneBlends) {
+    const Material& pane = *material(materials(), "pane");
+    EXPECT_EQ(pane.transmission, 0.0f);
+    EXPECT_EQ(pane.alphaMode, AlphaMode::blend);
+    EXPECT_EQ(pane.baseColor, glm::vec4(0.2f, 0.4f, 0.6f, 0.25f));
+}
+
+TEST(Obj, MirrorsAreMetal) {
+    const Material& mirror = *material(materials(), "mirror");
+    EXPECT_EQ(mirror.metallic, 1.0f);
+    EXPECT_EQ(mirror.roughness, 0.0f);
+    EXPECT_EQ(mirror.baseColor, glm::vec4(0.9f, 0.8f, 0.7f, 1.0f));
+}
+
+TEST(Obj, HighlightsBecomeRoughness) {
+    // alpha = sqrt(2 / (98 + 2)), roughness = sqrt(alpha)
+    const Material& painted = *material(materials(), "painted");
+    EXPECT_NEAR(painted.roughness, std::sqrt(std::sqrt(0.02f)), 1e-6f);
+    ASSERT_TRUE(painted.baseColorTexture.present());
+    EXPECT_EQ(materials().images.at(0).name, "four colours.png");
+    EXPECT_EQ(painted.alphaMode, AlphaMode::opaque)
+        << "a picture's alpha is not coverage by itself";
+}
+
+// Erratum E1: emission is Ke, whatever Kd is.
+TEST(Obj, EmissionIsKeForEveryKd) {
+    EXPECT_EQ(material(materials(), "lamp")->emissive, glm::vec3(12.5f, 0.0f, 3.0f));
+
+    const char* const values[] = {"0", "1e-6", "0.5", "1"};
+    const float numbers[] = {0.0f, 1e-6f, 0.5f, 1.0f};
+    std::string mtl;
+    std::string obj = "mtllib all.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (int i = 0; i < 64; ++i) {
+        const std::string name = "m" + std::to_string(i);
+        const std::string ke =
+            std::string(values[i % 4]) + " " + values[i / 4 % 4] + " " + values[i / 16];
+        const std::string kd =
+            std::string(values[i / 16]) + " " + values[i % 4] + " " + values[i / 4 % 4];
+        mtl += "newmtl " + name + "\nKd " + kd + "\nKe " + ke + "\n";
+        obj += "usemtl " + name + "\nf 1 2 3\n";
+    }
+    const TemporaryFolder folder;
+    folder.write("all.mtl", mtl);
+    const Scene scene = importSceneHere(folder.write("all.obj", obj));
+    for (int i = 0; i < 64; ++i) {
+        const Material& m = *material(scene, "m" + std::to_string(i));
+        const glm::vec3 expected(numbers[i % 4], numbers[i / 4 % 4], numbers[i / 16]);
+        for (int c = 0; c < 3; ++c) {
+            // Assimp's number reader is a few units in the last place off.
+            EXPECT_NEAR(emittedRadiance(m)[c], expected[c], 1e-6f * expected[c]) << i;
+        }
+    }
+}
+
+TEST(Obj, EdgesWithoutNormalsStaySharp) {
+    const TemporaryFolder folder;
+    const Scene scene = importSceneHere(folder.write("roof.obj",
+                                                     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                                                     "f 1 3 2\nf 1 2 4\n"));
+    for (const Vertex& v : scene.vertices) {
+        const glm::vec3 a = glm::abs(v.normal);
+        EXPECT_NEAR(std::max({a.x, a.y, a.z}), 1.0f, 1e-6f) << "a right angle is not smoothed";
+    }
+}
+
+}  // namespace
+}  // namespace clerestory

@@ -1,0 +1,80 @@
+// What the import tests share: a folder of their own that goes away, and the repository's scenes.
+#pragma once
+
+#include "scene/import/import.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace clerestory {
+
+class TemporaryFolder {
+public:
+    TemporaryFolder() {
+        std::string pattern = (std::filesystem::temp_directory_path() / "import-XXXXXX").string();
+        if (!mkdtemp(pattern.data())) {
+            throw std::runtime_error("no temporary folder");
+        }
+        path_ = pattern;
+    }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+    std::filesystem::path write(const std::string& name, const std::string& content) const {
+        std::filesystem::create_directories((path_ / name).parent_path());
+        std::ofstream(path_ / name, std::ios::binary) << content;
+        return path_ / name;
+    }
+
+private:
+    std::filesystem::path path_;
+};
+
+inline std::filesystem::path ownScene(const std::string& name) {
+    return std::filesystem::path(CLERESTORY_SOURCE_DIR) / "tests/scenes/import" / name;
+}
+
+inline std::filesystem::path sharedScene(const std::string& name) {
+    return std::filesystem::path(CLERESTORY_SHARED_SCENES) / name;
+}
+
+// What the import of a file that must fail says, and why.
+inline ImportError refusal(const std::filesystem::path& file, const ImportOptions& options = {}) {
+    try {
+        importScene(file, options);
+    } catch (const ImportError& error) {
+        return error;
+    }
+    ADD_FAILURE() << file << " was imported";
+    return {ImportError::Reason::crashed, "was imported"};
+}
+
+inline const ImportWarning* warning(const Scene& scene, const std::string& code) {
+    for (const ImportWarning& w : scene.warnings) {
+        if (w.code == code) return &w;
+    }
+    return nullptr;
+}
+
+inline const Material* material(const Scene& scene, const std::string& name) {
+    for (const Material& m : scene.materials) {
+        if (m.name == name) return &m;
+    }
+    ADD_FAILURE() << "no material " << name;
+    static const Material none;
+    return &none;
+}
+
+}  // namespace clerestory
+
+#define CLERESTORY_NEEDS(file) \
+    if (!std::filesystem::exists(file)) GTEST_SKIP() << (file) << " is not there"
