@@ -17,10 +17,8 @@ int millisecondsUntil(Clock::time_point deadline) {
     return static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 60'000));
 }
 
-// What was sent before the answer was read would make the kernel reset the connection, and the
-// client lose the answer (as nginx's lingering close).
-constexpr std::chrono::milliseconds kLinger{500};
-constexpr std::size_t kLingerBytes = 1 << 20;
+constexpr std::chrono::milliseconds kDrain{500};
+constexpr std::size_t kDrainBytes = 1 << 20;
 
 void nameOfPeer(int (*which)(int, sockaddr*, socklen_t*), int socket, std::string& ip, int& port) {
     sockaddr_storage address{};
@@ -42,13 +40,16 @@ Connection::Connection(int socket, int wakeFd, const ConnectionLimits& limits)
 }
 
 Connection::~Connection() {
+    close(socket_);
+}
+
+void Connection::drain() {
     shutdown(socket_, SHUT_WR);
-    const auto deadline = Clock::now() + kLinger;
-    for (std::size_t total = 0; total < kLingerBytes && fill(deadline);) {
+    const auto deadline = Clock::now() + kDrain;
+    for (std::size_t total = 0; total < kDrainBytes && fill(deadline);) {
         total += end_ - begin_;
         begin_ = end_ = 0;
     }
-    close(socket_);
 }
 
 bool Connection::nextRequest() {

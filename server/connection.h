@@ -29,6 +29,10 @@ public:
     // Waits for the first byte of a request; false when none came or none is wanted any more.
     bool nextRequest();
 
+    // Ends the answer, then throws away for a moment what still comes. Closing over bytes that were
+    // not read resets the connection, and the client may lose the answer.
+    void drain();
+
     bool is_readable() const override;
     bool is_writable() const override;
     ssize_t read(char* data, std::size_t size) override;

@@ -209,6 +209,7 @@ private:
                     }
                 });
             open = sent && understood && !closing && !stopping_;
+            if (!understood) connection.drain();
         }
         return true;
     }

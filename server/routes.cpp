@@ -50,6 +50,7 @@ Answer describeRenderer(Service& service, const Call&) {
                        {"maxSamples", id.maxSamples},
                        {"maxAnisotropy", id.maxAnisotropy},
                        {"maxTextureSize", id.maxTextureSize},
+                       {"environments", service.library().environmentNames()},
                        {"threads", std::thread::hardware_concurrency()},
                        {"limits",
                         {{"edge", kMaxEdge},

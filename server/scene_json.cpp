@@ -1,19 +1,29 @@
 #include "server/scene_json.h"
 
-#include "server/field_values.h"
-
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <charconv>
 
 namespace clerestory {
 namespace {
 
 using nlohmann::ordered_json;
 
-template <class V>
-ordered_json vector3(const V& v) {
+// The double with the same shortest text, so that 0.9f is written 0.9.
+double shortest(float value) {
+    char text[32];
+    const auto written = std::to_chars(text, text + sizeof text, value);
+    double read = value;
+    std::from_chars(text, written.ptr, read);
+    return read;
+}
+
+ordered_json vector3(const glm::dvec3& v) {
     return {v.x, v.y, v.z};
+}
+ordered_json vector3(const glm::vec3& v) {
+    return {shortest(v.x), shortest(v.y), shortest(v.z)};
 }
 
 // Where a material is used: surfaces (instances) and triangles as drawn.
@@ -65,8 +75,8 @@ ordered_json glass(const Scene& scene) {
     return surfacesWhere(
         scene, [](const Material& m) { return m.transmission > 0.0f; },
         [](const Material& m, ordered_json& entry) {
-            entry["transmission"] = m.transmission;
-            entry["ior"] = m.ior;
+            entry["transmission"] = shortest(m.transmission);
+            entry["ior"] = shortest(m.ior);
             entry["reason"] = "transmission is above zero";
             entry["drawnAs"] = "a plain surface; this version does not refract";
         });
@@ -108,12 +118,12 @@ ordered_json lights(const Scene& scene, const Pose& pose) {
                               {"intensity", vector3(light.intensity)}};
         if (light.kind != LightKind::directional) {
             entry["position"] = vector3(glm::dvec3(world[3]));
-            if (light.range > 0.0f) entry["range"] = light.range;
+            if (light.range > 0.0f) entry["range"] = shortest(light.range);
         }
         if (light.kind != LightKind::point) entry["direction"] = vector3(-glm::dvec3(world[2]));
         if (light.kind == LightKind::spot) {
-            entry["innerConeAngle"] = light.innerConeAngle;
-            entry["outerConeAngle"] = light.outerConeAngle;
+            entry["innerConeAngle"] = shortest(light.innerConeAngle);
+            entry["outerConeAngle"] = shortest(light.outerConeAngle);
         }
         list.push_back(std::move(entry));
     }

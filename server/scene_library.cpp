@@ -181,9 +181,11 @@ std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
     Entry& entry = entryFor(id.empty() ? defaultId_ : id);
     askFor(entry, true);
     const SceneStatus& status = entry.status;
+    ++entry.waiting;
     changed_.wait_for(lock, kPatience, [&] {
         return status.state == SceneState::ready || status.state == SceneState::failed || ending_;
     });
+    --entry.waiting;
     if (status.state == SceneState::failed) throw RequestError(sceneFailed(status.failure));
     if (status.state != SceneState::ready) {
         throw RequestError(
@@ -192,6 +194,21 @@ std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
                          ", " + percent(status.progress.progress) + "."));
     }
     return status.scene;
+}
+
+bool SceneLibrary::importing() const {
+    const std::lock_guard lock(mutex_);
+    return std::any_of(entries_.begin(), entries_.end(), [](const auto& entry) {
+        return entry->status.state == SceneState::loading && !entry->file.empty();
+    });
+}
+
+std::vector<std::string> SceneLibrary::environmentNames() const {
+    std::vector<std::string> names = builtinEnvironmentNames();
+    for (const auto& [name, hash] : environmentHashes_) {
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+    return names;
 }
 
 std::uint64_t SceneLibrary::environmentHash(const std::string& name) const {
@@ -234,11 +251,14 @@ void SceneLibrary::load(Entry& entry) {
         return;
     }
     queue_.post([scene](Renderer& renderer) { renderer.addScene(scene); });
-    if (entry.warm) queue_.post([id](Renderer& renderer) { renderer.warm(id); });
     const std::lock_guard lock(mutex_);
     if (ending_) return;  // a start that failed says why and nothing else
     spdlog::info("scene {}: {} triangles in {:.0f} ms", id, triangleCount(*scene),
                  millisecondsSince(start));
+    // A frame that somebody waits for warms what it needs, sooner.
+    if (entry.warm && entry.waiting == 0) {
+        queue_.post([id](Renderer& renderer) { renderer.warm(id); });
+    }
     entry.status.scene = scene;
     entry.status.title = scene->title.empty() ? entry.status.title : scene->title;
     entry.status.progress = {.stage = "", .progress = 1.0};

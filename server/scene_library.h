@@ -56,6 +56,12 @@ public:
     // Throws RequestError: no such scene (404), still loading (409), failed (422).
     std::shared_ptr<const Scene> require(const std::string& id);
 
+    // A file is being read; that can take long, and nothing interrupts it.
+    bool importing() const;
+
+    // Built-in ones first.
+    std::vector<std::string> environmentNames() const;
+
     // Of a map that was loaded from a file; 0 for the built-in ones.
     std::uint64_t environmentHash(const std::string& name) const;
 
@@ -65,6 +71,7 @@ private:
         std::filesystem::path file;  // empty: built-in
         bool warm = false;           // somebody will ask for it first thing
         bool asked = false;          // in toLoad_, loading, or done
+        int waiting = 0;             // clients in require()
     };
     void addBuiltins();
     std::string addFile(const std::filesystem::path& file);

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 
 namespace clerestory {
@@ -31,6 +32,8 @@ int runServe(const CommandLine& line) {
     // A second signal ends the program at once.
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     service.stop();
+    // Everybody is answered; the importer is a child that ends with this process.
+    if (service.library().importing()) std::_Exit(0);
     return 0;
 }
 

@@ -3,13 +3,19 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <httplib.h>
 #include <nlohmann/json.hpp>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <array>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 namespace clerestory {
 namespace {
@@ -113,6 +119,68 @@ TEST(CommandLine, MistakesAreOneLineAndExitTwo) {
           "render six-walls --camera nobody -o x.jpg", "plan six-walls --accuracy best"}) {
         SCOPED_TRACE(arguments);
         expectOneLine(run(arguments));
+    }
+}
+
+// A server as a process of its own, and the port that it says it listens on.
+class ServerProcess {
+public:
+    ServerProcess() {
+        int ends[2];
+        if (::pipe(ends) != 0) return;
+        id_ = ::fork();
+        if (id_ == 0) {
+            ::dup2(ends[1], 1);
+            ::close(ends[0]);
+            ::execl(CLERESTORY_PROGRAM, CLERESTORY_PROGRAM, "serve", "--port", "0", "--log-level",
+                    "off", static_cast<char*>(nullptr));
+            ::_exit(127);
+        }
+        ::close(ends[1]);
+        std::string line;
+        for (char c; ::read(ends[0], &c, 1) == 1 && c != '\n';) line += c;
+        ::close(ends[0]);
+        const std::size_t colon = line.rfind(':');
+        if (colon != std::string::npos) port = std::atoi(line.c_str() + colon + 1);
+    }
+    ~ServerProcess() {
+        if (id_ > 0) end(SIGKILL);
+    }
+    int end(int signal) {
+        ::kill(id_, signal);
+        int status = 0;
+        ::waitpid(id_, &status, 0);
+        id_ = -1;
+        return status;
+    }
+    int port = 0;
+
+private:
+    pid_t id_ = -1;
+};
+
+TEST(CommandLine, SignalsEndTheServerAfterTheFrameThatRuns) {
+    for (const int signal : {SIGTERM, SIGINT}) {
+        ServerProcess server;
+        ASSERT_GT(server.port, 0);
+        std::thread frame([&] {
+            httplib::Client client("127.0.0.1", server.port);
+            client.set_read_timeout(60);
+            const auto result =
+                client.Post("/v1/frames", R"({"scene": "chapel"})", "application/json");
+            // The signal may come before the frame was asked for.
+            EXPECT_THAT(result ? result->status : 0, testing::AnyOf(200, 503));
+        });
+        httplib::Client client("127.0.0.1", server.port);
+        for (int i = 0; i < 1000; ++i) {
+            const auto metrics = client.Get("/metrics");
+            if (metrics && metrics->body.find("queue_depth 1\n") != std::string::npos) break;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+        const int status = server.end(signal);
+        frame.join();
+        EXPECT_TRUE(WIFEXITED(status)) << "ended by a signal";
+        EXPECT_EQ(WEXITSTATUS(status), 0);
     }
 }
 

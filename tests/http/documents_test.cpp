@@ -82,6 +82,7 @@ TEST(Documents, TheRendererTellsWhatItIs) {
     EXPECT_FALSE(renderer["version"].get<std::string>().empty());
     EXPECT_TRUE(renderer["software"].is_boolean());
     EXPECT_GE(renderer["threads"].get<int>(), 1);
+    EXPECT_THAT(renderer["environments"], testing::Contains("sky"));
     EXPECT_EQ(renderer["limits"]["edge"], kMaxEdge);
     EXPECT_FALSE(renderer["program"]["version"].get<std::string>().empty());
     EXPECT_EQ(renderer["program"]["build"].get<std::string>().size(), 40u) << "a SHA-1 in hex";

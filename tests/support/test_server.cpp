@@ -21,6 +21,12 @@ TestServer::TestServer(const Config& config)
     service_.start();
 }
 
+TestServer::~TestServer() {
+    std::promise<std::vector<std::string>> messages;
+    service_.queue().post([&](Renderer& r) { messages.set_value(r.driverMessages()); });
+    for (const std::string& message : messages.get_future().get()) ADD_FAILURE() << message;
+}
+
 httplib::Client TestServer::client() const {
     httplib::Client client("127.0.0.1", service_.port());
     client.set_keep_alive(true);
@@ -40,9 +46,21 @@ std::shared_ptr<void> TestServer::holdRenderer() {
     return {nullptr, [released](void*) { released->set_value(); }};
 }
 
+namespace {
+
+std::unique_ptr<TestServer> shared;
+
+// Ends the shared server while a failed expectation still counts.
+class EndOfTests : public testing::Environment {
+    void TearDown() override { shared.reset(); }
+};
+const auto* const kEndOfTests = testing::AddGlobalTestEnvironment(new EndOfTests);
+
+}  // namespace
+
 TestServer& sharedServer() {
-    static TestServer server;
-    return server;
+    if (!shared) shared = std::make_unique<TestServer>();
+    return *shared;
 }
 
 httplib::Result postJson(httplib::Client& client, const std::string& path,

@@ -17,6 +17,7 @@ Config testConfig();
 class TestServer {
 public:
     explicit TestServer(const Config& config = testConfig());
+    ~TestServer();  // expects that the driver had nothing to say
     Service& service() { return service_; }
     httplib::Client client() const;
     void stop() { service_.stop(); }
