@@ -142,9 +142,10 @@ void makeTangents(MeshDraft& draft, const std::vector<Triangle>& triangles) {
     for (std::size_t v = 0; v < draft.vertices.size(); ++v) {
         Vertex& vertex = draft.vertices[v];
         glm::vec3 t = draft.hasTangents ? glm::vec3(vertex.tangent) : glm::vec3(along[v]);
+        // v grows downwards in a picture, and a normal map's green points up (glTF 2.0, 3.9.3).
         const float side = draft.hasTangents
                                ? vertex.tangent.w
-                               : static_cast<float>(glm::dot(
+                               : -static_cast<float>(glm::dot(
                                      glm::cross(glm::dvec3(vertex.normal), along[v]), across[v]));
         if (finite(t)) t = glm::length(t) > 0.0f ? t / glm::length(t) : t;
         t -= glm::dot(t, vertex.normal) * vertex.normal;

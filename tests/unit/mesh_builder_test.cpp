@@ -19,7 +19,7 @@ MeshDraft square(float size = 1.0f) {
     for (const auto& [x, y] : {std::pair(0.0f, 0.0f), {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}}) {
         Vertex v;
         v.position = size * glm::vec3(x, y, 0.0f);
-        v.texCoord0 = {x, y};
+        v.texCoord0 = {x, 1.0f - y};  // v grows downwards: the picture stands upright
         draft.vertices.push_back(v);
     }
     draft.indices = {0, 1, 2, 0, 2, 3};
