@@ -121,7 +121,9 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     request.scene = scene->id;
     const std::string etag = etagOf(service, *scene, request);
     Answer answer;
-    answer.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}, {"Vary", "Accept"}};
+    answer.headers = {{"Cache-Control", "no-cache"}, {"Vary", "Accept"}};
+    // An explanation's milliseconds never come twice.
+    if (!explain) answer.headers.emplace_back("ETag", etag);
     if (call.method == "GET" && !explain && matches(call.header("If-None-Match"), etag)) {
         service.metrics().notModified();
         answer.status = 304;
@@ -142,10 +144,7 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     answer.headers.emplace_back("Server-Timing",
                                 serverTiming(drawn, encodeMs, millisecondsSince(call.arrived)));
     answer.headers.emplace_back("Clerestory-Passes", passesHeader(drawn.frame.plan));
-    if (explain) {
-        addExplanation(answer, drawn.frame, etag);
-        answer.headers.erase(answer.headers.begin());  // its milliseconds never come twice
-    }
+    if (explain) addExplanation(answer, drawn.frame, etag);
     return answer;
 }
 

@@ -71,9 +71,11 @@ public:
         : options_(options),
           responder_(std::move(responder)),
           refuser_(std::move(refuser)),
-          wakeFd_(eventfd(0, EFD_CLOEXEC)) {
+          wakeFd_(eventfd(0, EFD_CLOEXEC)),
+          port_(options.port),
+          workers_(options.threads) {
         limits_.requestBytes = kHeadBytes + options.maxBody;
-        new_task_queue = [this] { return new httplib::ThreadPool(options_.threads); };
+        new_task_queue = [this] { return new Doorway(workers_); };
         set_tcp_nodelay(true);  // otherwise a kept-alive answer takes 40 ms more
         // Not the library's SO_REUSEPORT: a second server on a taken port must fail, not share it.
         set_socket_options([](socket_t socket) {
@@ -86,23 +88,32 @@ public:
         set_keep_alive_max_count(1'000'000);
         set_default_headers(kEveryAnswer);
         setRoutes();
-        bind();
+        if (!bound()) {
+            workers_.shutdown();
+            throw std::runtime_error("cannot listen on " + options_.host + ":" +
+                                     std::to_string(options_.port) +
+                                     ": the port is taken or the address is not ours");
+        }
     }
 
-    ~Library() override { close(wakeFd_); }
+    ~Library() override {
+        if (!ended_) workers_.shutdown();
+        close(wakeFd_);
+    }
 
     int port() const { return port_; }
 
     // The library leaves its accept loop for good on one aborted connection or a lack of
-    // descriptors; then it is begun again.
+    // descriptors; then it is begun again. Connections live on meanwhile.
     void serveUntilStopped() {
-        while (!stopping_) {
-            if (listen_after_bind() || stopping_) break;
+        while (!listen_after_bind() && !stopping_) {
             spdlog::warn("accepting connections failed; beginning again");
-            std::this_thread::sleep_for(std::chrono::milliseconds(100));
-            bind();
+            do {
+                std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            } while (!stopping_ && !bound());
         }
         ended_ = true;
+        workers_.shutdown();  // waits for every answer
     }
 
     void stopServing() {
@@ -114,20 +125,22 @@ public:
     }
 
 private:
-    void bind() {
-        // 0 turns into the port that was given, so that beginning again finds the same one.
-        if (port_ == 0 && options_.port == 0) {
-            port_ = bind_to_any_port(options_.host);
-        } else {
-            if (port_ == 0) port_ = options_.port;
-            if (!bind_to_port(options_.host, port_)) port_ = -1;
+    // What the accept loop gets: it may end and begin again, the workers stay.
+    struct Doorway final : httplib::TaskQueue {
+        explicit Doorway(httplib::ThreadPool& pool) : workers(pool) {}
+        void enqueue(std::function<void()> work) override { workers.enqueue(std::move(work)); }
+        void shutdown() override {}
+        httplib::ThreadPool& workers;
+    };
+
+    // Port 0 turns into the one that was given, so that beginning again finds the same.
+    bool bound() {
+        if (port_ == 0) {
+            port_ = std::max(0, bind_to_any_port(options_.host));
+        } else if (!bind_to_port(options_.host, port_)) {
+            return false;
         }
-        if (port_ < 0) {
-            throw std::runtime_error("cannot listen on " + options_.host + ":" +
-                                     std::to_string(options_.port) +
-                                     ": the port is taken or the address is not ours");
-        }
-        ::listen(svr_sock_, kBacklog);
+        return port_ > 0 && ::listen(svr_sock_, kBacklog) == 0;
     }
 
     void setRoutes() {
@@ -191,27 +204,33 @@ private:
     }
 
     bool process_and_close_socket(socket_t socket) override {
-        Connection connection(socket, wakeFd_, limits_);
-        bool open = true;
-        while (open && connection.nextRequest()) {
-            bool understood = false, closing = false;
-            const bool sent =
-                process_request(connection, stopping_, closing, [&](httplib::Request& request) {
-                    // After a refusal the body lies unread in the stream.
-                    understood = !refusal(request, options_.maxBody);
-                    if (!understood) {  // makes the library tell the client
-                        request.headers.erase("Connection");
-                        request.set_header("Connection", "close");
-                    }
-                    request.ranges.clear();  // a part of a picture helps nobody
-                    if (takesBody(request.method) && !request.has_header("Content-Length")) {
-                        request.set_header("Content-Length", "0");
-                    }
-                });
-            open = sent && understood && !closing && !stopping_;
-            if (!understood) connection.drain();
+        try {
+            Connection connection(socket, wakeFd_, limits_);
+            while (connection.nextRequest() && answered(connection)) {
+            }
+        } catch (const std::exception& error) {  // memory, mostly; the worker must live on
+            spdlog::error("a connection failed: {}", error.what());
         }
         return true;
+    }
+
+    // One request; true when the connection may carry another.
+    bool answered(Connection& connection) {
+        bool understood = false, closing = false;
+        const bool sent =
+            process_request(connection, stopping_, closing, [&](httplib::Request& request) {
+                understood = !refusal(request, options_.maxBody);
+                if (!understood) {  // makes the library tell the client
+                    request.headers.erase("Connection");
+                    request.set_header("Connection", "close");
+                }
+                request.ranges.clear();  // a part of a picture helps nobody
+                if (takesBody(request.method) && !request.has_header("Content-Length")) {
+                    request.set_header("Content-Length", "0");
+                }
+            });
+        if (!understood) connection.drain();  // the body of what was refused lies unread
+        return sent && understood && !closing && !stopping_;
     }
 
     const HttpOptions options_;
@@ -219,7 +238,8 @@ private:
     Responder responder_;
     Refuser refuser_;
     int wakeFd_;
-    int port_ = 0;
+    int port_;
+    httplib::ThreadPool workers_;
     std::atomic<bool> stopping_{false};
     std::atomic<bool> ended_{false};
 };

@@ -67,7 +67,10 @@ Answer health(Service&, const Call&) {
 
 Answer readiness(Service& service, const Call&) {
     if (!service.queue().hasRoom()) throw RequestError(notReady("The queue is full."));
-    service.library().require("");
+    const SceneState first = service.library().find(service.library().defaultId()).state;
+    if (first != SceneState::ready) {
+        throw RequestError(notReady("The default scene is " + std::string(nameOf(first)) + "."));
+    }
     service.checkCanary();
     return jsonAnswer({{"status", "ready"}});
 }
