@@ -19,7 +19,7 @@ TEST(Obj, SeparateIndicesMeetInOneVertex) {
                  v.normal == glm::vec3(0, 0, 1);
     }
     EXPECT_TRUE(found) << "v counts downwards in glTF, so OBJ's 1 is 0";
-    EXPECT_EQ(triangleCount(materials()), 7u) << "the four-cornered face is two";
+    EXPECT_EQ(triangleCount(materials()), 8u) << "the four-cornered face is two";
 }
 
 TEST(Obj, GlassTransmits) {
@@ -57,6 +57,17 @@ TEST(Obj, HighlightsBecomeRoughness) {
     EXPECT_EQ(materials().images.at(0).name, "four colours.png");
     EXPECT_EQ(painted.alphaMode, AlphaMode::opaque)
         << "a picture's alpha is not coverage by itself";
+}
+
+TEST(Obj, AnOpacityPictureCutsOut) {
+    const Material& leaf = *material(materials(), "leaf");
+    EXPECT_EQ(leaf.alphaMode, AlphaMode::mask);
+    ASSERT_TRUE(leaf.baseColorTexture.present());
+    const TextureImage& image =
+        materials().images.at(materials().textures.at(leaf.baseColorTexture.texture).image);
+    // The left half of leaf.png is white, the right half black.
+    const std::vector<std::uint8_t> topRow(image.texels.begin(), image.texels.begin() + 8);
+    EXPECT_EQ(topRow, (std::vector<std::uint8_t>{255, 0, 0, 255, 0, 255, 0, 0}));
 }
 
 // Erratum E1: emission is Ke, whatever Kd is.

@@ -37,7 +37,6 @@ std::vector<std::filesystem::path> sceneFiles() {
 
 TEST(SharedScenes, LoadOrAreRefused) {
     CLERESTORY_NEEDS(sharedScene(""));
-    // Found to be readable by looking at them; everything else may be refused.
     std::size_t loaded = 0;
     for (const auto& file : sceneFiles()) {
         SCOPED_TRACE(file.filename().string());

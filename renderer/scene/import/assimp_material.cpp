@@ -131,9 +131,19 @@ void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
 
 void AssimpMaterials::readTextures(const aiMaterial& from, Material& m) {
     const auto has = [&](aiTextureType kind) { return from.GetTextureCount(kind) > 0; };
-    m.baseColorTexture =
-        slot(from, has(aiTextureType_BASE_COLOR) ? aiTextureType_BASE_COLOR : aiTextureType_DIFFUSE,
-             ColorSpace::srgb);
+    const aiTextureType colorKind =
+        has(aiTextureType_BASE_COLOR) ? aiTextureType_BASE_COLOR : aiTextureType_DIFFUSE;
+    // A picture's alpha is coverage only where the material says so (erratum G6): by naming the
+    // picture for opacity again, or another one whose brightness is meant.
+    aiString opacityPath, colorPath;
+    from.GetTexture(aiTextureType_OPACITY, 0, &opacityPath);
+    from.GetTexture(colorKind, 0, &colorPath);
+    if (has(aiTextureType_OPACITY) && has(colorKind) && m.alphaMode == AlphaMode::opaque) {
+        m.alphaMode = AlphaMode::mask;
+    }
+    const bool coveredByAnother = has(aiTextureType_OPACITY) && !(opacityPath == colorPath);
+    m.baseColorTexture = slot(from, colorKind, ColorSpace::srgb,
+                              coveredByAnother ? opacityPath.C_Str() : std::string());
     if (m.baseColorTexture.present() && !(brightest(glm::vec3(m.baseColor)) > 0.0f)) {
         m.baseColor = glm::vec4(1.0f, 1.0f, 1.0f, m.baseColor.w);  // the picture is the colour
     }
@@ -147,19 +157,6 @@ void AssimpMaterials::readTextures(const aiMaterial& from, Material& m) {
     }
     m.occlusionTexture = slot(from, aiTextureType_AMBIENT_OCCLUSION, ColorSpace::linear);
 
-    // A picture's alpha is coverage only where the material names the same picture for it (G6).
-    aiString opacityPath, colorPath;
-    if (from.GetTexture(aiTextureType_OPACITY, 0, &opacityPath) == aiReturn_SUCCESS) {
-        const bool same =
-            from.GetTexture(aiTextureType_DIFFUSE, 0, &colorPath) == aiReturn_SUCCESS &&
-            opacityPath == colorPath;
-        if (same) {
-            m.alphaMode = AlphaMode::blend;
-        } else {
-            scene_.warnings.push_back(
-                {"unsupportedTexture", m.name, "an opacity picture of its own is not used"});
-        }
-    }
     if (has(aiTextureType_HEIGHT)) {
         scene_.warnings.push_back({"unsupportedTexture", m.name, "a bump picture is not used"});
     }
@@ -169,7 +166,8 @@ void AssimpMaterials::readTextures(const aiMaterial& from, Material& m) {
     }
 }
 
-TextureSlot AssimpMaterials::slot(const aiMaterial& from, int kind, ColorSpace colorSpace) {
+TextureSlot AssimpMaterials::slot(const aiMaterial& from, int kind, ColorSpace colorSpace,
+                                  const std::string& coverage) {
     TextureSlot slot;
     const auto type = static_cast<aiTextureType>(kind);
     aiString path;
@@ -183,7 +181,12 @@ TextureSlot AssimpMaterials::slot(const aiMaterial& from, int kind, ColorSpace c
     from.Get(AI_MATKEY_MAPPINGMODE_V(type, 0), modeV);
     how.wrapU = wrap(modeU);
     how.wrapV = wrap(modeV);
-    slot.texture = textures_.texture(imageSource(path.C_Str()), colorSpace, how);
+    ImageSource source = imageSource(path.C_Str());
+    if (!coverage.empty()) {
+        source.coverage = imageSource(coverage).name;
+        source.key += " covered by " + source.coverage;
+    }
+    slot.texture = textures_.texture(source, colorSpace, how);
     int channel = 0;
     if (from.Get(AI_MATKEY_UVWSRC(type, 0), channel) == aiReturn_SUCCESS) {
         slot.texCoord = channel == 1 ? 1 : 0;

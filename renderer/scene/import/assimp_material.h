@@ -32,7 +32,8 @@ private:
     void readSurface(const aiMaterial& from, Material& m);
     void readTransparency(const aiMaterial& from, Material& m);
     void readTextures(const aiMaterial& from, Material& m);
-    TextureSlot slot(const aiMaterial& from, int kind, ColorSpace colorSpace);
+    TextureSlot slot(const aiMaterial& from, int kind, ColorSpace colorSpace,
+                     const std::string& coverage = {});
     ImageSource imageSource(std::string path);
 
     const aiScene& file_;

@@ -18,6 +18,18 @@ bool sameSampling(const Texture& a, const Texture& b) {
            a.magnify == b.magnify && a.minify == b.minify && a.useLevels == b.useLevels;
 }
 
+// Lays `coverage` over the picture as its alpha; sizes may differ.
+void cover(TextureImage& image, const TextureImage& coverage) {
+    for (std::uint32_t y = 0; y < image.height; ++y) {
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            const std::size_t row = std::uint64_t{y} * coverage.height / image.height;
+            const std::size_t column = std::uint64_t{x} * coverage.width / image.width;
+            image.texels[4 * (std::size_t{y} * image.width + x) + 3] =
+                coverage.texels[4 * (row * coverage.width + column)];
+        }
+    }
+}
+
 }  // namespace
 
 std::vector<TextureSlot*> textureSlots(Material& m) {
@@ -57,17 +69,22 @@ void TextureStore::finish(Scene& scene, const ProgressCallback& progress) {
     std::mutex progressMutex;
     std::size_t done = 0;
 
+    const auto decoded = [&](const std::string& name) {
+        const std::string file = folder_.read(name);
+        return decodedImage({reinterpret_cast<const unsigned char*>(file.data()), file.size()},
+                            limits_.maxImagePixels, pixelsLeft);
+    };
     auto work = [&] {
         for (std::size_t i = next++; i < requests_.size(); i = next++) {
             const ImageSource& source = requests_[i].source;
             try {
-                std::string file;
-                std::span<const unsigned char> bytes = source.embedded;
-                if (bytes.empty()) {
-                    file = folder_.read(source.name);
-                    bytes = {reinterpret_cast<const unsigned char*>(file.data()), file.size()};
+                TextureImage image =
+                    source.embedded.empty()
+                        ? decoded(source.name)
+                        : decodedImage(source.embedded, limits_.maxImagePixels, pixelsLeft);
+                if (!source.coverage.empty()) {
+                    cover(image, decoded(source.coverage));
                 }
-                TextureImage image = decodedImage(bytes, limits_.maxImagePixels, pixelsLeft);
                 image.name = source.name;
                 image.colorSpace = requests_[i].colorSpace;
                 buildLevels(image);

@@ -19,6 +19,7 @@ struct ImageSource {
     std::string name;  // for people, and the file's name when `embedded` is empty
     std::string key;   // tells pictures apart
     std::span<const unsigned char> embedded;
+    std::string coverage = {};  // a file whose brightness becomes the picture's alpha; may be empty
 };
 
 class TextureStore {
