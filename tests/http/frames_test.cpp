@@ -217,8 +217,11 @@ TEST(Frames, TheExplanationHoldsTheViewThatWasAskedFor) {
         client, "/v1/plans",
         smallFrame(R"("camera": {"position": [0, 0, 2], "target": [0, 0, 0], "yfov": 1.0})"));
     ASSERT_TRUE(planned);
-    for (const json& pass : json::parse(planned->body)["passes"]) {
+    const json plan = json::parse(planned->body);
+    int surfaces = 0;
+    for (const json& pass : plan["passes"]) {
         if (pass["kind"] != "surface") continue;
+        ++surfaces;
         const json& view = pass["viewMatrices"][0];
         EXPECT_EQ(view["eye"], json({0.0, 0.0, 2.0}));
         // Looking down -Z from (0, 0, 2): only a translation.
@@ -226,6 +229,7 @@ TEST(Frames, TheExplanationHoldsTheViewThatWasAskedFor) {
                                                1.0, 0.0, 0.0, 0.0, -2.0, 1.0}));
         EXPECT_NEAR(view["clipFromView"][5].get<double>(), 1.0 / std::tan(0.5), 1e-12);
     }
+    EXPECT_EQ(surfaces, 1);
 }
 
 TEST(Frames, TheRequestIdIsEchoedOrMade) {
