@@ -25,10 +25,21 @@ double residentMegabytes() {
     return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
-std::shared_ptr<const Scene> loadScene(const std::string& name) {
-    if (auto scene = makeBuiltinScene(name)) return std::make_shared<Scene>(std::move(*scene));
-    Scene scene = importSceneHere(name);
-    scene.id = std::filesystem::path(name).stem().string();
+std::shared_ptr<const Scene> loadScene(const std::string& argument) {
+    const std::size_t at = argument.rfind('@');
+    const std::string name = argument.substr(0, at);
+    std::optional<Scene> builtin = makeBuiltinScene(name);
+    Scene scene = builtin ? std::move(*builtin) : importSceneHere(name);
+    if (!builtin) scene.id = std::filesystem::path(name).stem().string();
+    if (at != std::string::npos) {
+        DefaultView view{.yfov = 1.0};
+        if (std::sscanf(argument.c_str() + at, "@%lf,%lf,%lf:%lf,%lf,%lf", &view.position.x,
+                        &view.position.y, &view.position.z, &view.target.x, &view.target.y,
+                        &view.target.z) != 6) {
+            throw std::runtime_error("a view is written @x,y,z:x,y,z, not " + argument.substr(at));
+        }
+        scene.defaultView = view;
+    }
     return std::make_shared<Scene>(std::move(scene));
 }
 
