@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <regex>
+#include <set>
 #include <sstream>
 
 namespace clerestory::test {
@@ -133,21 +135,24 @@ TEST(Documents, ThePageAndItsFilesComeFromTheProgram) {
     ASSERT_TRUE(page);
     ASSERT_EQ(page->status, 200);
     EXPECT_EQ(page->get_header_value("Content-Type"), "text/html; charset=utf-8");
-    // Every file that the page names is there.
-    std::size_t named = 0;
-    for (const std::string key : {"src=\"", "href=\""}) {
-        for (std::size_t at = page->body.find(key); at != std::string::npos;
-             at = page->body.find(key, at + 1)) {
-            const std::size_t begin = at + key.size();
-            const std::string name = page->body.substr(begin, page->body.find('"', begin) - begin);
-            if (name.empty() || name[0] == '#' || name.find(':') != std::string::npos) continue;
-            const auto file = client.Get(name[0] == '/' ? name : "/" + name);
+    // Every file that the page or one of its modules names is there.
+    std::set<std::string> named;
+    std::vector<std::string> unread{page->body};
+    while (!unread.empty()) {
+        const std::string text = std::move(unread.back());
+        unread.pop_back();
+        static const std::regex reference(
+            R"re((?:src|href|from|import)\s*=?\s*"\.?/?([^":#]+)")re");
+        for (std::sregex_iterator it(text.begin(), text.end(), reference), end; it != end; ++it) {
+            const std::string name = (*it)[1];
+            if (name.find('.') == std::string::npos || !named.insert(name).second) continue;
+            const auto file = client.Get("/" + name);
             ASSERT_TRUE(file);
             EXPECT_EQ(file->status, 200) << name;
-            ++named;
+            unread.push_back(file->body);
         }
     }
-    EXPECT_GE(named, 2u) << "a script and a style";
+    EXPECT_GE(named.size(), 2u) << "a script and a style";
 }
 
 }  // namespace
