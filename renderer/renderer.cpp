@@ -70,7 +70,7 @@ struct Renderer::State {
                          {executor.residentKeys()}, limits);
     }
     Execution execute(const Subject& subject, const FramePlan& plan) {
-        return executor.run(plan, subject.scene, subject.pose, *subject.environment);
+        return executor.run(plan, *subject.scene, subject.pose, *subject.environment);
     }
 
     gl::Context context;  // before, and so outliving, everything that holds GL objects
@@ -114,10 +114,14 @@ const RendererIdentity& Renderer::identity() const {
     return state_->identity;
 }
 
-void Renderer::addScene(std::shared_ptr<const Scene> scene) {
-    removeScene(scene->id);
-    if (state_->firstScene.empty()) state_->firstScene = scene->id;
-    state_->scenes[scene->id] = std::move(scene);
+void Renderer::addScene(Scene added) {
+    removeScene(added.id);
+    if (state_->firstScene.empty()) state_->firstScene = added.id;
+    state_->context.makeCurrent();
+    const auto scene = std::make_shared<Scene>(std::move(added));
+    state_->executor.upload(scene);
+    for (TextureImage& image : scene->images) image.texels = {};
+    state_->scenes[scene->id] = scene;
 }
 
 void Renderer::removeScene(const std::string& id) {

@@ -64,8 +64,9 @@ public:
 
     const RendererIdentity& identity() const;
 
-    // Replaces a scene or map of the same id or name. Uploads happen when first drawn.
-    void addScene(std::shared_ptr<const Scene> scene);
+    // Both replace what had the same id or name. A scene is uploaded at once, and the pixels of its
+    // textures live on the GPU alone from then on; a map is uploaded when first drawn.
+    void addScene(Scene scene);
     void removeScene(const std::string& id);
     bool hasScene(const std::string& id) const;
     void addEnvironment(std::shared_ptr<const EnvironmentMap> map);

@@ -64,11 +64,10 @@ struct Prepared {
 
 Prepared prepare(const CommandLine& line) {
     Prepared p{.request = requestFor(line.frame)};
-    auto scene = std::make_shared<Scene>(sceneFor(line.frame.scene));
-    scene->id = "scene";
-    p.request.scene = scene->id;
+    Scene scene = sceneFor(line.frame.scene);
+    scene.id = p.request.scene = "scene";
     p.renderer = std::make_unique<Renderer>(line.config.renderer);
-    p.renderer->addScene(scene);
+    p.renderer->addScene(std::move(scene));
     for (const auto& source : line.config.scenes.environments) {
         auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source));
         if (!p.request.environment.map) p.request.environment.map = map->name;

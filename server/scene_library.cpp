@@ -4,6 +4,7 @@
 #include "server/problem.h"
 #include "server/spelling.h"
 
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -234,12 +235,25 @@ void SceneLibrary::loadAll() {
     }
 }
 
+// What is told about a scene, without the pixels that only the renderer needs.
+static Scene withoutTexels(Scene& scene) {
+    std::vector<TextureImage> images = std::move(scene.images);
+    Scene described = scene;
+    for (TextureImage& image : images) {
+        std::vector<std::uint8_t> texels = std::exchange(image.texels, {});
+        described.images.push_back(image);
+        image.texels = std::move(texels);
+    }
+    scene.images = std::move(images);
+    return described;
+}
+
 void SceneLibrary::load(Entry& entry) {
     const auto start = Clock::now();
     const std::string id = entry.status.id;
-    std::shared_ptr<const Scene> scene;
+    std::shared_ptr<Scene> full;
     try {
-        scene = std::make_shared<const Scene>(made(entry));
+        full = std::make_shared<Scene>(made(entry));
     } catch (const std::exception& error) {
         spdlog::error("scene {}: {}", id, error.what());
         const std::lock_guard lock(mutex_);
@@ -250,7 +264,11 @@ void SceneLibrary::load(Entry& entry) {
         changed_.notify_all();
         return;
     }
-    queue_.post([scene](Renderer& renderer) { renderer.addScene(scene); });
+    const auto scene = std::make_shared<const Scene>(withoutTexels(*full));
+    queue_.post([full](Renderer& renderer) {
+        renderer.addScene(std::move(*full));
+        malloc_trim(0);  // reading a large scene leaves the heap full of holes
+    });
     const std::lock_guard lock(mutex_);
     if (ending_) return;  // a start that failed says why and nothing else
     spdlog::info("scene {}: {} triangles in {:.0f} ms", id, triangleCount(*scene),

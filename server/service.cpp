@@ -19,12 +19,12 @@ std::int64_t nowMilliseconds() {
 }
 
 // Nothing under a sky of radiance 1: every pixel must be white.
-std::shared_ptr<const Scene> canaryScene() {
-    auto scene = std::make_shared<Scene>();
-    scene->id = kCanary;
-    scene->environment = "white";
-    scene->defaultView = DefaultView{};
-    updateContentHash(*scene);
+Scene canaryScene() {
+    Scene scene;
+    scene.id = kCanary;
+    scene.environment = "white";
+    scene.defaultView = DefaultView{};
+    updateContentHash(scene);
     return scene;
 }
 
@@ -56,7 +56,7 @@ Service::Service(const Config& config)
       queue_(config_.renderer, config_.queue),
       library_(config_.scenes, queue_) {
     queue_.identity();  // throws when there is no driver
-    queue_.post([scene = canaryScene()](Renderer& renderer) { renderer.addScene(scene); });
+    queue_.post([](Renderer& renderer) { renderer.addScene(canaryScene()); });
 }
 
 Service::~Service() {

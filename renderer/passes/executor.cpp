@@ -24,12 +24,9 @@ std::uint32_t channelsOf(Channel channel) {
 
 }  // namespace
 
-const GpuScene& Executor::uploaded(const std::shared_ptr<const Scene>& scene) {
-    const auto found = scenes_.find(scene.get());
-    if (found != scenes_.end()) return found->second;
+void Executor::upload(const std::shared_ptr<const Scene>& scene) {
     const std::size_t alignment = gl::Context::current().capabilities().uniformAlignment;
-    return scenes_.try_emplace(scene.get(), scene, resources_.draws.records(), alignment)
-        .first->second;
+    scenes_.try_emplace(scene.get(), scene, resources_.draws.records(), alignment);
 }
 
 const GpuEnvironment& Executor::uploaded(const EnvironmentMap& map) {
@@ -91,8 +88,8 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
     return image;
 }
 
-Execution Executor::run(const FramePlan& plan, const std::shared_ptr<const Scene>& scene,
-                        const Pose& pose, const EnvironmentMap& environment) {
+Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& pose,
+                        const EnvironmentMap& environment) {
     targets_.beginFrame();
     std::vector<Target*> targets;
     for (const TargetSpec& spec : plan.targets) targets.push_back(&targets_.acquire(spec));
@@ -108,7 +105,7 @@ Execution Executor::run(const FramePlan& plan, const std::shared_ptr<const Scene
                         .pass = pass,
                         .target = *targets[pass.target],
                         .reads = {},
-                        .scene = needsScene ? &uploaded(scene) : nullptr,
+                        .scene = needsScene ? &scenes_.at(&scene) : nullptr,
                         .pose = pose,
                         .environment = needsMap ? &uploaded(environment) : nullptr};
         for (const TargetId read : pass.reads) input.reads.push_back(targets[read]);

@@ -17,16 +17,16 @@ struct Execution {
 
 class Executor {
 public:
-    Execution run(const FramePlan& plan, const std::shared_ptr<const Scene>& scene,
-                  const Pose& pose, const EnvironmentMap& environment);
+    Execution run(const FramePlan& plan, const Scene& scene, const Pose& pose,
+                  const EnvironmentMap& environment);
     // Resident maps, for the planner.
     std::set<std::uint64_t> residentKeys() const { return targets_.residentKeys(); }
-    // Frees what was uploaded for a scene.
+    // A scene is uploaded before it is drawn; forgetting frees what was uploaded.
+    void upload(const std::shared_ptr<const Scene>& scene);
     void forget(const Scene& scene);
     const DrawCounters& counters() const { return resources_.counters; }
 
 private:
-    const GpuScene& uploaded(const std::shared_ptr<const Scene>& scene);
     const GpuEnvironment& uploaded(const EnvironmentMap& map);
     void runPass(const PassInput& input);
     Image readBack(const FramePlan& plan, const Target& output);

@@ -8,6 +8,7 @@
 #include "scene/import/import.h"
 #include "statistics.h"
 
+#include <malloc.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
@@ -25,7 +26,7 @@ double residentMegabytes() {
     return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
-std::shared_ptr<const Scene> loadScene(const std::string& argument) {
+Scene loadScene(const std::string& argument) {
     const std::size_t at = argument.rfind('@');
     const std::string name = argument.substr(0, at);
     std::optional<Scene> builtin = makeBuiltinScene(name);
@@ -40,7 +41,7 @@ std::shared_ptr<const Scene> loadScene(const std::string& argument) {
         }
         scene.defaultView = view;
     }
-    return std::make_shared<Scene>(std::move(scene));
+    return scene;
 }
 
 double textureMegabytes(const Scene& scene) {
@@ -50,29 +51,30 @@ double textureMegabytes(const Scene& scene) {
     return bytes / (1024.0 * 1024.0);
 }
 
-// The default view, turned about the vertical axis through the eye.
-FrameRequest turned(const Scene& scene, double angle) {
-    const DefaultView view = defaultView(scene);
+// A view, turned about the vertical axis through the eye.
+FrameRequest turned(const std::string& scene, const DefaultView& view, double angle) {
     const glm::dvec3 d = view.target - view.position;
     const double c = std::cos(angle), s = std::sin(angle);
     FrameRequest request;
-    request.scene = scene.id;
+    request.scene = scene;
     request.camera.position = view.position;
     request.camera.target = view.position + glm::dvec3(c * d.x + s * d.z, d.y, c * d.z - s * d.x);
     request.camera.yfov = view.yfov;
     return request;
 }
 
-void measure(Renderer& renderer, const std::shared_ptr<const Scene>& scene, FrameRequest shape,
-             int frames) {
-    renderer.addScene(scene);
+void measure(Renderer& renderer, Scene loaded, const FrameRequest& shape, int frames) {
+    const std::string id = loaded.id;
+    const DefaultView view = defaultView(loaded);
+    const double textures = textureMegabytes(loaded);
+    renderer.addScene(std::move(loaded));
+    malloc_trim(0);  // as the server does
     std::vector<double> total, encode;
     std::map<std::string, std::vector<double>> passes;
     double cold = 0.0;
-    std::string overdraw;
     PlanTotals counts;
     for (int i = -2; i < frames; ++i) {
-        FrameRequest request = turned(*scene, 0.01 * i);
+        FrameRequest request = turned(id, view, 0.01 * i);
         request.width = shape.width;
         request.height = shape.height;
         request.accuracy = shape.accuracy;
@@ -97,10 +99,10 @@ void measure(Renderer& renderer, const std::shared_ptr<const Scene>& scene, Fram
         parts += text;
     }
     std::printf("| %s | %llu | %.1f | %.1f | %.1f | %sencode %.1f | %.0f MB (%.0f of textures) |\n",
-                scene->id.c_str(), static_cast<unsigned long long>(counts.draws), median(total),
+                id.c_str(), static_cast<unsigned long long>(counts.draws), median(total),
                 percentile(total, 0.95), cold, parts.c_str(), median(encode), residentMegabytes(),
-                textureMegabytes(*scene));
-    renderer.removeScene(scene->id);
+                textures);
+    renderer.removeScene(id);
 }
 
 int run(int argc, char** argv) {

@@ -148,9 +148,9 @@ TEST_F(Driver, twoRenderersLiveSideBySide) {
     const Image first = renderer().render(r).image;
     {
         Renderer other({.backend = Backend::software, .debugOutput = true});
-        auto scene = std::make_shared<Scene>();
-        scene->id = "empty";
-        scene->environment = "black";
+        Scene scene;
+        scene.id = "empty";
+        scene.environment = "black";
         other.addScene(scene);
         EXPECT_EQ(other.render(r).image.data, first.data);
         EXPECT_EQ(other.driverMessages(), std::vector<std::string>{});

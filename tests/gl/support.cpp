@@ -100,7 +100,7 @@ FrameRequest request(Scene scene, const std::string& id, const glm::dvec3& eye) 
     scene.environment = "black";
     updateContentHash(scene);
     EXPECT_EQ(sceneProblems(scene), std::vector<std::string>{});
-    renderer().addScene(std::make_shared<Scene>(std::move(scene)));
+    renderer().addScene(std::move(scene));
     FrameRequest r;
     r.scene = id;
     r.width = r.height = 64;

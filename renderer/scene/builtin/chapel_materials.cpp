@@ -195,7 +195,7 @@ Materials addMaterials(Scene& scene) {
     m.brass = plain("brass", {0.91f, 0.66f, 0.30f}, 1.0f, 0.16f);
     m.iron = plain("iron", {0.16f, 0.15f, 0.14f}, 1.0f, 0.45f);
     m.gold = plain("gold", {1.0f, 0.77f, 0.34f}, 1.0f, 0.25f);
-    m.ember = glowing("ember", {0.05f, 0.03f, 0.02f}, {1.0f, 0.30f, 0.05f}, 1.8f);
+    m.ember = glowing("ember", {0.01f, 0.008f, 0.006f}, {1.0f, 0.30f, 0.05f}, 1.8f);
     m.flame = glowing("flame", {0.2f, 0.2f, 0.2f}, {1.0f, 0.58f, 0.18f}, 6.0f);
     m.wax = plain("wax", {0.86f, 0.80f, 0.66f}, 0.0f, 0.5f);
     m.cloth = plain("altarCloth", {0.80f, 0.78f, 0.74f}, 0.0f, 0.95f);
