@@ -26,12 +26,12 @@ void addLights(Scene& scene) {
                                 .intensity = intensity,
                                 .range = range});
     };
-    // Where the braziers glow; see addFurniture.
+    // Where the braziers glow (see addFurniture), far enough above to spare the bowls.
     for (const double z : {7.0, -7.0}) {
         for (const double x : {-2.55, 2.55})
-            lamp("embers", {x, 1.45, z}, {9.0f, 3.9f, 1.15f}, 9.0f);
+            lamp("embers", {x, 1.85, z}, {9.0f, 3.9f, 1.15f}, 9.0f);
     }
-    for (const double z : {3.0, -3.0}) lamp("chandelier", {0, 5.4, z}, {13.0f, 9.0f, 5.0f}, 12.0f);
+    for (const double z : {3.0, -3.0}) lamp("chandelier", {0, 5.4, z}, {16.0f, 11.0f, 6.2f}, 15.0f);
     lamp("altar candles", {0, 2.3, -9.7}, {9.0f, 6.6f, 4.0f}, 9.0f);
 
     // Daylight that falls through the clerestory on one side.
@@ -65,13 +65,14 @@ Scene chapel() {
     scene.environment = "dusk";
     const chapel_parts::Materials materials = chapel_parts::addMaterials(scene);
     chapel_parts::addMasonry(scene, materials);
+    chapel_parts::addOutside(scene, materials);
     chapel_parts::addFurniture(scene, materials);
     chapel_parts::addLights(scene);
     addCamera(scene, "nave", {0.5, 1.75, 11.4}, {-0.05, 3.9, -4.0}, 1.0);
     addCamera(scene, "altar", {1.6, 1.7, -4.2}, {-0.2, 2.6, -11.0}, 0.95);
     addCamera(scene, "figure", {-0.4, 1.75, 8.0}, {-2.1, 1.65, 4.6}, 0.75);
     addCamera(scene, "window", {-1.0, 3.2, -4.6}, {0.0, 8.6, -12.0}, 0.9);
-    addCamera(scene, "aisle", {5.2, 1.6, 10.2}, {4.4, 2.6, -2.0}, 0.95);
+    addCamera(scene, "aisle", {5.9, 1.7, 6.6}, {3.0, 2.9, -6.0}, 1.0);
     scene.defaultView = DefaultView{{0.5, 1.75, 11.4}, {-0.05, 3.9, -4.0}, 1.0};
     return scene;
 }

@@ -91,7 +91,11 @@ void addReveal(MeshDraft& mesh, const Wall& wall, const Opening& o, float depth)
 
 void addGlass(Scene& scene, const Wall& wall, const Opening& o, float depth) {
     MeshDraft pane = draft("window", o.glass);
-    const float low = o.radius == 0.0f ? o.spring - o.half : o.bottom, high = o.upper(o.center);
+    const bool circle = o.radius == 0.0f;
+    const float low = circle ? o.spring - o.half : o.bottom;
+    // A lancet's picture is four times as high as wide and begins at the sill; the arch cuts it
+    // off.
+    const float height = (circle ? 2.0f : 8.0f) * o.half;
     addGrid(pane, 32, 1, glm::vec2(1.0f), [&](float s, float t) {
         const float u = o.center + (2.0f * s - 1.0f) * o.half;
         return SurfacePoint{wall.at(u, glm::mix(o.lower(u), o.upper(u), t), depth), wall.normal};
@@ -99,7 +103,7 @@ void addGlass(Scene& scene, const Wall& wall, const Opening& o, float depth) {
     for (Vertex& v : pane.vertices) {
         const float u = glm::dot(v.position - wall.origin, wall.along);
         v.texCoord0 = {(u - o.center) / (2.0f * o.half) + 0.5f,
-                       (high - v.position.y) / (high - low)};
+                       1.0f - (v.position.y - low) / height};
     }
     place(scene, std::move(pane));
 }
@@ -287,17 +291,23 @@ void addWalls(Scene& scene, const Materials& m) {
         addWall(scene, walls, tracery, back, 0.0f, kLength, level(kCapital), level(kAisleVault),
                 arcade, 0.33f);
         const Wall outer{{side * kAisle, 0, -kHalfLength}, {0, 0, 1}, {-side, 0, 0}};
-        addWall(scene, walls, tracery, outer, 0.0f, kLength, level(0.0f), level(kAisleVault), aisle,
-                0.35f);
+        std::vector<Opening> openings = aisle;
+        if (side > 0.0f) openings[kDoorBay] = {kDoorZ + kHalfLength, 1.05f, 0.0f, 2.5f, 1.7f};
+        addWall(scene, walls, tracery, outer, 0.0f, kLength, level(0.0f), level(kAisleVault),
+                openings, kOuterWall);
     }
 
+    // End walls rise behind the vaults they close: two curves cut into different pieces would gape.
+    constexpr float kBehindVault = 0.3f;
     const Height naveTop = [](float u) {
-        return kVault + pointedArch(std::clamp(u, -kInner, kInner), kInner, kNaveRadius);
+        return kBehindVault + kVault +
+               pointedArch(std::clamp(u, -kInner, kInner), kInner, kNaveRadius);
     };
     const Height aisleTop = [](float u) {
-        return kAisleVault + pointedArch(std::clamp(std::abs(u) - 0.5f * (kAisle + kOuter),
-                                                    -kAisleHalf, kAisleHalf),
-                                         kAisleHalf, kAisleRadius);
+        return kBehindVault + kAisleVault +
+               pointedArch(
+                   std::clamp(std::abs(u) - 0.5f * (kAisle + kOuter), -kAisleHalf, kAisleHalf),
+                   kAisleHalf, kAisleRadius);
     };
     const std::vector<Opening> altarWindows = {{-2.0f, 0.62f, 2.7f, 5.3f, 1.15f, m.lancets[1]},
                                                {0.0f, 0.72f, 2.7f, 5.9f, 1.35f, m.lancets[0]},
@@ -319,6 +329,10 @@ void addWalls(Scene& scene, const Materials& m) {
     place(scene, std::move(tracery));
 }
 
+// What stands on the floor and dims it: x, z and radius of each foot. See addFurniture.
+constexpr glm::vec3 kFeet[] = {{-2.05f, 4.6f, 0.5f}, {2.05f, 4.6f, 0.3f},   {-2.55f, 7.0f, 0.2f},
+                               {2.55f, 7.0f, 0.2f},  {-2.55f, -7.0f, 0.2f}, {2.55f, -7.0f, 0.2f}};
+
 void addFloor(Scene& scene, const Materials& m) {
     MeshDraft floor = draft("floor", m.floor);
     addPatch(floor, {-kAisle, 0, kHalfLength}, {2 * kAisle, 0, 0}, {0, 0, -kLength}, 53, 96);
@@ -327,7 +341,13 @@ void addFloor(Scene& scene, const Materials& m) {
                       corner(kHalfLength - std::abs(v.position.z), 0.5f, 0.45f);
         const float bay = std::round((v.position.z + kHalfLength) / kBay) * kBay - kHalfLength;
         const float d = std::hypot(std::abs(v.position.x) - kColumn, v.position.z - bay) - 0.56f;
-        return shade * corner(d, 0.25f, 0.45f);
+        for (const glm::vec3& foot : kFeet) {
+            const glm::vec2 away(v.position.x - foot.x, v.position.z - foot.y);
+            shade *= corner(glm::length(away) - foot.z, 0.22f, 0.5f);
+        }
+        const float pew = std::max(std::abs(std::abs(v.position.x) - 1.9f) - 0.95f,
+                                   std::abs(v.position.z + 1.2f) - 3.4f);
+        return shade * corner(d, 0.25f, 0.45f) * corner(pew, 0.2f, 0.4f);
     });
     place(scene, std::move(floor));
 }

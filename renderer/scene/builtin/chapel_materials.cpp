@@ -56,6 +56,12 @@ glm::vec4 oak(float u, float v) {
                      1.0f);
 }
 
+// Cracks of heat in a dark crust.
+glm::vec4 glowingCoal(float u, float v) {
+    const float heat = std::pow(noise(u, v, 6, 4, 81), 1.8f);
+    return glm::vec4(glm::min(glm::vec3(1.0f), heat * glm::vec3(1.25f, 0.50f, 0.12f)), 1.0f);
+}
+
 struct Palette {
     glm::vec3 ground, ground2, accent, accent2;
 };
@@ -192,15 +198,28 @@ Materials addMaterials(Scene& scene) {
     m.dressedStone = plain("dressedStone", {0.58f, 0.50f, 0.40f}, 0.0f, 0.75f);
     m.floor = textured("floor", 512, 1.6f, 0.10f, marble);
     m.wood = textured("wood", 128, 1.2f, 0.45f, oak);
-    m.brass = plain("brass", {0.91f, 0.66f, 0.30f}, 1.0f, 0.16f);
+    m.brass = plain("brass", {0.94f, 0.62f, 0.26f}, 1.0f, 0.16f);
     m.iron = plain("iron", {0.16f, 0.15f, 0.14f}, 1.0f, 0.45f);
-    m.gold = plain("gold", {1.0f, 0.77f, 0.34f}, 1.0f, 0.25f);
-    m.ember = glowing("ember", {0.01f, 0.008f, 0.006f}, {1.0f, 0.30f, 0.05f}, 1.8f);
+    m.gold = plain("gold", {1.0f, 0.72f, 0.29f}, 1.0f, 0.25f);
+    // Nearly black, without gloss: the lamp that stands for their light is near.
+    m.ember = glowing("ember", {0.004f, 0.003f, 0.003f}, glm::vec3(1.0f), 8.0f);
+    scene.materials[m.ember].specular = 0.0f;
+    scene.materials[m.ember].emissiveTexture =
+        slot(pictures::add(scene, "ember", 64, 64, ColorSpace::srgb, glowingCoal), 0.25f);
     m.flame = glowing("flame", {0.2f, 0.2f, 0.2f}, {1.0f, 0.58f, 0.18f}, 6.0f);
     m.wax = plain("wax", {0.86f, 0.80f, 0.66f}, 0.0f, 0.5f);
     m.cloth = plain("altarCloth", {0.80f, 0.78f, 0.74f}, 0.0f, 0.95f);
+    // Out of doors: no occlusion map.
+    m.paving = addMaterial(scene, {.name = "paving",
+                                   .baseColor = {0.52f, 0.48f, 0.42f, 1.0f},
+                                   .metallic = 0.0f,
+                                   .roughness = 0.9f});
+    m.leaves = addMaterial(scene, {.name = "leaves",
+                                   .baseColor = {0.035f, 0.055f, 0.03f, 1.0f},
+                                   .metallic = 0.0f,
+                                   .roughness = 0.8f});
     m.glassBall = addIndoors({.name = "glassBall",
-                              .baseColor = {0.75f, 0.92f, 0.95f, 0.35f},
+                              .baseColor = {0.75f, 0.92f, 0.95f, 0.2f},
                               .metallic = 0.0f,
                               .roughness = 0.0f,
                               .alphaMode = AlphaMode::blend,

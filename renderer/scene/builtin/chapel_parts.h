@@ -15,9 +15,13 @@ inline constexpr float kAisle = 6.6f;    // from the middle to the outer walls
 inline constexpr float kCapital = 4.2f;  // height of the columns
 inline constexpr float kVault = 10.4f;   // where the vault springs
 inline constexpr float kAisleVault = 6.7f;
+inline constexpr float kOuterWall = 0.35f;  // thickness of the outer walls
+inline constexpr int kDoorBay = 3;          // the open door in the aisle at +X
+inline constexpr float kDoorZ = (static_cast<float>(kDoorBay) + 0.5f) * kBay - 0.5f * kLength;
 
 struct Materials {
-    Index stone, dressedStone, floor, wood, brass, iron, gold, ember, flame, wax, cloth, glassBall;
+    Index stone, dressedStone, floor, wood, brass, iron, gold, ember, flame, wax, cloth, glassBall,
+        paving, leaves;
     Index lancets[3], rose;
 };
 Materials addMaterials(Scene& scene);
@@ -38,6 +42,7 @@ struct Opening {
 };
 
 void addMasonry(Scene& scene, const Materials& materials);
+void addOutside(Scene& scene, const Materials& materials);
 void addFurniture(Scene& scene, const Materials& materials);
 void addLights(Scene& scene);
 

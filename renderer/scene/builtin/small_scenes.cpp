@@ -177,7 +177,7 @@ Scene teapots() {
                    .thickness = 0.06f};
     const Index stuff[] = {
         addMaterial(scene, glazed), metal(scene, "copper", {0.95f, 0.60f, 0.42f}, 0.22f),
-        addMaterial(scene, glass), metal(scene, "gold", {1.00f, 0.78f, 0.34f}, 0.08f),
+        addMaterial(scene, glass), metal(scene, "gold", {1.00f, 0.72f, 0.29f}, 0.08f),
         dielectric(scene, "clay", {0.48f, 0.18f, 0.11f}, 0.75f)};
     const glm::dvec3 places[] = {
         {-3.6, 0, 0.2}, {-1.5, 0, -1.5}, {0.2, 0, 0.9}, {1.9, 0, -1.4}, {3.7, 0, 0.4}};
