@@ -53,7 +53,7 @@ void addCurtain(MeshDraft& mesh, const Wall& wall, float u0, float u1, const Hei
 // round.
 std::vector<glm::vec2> outline(const Opening& o) {
     std::vector<glm::vec2> points;
-    constexpr int kSteps = 40;
+    constexpr int kSteps = 36;
     if (o.radius == 0.0f) {
         for (int i = 0; i <= 2 * kSteps; ++i) {
             const float a = glm::two_pi<float>() * static_cast<float>(i) / (2 * kSteps);

@@ -59,7 +59,7 @@ glm::vec4 oak(float u, float v) {
 // Cracks of heat in a dark crust.
 glm::vec4 glowingCoal(float u, float v) {
     const float heat = std::pow(noise(u, v, 6, 4, 81), 1.8f);
-    return glm::vec4(glm::min(glm::vec3(1.0f), heat * glm::vec3(1.25f, 0.50f, 0.12f)), 1.0f);
+    return glm::vec4(glm::min(glm::vec3(1.0f), heat * glm::vec3(1.25f, 0.56f, 0.08f)), 1.0f);
 }
 
 struct Palette {

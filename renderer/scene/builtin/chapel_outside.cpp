@@ -10,7 +10,7 @@ void addOutside(Scene& scene, const Materials& m) {
     constexpr float kNear = kAisle, kFar = kAisle + 8.0f;
 
     MeshDraft terrace = draft("terrace", m.paving);
-    addPatch(terrace, {kNear, 0.0f, kDoorZ + 16.0f}, {kFar - kNear, 0, 0}, {0, 0, -48.0f}, 8, 48);
+    addPatch(terrace, {kNear, 0.0f, kDoorZ + 16.0f}, {kFar - kNear, 0, 0}, {0, 0, -48.0f}, 8, 16);
     // The chapel's own wall keeps half of the sky from what lies at its foot.
     shadeFrom(terrace, 0, [](const Vertex& v) {
         return 1.0f - 0.55f * std::exp(-(v.position.x - kNear) / 2.5f);
@@ -27,7 +27,7 @@ void addOutside(Scene& scene, const Materials& m) {
                         {2.2f, -7.5f, 6.6f},  {1.5f, -2.5f, 5.4f},  {2.0f, 3.0f, 6.4f}};
     for (const Tree& tree : row) {
         std::vector<glm::vec2> profile;
-        constexpr int kSteps = 24;
+        constexpr int kSteps = 14;
         for (int i = 0; i <= kSteps; ++i) {
             const float t = static_cast<float>(i) / kSteps;
             // A flame's outline, ruffled.
@@ -35,7 +35,7 @@ void addOutside(Scene& scene, const Materials& m) {
                                 (1.0f + 0.10f * std::sin(19.0f * t + tree.z));
             profile.emplace_back(width, 0.05f + tree.height * t);
         }
-        addLathe(trees, {kFar + tree.x, 0.0f, kDoorZ + tree.z}, profile, 16);
+        addLathe(trees, {kFar + tree.x, 0.0f, kDoorZ + tree.z}, profile, 10);
     }
     place(scene, std::move(trees));
 }
