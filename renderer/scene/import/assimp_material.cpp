@@ -117,6 +117,12 @@ void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
     const int model = illumination(from);
     const bool refracts = model == 4 || model == 6 || model == 7 || model == 9 || ior > 1.0f;
     if (!isObj_ || !refracts) {
+        if (opacity == 0.0f) {
+            // Several COLLADA and FBX writers say 0 where they mean 1; nobody models the invisible.
+            scene_.warnings.push_back(
+                {"invisibleMaterial", m.name, "its opacity is 0; it is drawn as opaque"});
+            return;
+        }
         m.alphaMode = AlphaMode::blend;
         m.baseColor.w = opacity;
         return;
