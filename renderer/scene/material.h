@@ -39,7 +39,8 @@ struct Texture {
     bool useLevels = true;
 };
 
-// Where a material reads a texture: uv' = offset + R(rotation) * (scale * uv), KHR_texture_transform.
+// Where a material reads a texture: uv' = offset + R(rotation) * (scale * uv),
+// KHR_texture_transform.
 struct TextureSlot {
     Index texture = kNone;
     std::uint32_t texCoord = 0;  // which of the vertex's two sets
@@ -60,8 +61,8 @@ struct Material {
 
     glm::vec4 baseColor{1.0f};  // w is coverage
     TextureSlot baseColorTexture;
-    float metallic = 1.0f;   // 0..1
-    float roughness = 1.0f;  // perceptual, 0..1; alpha = roughness^2
+    float metallic = 1.0f;                 // 0..1
+    float roughness = 1.0f;                // perceptual, 0..1; alpha = roughness^2
     TextureSlot metallicRoughnessTexture;  // G roughness, B metallic
     TextureSlot normalTexture;
     float normalScale = 1.0f;
@@ -86,9 +87,13 @@ struct Material {
     TextureSlot thicknessTexture;
     glm::vec3 attenuationColor{1.0f};
     float attenuationDistance = 0.0f;  // metres; 0 means "does not absorb"
+
+    std::string extras;  // what the file's maker noted beside it: compact JSON, empty when nothing
 };
 
 // The radiance a material can add at most, per channel, before its texture.
-inline glm::vec3 emittedRadiance(const Material& m) { return m.emissive * m.emissiveStrength; }
+inline glm::vec3 emittedRadiance(const Material& m) {
+    return m.emissive * m.emissiveStrength;
+}
 
 }  // namespace clerestory

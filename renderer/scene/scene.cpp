@@ -56,6 +56,7 @@ private:
 
 void addMaterial(Hasher& h, const Material& m) {
     h.add(m.name);
+    h.add(m.extras);
     h.add(m.baseColor);
     h.add(m.emissive);
     h.add(m.specularColor);
@@ -104,10 +105,31 @@ std::uint64_t triangleCount(const Scene& scene) {
     return triangles;
 }
 
+namespace {
+
+// Through a camera of the file: its eye, and the point on its axis nearest to the scene's middle.
+std::optional<DefaultView> viewThrough(const Camera& camera, const Pose& pose,
+                                       const Bounds& bounds) {
+    const glm::dmat4& m = pose.worldFromNode[camera.node];
+    const glm::dvec3 eye(m[3]), back(m[2]);
+    if (camera.orthographic || !(glm::length(back) > 0.0)) return std::nullopt;
+    const glm::dvec3 forward = -glm::normalize(back);
+    const double middle =
+        bounds.empty() ? 1.0 : glm::dot(glm::dvec3(bounds.center()) - eye, forward);
+    const double least = bounds.empty() ? 1.0 : 0.01 * std::max(1e-6, double{bounds.diagonal()});
+    return DefaultView{eye, eye + std::max(middle, least) * forward, camera.yfov};
+}
+
+}  // namespace
+
 DefaultView defaultView(const Scene& scene) {
     if (scene.defaultView) return *scene.defaultView;
     DefaultView view;
-    const Bounds bounds = worldBounds(scene, poseAt(scene, 0.0));
+    const Pose pose = poseAt(scene, 0.0);
+    const Bounds bounds = worldBounds(scene, pose);
+    for (const Camera& camera : scene.cameras) {
+        if (const auto through = viewThrough(camera, pose, bounds)) return *through;
+    }
     if (bounds.empty()) return view;
     // Three-quarter view from the front, right and slightly above, with the bounding sphere in a
     // picture of any ordinary shape.

@@ -131,7 +131,8 @@ Bounds worldBounds(const Scene& scene, const Pose& pose);
 // Triangles as drawn: each instance counts.
 std::uint64_t triangleCount(const Scene& scene);
 
-// The scene's own default view, or one that shows its bounds from slightly above.
+// The scene's own default view, else that of its first perspective camera, else one that shows its
+// bounds from slightly above.
 DefaultView defaultView(const Scene& scene);
 
 // Every index in range, every number finite, every count consistent: what the renderer may rely on.

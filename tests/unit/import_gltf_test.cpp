@@ -49,6 +49,7 @@ TEST(Gltf, MaterialsKeepEveryWord) {
     EXPECT_EQ(m.alphaMode, AlphaMode::mask);
     EXPECT_EQ(m.alphaCutoff, 0.3f);
     EXPECT_TRUE(m.doubleSided);
+    EXPECT_EQ(m.extras, R"({"mirror":true})");
     EXPECT_EQ(m.ior, 1.33f);
     EXPECT_EQ(m.specular, 0.5f);
     EXPECT_EQ(m.specularColor, glm::vec3(1.0f, 0.5f, 0.5f));

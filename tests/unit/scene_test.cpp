@@ -51,6 +51,17 @@ TEST(Scene, TheDefaultViewSeesTheBoundsAtAnyScale) {
     }
 }
 
+TEST(Scene, TheDefaultViewIsThatOfTheFirstPerspectiveCamera) {
+    Scene scene = boxScene();
+    const Index node = addNode(scene, "eye", glm::translate(glm::dmat4(1.0), {0, 0, 7}));
+    scene.cameras.push_back({.node = 0, .orthographic = true});
+    scene.cameras.push_back({.node = node, .yfov = 0.5});
+    const DefaultView view = defaultView(scene);
+    EXPECT_EQ(view.position, glm::dvec3(0, 0, 7));
+    EXPECT_NEAR(glm::length(view.target), 0.0, 1e-9);
+    EXPECT_EQ(view.yfov, 0.5);
+}
+
 TEST(Scene, TheHashKnowsWhatChangesAPictureAndNotTheId) {
     Scene a = boxScene(), b = boxScene();
     b.id = "another";

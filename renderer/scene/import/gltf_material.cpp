@@ -71,6 +71,11 @@ Material GltfMaterials::material(const Json& json) {
                                     : AlphaMode::opaque;
     m.alphaCutoff = real(json, "alphaCutoff", 0.5f);
     m.doubleSided = flag(json, "doubleSided", false);
+    constexpr std::size_t kMostExtras = 16384;  // bytes; notes are short
+    if (json.contains("extras")) {
+        m.extras = json["extras"].dump(-1, ' ', false, Json::error_handler_t::replace);
+        if (m.extras.size() > kMostExtras) m.extras.clear();
+    }
     readExtensions(json, m);
     return m;
 }

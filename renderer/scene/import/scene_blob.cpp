@@ -17,7 +17,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 1;
+    std::uint32_t version = 2;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -52,6 +52,7 @@ void fields(A& a, Material& m) {
     a(m.alphaMode, AlphaMode::blend), a(m.alphaCutoff), a(m.doubleSided), a(m.unlit);
     a(m.ior), a(m.specular), a(m.specularColor), a(m.transmission), a(m.transmissionTexture);
     a(m.thickness), a(m.thicknessTexture), a(m.attenuationColor), a(m.attenuationDistance);
+    a(m.extras);
 }
 template <class A>
 void fields(A& a, Bounds& b) {
