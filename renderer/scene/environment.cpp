@@ -123,7 +123,8 @@ EnvironmentMap environmentFromEquirectangular(std::string name,
                                                               (float(y) + dy) * scale - 1.0f));
                     }
                 }
-                map.texels.push_back(0.25f * sum);
+                // Blending may round up beyond what went in.
+                map.texels.push_back(glm::min(0.25f * sum, glm::vec3(kMaxTexel)));
             }
         }
     }

@@ -97,8 +97,8 @@ std::vector<glm::vec2> environmentBrdfTable(std::uint32_t size) {
     table.reserve(std::size_t(n) * n);
     for (std::uint32_t row = 0; row < n; ++row) {
         for (std::uint32_t column = 0; column < n; ++column) {
-            table.push_back(
-                environmentBrdf(float(column) / float(n - 1), float(row) / float(n - 1)));
+            const float root = float(column) / float(n - 1);
+            table.push_back(environmentBrdf(root * root, float(row) / float(n - 1)));
         }
     }
     return table;

@@ -95,9 +95,10 @@ float iorFromF0(float f0) {
 // Density of microfacet normals per steradian (Walter et al. 2007), with the sine taken from the
 // cross product: 1 - nDotH^2 has no digits left near the peak (erratum N3).
 float ggxDistribution(float nDotH, float nCrossHSquared, float alpha) {
-    float a = max(alpha, kMinAlpha);
+    float a = clamp(alpha, kMinAlpha, 1.0f);
     float ca = nDotH * a;
-    float k = a / max(ca * ca + nCrossHSquared, 1e-12f);
+    // At least a^2 for cosines and sines that belong together; rounding may fall below.
+    float k = a / max(ca * ca + nCrossHSquared, a * a);
     return nDotH > 0.0f ? k * k / kPi : 0.0f;
 }
 
@@ -134,10 +135,10 @@ float spotAttenuation(float cosAngle, float cosInner, float cosOuter) {
 
 // ---- environment light -------------------------------------------------------------------------
 
-// Where to look up environmentBrdfTable(size): its first and last entries stand for 0 and 1, and
-// texels are read at their centres.
+// Where to look up environmentBrdfTable(size): columns are even in the root of n.v, as everything
+// happens at grazing; its first and last entries stand for 0 and 1; texels are read at their centres.
 vec2 environmentBrdfCoordinate(float nDotV, float roughness, float size) {
-    vec2 p = vec2(clamp(nDotV, 0.0f, 1.0f), clamp(roughness, 0.0f, 1.0f));
+    vec2 p = vec2(sqrt(clamp(nDotV, 0.0f, 1.0f)), clamp(roughness, 0.0f, 1.0f));
     return (p * (size - 1.0f) + 0.5f) / size;
 }
 

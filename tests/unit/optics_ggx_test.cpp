@@ -1,0 +1,78 @@
+// The GGX lobe against the textbook in double.
+#include "optics_support.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace clerestory::test {
+namespace {
+
+TEST(Ggx, DensityIsNormalised) {
+    for (float roughness = 0.05f; roughness <= 1.0f; roughness += 0.05f) {
+        const float alpha = roughness * roughness;
+        double sum = 0.0;
+        const int steps = 4000;
+        for (int i = 0; i < steps; ++i) {  // tan = alpha x / (1 - x) reaches every angle
+            const double x = (i + 0.5) / steps;
+            const double tangent = double(alpha) * x / (1.0 - x);
+            const double c2 = 1.0 / (1.0 + tangent * tangent);
+            const double d = glsl::ggxDistribution(float(std::sqrt(c2)), float(1.0 - c2), alpha);
+            sum += 2.0 * kTruePi * d * tangent * c2 * c2 * double(alpha) / ((1.0 - x) * (1.0 - x)) /
+                   steps;
+        }
+        EXPECT_NEAR(sum, 1.0, 1e-4) << roughness;
+    }
+}
+
+TEST(Ggx, DensityIsTheTextbooks) {
+    for (const float roughness : {0.045f, 0.1f, 0.3f, 0.6f, 1.0f}) {
+        const double alpha = double(roughness) * roughness;
+        for (double tangent = 0.0; tangent < 5.0 * alpha; tangent += 0.1 * alpha) {
+            const double c2 = 1.0 / (1.0 + tangent * tangent), c = std::sqrt(c2);
+            const double expected = textbookDistribution(c, alpha);
+            EXPECT_NEAR(
+                glsl::ggxDistribution(float(c), float(1.0 - c2), roughness * roughness) / expected,
+                1.0, 1e-3)
+                << roughness << " at tan " << tangent;
+        }
+    }
+}
+
+TEST(Ggx, VisibilityIsTheTextbooks) {
+    for (const float roughness : {0.045f, 0.1f, 0.3f, 0.6f, 1.0f}) {
+        const float alpha = roughness * roughness;
+        for (const float l : {0.001f, 0.01f, 0.1f, 0.5f, 0.9f, 1.0f}) {
+            for (const float v : {0.001f, 0.01f, 0.1f, 0.5f, 0.9f, 1.0f}) {
+                const double expected =
+                    textbookMaskingShadowing(l, v, alpha) / (4.0 * double(l) * v);
+                EXPECT_NEAR(glsl::ggxVisibility(l, v, alpha) / expected, 1.0, 1e-5)
+                    << roughness << ' ' << l << ' ' << v;
+            }
+        }
+    }
+}
+
+TEST(Ggx, IsFiniteAndPositiveForSpoiltCosines) {
+    for (const float alpha : {0.0f, 1e-20f, 1e-6f, 0.002f, 0.25f, 1.0f}) {
+        for (const float a : hardCosines()) {
+            for (const float b : hardCosines()) {
+                const float visibility = glsl::ggxVisibility(a, b, alpha);
+                EXPECT_TRUE(visibility > 0.0f && visibility < 1e8f) << a << ' ' << b;
+                const float d = glsl::ggxDistribution(a, std::max(b, 0.0f), alpha);
+                EXPECT_TRUE(d >= 0.0f && d < 1e10f) << a << ' ' << b << ": " << d;
+                const glm::vec2 at = glsl::environmentBrdfCoordinate(a, b, 64.0f);
+                EXPECT_TRUE(at.x > 0.0f && at.x < 1.0f && at.y > 0.0f && at.y < 1.0f);
+            }
+        }
+    }
+    EXPECT_TRUE(std::isfinite(glsl::ggxVisibility(0.0f, 0.0f, 0.0f)));
+}
+
+TEST(Diffuse, KeepsItsHueUnderAColouredLobe) {
+    EXPECT_FLOAT_EQ(glsl::diffuseWeight({0.1f, 0.3f, 0.2f}), 0.7f);
+    EXPECT_EQ(glsl::diffuseWeight(glm::vec3(2.0f)), 0.0f);
+}
+
+}  // namespace
+}  // namespace clerestory::test
