@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct View {
     bool orthographic = false;
     bool mirrored = false;  // left-handed: front faces turn clockwise
     double znear = 0.1;
+    // Nothing on the far side of it is drawn: kept are points p with dot(xyz, p) + w >= 0, where p
+    // is relative to the eye, in the world's axes.
+    std::optional<glm::dvec4> clipPlane;
     bool operator==(const View&) const = default;
 };
 
