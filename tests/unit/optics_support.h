@@ -20,6 +20,8 @@ using uint = unsigned int;
 // After optics.glsl, which it needs.
 #include "shaders/include/sampling.glsl"
 #include "shaders/include/tonemap.glsl"
+#include "shaders/include/glass.glsl"
+#include "shaders/include/reflection_lookup.glsl"
 }  // namespace
 }  // namespace glsl
 #pragma GCC diagnostic pop
