@@ -86,9 +86,10 @@ TEST(BoxParallax, IsExactInABoxRoom) {
         const dvec3 from = glm::mix(low, high, dvec3(unit(random), unit(random), unit(random)));
         dvec3 wall = glm::mix(low, high, dvec3(unit(random), unit(random), unit(random)));
         wall[i % 3] = i % 2 ? low[i % 3] : high[i % 3];
-        if (glm::length(wall - from) < 0.02) continue;  // float cannot say where it looks
-        const vec3 seen =
-            glsl::boxParallax(vec3(from), vec3(glm::normalize(wall - from)), vec3(low), vec3(high));
+        const dvec3 ray = glm::normalize(wall - from);
+        // Too near or along the wall: the rounding of the ray itself is seen there.
+        if (glm::length(wall - from) < 0.02 || std::abs(ray[i % 3]) < 0.05) continue;
+        const vec3 seen = glsl::boxParallax(vec3(from), vec3(ray), vec3(low), vec3(high));
         ASSERT_LT(angle(dvec3(seen), wall), 1e-5) << i;
     }
 }
