@@ -130,7 +130,7 @@ ViewDraws drawsFor(const Scene& scene, const Pose& pose, const View& view, const
                 result.mostLights = std::max(result.mostLights, reaching);
             }
             bucket.push_back({draw, distanceTo(box), mesh.material});
-            if (&bucket == &opaque) result.overdraw += kBoxFill * screenShare(view, box);
+            if (&bucket == &opaque) result.overdraw += kBoxFill * screenBox(view, box).share();
             result.anyLit |= !material.unlit;
             result.anyEmissive |= (features & FEATURE_EMISSION) != 0;
         }

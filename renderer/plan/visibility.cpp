@@ -34,22 +34,22 @@ bool outside(const Frustum& frustum, const Bounds& box) {
     });
 }
 
-double screenShare(const View& view, const Bounds& box) {
-    if (box.empty()) return 0.0;
+ScreenBox screenBox(const View& view, const Bounds& box) {
+    ScreenBox covered;
+    if (box.empty()) return covered;
     const glm::dmat4 m = clipFromEye(view);
-    glm::dvec2 low(1.0), high(-1.0);
     for (int i = 0; i < 8; ++i) {
         const glm::dvec4 corner(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
                                 i & 4 ? box.max.z : box.min.z, 1.0);
         const glm::dvec4 clip = m * corner;
-        if (!(clip.w > 0.0)) return 1.0;
+        if (!(clip.w > 0.0)) return {glm::dvec2(-1.0), glm::dvec2(1.0)};
         const glm::dvec2 ndc = glm::dvec2(clip) / clip.w;
-        low = glm::min(low, ndc);
-        high = glm::max(high, ndc);
+        covered.low = glm::min(covered.low, ndc);
+        covered.high = glm::max(covered.high, ndc);
     }
-    low = glm::clamp(low, -1.0, 1.0);
-    high = glm::clamp(high, -1.0, 1.0);
-    return 0.25 * std::max(0.0, high.x - low.x) * std::max(0.0, high.y - low.y);
+    covered.low = glm::clamp(covered.low, -1.0, 1.0);
+    covered.high = glm::clamp(covered.high, -1.0, 1.0);
+    return covered;
 }
 
 double distanceTo(const Bounds& box) {

@@ -19,8 +19,21 @@ Frustum frustumOf(const View& view);
 // the other way round.
 bool outside(const Frustum& frustum, const Bounds& box);
 
-// Share of the picture, 0..1, that the box's rectangle on screen covers. 1 when it reaches the eye.
-double screenShare(const View& view, const Bounds& box);
+// A rectangle on screen: -1..1 is the whole picture, y upwards.
+struct ScreenBox {
+    glm::dvec2 low{1.0}, high{-1.0};  // empty
+    bool empty() const { return !(low.x < high.x && low.y < high.y); }
+    bool overlaps(const ScreenBox& other) const {
+        return low.x < other.high.x && other.low.x < high.x && low.y < other.high.y &&
+               other.low.y < high.y;
+    }
+    double share() const {  // of the picture
+        return empty() ? 0.0 : 0.25 * (high.x - low.x) * (high.y - low.y);
+    }
+};
+
+// What the box can cover of the picture. The whole of it when the box reaches the plane of the eye.
+ScreenBox screenBox(const View& view, const Bounds& box);
 
 // From the eye to the nearest point of the box; 0 inside.
 double distanceTo(const Bounds& box);

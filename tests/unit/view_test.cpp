@@ -183,11 +183,11 @@ TEST(Visibility, ScreenShareOfABoxThatFillsAQuarter) {
     Bounds flat;
     flat.add({-0.5 * aspect, -0.5, -1.0});
     flat.add({0.5 * aspect, 0.5, -1.0});
-    EXPECT_NEAR(screenShare(viewOf(camera), flat), 0.25, 1e-6);
+    EXPECT_NEAR(screenBox(viewOf(camera), flat).share(), 0.25, 1e-6);
     Bounds around;
     around.add(glm::vec3(-1.0f));
     around.add(glm::vec3(1.0f));
-    EXPECT_EQ(screenShare(viewOf(camera), around), 1.0);
+    EXPECT_EQ(screenBox(viewOf(camera), around).share(), 1.0);
 }
 
 }  // namespace
