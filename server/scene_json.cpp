@@ -35,8 +35,8 @@ std::vector<Use> usesOf(const Scene& scene) {
     std::vector<Use> uses(scene.materials.size());
     for (const Instance& instance : scene.instances) {
         const Mesh& mesh = scene.meshes[instance.mesh];
-        uses[mesh.material].surfaces += 1;
-        uses[mesh.material].triangles += mesh.triangles;
+        uses[instance.material].surfaces += 1;
+        uses[instance.material].triangles += mesh.triangles;
     }
     return uses;
 }

@@ -92,7 +92,7 @@ void drawAll(PassResources& resources, const PassInput& input, std::span<const D
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const Draw& draw = draws[i];
         const Features features = draw.features & program.relevant;
-        const Index material = scene.meshes[scene.instances[draw.instance].mesh].material;
+        const Index material = scene.instances[draw.instance].material;
         if (boundFeatures != features) {
             resources.shaders.program({program.vertex, program.fragment, features, program.variant})
                 .use();

@@ -53,6 +53,17 @@ struct Candidate {
     Index material;
 };
 
+// What is culled and ordered as one: a cluster, or the whole of a mesh that is no larger than one
+// (its flat parts have clusters of their own, however small).
+std::vector<Cluster> piecesOf(const Scene& scene, const Mesh& mesh) {
+    const auto first = scene.clusters.begin() + mesh.firstCluster;
+    if (mesh.clusterCount == 0) return {};
+    if (mesh.triangles <= kClusterTriangles) {
+        return {{first->firstIndex, 3 * mesh.triangles, mesh.bounds}};
+    }
+    return {first, first + mesh.clusterCount};
+}
+
 bool continues(const Draw& before, const Draw& next) {
     return before.instance == next.instance && before.features == next.features &&
            before.lights == next.lights && before.firstIndex + before.indexCount == next.firstIndex;
@@ -104,19 +115,19 @@ ViewDraws drawsFor(const Scene& scene, const Pose& pose, const View& view, const
     for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         const Mesh& mesh = scene.meshes[instance.mesh];
-        const Material& material = scene.materials[mesh.material];
+        const Material& material = scene.materials[instance.material];
         const glm::dmat4 toEye = eyeFromLocal(view, pose.worldFromNode[instance.node]);
-        result.clusters += mesh.clusterCount;
+        const std::vector<Cluster> pieces = piecesOf(scene, mesh);
+        result.clusters += pieces.size();
         if (outside(frustum, transformed(mesh.bounds, toEye))) {
-            result.culled += mesh.clusterCount;
+            result.culled += pieces.size();
             continue;
         }
         const Features features = materialFeatures(material, mesh, effects);
         std::vector<Candidate>& bucket = features & FEATURE_BLEND  ? blended
                                          : features & FEATURE_MASK ? masked
                                                                    : opaque;
-        for (std::uint32_t c = mesh.firstCluster; c < mesh.firstCluster + mesh.clusterCount; ++c) {
-            const Cluster& cluster = scene.clusters[c];
+        for (const Cluster& cluster : pieces) {
             const Bounds box = transformed(cluster.bounds, toEye);
             if (outside(frustum, box)) {
                 ++result.culled;
@@ -129,7 +140,7 @@ ViewDraws drawsFor(const Scene& scene, const Pose& pose, const View& view, const
                 if (draw.lights.count > 0) draw.features |= FEATURE_LIGHTS;
                 result.mostLights = std::max(result.mostLights, reaching);
             }
-            bucket.push_back({draw, distanceTo(box), mesh.material});
+            bucket.push_back({draw, distanceTo(box), instance.material});
             if (&bucket == &opaque) result.overdraw += kBoxFill * screenBox(view, box).share();
             result.anyLit |= !material.unlit;
             result.anyEmissive |= (features & FEATURE_EMISSION) != 0;

@@ -83,6 +83,12 @@ void buildLevels(TextureImage& image) {
               image.colorSpace == ColorSpace::srgb);
         at = next;
     }
+    for (int c = 0; c < 4; ++c) {
+        const std::uint8_t code = image.texels[at + static_cast<std::uint64_t>(c)];
+        image.mean[c] = image.colorSpace == ColorSpace::srgb && c < 3
+                            ? static_cast<float>(tables().linear[code]) / 65535.0f
+                            : static_cast<float>(code) / 255.0f;
+    }
 }
 
 }  // namespace clerestory

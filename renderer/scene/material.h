@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
 
 #include <cstdint>
 #include <string>
@@ -26,6 +27,7 @@ struct TextureImage {
     std::uint32_t levels = 0;
     ColorSpace colorSpace = ColorSpace::linear;
     bool hasAlpha = false;  // some texel has alpha below 255
+    glm::vec4 mean{1.0f};   // of all texels, linear light; alpha too
     std::vector<std::uint8_t> texels;
 };
 
@@ -55,6 +57,9 @@ struct TextureSlot {
 };
 
 enum class AlphaMode : std::uint32_t { opaque, mask, blend };
+
+// Whether a surface reflects the scene itself: decided from its metalness and roughness, or said.
+enum class Reflection : std::uint32_t { automatic, none, mirror };
 
 struct Material {
     std::string name;
@@ -87,6 +92,11 @@ struct Material {
     TextureSlot thicknessTexture;
     glm::vec3 attenuationColor{1.0f};
     float attenuationDistance = 0.0f;  // metres; 0 means "does not absorb"
+
+    Reflection reflection = Reflection::automatic;
+    std::string probe;           // name of the Scene::probes it reflects; empty: one of its own
+    std::string environmentMap;  // name of a loaded map that it reflects instead of the scene
+    glm::dquat environmentRotation{1.0, 0.0, 0.0, 0.0};  // world from that map; unit
 
     std::string extras;  // what the file's maker noted beside it: compact JSON, empty when nothing
 };

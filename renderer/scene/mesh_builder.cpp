@@ -1,6 +1,8 @@
 // Repair first, then normals and tangents, then clusters; every step leaves a sound mesh.
 #include "scene/mesh_builder.h"
 
+#include "scene/flat_parts.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,8 +10,9 @@
 namespace clerestory {
 namespace {
 
+using Corners = std::array<std::uint32_t, 3>;
 struct Triangle {
-    std::array<std::uint32_t, 3> corner;
+    Corners corner;
 };
 
 bool finite(const glm::vec3& v) {
@@ -216,6 +219,45 @@ void cut(Scene& scene, const std::vector<Vertex>& vertices, Triangle* first, Tri
     }
 }
 
+// Flat parts first, largest first, then everything else, each in clusters of its own.
+void cutIntoParts(Scene& scene, Mesh& mesh, const std::vector<Vertex>& vertices,
+                  std::vector<Triangle>& triangles) {
+    const auto firstVertex = static_cast<std::uint32_t>(scene.vertices.size());
+    const auto clusters = [&] { return static_cast<std::uint32_t>(scene.clusters.size()); };
+    std::vector<Corners> corners;
+    corners.reserve(triangles.size());
+    for (const Triangle& t : triangles) corners.push_back(t.corner);
+
+    mesh.firstCluster = clusters();
+    mesh.firstFlatPart = static_cast<std::uint32_t>(scene.flatParts.size());
+    std::vector<bool> inPart(triangles.size());
+    std::vector<Triangle> chosen;
+    for (const FlatGroup& group : flatGroups(vertices, corners)) {
+        chosen.clear();
+        for (const std::uint32_t t : group.triangles) {
+            chosen.push_back(triangles[t]);
+            inPart[t] = true;
+        }
+        FlatPart part{.firstCluster = clusters(),
+                      .normal = group.plane.normal,
+                      .offset = group.plane.offset,
+                      .area = group.area,
+                      .bounds = boundsOf(vertices, chosen.data(), chosen.data() + chosen.size())};
+        cut(scene, vertices, chosen.data(), chosen.data() + chosen.size(), firstVertex);
+        part.clusterCount = clusters() - part.firstCluster;
+        scene.flatParts.push_back(part);
+    }
+    mesh.flatPartCount = static_cast<std::uint32_t>(scene.flatParts.size()) - mesh.firstFlatPart;
+    chosen.clear();
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        if (!inPart[t]) chosen.push_back(triangles[t]);
+    }
+    if (!chosen.empty()) {
+        cut(scene, vertices, chosen.data(), chosen.data() + chosen.size(), firstVertex);
+    }
+    mesh.clusterCount = clusters() - mesh.firstCluster;
+}
+
 }  // namespace
 
 Index addMesh(Scene& scene, MeshDraft draft) {
@@ -233,16 +275,21 @@ Index addMesh(Scene& scene, MeshDraft draft) {
     mesh.name = draft.name;
     mesh.material = draft.material;
     mesh.triangles = static_cast<std::uint32_t>(triangles.size());
-    mesh.firstCluster = static_cast<std::uint32_t>(scene.clusters.size());
+    for (const Triangle& t : triangles) {
+        mesh.area += 0.5 * glm::length(areaNormal(draft.vertices, t));
+    }
     mesh.bounds = boundsOf(draft.vertices, triangles.data(), triangles.data() + triangles.size());
     mesh.hasColors = std::any_of(draft.vertices.begin(), draft.vertices.end(),
                                  [](const Vertex& v) { return v.color != glm::vec4(1.0f); });
-    const auto firstVertex = static_cast<std::uint32_t>(scene.vertices.size());
-    cut(scene, draft.vertices, triangles.data(), triangles.data() + triangles.size(), firstVertex);
-    mesh.clusterCount = static_cast<std::uint32_t>(scene.clusters.size()) - mesh.firstCluster;
+    cutIntoParts(scene, mesh, draft.vertices, triangles);
     scene.vertices.insert(scene.vertices.end(), draft.vertices.begin(), draft.vertices.end());
     scene.meshes.push_back(std::move(mesh));
     return static_cast<Index>(scene.meshes.size() - 1);
+}
+
+void addInstance(Scene& scene, Index node, Index mesh, Index material) {
+    scene.instances.push_back(
+        {node, mesh, material == kNone ? scene.meshes[mesh].material : material});
 }
 
 Index addNode(Scene& scene, std::string name, const glm::dmat4& parentFromLocal, Index parent) {

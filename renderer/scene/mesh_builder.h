@@ -18,12 +18,16 @@ struct MeshDraft {
 
 // Drops triangles that are degenerate, out of range or non-finite; makes normals (area weighted,
 // split by nothing) and tangents (from texCoord0, or any perpendicular) where the draft lacks them
-// or holds non-finite or zero ones; cuts into clusters of at most kClusterTriangles. Each repair
-// is one ImportWarning with a count. Returns kNone, with a warning, when no triangle is left.
+// or holds non-finite or zero ones; finds its flat parts; cuts into clusters of at most
+// kClusterTriangles. Each repair is one ImportWarning with a count. Returns kNone, with a warning,
+// when no triangle is left.
 Index addMesh(Scene& scene, MeshDraft draft);
 
 // Adds a node and returns its index.
 Index addNode(Scene& scene, std::string name, const glm::dmat4& parentFromLocal = glm::dmat4(1.0),
               Index parent = kNone);
+
+// The mesh at the node, in the mesh's own material unless another is given.
+void addInstance(Scene& scene, Index node, Index mesh, Index material = kNone);
 
 }  // namespace clerestory

@@ -41,6 +41,9 @@ public:
         add(b.min);
         add(b.max);
     }
+    void add(const glm::dquat& q) {
+        for (const double v : {q.x, q.y, q.z, q.w}) add(v);
+    }
     void add(const TextureSlot& s) {
         add(s.texture);
         add(s.texCoord);
@@ -71,6 +74,10 @@ void addMaterial(Hasher& h, const Material& m) {
           &m.emissiveTexture, &m.transmissionTexture, &m.thicknessTexture}) {
         h.add(*slot);
     }
+    h.add(m.reflection);
+    h.add(m.probe);
+    h.add(m.environmentMap);
+    h.add(m.environmentRotation);
     h.add(m.alphaMode);
     h.add(m.doubleSided);
     h.add(m.unlit);
@@ -149,10 +156,18 @@ void updateContentHash(Scene& scene) {
         h.add(c.firstIndex);
         h.add(c.indexCount);
     }
+    for (const FlatPart& p : scene.flatParts) {
+        h.add(p.firstCluster);
+        h.add(p.clusterCount);
+        h.add(p.normal);
+        h.add(p.offset);
+    }
     for (const Mesh& m : scene.meshes) {
         h.add(m.name);
         h.add(m.firstCluster);
         h.add(m.clusterCount);
+        h.add(m.firstFlatPart);
+        h.add(m.flatPartCount);
         h.add(m.material);
         h.add(m.bounds);
         h.add(m.hasColors);
@@ -181,6 +196,7 @@ void updateContentHash(Scene& scene) {
     for (const Instance& i : scene.instances) {
         h.add(i.node);
         h.add(i.mesh);
+        h.add(i.material);
     }
     for (const Light& l : scene.lights) {
         h.add(l.node);
@@ -193,6 +209,14 @@ void updateContentHash(Scene& scene) {
         h.add(c.node);
         h.add(c.orthographic);
         for (const double v : {c.yfov, c.yHalfHeight, c.znear, c.zfar}) h.add(v);
+    }
+    for (const Probe& p : scene.probes) {
+        h.add(p.name);
+        h.add(p.node);
+        h.add(p.position);
+        h.add(p.size);
+        h.add(p.resolution);
+        h.add(p.zfar);
     }
     if (scene.defaultView) {
         h.add(scene.defaultView->position);

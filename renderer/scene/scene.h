@@ -7,6 +7,7 @@
 
 #include "scene/bounds.h"
 #include "scene/material.h"
+#include "scene/plane.h"
 
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -38,12 +39,31 @@ struct Cluster {
     Bounds bounds;                 // mesh space
 };
 
+// The triangles of a mesh that lie in one plane and face one way, together large enough to be worth
+// a mirror. They need not touch. Their clusters follow each other and hold nothing else, so that
+// the part can be drawn, or left out, alone. Found for every mesh: a request may give it any
+// material.
+struct FlatPart {
+    std::uint32_t firstCluster = 0;
+    std::uint32_t clusterCount = 0;
+    glm::dvec3 normal{0.0, 0.0, 1.0};  // mesh space, unit; the side that sees them wound
+                                       // counter-clockwise
+    double offset = 0.0;               // normal . x + offset = 0
+    double area = 0.0;                 // mesh space, square metres
+    Bounds bounds;                     // mesh space
+
+    Plane plane() const { return {normal, offset}; }
+};
+
 struct Mesh {
     std::string name;
     std::uint32_t firstCluster = 0;
     std::uint32_t clusterCount = 0;
+    std::uint32_t firstFlatPart = 0;  // in Scene::flatParts, largest first; their clusters are the
+    std::uint32_t flatPartCount = 0;  // mesh's first, in the same order
     std::uint32_t triangles = 0;
-    Index material = 0;
+    double area = 0.0;       // mesh space, square metres
+    Index material = 0;      // what its instances have unless they are given another
     Bounds bounds;           // mesh space
     bool hasColors = false;  // some vertex colour is not white
 };
@@ -55,10 +75,23 @@ struct Node {
     glm::dmat4 parentFromLocal{1.0};
 };
 
-// One mesh drawn at one node. Its place in Scene::instances, plus 1, is its objectId.
+// One mesh drawn at one node in one material. Its place in Scene::instances, plus 1, is its
+// objectId. Made by addInstance().
 struct Instance {
     Index node = 0;
     Index mesh = 0;
+    Index material = 0;
+};
+
+// A named place to catch the surroundings from, for materials that refer to it (Material::probe):
+// an imaginary cube from whose middle six pictures are drawn.
+struct Probe {
+    std::string name;
+    Index node = kNone;            // moves with it
+    glm::dvec3 position{0.0};      // the cube's middle, in the node's space, else the world's
+    double size = 1.0;             // edge of the cube, metres; half of it is the near distance
+    std::uint32_t resolution = 0;  // edge of a face, texels; 0: as the request's accuracy has it
+    double zfar = 0.0;             // metres; 0: infinite
 };
 
 enum class LightKind : std::uint32_t { point, spot, directional };
@@ -106,6 +139,7 @@ struct Scene {
     std::vector<Vertex> vertices;
     std::vector<std::uint32_t> indices;  // absolute into vertices
     std::vector<Cluster> clusters;
+    std::vector<FlatPart> flatParts;
     std::vector<Mesh> meshes;
     std::vector<Material> materials;
     std::vector<TextureImage> images;
@@ -114,6 +148,7 @@ struct Scene {
     std::vector<Instance> instances;
     std::vector<Light> lights;
     std::vector<Camera> cameras;
+    std::vector<Probe> probes;
     std::optional<DefaultView> defaultView;
     std::string environment = "sky";  // the map used when a request names none
     std::vector<ImportWarning> warnings;

@@ -74,7 +74,27 @@ private:
                     triangles += scene_.clusters[m.firstCluster + c].indexCount / 3;
                 }
             }
+            flatPartsOf(m, i);
+            require(std::isfinite(m.area) && m.area >= 0.0, "a mesh has no area", i);
             require(triangles == m.triangles, "a mesh counts its triangles wrong", i);
+        }
+    }
+
+    void flatPartsOf(const Mesh& m, std::size_t i) {
+        const bool fit =
+            std::uint64_t{m.firstFlatPart} + m.flatPartCount <= scene_.flatParts.size();
+        require(fit, "a mesh has flat parts out of range", i);
+        std::uint64_t next = m.firstCluster;
+        for (std::uint32_t p = 0; fit && p < m.flatPartCount; ++p) {
+            const FlatPart& part = scene_.flatParts[m.firstFlatPart + p];
+            require(part.firstCluster == next &&
+                        next + part.clusterCount <= std::uint64_t{m.firstCluster} + m.clusterCount,
+                    "a flat part's clusters are not its mesh's first", i);
+            next += part.clusterCount;
+            require(finite(part.normal) && std::abs(glm::length(part.normal) - 1.0) < 1e-6 &&
+                        finite(part.offset) && finite(part.area) && part.area > 0.0 &&
+                        !part.bounds.empty(),
+                    "a flat part has no plane", i);
         }
     }
 
@@ -97,6 +117,9 @@ private:
                         notNegative(m.attenuationColor) && finite(m.attenuationDistance) &&
                         m.attenuationDistance >= 0.0f,
                     "a material's volume is out of range", i);
+            const glm::dquat& q = m.environmentRotation;
+            require(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < 1e-6,
+                    "a material's environment rotation is no unit quaternion", i);
             for (const TextureSlot* s : {&m.baseColorTexture, &m.metallicRoughnessTexture,
                                          &m.normalTexture, &m.occlusionTexture, &m.emissiveTexture,
                                          &m.transmissionTexture, &m.thicknessTexture}) {
@@ -123,6 +146,7 @@ private:
             }
             require(sound && texels * 4 == image.texels.size(),
                     "an image's levels do not fit its size", i);
+            require(finite(image.mean), "an image's mean is not finite", i);
         }
         for (std::size_t i = 0; i < scene_.textures.size(); ++i) {
             require(scene_.textures[i].image < scene_.images.size(), "a texture has no such image",
@@ -139,8 +163,9 @@ private:
         const auto hasNode = [&](Index node) { return node < scene_.nodes.size(); };
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
             require(hasNode(scene_.instances[i].node) &&
-                        scene_.instances[i].mesh < scene_.meshes.size(),
-                    "an instance has no such node or mesh", i);
+                        scene_.instances[i].mesh < scene_.meshes.size() &&
+                        scene_.instances[i].material < scene_.materials.size(),
+                    "an instance has no such node, mesh or material", i);
         }
         for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
             const Light& l = scene_.lights[i];
@@ -155,6 +180,12 @@ private:
                         finite(c.zfar) && c.yfov > 0.0 && c.yfov < 3.1416 && c.yHalfHeight > 0.0 &&
                         c.znear >= 0.0 && c.zfar >= 0.0,
                     "a camera is out of range", i);
+        }
+        for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
+            const Probe& p = scene_.probes[i];
+            require((p.node == kNone || hasNode(p.node)) && finite(p.position) && finite(p.size) &&
+                        p.size > 0.0 && finite(p.zfar) && p.zfar >= 0.0 && p.resolution <= 4096,
+                    "a probe is out of range", i);
         }
         if (scene_.defaultView) {
             const DefaultView& v = *scene_.defaultView;

@@ -65,7 +65,7 @@ Index addMaterial(Scene& scene, Material material) {
 void place(Scene& scene, MeshDraft draft, const glm::dmat4& worldFromModel) {
     const Index mesh = addMesh(scene, std::move(draft));
     const Index node = addNode(scene, "node", worldFromModel);
-    scene.instances.push_back({node, mesh});
+    addInstance(scene, node, mesh);
 }
 
 glm::dmat4 moved(double x, double y, double z) {

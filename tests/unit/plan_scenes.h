@@ -40,7 +40,7 @@ inline Index addMaterial(Scene& scene, Material material) {
 inline Index place(Scene& scene, Index mesh, const glm::dvec3& position, double halfSize = 1.0) {
     const Index node = addNode(
         scene, "node", glm::scale(glm::translate(glm::dmat4(1.0), position), glm::dvec3(halfSize)));
-    scene.instances.push_back({node, mesh});
+    addInstance(scene, node, mesh);
     return static_cast<Index>(scene.instances.size() - 1);
 }
 

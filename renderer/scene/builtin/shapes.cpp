@@ -234,7 +234,7 @@ std::vector<glm::vec3> smooth(std::span<const glm::vec3> through, int steps) {
 void place(Scene& scene, MeshDraft mesh, const glm::dmat4& worldFromMesh) {
     const std::string name = mesh.name;
     const Index index = addMesh(scene, std::move(mesh));
-    if (index != kNone) scene.instances.push_back({addNode(scene, name, worldFromMesh), index});
+    if (index != kNone) addInstance(scene, addNode(scene, name, worldFromMesh), index);
 }
 
 }  // namespace clerestory::shapes

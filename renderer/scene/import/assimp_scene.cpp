@@ -182,7 +182,7 @@ private:
             nodeNamed_.try_emplace(from->mName.C_Str(), node);
             for (unsigned i = 0; i < from->mNumMeshes; ++i) {
                 const Index mesh = meshes_.at(from->mMeshes[i]);
-                if (mesh != kNone) scene_.instances.push_back({node, mesh});
+                if (mesh != kNone) addInstance(scene_, node, mesh);
             }
             if (scene_.instances.size() > 4 * limits_.maxNodes) {
                 throw ImportError(Reason::limit, "the scene has too many instances");

@@ -226,7 +226,7 @@ private:
                 if (scene_.instances.size() >= 4 * limits_.maxNodes) {
                     throw ImportError(Reason::limit, "the scene has too many instances");
                 }
-                scene_.instances.push_back({place, part});
+                addInstance(scene_, place, part);
             }
         }
     }

@@ -17,7 +17,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 2;
+    std::uint32_t version = 3;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -30,8 +30,12 @@ template <class T, glm::qualifier Q, int N>
 struct FlatVector<glm::vec<N, T, Q>> : std::true_type {};
 
 template <class A>
+void fields(A& a, glm::dquat& q) {
+    a(q.x), a(q.y), a(q.z), a(q.w);
+}
+template <class A>
 void fields(A& a, TextureImage& i) {
-    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.texels);
+    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.mean), a(i.texels);
     a(i.colorSpace, ColorSpace::srgb);
 }
 template <class A>
@@ -52,15 +56,21 @@ void fields(A& a, Material& m) {
     a(m.alphaMode, AlphaMode::blend), a(m.alphaCutoff), a(m.doubleSided), a(m.unlit);
     a(m.ior), a(m.specular), a(m.specularColor), a(m.transmission), a(m.transmissionTexture);
     a(m.thickness), a(m.thicknessTexture), a(m.attenuationColor), a(m.attenuationDistance);
-    a(m.extras);
+    a(m.reflection, Reflection::mirror), a(m.probe), a(m.environmentMap);
+    a(m.environmentRotation), a(m.extras);
 }
 template <class A>
 void fields(A& a, Bounds& b) {
     a(b.min), a(b.max);
 }
 template <class A>
+void fields(A& a, FlatPart& p) {
+    a(p.firstCluster), a(p.clusterCount), a(p.normal), a(p.offset), a(p.area), a(p.bounds);
+}
+template <class A>
 void fields(A& a, Mesh& m) {
-    a(m.name), a(m.firstCluster), a(m.clusterCount), a(m.triangles), a(m.material), a(m.bounds);
+    a(m.name), a(m.firstCluster), a(m.clusterCount), a(m.firstFlatPart), a(m.flatPartCount);
+    a(m.triangles), a(m.area), a(m.material), a(m.bounds);
     a(m.hasColors);
 }
 template <class A>
@@ -78,6 +88,10 @@ void fields(A& a, Camera& c) {
     a(c.name), a(c.node), a(c.orthographic), a(c.yfov), a(c.yHalfHeight), a(c.znear), a(c.zfar);
 }
 template <class A>
+void fields(A& a, Probe& p) {
+    a(p.name), a(p.node), a(p.position), a(p.size), a(p.resolution), a(p.zfar);
+}
+template <class A>
 void fields(A& a, DefaultView& v) {
     a(v.position), a(v.target), a(v.yfov);
 }
@@ -87,9 +101,10 @@ void fields(A& a, ImportWarning& w) {
 }
 template <class A>
 void fields(A& a, Scene& s) {
-    a(s.id), a(s.title), a(s.contentHash), a(s.vertices), a(s.indices), a(s.clusters);
+    a(s.id), a(s.title), a(s.contentHash), a(s.vertices), a(s.indices), a(s.clusters),
+        a(s.flatParts);
     a(s.meshes), a(s.materials), a(s.images), a(s.textures), a(s.nodes), a(s.instances);
-    a(s.lights), a(s.cameras), a(s.defaultView), a(s.environment), a(s.warnings);
+    a(s.lights), a(s.cameras), a(s.probes), a(s.defaultView), a(s.environment), a(s.warnings);
 }
 
 struct HashDeleter {
