@@ -15,6 +15,64 @@ glm::dvec4 row(const glm::dmat4& m, int i) {
     return {m[0][i], m[1][i], m[2][i], m[3][i]};
 }
 
+void addCorner(ScreenBox& box, const glm::dvec4& corner) {
+    const glm::dvec2 ndc = glm::dvec2(corner) / corner.w;
+    box.low = glm::min(box.low, ndc);
+    box.high = glm::max(box.high, ndc);
+}
+
+// A side of a box after clipping: four corners and one more for each plane; were they no longer
+// convex by rounding, half as many more for each, which is below 32.
+struct Polygon {
+    std::array<glm::dvec4, 32> corners;
+    std::size_t count = 0;
+};
+
+// What remains where dot(plane, corner) >= 0 (Sutherland and Hodgman 1974).
+Polygon clipped(const Polygon& polygon, const glm::dvec4& plane) {
+    Polygon kept;
+    for (std::size_t i = 0; i < polygon.count; ++i) {
+        const glm::dvec4& a = polygon.corners[i];
+        const glm::dvec4& b = polygon.corners[(i + 1) % polygon.count];
+        const double da = glm::dot(plane, a), db = glm::dot(plane, b);
+        if (da >= 0.0) kept.corners[kept.count++] = a;
+        // Of opposite signs, so the divisor is not 0.
+        if ((da > 0.0 && db < 0.0) || (da < 0.0 && db > 0.0)) {
+            kept.corners[kept.count++] = a + (b - a) * (da / (da - db));
+        }
+    }
+    return kept;
+}
+
+// Of a box that reaches the plane of the eye, like a floor under it: cut at the near plane and at
+// the picture's edges. A line of sight that meets the box leaves it through one of its sides.
+ScreenBox clippedScreenBox(const std::array<glm::dvec4, 8>& corners) {
+    // In the order around each side; corner bits are x, y, z.
+    constexpr std::array<std::array<std::size_t, 4>, 6> kSides{
+        {{0, 2, 6, 4}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 5, 7, 6}}};
+    // The near plane, w >= z, comes first: what it leaves has w above 0.
+    constexpr std::array<glm::dvec4, 5> kPlanes{glm::dvec4(0, 0, -1, 1), glm::dvec4(1, 0, 0, 1),
+                                                glm::dvec4(-1, 0, 0, 1), glm::dvec4(0, 1, 0, 1),
+                                                glm::dvec4(0, -1, 0, 1)};
+    ScreenBox covered;
+    for (const std::array<std::size_t, 4>& side : kSides) {
+        Polygon polygon;
+        for (const std::size_t i : side) polygon.corners[polygon.count++] = corners[i];
+        for (const glm::dvec4& plane : kPlanes) polygon = clipped(polygon, plane);
+        for (std::size_t i = 0; i < polygon.count; ++i) {
+            if (polygon.corners[i].w > 0.0) addCorner(covered, polygon.corners[i]);
+        }
+    }
+    // Rounding leaves what was cut at an edge of the picture beside it.
+    constexpr double kRounding = 1e-9;
+    const auto snapped = [](double v) {
+        return 1.0 - std::abs(v) < kRounding ? std::copysign(1.0, v) : v;
+    };
+    covered.low = {snapped(covered.low.x), snapped(covered.low.y)};
+    covered.high = {snapped(covered.high.x), snapped(covered.high.y)};
+    return covered;
+}
+
 }  // namespace
 
 Frustum frustumOf(const View& view) {
@@ -38,15 +96,14 @@ ScreenBox screenBox(const View& view, const Bounds& box) {
     ScreenBox covered;
     if (box.empty()) return covered;
     const glm::dmat4 m = clipFromEye(view);
-    for (int i = 0; i < 8; ++i) {
-        const glm::dvec4 corner(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                                i & 4 ? box.max.z : box.min.z, 1.0);
-        const glm::dvec4 clip = m * corner;
-        if (!(clip.w > 0.0)) return {glm::dvec2(-1.0), glm::dvec2(1.0)};
-        const glm::dvec2 ndc = glm::dvec2(clip) / clip.w;
-        covered.low = glm::min(covered.low, ndc);
-        covered.high = glm::max(covered.high, ndc);
+    std::array<glm::dvec4, 8> corners;
+    for (unsigned i = 0; i < 8; ++i) {
+        corners[i] = m * glm::dvec4(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                    i & 4 ? box.max.z : box.min.z, 1.0);
     }
+    const auto inFront = [](const glm::dvec4& corner) { return corner.w > 0.0; };
+    if (!std::all_of(corners.begin(), corners.end(), inFront)) return clippedScreenBox(corners);
+    for (const glm::dvec4& corner : corners) addCorner(covered, corner);
     covered.low = glm::clamp(covered.low, -1.0, 1.0);
     covered.high = glm::clamp(covered.high, -1.0, 1.0);
     return covered;

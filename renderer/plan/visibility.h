@@ -32,7 +32,8 @@ struct ScreenBox {
     }
 };
 
-// What the box can cover of the picture. The whole of it when the box reaches the plane of the eye.
+// What the box can cover of the picture; of a box that reaches behind the eye, what is beyond the
+// near plane.
 ScreenBox screenBox(const View& view, const Bounds& box);
 
 // From the eye to the nearest point of the box; 0 inside.
