@@ -46,6 +46,10 @@ void drawIndexed(std::uint32_t firstIndex, std::uint32_t indexCount, std::uint32
                                         instance);
 }
 
+void submitDraws() {
+    if (Context::current().capabilities().software) glFlush();
+}
+
 void drawTriangle() {
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }

@@ -31,6 +31,9 @@ private:
 
 // With the bound vertex array and program. `instance` chooses the per-instance attributes.
 void drawIndexed(std::uint32_t firstIndex, std::uint32_t indexCount, std::uint32_t instance);
+// Lets a software driver begin with what it was given: it sorts triangles into tiles on the calling
+// thread and fills tiles on others, but only those it was told to. Hardware begins by itself.
+void submitDraws();
 void drawTriangle();  // three vertices without attributes
 
 }  // namespace clerestory::gl
