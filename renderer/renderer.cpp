@@ -95,6 +95,15 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
         throw InvalidRequest(
             {{"/environment/map", "there is no such environment map", keysOf(environments)}});
     }
+    std::vector<FieldError> errors = problems(*scene->second, request.overrides);
+    for (std::size_t i = 0; i < request.overrides.size(); ++i) {
+        const auto& map = request.overrides[i].environmentMap;
+        if (map && !map->empty() && !environments.contains(*map)) {
+            errors.push_back({"/overrides/" + std::to_string(i) + "/environmentMap",
+                              "there is no such environment map", keysOf(environments)});
+        }
+    }
+    if (!errors.empty()) throw InvalidRequest(std::move(errors));
     return {scene->second, environment->second, poseAt(*scene->second, request.time)};
 }
 

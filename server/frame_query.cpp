@@ -1,7 +1,7 @@
 // A link's query -> the body it stands for; the body's own reader then checks it.
-#include "server/field_values.h"
+#include "scene/field_values.h"
+#include "scene/spelling.h"
 #include "server/frame_json.h"
-#include "server/spelling.h"
 
 #include <nlohmann/json.hpp>
 
@@ -65,7 +65,7 @@ void collect(std::vector<QueryField>& all, const std::string& prefix) {
         const std::string path = prefix + name;
         if constexpr (std::is_same_v<K, Nested> || std::is_same_v<K, NestedPreset>) {
             collect<T>(all, path + ".");
-        } else {
+        } else if constexpr (!std::is_same_v<K, NestedList>) {  // a link has no lists of objects
             all.push_back({path, name, [kind](const std::string& text) {
                                return valueFrom(text, static_cast<const T*>(nullptr), kind);
                            }});

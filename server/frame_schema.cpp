@@ -1,5 +1,5 @@
 // The field tables as JSON Schema (2020-12).
-#include "server/field_values.h"
+#include "scene/field_values.h"
 #include "server/frame_json.h"
 
 #include <nlohmann/json.hpp>
@@ -43,6 +43,10 @@ ordered_json schemaOf(const T*, const Choice<T>& choice) {
 template <class T>
 ordered_json schemaOf(const T*, const Nested&) {
     return objectSchema<T>();
+}
+template <class T>
+ordered_json schemaOf(const std::vector<T>*, const NestedList& list) {
+    return {{"type", "array"}, {"maxItems", list.most}, {"items", objectSchema<T>()}};
 }
 template <class T>
 ordered_json schemaOf(const T*, const NestedPreset&) {

@@ -1,5 +1,5 @@
 // FrameRequest and FramePlan -> JSON.
-#include "server/field_values.h"
+#include "scene/field_values.h"
 #include "server/frame_json.h"
 
 #include <nlohmann/json.hpp>
@@ -30,6 +30,12 @@ ordered_json member(const S& value, const Nested&) {
 template <class S>
 ordered_json member(const S& value, const NestedPreset&) {
     return written(value);
+}
+template <class S>
+ordered_json member(const std::vector<S>& values, const NestedList&) {
+    ordered_json list = ordered_json::array();
+    for (const S& value : values) list.push_back(written(value));
+    return list;
 }
 template <class T>
 ordered_json member(const T& value, const Range&) {

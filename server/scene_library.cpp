@@ -2,7 +2,7 @@
 
 #include "scene/builtin/builtin_scenes.h"
 #include "server/problem.h"
-#include "server/spelling.h"
+#include "scene/spelling.h"
 
 #include <malloc.h>
 #include <spdlog/spdlog.h>

@@ -2,6 +2,9 @@
 // table per struct, fields(), which reading, checking, the schema, the page and the documents walk.
 #pragma once
 
+#include "scene/fields.h"
+#include "scene/material_override.h"
+
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
@@ -15,23 +18,6 @@
 #include <vector>
 
 namespace clerestory {
-
-// ---- what may stand in a field -------------------------------------------------------------
-
-struct Range {  // numbers, and each component of a vector
-    double min, max;
-};
-struct Text {
-    std::size_t maxLength;
-};
-struct Flag {};
-struct Nested {};        // a struct with fields() of its own
-struct NestedPreset {};  // the same, which may also be given as the name of its preset
-template <class E>
-struct Choice {
-    // Every allowed word with its value, in the order documents show them.
-    std::vector<std::pair<std::string_view, E>> words;
-};
 
 // ---- the request ---------------------------------------------------------------------------
 
@@ -102,6 +88,7 @@ struct FrameRequest {
     Effects effects;
     Accuracy accuracy;
     EnvironmentRequest environment;
+    std::vector<MaterialOverride> overrides;  // in order; a later one wins
     ToneMap toneMap = ToneMap::neutral;
     double exposure = 0.0;  // stops
     Output output;
@@ -157,6 +144,14 @@ inline Choice<Preset> presetChoice() {
     return {{{"draft", Preset::draft}, {"standard", Preset::standard}, {"fine", Preset::fine}}};
 }
 
+// How readers of a NestedPreset find its words and what they stand for.
+inline Choice<Preset> presetsOf(const Accuracy&) {
+    return presetChoice();
+}
+inline Accuracy ofPreset(const Accuracy&, Preset preset) {
+    return accuracyOf(preset);
+}
+
 template <class V>
 void fields(Accuracy& a, V&& visit) {
     visit("preset", a.preset, presetChoice(), "sets every knob below; knobs given beside it win");
@@ -210,6 +205,8 @@ void fields(FrameRequest& r, V&& visit) {
     visit("effects", r.effects, Nested{}, "a switch for each effect");
     visit("accuracy", r.accuracy, NestedPreset{}, "a preset's name, or an object of knobs");
     visit("environment", r.environment, Nested{}, "light from all around");
+    visit("overrides", r.overrides, NestedList{64},
+          "other materials for what a material's or node's name chooses; a later one wins");
     visit(
         "toneMap", r.toneMap,
         Choice<ToneMap>{
@@ -220,13 +217,6 @@ void fields(FrameRequest& r, V&& visit) {
 }
 
 // ---- errors --------------------------------------------------------------------------------
-
-struct FieldError {
-    std::string pointer;  // JSON Pointer (RFC 6901) into the request
-    std::string detail;   // what was wrong
-    std::string allowed;  // what would be right
-    bool operator==(const FieldError&) const = default;
-};
 
 // The request names something that is out of range or does not exist. Every wrong field at once.
 class InvalidRequest : public std::runtime_error {

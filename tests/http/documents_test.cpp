@@ -53,6 +53,8 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
     expectListed<Accuracy>(properties["accuracy"]["oneOf"][1]);
     expectListed<EnvironmentRequest>(properties["environment"]);
     expectListed<Output>(properties["output"]);
+    expectListed<MaterialOverride>(properties["overrides"]["items"]);
+    EXPECT_EQ(properties["overrides"]["maxItems"], 64);
     EXPECT_EQ(properties["width"]["default"], 1280);
     EXPECT_EQ(properties["width"]["maximum"], 4096);
     EXPECT_EQ(properties["width"]["type"], "integer");

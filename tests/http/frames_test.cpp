@@ -166,7 +166,8 @@ TEST(Frames, TheETagFollowsEveryFieldAndNothingElse) {
          {R"("exposure": 0.1)", R"("time": 1)", R"("toneMap": "aces")", R"("accuracy": "draft")",
           R"("effects": {"emission": false})", R"("output": {"quality": 84})",
           R"("environment": {"map": "studio"})", R"("environment": {"intensity": 2})",
-          R"("camera": {"yfov": 0.5})"}) {
+          R"("camera": {"yfov": 0.5})", R"("overrides": [{"node": "ball", "roughness": 0.2}])",
+          R"("overrides": [{"node": "ball", "roughness": 0.3}])"}) {
         EXPECT_NE(plain, etag(change)) << change;
     }
 }

@@ -114,7 +114,6 @@ public:
         readCameras();
         readLights();
         textures.finish(scene_, progress);
-        finishScene(scene_);
         return std::move(scene_);
     }
 

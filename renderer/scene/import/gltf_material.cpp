@@ -1,6 +1,7 @@
 #include "scene/import/gltf_material.h"
 
 #include "scene/import/scene_cleaning.h"
+#include "scene/import/side_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -75,8 +76,19 @@ Material GltfMaterials::material(const Json& json) {
     if (json.contains("extras")) {
         m.extras = json["extras"].dump(-1, ' ', false, Json::error_handler_t::replace);
         if (m.extras.size() > kMostExtras) m.extras.clear();
+        readMaterialExtras(json["extras"], m, scene_);
     }
     readExtensions(json, m);
+    // glTF's default for metallic is 1, and no light passes through a metal: who asks for
+    // transmission and leaves metallic out means a dielectric.
+    const Json& surface = object(json, "pbrMetallicRoughness");
+    if (m.transmission > 0.0f && m.metallic == 1.0f && !surface.contains("metallicFactor") &&
+        !m.metallicRoughnessTexture.present()) {
+        m.metallic = 0.0f;
+        scene_.warnings.push_back(
+            {"transmissiveMetal", m.name,
+             "it transmits light and leaves metallic at its default of 1; it is drawn as glass"});
+    }
     return m;
 }
 

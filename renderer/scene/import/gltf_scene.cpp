@@ -4,6 +4,7 @@
 #include "scene/import/gltf_material.h"
 #include "scene/import/gltf_mesh.h"
 #include "scene/import/scene_cleaning.h"
+#include "scene/import/side_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -83,7 +84,6 @@ public:
         }
         report(progress, "textures", 0.3);
         textures_.finish(scene_, progress);
-        finishScene(scene_);
         return std::move(scene_);
     }
 
@@ -189,6 +189,7 @@ private:
     }
 
     void hangOn(const Json& json, Index node, GltfMeshes& meshes) {
+        if (json.contains("extras")) readNodeExtras(json["extras"], node, scene_);
         if (const Index mesh = indexAt(json, "mesh"); mesh != kNone) {
             addInstances(json, node, mesh, meshes);
         }

@@ -4,6 +4,7 @@
 #include "scene/import/assimp_scene.h"
 #include "scene/import/gltf_scene.h"
 #include "scene/import/scene_cleaning.h"
+#include "scene/import/side_file.h"
 
 #include <algorithm>
 
@@ -46,6 +47,9 @@ Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& lim
     }
     Scene scene = isGltf ? gltfScene(folder.read(name), folder, limits, progress)
                          : assimpScene(name, extension, folder, limits, progress);
+    finishScene(scene);
+    const bool dressed = applySideFile(scene, folder, name);
+    if (dropUnknownProbes(scene) || dressed) finishScene(scene);
     scene.title = cleanText(file.stem().string());
     return scene;
 }

@@ -98,6 +98,11 @@ void cleanTexts(Scene& scene) {
     cleanNames(scene.nodes);
     cleanNames(scene.lights);
     cleanNames(scene.cameras);
+    cleanNames(scene.probes);
+    for (Material& m : scene.materials) {
+        m.probe = cleanText(m.probe);
+        m.environmentMap = cleanText(m.environmentMap);
+    }
     for (ImportWarning& warning : scene.warnings) {
         warning.subject = cleanText(warning.subject);
         warning.message = cleanText(warning.message);

@@ -18,4 +18,7 @@ std::string didYouMean(std::string_view word, const std::vector<std::string_view
 // "a, b, c"
 std::string listed(const std::vector<std::string_view>& words);
 
+// The same, but of many words only the few nearest, and how many more there are.
+std::string listedNearest(std::string_view word, const std::vector<std::string_view>& words);
+
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-#include "server/spelling.h"
+#include "scene/spelling.h"
 
 #include <algorithm>
 #include <cctype>
@@ -8,6 +8,8 @@ namespace {
 
 // Words longer than any name we know are not compared: the work is the product of the lengths.
 constexpr std::size_t kLongestCompared = 64;
+// Nor more words than a person would look through: a scene may have 200 000 names.
+constexpr std::size_t kMostCompared = 2000;
 
 std::size_t distance(std::string_view a, std::string_view b) {
     std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -39,7 +41,9 @@ std::string_view nearestWord(std::string_view word,
     std::string_view best;
     // A third of the word may differ: "positon", "fov" for "yfov", but not "a" for "up".
     std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
-    for (const std::string_view candidate : candidates) {
+    for (std::size_t i = 0; i < std::min(candidates.size(), kMostCompared); ++i) {
+        const std::string_view candidate = candidates[i];
+        if (candidate.size() > kLongestCompared) continue;
         const std::size_t d = distance(word, candidate);
         if (d < least && d < candidate.size()) {
             least = d;
@@ -59,6 +63,23 @@ std::string listed(const std::vector<std::string_view>& words) {
     for (const std::string_view word : words)
         text += (text.empty() ? "" : ", ") + std::string(word);
     return text;
+}
+
+std::string listedNearest(std::string_view word, const std::vector<std::string_view>& words) {
+    constexpr std::size_t kMostListed = 8;
+    if (words.size() <= kMostListed) return listed(words);
+    std::vector<std::pair<std::size_t, std::string_view>> near;
+    word = word.substr(0, kLongestCompared);
+    for (std::size_t i = 0; i < std::min(words.size(), kMostCompared); ++i) {
+        near.emplace_back(distance(word, words[i].substr(0, kLongestCompared)), words[i]);
+    }
+    const auto end = near.begin() + kMostListed;
+    std::partial_sort(near.begin(), end, near.end());
+    std::string text;
+    for (auto it = near.begin(); it != end; ++it) {
+        text += (text.empty() ? "" : ", ") + std::string(it->second);
+    }
+    return text + " and " + std::to_string(words.size() - kMostListed) + " more";
 }
 
 }  // namespace clerestory

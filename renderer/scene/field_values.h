@@ -2,8 +2,11 @@
 // reads in words.
 #pragma once
 
-#include "plan/frame_request.h"
+#include "scene/fields.h"
 
+#include <glm/glm.hpp>
+
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <optional>

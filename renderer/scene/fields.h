@@ -1,0 +1,39 @@
+// What may stand in a field of the structs that clients and files fill. Each such struct has one
+// table, fields(value, visit), which calls visit(name, member, kind, words) for every field;
+// reading, checking, the schema, the page and the documents walk it.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace clerestory {
+
+struct Range {  // numbers, and each component of a vector
+    double min, max;
+};
+struct Text {
+    std::size_t maxLength;
+};
+struct Flag {};
+struct Nested {};        // a struct with fields() of its own
+struct NestedPreset {};  // the same, which may also be given as the name of its preset
+struct NestedList {      // a list of such structs
+    std::size_t most;
+};
+template <class E>
+struct Choice {
+    // Every allowed word with its value, in the order documents show them.
+    std::vector<std::pair<std::string_view, E>> words;
+};
+
+struct FieldError {
+    std::string pointer;  // JSON Pointer (RFC 6901) into the request
+    std::string detail;   // what was wrong
+    std::string allowed;  // what would be right
+    bool operator==(const FieldError&) const = default;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,206 @@
+// JSON -> any struct with a field table. One visitor reads them all: each wrong field becomes a
+// FieldError with its JSON Pointer, and the walk goes on, so that somebody learns of all mistakes
+// at once. What is wrong leaves its member as it was.
+#pragma once
+
+#include "scene/field_values.h"
+#include "scene/spelling.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <optional>
+
+namespace clerestory {
+
+// RFC 6901. Long names are cut: the document should not carry the client's bytes back.
+inline std::string joinedPointer(const std::string& pointer, std::string_view name) {
+    std::string text = pointer + "/";
+    for (const char c : name.substr(0, 64)) {
+        if (c == '~') {
+            text += "~0";
+        } else if (c == '/') {
+            text += "~1";
+        } else {
+            text += c;
+        }
+    }
+    return text;
+}
+
+class FieldReader {
+public:
+    explicit FieldReader(std::vector<FieldError>& errors) : errors_(errors) {}
+
+    template <class S>
+    void object(const nlohmann::json& value, S& target, const std::string& pointer) {
+        if (!value.is_object()) {
+            refuse(pointer, typed(value), "an object");
+            return;
+        }
+        std::vector<std::string_view> known;
+        fields(target,
+               [&](const char* name, auto& member, const auto& kind, const char* /*words*/) {
+                   known.push_back(name);
+                   const auto found = value.find(name);
+                   if (found == value.end()) return;
+                   if constexpr (field::Unwrap<std::decay_t<decltype(member)>>::optional) {
+                       this->optionalMember(*found, member, kind, pointer + "/" + name);
+                   } else {
+                       this->member(*found, member, kind, pointer + "/" + name);
+                   }
+               });
+        for (const auto& item : value.items()) {
+            if (std::find(known.begin(), known.end(), item.key()) == known.end()) {
+                refuse(joinedPointer(pointer, item.key()),
+                       "is not a known field" + didYouMean(item.key(), known), listed(known));
+            }
+        }
+    }
+
+private:
+    static std::string typed(const nlohmann::json& value) {
+        return std::string("is ") + value.type_name();
+    }
+
+    void refuse(std::string pointer, std::string detail, std::string allowed) {
+        errors_.push_back({std::move(pointer), std::move(detail), std::move(allowed)});
+    }
+
+    // An optional member is filled only by a sound value.
+    template <class T, class K>
+    void optionalMember(const nlohmann::json& value, std::optional<T>& target, const K& kind,
+                        const std::string& pointer) {
+        T inner = target.value_or(T{});
+        const std::size_t before = errors_.size();
+        member(value, inner, kind, pointer);
+        if (errors_.size() == before) target = std::move(inner);
+    }
+
+    template <class T>
+    void member(const nlohmann::json& value, T& target, const Range& range,
+                const std::string& pointer) {
+        if constexpr (field::components<T> == 1) {
+            if (const auto read = number<T>(value, range, pointer)) target = static_cast<T>(*read);
+        } else {
+            if (!value.is_array() || value.size() != field::components<T>) {
+                refuse(pointer,
+                       value.is_array() ? "has " + std::to_string(value.size()) + " elements"
+                                        : typed(value),
+                       field::allowedText<T>(range));
+                return;
+            }
+            for (std::size_t i = 0; i < field::components<T>; ++i) {
+                const auto read =
+                    number<double>(value[i], range, pointer + "/" + std::to_string(i));
+                if (read) target[static_cast<int>(i)] = *read;
+            }
+        }
+    }
+
+    // Checked as a double, so that narrowing can lose nothing.
+    template <class T>
+    std::optional<double> number(const nlohmann::json& value, const Range& range,
+                                 const std::string& pointer) {
+        if (!value.is_number()) {
+            refuse(pointer, typed(value), field::allowedText<T>(range));
+            return std::nullopt;
+        }
+        const double read = value.get<double>();
+        if (!std::isfinite(read) || read < range.min || read > range.max) {
+            refuse(pointer, "is out of range", field::allowedText<T>(range));
+            return std::nullopt;
+        }
+        if (field::isWhole<T> && read != std::floor(read)) {
+            refuse(pointer, "is not a whole number", field::allowedText<T>(range));
+            return std::nullopt;
+        }
+        return read;
+    }
+
+    void member(const nlohmann::json& value, std::string& target, const Text& kind,
+                const std::string& pointer) {
+        const std::string allowed = "at most " + std::to_string(kind.maxLength) + " bytes of text";
+        if (!value.is_string()) {
+            refuse(pointer, typed(value), allowed);
+        } else if (value.get_ref<const std::string&>().size() > kind.maxLength) {
+            refuse(pointer, "is too long", allowed);
+        } else {
+            target = value.get<std::string>();
+        }
+    }
+
+    void member(const nlohmann::json& value, bool& target, const Flag&,
+                const std::string& pointer) {
+        if (value.is_boolean()) {
+            target = value.get<bool>();
+        } else {
+            refuse(pointer, typed(value), "true or false");
+        }
+    }
+
+    template <class E>
+    void member(const nlohmann::json& value, E& target, const Choice<E>& choice,
+                const std::string& pointer) {
+        const std::string allowed = "one of: " + listed(field::wordsOf(choice));
+        if (!value.is_string()) {
+            refuse(pointer, typed(value), allowed);
+            return;
+        }
+        const auto& word = value.get_ref<const std::string&>();
+        for (const auto& [candidate, meaning] : choice.words) {
+            if (candidate == word) {
+                target = meaning;
+                return;
+            }
+        }
+        refuse(pointer, "is not a known word" + didYouMean(word, field::wordsOf(choice)), allowed);
+    }
+
+    template <class S>
+    void member(const nlohmann::json& value, S& target, const Nested&, const std::string& pointer) {
+        object(value, target, pointer);
+    }
+
+    template <class S>
+    void member(const nlohmann::json& value, std::vector<S>& target, const NestedList& list,
+                const std::string& pointer) {
+        const std::string allowed = "a list of at most " + std::to_string(list.most);
+        if (!value.is_array()) return refuse(pointer, typed(value), allowed);
+        if (value.size() > list.most) {
+            return refuse(pointer, "has " + std::to_string(value.size()) + " elements", allowed);
+        }
+        target.assign(value.size(), S{});
+        for (std::size_t i = 0; i < target.size(); ++i) {
+            object(value[i], target[i], pointer + "/" + std::to_string(i));
+        }
+    }
+
+    // A preset's name, or an object that starts from a preset and sets single knobs.
+    template <class S>
+    void member(const nlohmann::json& value, S& target, const NestedPreset&,
+                const std::string& pointer) {
+        const auto presets = presetsOf(target);
+        if (!value.is_string() && !value.is_object()) {
+            return refuse(pointer, typed(value),
+                          "one of: " + listed(field::wordsOf(presets)) + "; or an object of knobs");
+        }
+        auto preset = target.preset;
+        if (value.is_string()) {
+            member(value, preset, presets, pointer);
+            target = ofPreset(target, preset);
+            return;
+        }
+        if (const auto found = value.find("preset"); found != value.end() && found->is_string()) {
+            for (const auto& [word, meaning] : presets.words) {
+                if (word == found->template get_ref<const std::string&>()) preset = meaning;
+            }
+        }
+        target = ofPreset(target, preset);
+        object(value, target, pointer);
+    }
+
+    std::vector<FieldError>& errors_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,84 @@
+// Other materials for chosen surfaces: in a request for one frame, in a scene's side file for good.
+#pragma once
+
+#include "scene/dressing.h"
+#include "scene/fields.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+// Chooses every instance whose material has the one name, and whose node, or a node above it, has
+// the other; of names that are absent nothing is asked. A field that is set takes the place of the
+// texture that would scale it.
+struct MaterialOverride {
+    std::optional<std::string> material;
+    std::optional<std::string> node;
+    std::optional<glm::dvec3> baseColor;
+    std::optional<double> metallic;
+    std::optional<double> roughness;
+    std::optional<glm::dvec3> emissive;
+    std::optional<double> emissiveStrength;
+    std::optional<double> transmission;
+    std::optional<double> ior;
+    std::optional<double> thickness;
+    std::optional<glm::dvec3> attenuationColor;
+    std::optional<double> attenuationDistance;
+    std::optional<Reflection> reflection;
+    std::optional<std::string> probe;
+    std::optional<std::string> environmentMap;
+    std::optional<std::array<double, 4>> environmentRotation;  // x y z w
+};
+
+inline Choice<Reflection> reflectionChoice() {
+    return {{{"automatic", Reflection::automatic},
+             {"none", Reflection::none},
+             {"mirror", Reflection::mirror}}};
+}
+
+template <class V>
+void fields(MaterialOverride& o, V&& visit) {
+    visit("material", o.material, Text{256}, "name of the material it changes");
+    visit("node", o.node, Text{256}, "name of the node at or below which it changes materials");
+    visit("baseColor", o.baseColor, Range{0, 1e6}, "linear RGB; coverage stays");
+    visit("metallic", o.metallic, Range{0, 1}, "0: dielectric, 1: metal");
+    visit("roughness", o.roughness, Range{0, 1}, "perceptual; alpha is its square");
+    visit("emissive", o.emissive, Range{0, 1e6}, "linear RGB radiance, times emissiveStrength");
+    visit("emissiveStrength", o.emissiveStrength, Range{0, 1e6}, "factor on emissive");
+    visit("transmission", o.transmission, Range{0, 1}, "share of light that enters it: glass");
+    visit("ior", o.ior, Range{1, 10}, "index of refraction");
+    visit("thickness", o.thickness, Range{0, 1e6},
+          "of the volume, metres in mesh space; 0: thin-walled");
+    visit("attenuationColor", o.attenuationColor, Range{0, 1},
+          "what white light becomes after attenuationDistance");
+    visit("attenuationDistance", o.attenuationDistance, Range{0, 1e9},
+          "metres; 0: absorbs nothing");
+    visit("reflection", o.reflection, reflectionChoice(),
+          "whether it reflects the scene; automatic: by metallic and roughness");
+    visit("probe", o.probe, Text{128}, "a probe of the scene that it reflects; empty: its own");
+    visit("environmentMap", o.environmentMap, Text{128},
+          "a loaded environment map that it reflects instead of the scene; empty: none");
+    visit("environmentRotation", o.environmentRotation, Range{-1e3, 1e3},
+          "world from that map, unit quaternion x y z w");
+}
+
+// Every field that is set; the textures whose place it takes go, the mean of what they also held
+// stays.
+void apply(const Scene& scene, const MaterialOverride& from, Material& to);
+
+// What no single field can know: that something is chosen, that names are the scene's, that a
+// rotation is one. `pointer` is that of the list.
+std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialOverride>& overrides,
+                                 const std::string& pointer = "/overrides");
+
+// The scene with the overrides on, in their order. Instances that come to the same share a material
+// of their own; one that chooses nothing costs nothing and is no error here.
+Dressing dressed(const Scene& scene, const std::vector<MaterialOverride>& overrides);
+
+// The same for good.
+void dressForGood(Scene& scene, const std::vector<MaterialOverride>& overrides);
+
+}  // namespace clerestory

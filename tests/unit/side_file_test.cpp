@@ -1,0 +1,201 @@
+// What stands beside a model and in its extras: applied for good, and harmless when it is wrong.
+#include "tests/unit/import_support.h"
+
+#include "scene/classification.h"
+#include "scene/import/side_file.h"
+
+#include <gmock/gmock.h>
+
+namespace clerestory {
+namespace {
+
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+using testing::Not;
+
+// A floor and a wall of one material each, at nodes of a hall.
+constexpr const char* kHall = R"({
+  "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+  "nodes": [{"name": "hall", "children": [1, 2]},
+            {"name": "ground", "mesh": 0, "extras": {"probe": {"size": 0.5, "resolution": 64}}},
+            {"name": "side", "mesh": 1, "translation": [0, 1, 0]}],
+  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]},
+             {"primitives": [{"attributes": {"POSITION": 0}, "material": 1}]}],
+  "materials": [
+    {"name": "stone", "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.9}},
+    {"name": "paint", "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.8},
+     "extras": EXTRAS}],
+  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"}],
+  "bufferViews": [{"buffer": 0, "byteLength": 72}],
+  "buffers": [{"byteLength": 72, "uri": "hall.bin"}]})";
+
+class SideFile : public testing::Test {
+protected:
+    Scene load(const std::string& sideFile, const std::string& extras = "{}") {
+        const float corners[] = {0, 0, 0, 1, 0, 0, 1, 0, -1, 0, 0, 0, 1, 0, -1, 0, 0, -1};
+        folder_.write("hall.bin", {reinterpret_cast<const char*>(corners), sizeof corners});
+        std::string model = kHall;
+        model.replace(model.find("EXTRAS"), 6, extras);
+        if (!sideFile.empty()) folder_.write("hall.clerestory.json", sideFile);
+        return importSceneHere(folder_.write("hall.gltf", model));
+    }
+    static const Material& of(const Scene& scene, std::size_t instance) {
+        return scene.materials.at(scene.instances.at(instance).material);
+    }
+
+    TemporaryFolder folder_;
+};
+
+TEST_F(SideFile, ChangesMaterialsForGood) {
+    const Scene plain = load("");
+    const Scene scene = load(R"({"overrides": [
+        {"material": "stone", "roughness": 0.1, "baseColor": [0.2, 0.3, 0.4]},
+        {"node": "hall", "ior": 1.3},
+        {"node": "hall", "material": "paint", "reflection": "mirror"}]})");
+    EXPECT_EQ(of(scene, 0).roughness, 0.1f);
+    EXPECT_EQ(of(scene, 0).baseColor, glm::vec4(0.2f, 0.3f, 0.4f, 1.0f));
+    EXPECT_EQ(of(scene, 0).ior, 1.3f) << "a node's name chooses what hangs below it";
+    EXPECT_EQ(of(scene, 0).reflection, Reflection::automatic);
+    EXPECT_EQ(of(scene, 1).roughness, 0.8f);
+    EXPECT_EQ(of(scene, 1).reflection, Reflection::mirror);
+    EXPECT_NE(scene.contentHash, plain.contentHash);
+    EXPECT_EQ(warning(scene, "sideFile"), nullptr);
+    EXPECT_EQ(surfacesOf(scene)[0].why, Why::gloss);
+    EXPECT_EQ(surfacesOf(scene)[1].why, Why::asked);
+    EXPECT_EQ(surfacesOf(plain)[0].why, Why::dull);
+}
+
+TEST_F(SideFile, PlacesProbesThatMaterialsNameThem) {
+    const Scene scene = load(R"({
+        "probes": [{"name": "corner", "position": [1, 2, 3], "size": 0.25, "zfar": 9},
+                   {"name": "rider", "node": "side", "position": [0, 0, 1], "resolution": 128}],
+        "overrides": [{"material": "stone", "probe": "corner"},
+                      {"material": "paint", "probe": "ground"}]})");
+    ASSERT_EQ(scene.probes.size(), 3u);
+    EXPECT_EQ(scene.probes[0].name, "ground") << "named like its node";
+    EXPECT_EQ(scene.probes[0].size, 0.5);
+    EXPECT_EQ(scene.nodes[scene.probes[0].node].name, "ground");
+    EXPECT_EQ(scene.probes[0].resolution, 64u);
+    EXPECT_EQ(scene.probes[1].position, glm::dvec3(1, 2, 3));
+    EXPECT_EQ(scene.probes[1].node, kNone);
+    EXPECT_EQ(scene.probes[1].zfar, 9.0);
+    EXPECT_EQ(scene.nodes[scene.probes[2].node].name, "side");
+    EXPECT_EQ(of(scene, 0).probe, "corner");
+    EXPECT_EQ(of(scene, 1).probe, "ground");
+    EXPECT_EQ(warning(scene, "sideFile"), nullptr);
+}
+
+TEST_F(SideFile, ExtrasSayTheSame) {
+    const Scene scene = load("", R"({"reflection": "mirror", "environmentMap": "dusk",
+        "environmentRotation": [0, 0.6, 0, 0.8], "roughness": "somebody else's note"})");
+    EXPECT_EQ(of(scene, 1).reflection, Reflection::mirror);
+    EXPECT_EQ(of(scene, 1).environmentMap, "dusk");
+    EXPECT_NEAR(of(scene, 1).environmentRotation.y, 0.6, 1e-12);
+    EXPECT_NEAR(of(scene, 1).environmentRotation.w, 0.8, 1e-12);
+    EXPECT_EQ(of(scene, 1).roughness, 0.8f);
+    EXPECT_EQ(warning(scene, "badExtras"), nullptr);
+    EXPECT_EQ(of(load("", R"({"probe": "ground"})"), 1).probe, "ground");
+}
+
+TEST_F(SideFile, WrongExtrasAreWarnings) {
+    for (const char* extras :
+         {R"({"reflection": "chrome"})", R"({"reflection": 1})",
+          R"({"environmentRotation": [0, 0, 0, 0]})", R"({"environmentRotation": [0, 0, 1]})",
+          R"({"environmentMap": null})"}) {
+        const Scene scene = load("", extras);
+        EXPECT_NE(warning(scene, "badExtras"), nullptr) << extras;
+        EXPECT_EQ(of(scene, 1).reflection, Reflection::automatic);
+    }
+    for (const char* extras : {"[]", "7", "null", R"("mirror")", "{}"}) {
+        EXPECT_EQ(warning(load("", extras), "badExtras"), nullptr) << extras;
+    }
+    const Scene unknown = load("", R"({"probe": "nowhere"})");
+    EXPECT_NE(warning(unknown, "unknownProbe"), nullptr);
+    EXPECT_EQ(of(unknown, 1).probe, "");
+}
+
+struct Harmless {
+    const char* name;
+    const char* file;
+    const char* place;    // in a warning's subject
+    const char* message;  // in its message
+};
+class HarmlessSideFile : public SideFile, public testing::WithParamInterface<Harmless> {};
+
+TEST_P(HarmlessSideFile, IsAWarningWithItsPlace) {
+    const Scene scene = load(GetParam().file);
+    EXPECT_THAT(
+        scene.warnings,
+        Contains(testing::AllOf(Field(&ImportWarning::code, "sideFile"),
+                                Field(&ImportWarning::subject, HasSubstr(GetParam().place)),
+                                Field(&ImportWarning::message, HasSubstr(GetParam().message)))));
+    for (const ImportWarning& w : scene.warnings) {
+        EXPECT_THAT(w.message, Not(HasSubstr((folder_ / "").string())));
+    }
+    EXPECT_EQ(of(scene, 0).roughness, 0.9f);
+    EXPECT_EQ(scene.probes.size(), 1u);
+    EXPECT_EQ(of(scene, 0).probe, "");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Files, HarmlessSideFile,
+    testing::Values(
+        Harmless{"binary", "\xff\xfe\x00\x01", "hall.clerestory.json", "JSON"},
+        Harmless{"cutShort", R"({"overrides": [{)", "hall.clerestory.json", "JSON"},
+        Harmless{"deep", "[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[",
+                 "hall.clerestory.json", ""},
+        Harmless{"list", "[]", "hall.clerestory.json", ""},
+        Harmless{"unknownField", R"({"override": []})", "/override", "did you mean"},
+        Harmless{"noList", R"({"overrides": {}})", "/overrides", "is object"},
+        Harmless{"noObject", R"({"overrides": [7]})", "/overrides/0", "is number"},
+        Harmless{"outOfRange", R"({"overrides": [{"material": "stone", "roughness": 2}]})",
+                 "/overrides/0/roughness", "0 to 1"},
+        Harmless{"misspelt", R"({"overrides": [{"material": "stone", "roughnes": 0.1}]})",
+                 "/overrides/0/roughnes", "did you mean"},
+        Harmless{"nothingChosen", R"({"overrides": [{"roughness": 0.1}]})", "/overrides/0",
+                 "chooses nothing"},
+        Harmless{"noSuchMaterial", R"({"overrides": [{"material": "stome", "roughness": 0.1}]})",
+                 "/overrides/0/material", "did you mean \"stone\""},
+        Harmless{"noSuchNode", R"({"overrides": [{"node": "attic", "roughness": 0.1}]})",
+                 "/overrides/0/node", "ground"},
+        Harmless{"noSuchProbe", R"({"overrides": [{"material": "stone", "probe": "attic"}]})",
+                 "/overrides/0/probe", "ground"},
+        Harmless{"badRotation",
+                 R"({"overrides": [{"material": "stone", "environmentRotation": [0, 0, 0, 0]}]})",
+                 "/overrides/0/environmentRotation", "unit quaternion"},
+        Harmless{"namelessProbe", R"({"probes": [{"size": 1}]})", "/probes/0", "without a name"},
+        Harmless{"doubledProbe", R"({"probes": [{"name": "ground"}]})", "/probes/0", "second"},
+        Harmless{"probeWithoutNode", R"({"probes": [{"name": "a", "node": "attic"}]})", "/probes/0",
+                 "not in the scene"}),
+    [](const auto& row) { return row.param.name; });
+
+TEST_F(SideFile, StandsBesideOtherFormatsToo) {
+    folder_.write("one.clerestory.json",
+                  R"({"overrides": [{"node": "one.obj", "transmission": 1, "roughness": 0}]})");
+    const Scene scene =
+        importSceneHere(folder_.write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+    EXPECT_EQ(surfacesOf(scene).at(0).glass, Glass::pane)
+        << (scene.warnings.empty() ? "" : scene.warnings[0].message);
+}
+
+TEST_F(SideFile, LeadsNowhereOutsideTheFolder) {
+    const TemporaryFolder outside;
+    outside.write("secret.json", R"({"overrides": [{"material": "stone", "roughness": 0.1}]})");
+    std::filesystem::create_symlink(outside / "secret.json", folder_ / "hall.clerestory.json");
+    EXPECT_EQ(of(load(""), 0).roughness, 0.9f);
+}
+
+TEST(GltfMaterial, GlassWhoseMetallicWasLeftOutIsNoMetal) {
+    const auto file = sharedScene("GlassTable/glass-table.glb");
+    CLERESTORY_NEEDS(file);
+    const Scene scene = importSceneHere(file);
+    EXPECT_EQ(material(scene, "Glass")->metallic, 0.0f);
+    EXPECT_NE(warning(scene, "transmissiveMetal"), nullptr);
+    int panes = 0;
+    for (const Surface& s : surfacesOf(scene)) panes += s.glass == Glass::pane;
+    EXPECT_GT(panes, 0);
+}
+
+}  // namespace
+}  // namespace clerestory
