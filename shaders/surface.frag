@@ -6,35 +6,21 @@
 #include "include/optics.glsl"
 #include "include/material.glsl"
 #include "include/lighting.glsl"
+#include "include/reflection.glsl"
 
 out vec4 color;  // premultiplied by coverage
-
-// Texels along an edge of environmentBrdf.
-const float kBrdfSize = 32.0f;
 
 vec3 towardsEye() {
     return direction(mix(-positionEye, -view.forward.xyz, view.forward.w));
 }
 
-Surface surfaceAt(vec3 baseColor) {
-    Surface s;
-    vec2 metallicRoughness = metallicRoughnessAt();
-    s.normal = normalAt();
-    s.toEye = towardsEye();
-    s.nDotV = max(dot(s.normal, s.toEye), kMinCosine);
-    s.diffuse = baseColor * (1.0f - metallicRoughness.x);
-    s.f0 = mix(material.dielectricF0.rgb, baseColor, metallicRoughness.x);
-    s.roughness = metallicRoughness.y;
-    vec2 brdf = textureLod(environmentBrdf,
-                           environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
-    s.reflectance = specularEnvironment(s.f0, brdf);
+vec3 shaded(MaterialPoint m) {
+    Surface s = surfaceOf(m, towardsEye());
+    vec3 lamps = vec3(0.0f);
     if (has(FEATURE_LIGHTS)) {
-        float alpha = s.roughness * s.roughness;
-        s.alphaSquared = alpha * alpha;
-        s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
-        s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
+        lamps = lampsLight(s, positionEye, int(drawNumbers.x), int(drawNumbers.y));
     }
-    return s;
+    return lamps + m.occlusion * surroundingLight(s, reflectedRadiance(s, positionEye));
 }
 
 void main() {
@@ -42,11 +28,8 @@ void main() {
     if (has(FEATURE_MASK) && base.a < material.emissive.w) discard;
     float coverage = has(FEATURE_BLEND) ? clamp(base.a, 0.0f, 1.0f) : 1.0f;
 
-    vec3 radiance = base.rgb;
-    if (!has(FEATURE_UNLIT)) {
-        Surface s = surfaceAt(base.rgb);
-        radiance = lampsLight(s) + occlusionAt() * environmentLight(s);
-    }
+    MaterialPoint m = materialAt(base);
+    vec3 radiance = has(FEATURE_UNLIT) ? base.rgb : shaded(m);
     // Coverage dims what lies on the surface, not what it gives off.
-    color = vec4(radianceFinite(radiance * coverage + emittedAt()), coverage);
+    color = vec4(radianceFinite(radiance * coverage + m.emitted), coverage);
 }
