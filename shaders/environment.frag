@@ -16,13 +16,14 @@ void main() {
                        st.y * prefilter.faceAxes[2].xyz);  // length 1 to sqrt(3) before
     mat3 mapFromLobe = frameAbout(n);
 
-    vec3 sum = vec3(0.0f);
+    vec4 sum = vec4(0.0f);  // a captured cube keeps distances in alpha
     float weight = 0.0f;
     int i = 0;
     do {
         vec4 s = prefilter.samples[i];
-        sum += textureLod(source, mapFromLobe * s.xyz, s.w).rgb * s.z;
+        sum += textureLod(source, mapFromLobe * s.xyz, s.w) * s.z;
         weight += s.z;
     } while (++i < prefilter.counts.x);
-    color = vec4(radianceFinite(sum / max(weight, 1e-6f)), 1.0f);
+    sum /= max(weight, 1e-6f);
+    color = vec4(radianceFinite(sum.rgb), sum.a);
 }

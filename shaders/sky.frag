@@ -1,6 +1,7 @@
 // The environment map itself, at its own resolution.
 #include "include/block_macros.glsl"
 #include "include/optics.glsl"
+#include "include/distance_share.glsl"
 
 layout(binding = UNIT_SOURCE) uniform samplerCube source;
 
@@ -9,5 +10,5 @@ out vec4 color;
 
 void main() {
     vec3 radiance = textureLod(source, towards, 0.0f).rgb;
-    color = vec4(radianceFinite(radiance * view.environment.y), 1.0f);
+    color = vec4(radianceFinite(radiance * view.environment.y), kFarShare);
 }

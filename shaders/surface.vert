@@ -21,16 +21,18 @@ vec3 unit(vec3 v) {
 void main() {
     positionEye = eyePosition();
     gl_Position = clipPosition(positionEye);
+    if (has(FEATURE_CLIP)) clipAt(positionEye);
 
     vertexNormal = unit(vec3(dot(normalFromModel[0].xyz, normal), dot(normalFromModel[1].xyz, normal),
                              dot(normalFromModel[2].xyz, normal)));
+    float volume = dot(eyeFromModel[0].xyz, cross(eyeFromModel[1].xyz, eyeFromModel[2].xyz));
+    modelScale = has(FEATURE_GLASS) ? pow(max(abs(volume), 1e-36f), 1.0f / 3.0f) : 1.0f;
     drawNumbers = vec3(normalFromModel[0].w, normalFromModel[1].w, normalFromModel[2].w);
     if (has(FEATURE_NORMAL_MAP)) {
         vertexTangent.xyz =
             unit(vec3(dot(eyeFromModel[0].xyz, tangent.xyz), dot(eyeFromModel[1].xyz, tangent.xyz),
                       dot(eyeFromModel[2].xyz, tangent.xyz)));
         // A mirrored instance turns the cross product of normal and tangent round.
-        float volume = dot(eyeFromModel[0].xyz, cross(eyeFromModel[1].xyz, eyeFromModel[2].xyz));
         vertexTangent.w = volume < 0.0f ? -tangent.w : tangent.w;
     } else {
         vertexTangent = vec4(0.0f);

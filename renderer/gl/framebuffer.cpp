@@ -96,6 +96,14 @@ void Framebuffer::resolveInto(const Framebuffer& target) const {
     glBlitFramebuffer(0, 0, w, h, 0, 0, w, h, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
+void Framebuffer::scaleInto(const Framebuffer& target) const {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.name_.get());
+    glBlitFramebuffer(0, 0, static_cast<int>(width_), static_cast<int>(height_), 0, 0,
+                      static_cast<int>(target.width_), static_cast<int>(target.height_),
+                      GL_COLOR_BUFFER_BIT, GL_LINEAR);
+}
+
 void Framebuffer::readBytes(std::span<std::byte> rgba) const {
     assert(rgba.size() == std::size_t{4} * width_ * height_);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());

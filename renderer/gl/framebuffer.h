@@ -39,7 +39,8 @@ public:
     ~Framebuffer();
 
     void bind() const;  // to draw into, with a viewport that covers it
-    void resolveInto(const Framebuffer& target) const;
+    void resolveInto(const Framebuffer& target) const;  // same size
+    void scaleInto(const Framebuffer& target) const;    // bilinear; not from multisampled memory
     void readBytes(std::span<std::byte> rgba) const;  // 8 bits a channel, first row first
     void readFloats(std::span<float> rgba) const;
     std::uint32_t width() const { return width_; }

@@ -37,7 +37,8 @@ void apply(const State& state) {
     const GLboolean color = state.colorWrite ? GL_TRUE : GL_FALSE;
     glColorMask(color, color, color, color);
     enable(GL_BLEND, state.blending != Blending::none);
-    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    enable(GL_CLIP_DISTANCE0, state.clip);
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     glEnable(GL_FRAMEBUFFER_SRGB);
     glDisable(GL_SCISSOR_TEST);

@@ -16,7 +16,8 @@ struct State {
     DepthTest depthTest = DepthTest::none;
     bool depthWrite = false;
     bool colorWrite = true;
-    Blending blending = Blending::none;
+    Blending blending = Blending::none;  // of colour; alpha then stays as it was
+    bool clip = false;                   // gl_ClipDistance[0] counts
 };
 
 // Also sets what never differs: seamless cubes, sRGB encoding into sRGB targets, clip control,

@@ -18,8 +18,9 @@ using glm::vec4, glm::ivec4, glm::mat4;
 #undef BLOCK_END
 // clang-format on
 
-static_assert(sizeof(ViewBlock) == 288);
-static_assert(sizeof(MaterialBlock) == 224);
+static_assert(sizeof(ViewBlock) == 368);
+static_assert(sizeof(ReflectionBlock) == 96);
+static_assert(sizeof(MaterialBlock) == 320);
 static_assert(sizeof(FilterBlock) == 16);
 
 template <class Block>

@@ -34,13 +34,13 @@ void runChannelPass(PassResources& resources, const PassInput& input) {
     resources.draws.upload();
     bindView(resources, input, worldAxes);
 
-    input.target.drawn().bind();
+    input.target().drawn().bind();
     gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true});
     gl::clearColorAndDepth();
     const DrawProgram program{"surface.vert", "channel.frag", kGeometry | kCoverage,
                               variantOf(input.plan.channel)};
     drawAll(resources, input, pass.opaqueDraws, records, program);
-    input.target.resolve();
+    input.target().resolve();
 }
 
 }  // namespace clerestory

@@ -18,11 +18,9 @@ constexpr glm::vec3 kFaceAxes[6][3] = {
 
 const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
 
-}  // namespace
-
-void runEnvironmentPass(PassResources& resources, const PassInput& input) {
-    const TargetSpec& spec = input.target.spec();
-    const gl::Texture& source = input.environment->source;
+void prefilter(PassResources& resources, const PassInput& input, const gl::Texture& source,
+               std::uint32_t samplesPerTexel) {
+    const TargetSpec& spec = input.target().spec();
     gl::apply(gl::State{});
     gl::apply(gl::Facing{.cullBack = false});
     source.bind(UNIT_SOURCE);
@@ -34,9 +32,8 @@ void runEnvironmentPass(PassResources& resources, const PassInput& input) {
         const float roughness =
             spec.levels > 1 ? static_cast<float>(level) / static_cast<float>(spec.levels - 1) : 0;
         const float texels = static_cast<float>(std::max(1u, spec.width >> level));
-        const std::vector<glm::vec4> samples =
-            environmentSamples(roughness, input.plan.environmentSamples,
-                               static_cast<float>(source.description().width), texels);
+        const std::vector<glm::vec4> samples = environmentSamples(
+            roughness, samplesPerTexel, static_cast<float>(source.description().width), texels);
         blocks::PrefilterBlock block{};
         block.counts.x = static_cast<int>(samples.size());
         std::copy(samples.begin(), samples.end(), block.samples);
@@ -47,10 +44,20 @@ void runEnvironmentPass(PassResources& resources, const PassInput& input) {
             }
             resources.prefilterBlock.assign(blocks::bytesOf(block));
             resources.prefilterBlock.bindUniform(BINDING_PREFILTER);
-            input.target.face(level, face).bind();
+            input.target().face(level, face).bind();
             gl::drawTriangle();
         }
     }
+}
+
+}  // namespace
+
+void runEnvironmentPass(PassResources& resources, const PassInput& input) {
+    prefilter(resources, input, input.environment->source, input.plan.environmentSamples);
+}
+
+void runPrefilterPass(PassResources& resources, const PassInput& input) {
+    prefilter(resources, input, input.read(0).texture(), input.plan.probeSamples);
 }
 
 }  // namespace clerestory

@@ -25,8 +25,7 @@ std::uint32_t channelsOf(Channel channel) {
 }  // namespace
 
 void Executor::upload(const std::shared_ptr<const Scene>& scene) {
-    const std::size_t alignment = gl::Context::current().capabilities().uniformAlignment;
-    scenes_.try_emplace(scene.get(), scene, resources_.draws.records(), alignment);
+    scenes_.try_emplace(scene.get(), scene, resources_.draws.records());
 }
 
 const GpuEnvironment& Executor::uploaded(const EnvironmentMap& map) {
@@ -49,10 +48,25 @@ void Executor::runPass(const PassInput& input) {
     switch (input.pass.kind) {
         case PassKind::environment:
             runEnvironmentPass(resources_, input);
-            targets_.markResident(input.target);
+            targets_.markResident(input.target());
             break;
+        case PassKind::prefilter:
+            runPrefilterPass(resources_, input);
+            targets_.markResident(input.target());
+            break;
+        case PassKind::levels:
+            runLevelsPass(input);
+            break;
+        case PassKind::capture:
+        case PassKind::mirror:
         case PassKind::surface:
             runSurfacePass(resources_, input);
+            break;
+        case PassKind::backdrop:
+            runBackdropPass(input);
+            break;
+        case PassKind::glass:
+            runGlassPass(resources_, input);
             break;
         case PassKind::channel:
             runChannelPass(resources_, input);
@@ -91,24 +105,21 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
 Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& pose,
                         const EnvironmentMap& environment) {
     targets_.beginFrame();
+    if (!plan.materials.empty()) resources_.frameMaterials.assign(plan.materials);
     std::vector<Target*> targets;
     for (const TargetSpec& spec : plan.targets) targets.push_back(&targets_.acquire(spec));
 
     Execution result;
     for (const Pass& pass : plan.passes) {
         const Clock::time_point start = Clock::now();
-        const bool surface = pass.kind == PassKind::surface;
         const bool needsMap =
-            pass.kind == PassKind::environment || (surface && (pass.sky || !pass.reads.empty()));
-        const bool needsScene = surface || pass.kind == PassKind::channel;
+            pass.kind == PassKind::environment || pass.sky || pass.environment != kNoTarget;
         PassInput input{.plan = plan,
                         .pass = pass,
-                        .target = *targets[pass.target],
-                        .reads = {},
-                        .scene = needsScene ? &scenes_.at(&scene) : nullptr,
+                        .targets = targets,
+                        .scene = pass.views.empty() ? nullptr : &scenes_.at(&scene),
                         .pose = pose,
                         .environment = needsMap ? &uploaded(environment) : nullptr};
-        for (const TargetId read : pass.reads) input.reads.push_back(targets[read]);
         runPass(input);
         glFinish();  // so that the wall clock tells this pass's time
         result.passMilliseconds.push_back(millisecondsSince(start));

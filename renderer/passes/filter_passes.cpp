@@ -20,8 +20,8 @@ int variantOf(ToneMap curve) {
 void drawFilter(PassResources& resources, const PassInput& input, const char* shader, int variant) {
     gl::apply(gl::State{});
     gl::apply(gl::Facing{.cullBack = false});
-    input.target.drawn().bind();
-    input.reads.front()->texture().bind(UNIT_SOURCE);
+    input.target().drawn().bind();
+    input.read(0).texture().bind(UNIT_SOURCE);
     resources.samplers.sampler({}).bind(UNIT_SOURCE);
     resources.shaders.program({"fullscreen.vert", shader, 0, variant}).use();
     resources.noVertices.bind();

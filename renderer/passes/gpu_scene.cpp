@@ -1,6 +1,7 @@
 // Uploading a scene.
 #include "passes/gpu_scene.h"
 
+#include "gl/context.h"
 #include "passes/blocks.h"
 #include "passes/draw_stream.h"
 #include "plan/features.h"
@@ -15,12 +16,17 @@ namespace {
 
 // In the order of the texture units.
 std::array<const TextureSlot*, MATERIAL_SLOTS> slotsOf(const Material& m) {
-    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture, &m.occlusionTexture,
-            &m.emissiveTexture};
+    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
+            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
+            &m.thicknessTexture};
 }
 constexpr std::array<Features, MATERIAL_SLOTS> kSlotFeatures = {
     FEATURE_BASE_COLOR_MAP, FEATURE_METALLIC_ROUGHNESS_MAP, FEATURE_NORMAL_MAP,
-    FEATURE_OCCLUSION_MAP, FEATURE_EMISSIVE_MAP};
+    FEATURE_OCCLUSION_MAP,  FEATURE_EMISSIVE_MAP,           FEATURE_TRANSMISSION_MAP,
+    FEATURE_THICKNESS_MAP};
+constexpr std::array<unsigned, MATERIAL_SLOTS> kSlotUnits = {
+    UNIT_BASE_COLOR, UNIT_METALLIC_ROUGHNESS, UNIT_NORMAL,   UNIT_OCCLUSION,
+    UNIT_EMISSIVE,   UNIT_TRANSMISSION,       UNIT_THICKNESS};
 
 // KHR_texture_transform: scaled, then turned, then moved. The picture's v points down, so a
 // counter-clockwise turn has its minus sign in the second row.
@@ -39,6 +45,8 @@ blocks::MaterialBlock blockOf(const Material& m) {
     const float r = (m.ior - 1.0f) / (m.ior + 1.0f);  // ior is at least 1
     block.dielectricF0 =
         glm::vec4(glm::min(r * r * m.specularColor, 1.0f) * m.specular, m.specular);
+    block.glass = {m.transmission, m.ior, m.thickness, m.attenuationDistance};
+    block.attenuation = glm::vec4(m.attenuationColor, 0.0f);
     const auto slots = slotsOf(m);
     for (std::size_t i = 0; i < slots.size(); ++i) {
         setTexCoordRows(*slots[i], &block.texCoordRows[2 * i]);
@@ -46,13 +54,9 @@ blocks::MaterialBlock blockOf(const Material& m) {
     return block;
 }
 
-std::vector<std::byte> materialBytes(const Scene& scene, std::size_t stride) {
-    std::vector<std::byte> bytes(stride * std::max<std::size_t>(1, scene.materials.size()));
-    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-        const blocks::MaterialBlock block = blockOf(scene.materials[i]);
-        std::memcpy(bytes.data() + i * stride, &block, sizeof block);
-    }
-    return bytes;
+std::size_t materialStride() {
+    const std::size_t alignment = gl::Context::current().capabilities().uniformAlignment;
+    return (sizeof(blocks::MaterialBlock) + alignment - 1) / alignment * alignment;
 }
 
 gl::Texture uploaded(const TextureImage& image) {
@@ -130,27 +134,41 @@ const gl::Sampler& SamplerCache::sampler(const gl::SamplerDescription& descripti
     return samplers_.try_emplace(description, description).first->second;
 }
 
-GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
-                   std::size_t uniformAlignment)
+void MaterialBlocks::assign(std::span<const Material> materials) {
+    const std::size_t stride = materialStride();
+    std::vector<std::byte> bytes(stride * std::max<std::size_t>(1, materials.size()));
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        const blocks::MaterialBlock block = blockOf(materials[i]);
+        std::memcpy(bytes.data() + i * stride, &block, sizeof block);
+    }
+    buffer_.assign(bytes);
+}
+
+void MaterialBlocks::bind(std::size_t place) const {
+    buffer_.bindUniform(BINDING_MATERIAL, place * materialStride(), sizeof(blocks::MaterialBlock));
+}
+
+GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords)
     : scene_(std::move(scene)),
       vertices_(std::as_bytes(std::span(scene_->vertices))),
       indices_(std::as_bytes(std::span(scene_->indices))),
-      vertexArray_(vertexArrayOf(vertices_, indices_, drawRecords)),
-      materialStride_((sizeof(blocks::MaterialBlock) + uniformAlignment - 1) / uniformAlignment *
-                      uniformAlignment),
-      materials_(materialBytes(*scene_, materialStride_)) {
+      vertexArray_(vertexArrayOf(vertices_, indices_, drawRecords)) {
+    materials_.assign(scene_->materials);
     images_.reserve(scene_->images.size());
     for (const TextureImage& image : scene_->images) images_.push_back(uploaded(image));
 }
 
-void GpuScene::bindMaterial(Index material, Features features, std::uint32_t anisotropy,
-                            SamplerCache& samplers) const {
-    materials_.bindUniform(BINDING_MATERIAL, material * materialStride_,
-                           sizeof(blocks::MaterialBlock));
-    const auto slots = slotsOf(scene_->materials[material]);
-    for (std::uint32_t unit = 0; unit < MATERIAL_SLOTS; ++unit) {
-        if (!(features & kSlotFeatures[unit])) continue;
-        const Texture& texture = scene_->textures[slots[unit]->texture];
+void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features features,
+                            std::uint32_t anisotropy, SamplerCache& samplers) const {
+    const std::size_t count = scene_->materials.size();
+    const bool ofScene = material < count;
+    (ofScene ? materials_ : own.blocks).bind(ofScene ? material : material - count);
+    const auto slots =
+        slotsOf(ofScene ? scene_->materials[material] : own.materials[material - count]);
+    for (std::size_t slot = 0; slot < MATERIAL_SLOTS; ++slot) {
+        if (!(features & kSlotFeatures[slot])) continue;
+        const unsigned unit = kSlotUnits[slot];
+        const Texture& texture = scene_->textures[slots[slot]->texture];
         images_[texture.image].bind(unit);
         const bool holdsColor = scene_->images[texture.image].colorSpace == ColorSpace::srgb;
         samplers.sampler(samplerOf(texture, holdsColor, anisotropy)).bind(unit);

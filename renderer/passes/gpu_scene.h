@@ -9,6 +9,7 @@
 
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace clerestory {
@@ -22,24 +23,39 @@ private:
     std::map<gl::SamplerDescription, gl::Sampler> samplers_;
 };
 
+// The blocks of materials, each at a multiple of the driver's alignment.
+class MaterialBlocks {
+public:
+    void assign(std::span<const Material> materials);
+    void bind(std::size_t place) const;
+
+private:
+    gl::Buffer buffer_;
+};
+
+// Materials that belong to one frame (FramePlan::materials).
+struct FrameMaterials {
+    std::span<const Material> materials;
+    const MaterialBlocks& blocks;
+};
+
 class GpuScene {
 public:
     // Uploads everything. `drawRecords` feeds the per-draw attributes and must outlive this.
-    GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
-             std::size_t uniformAlignment);
+    GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords);
 
     const Scene& scene() const { return *scene_; }
     const gl::VertexArray& vertexArray() const { return vertexArray_; }
-    // The material's block and those of its textures that `features` reads.
-    void bindMaterial(Index material, Features features, std::uint32_t anisotropy,
-                      SamplerCache& samplers) const;
+    // The material's block and those of its textures that `features` reads. Materials beyond the
+    // scene's are those of `own`.
+    void bindMaterial(Index material, const FrameMaterials& own, Features features,
+                      std::uint32_t anisotropy, SamplerCache& samplers) const;
 
 private:
     std::shared_ptr<const Scene> scene_;
     gl::Buffer vertices_, indices_;
     gl::VertexArray vertexArray_;
-    std::size_t materialStride_;  // bytes
-    gl::Buffer materials_;
+    MaterialBlocks materials_;
     std::vector<gl::Texture> images_;
 };
 

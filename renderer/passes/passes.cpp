@@ -6,12 +6,14 @@
 #include "plan/features.h"
 #include "scene/environment_brdf.h"
 
+#include <algorithm>
+#include <cstring>
 #include <optional>
 
 namespace clerestory {
 namespace {
 
-// As kBrdfSize in lighting.glsl.
+// As kBrdfSize in surface.frag.
 constexpr std::uint32_t kBrdfSize = 32;
 
 // Enough to be worth the tiles' upkeep, few enough that filling starts soon: Sponza's court at
@@ -65,7 +67,7 @@ void bindView(PassResources& resources, const PassInput& input, const glm::dmat3
     const glm::dmat3 eyeFromView =
         axesFromWorld * glm::transpose(glm::dmat3(view.viewFromWorld));  // orthogonal
     const bool clipControl = gl::Context::current().capabilities().clipControl;
-    const bool lit = !input.reads.empty();
+    const bool lit = input.pass.environment != kNoTarget;
 
     blocks::ViewBlock block{};
     block.clipFromEye = glm::mat4(gl::deviceClip(view.clipFromView, clipControl) *
@@ -76,38 +78,97 @@ void bindView(PassResources& resources, const PassInput& input, const glm::dmat3
                 glm::vec4(input.environment->harmonics[i] * input.plan.environmentIntensity, 0.0f);
         }
     }
-    const float lastLevel = lit ? static_cast<float>(input.reads.front()->spec().levels - 1) : 0.0f;
+    const float lastLevel =
+        lit ? static_cast<float>(input.targets[input.pass.environment]->spec().levels - 1) : 0.0f;
     block.environment = {lastLevel, input.plan.environmentIntensity, clipControl ? 0.0f : -1.0f,
                          0.0f};
     block.forward = glm::vec4(glm::vec3(eyeFromView * glm::dvec3(0.0, 0.0, -1.0)),
                               view.orthographic ? 1.0f : 0.0f);
     setSkyDirections(view, eyeFromView, block.skyDirections);
+    if (view.clipPlane) {
+        block.clipPlane = glm::vec4(glm::vec3(axesFromWorld * glm::dvec3(*view.clipPlane)),
+                                    static_cast<float>(view.clipPlane->w));
+    }
+    const TargetSpec& target = input.target().spec();
+    block.picture = {target.width, target.height,
+                     0.5 * target.height * view.clipFromView[1][1] * input.plan.perMetre,
+                     input.plan.perMetre};
+    for (int row = 0; row < 3; ++row) {  // the transpose of a rotation
+        block.worldFromEye[row] = glm::vec4(glm::vec3(axesFromWorld[row]), 0.0f);
+    }
     resources.viewBlock.assign(blocks::bytesOf(block));
     resources.viewBlock.bindUniform(BINDING_VIEW);
 }
 
+std::size_t reflectionStride() {
+    const std::size_t alignment = gl::Context::current().capabilities().uniformAlignment;
+    return (sizeof(blocks::ReflectionBlock) + alignment - 1) / alignment * alignment;
+}
+
+void uploadReflections(PassResources& resources, const PassInput& input,
+                       const glm::dmat3& axesFromWorld) {
+    const std::vector<ReflectedPicture>& reflections = input.pass.reflections;
+    std::vector<std::byte> bytes(reflectionStride() * std::max<std::size_t>(1, reflections.size()));
+    for (std::size_t i = 0; i < reflections.size(); ++i) {
+        const ReflectedPicture& r = reflections[i];
+        const TargetSpec& target = input.targets[r.target]->spec();
+        const glm::dvec2 perPixel = r.scale / glm::dvec2(target.width, target.height);
+        blocks::ReflectionBlock block{};
+        block.picture = glm::vec4(glm::vec2(perPixel), glm::vec2(-r.origin * perPixel));
+        block.levels = {target.levels - 1, r.pixelsPerSlope, target.width, 0.0f};
+        block.center =
+            glm::vec4(glm::vec3(axesFromWorld * (r.center - input.pass.views.front().eye)), 0.0f);
+        block.proxyMin = glm::vec4(glm::vec3(r.proxyMin), 0.0f);
+        block.proxyMax = glm::vec4(glm::vec3(r.proxyMax), 0.0f);
+        block.normal = glm::vec4(glm::vec3(axesFromWorld * r.normal), 0.0f);
+        std::memcpy(bytes.data() + i * reflectionStride(), &block, sizeof block);
+    }
+    resources.reflectionBlock.assign(bytes);
+}
+
+namespace {
+
+void bindReflection(PassResources& resources, const PassInput& input, const Draw& draw) {
+    const bool probe = (draw.features & FEATURE_PROBE) != 0;
+    const ReflectedPicture& reflection = input.pass.reflections[draw.reflection];
+    const unsigned unit = probe ? UNIT_ENVIRONMENT : UNIT_MIRROR;
+    input.targets[reflection.target]->texture().bind(unit);
+    resources.samplers.sampler({.levels = gl::LevelFilter::linear}).bind(unit);
+    resources.reflectionBlock.bindUniform(BINDING_REFLECTION, draw.reflection * reflectionStride(),
+                                          sizeof(blocks::ReflectionBlock));
+}
+
+}  // namespace
+
 void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,
              std::uint32_t firstRecord, const DrawProgram& program) {
-    const Scene& scene = input.scene->scene();
     input.scene->vertexArray().bind();
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;
+    std::uint32_t boundReflection = kNoReflection;
     std::optional<gl::Facing> facing;
     std::uint32_t unsubmitted = 0;  // triangles
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const Draw& draw = draws[i];
         const Features features = draw.features & program.relevant;
-        const Index material = scene.instances[draw.instance].material;
         if (boundFeatures != features) {
             resources.shaders.program({program.vertex, program.fragment, features, program.variant})
                 .use();
             boundMaterial = kNone;  // other features read other textures
         }
         boundFeatures = features;
-        if (program.materials && boundMaterial != material) {
-            input.scene->bindMaterial(material, features, input.plan.anisotropy,
-                                      resources.samplers);
-            boundMaterial = material;
+        if (program.materials && boundMaterial != draw.material) {
+            input.scene->bindMaterial(draw.material,
+                                      {input.plan.materials, resources.frameMaterials}, features,
+                                      input.plan.anisotropy, resources.samplers);
+            boundMaterial = draw.material;
+        }
+        if (program.materials && draw.reflection != boundReflection) {
+            if (draw.reflection != kNoReflection)
+                bindReflection(resources, input, draw);
+            else
+                bindEnvironment(resources, input);  // where a probe's cube may be
+            boundReflection = draw.reflection;
         }
         const gl::Facing wanted =
             resources.draws.facing(draw, (draw.features & FEATURE_DOUBLE_SIDED) != 0);
@@ -123,6 +184,14 @@ void drawAll(PassResources& resources, const PassInput& input, std::span<const D
             unsubmitted = 0;
         }
     }
+}
+
+void bindEnvironment(PassResources& resources, const PassInput& input) {
+    const gl::Texture& environment = input.pass.environment == kNoTarget
+                                         ? resources.darkness
+                                         : input.targets[input.pass.environment]->texture();
+    environment.bind(UNIT_ENVIRONMENT);
+    resources.samplers.sampler({.levels = gl::LevelFilter::linear}).bind(UNIT_ENVIRONMENT);
 }
 
 }  // namespace clerestory

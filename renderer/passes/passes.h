@@ -21,7 +21,8 @@ struct PassResources {
     ShaderLibrary shaders;
     SamplerCache samplers;
     DrawStream draws;
-    gl::Buffer viewBlock, prefilterBlock, filterBlock;
+    MaterialBlocks frameMaterials;
+    gl::Buffer viewBlock, reflectionBlock, prefilterBlock, filterBlock;
     gl::VertexArray noVertices;
     gl::Texture environmentBrdf;
     gl::Texture darkness;  // a black cube, where a plan asks for no environment
@@ -32,22 +33,34 @@ struct PassResources {
 struct PassInput {
     const FramePlan& plan;
     const Pass& pass;
-    const Target& target;
-    std::vector<const Target*> reads;  // as pass.reads
+    const std::vector<Target*>& targets;  // as plan.targets
     const GpuScene* scene = nullptr;
     const Pose& pose;
     const GpuEnvironment* environment = nullptr;  // where the pass needs the map itself
+
+    const Target& target() const { return *targets[pass.target]; }
+    const Target& read(std::size_t i) const { return *targets[pass.reads[i]]; }
 };
 
 void runEnvironmentPass(PassResources& resources, const PassInput& input);
+void runPrefilterPass(PassResources& resources, const PassInput& input);
+void runLevelsPass(const PassInput& input);
+// Of kinds surface, mirror and capture.
 void runSurfacePass(PassResources& resources, const PassInput& input);
+void runBackdropPass(const PassInput& input);
+void runGlassPass(PassResources& resources, const PassInput& input);
 void runChannelPass(PassResources& resources, const PassInput& input);
 void runToneMapPass(PassResources& resources, const PassInput& input);
 void runEdgeFilterPass(PassResources& resources, const PassInput& input);
 
 // Fills and binds the view's block, eye space turned by `axesFromWorld` (see blocks.glsl).
-// `reads` may be empty: then the environment gives no light.
 void bindView(PassResources& resources, const PassInput& input, const glm::dmat3& axesFromWorld);
+
+// Fills the blocks of the pass's reflections, which drawAll() binds draw by draw.
+void uploadReflections(PassResources& resources, const PassInput& input,
+                       const glm::dmat3& axesFromWorld);
+// The map that lights the pass, for draws that have no reflection of their own.
+void bindEnvironment(PassResources& resources, const PassInput& input);
 
 // Draws in order from the records that begin at `firstRecord`, with programs of one kind.
 struct DrawProgram {

@@ -1,5 +1,5 @@
 // The scene from one view: depth first where the plan says so, opaque, masked, the sky where
-// nothing was drawn, then what is seen through, far to near.
+// nothing was drawn, then what is blended, far to near. And layers of glass over their backdrop.
 #include "passes/blocks.h"
 #include "passes/passes.h"
 #include "plan/features.h"
@@ -9,20 +9,30 @@
 namespace clerestory {
 namespace {
 
-constexpr DrawProgram kDepth{"depth.vert", "depth.frag", 0, 0, false};
+constexpr DrawProgram kDepth{"depth.vert", "depth.frag", FEATURE_CLIP, 0, false};
 constexpr DrawProgram kSurface{"surface.vert", "surface.frag"};
 
 const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
 const gl::SamplerDescription kOneLevel{};
 
 void bindLight(PassResources& resources, const PassInput& input) {
-    const gl::Texture& environment =
-        input.reads.empty() ? resources.darkness : input.reads.front()->texture();
-    environment.bind(UNIT_ENVIRONMENT);
-    resources.samplers.sampler(kSmooth).bind(UNIT_ENVIRONMENT);
+    bindEnvironment(resources, input);
     resources.environmentBrdf.bind(UNIT_ENVIRONMENT_BRDF);
     resources.samplers.sampler(kOneLevel).bind(UNIT_ENVIRONMENT_BRDF);
     resources.draws.lights().bind(UNIT_LIGHTS);
+}
+
+void beginView(PassResources& resources, const PassInput& input) {
+    resources.draws.begin(input.scene->scene(), input.pose, input.pass.views.front(),
+                          input.plan.mapFromWorld, input.plan.lights);
+}
+
+void bindPass(PassResources& resources, const PassInput& input) {
+    resources.draws.upload();
+    bindView(resources, input, input.plan.mapFromWorld);
+    uploadReflections(resources, input, input.plan.mapFromWorld);
+    bindLight(resources, input);
+    input.target().drawn(input.pass.face).bind();
 }
 
 void drawSky(PassResources& resources, const PassInput& input) {
@@ -35,21 +45,25 @@ void drawSky(PassResources& resources, const PassInput& input) {
     gl::drawTriangle();
 }
 
+void drawBlended(PassResources& resources, const PassInput& input, std::uint32_t records,
+                 bool clip) {
+    gl::apply(gl::State{
+        .depthTest = gl::DepthTest::nearer, .blending = gl::Blending::premultiplied, .clip = clip});
+    drawAll(resources, input, input.pass.blendedDraws, records, kSurface);
+}
+
 }  // namespace
 
 void runSurfacePass(PassResources& resources, const PassInput& input) {
     const Pass& pass = input.pass;
-    resources.draws.begin(input.scene->scene(), input.pose, pass.views.front(),
-                          input.plan.mapFromWorld, input.plan.lights);
+    beginView(resources, input);
     const std::uint32_t depthRecords = resources.draws.add(pass.depthDraws);
     const std::uint32_t opaqueRecords = resources.draws.add(pass.opaqueDraws);
     const std::uint32_t blendedRecords = resources.draws.add(pass.blendedDraws);
-    resources.draws.upload();
-    bindView(resources, input, input.plan.mapFromWorld);
-    bindLight(resources, input);
+    bindPass(resources, input);
 
-    input.target.drawn().bind();
-    const gl::State nearest{.depthTest = gl::DepthTest::nearer, .depthWrite = true};
+    const bool clip = pass.views.front().clipPlane.has_value();
+    const gl::State nearest{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .clip = clip};
     gl::apply(nearest);
     gl::clearColorAndDepth();
 
@@ -60,20 +74,36 @@ void runSurfacePass(PassResources& resources, const PassInput& input) {
     const std::span<const Draw> cut(masked, pass.opaqueDraws.end());
 
     if (!pass.depthDraws.empty()) {
-        gl::apply(
-            gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .colorWrite = false});
+        gl::apply(gl::State{.depthTest = gl::DepthTest::nearer,
+                            .depthWrite = true,
+                            .colorWrite = false,
+                            .clip = clip});
         drawAll(resources, input, pass.depthDraws, depthRecords, kDepth);
-        gl::apply(gl::State{.depthTest = gl::DepthTest::equal});
+        gl::apply(gl::State{.depthTest = gl::DepthTest::equal, .clip = clip});
     }
     drawAll(resources, input, opaque, opaqueRecords, kSurface);
     gl::apply(nearest);
     drawAll(resources, input, cut, opaqueRecords + static_cast<std::uint32_t>(opaque.size()),
             kSurface);
     if (pass.sky) drawSky(resources, input);
-    gl::apply(
-        gl::State{.depthTest = gl::DepthTest::nearer, .blending = gl::Blending::premultiplied});
-    drawAll(resources, input, pass.blendedDraws, blendedRecords, kSurface);
-    input.target.resolve();
+    drawBlended(resources, input, blendedRecords, clip);
+    input.target().resolve();
+}
+
+void runGlassPass(PassResources& resources, const PassInput& input) {
+    const Pass& pass = input.pass;
+    beginView(resources, input);
+    const std::uint32_t glassRecords = resources.draws.add(pass.opaqueDraws);
+    const std::uint32_t blendedRecords = resources.draws.add(pass.blendedDraws);
+    bindPass(resources, input);
+    input.targets[pass.backdrop]->texture().bind(UNIT_BACKDROP);
+    resources.samplers.sampler(kSmooth).bind(UNIT_BACKDROP);
+
+    const bool clip = pass.views.front().clipPlane.has_value();
+    gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .clip = clip});
+    drawAll(resources, input, pass.opaqueDraws, glassRecords, kSurface);
+    drawBlended(resources, input, blendedRecords, clip);
+    input.target().resolve();
 }
 
 }  // namespace clerestory

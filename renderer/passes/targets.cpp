@@ -63,6 +63,7 @@ Target::Target(const TargetSpec& spec)
             description.face = i % 6;
             description.width = std::max(1u, spec.width >> description.level);
             description.height = std::max(1u, spec.height >> description.level);
+            if (description.level > 0) description.depth = nullptr;
             drawn_.emplace_back(description);
         }
         return;
@@ -77,6 +78,25 @@ Target::Target(const TargetSpec& spec)
         description.colorSamples = &*colorSamples_;
     }
     drawn_.emplace_back(description);
+    for (std::uint32_t level = 1; level < spec.levels; ++level) {
+        drawn_.emplace_back(
+            gl::FramebufferDescription{.color = &color_,
+                                       .level = level,
+                                       .width = std::max(1u, spec.width >> level),
+                                       .height = std::max(1u, spec.height >> level)});
+    }
+}
+
+void Target::makeLevels() const {
+    const bool cube = spec_.kind == TargetKind::cube;
+    for (std::uint32_t level = 1; level < spec_.levels; ++level) {
+        for (std::uint32_t f = 0; f < (cube ? 6u : 1u); ++f) {
+            if (cube)
+                face(level - 1, f).scaleInto(face(level, f));
+            else
+                (level == 1 ? readable() : drawn_[level - 1]).scaleInto(drawn_[level]);
+        }
+    }
 }
 
 void Target::resolve() const {

@@ -17,14 +17,18 @@ public:
 
     const TargetSpec& spec() const { return spec_; }
     const gl::Texture& texture() const { return color_; }
-    // To draw into; multisampled when the spec says so.
-    const gl::Framebuffer& drawn() const { return drawn_.front(); }
+    // To draw into: level 0 (of a cube, one face); multisampled when the spec says so.
+    const gl::Framebuffer& drawn(std::uint32_t face = 0) const { return drawn_[face]; }
     const gl::Framebuffer& face(std::uint32_t level, std::uint32_t face) const {
         return drawn_[level * 6 + face];
     }
     // To read back; the same as drawn() where nothing is multisampled.
-    const gl::Framebuffer& readable() const { return resolved_ ? *resolved_ : drawn(); }
+    const gl::Framebuffer& readable(std::uint32_t face = 0) const {
+        return resolved_ ? *resolved_ : drawn(face);
+    }
     void resolve() const;
+    // Averages level 0 into the smaller ones.
+    void makeLevels() const;
     std::uint64_t bytes() const;
 
 private:

@@ -11,9 +11,6 @@
 namespace clerestory {
 namespace {
 
-// A box's rectangle on screen covers more than the surface in it does.
-constexpr double kBoxFill = 0.4;
-
 Features materialFeatures(const Material& m, const Mesh& mesh, const Effects& effects) {
     Features f = 0;
     std::vector<const TextureSlot*> used;
@@ -47,116 +44,154 @@ Features materialFeatures(const Material& m, const Mesh& mesh, const Effects& ef
     return f;
 }
 
-struct Candidate {
+struct OrderedDraw {
     Draw draw;
     double distance;  // from the eye to the nearest point of its box, metres
-    Index material;
 };
-
-// What is culled and ordered as one: a cluster, or the whole of a mesh that is no larger than one
-// (its flat parts have clusters of their own, however small).
-std::vector<Cluster> piecesOf(const Scene& scene, const Mesh& mesh) {
-    const auto first = scene.clusters.begin() + mesh.firstCluster;
-    if (mesh.clusterCount == 0) return {};
-    if (mesh.triangles <= kClusterTriangles) {
-        return {{first->firstIndex, 3 * mesh.triangles, mesh.bounds}};
-    }
-    return {first, first + mesh.clusterCount};
-}
 
 bool continues(const Draw& before, const Draw& next) {
     return before.instance == next.instance && before.features == next.features &&
-           before.lights == next.lights && before.firstIndex + before.indexCount == next.firstIndex;
+           before.reflection == next.reflection && before.lights == next.lights &&
+           before.firstIndex + before.indexCount == next.firstIndex;
 }
 
-std::vector<Draw> merged(const std::vector<Candidate>& candidates) {
-    std::vector<Draw> draws;
-    for (const Candidate& c : candidates) {
-        if (!draws.empty() && continues(draws.back(), c.draw))
-            draws.back().indexCount += c.draw.indexCount;
+std::vector<Draw> merged(const std::vector<OrderedDraw>& draws) {
+    std::vector<Draw> result;
+    for (const OrderedDraw& next : draws) {
+        if (!result.empty() && continues(result.back(), next.draw))
+            result.back().indexCount += next.draw.indexCount;
         else
-            draws.push_back(c.draw);
+            result.push_back(next.draw);
     }
-    return draws;
+    return result;
 }
 
 // Ties are broken by the place in the scene, so that order never depends on the sort.
-bool nearer(const Candidate& a, const Candidate& b) {
+bool nearer(const OrderedDraw& a, const OrderedDraw& b) {
     return std::tie(a.distance, a.draw.firstIndex, a.draw.instance) <
            std::tie(b.distance, b.draw.firstIndex, b.draw.instance);
 }
-bool sameStateFirst(const Candidate& a, const Candidate& b) {
-    return std::tie(a.draw.features, a.material, a.draw.instance, a.draw.firstIndex) <
-           std::tie(b.draw.features, b.material, b.draw.instance, b.draw.firstIndex);
+bool sameStateFirst(const OrderedDraw& a, const OrderedDraw& b) {
+    const auto key = [](const OrderedDraw& c) {
+        return std::tie(c.draw.features, c.draw.material, c.draw.reflection, c.draw.instance,
+                        c.draw.firstIndex);
+    };
+    return key(a) < key(b);
 }
 
-std::vector<Draw> depthDraws(std::vector<Candidate> candidates) {
-    for (Candidate& c : candidates) {
-        c.draw.features &= FEATURE_DOUBLE_SIDED;
-        c.draw.lights = {};
+std::vector<Draw> depthDraws(std::vector<OrderedDraw> draws) {
+    for (OrderedDraw& each : draws) {
+        each.draw.features &= FEATURE_DOUBLE_SIDED | FEATURE_CLIP;
+        each.draw.reflection = kNoReflection;
+        each.draw.lights = {};
     }
-    std::sort(candidates.begin(), candidates.end(), nearer);
-    return merged(candidates);
+    std::sort(draws.begin(), draws.end(), nearer);
+    return merged(draws);
+}
+
+// Small clusters that follow each other (the sides of a box) are culled and drawn as one. Moves
+// `cluster` behind the last of them.
+constexpr std::uint32_t kSmallDraw = 256;  // triangles
+Cluster drawnTogether(const Scene& scene, std::uint32_t& cluster, std::uint32_t end) {
+    Cluster sum = scene.clusters[cluster++];
+    while (cluster < end && sum.indexCount + scene.clusters[cluster].indexCount <= 3 * kSmallDraw) {
+        sum.indexCount += scene.clusters[cluster].indexCount;
+        sum.bounds.add(scene.clusters[cluster].bounds);
+        ++cluster;
+    }
+    return sum;
 }
 
 }  // namespace
 
-ViewDraws drawsFor(const Scene& scene, const Pose& pose, const View& view, const Effects& effects,
-                   const std::vector<PlacedLight>& lights) {
-    ViewDraws result;
+SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden) {
+    SeenView result;
+    const Scene& scene = stage.scene;
     const Frustum frustum = frustumOf(view);
-    std::vector<Candidate> opaque, masked, blended;
-
-    for (const Material& m : scene.materials) {
-        const glm::vec3 emitted = emittedRadiance(m);
-        result.emissiveInScene |= !m.unlit && std::max({emitted.x, emitted.y, emitted.z}) > 0.0f;
-        result.glassInScene |= m.transmission > 0.0f;
-    }
-    for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
-        const Instance& instance = scene.instances[i];
+    Index measured = kNone;  // the instance whose whole box was tested last
+    bool instanceOutside = false;
+    glm::dmat4 toEye(1.0);
+    for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
+        const Surface& surface = stage.surfaces[i];
+        if (std::binary_search(hidden.begin(), hidden.end(), i)) continue;
+        const Instance& instance = scene.instances[surface.instance];
         const Mesh& mesh = scene.meshes[instance.mesh];
-        const Material& material = scene.materials[instance.material];
-        const glm::dmat4 toEye = eyeFromLocal(view, pose.worldFromNode[instance.node]);
-        const std::vector<Cluster> pieces = piecesOf(scene, mesh);
-        result.clusters += pieces.size();
-        if (outside(frustum, transformed(mesh.bounds, toEye))) {
-            result.culled += pieces.size();
+        result.clusters += surface.clusterCount;
+        if (measured != surface.instance) {
+            measured = surface.instance;
+            toEye = eyeFromLocal(view, stage.pose.worldFromNode[instance.node]);
+            instanceOutside = outside(frustum, transformed(mesh.bounds, toEye));
+        }
+        if (instanceOutside) {
+            result.culled += surface.clusterCount;
             continue;
         }
-        const Features features = materialFeatures(material, mesh, effects);
-        std::vector<Candidate>& bucket = features & FEATURE_BLEND  ? blended
-                                         : features & FEATURE_MASK ? masked
-                                                                   : opaque;
-        for (const Cluster& cluster : pieces) {
+        const Material& material = stage.material(surface);
+        SeenSurface seen{.surface = &surface,
+                         .features = materialFeatures(material, mesh, stage.request.effects)};
+        const bool opaque = !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
+        const std::uint32_t end = surface.firstCluster + surface.clusterCount;
+        for (std::uint32_t c = surface.firstCluster; c < end;) {
+            const std::uint32_t first = c;
+            const Cluster cluster = drawnTogether(scene, c, end);
             const Bounds box = transformed(cluster.bounds, toEye);
             if (outside(frustum, box)) {
-                ++result.culled;
+                result.culled += c - first;
                 continue;
             }
-            Draw draw{i, cluster.firstIndex, cluster.indexCount, features, {}};
+            SeenCluster part{cluster.firstIndex, cluster.indexCount, distanceTo(box), {}};
             if (!material.unlit) {
                 std::uint32_t reaching = 0;
-                draw.lights = lightsReaching(lights, view.eye, box, reaching);
-                if (draw.lights.count > 0) draw.features |= FEATURE_LIGHTS;
+                part.lights = lightsReaching(stage.lights, view.eye, box, reaching);
                 result.mostLights = std::max(result.mostLights, reaching);
             }
-            bucket.push_back({draw, distanceTo(box), instance.material});
-            if (&bucket == &opaque) result.overdraw += kBoxFill * screenBox(view, box).share();
+            const double share = screenBox(view, box).share();
+            if (opaque) result.overdraw += kBoxFill * share;
+            seen.share += share;
+            seen.box.add(box);
+            seen.clusters.push_back(part);
+            result.triangles += cluster.indexCount / 3;
             result.anyLit |= !material.unlit;
-            result.anyEmissive |= (features & FEATURE_EMISSION) != 0;
+            result.anyEmissive |= (seen.features & FEATURE_EMISSION) != 0;
+        }
+        if (!seen.clusters.empty()) result.surfaces.push_back(std::move(seen));
+    }
+    return result;
+}
+
+DrawLists drawLists(const SeenView& view, Features common) {
+    DrawLists lists;
+    std::vector<OrderedDraw> opaque, masked;
+    for (std::size_t i = 0; i < view.surfaces.size(); ++i) {
+        const SeenSurface& seen = view.surfaces[i];
+        for (const SeenCluster& cluster : seen.clusters) {
+            Draw draw{.instance = seen.surface->instance,
+                      .material = seen.surface->material,
+                      .firstIndex = cluster.firstIndex,
+                      .indexCount = cluster.indexCount,
+                      .features = seen.features | common,
+                      .reflection = seen.reflection,
+                      .lights = cluster.lights};
+            if (cluster.lights.count > 0) draw.features |= FEATURE_LIGHTS;
+            if (seen.overBackdrop || (seen.features & FEATURE_BLEND))
+                lists.through.push_back({cluster.distance, seen.overBackdrop, i, draw});
+            else
+                (seen.features & FEATURE_MASK ? masked : opaque)
+                    .push_back({draw, cluster.distance});
         }
     }
-
-    const bool prepass = result.overdraw > kPrepassOverdraw;
-    if (prepass) result.depth = depthDraws(opaque);
+    const bool prepass = view.overdraw > kPrepassOverdraw;
+    if (prepass) lists.depth = depthDraws(opaque);
     std::sort(opaque.begin(), opaque.end(), prepass ? sameStateFirst : nearer);
     std::sort(masked.begin(), masked.end(), nearer);
     opaque.insert(opaque.end(), masked.begin(), masked.end());
-    result.opaque = merged(opaque);
-    std::sort(blended.begin(), blended.end(),
-              [](const auto& a, const auto& b) { return nearer(b, a); });
-    result.blended = merged(blended);
-    return result;
+    lists.opaque = merged(opaque);
+    const auto key = [](const DrawLists::Behind& b) {
+        return std::tuple(-b.distance, b.draw.firstIndex, b.draw.instance);
+    };
+    std::sort(lists.through.begin(), lists.through.end(),
+              [&](const auto& a, const auto& b) { return key(a) < key(b); });
+    return lists;
 }
 
 }  // namespace clerestory

@@ -1,25 +1,79 @@
-// From the clusters of a scene to the draws of one view: culled, classed, ordered.
+// From the surfaces of a scene to the draws of one view: culled, classed, ordered.
 #pragma once
 
 #include "plan/frame_plan.h"
+#include "scene/classification.h"
+
+#include <span>
 
 namespace clerestory {
 
-struct ViewDraws {
-    std::vector<Draw> depth;    // opaque and not masked, near to far, merged: for a depth prepass
-    std::vector<Draw> opaque;   // near to far, or by state when `depth` will be used; masked last
-    std::vector<Draw> blended;  // far to near
-    double overdraw = 0.0;      // predicted layers of opaque surface over the whole picture
-    std::uint64_t clusters = 0, culled = 0;
-    std::uint32_t mostLights = 0;  // the most that reach one draw, before the limit
-    bool anyLit = false, anyEmissive = false, emissiveInScene = false, glassInScene = false;
+// What all views of a frame share.
+struct Stage {
+    const Scene& scene;
+    const Pose& pose;
+    const FrameRequest& request;
+    const Dressing& dressing;
+    std::uint64_t dressingHash = 0;
+    std::span<const Surface> surfaces;
+    std::vector<PlacedLight> lights;
+
+    const Material& material(const Surface& s) const {
+        return dressing.material(scene, s.material);
+    }
 };
+
+// A cluster of a surface in the view.
+struct SeenCluster {
+    std::uint32_t firstIndex = 0, indexCount = 0;
+    double distance = 0.0;  // from the eye to the nearest point of its box, metres
+    LightList lights;
+};
+
+// A surface of which something may be in the view, and how it will be drawn there.
+struct SeenSurface {
+    const Surface* surface = nullptr;
+    Bounds box;          // of its clusters in view, relative to the eye, the world's axes
+    double share = 0.0;  // of the picture, that its clusters' boxes cover
+    std::vector<SeenCluster> clusters;
+    Features features = 0;
+    std::uint32_t reflection = kNoReflection;
+    bool overBackdrop = false;  // glass that is drawn over a picture of what lies behind it
+};
+
+struct SeenView {
+    std::vector<SeenSurface> surfaces;
+    std::uint64_t clusters = 0, culled = 0;
+    double overdraw = 0.0;         // predicted layers of opaque surface over the whole picture
+    std::uint32_t mostLights = 0;  // the most that reach one draw, before the limit
+    bool anyLit = false, anyEmissive = false;
+    std::uint64_t triangles = 0;
+};
+
+// `hidden`: surfaces that this view does not show (a mirror in its own picture, a probe's owner),
+// by their place in Stage::surfaces, sorted.
+SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden = {});
+
+struct DrawLists {
+    std::vector<Draw> depth;   // opaque and not masked, near to far, merged: for a depth prepass
+    std::vector<Draw> opaque;  // near to far, or by state when `depth` will be used; masked last
+    // Far to near, each with its distance: blended draws and glass over a backdrop.
+    struct Behind {
+        double distance;
+        bool glass;
+        std::size_t seen;  // into SeenView::surfaces
+        Draw draw;
+    };
+    std::vector<Behind> through;
+};
+
+// A box's rectangle on screen covers more than the surface in it does.
+inline constexpr double kBoxFill = 0.4;
 
 // Layers of opaque surface above which drawing depth first pays (measured on the software
 // rasteriser: Sponza 198 -> 127 ms at some five layers; nothing gained at one).
 inline constexpr double kPrepassOverdraw = 1.2;
 
-ViewDraws drawsFor(const Scene& scene, const Pose& pose, const View& view, const Effects& effects,
-                   const std::vector<PlacedLight>& lights);
+DrawLists drawLists(const SeenView& seen, Features common);
 
 }  // namespace clerestory

@@ -40,8 +40,20 @@ std::string_view nameOf(PassKind kind) {
     switch (kind) {
         case PassKind::environment:
             return "environment";
+        case PassKind::prefilter:
+            return "prefilter";
+        case PassKind::levels:
+            return "levels";
+        case PassKind::capture:
+            return "capture";
+        case PassKind::mirror:
+            return "mirror";
         case PassKind::surface:
             return "surface";
+        case PassKind::backdrop:
+            return "backdrop";
+        case PassKind::glass:
+            return "glass";
         case PassKind::channel:
             return "channel";
         case PassKind::toneMap:
@@ -82,6 +94,22 @@ std::string_view nameOf(Format format) {
     return "";
 }
 
+std::string_view nameOf(Method method) {
+    switch (method) {
+        case Method::environment:
+            return "environment";
+        case Method::probe:
+            return "probe";
+        case Method::mirror:
+            return "mirror";
+        case Method::backdrop:
+            return "backdrop";
+        case Method::traced:
+            return "traced";
+    }
+    return "";
+}
+
 std::string toText(const FramePlan& plan) {
     std::ostringstream out;
     for (const Pass& pass : plan.passes) {
@@ -97,6 +125,10 @@ std::string toText(const FramePlan& plan) {
     for (const Skipped& skipped : plan.skipped) {
         out << "skip  " << skipped.name << " (" << nameOf(skipped.effect) << "): " << skipped.reason
             << "\n";
+    }
+    for (const Decision& decision : plan.decisions) {
+        out << "take  " << decision.name << " (" << nameOf(decision.effect)
+            << "): " << nameOf(decision.taken) << ", " << decision.reason << "\n";
     }
     const PlanTotals t = totals(plan);
     out << "total " << t.passes << " passes, " << t.views << " views, " << t.draws << " draws, "

@@ -53,11 +53,14 @@ struct LightList {
     bool operator==(const LightList&) const = default;
 };
 
+inline constexpr std::uint32_t kNoReflection = 0xffffffffu;
 struct Draw {
     std::uint32_t instance = 0;
+    Index material = 0;            // of the scene's materials, then of FramePlan::materials
     std::uint32_t firstIndex = 0;  // into Scene::indices
     std::uint32_t indexCount = 0;
     Features features = 0;
+    std::uint32_t reflection = kNoReflection;  // into Pass::reflections
     LightList lights;
     bool operator==(const Draw&) const = default;
 };
@@ -79,12 +82,33 @@ struct TargetSpec {
     bool operator==(const TargetSpec&) const = default;
 };
 
+// Light that a surface mirrors from a picture drawn for it, instead of from the environment map.
+struct ReflectedPicture {
+    TargetId target = kNoTarget;
+    // A flat mirror's picture is a part of the view's, seen from the mirrored eye: a pixel of the
+    // view at p (its centre, from the lower left) lies at scale * (p - origin) in the target.
+    glm::dvec2 origin{0.0};
+    double scale = 1.0;
+    double pixelsPerSlope = 1.0;  // of the target, at the picture's centre
+    glm::dvec3 normal{0.0};       // of the mirror, world, towards the eye
+    // A probe's cube has the environment map's axes.
+    glm::dvec3 center{0.0};                   // world
+    glm::dvec3 proxyMin{0.0}, proxyMax{0.0};  // box it was drawn in; world, about its centre
+    bool operator==(const ReflectedPicture&) const = default;
+};
+
 enum class PassKind {
     environment,  // prefilters an environment map into a resident cube
+    prefilter,    // the same for a captured cube
+    levels,       // averages a picture into its smaller levels
+    capture,      // one face of a probe's cube: as surface
+    mirror,       // what a flat mirror shows: as surface, from the mirrored eye
     surface,      // draws the scene from one view: depth, opaque, masked, sky, blended
-    channel,      // draws depth, normals or ids instead of colour
-    toneMap,      // linear radiance -> display colour
-    edgeFilter,   // smooths edges of the display colour
+    backdrop,     // copies what lies behind glass, before the glass is drawn
+    glass,    // draws a layer of glass over what its backdrop holds, then what is blended over it
+    channel,  // draws depth, normals or ids instead of colour
+    toneMap,  // linear radiance -> display colour
+    edgeFilter,  // smooths edges of the display colour
 };
 enum class Effect { base, emission, refraction, planarReflection, environmentReflection, filters };
 
@@ -94,8 +118,12 @@ struct Pass {
     Effect effect = Effect::base;
     std::uint32_t generation = 0;
     TargetId target = kNoTarget;
+    std::uint32_t face = 0;  // of a cube target
     std::vector<TargetId> reads;
+    TargetId environment = kNoTarget;  // one of `reads`: the prefiltered map that lights the draws
+    TargetId backdrop = kNoTarget;     // one of `reads`: what glass is seen against
     std::vector<View> views;
+    std::vector<ReflectedPicture> reflections;  // Draw::reflection chooses among them
     // In drawing order. depthDraws is empty when a depth prepass would not pay; otherwise the
     // opaque draws that are not masked are shaded only where they are nearest.
     std::vector<Draw> depthDraws;
@@ -104,6 +132,31 @@ struct Pass {
     bool sky = false;
     std::string reason;
     bool operator==(const Pass&) const = default;
+};
+
+// How a reflector or a piece of glass is served.
+enum class Method {
+    environment,  // by the environment map
+    probe,        // by a captured cube
+    mirror,       // by a picture from the mirrored eye
+    backdrop,     // glass: by a copy of what was drawn behind it
+    traced,       // by rays through the mesh
+};
+struct Candidate {
+    Method method = Method::environment;
+    double milliseconds = 0.0;  // predicted; see plan/cost.h
+    double error = 0.0;         // predicted relative RMSE on the surface's pixels
+    bool operator==(const Candidate&) const = default;
+};
+// A decision of the planner: what there was to choose from, and what was taken.
+struct Decision {
+    std::string name;
+    Effect effect = Effect::base;
+    std::uint32_t generation = 0;
+    Method taken = Method::environment;
+    std::vector<Candidate> candidates;
+    std::string reason;
+    bool operator==(const Decision&) const = default;
 };
 
 struct Skipped {
@@ -122,7 +175,9 @@ struct FramePlan {
     std::vector<TargetSpec> targets;
     std::vector<Pass> passes;
     std::vector<Skipped> skipped;
+    std::vector<Decision> decisions;
     std::vector<PlacedLight> lights;
+    std::vector<Material> materials;  // the frame's own; their indices follow those of the scene's
     TargetId output = kNoTarget;
 
     // Read by the passes: everything of the request that reaches the GPU as a number.
@@ -134,7 +189,8 @@ struct FramePlan {
     std::string environment;  // name of the map
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
-    std::uint32_t environmentSamples = 64;
+    std::uint32_t environmentSamples = 64, probeSamples = 32;
+    double perMetre = 1.0;  // 1 / diagonal of the scene: pictures keep distances as shares of it
 
     bool operator==(const FramePlan&) const = default;
 };
@@ -148,5 +204,6 @@ std::string toText(const FramePlan& plan);
 std::string_view nameOf(PassKind kind);
 std::string_view nameOf(Effect effect);
 std::string_view nameOf(Format format);
+std::string_view nameOf(Method method);
 
 }  // namespace clerestory

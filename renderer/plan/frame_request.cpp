@@ -13,6 +13,11 @@ Accuracy accuracyOf(Preset preset) {
             a.edgeFilter = false;
             a.environmentSize = 64;
             a.environmentSamples = 16;
+            a.planarScale = 0.5;
+            a.generations = 1;
+            a.probeSize = 128;
+            a.probeSamples = 8;
+            a.bounces = 2;
             break;
         case Preset::standard:
             break;
@@ -22,6 +27,12 @@ Accuracy accuracyOf(Preset preset) {
             a.anisotropy = 4;
             a.environmentSize = 256;
             a.environmentSamples = 256;
+            a.planarSamples = 8;
+            a.generations = 4;
+            a.probeSize = 512;
+            a.probeSamples = 128;
+            a.parallax = Parallax::depth;
+            a.bounces = 8;
             break;
     }
     return a;

@@ -28,6 +28,11 @@ enum class OutputFormat { jpeg, png, npy, exr };
 enum class Subsampling { s420, s444 };
 enum class Channel { color, depth, normal, objectId };
 enum class Preset { draft, standard, fine };
+// How an effect is served. automatic: the cheapest way that meets the preset's accuracy.
+enum class PlanarMethod { automatic, environment, mirror, traced };
+enum class CurvedMethod { automatic, environment, probe, traced };
+enum class GlassMethod { automatic, environment, backdrop, traced };
+enum class Parallax { none, box, depth };
 
 struct Intrinsics {  // pixels, first row on top
     double fx = 1000, fy = 1000, cx = 640, cy = 360;
@@ -62,6 +67,16 @@ struct Accuracy {
     std::uint32_t anisotropy = 1;           // texture footprint ratio
     std::uint32_t environmentSize = 128;    // edge of a prefiltered environment face
     std::uint32_t environmentSamples = 64;  // GGX samples a texel of it
+    PlanarMethod planar = PlanarMethod::automatic;
+    CurvedMethod curved = CurvedMethod::automatic;
+    GlassMethod glass = GlassMethod::automatic;
+    double planarScale = 1.0;         // pixels of a mirror's picture for each pixel, along an edge
+    std::uint32_t planarSamples = 1;  // directions a rough flat mirror adds up; 1: by level
+    std::uint32_t generations = 2;    // reflections in reflections; 1: of what does not reflect
+    std::uint32_t probeSize = 256;    // edge of a captured face
+    std::uint32_t probeSamples = 32;  // GGX samples a texel of it; 1: plain levels
+    Parallax parallax = Parallax::box;
+    std::uint32_t bounces = 4;  // turns of a traced ray before the environment ends it
 };
 Accuracy accuracyOf(Preset preset);
 
@@ -164,6 +179,37 @@ void fields(Accuracy& a, V&& visit) {
           "edge of a prefiltered environment face, texels");
     visit("environmentSamples", a.environmentSamples, Range{1, 1024},
           "GGX samples for each of its texels");
+    visit("planar", a.planar,
+          Choice<PlanarMethod>{{{"automatic", PlanarMethod::automatic},
+                                {"environment", PlanarMethod::environment},
+                                {"mirror", PlanarMethod::mirror},
+                                {"traced", PlanarMethod::traced}}},
+          "flat mirrors show: the environment map, their own mirrored view, or what rays meet");
+    visit("curved", a.curved,
+          Choice<CurvedMethod>{{{"automatic", CurvedMethod::automatic},
+                                {"environment", CurvedMethod::environment},
+                                {"probe", CurvedMethod::probe},
+                                {"traced", CurvedMethod::traced}}},
+          "curved mirrors show: the environment map, their own captured cube, or what rays meet");
+    visit("glass", a.glass,
+          Choice<GlassMethod>{{{"automatic", GlassMethod::automatic},
+                               {"environment", GlassMethod::environment},
+                               {"backdrop", GlassMethod::backdrop},
+                               {"traced", GlassMethod::traced}}},
+          "glass shows: the environment map, the picture behind it, or what rays meet");
+    visit("planarScale", a.planarScale, Range{0.125, 1},
+          "edge of a mirror's picture, in the frame's pixels");
+    visit("planarSamples", a.planarSamples, Range{1, 64},
+          "directions that a rough flat mirror adds up; 1: one blurred look-up");
+    visit("generations", a.generations, Range{1, 8}, "depth of reflections in reflections");
+    visit("probeSize", a.probeSize, Range{16, 2048}, "edge of a captured cube's face, texels");
+    visit("probeSamples", a.probeSamples, Range{1, 1024},
+          "GGX samples for each of its texels; 1: plain averages");
+    visit("parallax", a.parallax,
+          Choice<Parallax>{
+              {{"none", Parallax::none}, {"box", Parallax::box}, {"depth", Parallax::depth}}},
+          "where a captured cube's light is taken to come from: infinity, a box, its own depth");
+    visit("bounces", a.bounces, Range{1, 16}, "turns of a traced ray");
 }
 
 template <class V>

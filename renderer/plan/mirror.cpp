@@ -42,8 +42,7 @@ View mirroredView(const View& view, const Plane& plane) {
     return mirrored;
 }
 
-PixelRect pixelRect(const ScreenBox& box, std::uint32_t width, std::uint32_t height,
-                    double guard) {
+PixelRect pixelRect(const ScreenBox& box, std::uint32_t width, std::uint32_t height, double guard) {
     const glm::dvec2 size(width, height);
     const glm::dvec2 low = glm::floor((0.5 * box.low + 0.5) * size - guard);
     const glm::dvec2 high = glm::ceil((0.5 * box.high + 0.5) * size + guard);

@@ -3,110 +3,82 @@
 
 #include "plan/draws.h"
 #include "plan/lighting.h"
+#include "plan/plan_hash.h"
 #include "plan/view.h"
+#include "plan/view_tree.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 
 namespace clerestory {
 namespace {
-
-std::string format(const char* pattern, double value) {
-    char text[160];
-    std::snprintf(text, sizeof text, pattern, value);
-    return text;
-}
 
 TargetId addTarget(FramePlan& plan, TargetSpec spec) {
     plan.targets.push_back(std::move(spec));
     return static_cast<TargetId>(plan.targets.size() - 1);
 }
 
-// Mixes numbers into a key (the finaliser of splitmix64).
-std::uint64_t mixed(std::uint64_t key, std::uint64_t value) {
-    key ^= value + 0x9e3779b97f4a7c15ull + (key << 6) + (key >> 2);
-    key = (key ^ (key >> 30)) * 0xbf58476d1ce4e5b9ull;
-    key = (key ^ (key >> 27)) * 0x94d049bb133111ebull;
-    return key ^ (key >> 31);
+// What the root view leaves out, effect by effect: what no surface calls for, and what is off.
+void explainEffects(FramePlan& plan, const Stage& stage, const SeenView& seen) {
+    const auto skip = [&](const char* name, Effect effect, const char* reason) {
+        plan.skipped.push_back({name, effect, reason});
+    };
+    const auto anywhere = [&](auto&& is) {
+        return std::any_of(stage.surfaces.begin(), stage.surfaces.end(), is);
+    };
+    const auto inView = [&](auto&& is) {
+        return std::any_of(seen.surfaces.begin(), seen.surfaces.end(),
+                           [&](const SeenSurface& s) { return is(*s.surface); });
+    };
+    const auto explain = [&](const char* name, Effect effect, bool on, const char* none,
+                             const char* unseen, auto&& is) {
+        if (!anywhere(is))
+            skip(name, effect, none);
+        else if (!on)
+            skip(name, effect, "switched off");
+        else if (!inView(is))
+            skip(name, effect, unseen);
+    };
+    const Effects& on = stage.request.effects;
+    explain("emission", Effect::emission, on.emission, "the scene has no emissive material",
+            "no emissive surface in view", [](const Surface& s) { return s.emitter; });
+    explain("glass", Effect::refraction, on.refraction, "the scene has no transmissive material",
+            "no glass in view", [](const Surface& s) { return s.glass != Glass::none; });
+    explain("mirrors", Effect::planarReflection, on.planarReflection,
+            "the scene has no flat mirror", "no flat mirror in view",
+            [](const Surface& s) { return s.reflector == Reflector::flat; });
+    explain("probes", Effect::environmentReflection, on.environmentReflection,
+            "the scene has no curved mirror", "no curved mirror in view",
+            [](const Surface& s) { return s.reflector == Reflector::curved; });
 }
 
-// Down to faces of 4 texels: fewer hold no more than the harmonics do.
-std::uint32_t roughnessLevels(std::uint32_t faceSize) {
-    const auto full = static_cast<std::uint32_t>(std::bit_width(faceSize));
-    return full > 3 ? full - 2 : 1;
-}
-
-TargetId planEnvironment(FramePlan& plan, const FrameRequest& request,
-                         const EnvironmentMap& environment, const ResidentMaps& resident) {
-    const Accuracy& a = request.accuracy;
-    const std::uint64_t key = std::max<std::uint64_t>(
-        1, mixed(mixed(environment.contentHash, a.environmentSize), a.environmentSamples));
-    const TargetId target = addTarget(plan, {.name = "environment:" + environment.name,
-                                             .kind = TargetKind::cube,
-                                             .format = Format::rgba16f,
-                                             .width = a.environmentSize,
-                                             .height = a.environmentSize,
-                                             .levels = roughnessLevels(a.environmentSize),
-                                             .residentKey = key});
-    if (resident.keys.contains(key)) {
-        plan.skipped.push_back({plan.targets[target].name, Effect::base, "resident and unchanged"});
-    } else {
-        plan.passes.push_back({.kind = PassKind::environment,
-                               .name = plan.targets[target].name,
-                               .target = target,
-                               .reason = "lights the scene and is not resident at this accuracy"});
+void explainView(FramePlan& plan, const FrameRequest& request, const SeenView& seen) {
+    const auto skip = [&](const char* name, std::string reason) {
+        plan.skipped.push_back({name, Effect::base, std::move(reason)});
+    };
+    if (seen.culled > 0) {
+        skip("clusters", std::to_string(seen.culled) + " of " + std::to_string(seen.clusters) +
+                             " clusters are outside the view");
     }
-    return target;
+    if (seen.mostLights > kMaxLightsPerDraw) {
+        skip("lights", std::to_string(seen.mostLights) + " lights reach one draw; the strongest " +
+                           std::to_string(kMaxLightsPerDraw) + " are used");
+    }
+    if (!request.environment.visible) skip("sky", "the request hides the environment");
+    if (!seen.anyLit || plan.environmentIntensity <= 0.0f) {
+        plan.skipped.push_back({"environment:" + plan.environment, Effect::base,
+                                seen.anyLit ? "its intensity is 0" : "nothing in view is lit"});
+    }
 }
 
-void explainEffects(FramePlan& plan, const FrameRequest& request, const ViewDraws& draws) {
-    const auto skip = [&](const char* name, Effect effect, std::string reason) {
-        plan.skipped.push_back({name, effect, std::move(reason)});
-    };
-    if (!draws.emissiveInScene)
-        skip("emission", Effect::emission, "the scene has no emissive material");
-    else if (!request.effects.emission)
-        skip("emission", Effect::emission, "switched off");
-    else if (!draws.anyEmissive)
-        skip("emission", Effect::emission, "no emissive surface in view");
-
-    const auto later = [&](const char* name, Effect effect, bool on) {
-        skip(name, effect, on ? "this version draws such surfaces plainly" : "switched off");
-    };
-    if (draws.glassInScene)
-        later("glass", Effect::refraction, request.effects.refraction);
-    else
-        skip("glass", Effect::refraction, "the scene has no transmissive material");
-    later("mirrors", Effect::planarReflection, request.effects.planarReflection);
-    later("probes", Effect::environmentReflection, request.effects.environmentReflection);
-}
-
-void planSurface(FramePlan& plan, const FrameRequest& request, const View& view, ViewDraws draws,
-                 TargetId target, std::vector<TargetId> reads) {
-    Pass pass{
-        .kind = PassKind::surface, .name = "surface", .target = target, .reads = std::move(reads)};
-    pass.views = {view};
-    pass.reason =
-        draws.depth.empty()
-            ? format("the requested view; no depth prepass, %.1f layers predicted", draws.overdraw)
-            : format("the requested view; depth first, %.1f layers predicted", draws.overdraw);
-    pass.depthDraws = std::move(draws.depth);
-    pass.opaqueDraws = std::move(draws.opaque);
-    pass.blendedDraws = std::move(draws.blended);
-    pass.sky = request.environment.visible;
-    if (!pass.sky)
-        plan.skipped.push_back({"sky", Effect::base, "the request hides the environment"});
-    plan.passes.push_back(std::move(pass));
-}
-
-void planChannel(FramePlan& plan, const View& view, ViewDraws draws, TargetId target) {
+void planChannel(FramePlan& plan, const View& view, const SeenView& seen, TargetId target) {
+    DrawLists draws = drawLists(seen, 0);
     Pass pass{.kind = PassKind::channel, .name = "channel", .target = target};
     pass.views = {view};
     pass.reason = "the request asks for numbers instead of colour";
     pass.opaqueDraws = std::move(draws.opaque);
-    pass.opaqueDraws.insert(pass.opaqueDraws.end(), draws.blended.begin(), draws.blended.end());
+    for (const DrawLists::Behind& item : draws.through) pass.opaqueDraws.push_back(item.draw);
     plan.passes.push_back(std::move(pass));
 }
 
@@ -153,6 +125,9 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
     plan.environment = environment.name;
     plan.environmentIntensity = static_cast<float>(request.environment.intensity);
     plan.environmentSamples = request.accuracy.environmentSamples;
+    plan.probeSamples = request.accuracy.probeSamples;
+    const double diagonal = worldBounds(scene, pose).diagonal();
+    plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
     const auto& [x, y, z, w] = request.environment.rotation;
     const glm::dmat3 worldFromMap = glm::mat3_cast(glm::normalize(glm::dquat(w, x, y, z)));
     plan.mapFromWorld = glm::transpose(worldFromMap);
@@ -163,19 +138,16 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
         plan.lights =
             placedLights(scene, pose, environment, worldFromMap, plan.environmentIntensity);
     }
-    ViewDraws draws = drawsFor(scene, pose, view, request.effects, plan.lights);
-    if (draws.culled > 0) {
-        plan.skipped.push_back({"clusters", Effect::base,
-                                std::to_string(draws.culled) + " of " +
-                                    std::to_string(draws.clusters) +
-                                    " clusters are outside the view"});
-    }
-    if (draws.mostLights > kMaxLightsPerDraw) {
-        plan.skipped.push_back({"lights", Effect::base,
-                                std::to_string(draws.mostLights) +
-                                    " lights reach one draw; the strongest " +
-                                    std::to_string(kMaxLightsPerDraw) + " are used"});
-    }
+    const Dressing dressing = dressed(scene, request.overrides);
+    plan.materials = dressing.own;
+    const std::vector<Surface> surfaces = surfacesOf(scene, dressing);
+    const Stage stage{.scene = scene,
+                      .pose = pose,
+                      .request = request,
+                      .dressing = dressing,
+                      .dressingHash = hashOf(dressing),
+                      .surfaces = surfaces,
+                      .lights = plan.lights};
 
     const bool floats =
         request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
@@ -187,27 +159,27 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
         .samples = color ? std::min(request.accuracy.samples, std::max(1u, limits.maxSamples)) : 1,
         .depth = true};
     main.samples = std::bit_floor(main.samples);  // drivers offer powers of two
+    const TargetId target = addTarget(plan, std::move(main));
     if (!color) {
-        plan.output = addTarget(plan, std::move(main));
-        planChannel(plan, view, std::move(draws), plan.output);
+        plan.output = target;
+        planChannel(plan, view, seenFrom(stage, view), target);
         return plan;
     }
 
-    explainEffects(plan, request, draws);
-    std::vector<TargetId> reads;
-    if (draws.anyLit && plan.environmentIntensity > 0.0f) {
-        reads.push_back(planEnvironment(plan, request, environment, resident));
-    } else {
-        plan.skipped.push_back({"environment:" + environment.name, Effect::base,
-                                draws.anyLit ? "its intensity is 0" : "nothing in view is lit"});
-    }
-    const TargetId radiance = addTarget(plan, std::move(main));
-    planSurface(plan, request, view, std::move(draws), radiance, std::move(reads));
+    ViewTree tree(plan, stage, environment, resident, limits);
+    const SeenView seen = tree.add({.view = view,
+                                    .width = plan.width,
+                                    .height = plan.height,
+                                    .target = target,
+                                    .mirrorsLeft = request.accuracy.generations,
+                                    .probeGeneration = request.accuracy.generations});
+    explainView(plan, request, seen);
+    explainEffects(plan, stage, seen);
     if (floats) {
-        plan.output = radiance;
+        plan.output = target;
         plan.skipped.push_back({"toneMap", Effect::base, "the request asks for linear radiance"});
     } else {
-        planDisplay(plan, request, radiance);
+        planDisplay(plan, request, target);
     }
     return plan;
 }

@@ -50,6 +50,7 @@ struct TextureSlot {
     glm::vec2 scale{1.0f};
     float rotation = 0.0f;  // radians, counter-clockwise as KHR_texture_transform has it
 
+    bool operator==(const TextureSlot&) const = default;
     bool present() const { return texture != kNone; }
     bool transformed() const {
         return offset != glm::vec2(0.0f) || scale != glm::vec2(1.0f) || rotation != 0.0f;
@@ -99,6 +100,8 @@ struct Material {
     glm::dquat environmentRotation{1.0, 0.0, 0.0, 0.0};  // world from that map; unit
 
     std::string extras;  // what the file's maker noted beside it: compact JSON, empty when nothing
+
+    bool operator==(const Material&) const = default;
 };
 
 // The radiance a material can add at most, per channel, before its texture.

@@ -148,6 +148,12 @@ DefaultView defaultView(const Scene& scene) {
     return view;
 }
 
+std::uint64_t contentHash(const Material& material) {
+    Hasher h;
+    addMaterial(h, material);
+    return h.value();
+}
+
 void updateContentHash(Scene& scene) {
     Hasher h;
     h.addArray(scene.vertices);

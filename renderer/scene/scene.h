@@ -177,5 +177,7 @@ std::vector<std::string> sceneProblems(const Scene& scene);
 
 // Sets contentHash from everything else.
 void updateContentHash(Scene& scene);
+// Of everything in a material that can change a picture.
+std::uint64_t contentHash(const Material& material);
 
 }  // namespace clerestory

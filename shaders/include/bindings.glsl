@@ -5,6 +5,7 @@
 #define BINDING_MATERIAL 1
 #define BINDING_PREFILTER 2
 #define BINDING_FILTER 3
+#define BINDING_REFLECTION 4
 
 // Texture units.
 #define UNIT_BASE_COLOR 0
@@ -16,9 +17,15 @@
 #define UNIT_ENVIRONMENT_BRDF 6
 #define UNIT_LIGHTS 7
 #define UNIT_SOURCE 8
+#define UNIT_MIRROR 9
+#define UNIT_BACKDROP 10
+#define UNIT_TRANSMISSION 11
+#define UNIT_THICKNESS 12
 
-// The first five units are the slots of a material's textures.
-#define MATERIAL_SLOTS 5
+// The slots of a material's textures: the first five are their own units.
+#define SLOT_TRANSMISSION 5
+#define SLOT_THICKNESS 6
+#define MATERIAL_SLOTS 7
 
 // Vertex attributes; the last six belong to the draw.
 #define ATTRIBUTE_POSITION 0

@@ -9,6 +9,9 @@ BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     vec4 environment;       // last roughness level, intensity, clip depth of the far end
     vec4 forward;           // unit, where the camera looks; w: 1 when it is orthographic
     vec4 skyDirections[3];  // at the picture's centre; its change to the right edge; to the top
+    vec4 clipPlane;         // kept: dot(xyz, p) + w >= 0
+    vec4 picture;           // width, height, pixels per unit of slope, 1 / diagonal of the scene
+    vec4 worldFromEye[3];   // rows
 BLOCK_END(view)
 
 BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)
@@ -16,7 +19,9 @@ BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)
     vec4 surface;           // metallic, roughness, normal scale, occlusion strength
     vec4 emissive;          // rgb: radiance; w: alpha cutoff
     vec4 dielectricF0;      // rgb; w: specular weight
-    vec4 texCoordRows[10];  // slot s: u = dot(row[2s].xyz, (uv, 1)), v by row[2s + 1]; w: which set
+    vec4 glass;             // transmission, ior, thickness (mesh space), attenuation distance
+    vec4 attenuation;       // rgb
+    vec4 texCoordRows[14];  // slot s: u = dot(row[2s].xyz, (uv, 1)), v by row[2s + 1]; w: which set
 BLOCK_END(material)
 
 BLOCK_BEGIN(PrefilterBlock, BINDING_PREFILTER)
@@ -24,6 +29,15 @@ BLOCK_BEGIN(PrefilterBlock, BINDING_PREFILTER)
     ivec4 counts;      // samples
     vec4 samples[PREFILTER_SAMPLES];  // toLight about +Z; w: level of the source
 BLOCK_END(prefilter)
+
+BLOCK_BEGIN(ReflectionBlock, BINDING_REFLECTION)
+    vec4 picture;   // of a flat mirror: texture coordinate = gl_FragCoord.xy * xy + zw
+    vec4 levels;    // last level; pixels per unit of slope; edge of a cube's face
+    vec4 center;    // of a probe, in eye space
+    vec4 proxyMin;  // its box about its centre, the world's axes
+    vec4 proxyMax;
+    vec4 normal;    // of a flat mirror, unit, towards the eye
+BLOCK_END(reflection)
 
 BLOCK_BEGIN(FilterBlock, BINDING_FILTER)
     vec4 parameters;  // toneMap: exposure factor

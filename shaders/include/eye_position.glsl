@@ -6,6 +6,11 @@ layout(location = ATTRIBUTE_EYE_FROM_MODEL) in vec4 eyeFromModel[3];  // rows
 
 invariant gl_Position;
 
+// Only read where the pass says that the view has a clip plane.
+void clipAt(vec3 positionEye) {
+    gl_ClipDistance[0] = dot(view.clipPlane.xyz, positionEye) + view.clipPlane.w;
+}
+
 vec3 eyePosition() {
     vec4 p = vec4(position, 1.0f);
     return vec3(dot(eyeFromModel[0], p), dot(eyeFromModel[1], p), dot(eyeFromModel[2], p));

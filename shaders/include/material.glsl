@@ -1,21 +1,12 @@
 // A material at a pixel: its factors times its textures. Only what FEATURES asks for is fetched.
 
-// What a material says about a point of a surface, however the point was reached.
-struct MaterialPoint {
-    vec4 baseColor;  // w: coverage
-    float metallic;
-    float roughness;    // at least kMinRoughness
-    vec3 dielectricF0;  // straight on, where it is not metal
-    vec3 normal;        // unit, bumps included, on the side that is seen
-    float occlusion;    // of indirect light
-    vec3 emitted;       // added after everything else and scaled by nothing else
-};
-
 layout(binding = UNIT_BASE_COLOR) uniform sampler2D baseColorMap;
 layout(binding = UNIT_METALLIC_ROUGHNESS) uniform sampler2D metallicRoughnessMap;
 layout(binding = UNIT_NORMAL) uniform sampler2D normalMap;
 layout(binding = UNIT_OCCLUSION) uniform sampler2D occlusionMap;
 layout(binding = UNIT_EMISSIVE) uniform sampler2D emissiveMap;
+layout(binding = UNIT_TRANSMISSION) uniform sampler2D transmissionMap;
+layout(binding = UNIT_THICKNESS) uniform sampler2D thicknessMap;
 
 vec2 texCoordOf(int slot) {
     vec4 uRow = material.texCoordRows[2 * slot];
@@ -42,7 +33,7 @@ vec2 metallicRoughnessAt() {
         metallicRoughness *=
             texture(metallicRoughnessMap, texCoordOf(UNIT_METALLIC_ROUGHNESS)).bg;
     }
-    return vec2(metallicRoughness.x, max(metallicRoughness.y, kMinRoughness));
+    return clamp(metallicRoughness, 0.0f, 1.0f);
 }
 
 // Squared lengths below this are no direction.
@@ -71,16 +62,10 @@ float occlusionAt() {
     return 1.0f + material.surface.w * (seen - 1.0f);
 }
 
+// Added after everything else and scaled by nothing else.
 vec3 emittedAt() {
     if (!has(FEATURE_EMISSION)) return vec3(0.0f);
     vec3 emitted = material.emissive.rgb;
     if (has(FEATURE_EMISSIVE_MAP)) emitted *= texture(emissiveMap, texCoordOf(UNIT_EMISSIVE)).rgb;
     return emitted;
-}
-
-// Everything at this pixel, for a base colour that has been read already.
-MaterialPoint materialAt(vec4 baseColor) {
-    vec2 metallicRoughness = metallicRoughnessAt();
-    return MaterialPoint(baseColor, metallicRoughness.x, metallicRoughness.y,
-                         material.dielectricF0.rgb, normalAt(), occlusionAt(), emittedAt());
 }

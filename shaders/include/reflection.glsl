@@ -1,7 +1,65 @@
-// What a surface mirrors. Every way of finding out, one feature bit each, stands here and nowhere
-// else; the default is the environment map, prefiltered by roughness.
+// What a surface mirrors: the environment map, or the picture that the plan had drawn for it.
+// After lighting.glsl's Surface. All directions and places are in eye space.
+
+layout(binding = UNIT_MIRROR) uniform sampler2D mirrorPicture;
+
+// Prefiltered by roughness: level k of the last holds roughness k / last.
+vec3 environmentAlong(vec3 towards, float roughness) {
+    return textureLod(environmentMap, towards, roughness * view.environment.x).rgb *
+           view.environment.y;
+}
+
+vec2 pictureCoordinate(vec2 pixel) {
+    return pixel * reflection.picture.xy + reflection.picture.zw;
+}
+
+// Where in the mirror's picture stands what a ray from `position` meets after `metres`: the ray is
+// mirrored at the plane, and its end projected.
+vec2 mirroredCoordinate(vec3 position, vec3 towards, float metres) {
+    vec3 behind = towards - 2.0f * dot(towards, reflection.normal.xyz) * reflection.normal.xyz;
+    vec4 clip = view.clipFromEye * vec4(position + behind * metres, 1.0f);
+    vec2 ndc = clip.xy / max(clip.w, 1e-6f * metres + 1e-30f);
+    vec2 pixel = (clamp(ndc, -4.0f, 4.0f) * 0.5f + 0.5f) * view.picture.xy;
+    return pictureCoordinate(pixel);
+}
+
+// Metres from the surface at `toSurface` metres to what the picture shows there.
+float beyondSurface(float share, float toSurface) {
+    return max(share / view.picture.w - toSurface, 0.0f);
+}
+
+// The mirrored view lies pixel on pixel over this one. Blur follows the distance between the mirror
+// and what it shows (erratum R4), which the picture keeps beside its colours.
+vec3 flatMirror(Surface s, vec3 position) {
+    vec2 at = pictureCoordinate(gl_FragCoord.xy);
+    float toMirror = length(position);
+    float spread = 2.0f * s.roughness * s.roughness;
+    // Over half the lobe's width first: what a rough mirror shows stands about as far as this.
+    float wide = min(0.5f * lobeLod(spread, reflection.levels.y), reflection.levels.x);
+    float beyond = beyondSurface(textureLod(mirrorPicture, at, wide).a, toMirror);
+    if (has(FEATURE_NORMAL_MAP)) {
+        at = mirroredCoordinate(position, reflect(-s.toEye, s.normal), beyond);
+    }
+    float lod = mirrorLod(s.roughness, reflection.levels.y, toMirror, beyond);
+    return textureLod(mirrorPicture, at, min(lod, reflection.levels.x)).rgb;
+}
+
+vec3 probeAlong(vec3 position, vec3 towards, float roughness) {
+    vec3 at = towards;
+    if (has(FEATURE_PARALLAX)) {
+        // The box has the world's axes; a row vector times a matrix is its transpose's product.
+        mat3 eyeFromWorld = mat3(view.worldFromEye[0].xyz, view.worldFromEye[1].xyz,
+                                 view.worldFromEye[2].xyz);
+        at = eyeFromWorld * boxParallax((position - reflection.center.xyz) * eyeFromWorld,
+                                        towards * eyeFromWorld, reflection.proxyMin.xyz,
+                                        reflection.proxyMax.xyz);
+    }
+    return textureLod(environmentMap, at, roughness * reflection.levels.x).rgb;
+}
 
 vec3 reflectedRadiance(Surface s, vec3 position) {
-    vec3 mirrored = reflect(-s.toEye, s.normal);
-    return environmentRadiance(mirrored, s.roughness);
+    if (has(FEATURE_MIRROR)) return flatMirror(s, position);
+    vec3 towards = reflect(-s.toEye, s.normal);
+    if (has(FEATURE_PROBE)) return probeAlong(position, towards, s.roughness);
+    return environmentAlong(towards, s.roughness);
 }

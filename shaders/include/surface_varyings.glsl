@@ -7,6 +7,7 @@ VARYING vec4 vertexTangent;  // w: sign of the bitangent
 VARYING vec2 texCoord0;
 VARYING vec2 texCoord1;
 VARYING vec4 vertexColor;
+flat VARYING float modelScale;  // metres for each unit of the mesh's space
 flat VARYING vec3 drawNumbers;  // first light, number of lights, object id
 
 bool has(uint feature) {

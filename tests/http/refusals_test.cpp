@@ -48,7 +48,7 @@ const std::vector<WrongBody> kWrongBodies = {
     {R"({"a/b~c": 1})", 422, {"/a~1b~0c"}},
     {R"({"filters": []})", 422, {"/filters"}},
     {R"({"effects": {"bloom": true}})", 422, {"/effects/bloom"}},
-    {R"({"accuracy": {"probeSize": 64}})", 422, {"/accuracy/probeSize"}},
+    {R"({"accuracy": {"probeDepths": 64}})", 422, {"/accuracy/probeDepths"}},
     {R"({"environment": {"name": "sky"}})", 422, {"/environment/name"}},
     {R"({"output": {"type": "jpeg"}})", 422, {"/output/type"}},
     // Wrong types.

@@ -106,12 +106,10 @@ public:
     Scene run(const std::string& extension, const SceneFolder& folder,
               const ProgressCallback& progress) {
         TextureStore textures(folder, limits_);
-        AssimpMaterials materials(file_, extension, folder, textures, scene_);
-        materials.read();
+        AssimpMaterials(file_, extension, folder, textures, scene_).read();
         for (unsigned i = 0; i < file_.mNumMeshes; ++i) {
             meshes_.push_back(add(*file_.mMeshes[i]));
         }
-        materials.giveGlassThickness();
         readNodes();
         readCameras();
         readLights();

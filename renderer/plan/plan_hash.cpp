@@ -1,0 +1,94 @@
+// What a map's pixels depend on.
+#include "plan/plan_hash.h"
+
+namespace clerestory {
+namespace {
+
+void addView(PlanHash& hash, const View& view) {
+    hash.add(view.viewFromWorld);
+    hash.add(view.clipFromView);
+    hash.add(view.eye);
+    hash.add(view.clipPlane.value_or(glm::dvec4(0.0)));
+}
+
+void addDraws(PlanHash& hash, const std::vector<Draw>& draws, const Stage& stage) {
+    hash.add(draws.size());
+    for (const Draw& draw : draws) {
+        const Instance& instance = stage.scene.instances[draw.instance];
+        hash.add(draw.instance);
+        hash.add(draw.material);
+        hash.add(draw.firstIndex);
+        hash.add(draw.indexCount);
+        hash.add(draw.features);
+        hash.add(draw.reflection);
+        hash.add(stage.pose.worldFromNode[instance.node]);
+        for (std::uint32_t i = 0; i < draw.lights.count; ++i) hash.add(draw.lights.indices[i]);
+    }
+}
+
+void addTarget(PlanHash& hash, const TargetSpec& target) {
+    hash.add(target.format);
+    hash.add(target.width);
+    hash.add(target.height);
+    hash.add(target.levels);
+    hash.add(target.samples);
+}
+
+void addLight(PlanHash& hash, const PlacedLight& light) {
+    hash.add(light.kind);
+    hash.add(light.position);
+    hash.add(light.toLight);
+    hash.add(light.intensity);
+    hash.add(light.range);
+    hash.add(light.cosInner);
+    hash.add(light.cosOuter);
+}
+
+}  // namespace
+
+std::uint64_t hashOf(const Dressing& dressing) {
+    if (dressing.own.empty()) return 0;
+    PlanHash hash;
+    for (const Material& m : dressing.own) hash.add(contentHash(m));
+    for (const Index m : dressing.materialOfInstance) hash.add(m);
+    return hash.value();
+}
+
+std::uint64_t hashOfPasses(const FramePlan& plan, std::size_t first, const Stage& stage,
+                           const EnvironmentMap& environment) {
+    PlanHash hash;
+    hash.add(stage.scene.contentHash);
+    hash.add(stage.dressingHash);
+    hash.add(environment.contentHash);
+    hash.add(plan.mapFromWorld);
+    hash.add(plan.environmentIntensity);
+    hash.add(plan.anisotropy);
+    for (const PlacedLight& light : plan.lights) addLight(hash, light);
+    for (std::size_t i = first; i < plan.passes.size(); ++i) {
+        const Pass& pass = plan.passes[i];
+        hash.add(pass.kind);
+        hash.add(pass.face);
+        hash.add(pass.sky);
+        addTarget(hash, plan.targets[pass.target]);
+        for (const TargetId read : pass.reads) {
+            // A resident map is known by its key; what this frame draws, by the passes above.
+            hash.add(plan.targets[read].residentKey);
+            addTarget(hash, plan.targets[read]);
+        }
+        for (const View& view : pass.views) addView(hash, view);
+        for (const ReflectedPicture& r : pass.reflections) {
+            hash.add(r.origin);
+            hash.add(r.scale);
+            hash.add(r.pixelsPerSlope);
+            hash.add(r.center);
+            hash.add(r.proxyMin);
+            hash.add(r.proxyMax);
+        }
+        addDraws(hash, pass.depthDraws, stage);
+        addDraws(hash, pass.opaqueDraws, stage);
+        addDraws(hash, pass.blendedDraws, stage);
+    }
+    return hash.value();
+}
+
+}  // namespace clerestory

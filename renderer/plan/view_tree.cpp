@@ -1,0 +1,319 @@
+// The walk: what a view sees, who serves it, and the passes that follow.
+#include "plan/view_tree.h"
+
+#include "plan/cost.h"
+#include "plan/features.h"
+#include "plan/plan_hash.h"
+#include "plan/view.h"
+#include "plan/visibility.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+
+namespace clerestory {
+namespace {
+
+// Layers of glass behind glass that one view keeps apart; what is nearer shares the last one.
+constexpr std::size_t kMostGlassLayers = 4;
+
+// What copying a pixel takes of shading one.
+constexpr double kCopiedPixel = 0.04;
+
+std::string format(const char* pattern, double value) {
+    char text[160];
+    std::snprintf(text, sizeof text, pattern, value);
+    return text;
+}
+
+}  // namespace
+
+ViewTree::ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& environment,
+                   const ResidentMaps& resident, const DeviceLimits& limits)
+    : plan_(plan),
+      stage_(stage),
+      environment_(environment),
+      resident_(resident),
+      limits_(limits),
+      sceneBounds_(worldBounds(stage.scene, stage.pose)),
+      sceneTriangles_(triangleCount(stage.scene)) {}
+
+std::string nameOf(const Scene& scene, const Surface& surface) {
+    const Instance& instance = scene.instances[surface.instance];
+    std::string name = scene.nodes[instance.node].name;
+    if (name.empty()) name = scene.meshes[instance.mesh].name;
+    if (name.empty()) name = "object " + std::to_string(surface.instance + 1);
+    if (surface.flatPart != kNone) {
+        const std::uint32_t part = surface.flatPart - scene.meshes[instance.mesh].firstFlatPart;
+        if (part > 0) name += " part " + std::to_string(part + 1);
+    }
+    return name;
+}
+
+// The last level is some 8 pixels wide: no lobe that a picture serves is wider.
+std::uint32_t pictureLevels(std::uint32_t width, std::uint32_t height) {
+    const auto full = static_cast<std::uint32_t>(std::bit_width(std::min(width, height)));
+    return full > 3 ? full - 3 : 1;
+}
+
+// Down to faces of 4 texels: fewer hold no more than the harmonics do.
+std::uint32_t roughnessLevels(std::uint32_t faceSize) {
+    const auto full = static_cast<std::uint32_t>(std::bit_width(faceSize));
+    return full > 3 ? full - 2 : 1;
+}
+
+double reflectanceSeen(double reflectance, double cosine) {
+    const double edge = 1.0 - std::clamp(cosine, 0.0, 1.0);
+    return reflectance + (1.0 - reflectance) * edge * edge * edge * edge * edge;
+}
+
+TargetId ViewTree::addTarget(TargetSpec spec) {
+    plan_.targets.push_back(std::move(spec));
+    return static_cast<TargetId>(plan_.targets.size() - 1);
+}
+
+// What happens inside child views is not told: their passes speak for themselves.
+void ViewTree::skip(const ViewJob& job, std::string name, Effect effect, std::string reason) {
+    if (job.generation == 0) {
+        plan_.skipped.push_back({std::move(name), effect, std::move(reason)});
+    }
+}
+
+Method ViewTree::decide(const ViewJob& job, Case about, std::span<const Candidate> candidates) {
+    const double weight = job.weight * about.weight;
+    const double tolerance = toleranceOf(stage_.request.accuracy.preset) / std::max(weight, 1e-12);
+    std::size_t taken = cheapest(candidates, tolerance);
+    std::string reason = format("%.1f %% of the frame", 100.0 * about.share);
+    const auto asked = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
+        return about.forced && c.method == *about.forced;
+    });
+    if (asked != candidates.end()) {
+        taken = static_cast<std::size_t>(asked - candidates.begin());
+        reason += ", as the request asks";
+    } else {
+        reason += format(", %.1f ms predicted", candidates[taken].milliseconds) +
+                  format(", error %.2f", candidates[taken].error) +
+                  format(" where %.2f is enough", std::min(tolerance, 1.0));
+    }
+    if (job.generation == 0) {
+        plan_.decisions.push_back({std::move(about.name),
+                                   about.effect,
+                                   job.generation,
+                                   candidates[taken].method,
+                                   {candidates.begin(), candidates.end()},
+                                   std::move(reason)});
+    }
+    return candidates[taken].method;
+}
+
+TargetId ViewTree::environmentTarget() {
+    if (environmentTarget_ != kNoTarget || plan_.environmentIntensity <= 0.0f) {
+        return environmentTarget_;
+    }
+    const Accuracy& a = stage_.request.accuracy;
+    PlanHash hash;
+    hash.add(environment_.contentHash);
+    hash.add(a.environmentSize);
+    hash.add(a.environmentSamples);
+    environmentTarget_ = addTarget({.name = "environment:" + environment_.name,
+                                    .kind = TargetKind::cube,
+                                    .format = Format::rgba16f,
+                                    .width = a.environmentSize,
+                                    .height = a.environmentSize,
+                                    .levels = roughnessLevels(a.environmentSize),
+                                    .residentKey = hash.value()});
+    const std::string& name = plan_.targets[environmentTarget_].name;
+    if (resident_.keys.contains(hash.value())) {
+        plan_.skipped.push_back({name, Effect::base, "resident and unchanged"});
+    } else {
+        plan_.passes.push_back({.kind = PassKind::environment,
+                                .name = name,
+                                .target = environmentTarget_,
+                                .reason = "lights the scene and is not resident at this accuracy"});
+    }
+    return environmentTarget_;
+}
+
+SeenView ViewTree::add(const ViewJob& job) {
+    SeenView seen = seenFrom(stage_, job.view, job.hidden);
+    Pass pass{.kind = job.kind,
+              .name = job.name,
+              .effect = job.effect,
+              .generation = job.generation,
+              .target = job.target,
+              .face = job.face,
+              .views = {job.view},
+              .reason = job.reason};
+    if (seen.anyLit) pass.environment = environmentTarget();
+    if (pass.environment != kNoTarget) pass.reads.push_back(pass.environment);
+    serveFlat(job, seen, pass);
+    serveCurved(job, seen, pass);
+    serveGlass(job, seen);
+
+    const Features common = job.view.clipPlane ? FEATURE_CLIP : 0;
+    DrawLists lists = drawLists(seen, common);
+    pass.sky = stage_.request.environment.visible;
+    if (pass.reason.empty()) {
+        pass.reason = format(lists.depth.empty()
+                                 ? "the requested view; no depth prepass, %.1f layers predicted"
+                                 : "the requested view; depth first, %.1f layers predicted",
+                             seen.overdraw);
+    }
+    pass.depthDraws = std::move(lists.depth);
+    pass.opaqueDraws = std::move(lists.opaque);
+
+    const auto firstGlass = std::find_if(lists.through.begin(), lists.through.end(),
+                                         [](const DrawLists::Behind& b) { return b.glass; });
+    for (auto it = lists.through.begin(); it != firstGlass; ++it) {
+        pass.blendedDraws.push_back(it->draw);
+    }
+    plan_.passes.push_back(pass);
+    addGlass(job, seen, pass, {firstGlass, lists.through.end()});
+    return seen;
+}
+
+void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
+    if (!stage_.request.effects.refraction) return;
+    for (SeenSurface& s : seen.surfaces) {
+        if (s.surface->glass == Glass::none) continue;
+        const std::string name = "glass:" + nameOf(stage_.scene, *s.surface);
+        const double share = std::min(1.0, kBoxFill * s.share);
+        const double pixels = share * job.width * job.height;
+        if (pixels < 1.0) {
+            skip(job, name, Effect::refraction, "smaller than a pixel");
+            continue;
+        }
+        const bool solid = s.surface->glass == Glass::solid;
+        const double segments = solid ? std::min(4.0, 1.0 + stage_.request.accuracy.bounces) : 2.0;
+        std::vector<Candidate> candidates{
+            {Method::environment, 0.0, 0.9},
+            {Method::backdrop,
+             milliseconds({.pixels = kCopiedPixel * job.width * job.height + pixels,
+                           .views = 1.0,
+                           .software = limits_.software}),
+             solid ? 0.25 : 0.04}};
+        if (limits_.traces) {
+            candidates.push_back(
+                {Method::traced,
+                 milliseconds(
+                     {.rayPixels = pixels, .rays = segments, .software = limits_.software}),
+                 tracedError(s.surface->roughness)});
+        }
+        std::optional<Method> forced;
+        switch (stage_.request.accuracy.glass) {
+            case GlassMethod::automatic:
+                break;
+            case GlassMethod::environment:
+                forced = Method::environment;
+                break;
+            case GlassMethod::backdrop:
+                forced = Method::backdrop;
+                break;
+            case GlassMethod::traced:
+                forced = Method::traced;
+                break;
+        }
+        // A captured face is looked at from near and blurred: no rays for it.
+        if (job.captured) forced = Method::backdrop;
+        const Method method =
+            decide(job, {name, Effect::refraction, share, share, forced}, candidates);
+        if (solid) s.features |= FEATURE_SOLID;
+        s.features &= ~FEATURE_BLEND;
+        const Material& material = stage_.material(*s.surface);
+        if (material.transmissionTexture.present()) s.features |= FEATURE_TRANSMISSION_MAP;
+        if (solid && material.thicknessTexture.present()) s.features |= FEATURE_THICKNESS_MAP;
+        for (const TextureSlot* slot :
+             {&material.transmissionTexture, &material.thicknessTexture}) {
+            if (slot->present() && slot->transformed()) s.features |= FEATURE_TEXTURE_TRANSFORM;
+            if (slot->present() && slot->texCoord == 1) s.features |= FEATURE_SECOND_TEXCOORD;
+        }
+        // An eye inside a body sees its far faces from their backs.
+        if (solid && distanceTo(s.box) == 0.0) s.features |= FEATURE_DOUBLE_SIDED;
+        switch (method) {
+            case Method::traced:
+                s.features |= FEATURE_TRACED_GLASS;
+                break;
+            case Method::backdrop:
+                s.features |= FEATURE_GLASS | FEATURE_BACKDROP;
+                s.overBackdrop = true;
+                break;
+            default:
+                s.features |= FEATURE_GLASS;
+                break;
+        }
+    }
+}
+
+// Far to near: each layer is seen against a copy of everything behind it. Glass that lies beside
+// other glass shares its layer; what is blended waits for the glass behind it.
+void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
+                        std::span<const DrawLists::Behind> through) {
+    struct Layer {
+        std::vector<std::size_t> glass;  // into seen.surfaces
+        std::vector<Draw> glassDraws, blendedDraws;
+    };
+    std::vector<Layer> layers;
+    std::map<std::size_t, std::size_t> layerOf;
+    const auto boxOf = [&](std::size_t s) { return screenBox(job.view, seen.surfaces[s].box); };
+    const auto joins = [&](const Layer& layer, std::size_t s) {
+        return layer.blendedDraws.empty() &&
+               std::none_of(layer.glass.begin(), layer.glass.end(),
+                            [&](std::size_t other) { return boxOf(s).overlaps(boxOf(other)); });
+    };
+    for (const DrawLists::Behind& item : through) {
+        if (!item.glass) {
+            layers.back().blendedDraws.push_back(item.draw);  // the first item is glass
+            continue;
+        }
+        if (!layerOf.contains(item.seen)) {
+            const bool full = layers.size() == (job.generation == 0 ? kMostGlassLayers : 1);
+            if (layers.empty() || (!full && !joins(layers.back(), item.seen)))
+                layers.emplace_back();
+            layers.back().glass.push_back(item.seen);
+            layerOf[item.seen] = layers.size() - 1;
+        }
+        layers[layerOf[item.seen]].glassDraws.push_back(item.draw);
+    }
+    const TargetSpec& drawn = plan_.targets[job.target];
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        Layer& layer = layers[i];
+        const bool rough = std::any_of(layer.glass.begin(), layer.glass.end(), [&](std::size_t s) {
+            return seen.surfaces[s].surface->roughness > kSharpRoughness;
+        });
+        const TargetId backdrop =
+            addTarget({.name = "backdrop",
+                       .format = Format::rgba16f,
+                       .width = drawn.width,
+                       .height = drawn.height,
+                       .levels = rough ? pictureLevels(drawn.width, drawn.height) : 1});
+        const std::string of = std::to_string(i + 1) + " of " + std::to_string(layers.size());
+        plan_.passes.push_back({.kind = PassKind::backdrop,
+                                .name = job.name + ":backdrop",
+                                .effect = Effect::refraction,
+                                .generation = job.generation,
+                                .target = backdrop,
+                                .face = job.face,
+                                .reads = {job.target},
+                                .reason = rough ? "what lies behind rough glass, layer " + of
+                                                : "what lies behind glass, layer " + of});
+        Pass pass{.kind = PassKind::glass,
+                  .name = job.name + ":glass",
+                  .effect = Effect::refraction,
+                  .generation = job.generation,
+                  .target = job.target,
+                  .face = job.face,
+                  .reads = behind.reads,
+                  .environment = behind.environment,
+                  .backdrop = backdrop,
+                  .views = {job.view},
+                  .reflections = behind.reflections,
+                  .reason = "glass over its backdrop, layer " + of};
+        pass.reads.push_back(backdrop);
+        pass.opaqueDraws = std::move(layer.glassDraws);
+        pass.blendedDraws = std::move(layer.blendedDraws);
+        plan_.passes.push_back(std::move(pass));
+    }
+}
+
+}  // namespace clerestory

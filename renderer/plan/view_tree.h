@@ -1,0 +1,97 @@
+// A frame is a tree of views: the root is the client's camera, and a mirror, a curved reflector or
+// a piece of glass that a view sees may ask for a child view. This walks the tree and writes the
+// passes, children first, and the reasons. Pure.
+#pragma once
+
+#include "plan/draws.h"
+#include "plan/planner.h"
+
+#include <map>
+
+namespace clerestory {
+
+// One view to plan, and where its picture goes.
+struct ViewJob {
+    PassKind kind = PassKind::surface;
+    std::string name = "surface";
+    Effect effect = Effect::base;
+    std::string reason;
+    View view;
+    std::uint32_t width = 0, height = 0;
+    TargetId target = kNoTarget;
+    std::uint32_t face = 0;
+    std::uint32_t generation = 0;   // 0: the root
+    double weight = 1.0;            // of the view in the frame; see kLeastWeight
+    bool captured = false;          // a probe's face, or what a mirror shows to one
+    std::uint32_t mirrorsLeft = 0;  // mirrored views in mirrored views that may still be asked for
+    std::uint32_t probeGeneration = 0;  // of the captured cubes that this view shows; 0: none
+    std::vector<std::size_t> hidden;    // of Stage::surfaces, sorted
+};
+
+class ViewTree {
+public:
+    // `stage` and `environment` must outlive this; passes are appended to `plan`.
+    ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& environment,
+             const ResidentMaps& resident, const DeviceLimits& limits);
+
+    // Appends what the view needs and the view itself. Returns what was seen from it.
+    SeenView add(const ViewJob& job);
+
+private:
+    // Flat mirrors that lie in one plane and face the view share one picture.
+    struct MirrorGroup;
+    struct Snapshot;
+    // A captured cube: where it stands, and the box that it is taken to see, about its centre.
+    struct Probe {
+        TargetId target = kNoTarget;
+        glm::dvec3 center{0.0}, proxyMin{0.0}, proxyMax{0.0};
+    };
+    using ProbeKey = std::pair<Index, std::uint32_t>;  // instance, generation
+
+    TargetId environmentTarget();
+    void serveFlat(const ViewJob& job, SeenView& seen, Pass& pass);
+    void serveGroup(const ViewJob& job, SeenView& seen, Pass& pass, const MirrorGroup& group);
+    void serveCurved(const ViewJob& job, SeenView& seen, Pass& pass);
+    void serveGlass(const ViewJob& job, SeenView& seen);
+    void addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
+                  std::span<const DrawLists::Behind> through);
+    Probe probe(const SeenSurface& owner, std::uint32_t generation);
+
+    TargetId addTarget(TargetSpec spec);
+    // What is known of a surface when somebody has to serve it.
+    struct Case {
+        std::string name;
+        Effect effect;
+        double share = 0.0;   // of the view's picture
+        double weight = 0.0;  // share of the view's light; see kLeastWeight
+        std::optional<Method> forced;
+    };
+    Method decide(const ViewJob& job, Case about, std::span<const Candidate> candidates);
+    void skip(const ViewJob& job, std::string name, Effect effect, std::string reason);
+
+    FramePlan& plan_;
+    const Stage& stage_;
+    const EnvironmentMap& environment_;
+    const ResidentMaps& resident_;
+    const DeviceLimits& limits_;
+    Bounds sceneBounds_;  // world
+    std::uint64_t sceneTriangles_;
+    TargetId environmentTarget_ = kNoTarget;
+    std::map<ProbeKey, TargetId> probes_;
+};
+
+// Below this, blur is narrower than a pixel of a common frame.
+inline constexpr double kSharpRoughness = 0.02;
+
+// What people call a surface: its node, its mesh, or its number.
+std::string nameOf(const Scene& scene, const Surface& surface);
+
+// Levels of a picture that is read blurred.
+std::uint32_t pictureLevels(std::uint32_t width, std::uint32_t height);
+// Levels of a prefiltered cube.
+std::uint32_t roughnessLevels(std::uint32_t faceSize);
+
+// What a surface reflects at the angle it is seen at, 0..1 (Schlick). toEye: from its middle, unit.
+double reflectanceSeen(double reflectance, double cosine);
+
+}  // namespace clerestory

@@ -1,0 +1,214 @@
+// Flat mirrors of a view: which of them are worth a picture, and the views that draw those.
+#include "plan/cost.h"
+#include "plan/features.h"
+#include "plan/mirror.h"
+#include "plan/view_tree.h"
+#include "plan/visibility.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+
+namespace clerestory {
+namespace {
+
+// Two mirrors share a picture when their planes differ by less than this: the cosine of a
+// thousandth of a degree, and a share of the distance to the eye.
+constexpr double kSameNormal = 1.0 - 1.5e-10;
+constexpr double kSameOffset = 1e-5;
+
+// Pixels beyond a rough mirror's edge that its blur may ask for: a lobe's tail of 5 alpha radians
+// (erratum P9), at most this share of the picture.
+constexpr double kMostGuard = 0.25;
+
+std::string percent(double share) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.1f %% of the frame", 100.0 * share);
+    return text;
+}
+
+double pixelsPerSlope(const View& view, std::uint32_t height) {
+    return 0.5 * height * view.clipFromView[1][1];
+}
+
+}  // namespace
+
+struct ViewTree::MirrorGroup {
+    Plane plane;                       // world, its front towards the eye
+    double height = 0.0;               // of the eye above it, metres
+    double roughness = 0.0;            // of the roughest, 0..1
+    double share = 0.0, weight = 0.0;  // of the view; see kLeastWeight
+    std::string name;
+    ScreenBox covered;
+    std::vector<std::size_t> seen;  // into SeenView::surfaces
+};
+
+void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, Pass& pass) {
+    if (!stage_.request.effects.planarReflection) return;
+    std::vector<MirrorGroup> groups;
+    for (std::size_t i = 0; i < seen.surfaces.size(); ++i) {
+        const SeenSurface& s = seen.surfaces[i];
+        if (s.surface->reflector != Reflector::flat) continue;
+        const std::string name = "mirror:" + nameOf(stage_.scene, *s.surface);
+        const auto leaveOut = [&](const char* why) {
+            skip(job, name, Effect::planarReflection, why);
+        };
+        const FlatPart& part = stage_.scene.flatParts[s.surface->flatPart];
+        const Instance& instance = stage_.scene.instances[s.surface->instance];
+        std::optional<Plane> plane =
+            transformed(part.plane(), stage_.pose.worldFromNode[instance.node]);
+        if (!plane) {
+            leaveOut("its transform leaves no plane");
+            continue;
+        }
+        double height = eyeHeight(*plane, job.view);
+        if (height < 0.0 && stage_.material(*s.surface).doubleSided) {
+            plane = Plane{-plane->normal, -plane->offset};
+            height = -height;
+        }
+        if (!(height > 0.0)) {
+            leaveOut("seen from its back");
+            continue;
+        }
+        const ScreenBox covered = screenBox(job.view, s.box);
+        if (covered.share() * job.width * job.height < 1.0) {
+            leaveOut("smaller than a pixel");
+            continue;
+        }
+        if (edgeOn(height, job.view, job.height)) {
+            leaveOut("edge-on");
+            continue;
+        }
+        const auto same = [&](const MirrorGroup& g) {
+            return glm::dot(g.plane.normal, plane->normal) > kSameNormal &&
+                   std::abs(g.height - height) <= kSameOffset * (g.height + height);
+        };
+        auto group = std::find_if(groups.begin(), groups.end(), same);
+        if (group == groups.end()) {
+            groups.push_back({.plane = *plane, .height = height, .name = name});
+            group = groups.end() - 1;
+        }
+        group->covered.low = glm::min(group->covered.low, covered.low);
+        group->covered.high = glm::max(group->covered.high, covered.high);
+        const double distance = glm::length(glm::dvec3(s.box.center()));
+        const double cosine = job.view.orthographic ? 1.0 : height / std::max(distance, height);
+        const double share = std::min(1.0, kBoxFill * s.share);
+        group->share = std::min(1.0, group->share + share);
+        group->weight += reflectanceSeen(s.surface->reflectance, cosine) * share;
+        group->roughness = std::max(group->roughness, double(s.surface->roughness));
+        group->seen.push_back(i);
+    }
+    for (const MirrorGroup& group : groups) serveGroup(job, seen, pass, group);
+}
+
+void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
+                          const MirrorGroup& group) {
+    const Accuracy& a = stage_.request.accuracy;
+    if (job.mirrorsLeft == 0) {
+        skip(job, group.name, Effect::planarReflection, "no generation is left for it");
+        return;
+    }
+    if (job.weight * group.weight < kLeastWeight) {
+        skip(job, group.name, Effect::planarReflection, "too weak or too small to be seen");
+        return;
+    }
+    std::vector<std::size_t> hidden;
+    for (const std::size_t s : group.seen) {
+        hidden.push_back(
+            static_cast<std::size_t>(seen.surfaces[s].surface - stage_.surfaces.data()));
+    }
+    std::sort(hidden.begin(), hidden.end());
+
+    // Whole pixels of the view, so that at scale 1 both pictures have their centres in common.
+    const double alpha = group.roughness * group.roughness;
+    const bool rough = group.roughness > kSharpRoughness;
+    const double slope = pixelsPerSlope(job.view, job.height);
+    const double guard =
+        rough ? std::min(5.0 * alpha * slope, kMostGuard * std::max(job.width, job.height)) : 0.0;
+    const PixelRect rect = pixelRect(group.covered, job.width, job.height, guard);
+    const View child = mirroredView(cropped(job.view, rect, job.width, job.height), group.plane);
+
+    const auto width = static_cast<std::uint32_t>(std::ceil(rect.width * a.planarScale));
+    const auto height = static_cast<std::uint32_t>(std::ceil(rect.height * a.planarScale));
+    const SeenView behind = seenFrom(stage_, child, hidden);
+    std::vector<Candidate> candidates{{Method::environment, 0.0, environmentError(group.roughness)},
+                                      {Method::mirror,
+                                       milliseconds({.triangles = double(behind.triangles),
+                                                     .pixels = double(width) * height,
+                                                     .views = 1.0,
+                                                     .software = limits_.software}),
+                                       0.02}};
+    if (limits_.traces) {
+        candidates.push_back({Method::traced,
+                              milliseconds({.rayPixels = group.share * job.width * job.height,
+                                            .rays = 1.0,
+                                            .software = limits_.software}),
+                              tracedError(group.roughness)});
+    }
+    std::optional<Method> forced;
+    switch (a.planar) {
+        case PlanarMethod::automatic:
+            break;
+        case PlanarMethod::environment:
+            forced = Method::environment;
+            break;
+        case PlanarMethod::mirror:
+            forced = Method::mirror;
+            break;
+        case PlanarMethod::traced:
+            forced = Method::traced;
+            break;
+    }
+    const Method method = decide(
+        job, {group.name, Effect::planarReflection, group.share, group.weight, forced}, candidates);
+    if (method == Method::environment) return;
+    if (method == Method::traced) {
+        for (const std::size_t s : group.seen) {
+            seen.surfaces[s].features |= FEATURE_TRACED_REFLECTION;
+        }
+        return;
+    }
+
+    const TargetId target = addTarget({.name = group.name,
+                                       .format = Format::rgba16f,
+                                       .width = width,
+                                       .height = height,
+                                       .levels = rough ? pictureLevels(width, height) : 1,
+                                       .depth = true});
+    ViewJob mirror{.kind = PassKind::mirror,
+                   .name = group.name,
+                   .effect = Effect::planarReflection,
+                   .reason = "visible, facing, " + percent(group.share),
+                   .view = child,
+                   .width = width,
+                   .height = height,
+                   .target = target,
+                   .generation = job.generation + 1,
+                   .weight = job.weight * std::min(1.0, group.weight / std::max(group.share, 1e-9)),
+                   .captured = job.captured,
+                   .mirrorsLeft = job.mirrorsLeft - 1,
+                   .probeGeneration = job.probeGeneration,
+                   .hidden = std::move(hidden)};
+    add(mirror);
+    if (rough) {
+        plan_.passes.push_back({.kind = PassKind::levels,
+                                .name = group.name + ":levels",
+                                .effect = Effect::planarReflection,
+                                .generation = mirror.generation,
+                                .target = target,
+                                .reason = "a rough mirror reads its picture blurred"});
+    }
+    pass.reflections.push_back({.target = target,
+                                .origin = {rect.x, rect.y},
+                                .scale = a.planarScale,
+                                .pixelsPerSlope = slope * a.planarScale,
+                                .normal = group.plane.normal});
+    pass.reads.push_back(target);
+    for (const std::size_t s : group.seen) {
+        seen.surfaces[s].features |= FEATURE_MIRROR;
+        seen.surfaces[s].reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
+    }
+}
+
+}  // namespace clerestory

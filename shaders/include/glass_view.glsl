@@ -1,0 +1,85 @@
+// Glass in a picture: what is behind it is read from a copy of what was drawn so far, where the
+// ray that leaves the glass meets it. After reflection.glsl.
+
+layout(binding = UNIT_BACKDROP) uniform sampler2D backdrop;
+
+// Metres that a ray which leaves the glass at `exit` goes on for, going by what the backdrop shows
+// behind that point, and blurred over half the lobe.
+float beyondGlass(vec3 exit, vec2 at, float lod) {
+    return beyondSurface(textureLod(backdrop, at, lod).a, length(exit));
+}
+
+vec3 projected(vec3 point) {  // texture coordinates; z: how far in front of the eye
+    vec4 clip = view.clipFromEye * vec4(point, 1.0f);
+    return vec3(clip.xy / max(clip.w, 1e-30f) * 0.5f + 0.5f, clip.w);
+}
+
+// Light along a ray that has left the glass. Where the picture ends, the environment goes on.
+vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
+    float last = float(textureQueryLevels(backdrop) - 1);
+    vec3 here = projected(exit);
+    float beyond = beyondGlass(exit, here.xy, min(0.5f * lobeLod(spread, view.picture.z), last));
+    vec3 there = projected(exit + towards * beyond);
+    float lod = min(lobeLod(spread, view.picture.z * lobeReach(length(exit), beyond)), last);
+    vec3 seen = textureLod(backdrop, there.xy, lod).rgb;
+    bool outside = there.z <= 0.0f || there.x < 0.0f || there.y < 0.0f || there.x > 1.0f ||
+                   there.y > 1.0f;
+    return outside ? environmentAlong(towards, min(spread, 1.0f)) : seen;
+}
+
+struct Glass {
+    float transmission;
+    float ior;
+    float thickness;  // metres
+    vec3 tint;
+};
+
+Glass glassAt(vec3 baseColor) {
+    Glass g;
+    g.transmission = material.glass.x;
+    if (has(FEATURE_TRANSMISSION_MAP)) {
+        g.transmission *= texture(transmissionMap, texCoordOf(SLOT_TRANSMISSION)).r;
+    }
+    g.thickness = material.glass.z;
+    if (has(FEATURE_THICKNESS_MAP)) {
+        g.thickness *= texture(thicknessMap, texCoordOf(SLOT_THICKNESS)).g;
+    }
+    g.thickness *= modelScale;
+    g.ior = material.glass.y;
+    g.tint = baseColor;
+    return g;
+}
+
+// Everything but lamps and emission.
+vec3 glassLight(Surface s, vec3 position, Glass g) {
+    vec3 incident = -s.toEye;
+    float c = max(dot(s.normal, s.toEye), 0.0f);
+    bool inside = has(FEATURE_SOLID) && !gl_FrontFacing;
+    float eta = inside ? 1.0f / g.ior : g.ior;
+    float fresnel = fresnelDielectric(c, eta);
+    float spread = glassSpread(s.roughness * s.roughness, c, g.ior);
+
+    GlassShares shares;
+    Crossing way;
+    if (inside) {  // the eye is in the glass: one interface
+        Refraction leaving = refracted(incident, s.normal, eta);
+        shares.reflected = vec3(fresnel);
+        shares.transmitted = vec3(1.0f - fresnel);
+        way.offset = vec3(0.0f);
+        way.direction = leaving.direction;
+    } else if (has(FEATURE_SOLID)) {
+        way = throughBall(incident, s.normal, g.ior, g.thickness);
+        shares = solidShares(fresnel, absorption(material.attenuation.rgb, material.glass.w,
+                                                 way.path));
+    } else {
+        way = throughPane(incident, s.normal, g.ior, g.thickness);
+        shares = paneShares(fresnel, absorption(material.attenuation.rgb, material.glass.w,
+                                                way.path));
+    }
+    vec3 behind = has(FEATURE_BACKDROP)
+                      ? behindGlass(position + way.offset, way.direction, spread)
+                      : environmentAlong(way.direction, min(spread, 1.0f));
+    vec3 clear = shares.reflected * reflectedRadiance(s, position) +
+                 shares.transmitted * g.tint * behind;
+    return mix(environmentLight(s), clear, g.transmission);
+}

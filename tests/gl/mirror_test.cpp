@@ -1,0 +1,209 @@
+// Flat mirrors: against the explicitly mirrored scene, against arithmetic, and what they cost.
+#include "support.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <cmath>
+
+namespace clerestory::test {
+namespace {
+
+class Mirrors : public GlTest {};
+
+constexpr double kHalf = 1.5;  // of the mirror, metres
+
+Material mirror(float reflectance = 1.0f, float roughness = 0.0f) {
+    return {.name = "mirror",
+            .baseColor = glm::vec4(glm::vec3(reflectance), 1.0f),
+            .metallic = 1.0f,
+            .roughness = roughness};
+}
+
+Material lamp(const glm::vec3& radiance) {
+    return {.name = "lamp",
+            .baseColor = {0, 0, 0, 1},
+            .metallic = 0.0f,
+            .emissive = radiance,
+            .doubleSided = true,
+            .specular = 0.0f};
+}
+
+// Small glowing squares, each of its own colour, in front of the plane z = 0 and around the eye.
+void placeLamps(Scene& scene, const glm::dmat4& worldFromLamps) {
+    const glm::dvec3 places[] = {
+        {-0.8, 0.3, 0.7}, {0.5, -0.6, 1.2}, {0.9, 0.8, 2.5}, {-0.3, -0.9, 3.0}, {0.1, 0.9, 0.4}};
+    int i = 0;
+    for (const glm::dvec3& at : places) {
+        const glm::vec3 radiance(0.2f + 0.15f * float(i), 1.0f - 0.1f * float(i), 0.1f * float(i));
+        glm::dmat4 m = glm::translate(glm::dmat4(1.0), at);
+        m = glm::rotate(m, 0.4 * i, glm::dvec3(0.3, 1.0, 0.2));
+        place(scene, quad(0.25f, addMaterial(scene, lamp(radiance))), worldFromLamps * m);
+        ++i;
+    }
+}
+
+void forceMirrors(FrameRequest& r) {
+    r.accuracy.planar = PlanarMethod::mirror;
+}
+
+// Two ways to one picture: the mirror, and a hole through which a mirrored copy of the world is
+// seen, for a camera that looks askew, with and without a shifted lens.
+TEST_F(Mirrors, ShowTheMirroredSceneThroughAHole) {
+    for (const bool shifted : {false, true}) {
+        for (const double roll : {0.0, 0.7, 3.1}) {
+            Scene world, copy;
+            placeLamps(world, glm::dmat4(1.0));
+            place(world, quad(float(kHalf), addMaterial(world, mirror())));
+            placeLamps(copy, glm::scale(glm::dmat4(1.0), glm::dvec3(1.0, 1.0, -1.0)));
+
+            FrameRequest r = request(std::move(world), "mirrored", {0.4, 0.3, 2.0});
+            r.width = 96;
+            r.camera.target = glm::dvec3(-0.1, 0.1, 0.0);
+            r.camera.up = glm::dvec3(std::sin(roll), std::cos(roll), 0.1);
+            if (shifted) {
+                r.camera.yfov.reset();
+                r.camera.intrinsics = Intrinsics{.fx = 40, .fy = 40, .cx = 61.25, .cy = 20.5};
+            }
+            forceMirrors(r);
+            const Image seen = renderer().render(r).image;
+            FrameRequest ids = r;
+            ids.output.channel = Channel::objectId;
+            const Image objects = renderer().render(ids).image;
+            FrameRequest direct = request(std::move(copy), "copy");
+            direct.camera = r.camera;
+            direct.width = r.width;
+            const Image expected = renderer().render(direct).image;
+
+            int compared = 0, off = 0, lit = 0;
+            for (std::uint32_t y = 0; y < r.height; ++y) {
+                for (std::uint32_t x = 0; x < r.width; ++x) {
+                    if (number(objects, x, y) != 6.0f) continue;
+                    ++compared;
+                    lit += color(expected, x, y).y > 0.0f;
+                    off += glm::distance(color(seen, x, y), color(expected, x, y)) > 2e-3f;
+                }
+            }
+            ASSERT_GT(compared, 1000);
+            EXPECT_GT(lit, 50);
+            EXPECT_EQ(off, 0) << "of " << compared << " pixels, roll " << roll;
+        }
+    }
+}
+
+TEST_F(Mirrors, OfALampShowItsRadianceTimesTheReflectance) {
+    for (const float radiance : {0.01f, 1.0f, 10.0f, 1e4f}) {
+        Scene scene;
+        place(scene, quad(8.0f, addMaterial(scene, lamp(glm::vec3(radiance)))), moved(0, 0, 4));
+        place(scene, quad(1.0f, addMaterial(scene, mirror(0.5f))));
+        FrameRequest r = request(std::move(scene), "lamp in a mirror", {0, 0, 1});
+        forceMirrors(r);
+        EXPECT_NEAR(centerColor(renderer().render(r).image).x / (0.5f * radiance), 1.0f, 0.01f)
+            << radiance;
+    }
+}
+
+TEST_F(Mirrors, VanishInAConstantEnvironment) {
+    for (const float roughness : {0.0f, 0.2f, 0.5f}) {
+        Scene scene;
+        place(scene, quad(0.5f, addMaterial(scene, mirror(1.0f, roughness))));
+        FrameRequest r = request(std::move(scene), "furnace", {0.2, 0.1, 1});
+        r.environment.map = "white";
+        forceMirrors(r);
+        const Image image = renderer().render(r).image;
+        for (std::uint32_t y = 0; y < r.height; ++y) {
+            for (std::uint32_t x = 0; x < r.width; ++x) {
+                ASSERT_NEAR(color(image, x, y).x, 1.0f, 0.005f) << x << ' ' << y;
+            }
+        }
+    }
+}
+
+TEST_F(Mirrors, ShowNothingFromBehindTheirPlane) {
+    Scene scene;
+    place(scene, quad(0.8f, addMaterial(scene, mirror())));
+    place(scene, quad(8.0f, addMaterial(scene, lamp({1, 0, 0}))), moved(0, 0, -0.5));
+    FrameRequest r = request(std::move(scene), "behind", {0, 0, 1});
+    forceMirrors(r);
+    EXPECT_EQ(centerColor(renderer().render(r).image), glm::vec3(0.0f));
+}
+
+// Two mirrors face each other, the eye between them, a lamp with a hole's width of sight: the k-th
+// image is rho^k of the lamp.
+TEST_F(Mirrors, FacingEachOtherDimByTheReflectanceEachTime) {
+    const float rho = 0.5f;
+    for (std::uint32_t generations = 1; generations <= 5; ++generations) {
+        Scene scene;
+        const Index silver = addMaterial(scene, mirror(rho));
+        place(scene, quad(4.0f, silver), moved(0, 0, -1));
+        place(scene, quad(4.0f, silver),
+              glm::rotate(moved(0, 0, 1), glm::pi<double>(), glm::dvec3(0, 1, 0)));
+        // Between them and off the line of sight; its images stand at odd multiples of the gap.
+        place(scene, quad(0.03f, addMaterial(scene, lamp(glm::vec3(1.0f)))), moved(0.5, 0, 0));
+        FrameRequest r = request(std::move(scene), "facing", {0, 0, 0});
+        r.width = r.height = 800;
+        forceMirrors(r);
+        r.accuracy.generations = generations;
+        const Image image = renderer().render(r).image;
+        for (std::uint32_t k = 1; k <= 5; ++k) {
+            // Seen at z = -2k: the lamp is in the eye's plane, the planes one metre away.
+            const double x = 400.0 + 400.0 * 0.5 / (2.0 * k);
+            const float value = color(image, std::uint32_t(x), 400).x;
+            const float expected = k <= generations ? std::pow(rho, float(k)) : 0.0f;
+            EXPECT_NEAR(value, expected, 0.02f * expected + 1e-6f)
+                << "image " << k << " of " << generations << " generations";
+        }
+    }
+}
+
+TEST_F(Mirrors, SwitchedOffAreByteForByteAPlainMetal) {
+    const auto scene = [](Material material) {
+        Scene s;
+        placeLamps(s, glm::dmat4(1.0));
+        place(s, quad(float(kHalf), addMaterial(s, std::move(material))));
+        return s;
+    };
+    FrameRequest off = request(scene(mirror()), "off", {0.4, 0.3, 2.0});
+    off.effects.planarReflection = false;
+    off.environment.map = "sky";
+    Material refused = mirror();
+    refused.reflection = Reflection::none;
+    FrameRequest without = request(scene(refused), "without", {0.4, 0.3, 2.0});
+    without.environment.map = "sky";
+    EXPECT_EQ(renderer().render(off).image.data, renderer().render(without).image.data);
+}
+
+TEST_F(Mirrors, BlurMoreTheRougherTheyAre) {
+    double before = 0.0;
+    for (const float roughness : {0.0f, 0.1f, 0.2f, 0.3f, 0.4f}) {
+        Scene scene;
+        place(scene, quad(3.0f, addMaterial(scene, mirror(1.0f, roughness))));
+        place(scene, quad(0.2f, addMaterial(scene, lamp(glm::vec3(1.0f)))), moved(0, 0, 2));
+        FrameRequest r = request(std::move(scene), "rough", {0, 0, 1});
+        r.camera.target = glm::dvec3(0.0, 0.0, 0.0);
+        r.camera.position = glm::dvec3(0.0, 0.4, 1.0);
+        r.width = r.height = 128;
+        forceMirrors(r);
+        const Image image = renderer().render(r).image;
+        double sum = 0.0, squares = 0.0;  // of the light, and of its distance from its middle
+        glm::dvec2 mean(0.0);
+        for (int pass = 0; pass < 2; ++pass) {
+            for (std::uint32_t y = 0; y < r.height; ++y) {
+                for (std::uint32_t x = 0; x < r.width; ++x) {
+                    const double light = color(image, x, y).x;
+                    if (pass == 0) {
+                        sum += light;
+                        mean += light * glm::dvec2(x, y);
+                    } else {
+                        const glm::dvec2 d = glm::dvec2(x, y) - mean / sum;
+                        squares += light * glm::dot(d, d) / sum;
+                    }
+                }
+            }
+        }
+        EXPECT_GT(squares, before * 1.02) << roughness;
+        before = squares;
+    }
+}
+
+}  // namespace
+}  // namespace clerestory::test
