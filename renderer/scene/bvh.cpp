@@ -1,0 +1,314 @@
+// Building by binned surface area (Wald 2007), and the walk.
+#include "scene/bvh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace clerestory {
+namespace {
+
+constexpr int kBins = 16;
+constexpr std::uint32_t kMostInLeaf = 4;
+// Of a step through a node, in triangle tests (both fetch about as much).
+constexpr float kNodeCost = 1.0f;
+// Deeper than any sensible split goes; from here on halves are even, so recursion is bounded.
+constexpr int kDeepestSearch = 40;
+
+struct Box {
+    glm::vec3 low{std::numeric_limits<float>::infinity()};
+    glm::vec3 high{-std::numeric_limits<float>::infinity()};
+
+    void add(const glm::vec3& p) {
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    }
+    void add(const Box& b) {
+        low = glm::min(low, b.low);
+        high = glm::max(high, b.high);
+    }
+    // Half of it.
+    float area() const {
+        const glm::vec3 d = high - low;
+        return d.x * d.y + d.y * d.z + d.z * d.x;
+    }
+};
+
+struct Item {
+    Box box;
+    std::uint32_t triangle = 0;                              // into the gathered ones
+    glm::vec3 middle() const { return box.low + box.high; }  // twice the centre
+};
+
+bool finite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// Corners are compared and subtracted in double: a triangle that a float calls flat is kept.
+bool hasArea(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+    const glm::dvec3 n = glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
+    return glm::dot(n, n) > 0.0;
+}
+
+float sideOf(const Material& material, const glm::dmat4& worldFromModel) {
+    if (material.doubleSided || material.transmission > 0.0f) return 0.0f;
+    return glm::determinant(glm::dmat3(worldFromModel)) < 0.0 ? -1.0f : 1.0f;
+}
+
+std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const glm::dvec3& origin,
+                                  std::uint64_t& dropped) {
+    std::vector<BvhTriangle> triangles;
+    triangles.reserve(std::min(triangleCount(scene), kMostBvhTriangles));
+    std::vector<glm::vec3> placed;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        const glm::dmat4& worldFromModel = pose.worldFromNode[instance.node];
+        const float side = sideOf(scene.materials[instance.material], worldFromModel);
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
+            const Cluster& cluster = scene.clusters[mesh.firstCluster + k];
+            for (std::uint32_t j = 0; j < cluster.indexCount; j += 3) {
+                const std::uint32_t first = cluster.firstIndex + j;
+                glm::vec3 corners[3];
+                for (int corner = 0; corner < 3; ++corner) {
+                    const glm::vec3& p = scene.vertices[scene.indices[first + corner]].position;
+                    corners[corner] =
+                        glm::vec3(glm::dvec3(worldFromModel * glm::dvec4(p, 1.0)) - origin);
+                }
+                const auto& [a, b, c] = corners;
+                if (triangles.size() == kMostBvhTriangles || !finite(a) || !finite(b) ||
+                    !finite(c) || !hasArea(a, b, c)) {
+                    ++dropped;
+                    continue;
+                }
+                triangles.push_back(
+                    {a, static_cast<float>(first / 3), b, static_cast<float>(i), c, side});
+            }
+        }
+    }
+    return triangles;
+}
+
+struct Split {
+    int axis = -1;
+    int bin = 0;  // the last one on the left
+    float cost = std::numeric_limits<float>::infinity();
+};
+
+class Builder {
+public:
+    Builder(const std::vector<BvhTriangle>& triangles, Bvh& bvh)
+        : triangles_(triangles), bvh_(bvh) {
+        Box all;
+        items_.reserve(triangles.size());
+        for (const BvhTriangle& t : triangles) {
+            Item item;
+            for (const glm::vec3& p : {t.a, t.b, t.c}) item.box.add(p);
+            item.triangle = static_cast<std::uint32_t>(items_.size());
+            all.add(item.box);
+            items_.push_back(item);
+        }
+        const glm::vec3 greatest = glm::max(glm::abs(all.low), glm::abs(all.high));
+        // As much as a float's rounding moves a ray at the scene's far end: boxes and triangles are
+        // tested by different sums.
+        slack_ = 4e-7f * std::max({greatest.x, greatest.y, greatest.z});
+        bvh.nodes.reserve(triangles.size());
+        bvh.triangles.reserve(triangles.size());
+        build(0, static_cast<std::uint32_t>(items_.size()), 0);
+    }
+
+private:
+    void build(std::uint32_t begin, std::uint32_t end, int depth) {
+        const std::size_t node = bvh_.nodes.size();
+        bvh_.nodes.emplace_back();
+        Box box, middles;
+        for (std::uint32_t i = begin; i < end; ++i) {
+            box.add(items_[i].box);
+            middles.add(items_[i].middle());
+        }
+        bvh_.nodes[node].low = box.low - slack_;
+        bvh_.nodes[node].high = box.high + slack_;
+        const std::uint32_t count = end - begin;
+        const Split split =
+            depth < kDeepestSearch && count > 1 ? bestSplit(begin, end, middles) : Split{};
+        const float area = box.area();
+        const bool pays =
+            split.axis >= 0 && kNodeCost * area + split.cost < static_cast<float>(count) * area;
+        if (count == 1 || (count <= kMostInLeaf && !pays)) {
+            bvh_.nodes[node].leaf =
+                static_cast<float>(kBvhLeafCount * bvh_.triangles.size() + count);
+            for (std::uint32_t i = begin; i < end; ++i) {
+                bvh_.triangles.push_back(triangles_[items_[i].triangle]);
+            }
+        } else {
+            const std::uint32_t middle = partition(begin, end, split, middles);
+            build(begin, middle, depth + 1);
+            build(middle, end, depth + 1);
+        }
+        bvh_.nodes[node].skip = static_cast<float>(bvh_.nodes.size());
+    }
+
+    static int binOf(float middle, float low, float perUnit) {
+        return std::min(kBins - 1, static_cast<int>((middle - low) * perUnit));
+    }
+    static glm::vec3 binsPerUnit(const Box& middles) {
+        const glm::vec3 extent = middles.high - middles.low;
+        glm::vec3 perUnit(0.0f);
+        for (int axis = 0; axis < 3; ++axis) {
+            const float k = kBins * (1.0f - 1e-6f) / extent[axis];
+            if (extent[axis] > 0.0f && std::isfinite(k)) perUnit[axis] = k;
+        }
+        return perUnit;
+    }
+
+    Split bestSplit(std::uint32_t begin, std::uint32_t end, const Box& middles) const {
+        struct Bin {
+            Box box;
+            std::uint32_t count = 0;
+        };
+        std::array<std::array<Bin, kBins>, 3> bins;
+        const glm::vec3 perUnit = binsPerUnit(middles);
+        for (std::uint32_t i = begin; i < end; ++i) {
+            const glm::vec3 middle = items_[i].middle();
+            for (int axis = 0; axis < 3; ++axis) {
+                Bin& bin = bins[axis][binOf(middle[axis], middles.low[axis], perUnit[axis])];
+                bin.box.add(items_[i].box);
+                ++bin.count;
+            }
+        }
+        Split best;
+        for (int axis = 0; axis < 3; ++axis) {
+            if (!(perUnit[axis] > 0.0f)) continue;
+            std::array<float, kBins> right;  // of the bins above k
+            Box box;
+            std::uint32_t count = 0;
+            for (int k = kBins - 1; k > 0; --k) {
+                box.add(bins[axis][k].box);
+                count += bins[axis][k].count;
+                right[k - 1] = count > 0 ? box.area() * static_cast<float>(count) : -1.0f;
+            }
+            box = {};
+            count = 0;
+            for (int k = 0; k + 1 < kBins; ++k) {
+                box.add(bins[axis][k].box);
+                count += bins[axis][k].count;
+                if (count == 0 || right[k] < 0.0f) continue;
+                const float cost = box.area() * static_cast<float>(count) + right[k];
+                if (cost < best.cost) best = {axis, k, cost};
+            }
+        }
+        return best;
+    }
+
+    // Without a split: even halves.
+    std::uint32_t partition(std::uint32_t begin, std::uint32_t end, const Split& split,
+                            const Box& middles) {
+        const std::uint32_t half = begin + (end - begin) / 2;
+        if (split.axis < 0) return half;
+        const float low = middles.low[split.axis], perUnit = binsPerUnit(middles)[split.axis];
+        const auto at =
+            std::partition(items_.begin() + begin, items_.begin() + end, [&](const Item& item) {
+                return binOf(item.middle()[split.axis], low, perUnit) <= split.bin;
+            });
+        return static_cast<std::uint32_t>(at - items_.begin());
+    }
+
+    const std::vector<BvhTriangle>& triangles_;
+    Bvh& bvh_;
+    std::vector<Item> items_;
+    float slack_ = 0.0f;
+};
+
+// Of all instances' boxes that a float can hold.
+glm::dvec3 middleOf(const Scene& scene, const Pose& pose) {
+    Bounds bounds;
+    for (const Instance& instance : scene.instances) {
+        const Bounds box =
+            transformed(scene.meshes[instance.mesh].bounds, pose.worldFromNode[instance.node]);
+        if (finite(box.min) && finite(box.max)) bounds.add(box);
+    }
+    if (bounds.empty()) return glm::dvec3(0.0);
+    return 0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max));
+}
+
+}  // namespace
+
+Bvh buildBvh(const Scene& scene, const Pose& pose) {
+    Bvh bvh;
+    bvh.origin = middleOf(scene, pose);
+    const std::vector<BvhTriangle> triangles = gathered(scene, pose, bvh.origin, bvh.dropped);
+    if (!triangles.empty()) Builder(triangles, bvh);
+    return bvh;
+}
+
+namespace {
+
+// Two axes across a ray. In the plane that they span, the ray is the origin.
+struct RayFrame {
+    glm::vec3 along, s, t;
+    explicit RayFrame(const glm::vec3& d) : along(d) {
+        const float sign = d.z >= 0.0f ? 1.0f : -1.0f;  // Duff et al. 2017, as in sampling.glsl
+        const float a = -1.0f / (sign + d.z), b = d.x * d.y * a;
+        s = {1.0f + sign * d.x * d.x * a, sign * b, -sign * d.x};
+        t = {b, sign + d.y * d.y * a, -d.y};
+    }
+    glm::vec3 operator()(const glm::vec3& p) const {
+        return {glm::dot(p, s), glm::dot(p, t), glm::dot(p, along)};
+    }
+};
+
+float reciprocal(float x) {
+    return 1.0f / (std::abs(x) > 1e-18f ? x : std::copysign(1e-18f, x));
+}
+
+}  // namespace
+
+std::optional<BvhHit> nearestHit(const Bvh& bvh, const glm::vec3& origin,
+                                 const glm::vec3& direction, float tMin, float tMax) {
+    const float length = glm::length(direction);
+    if (!(length > 0.0f && length < 1e18f) || !finite(origin)) return std::nullopt;
+    const RayFrame frame(direction / length);
+    const glm::vec3 d = frame.along;
+    const glm::vec3 perUnit(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z));
+    const float from = tMin * length;
+    float nearest = tMax * length;
+    std::optional<BvhHit> hit;
+
+    std::size_t at = 0;
+    while (at < bvh.nodes.size()) {
+        const BvhNode& node = bvh.nodes[at];
+        const glm::vec3 t0 = (node.low - origin) * perUnit, t1 = (node.high - origin) * perUnit;
+        const glm::vec3 low = glm::min(t0, t1), high = glm::max(t0, t1);
+        const float entry = std::max({low.x, low.y, low.z, from});
+        const float exit = std::min({high.x, high.y, high.z, nearest});
+        const bool met = entry <= exit;
+        at = met && node.leaf < 0.0f ? at + 1 : static_cast<std::size_t>(node.skip);
+        if (!met || node.leaf < 0.0f) continue;
+
+        const auto leaf = static_cast<std::uint32_t>(node.leaf);
+        for (std::uint32_t k = 0; k < leaf % kBvhLeafCount; ++k) {
+            const BvhTriangle& triangle = bvh.triangles[leaf / kBvhLeafCount + k];
+            const glm::vec3 a = frame(triangle.a - origin), b = frame(triangle.b - origin),
+                            c = frame(triangle.c - origin);
+            // Twice the areas that the ray cuts off (Woop et al. 2013); of one sign inside.
+            const float u = c.x * b.y - c.y * b.x, v = a.x * c.y - a.y * c.x,
+                        w = b.x * a.y - b.y * a.x;
+            const float sum = u + v + w;
+            const float least = std::min({u, v, w}), most = std::max({u, v, w});
+            // Above 0 where the ray sees a, b, c turn counter-clockwise.
+            if (!((least >= 0.0f || most <= 0.0f) && sum != 0.0f && sum * triangle.side >= 0.0f)) {
+                continue;
+            }
+            const float t = (u * a.z + v * b.z + w * c.z) / sum;
+            if (!(t > from && t < nearest)) continue;
+            nearest = t;
+            hit =
+                BvhHit{t / length, v / sum, w / sum, static_cast<std::uint32_t>(triangle.triangle),
+                       static_cast<std::uint32_t>(triangle.instance)};
+        }
+    }
+    return hit;
+}
+
+}  // namespace clerestory
