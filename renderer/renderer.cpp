@@ -67,7 +67,7 @@ struct Renderer::State {
     Subject subjectOf(const FrameRequest& request) const;
     FramePlan plan(const Subject& subject, const FrameRequest& request) const {
         return planFrame(*subject.scene, subject.pose, request, *subject.environment,
-                         {executor.residentKeys()}, limits);
+                         executor.residentMaps(), limits);
     }
     Execution execute(const Subject& subject, const FramePlan& plan) {
         return executor.run(plan, *subject.scene, subject.pose, *subject.environment);

@@ -20,7 +20,7 @@ public:
     Execution run(const FramePlan& plan, const Scene& scene, const Pose& pose,
                   const EnvironmentMap& environment);
     // Resident maps, for the planner.
-    std::set<std::uint64_t> residentKeys() const { return targets_.residentKeys(); }
+    ResidentMaps residentMaps() const { return targets_.residentMaps(); }
     // A scene is uploaded before it is drawn; forgetting frees what was uploaded.
     void upload(const std::shared_ptr<const Scene>& scene);
     void forget(const Scene& scene);

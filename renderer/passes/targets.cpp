@@ -37,7 +37,7 @@ std::uint64_t texelBytes(Format format) {
 bool fits(const TargetSpec& have, const TargetSpec& want) {
     TargetSpec renamed = have;
     renamed.name = want.name;
-    return renamed == want;
+    return renamed == want;  // of neither kept: their keys are 0
 }
 
 }  // namespace
@@ -128,9 +128,10 @@ Target& TargetPool::acquire(const TargetSpec& spec) {
         if (!same) continue;
         entry.taken = true;
         entry.lastFrame = frame_;
+        entry.circumstances = spec.circumstances;
         return *entry.target;
     }
-    entries_.push_back({std::make_unique<Target>(spec), true, false, frame_});
+    entries_.push_back({std::make_unique<Target>(spec), true, false, spec.circumstances, frame_});
     return *entries_.back().target;
 }
 
@@ -140,12 +141,15 @@ void TargetPool::markResident(const Target& target) {
     }
 }
 
-std::set<std::uint64_t> TargetPool::residentKeys() const {
-    std::set<std::uint64_t> keys;
+ResidentMaps TargetPool::residentMaps() const {
+    ResidentMaps maps;
     for (const Entry& entry : entries_) {
-        if (entry.resident) keys.insert(entry.target->spec().residentKey);
+        if (!entry.resident) continue;
+        const std::uint64_t key = entry.target->spec().residentKey;
+        maps.keys.insert(key);
+        if (entry.circumstances != 0) maps.keyUnder[entry.circumstances] = key;
     }
-    return keys;
+    return maps;
 }
 
 void TargetPool::endFrame() {

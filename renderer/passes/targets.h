@@ -2,7 +2,7 @@
 #pragma once
 
 #include "gl/framebuffer.h"
-#include "plan/frame_plan.h"
+#include "plan/planner.h"
 
 #include <memory>
 #include <optional>
@@ -47,7 +47,7 @@ public:
     Target& acquire(const TargetSpec& spec);
     // Its content is now what its key promises.
     void markResident(const Target& target);
-    std::set<std::uint64_t> residentKeys() const;
+    ResidentMaps residentMaps() const;
     // Lets go of what was used longest ago, down to the budgets.
     void endFrame();
 
@@ -56,6 +56,7 @@ private:
         std::unique_ptr<Target> target;
         bool taken = false;
         bool resident = false;
+        std::uint64_t circumstances = 0;  // of the last plan that asked for it
         std::uint64_t lastFrame = 0;
     };
     std::vector<Entry> entries_;

@@ -79,6 +79,9 @@ struct TargetSpec {
     std::uint32_t samples = 1;
     bool depth = false;
     std::uint64_t residentKey = 0;  // not 0: its content outlives the frame under this key
+    // Hash of everything the planner looked at to find that key: where it is the same, so is the
+    // key, and nothing has to be planned to know it.
+    std::uint64_t circumstances = 0;
     bool operator==(const TargetSpec&) const = default;
 };
 

@@ -3,6 +3,7 @@
 
 #include "plan/frame_plan.h"
 
+#include <map>
 #include <set>
 
 namespace clerestory {
@@ -16,9 +17,11 @@ struct DeviceLimits {
     bool operator==(const DeviceLimits&) const = default;
 };
 
-// Keys (TargetSpec::residentKey) of the maps the GPU holds.
+// The maps the GPU holds: their keys (TargetSpec::residentKey), and under which circumstances
+// (TargetSpec::circumstances) each was last found to be the right one.
 struct ResidentMaps {
     std::set<std::uint64_t> keys;
+    std::map<std::uint64_t, std::uint64_t> keyUnder = {};
 };
 
 // Throws InvalidRequest when the request names a camera that the scene does not have, or a view

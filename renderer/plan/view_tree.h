@@ -56,6 +56,7 @@ private:
     void addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
                   std::span<const DrawLists::Behind> through);
     Probe probe(const SeenSurface& owner, std::uint32_t generation);
+    std::uint64_t circumstancesOf(Index owner, std::uint32_t generation) const;
 
     TargetId addTarget(TargetSpec spec);
     // What is known of a surface when somebody has to serve it.

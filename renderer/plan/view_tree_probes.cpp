@@ -121,16 +121,30 @@ ViewTree::Probe ViewTree::probe(const SeenSurface& seen, std::uint32_t generatio
         return result;
     }
 
-    const Snapshot before{plan_.passes.size(),    plan_.targets.size(), plan_.skipped.size(),
-                          plan_.decisions.size(), environmentTarget_,   probes_};
     const std::string name = "probe:" + nameOf(stage_.scene, *seen.surface);
     TargetSpec spec{.name = name,
                     .kind = TargetKind::cube,
                     .format = Format::rgba16f,
                     .width = a.probeSize,
                     .height = a.probeSize,
-                    .levels = roughnessLevels(a.probeSize)};
+                    .levels = roughnessLevels(a.probeSize),
+                    .circumstances = circumstancesOf(owner, generation)};
+    const auto useResident = [&](std::uint64_t key) {
+        spec.residentKey = key;
+        result.target = addTarget(spec);
+        plan_.skipped.push_back({name, Effect::environmentReflection, "resident and unchanged"});
+        probes_[{owner, generation}] = result.target;
+        return result;
+    };
+    const auto known = resident_.keyUnder.find(spec.circumstances);
+    if (known != resident_.keyUnder.end() && resident_.keys.contains(known->second)) {
+        return useResident(known->second);
+    }
+
+    const Snapshot before{plan_.passes.size(),    plan_.targets.size(), plan_.skipped.size(),
+                          plan_.decisions.size(), environmentTarget_,   probes_};
     TargetSpec capturedSpec = spec;
+    capturedSpec.circumstances = 0;
     capturedSpec.name += ":capture";
     capturedSpec.levels = static_cast<std::uint32_t>(std::bit_width(a.probeSize));
     capturedSpec.depth = true;
@@ -182,14 +196,45 @@ ViewTree::Probe ViewTree::probe(const SeenSurface& seen, std::uint32_t generatio
         plan_.decisions.resize(before.decisions);
         environmentTarget_ = before.environment;
         probes_ = before.probes;
-        spec.residentKey = key;
-        result.target = addTarget(spec);
-        plan_.skipped.push_back({name, Effect::environmentReflection, "resident and unchanged"});
-    } else {
-        plan_.targets[result.target].residentKey = key;
+        return useResident(key);
     }
+    plan_.targets[result.target].residentKey = key;
     probes_[{owner, generation}] = result.target;
     return result;
+}
+
+// What probe() and everything below it reads.
+std::uint64_t ViewTree::circumstancesOf(Index owner, std::uint32_t generation) const {
+    const Accuracy& a = stage_.request.accuracy;
+    const Effects& on = stage_.request.effects;
+    PlanHash hash;
+    hash.add(stage_.scene.contentHash);
+    hash.add(stage_.dressingHash);
+    hash.add(environment_.contentHash);
+    for (const glm::dmat4& m : stage_.pose.worldFromNode) hash.add(m);
+    hash.add(plan_.mapFromWorld);
+    hash.add(plan_.environmentIntensity);
+    hash.add(plan_.anisotropy);
+    hash.add(stage_.request.environment.visible);
+    for (const bool switched : {on.emission, on.refraction, on.planarReflection}) {
+        hash.add(switched);
+    }
+    hash.add(a.preset);
+    hash.add(a.planar);
+    hash.add(a.curved);
+    hash.add(a.glass);
+    hash.add(a.planarScale);
+    hash.add(a.planarSamples);
+    hash.add(a.probeSize);
+    hash.add(a.probeSamples);
+    hash.add(a.parallax);
+    hash.add(a.environmentSize);
+    hash.add(a.environmentSamples);
+    hash.add(a.bounces);
+    hash.add(limits_.software);
+    hash.add(owner);
+    hash.add(generation);
+    return hash.value();
 }
 
 }  // namespace clerestory
