@@ -9,37 +9,29 @@
 #include "include/material.glsl"
 #include "include/glass.glsl"
 #include "include/lighting.glsl"
+#include "include/reflection.glsl"
 #include "include/glass_view.glsl"
 
 out vec4 color;  // premultiplied by coverage; alpha: coverage, or how far away
-
-// Texels along an edge of environmentBrdf.
-const float kBrdfSize = 32.0f;
 
 vec3 towardsEye() {
     return direction(mix(-positionEye, -view.forward.xyz, view.forward.w));
 }
 
-Surface surfaceAt(vec3 baseColor) {
-    Surface s;
-    vec2 metallicRoughness = metallicRoughnessAt();
-    s.normal = normalAt();
-    s.toEye = towardsEye();
-    s.nDotV = max(dot(s.normal, s.toEye), kMinCosine);
-    s.diffuse = baseColor * (1.0f - metallicRoughness.x);
-    s.f0 = mix(material.dielectricF0.rgb, baseColor, metallicRoughness.x);
-    s.roughness = metallicRoughness.y;
-    vec2 brdf = textureLod(environmentBrdf,
-                           environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
-    s.reflectance = specularEnvironment(s.f0, brdf);
-    if (has(FEATURE_LIGHTS)) {
-        float lobe = max(s.roughness, kMinRoughness);
-        float alpha = lobe * lobe;
-        s.alphaSquared = alpha * alpha;
-        s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
-        s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
+vec3 lampsAt(Surface s) {
+    if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
+    return lampsLight(s, positionEye, int(drawNumbers.x), int(drawNumbers.y));
+}
+
+vec3 shaded(MaterialPoint m) {
+    Surface s = surfaceOf(m, towardsEye());
+    if (has(FEATURE_GLASS)) {
+        Glass g = glassAt(m.baseColor.rgb);
+        s.diffuse *= 1.0f - g.transmission;
+        return lampsAt(s) + glassLight(s, positionEye, g);
     }
-    return s;
+    vec3 mirrored = reflectedRadiance(s, positionEye);
+    return lampsAt(s) + m.occlusion * environmentLight(s, mirrored);
 }
 
 void main() {
@@ -47,19 +39,10 @@ void main() {
     if (has(FEATURE_MASK) && base.a < material.emissive.w) discard;
     float coverage = has(FEATURE_BLEND) ? clamp(base.a, 0.0f, 1.0f) : 1.0f;
 
-    vec3 radiance = base.rgb;
-    if (!has(FEATURE_UNLIT)) {
-        Surface s = surfaceAt(base.rgb);
-        if (has(FEATURE_GLASS)) {
-            Glass g = glassAt(base.rgb);
-            s.diffuse *= 1.0f - g.transmission;
-            radiance = lampsLight(s) + glassLight(s, positionEye, g);
-        } else {
-            radiance = lampsLight(s) + occlusionAt() * environmentLight(s);
-        }
-    }
+    MaterialPoint m = materialAt(base);
+    vec3 radiance = has(FEATURE_UNLIT) ? base.rgb : shaded(m);
     // Coverage dims what lies on the surface, not what it gives off.
     float alpha = has(FEATURE_BLEND) ? coverage
                                      : distanceShare(length(positionEye), view.picture.w);
-    color = vec4(radianceFinite(radiance * coverage + emittedAt()), alpha);
+    color = vec4(radianceFinite(radiance * coverage + m.emitted), alpha);
 }

@@ -13,7 +13,7 @@
 namespace clerestory {
 namespace {
 
-// As kBrdfSize in surface.frag.
+// As kBrdfSize in lighting.glsl.
 constexpr std::uint32_t kBrdfSize = 32;
 
 // Enough to be worth the tiles' upkeep, few enough that filling starts soon: Sponza's court at

@@ -15,6 +15,9 @@ constexpr std::uint32_t kMostInLeaf = 4;
 constexpr float kNodeCost = 1.0f;
 // Deeper than any sensible split goes; from here on halves are even, so recursion is bounded.
 constexpr int kDeepestSearch = 40;
+// Metres from the middle. Areas times counts stay finite in float, so bins are whole numbers.
+constexpr float kFarthest = 1e15f;
+constexpr std::uint32_t kExactWholeNumbers = 1u << 24;
 
 struct Box {
     glm::vec3 low{std::numeric_limits<float>::infinity()};
@@ -43,6 +46,10 @@ struct Item {
 
 bool finite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool inReach(const glm::vec3& v) {
+    return glm::all(glm::lessThanEqual(glm::abs(v), glm::vec3(kFarthest)));
 }
 
 // Corners are compared and subtracted in double: a triangle that a float calls flat is kept.
@@ -77,8 +84,9 @@ std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const gl
                         glm::vec3(glm::dvec3(worldFromModel * glm::dvec4(p, 1.0)) - origin);
                 }
                 const auto& [a, b, c] = corners;
-                if (triangles.size() == kMostBvhTriangles || !finite(a) || !finite(b) ||
-                    !finite(c) || !hasArea(a, b, c)) {
+                if (triangles.size() == kMostBvhTriangles || first / 3 >= kExactWholeNumbers ||
+                    i >= kExactWholeNumbers || !inReach(a) || !inReach(b) || !inReach(c) ||
+                    !hasArea(a, b, c)) {
                     ++dropped;
                     continue;
                 }
@@ -220,13 +228,13 @@ private:
     float slack_ = 0.0f;
 };
 
-// Of all instances' boxes that a float can hold.
+// Of all instances' boxes in reach: one that is not must not take the others with it.
 glm::dvec3 middleOf(const Scene& scene, const Pose& pose) {
     Bounds bounds;
     for (const Instance& instance : scene.instances) {
         const Bounds box =
             transformed(scene.meshes[instance.mesh].bounds, pose.worldFromNode[instance.node]);
-        if (finite(box.min) && finite(box.max)) bounds.add(box);
+        if (inReach(box.min) && inReach(box.max)) bounds.add(box);
     }
     if (bounds.empty()) return glm::dvec3(0.0);
     return 0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max));

@@ -79,7 +79,7 @@ vec3 glassLight(Surface s, vec3 position, Glass g) {
     vec3 behind = has(FEATURE_BACKDROP)
                       ? behindGlass(position + way.offset, way.direction, spread)
                       : environmentAlong(way.direction, min(spread, 1.0f));
-    vec3 clear = shares.reflected * reflectedRadiance(s, position) +
-                 shares.transmitted * g.tint * behind;
-    return mix(environmentLight(s), clear, g.transmission);
+    vec3 mirrored = reflectedRadiance(s, position);
+    vec3 clear = shares.reflected * mirrored + shares.transmitted * g.tint * behind;
+    return mix(environmentLight(s, mirrored), clear, g.transmission);
 }

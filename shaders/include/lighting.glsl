@@ -1,13 +1,17 @@
-// Light that reaches a surface, and what of it the surface sends to the eye: lamps one by one,
-// the environment as nine harmonics and a cube prefiltered by roughness.
+// Light that reaches a point of a surface, and what of it the surface sends to who looks: lamps one
+// by one, the environment as nine harmonics and a cube prefiltered by roughness.
 
 layout(binding = UNIT_ENVIRONMENT) uniform samplerCube environmentMap;
 layout(binding = UNIT_ENVIRONMENT_BRDF) uniform sampler2D environmentBrdf;
 layout(binding = UNIT_LIGHTS) uniform samplerBuffer lightTable;
 
+// Texels along an edge of environmentBrdf.
+const float kBrdfSize = 32.0f;
+
+// A point of a surface as light meets it.
 struct Surface {
     vec3 normal;
-    vec3 toEye;
+    vec3 toEye;  // to who looks: the eye, or where a ray came from
     float nDotV;
     vec3 diffuse;  // albedo of what is not metal
     vec3 f0;
@@ -18,6 +22,25 @@ struct Surface {
     float masking;  // Smith's root for the eye
     vec3 bounces;   // what several bounces between microfacets add to one (Turquin 2019)
 };
+
+Surface surfaceOf(MaterialPoint m, vec3 toEye) {
+    Surface s;
+    s.normal = m.normal;
+    s.toEye = toEye;
+    s.nDotV = max(dot(s.normal, s.toEye), kMinCosine);
+    s.diffuse = m.baseColor.rgb * (1.0f - m.metallic);
+    s.f0 = mix(m.dielectricF0, m.baseColor.rgb, m.metallic);
+    s.roughness = m.roughness;
+    vec2 brdf = textureLod(environmentBrdf,
+                           environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
+    s.reflectance = specularEnvironment(s.f0, brdf);
+    float lobe = max(s.roughness, kMinRoughness);
+    float alpha = lobe * lobe;
+    s.alphaSquared = alpha * alpha;
+    s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
+    s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
+    return s;
+}
 
 // ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, what is common to all lamps
 // taken out: compilers for processors do not take it out of the loop. halfway need not be unit.
@@ -32,13 +55,13 @@ float ggxLobe(Surface s, vec3 halfway, float nDotL) {
     return (0.5f / kPi) * a2 / (q * q * smith);
 }
 
-vec3 lampLight(Surface s, int first) {
+vec3 lampLight(Surface s, vec3 position, int first) {
     vec4 place = texelFetch(lightTable, first);      // w: 0 for a direction
     vec4 power = texelFetch(lightTable, first + 1);  // w: 1 / range^2, 0 without a range
     // spotAttenuation() as a line in the cosine: dot(cone.xyz, toLight) + cone.w, before clamping.
     vec4 cone = texelFetch(lightTable, first + 2);
 
-    vec3 toLight = place.xyz - positionEye * place.w;
+    vec3 toLight = place.xyz - position * place.w;
     float squared = max(dot(toLight, toLight), 1e-12f);
     toLight *= inversesqrt(squared);
     float nDotL = dot(s.normal, toLight);
@@ -55,24 +78,25 @@ vec3 lampLight(Surface s, int first) {
             (1.0f - maxComponent(fresnel)) * (1.0f / kPi) * s.diffuse);
 }
 
-vec3 lampsLight(Surface s) {
-    if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
-    int first = int(drawNumbers.x) * LIGHT_ROWS;
-    int end = first + int(drawNumbers.y) * LIGHT_ROWS;
+// The lamps that stand in the table from number `first` on, at least one. position: of the surface,
+// in eye space.
+vec3 lampsLight(Surface s, vec3 position, int first, int count) {
+    int row = first * LIGHT_ROWS;
+    int end = row + count * LIGHT_ROWS;
     vec3 sum = vec3(0.0f);
-    do {  // a draw with this feature has at least one light
-        sum += lampLight(s, first);
-        first += LIGHT_ROWS;
-    } while (first < end);
+    do {
+        sum += lampLight(s, position, row);
+        row += LIGHT_ROWS;
+    } while (row < end);
     return sum;
 }
 
-#include "include/reflection.glsl"
-
-vec3 environmentLight(Surface s) {
+// What the surface makes of the light around it. mirrored: the radiance that its specular lobe
+// gathers, from the environment or from what stands before it (reflection.glsl).
+vec3 environmentLight(Surface s, vec3 mirrored) {
     vec3 around = harmonics9(s.normal, view.harmonics[0].xyz, view.harmonics[1].xyz,
                              view.harmonics[2].xyz, view.harmonics[3].xyz, view.harmonics[4].xyz,
                              view.harmonics[5].xyz, view.harmonics[6].xyz, view.harmonics[7].xyz,
                              view.harmonics[8].xyz);
-    return s.reflectance * reflectedRadiance(s, positionEye) + diffuseWeight(s.reflectance) * s.diffuse * around;
+    return s.reflectance * mirrored + diffuseWeight(s.reflectance) * s.diffuse * around;
 }

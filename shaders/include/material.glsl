@@ -1,5 +1,16 @@
 // A material at a pixel: its factors times its textures. Only what FEATURES asks for is fetched.
 
+// What a material says about a point of a surface, however the point was reached.
+struct MaterialPoint {
+    vec4 baseColor;  // w: coverage
+    float metallic;
+    float roughness;
+    vec3 dielectricF0;  // straight on, where it is not metal
+    vec3 normal;        // unit, bumps included, on the side that is seen
+    float occlusion;    // of indirect light
+    vec3 emitted;       // added after everything else and scaled by nothing else
+};
+
 layout(binding = UNIT_BASE_COLOR) uniform sampler2D baseColorMap;
 layout(binding = UNIT_METALLIC_ROUGHNESS) uniform sampler2D metallicRoughnessMap;
 layout(binding = UNIT_NORMAL) uniform sampler2D normalMap;
@@ -62,10 +73,16 @@ float occlusionAt() {
     return 1.0f + material.surface.w * (seen - 1.0f);
 }
 
-// Added after everything else and scaled by nothing else.
 vec3 emittedAt() {
     if (!has(FEATURE_EMISSION)) return vec3(0.0f);
     vec3 emitted = material.emissive.rgb;
     if (has(FEATURE_EMISSIVE_MAP)) emitted *= texture(emissiveMap, texCoordOf(UNIT_EMISSIVE)).rgb;
     return emitted;
+}
+
+// Everything at this pixel, for a base colour that has been read already.
+MaterialPoint materialAt(vec4 baseColor) {
+    vec2 metallicRoughness = metallicRoughnessAt();
+    return MaterialPoint(baseColor, metallicRoughness.x, metallicRoughness.y,
+                         material.dielectricF0.rgb, normalAt(), occlusionAt(), emittedAt());
 }
