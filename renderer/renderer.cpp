@@ -67,17 +67,17 @@ struct Renderer::State {
     Subject subjectOf(const FrameRequest& request) const;
     FramePlan plan(const Subject& subject, const FrameRequest& request) const {
         return planFrame(*subject.scene, subject.pose, request, *subject.environment,
-                         executor.residentMaps(), limits);
+                         executor.residentMaps(), limits, environments);
     }
     Execution execute(const Subject& subject, const FramePlan& plan) {
-        return executor.run(plan, *subject.scene, subject.pose, *subject.environment);
+        return executor.run(plan, *subject.scene, subject.pose, *subject.environment, environments);
     }
 
     gl::Context context;  // before, and so outliving, everything that holds GL objects
     RendererIdentity identity;
     DeviceLimits limits;
     std::map<std::string, std::shared_ptr<const Scene>> scenes;
-    std::map<std::string, std::shared_ptr<const EnvironmentMap>> environments;
+    EnvironmentMaps environments;
     std::string firstScene;  // what a request without a scene means
     Executor executor;
     std::uint64_t frames = 0;

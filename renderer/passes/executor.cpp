@@ -103,7 +103,7 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
 }
 
 Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                        const EnvironmentMap& environment) {
+                        const EnvironmentMap& environment, const EnvironmentMaps& maps) {
     targets_.beginFrame();
     if (!plan.materials.empty()) resources_.frameMaterials.assign(plan.materials);
     std::vector<Target*> targets;
@@ -112,6 +112,8 @@ Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& p
     Execution result;
     for (const Pass& pass : plan.passes) {
         const Clock::time_point start = Clock::now();
+        const auto named = maps.find(pass.map);
+        const EnvironmentMap& map = named == maps.end() ? environment : *named->second;
         const bool needsMap =
             pass.kind == PassKind::environment || pass.sky || pass.environment != kNoTarget;
         PassInput input{.plan = plan,
@@ -119,7 +121,7 @@ Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& p
                         .targets = targets,
                         .scene = pass.views.empty() ? nullptr : &scenes_.at(&scene),
                         .pose = pose,
-                        .environment = needsMap ? &uploaded(environment) : nullptr};
+                        .environment = needsMap ? &uploaded(map) : nullptr};
         runPass(input);
         glFinish();  // so that the wall clock tells this pass's time
         result.passMilliseconds.push_back(millisecondsSince(start));

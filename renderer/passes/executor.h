@@ -18,7 +18,7 @@ struct Execution {
 class Executor {
 public:
     Execution run(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                  const EnvironmentMap& environment);
+                  const EnvironmentMap& environment, const EnvironmentMaps& maps);
     // Resident maps, for the planner.
     ResidentMaps residentMaps() const { return targets_.residentMaps(); }
     // A scene is uploaded before it is drawn; forgetting frees what was uploaded.

@@ -121,6 +121,11 @@ void uploadReflections(PassResources& resources, const PassInput& input,
         block.proxyMin = glm::vec4(glm::vec3(r.proxyMin), 0.0f);
         block.proxyMax = glm::vec4(glm::vec3(r.proxyMax), 0.0f);
         block.normal = glm::vec4(glm::vec3(axesFromWorld * r.normal), 0.0f);
+        for (int row = 0; row < 3; ++row) {
+            for (int column = 0; column < 3; ++column) {
+                block.ownFromMap[row][column] = static_cast<float>(r.ownFromMap[column][row]);
+            }
+        }
         std::memcpy(bytes.data() + i * reflectionStride(), &block, sizeof block);
     }
     resources.reflectionBlock.assign(bytes);
@@ -129,9 +134,9 @@ void uploadReflections(PassResources& resources, const PassInput& input,
 namespace {
 
 void bindReflection(PassResources& resources, const PassInput& input, const Draw& draw) {
-    const bool probe = (draw.features & FEATURE_PROBE) != 0;
+    const bool cube = (draw.features & (FEATURE_PROBE | FEATURE_MAP)) != 0;
     const ReflectedPicture& reflection = input.pass.reflections[draw.reflection];
-    const unsigned unit = probe ? UNIT_ENVIRONMENT : UNIT_MIRROR;
+    const unsigned unit = cube ? UNIT_ENVIRONMENT : UNIT_MIRROR;
     input.targets[reflection.target]->texture().bind(unit);
     resources.samplers.sampler({.levels = gl::LevelFilter::linear}).bind(unit);
     resources.reflectionBlock.bindUniform(BINDING_REFLECTION, draw.reflection * reflectionStride(),

@@ -97,6 +97,7 @@ struct ReflectedPicture {
     // A probe's cube has the environment map's axes.
     glm::dvec3 center{0.0};                   // world
     glm::dvec3 proxyMin{0.0}, proxyMax{0.0};  // box it was drawn in; world, about its centre
+    glm::dmat3 ownFromMap{1.0};  // of a stored map: its own axes from those of the plan's map
     bool operator==(const ReflectedPicture&) const = default;
 };
 
@@ -118,6 +119,7 @@ enum class Effect { base, emission, refraction, planarReflection, environmentRef
 struct Pass {
     PassKind kind = PassKind::surface;
     std::string name;
+    std::string map;  // environment: the name of the map it prefilters
     Effect effect = Effect::base;
     std::uint32_t generation = 0;
     TargetId target = kNoTarget;

@@ -83,6 +83,7 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::size_t first, const Stage
             hash.add(r.center);
             hash.add(r.proxyMin);
             hash.add(r.proxyMax);
+            hash.add(r.ownFromMap);
         }
         addDraws(hash, pass.depthDraws, stage);
         addDraws(hash, pass.opaqueDraws, stage);

@@ -111,7 +111,7 @@ void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId color) {
 
 FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& request,
                     const EnvironmentMap& environment, const ResidentMaps& resident,
-                    const DeviceLimits& limits) {
+                    const DeviceLimits& limits, const EnvironmentMaps& maps) {
     if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
     }
@@ -166,7 +166,7 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
         return plan;
     }
 
-    ViewTree tree(plan, stage, environment, resident, limits);
+    ViewTree tree(plan, stage, environment, maps, resident, limits);
     const SeenView seen = tree.add({.view = view,
                                     .width = plan.width,
                                     .height = plan.height,

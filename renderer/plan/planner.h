@@ -4,6 +4,7 @@
 #include "plan/frame_plan.h"
 
 #include <map>
+#include <memory>
 #include <set>
 
 namespace clerestory {
@@ -24,10 +25,13 @@ struct ResidentMaps {
     std::map<std::uint64_t, std::uint64_t> keyUnder = {};
 };
 
+// Every map that is loaded, by name: materials may refer to one.
+using EnvironmentMaps = std::map<std::string, std::shared_ptr<const EnvironmentMap>>;
+
 // Throws InvalidRequest when the request names a camera that the scene does not have, or a view
 // that cannot be drawn.
 FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& request,
                     const EnvironmentMap& environment, const ResidentMaps& resident,
-                    const DeviceLimits& limits);
+                    const DeviceLimits& limits, const EnvironmentMaps& maps = {});
 
 }  // namespace clerestory

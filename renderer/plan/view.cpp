@@ -107,6 +107,16 @@ glm::dmat4 worldFromLookAt(const glm::dvec3& position, const glm::dvec3& target,
     return rigid({right, glm::cross(back, right), back}, position);
 }
 
+namespace {
+
+// Reversed: 1 at znear, 0 at zfar or at infinity.
+void setDepth(glm::dmat4& clipFromView, double znear, std::optional<double> zfar) {
+    clipFromView[2][2] = zfar ? znear / (*zfar - znear) : 0.0;
+    clipFromView[3][2] = zfar ? znear * *zfar / (*zfar - znear) : znear;
+}
+
+}  // namespace
+
 glm::dmat4 perspective(const Intrinsics& lens, std::uint32_t width, std::uint32_t height,
                        double znear, std::optional<double> zfar) {
     const double shift = lens.pixelCenter == PixelCenter::integer ? 0.5 : 0.0;
@@ -116,13 +126,14 @@ glm::dmat4 perspective(const Intrinsics& lens, std::uint32_t width, std::uint32_
     m[2][0] = 1.0 - 2.0 * (lens.cx + shift) / width;
     m[2][1] = 2.0 * (lens.cy + shift) / height - 1.0;
     m[2][3] = -1.0;
-    if (zfar) {
-        m[2][2] = znear / (*zfar - znear);
-        m[3][2] = znear * *zfar / (*zfar - znear);
-    } else {
-        m[3][2] = znear;
-    }
+    setDepth(m, znear, zfar);
     return m;
+}
+
+View withFar(const View& view, double zfar) {
+    View result = view;
+    setDepth(result.clipFromView, view.znear, zfar);
+    return result;
 }
 
 glm::dmat4 perspective(double yfov, double aspect, double znear, std::optional<double> zfar) {

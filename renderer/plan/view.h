@@ -23,6 +23,8 @@ glm::dmat4 worldFromLookAt(const glm::dvec3& position, const glm::dvec3& target,
 glm::dmat4 perspective(double yfov, double aspect, double znear, std::optional<double> zfar);
 glm::dmat4 perspective(const Intrinsics& lens, std::uint32_t width, std::uint32_t height,
                        double znear, std::optional<double> zfar);
+// The same view with another far end (znear < zfar); perspective views only.
+View withFar(const View& view, double zfar);
 glm::dmat4 orthographic(double halfWidth, double halfHeight, double znear, double zfar);
 
 }  // namespace clerestory

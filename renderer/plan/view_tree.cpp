@@ -30,10 +30,12 @@ std::string format(const char* pattern, double value) {
 }  // namespace
 
 ViewTree::ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& environment,
-                   const ResidentMaps& resident, const DeviceLimits& limits)
+                   const EnvironmentMaps& maps, const ResidentMaps& resident,
+                   const DeviceLimits& limits)
     : plan_(plan),
       stage_(stage),
       environment_(environment),
+      maps_(maps),
       resident_(resident),
       limits_(limits),
       sceneBounds_(worldBounds(stage.scene, stage.pose)),
@@ -108,31 +110,38 @@ Method ViewTree::decide(const ViewJob& job, Case about, std::span<const Candidat
 }
 
 TargetId ViewTree::environmentTarget() {
-    if (environmentTarget_ != kNoTarget || plan_.environmentIntensity <= 0.0f) {
-        return environmentTarget_;
+    if (environmentTarget_ == kNoTarget && plan_.environmentIntensity > 0.0f) {
+        environmentTarget_ = mapTarget(environment_);
     }
+    return environmentTarget_;
+}
+
+TargetId ViewTree::mapTarget(const EnvironmentMap& map) {
+    const auto [memo, isNew] = mapTargets_.try_emplace(map.name, kNoTarget);
+    if (!isNew) return memo->second;
     const Accuracy& a = stage_.request.accuracy;
     PlanHash hash;
-    hash.add(environment_.contentHash);
+    hash.add(map.contentHash);
     hash.add(a.environmentSize);
     hash.add(a.environmentSamples);
-    environmentTarget_ = addTarget({.name = "environment:" + environment_.name,
-                                    .kind = TargetKind::cube,
-                                    .format = Format::rgba16f,
-                                    .width = a.environmentSize,
-                                    .height = a.environmentSize,
-                                    .levels = roughnessLevels(a.environmentSize),
-                                    .residentKey = hash.value()});
-    const std::string& name = plan_.targets[environmentTarget_].name;
+    memo->second = addTarget({.name = "environment:" + map.name,
+                              .kind = TargetKind::cube,
+                              .format = Format::rgba16f,
+                              .width = a.environmentSize,
+                              .height = a.environmentSize,
+                              .levels = roughnessLevels(a.environmentSize),
+                              .residentKey = hash.value()});
+    const std::string& name = plan_.targets[memo->second].name;
     if (resident_.keys.contains(hash.value())) {
         plan_.skipped.push_back({name, Effect::base, "resident and unchanged"});
     } else {
         plan_.passes.push_back({.kind = PassKind::environment,
                                 .name = name,
-                                .target = environmentTarget_,
+                                .map = map.name,
+                                .target = memo->second,
                                 .reason = "lights the scene and is not resident at this accuracy"});
     }
-    return environmentTarget_;
+    return memo->second;
 }
 
 SeenView ViewTree::add(const ViewJob& job) {

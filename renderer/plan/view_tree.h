@@ -7,6 +7,7 @@
 #include "plan/planner.h"
 
 #include <map>
+#include <tuple>
 
 namespace clerestory {
 
@@ -28,11 +29,25 @@ struct ViewJob {
     std::vector<std::size_t> hidden;    // of Stage::surfaces, sorted
 };
 
+// Where a cube is captured from: the middle of its owner, which it does not show, or a probe that
+// was placed in the scene.
+struct CapturePoint {
+    std::string name;
+    glm::dvec3 center{0.0};  // world
+    double radius = 0.0;     // of the owner; of a placed probe, half its size
+    double znear = 0.0;
+    std::optional<double> zfar;
+    std::uint32_t resolution = 0;
+    bool placed = false;
+    Index id = 0;                     // the owner's instance, or the place in Scene::probes
+    std::vector<std::size_t> hidden;  // of Stage::surfaces
+};
+
 class ViewTree {
 public:
     // `stage` and `environment` must outlive this; passes are appended to `plan`.
     ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& environment,
-             const ResidentMaps& resident, const DeviceLimits& limits);
+             const EnvironmentMaps& maps, const ResidentMaps& resident, const DeviceLimits& limits);
 
     // Appends what the view needs and the view itself. Returns what was seen from it.
     SeenView add(const ViewJob& job);
@@ -41,22 +56,20 @@ private:
     // Flat mirrors that lie in one plane and face the view share one picture.
     struct MirrorGroup;
     struct Snapshot;
-    // A captured cube: where it stands, and the box that it is taken to see, about its centre.
-    struct Probe {
-        TargetId target = kNoTarget;
-        glm::dvec3 center{0.0}, proxyMin{0.0}, proxyMax{0.0};
-    };
-    using ProbeKey = std::pair<Index, std::uint32_t>;  // instance, generation
+    using ProbeKey = std::tuple<bool, Index, std::uint32_t>;  // placed, id, generation
 
     TargetId environmentTarget();
+    TargetId mapTarget(const EnvironmentMap& map);  // prefiltered, resident
     void serveFlat(const ViewJob& job, SeenView& seen, Pass& pass);
     void serveGroup(const ViewJob& job, SeenView& seen, Pass& pass, const MirrorGroup& group);
     void serveCurved(const ViewJob& job, SeenView& seen, Pass& pass);
     void serveGlass(const ViewJob& job, SeenView& seen);
     void addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
                   std::span<const DrawLists::Behind> through);
-    Probe probe(const SeenSurface& owner, std::uint32_t generation);
-    std::uint64_t circumstancesOf(Index owner, std::uint32_t generation) const;
+    bool serveFromMap(const ViewJob& job, SeenSurface& seen, Pass& pass);
+    CapturePoint capturePointOf(const Surface& surface) const;
+    TargetId probe(const CapturePoint& point, std::uint32_t generation);
+    std::uint64_t circumstancesOf(const CapturePoint& point, std::uint32_t generation) const;
 
     TargetId addTarget(TargetSpec spec);
     // What is known of a surface when somebody has to serve it.
@@ -73,6 +86,8 @@ private:
     FramePlan& plan_;
     const Stage& stage_;
     const EnvironmentMap& environment_;
+    const EnvironmentMaps& maps_;
+    std::map<std::string, TargetId> mapTargets_;
     const ResidentMaps& resident_;
     const DeviceLimits& limits_;
     Bounds sceneBounds_;  // world

@@ -6,6 +6,7 @@
 #include "plan/features.h"
 #include "plan/mirror.h"
 #include "plan/plan_hash.h"
+#include "plan/view.h"
 #include "plan/view_tree.h"
 
 #include <algorithm>
@@ -31,7 +32,10 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
     const Accuracy& a = stage_.request.accuracy;
     for (SeenSurface& s : seen.surfaces) {
         if (s.surface->reflector != Reflector::curved) continue;
-        const std::string name = "probe:" + nameOf(stage_.scene, *s.surface);
+        const Material& material = stage_.material(*s.surface);
+        if (!material.environmentMap.empty() && serveFromMap(job, s, pass)) continue;
+        const CapturePoint point = capturePointOf(*s.surface);
+        const std::string& name = point.name;
         const double share = std::min(1.0, kBoxFill * s.share);
         const double pixels = share * job.width * job.height;
         if (pixels < 1.0) {
@@ -45,7 +49,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
         }
         if (job.probeGeneration == 0) continue;  // a first generation shows the fallback
         const double roughness = s.surface->roughness;
-        const double faceTexels = double(a.probeSize) * a.probeSize;
+        const double faceTexels = double(point.resolution) * point.resolution;
         std::vector<Candidate> candidates{{Method::environment, 0.0, environmentError(roughness)},
                                           {Method::probe,
                                            milliseconds({.triangles = 2.0 * double(sceneTriangles_),
@@ -74,96 +78,139 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
                 forced = Method::traced;
                 break;
         }
-        if (job.captured) forced = Method::probe;  // of the generation before
+        // A placed probe is asked for by name; a captured face shows the generation before.
+        if (job.captured || point.placed) forced = Method::probe;
         const Method method =
             decide(job, {name, Effect::environmentReflection, share, weight, forced}, candidates);
         if (method == Method::traced) s.features |= FEATURE_TRACED_REFLECTION;
         if (method != Method::probe) continue;
 
-        const Probe probed = probe(s, job.probeGeneration);
-        pass.reads.push_back(probed.target);
-        pass.reflections.push_back({.target = probed.target,
-                                    .center = probed.center,
-                                    .proxyMin = probed.proxyMin,
-                                    .proxyMax = probed.proxyMax});
+        ReflectedPicture picture{.target = probe(point, job.probeGeneration),
+                                 .center = point.center};
+        // The box that the cube is taken to see: the scene's, and room for the owner itself.
+        picture.proxyMin =
+            glm::min(glm::dvec3(sceneBounds_.min) - point.center, glm::dvec3(-point.radius));
+        picture.proxyMax =
+            glm::max(glm::dvec3(sceneBounds_.max) - point.center, glm::dvec3(point.radius));
+        pass.reads.push_back(picture.target);
+        pass.reflections.push_back(picture);
         s.features |= FEATURE_PROBE;
         if (a.parallax != Parallax::none) s.features |= FEATURE_PARALLAX;
         s.reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
     }
 }
 
+// A stored map instead of the surroundings, turned as its material says.
+bool ViewTree::serveFromMap(const ViewJob& job, SeenSurface& s, Pass& pass) {
+    const Material& material = stage_.material(*s.surface);
+    const auto found = maps_.find(material.environmentMap);
+    const std::string name = "map:" + material.environmentMap;
+    if (found == maps_.end()) {
+        skip(job, name, Effect::environmentReflection, "no environment map of that name is loaded");
+        return false;
+    }
+    const glm::dmat3 worldFromOwn = glm::mat3_cast(glm::normalize(material.environmentRotation));
+    pass.reflections.push_back(
+        {.target = mapTarget(*found->second),
+         .ownFromMap = glm::transpose(worldFromOwn) * glm::transpose(plan_.mapFromWorld)});
+    pass.reads.push_back(pass.reflections.back().target);
+    s.features |= FEATURE_MAP;
+    s.reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
+    return true;
+}
+
+CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
+    const Scene& scene = stage_.scene;
+    const Accuracy& a = stage_.request.accuracy;
+    const std::string& named = stage_.material(surface).probe;
+    const auto placed = std::find_if(scene.probes.begin(), scene.probes.end(),
+                                     [&](const Probe& p) { return p.name == named; });
+    CapturePoint point;
+    if (!named.empty() && placed != scene.probes.end()) {
+        const glm::dvec4 middle(placed->position, 1.0);
+        point.name = "probe:" + placed->name;
+        point.center = placed->node == kNone
+                           ? placed->position
+                           : glm::dvec3(stage_.pose.worldFromNode[placed->node] * middle);
+        point.id = static_cast<Index>(placed - scene.probes.begin());
+        point.placed = true;
+        point.znear = point.radius = 0.5 * placed->size;
+        if (placed->zfar > point.znear) point.zfar = placed->zfar;
+        point.resolution = placed->resolution > 0 ? placed->resolution : a.probeSize;
+        return point;
+    }
+    const Instance& instance = scene.instances[surface.instance];
+    // About the owner's own node, so that distance from the origin costs nothing.
+    glm::dmat4 nodeFromMesh = stage_.pose.worldFromNode[instance.node];
+    const glm::dvec3 node(nodeFromMesh[3]);
+    nodeFromMesh[3] = {0.0, 0.0, 0.0, 1.0};
+    const Bounds box = transformed(scene.meshes[instance.mesh].bounds, nodeFromMesh);
+    point.name = "probe:" + nameOf(scene, surface);
+    point.center = node + glm::dvec3(box.center());
+    point.id = surface.instance;
+    point.radius = 0.5 * double(box.diagonal());
+    point.znear = kNearShare * point.radius;
+    point.resolution = a.probeSize;
+    for (std::size_t i = 0; i < stage_.surfaces.size(); ++i) {
+        if (stage_.surfaces[i].instance == surface.instance) point.hidden.push_back(i);
+    }
+    return point;
+}
+
 struct ViewTree::Snapshot {
     std::size_t passes, targets, skipped, decisions;
     TargetId environment;
+    std::map<std::string, TargetId> maps;
     std::map<ProbeKey, TargetId> probes;
 };
 
-ViewTree::Probe ViewTree::probe(const SeenSurface& seen, std::uint32_t generation) {
-    const Index owner = seen.surface->instance;
-    const Instance& instance = stage_.scene.instances[owner];
-    const Mesh& mesh = stage_.scene.meshes[instance.mesh];
-    const Accuracy& a = stage_.request.accuracy;
+TargetId ViewTree::probe(const CapturePoint& point, std::uint32_t generation) {
+    const ProbeKey memo{point.placed, point.id, generation};
+    if (const auto it = probes_.find(memo); it != probes_.end()) return it->second;
 
-    // About the owner's own node, so that distance from the origin costs nothing.
-    const glm::dmat4& worldFromMesh = stage_.pose.worldFromNode[instance.node];
-    glm::dmat4 nodeFromMesh = worldFromMesh;
-    nodeFromMesh[3] = {0.0, 0.0, 0.0, 1.0};
-    const Bounds box = transformed(mesh.bounds, nodeFromMesh);
-    Probe result;
-    result.center = glm::dvec3(worldFromMesh[3]) + glm::dvec3(box.center());
-    const double radius = 0.5 * double(box.diagonal());
-    result.proxyMin = glm::min(glm::dvec3(sceneBounds_.min) - result.center, -glm::dvec3(radius));
-    result.proxyMax = glm::max(glm::dvec3(sceneBounds_.max) - result.center, glm::dvec3(radius));
-
-    const auto [memo, isNew] = probes_.try_emplace({owner, generation}, kNoTarget);
-    if (!isNew) {
-        result.target = memo->second;
-        return result;
-    }
-
-    const std::string name = "probe:" + nameOf(stage_.scene, *seen.surface);
-    TargetSpec spec{.name = name,
+    TargetSpec spec{.name = point.name,
                     .kind = TargetKind::cube,
                     .format = Format::rgba16f,
-                    .width = a.probeSize,
-                    .height = a.probeSize,
-                    .levels = roughnessLevels(a.probeSize),
-                    .circumstances = circumstancesOf(owner, generation)};
+                    .width = point.resolution,
+                    .height = point.resolution,
+                    .levels = roughnessLevels(point.resolution),
+                    .circumstances = circumstancesOf(point, generation)};
     const auto useResident = [&](std::uint64_t key) {
         spec.residentKey = key;
-        result.target = addTarget(spec);
-        plan_.skipped.push_back({name, Effect::environmentReflection, "resident and unchanged"});
-        probes_[{owner, generation}] = result.target;
-        return result;
+        plan_.skipped.push_back(
+            {point.name, Effect::environmentReflection, "resident and unchanged"});
+        return probes_[memo] = addTarget(spec);
     };
     const auto known = resident_.keyUnder.find(spec.circumstances);
     if (known != resident_.keyUnder.end() && resident_.keys.contains(known->second)) {
         return useResident(known->second);
     }
 
-    const Snapshot before{plan_.passes.size(),    plan_.targets.size(), plan_.skipped.size(),
-                          plan_.decisions.size(), environmentTarget_,   probes_};
+    const Snapshot before{plan_.passes.size(),
+                          plan_.targets.size(),
+                          plan_.skipped.size(),
+                          plan_.decisions.size(),
+                          environmentTarget_,
+                          mapTargets_,
+                          probes_};
     TargetSpec capturedSpec = spec;
     capturedSpec.circumstances = 0;
     capturedSpec.name += ":capture";
-    capturedSpec.levels = static_cast<std::uint32_t>(std::bit_width(a.probeSize));
+    capturedSpec.levels = static_cast<std::uint32_t>(std::bit_width(point.resolution));
     capturedSpec.depth = true;
     const TargetId captured = addTarget(capturedSpec);
 
-    std::vector<std::size_t> hidden;
-    for (std::size_t i = 0; i < stage_.surfaces.size(); ++i) {
-        if (stage_.surfaces[i].instance == owner) hidden.push_back(i);
-    }
-    const std::array<View, 6> faces =
-        cubeFaceViews(result.center, kNearShare * radius, glm::transpose(plan_.mapFromWorld));
+    std::array<View, 6> faces =
+        cubeFaceViews(point.center, point.znear, glm::transpose(plan_.mapFromWorld));
     for (std::uint32_t face = 0; face < 6; ++face) {
+        if (point.zfar) faces[face] = withFar(faces[face], *point.zfar);
         add({.kind = PassKind::capture,
-             .name = name,
+             .name = point.name,
              .effect = Effect::environmentReflection,
              .reason = "no cube that is still true is resident",
              .view = faces[face],
-             .width = a.probeSize,
-             .height = a.probeSize,
+             .width = point.resolution,
+             .height = point.resolution,
              .target = captured,
              .face = face,
              .generation = generation,
@@ -171,20 +218,20 @@ ViewTree::Probe ViewTree::probe(const SeenSurface& seen, std::uint32_t generatio
              .captured = true,
              .mirrorsLeft = 1,
              .probeGeneration = generation - 1,
-             .hidden = hidden});
+             .hidden = point.hidden});
     }
     plan_.passes.push_back({.kind = PassKind::levels,
-                            .name = name + ":levels",
+                            .name = point.name + ":levels",
                             .effect = Effect::environmentReflection,
                             .generation = generation,
                             .target = captured,
                             .reason = "filtered samples read it blurred"});
-    result.target = addTarget(spec);
+    const TargetId target = addTarget(spec);
     plan_.passes.push_back({.kind = PassKind::prefilter,
-                            .name = name + ":prefilter",
+                            .name = point.name + ":prefilter",
                             .effect = Effect::environmentReflection,
                             .generation = generation,
-                            .target = result.target,
+                            .target = target,
                             .reads = {captured},
                             .reason = "a lobe for each roughness"});
     const std::uint64_t key = hashOfPasses(plan_, before.passes, stage_, environment_);
@@ -195,16 +242,16 @@ ViewTree::Probe ViewTree::probe(const SeenSurface& seen, std::uint32_t generatio
         plan_.skipped.resize(before.skipped);
         plan_.decisions.resize(before.decisions);
         environmentTarget_ = before.environment;
+        mapTargets_ = before.maps;
         probes_ = before.probes;
         return useResident(key);
     }
-    plan_.targets[result.target].residentKey = key;
-    probes_[{owner, generation}] = result.target;
-    return result;
+    plan_.targets[target].residentKey = key;
+    return probes_[memo] = target;
 }
 
 // What probe() and everything below it reads.
-std::uint64_t ViewTree::circumstancesOf(Index owner, std::uint32_t generation) const {
+std::uint64_t ViewTree::circumstancesOf(const CapturePoint& point, std::uint32_t generation) const {
     const Accuracy& a = stage_.request.accuracy;
     const Effects& on = stage_.request.effects;
     PlanHash hash;
@@ -232,7 +279,9 @@ std::uint64_t ViewTree::circumstancesOf(Index owner, std::uint32_t generation) c
     hash.add(a.environmentSamples);
     hash.add(a.bounces);
     hash.add(limits_.software);
-    hash.add(owner);
+    hash.add(point.placed);
+    hash.add(point.id);
+    hash.add(point.resolution);
     hash.add(generation);
     return hash.value();
 }

@@ -36,6 +36,7 @@ BLOCK_BEGIN(ReflectionBlock, BINDING_REFLECTION)
     vec4 center;    // of a probe, in eye space
     vec4 proxyMin;  // its box about its centre, the world's axes
     vec4 proxyMax;
+    vec4 ownFromMap[3];  // rows: of a stored map, its own axes from eye space
     vec4 normal;    // of a flat mirror, unit, towards the eye
 BLOCK_END(reflection)
 

@@ -21,6 +21,7 @@ const uint FEATURE_PROBE = 1u << 16;        // mirrors a captured cube, from whe
 const uint FEATURE_PARALLAX = 1u << 21;     // the cube is read as the inside of a box
 const uint FEATURE_TRANSMISSION_MAP = 1u << 22;
 const uint FEATURE_THICKNESS_MAP = 1u << 23;
+const uint FEATURE_MAP = 1u << 25;          // mirrors a stored map of its own
 const uint FEATURE_BACKDROP = 1u << 24;     // what is behind it was drawn and copied
 const uint FEATURE_TRACED_REFLECTION = 1u << 17;  // mirrors what rays meet
 const uint FEATURE_GLASS = 1u << 18;        // seen through, against a backdrop

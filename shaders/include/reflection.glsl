@@ -57,9 +57,18 @@ vec3 probeAlong(vec3 position, vec3 towards, float roughness) {
     return textureLod(environmentMap, at, roughness * reflection.levels.x).rgb;
 }
 
+vec3 ownMapAlong(vec3 towards, float roughness) {
+    vec3 at = vec3(dot(reflection.ownFromMap[0].xyz, towards),
+                   dot(reflection.ownFromMap[1].xyz, towards),
+                   dot(reflection.ownFromMap[2].xyz, towards));
+    return textureLod(environmentMap, at, roughness * reflection.levels.x).rgb *
+           view.environment.y;
+}
+
 vec3 reflectedRadiance(Surface s, vec3 position) {
     if (has(FEATURE_MIRROR)) return flatMirror(s, position);
     vec3 towards = reflect(-s.toEye, s.normal);
+    if (has(FEATURE_MAP)) return ownMapAlong(towards, s.roughness);
     if (has(FEATURE_PROBE)) return probeAlong(position, towards, s.roughness);
     return environmentAlong(towards, s.roughness);
 }
