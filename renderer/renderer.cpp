@@ -197,17 +197,11 @@ void Renderer::warm(const std::string& sceneId) {
         request.camera.target = center;
     }
     FramePlan plan = state_->plan(subject, request);
-    state_->execute(subject, plan);
-
-    // And as the nearer views draw it, depth first or not: other states, other code.
+    // Nearer views may draw depth first.
     for (Pass& pass : plan.passes) {
-        if (pass.kind != PassKind::surface) continue;
-        if (pass.depthDraws.empty()) {
-            for (const Draw& draw : pass.opaqueDraws) {
-                if (!(draw.features & FEATURE_MASK)) pass.depthDraws.push_back(draw);
-            }
-        } else {
-            pass.depthDraws.clear();
+        if (pass.kind != PassKind::surface || !pass.depthDraws.empty()) continue;
+        for (const Draw& draw : pass.opaqueDraws) {
+            if (!(draw.features & FEATURE_MASK)) pass.depthDraws.push_back(draw);
         }
     }
     state_->execute(subject, plan);

@@ -62,9 +62,11 @@ void runSurfacePass(PassResources& resources, const PassInput& input) {
     const std::uint32_t blendedRecords = resources.draws.add(pass.blendedDraws);
     bindPass(resources, input);
 
-    const bool clip = pass.views.front().clipPlane.has_value();
-    const gl::State nearest{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .clip = clip};
-    gl::apply(nearest);
+    gl::State state{.depthTest = gl::DepthTest::nearer,
+                    .depthWrite = true,
+                    .colorWrite = false,
+                    .clip = pass.views.front().clipPlane.has_value()};
+    gl::apply(state);
     gl::clearColorAndDepth();
 
     const auto masked =
@@ -73,20 +75,20 @@ void runSurfacePass(PassResources& resources, const PassInput& input) {
     const std::span<const Draw> opaque(pass.opaqueDraws.begin(), masked);
     const std::span<const Draw> cut(masked, pass.opaqueDraws.end());
 
-    if (!pass.depthDraws.empty()) {
-        gl::apply(gl::State{.depthTest = gl::DepthTest::nearer,
-                            .depthWrite = true,
-                            .colorWrite = false,
-                            .clip = clip});
-        drawAll(resources, input, pass.depthDraws, depthRecords, kDepth);
-        gl::apply(gl::State{.depthTest = gl::DepthTest::equal, .clip = clip});
-    }
+    gl::apply(state);
+    drawAll(resources, input, pass.depthDraws, depthRecords, kDepth);
+    // What was drawn depth first passes where it is nearest: bit for bit, see eye_position.glsl.
+    // The same without a prepass, because another depth test is other code for some drivers.
+    state.colorWrite = true;
+    state.depthTest = gl::DepthTest::nearerOrEqual;
+    gl::apply(state);
     drawAll(resources, input, opaque, opaqueRecords, kSurface);
-    gl::apply(nearest);
+    state.depthTest = gl::DepthTest::nearer;
+    gl::apply(state);
     drawAll(resources, input, cut, opaqueRecords + static_cast<std::uint32_t>(opaque.size()),
             kSurface);
     if (pass.sky) drawSky(resources, input);
-    drawBlended(resources, input, blendedRecords, clip);
+    drawBlended(resources, input, blendedRecords, state.clip);
     input.target().resolve();
 }
 

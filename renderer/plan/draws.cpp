@@ -47,6 +47,7 @@ Features materialFeatures(const Material& m, const Mesh& mesh, const Effects& ef
 struct OrderedDraw {
     Draw draw;
     double distance;  // from the eye to the nearest point of its box, metres
+    double share;     // of the picture, that its box covers
 };
 
 bool continues(const Draw& before, const Draw& next) {
@@ -80,6 +81,9 @@ bool sameStateFirst(const OrderedDraw& a, const OrderedDraw& b) {
 }
 
 std::vector<Draw> depthDraws(std::vector<OrderedDraw> draws) {
+    std::erase_if(draws, [](const OrderedDraw& each) {
+        return each.share < kOccluderShare * (each.draw.indexCount / 3);
+    });
     for (OrderedDraw& each : draws) {
         each.draw.features &= FEATURE_DOUBLE_SIDED | FEATURE_CLIP;
         each.draw.reflection = kNoReflection;
@@ -139,13 +143,13 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
                 result.culled += c - first;
                 continue;
             }
-            SeenCluster part{cluster.firstIndex, cluster.indexCount, distanceTo(box), {}};
+            const double share = screenBox(view, box).share();
+            SeenCluster part{cluster.firstIndex, cluster.indexCount, distanceTo(box), share, {}};
             if (!material.unlit) {
                 std::uint32_t reaching = 0;
                 part.lights = lightsReaching(stage.lights, view.eye, box, reaching);
                 result.mostLights = std::max(result.mostLights, reaching);
             }
-            const double share = screenBox(view, box).share();
             if (opaque) result.overdraw += kBoxFill * share;
             seen.share += share;
             seen.box.add(box);
@@ -177,12 +181,11 @@ DrawLists drawLists(const SeenView& view, Features common) {
                 lists.through.push_back({cluster.distance, seen.overBackdrop, i, draw});
             else
                 (seen.features & FEATURE_MASK ? masked : opaque)
-                    .push_back({draw, cluster.distance});
+                    .push_back({draw, cluster.distance, cluster.share});
         }
     }
-    const bool prepass = view.overdraw > kPrepassOverdraw;
-    if (prepass) lists.depth = depthDraws(opaque);
-    std::sort(opaque.begin(), opaque.end(), prepass ? sameStateFirst : nearer);
+    if (view.overdraw > kPrepassOverdraw) lists.depth = depthDraws(opaque);
+    std::sort(opaque.begin(), opaque.end(), lists.depth.empty() ? nearer : sameStateFirst);
     std::sort(masked.begin(), masked.end(), nearer);
     opaque.insert(opaque.end(), masked.begin(), masked.end());
     lists.opaque = merged(opaque);

@@ -129,8 +129,8 @@ struct Pass {
     TargetId backdrop = kNoTarget;     // one of `reads`: what glass is seen against
     std::vector<View> views;
     std::vector<ReflectedPicture> reflections;  // Draw::reflection chooses among them
-    // In drawing order. depthDraws is empty when a depth prepass would not pay; otherwise the
-    // opaque draws that are not masked are shaded only where they are nearest.
+    // In drawing order. depthDraws are those of the opaque draws, not masked, that hide much of the
+    // others; empty when a depth prepass would not pay.
     std::vector<Draw> depthDraws;
     std::vector<Draw> opaqueDraws;   // masked ones last
     std::vector<Draw> blendedDraws;  // far to near

@@ -93,6 +93,18 @@ TEST(Plan, ManyLayersCallForADepthPrepassThatCoversTheSameTriangles) {
     EXPECT_THAT(pass.reason, HasSubstr("depth first"));
 }
 
+TEST(Plan, WhatHidesLittleForItsTrianglesIsNotDrawnDepthFirst) {
+    Scene scene;
+    const Index mesh = addBoxMesh(scene, "box", addMaterial(scene, {}));
+    for (int i = 0; i < 8; ++i) place(scene, mesh, {0, 0, -0.1 * i});
+    place(scene, mesh, {0, 0, -200});  // some thirty pixels for twelve triangles
+    const FramePlan plan = planOf(scene, lookingFrom({0, 0, 2.2}, {0, 0, 0}));
+    const Pass& pass = surfaceOf(plan);
+    EXPECT_EQ(pass.opaqueDraws.size(), 9u);
+    ASSERT_EQ(pass.depthDraws.size(), 8u);
+    for (const Draw& draw : pass.depthDraws) EXPECT_NE(draw.instance, 8u);
+}
+
 TEST(Plan, OpaqueNearToFarBlendedFarToNearMaskedLast) {
     Scene scene;
     const Index opaque = addBoxMesh(scene, "opaque", addMaterial(scene, {}));
