@@ -4,6 +4,7 @@
 #define VARYING in
 #include "include/surface_varyings.glsl"
 #include "include/optics.glsl"
+#include "include/sampling.glsl"
 #include "include/reflection_lookup.glsl"
 #include "include/distance_share.glsl"
 #include "include/material.glsl"

@@ -115,7 +115,7 @@ void uploadReflections(PassResources& resources, const PassInput& input,
         const glm::dvec2 perPixel = r.scale / glm::dvec2(target.width, target.height);
         blocks::ReflectionBlock block{};
         block.picture = glm::vec4(glm::vec2(perPixel), glm::vec2(-r.origin * perPixel));
-        block.levels = {target.levels - 1, r.pixelsPerSlope, target.width, 0.0f};
+        block.levels = {target.levels - 1, r.pixelsPerSlope, target.width, r.samples};
         block.center =
             glm::vec4(glm::vec3(axesFromWorld * (r.center - input.pass.views.front().eye)), 0.0f);
         block.proxyMin = glm::vec4(glm::vec3(r.proxyMin), 0.0f);

@@ -94,6 +94,7 @@ struct ReflectedPicture {
     double scale = 1.0;
     double pixelsPerSlope = 1.0;  // of the target, at the picture's centre
     glm::dvec3 normal{0.0};       // of the mirror, world, towards the eye
+    std::uint32_t samples = 1;    // directions that a rough mirror adds up
     // A probe's cube has the environment map's axes.
     glm::dvec3 center{0.0};                   // world
     glm::dvec3 proxyMin{0.0}, proxyMax{0.0};  // box it was drawn in; world, about its centre

@@ -14,6 +14,7 @@ Accuracy accuracyOf(Preset preset) {
             a.environmentSize = 64;
             a.environmentSamples = 16;
             a.planarScale = 0.5;
+            a.planarSamples = 1;
             a.generations = 1;
             a.probeSize = 128;
             a.probeSamples = 8;
@@ -27,7 +28,7 @@ Accuracy accuracyOf(Preset preset) {
             a.anisotropy = 4;
             a.environmentSize = 256;
             a.environmentSamples = 256;
-            a.planarSamples = 8;
+            a.planarSamples = 16;
             a.generations = 4;
             a.probeSize = 512;
             a.probeSamples = 128;

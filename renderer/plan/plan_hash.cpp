@@ -80,6 +80,7 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::size_t first, const Stage
             hash.add(r.origin);
             hash.add(r.scale);
             hash.add(r.pixelsPerSlope);
+            hash.add(r.samples);
             hash.add(r.center);
             hash.add(r.proxyMin);
             hash.add(r.proxyMax);

@@ -201,7 +201,7 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
              milliseconds({.pixels = kCopiedPixel * job.width * job.height + pixels,
                            .views = 1.0,
                            .software = limits_.software}),
-             solid ? 0.25 : 0.04}};
+             solid ? 0.5 : 0.04}};
         if (limits_.traces) {
             candidates.push_back(
                 {Method::traced,

@@ -203,10 +203,12 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
                                 .origin = {rect.x, rect.y},
                                 .scale = a.planarScale,
                                 .pixelsPerSlope = slope * a.planarScale,
-                                .normal = group.plane.normal});
+                                .normal = group.plane.normal,
+                                .samples = a.planarSamples});
     pass.reads.push_back(target);
     for (const std::size_t s : group.seen) {
         seen.surfaces[s].features |= FEATURE_MIRROR;
+        if (rough && a.planarSamples > 1) seen.surfaces[s].features |= FEATURE_MIRROR_SAMPLES;
         seen.surfaces[s].reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
     }
 }

@@ -95,7 +95,8 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
         pass.reads.push_back(picture.target);
         pass.reflections.push_back(picture);
         s.features |= FEATURE_PROBE;
-        if (a.parallax != Parallax::none) s.features |= FEATURE_PARALLAX;
+        if (a.parallax == Parallax::box) s.features |= FEATURE_PARALLAX;
+        if (a.parallax == Parallax::depth) s.features |= FEATURE_PARALLAX_DEPTH;
         s.reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
     }
 }

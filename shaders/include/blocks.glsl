@@ -32,7 +32,7 @@ BLOCK_END(prefilter)
 
 BLOCK_BEGIN(ReflectionBlock, BINDING_REFLECTION)
     vec4 picture;   // of a flat mirror: texture coordinate = gl_FragCoord.xy * xy + zw
-    vec4 levels;    // last level; pixels per unit of slope; edge of a cube's face
+    vec4 levels;    // last level; pixels per unit of slope; edge of a cube's face; samples
     vec4 center;    // of a probe, in eye space
     vec4 proxyMin;  // its box about its centre, the world's axes
     vec4 proxyMax;

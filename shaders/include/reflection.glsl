@@ -28,6 +28,30 @@ float beyondSurface(float share, float toSurface) {
     return max(share / view.picture.w - toSurface, 0.0f);
 }
 
+// The lobe as a sum of mirrored directions about GGX half vectors, each blurred by its share of the
+// lobe: long at grazing angles, as the single look-up is not. What is seen is taken to be `beyond`
+// metres away all over the lobe.
+vec3 flatMirrorLobe(Surface s, vec3 position, float toMirror, float beyond) {
+    uint count = uint(reflection.levels.w);  // at least 1
+    float alpha = s.roughness * s.roughness;
+    float lod = min(lobeLod(2.0f * alpha * inversesqrt(reflection.levels.w),
+                            reflection.levels.y * lobeReach(toMirror, beyond)),
+                    reflection.levels.x);
+    mat3 eyeFromLobe = frameAbout(s.normal);
+    vec3 sum = vec3(0.0f);
+    float weights = 1e-6f;
+    uint i = 0u;
+    do {
+        vec3 halfway = eyeFromLobe * ggxHalfVector(hammersley(i, count), alpha);
+        vec3 towards = reflect(-s.toEye, halfway);
+        float weight = max(dot(s.normal, towards), 0.0f);
+        vec2 at = mirroredCoordinate(position, towards, beyond);
+        sum += textureLod(mirrorPicture, at, lod).rgb * weight;
+        weights += weight;
+    } while (++i < count);
+    return sum / weights;
+}
+
 // The mirrored view lies pixel on pixel over this one. Blur follows the distance between the mirror
 // and what it shows (erratum R4), which the picture keeps beside its colours.
 vec3 flatMirror(Surface s, vec3 position) {
@@ -37,6 +61,7 @@ vec3 flatMirror(Surface s, vec3 position) {
     // Over half the lobe's width first: what a rough mirror shows stands about as far as this.
     float wide = min(0.5f * lobeLod(spread, reflection.levels.y), reflection.levels.x);
     float beyond = beyondSurface(textureLod(mirrorPicture, at, wide).a, toMirror);
+    if (has(FEATURE_MIRROR_SAMPLES)) return flatMirrorLobe(s, position, toMirror, beyond);
     if (has(FEATURE_NORMAL_MAP)) {
         at = mirroredCoordinate(position, reflect(-s.toEye, s.normal), beyond);
     }
@@ -44,8 +69,41 @@ vec3 flatMirror(Surface s, vec3 position) {
     return textureLod(mirrorPicture, at, min(lod, reflection.levels.x)).rgb;
 }
 
+// Metres from a probe's centre to what it saw in a direction.
+float probeDepth(vec3 towards) {
+    return textureLod(environmentMap, towards, 0.0f).a / view.picture.w;
+}
+
+// Where a ray meets what the probe saw: the first place, from its start on, that is farther from
+// the probe than the probe's own depth there. Steps grow with the distance, then the last is halved.
+const int kDepthSteps = 24;
+const int kDepthHalvings = 6;
+vec3 depthParallax(vec3 from, vec3 along) {
+    float reach = 1.0f / view.picture.w;  // the scene's diagonal
+    float before = 0.0f, after = reach;
+    bool met = false;
+    for (int i = 1; i <= kDepthSteps; ++i) {
+        float part = float(i) / float(kDepthSteps);
+        float t = reach * part * part * part;
+        vec3 p = from + along * t;
+        bool behind = length(p) > probeDepth(p);
+        after = !met && behind ? t : after;
+        met = met || behind;
+        before = met ? before : t;
+    }
+    for (int i = 0; i < kDepthHalvings; ++i) {
+        float t = 0.5f * (before + after);
+        vec3 p = from + along * t;
+        bool behind = length(p) > probeDepth(p);
+        after = behind ? t : after;
+        before = behind ? before : t;
+    }
+    return met ? from + along * after : along;
+}
+
 vec3 probeAlong(vec3 position, vec3 towards, float roughness) {
     vec3 at = towards;
+    if (has(FEATURE_PARALLAX_DEPTH)) at = depthParallax(position - reflection.center.xyz, towards);
     if (has(FEATURE_PARALLAX)) {
         // The box has the world's axes; a row vector times a matrix is its transpose's product.
         mat3 eyeFromWorld = mat3(view.worldFromEye[0].xyz, view.worldFromEye[1].xyz,
