@@ -54,8 +54,8 @@ std::uint64_t hashOf(const Dressing& dressing) {
     return hash.value();
 }
 
-std::uint64_t hashOfPasses(const FramePlan& plan, std::size_t first, const Stage& stage,
-                           const EnvironmentMap& environment) {
+std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> passes,
+                           const Stage& stage, const EnvironmentMap& environment) {
     PlanHash hash;
     hash.add(stage.scene.contentHash);
     hash.add(stage.dressingHash);
@@ -64,14 +64,15 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::size_t first, const Stage
     hash.add(plan.environmentIntensity);
     hash.add(plan.anisotropy);
     for (const PlacedLight& light : plan.lights) addLight(hash, light);
-    for (std::size_t i = first; i < plan.passes.size(); ++i) {
+    for (const std::size_t i : passes) {
         const Pass& pass = plan.passes[i];
         hash.add(pass.kind);
+        if (pass.kind == PassKind::prefilter) hash.add(plan.probeSamples);
         hash.add(pass.face);
         hash.add(pass.sky);
         addTarget(hash, plan.targets[pass.target]);
         for (const TargetId read : pass.reads) {
-            // A resident map is known by its key; what this frame draws, by the passes above.
+            // A map that outlives the frame is known by its key, others by the passes above.
             hash.add(plan.targets[read].residentKey);
             addTarget(hash, plan.targets[read]);
         }

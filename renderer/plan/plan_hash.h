@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <type_traits>
 
 namespace clerestory {
@@ -46,9 +47,9 @@ private:
 // 0 for a scene that wears its own.
 std::uint64_t hashOf(const Dressing& dressing);
 
-// Of everything that decides the pixels of plan.passes[first...]: what is drawn, where it stands,
-// of what it is made, in which light, into how many texels. Equal hashes, equal pictures.
-std::uint64_t hashOfPasses(const FramePlan& plan, std::size_t first, const Stage& stage,
-                           const EnvironmentMap& environment);
+// Of everything that decides the pixels of those of plan.passes: what is drawn, where it stands, of
+// what it is made, in which light, into how many texels. Equal hashes, equal pictures.
+std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> passes,
+                           const Stage& stage, const EnvironmentMap& environment);
 
 }  // namespace clerestory

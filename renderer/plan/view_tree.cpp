@@ -135,6 +135,7 @@ TargetId ViewTree::mapTarget(const EnvironmentMap& map) {
     if (resident_.keys.contains(hash.value())) {
         plan_.skipped.push_back({name, Effect::base, "resident and unchanged"});
     } else {
+        keyedPasses_.emplace_back(plan_.passes.size(), plan_.passes.size() + 1);
         plan_.passes.push_back({.kind = PassKind::environment,
                                 .name = name,
                                 .map = map.name,

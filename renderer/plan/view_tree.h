@@ -93,6 +93,8 @@ private:
     Bounds sceneBounds_;  // world
     std::uint64_t sceneTriangles_;
     TargetId environmentTarget_ = kNoTarget;
+    // Passes that make a map which is known by its own key, first and behind the last; ascending.
+    std::vector<std::pair<std::size_t, std::size_t>> keyedPasses_;
     std::map<ProbeKey, TargetId> probes_;
 };
 

@@ -159,7 +159,7 @@ CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
 }
 
 struct ViewTree::Snapshot {
-    std::size_t passes, targets, skipped, decisions;
+    std::size_t passes, targets, skipped, decisions, keyedPasses;
     TargetId environment;
     std::map<std::string, TargetId> maps;
     std::map<ProbeKey, TargetId> probes;
@@ -187,13 +187,9 @@ TargetId ViewTree::probe(const CapturePoint& point, std::uint32_t generation) {
         return useResident(known->second);
     }
 
-    const Snapshot before{plan_.passes.size(),
-                          plan_.targets.size(),
-                          plan_.skipped.size(),
-                          plan_.decisions.size(),
-                          environmentTarget_,
-                          mapTargets_,
-                          probes_};
+    const Snapshot before{
+        plan_.passes.size(), plan_.targets.size(), plan_.skipped.size(), plan_.decisions.size(),
+        keyedPasses_.size(), environmentTarget_,   mapTargets_,          probes_};
     TargetSpec capturedSpec = spec;
     capturedSpec.circumstances = 0;
     capturedSpec.name += ":capture";
@@ -235,19 +231,30 @@ TargetId ViewTree::probe(const CapturePoint& point, std::uint32_t generation) {
                             .target = target,
                             .reads = {captured},
                             .reason = "a lobe for each roughness"});
-    const std::uint64_t key = hashOfPasses(plan_, before.passes, stage_, environment_);
+    // Of its own passes alone: whether a map that they read was drawn for them, for another or in
+    // an earlier frame must not count.
+    std::vector<std::size_t> own;
+    auto keyed = keyedPasses_.begin() + static_cast<std::ptrdiff_t>(before.keyedPasses);
+    for (std::size_t i = before.passes; i < plan_.passes.size(); ++i) {
+        while (keyed != keyedPasses_.end() && keyed->second <= i) ++keyed;
+        if (keyed == keyedPasses_.end() || i < keyed->first) own.push_back(i);
+    }
+    const std::uint64_t key = hashOfPasses(plan_, own, stage_, environment_);
 
     if (resident_.keys.contains(key)) {
         plan_.passes.resize(before.passes);
         plan_.targets.resize(before.targets);
         plan_.skipped.resize(before.skipped);
         plan_.decisions.resize(before.decisions);
+        keyedPasses_.resize(before.keyedPasses);
         environmentTarget_ = before.environment;
         mapTargets_ = before.maps;
         probes_ = before.probes;
         return useResident(key);
     }
     plan_.targets[target].residentKey = key;
+    keyedPasses_.resize(before.keyedPasses);
+    keyedPasses_.emplace_back(before.passes, plan_.passes.size());
     return probes_[memo] = target;
 }
 

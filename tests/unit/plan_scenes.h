@@ -4,7 +4,10 @@
 #include "plan/planner.h"
 #include "scene/mesh_builder.h"
 
+#include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
+
+#include <cmath>
 
 namespace clerestory::test {
 
@@ -32,6 +35,40 @@ inline Index addBoxMesh(Scene& scene, const std::string& name, Index material) {
     return addMesh(scene, std::move(draft));
 }
 
+// From -1 to 1 in the plane z = 0, facing +Z.
+inline Index addSquareMesh(Scene& scene, const std::string& name, Index material) {
+    MeshDraft draft{.name = name, .material = material, .hasNormals = true};
+    for (const glm::vec2 at :
+         {glm::vec2(-1, -1), glm::vec2(1, -1), glm::vec2(1, 1), glm::vec2(-1, 1)}) {
+        draft.vertices.push_back({.position = glm::vec3(at, 0.0f), .normal = {0, 0, 1}});
+    }
+    draft.indices = {0, 1, 2, 0, 2, 3};
+    return addMesh(scene, std::move(draft));
+}
+
+// Of radius 1 around the origin.
+inline Index addBallMesh(Scene& scene, const std::string& name, Index material) {
+    constexpr std::uint32_t kRows = 12, kColumns = 24;
+    MeshDraft draft{.name = name, .material = material, .hasNormals = true};
+    for (std::uint32_t j = 0; j <= kRows; ++j) {
+        for (std::uint32_t i = 0; i <= kColumns; ++i) {
+            const float theta = glm::pi<float>() * float(j) / float(kRows);
+            const float phi = glm::two_pi<float>() * float(i) / float(kColumns);
+            const glm::vec3 n(std::sin(theta) * std::sin(phi), std::cos(theta),
+                              std::sin(theta) * std::cos(phi));
+            draft.vertices.push_back({.position = n, .normal = n});
+        }
+    }
+    for (std::uint32_t j = 0; j < kRows; ++j) {
+        for (std::uint32_t i = 0; i < kColumns; ++i) {
+            const std::uint32_t a = j * (kColumns + 1) + i, b = a + kColumns + 1;
+            if (j > 0) draft.indices.insert(draft.indices.end(), {a, b, a + 1});
+            if (j + 1 < kRows) draft.indices.insert(draft.indices.end(), {a + 1, b, b + 1});
+        }
+    }
+    return addMesh(scene, std::move(draft));
+}
+
 inline Index addMaterial(Scene& scene, Material material) {
     scene.materials.push_back(std::move(material));
     return static_cast<Index>(scene.materials.size() - 1);
@@ -41,6 +78,12 @@ inline Index place(Scene& scene, Index mesh, const glm::dvec3& position, double 
     const Index node = addNode(
         scene, "node", glm::scale(glm::translate(glm::dmat4(1.0), position), glm::dvec3(halfSize)));
     addInstance(scene, node, mesh);
+    return static_cast<Index>(scene.instances.size() - 1);
+}
+
+inline Index placeAt(Scene& scene, Index mesh, const glm::dmat4& worldFromMesh,
+                     const std::string& name = "node") {
+    addInstance(scene, addNode(scene, name, worldFromMesh), mesh);
     return static_cast<Index>(scene.instances.size() - 1);
 }
 

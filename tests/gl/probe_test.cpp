@@ -1,0 +1,390 @@
+// Captured cubes: against arithmetic in a room of known walls, against ordinary cameras, and what
+// they cost.
+#include "sight.h"
+
+#include "plan/features.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <set>
+
+namespace clerestory::test {
+namespace {
+
+class Probes : public GlTest {};
+
+constexpr double kRoom = 3.0;  // half of its edge, metres
+
+Material silver(float reflectance = 1.0f, float roughness = 0.0f) {
+    return {.name = "silver",
+            .baseColor = glm::vec4(glm::vec3(reflectance), 1.0f),
+            .metallic = 1.0f,
+            .roughness = roughness,
+            .reflection = Reflection::mirror};  // however rough
+}
+
+Material lamp(const glm::vec3& radiance) {
+    return {.name = "lamp",
+            .baseColor = {0, 0, 0, 1},
+            .metallic = 0.0f,
+            .emissive = radiance,
+            .doubleSided = true,
+            .specular = 0.0f};
+}
+
+// Four glowing squares on each wall, all 24 of different colours; or all of one radiance.
+struct Room {
+    std::optional<glm::vec3> everywhere;
+
+    // Of a point on a wall; `margin`: its distance from the nearest edge between two squares.
+    glm::vec3 radianceAt(const glm::dvec3& p, double& margin) const {
+        int axis = 0;
+        for (int i = 1; i < 3; ++i) {
+            if (std::abs(p[i]) > std::abs(p[axis])) axis = i;
+        }
+        const double u = p[(axis + 1) % 3], v = p[(axis + 2) % 3];
+        margin = std::min({std::abs(u), std::abs(v), kRoom - std::abs(u), kRoom - std::abs(v)});
+        return radianceOf(axis, p[axis] > 0.0, u > 0.0, v > 0.0);
+    }
+    glm::vec3 radianceOf(int axis, bool side, bool u, bool v) const {
+        if (everywhere) return *everywhere;
+        const int wall = 2 * axis + side;
+        return {0.1f + 0.15f * float(wall), u ? 0.9f : 0.3f, v ? 0.7f : 0.2f};
+    }
+    void build(Scene& scene) const {
+        for (int axis = 0; axis < 3; ++axis) {
+            for (int i = 0; i < 8; ++i) {
+                const bool side = i & 1, u = i & 2, v = i & 4;
+                glm::dmat4 m(0.0);  // quad's X, Y and Z along u, v and the wall's axis
+                m[0][(axis + 1) % 3] = m[1][(axis + 2) % 3] = m[2][axis] = 1.0;
+                m[3] = glm::dvec4(0, 0, 0, 1);
+                m[3][axis] = side ? kRoom : -kRoom;
+                m[3][(axis + 1) % 3] = u ? 0.5 * kRoom : -0.5 * kRoom;
+                m[3][(axis + 2) % 3] = v ? 0.5 * kRoom : -0.5 * kRoom;
+                place(scene,
+                      quad(0.5f * float(kRoom),
+                           addMaterial(scene, lamp(radianceOf(axis, side, u, v)))),
+                      m);
+            }
+        }
+    }
+};
+
+void forceProbes(FrameRequest& r) {
+    r.accuracy.curved = CurvedMethod::probe;
+    r.accuracy.parallax = Parallax::box;
+}
+
+FrameRequest lookingAt(Scene scene, const std::string& id, const glm::dvec3& eye,
+                       const glm::dvec3& target, std::uint32_t size = 128) {
+    FrameRequest r = request(std::move(scene), id, eye);
+    r.camera.target = target;
+    r.camera.yfov = 0.6;
+    r.width = r.height = size;
+    forceProbes(r);
+    return r;
+}
+
+const glm::dvec3 kEyes[] = {{0.1, 0.2, 2.9},  {2.9, 0.1, 0.2},  {0.2, 2.9, 0.1},
+                            {0.2, 0.1, -2.9}, {-2.9, 0.1, 0.2}, {0.1, -2.9, 0.2}};
+
+// With the box as proxy, every pixel of the ball is known: wherever the eye and the ball stand.
+TEST_F(Probes, ShowEachWallWhereReflectionSaysOnAllSixFaces) {
+    const Room room;
+    const glm::dvec3 center(0.3, -0.2, 0.4);
+    std::set<float> seenColors;
+    Scene scene;
+    room.build(scene);
+    place(scene, sphere(0.5f, 96, addMaterial(scene, silver())),
+          glm::translate(glm::dmat4(1.0), center));
+    FrameRequest r = lookingAt(std::move(scene), "six walls", kEyes[0], center);
+    for (const glm::dvec3& eye : kEyes) {
+        r.camera.position = eye;
+        const Image image = renderer().render(r).image;
+        int compared = 0, off = 0;
+        for (std::uint32_t y = 0; y < r.height; ++y) {
+            for (std::uint32_t x = 0; x < r.width; ++x) {
+                const Ray ray = sightOfPixel(r, x, y);
+                const auto t = meetsBall(ray, center, 0.5);
+                // At the silhouette the flat triangles tell.
+                if (!t || !meetsBall(ray, center, 0.48)) continue;
+                const glm::dvec3 p = ray.origin + *t * ray.direction;
+                const glm::dvec3 n = (p - center) / 0.5;
+                const Ray mirrored{p, glm::reflect(ray.direction, n)};
+                double margin = 0.0;
+                const glm::vec3 expected = room.radianceAt(
+                    leavesBox(mirrored, glm::dvec3(-kRoom), glm::dvec3(kRoom)), margin);
+                if (margin < 0.1) continue;  // three texels of the cube's at the walls' ends
+                ++compared;
+                off += greatestDifference(color(image, x, y), expected) > 0.005;
+                seenColors.insert(expected.x + 10.0f * expected.y + 100.0f * expected.z);
+            }
+        }
+        EXPECT_GT(compared, 2000);
+        EXPECT_EQ(off, 0) << "of " << compared << " seen from " << eye.x << ' ' << eye.y << ' '
+                          << eye.z;
+    }
+    EXPECT_EQ(seenColors.size(), 24u);
+}
+
+// Two ways to one picture: what a mirror ball shows along a direction, and what a camera of 90
+// degrees in its middle sees there.
+TEST_F(Probes, AreTheSixPicturesOfAnOrdinaryCameraInTheirMiddle) {
+    const glm::dvec3 center(0.2, 0.1, -0.3);
+    const auto surroundings = [] {
+        Scene scene;
+        Room{}.build(scene);
+        Material paint{.baseColor = {0.7f, 0.5f, 0.2f, 1}, .metallic = 0.0f, .specular = 0.0f};
+        place(scene, sphere(0.4f, 16, addMaterial(scene, paint)), moved(1.5, 0.8, -1.2));
+        place(scene, quad(0.5f, addMaterial(scene, paint)), moved(-1, -0.5, -2));
+        return scene;
+    };
+    FrameRequest direct = request(surroundings(), "direct", center);
+    direct.width = direct.height = 256;
+    direct.environment.map = "white";  // lights the paint; no lamps, which a mirror shows by itself
+    std::vector<FrameRequest> cameras;
+    std::vector<Image> pictures;
+    for (int i = 0; i < 6; ++i) {
+        glm::dvec3 towards(0.0);
+        towards[i / 2] = i % 2 ? -1.0 : 1.0;
+        direct.camera.target = center + towards;
+        direct.camera.up = i / 2 == 1 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+        cameras.push_back(direct);
+        pictures.push_back(renderer().render(direct).image);
+    }
+    // The nearest pixel of the picture that direction lies in; none where its neighbours differ.
+    const auto seenAlong = [&](const glm::dvec3& d) -> std::optional<glm::vec3> {
+        const glm::dvec3 a = glm::abs(d);
+        const int axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
+        const std::size_t face = 2 * axis + (d[axis] < 0.0);
+        const FrameRequest& c = cameras[face];
+        const glm::dmat3 worldFromView(
+            worldFromLookAt(*c.camera.position, *c.camera.target, *c.camera.up));
+        const glm::dvec3 v = glm::transpose(worldFromView) * d;
+        const int x = int((0.5 - 0.5 * v.x / v.z) * 256.0),
+                  y = int((0.5 + 0.5 * v.y / v.z) * 256.0);
+        if (x < 1 || y < 1 || x > 254 || y > 254) return std::nullopt;
+        const glm::vec3 middle = color(pictures[face], x, y);
+        for (int i = 0; i < 9; ++i) {
+            const glm::vec3 other = color(pictures[face], x + i % 3 - 1, y + i / 3 - 1);
+            if (greatestDifference(middle, other) > 0.01) return std::nullopt;
+        }
+        return middle;
+    };
+
+    Scene scene = surroundings();
+    place(scene, sphere(0.02f, 96, addMaterial(scene, silver())),
+          glm::translate(glm::dmat4(1.0), center));
+    FrameRequest r = lookingAt(std::move(scene), "ball", center, center);
+    r.environment.map = "white";
+    r.accuracy.parallax = Parallax::none;
+    for (const glm::dvec3& from : kEyes) {
+        r.camera.position = center + 0.03 * from;
+        const Image image = renderer().render(r).image;
+        int compared = 0, off = 0;
+        for (std::uint32_t y = 0; y < r.height; ++y) {
+            for (std::uint32_t x = 0; x < r.width; ++x) {
+                const Ray ray = sightOfPixel(r, x, y);
+                const auto t = meetsBall(ray, center, 0.02);
+                if (!t || !meetsBall(ray, center, 0.019)) continue;
+                const glm::dvec3 n = glm::normalize(ray.origin + *t * ray.direction - center);
+                const auto expected = seenAlong(glm::reflect(ray.direction, n));
+                if (!expected) continue;
+                ++compared;
+                off += greatestDifference(color(image, x, y), *expected) > 0.02;
+            }
+        }
+        EXPECT_GT(compared, 1500);
+        EXPECT_EQ(off, 0) << "of " << compared;
+    }
+}
+
+// The pixels of the ball, well within its silhouette.
+std::vector<glm::vec3> ballPixels(const FrameRequest& r, const glm::dvec3& center, double radius) {
+    const Image image = renderer().render(r).image;
+    std::vector<glm::vec3> pixels;
+    for (std::uint32_t y = 0; y < r.height; ++y) {
+        for (std::uint32_t x = 0; x < r.width; ++x) {
+            if (meetsBall(sightOfPixel(r, x, y), center, 0.96 * radius)) {
+                pixels.push_back(color(image, x, y));
+            }
+        }
+    }
+    return pixels;
+}
+
+TEST_F(Probes, InConstantSurroundingsShowNoSeamAtAnyRoughness) {
+    for (int step = 0; step <= 10; ++step) {
+        const float roughness = 0.1f * float(step);
+        Scene scene;
+        Room{glm::vec3(0.5f)}.build(scene);
+        place(scene, sphere(0.5f, 64, addMaterial(scene, silver(1.0f, roughness))));
+        FrameRequest r = lookingAt(std::move(scene), "one colour", kEyes[0], {0, 0, 0});
+        for (const glm::vec3& pixel : ballPixels(r, {0, 0, 0}, 0.5)) {
+            ASSERT_NEAR(pixel.x, 0.5f, 0.005f) << "roughness " << roughness;
+        }
+    }
+}
+
+TEST_F(Probes, VanishInAWhiteFurnaceAtAnyRoughness) {
+    for (int step = 0; step <= 10; ++step) {
+        const float roughness = 0.1f * float(step);
+        Scene scene;
+        place(scene, sphere(0.5f, 64, addMaterial(scene, silver(1.0f, roughness))));
+        FrameRequest r = lookingAt(std::move(scene), "furnace", {0.1, 0.3, 2.0}, {0, 0, 0});
+        r.environment.map = "white";
+        const std::vector<glm::vec3> pixels = ballPixels(r, {0, 0, 0}, 0.5);
+        EXPECT_GT(pixels.size(), 3000u);
+        for (const glm::vec3& pixel : pixels) {
+            ASSERT_NEAR(pixel.x, 1.0f, 0.01f) << "roughness " << roughness;
+        }
+    }
+}
+
+TEST_F(Probes, BlurMoreTheRougherTheyAre) {
+    double before = 1e9;
+    for (int step = 0; step <= 10; ++step) {
+        const float roughness = 0.1f * float(step);
+        Scene scene;
+        Room{glm::vec3(0.0f)}.build(scene);
+        place(scene, quad(0.4f, addMaterial(scene, lamp(glm::vec3(1.0f)))), moved(0.5, 0.4, 2.9));
+        place(scene, sphere(0.5f, 64, addMaterial(scene, silver(1.0f, roughness))));
+        FrameRequest r = lookingAt(std::move(scene), "rough", {0, 0, 2.5}, {0, 0, 0});
+        double brightest = 0.0;
+        for (const glm::vec3& pixel : ballPixels(r, {0, 0, 0}, 0.5)) {
+            brightest = std::max(brightest, double(pixel.x));
+        }
+        if (step == 0) {
+            EXPECT_NEAR(brightest, 1.0, 0.01) << "a sharp image of the lamp";
+        } else {
+            EXPECT_LT(brightest, before * 1.001) << roughness;
+        }
+        if (step == 10) {
+            EXPECT_LT(brightest, 0.2);
+        }
+        before = brightest;
+    }
+}
+
+TEST_F(Probes, SeeWhatTouchesTheirOwner) {
+    Scene scene;
+    Room{glm::vec3(0.1f)}.build(scene);
+    place(scene, sphere(0.5f, 64, addMaterial(scene, silver())));
+    const glm::dmat4 facing = glm::rotate(moved(0.501, 0, 0), glm::half_pi<double>(), {0, 1, 0});
+    place(scene, quad(0.15f, addMaterial(scene, lamp({1, 0, 0}))), facing);
+    FrameRequest r = lookingAt(std::move(scene), "touching", {0.3, 0.2, 2.9}, {0, 0, 0});
+    int red = 0;
+    for (const glm::vec3& pixel : ballPixels(r, {0, 0, 0}, 0.45)) {
+        red += pixel.x > 0.9f && pixel.y < 0.05f;
+    }
+    EXPECT_GT(red, 20);
+}
+
+// ---- generations -------------------------------------------------------------------------------
+
+// Two balls of reflectance rho between walls of radiance 1, in the dark beyond.
+Scene facingBalls(float rho, bool otherOrder, std::uint32_t rows = 64) {
+    Scene scene;
+    Room{glm::vec3(1.0f)}.build(scene);
+    const Index metal = addMaterial(scene, silver(rho));
+    const glm::dmat4 left = moved(-0.8, 0, 0), right = moved(0.8, 0.1, 0.05);
+    place(scene, sphere(0.6f, rows, metal), otherOrder ? right : left);
+    place(scene, sphere(0.6f, rows, metal), otherOrder ? left : right);
+    return scene;
+}
+
+TEST_F(Probes, FacingEachOtherShowAsManyImagesAsThereAreGenerations) {
+    const float rho = 0.5f;
+    for (std::uint32_t generations = 1; generations <= 3; ++generations) {
+        FrameRequest r =
+            lookingAt(facingBalls(rho, false), "facing balls", {0, 0.3, 2.8}, {0, 0, 0}, 256);
+        r.accuracy.generations = generations;
+        const Image image = renderer().render(r).image;
+        std::array<int, 6> pixels{};  // of radiance rho^k; [0]: darker than any image
+        for (std::uint32_t y = 0; y < r.height; ++y) {
+            for (std::uint32_t x = 0; x < r.width; ++x) {
+                const float value = color(image, x, y).x;
+                if (value < 0.002f) ++pixels[0];
+                for (std::size_t k = 1; k < pixels.size(); ++k) {
+                    pixels[k] += std::abs(value / std::pow(rho, float(k)) - 1.0f) < 0.02f;
+                }
+            }
+        }
+        for (std::uint32_t k = 1; k < pixels.size(); ++k) {
+            if (k <= generations) {
+                EXPECT_GT(pixels[k], 4) << "image " << k << " of " << generations;
+            } else {
+                EXPECT_LE(pixels[k], 2) << "image " << k << " of " << generations;
+            }
+        }
+        EXPECT_GT(pixels[0], 2) << "the image behind the last is the dark beyond the walls";
+    }
+}
+
+TEST_F(Probes, DoNotDependOnTheOrderInTheFile) {
+    const auto picture = [](bool otherOrder) {
+        FrameRequest r =
+            lookingAt(facingBalls(0.8f, otherOrder, 24), "order", {0.4, 0.3, 2.8}, {0, 0, 0});
+        r.environment.map = "sky";
+        return renderer().render(r).image.data;
+    };
+    EXPECT_EQ(picture(false), picture(true));
+}
+
+// ---- what they cost ----------------------------------------------------------------------------
+
+TEST_F(Probes, SwitchedOffAreByteForByteAPlainMetal) {
+    const auto scene = [](Reflection reflection) {
+        Scene s;
+        Room{}.build(s);
+        Material metal = silver(0.9f, 0.2f);
+        metal.reflection = reflection;
+        place(s, sphere(0.5f, 32, addMaterial(s, metal)));
+        return s;
+    };
+    FrameRequest off = lookingAt(scene(Reflection::automatic), "off", {1, 1, 2}, {0, 0, 0});
+    off.effects.environmentReflection = false;
+    off.environment.map = "sky";
+    FrameRequest without = lookingAt(scene(Reflection::none), "without", {1, 1, 2}, {0, 0, 0});
+    without.environment.map = "sky";
+    const Frame frame = renderer().render(off);
+    EXPECT_EQ(frame.image.data, renderer().render(without).image.data);
+    for (const Pass& pass : frame.plan.passes) EXPECT_NE(pass.kind, PassKind::capture);
+}
+
+TEST_F(Probes, AreDrawnOnceAndThenOnlyReadAndEveryDrawIsInThePlan) {
+    FrameRequest r = lookingAt(facingBalls(0.8f, false, 24), "kept", {0.4, 0.3, 2.8}, {0, 0, 0});
+    const auto faces = [](const FramePlan& plan) {
+        return std::count_if(plan.passes.begin(), plan.passes.end(),
+                             [](const Pass& p) { return p.kind == PassKind::capture; });
+    };
+    Image last;
+    for (int frame = 0; frame < 4; ++frame) {
+        if (frame == 1) r.camera.position = glm::dvec3(-0.5, 1.0, 2.5);
+        if (frame == 3) r.accuracy.probeSamples = 8;
+        const RendererCounters before = renderer().counters();
+        const Frame drawn = renderer().render(r);
+        const RendererCounters after = renderer().counters();
+        const PlanTotals totalsOfPlan = totals(drawn.plan);
+        EXPECT_EQ(after.drawCalls - before.drawCalls, totalsOfPlan.draws) << frame;
+        EXPECT_EQ(after.triangles - before.triangles, totalsOfPlan.triangles) << frame;
+        EXPECT_EQ(faces(drawn.plan), frame == 0 || frame == 3 ? 24 : 0) << frame;
+        if (frame == 2) {
+            EXPECT_EQ(drawn.image.data, last.data) << "the same request, the same bytes";
+            EXPECT_EQ(after.texturesMade, before.texturesMade) << "a steady frame makes nothing";
+            EXPECT_EQ(after.framebuffersMade, before.framebuffersMade);
+        }
+        last = drawn.image;
+    }
+}
+
+// A capture that a frame made and one that it found give one picture.
+TEST_F(Probes, AKeptCubeShowsTheBytesOfAFreshOne) {
+    FrameRequest r = lookingAt(facingBalls(0.8f, false, 24), "fresh", {0.4, 0.3, 2.8}, {0, 0, 0});
+    r.environment.map = "sky";
+    const Image fresh = renderer().render(r).image;
+    EXPECT_EQ(renderer().render(r).image.data, fresh.data);
+}
+
+}  // namespace
+}  // namespace clerestory::test
