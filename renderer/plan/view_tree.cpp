@@ -145,7 +145,19 @@ TargetId ViewTree::mapTarget(const EnvironmentMap& map) {
     return memo->second;
 }
 
+bool ViewTree::hidden(const ViewJob& job, const std::string& name, Effect effect,
+                      const Bounds& box) {
+    if (job.generation > 0) return false;
+    const Wall* wall = hiding(walls_, job.view, box);
+    if (wall != nullptr) {
+        skip(job, name, effect,
+             "hidden behind " + nameOf(stage_.scene, stage_.surfaces[wall->surface]));
+    }
+    return wall != nullptr;
+}
+
 SeenView ViewTree::add(const ViewJob& job) {
+    if (job.generation == 0) walls_ = wallsOf(stage_, job.view);
     SeenView seen = seenFrom(stage_, job.view, job.hidden);
     Pass pass{.kind = job.kind,
               .name = job.name,
@@ -194,6 +206,7 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
             skip(job, name, Effect::refraction, "smaller than a pixel");
             continue;
         }
+        if (hidden(job, name, Effect::refraction, s.box)) continue;
         const bool solid = s.surface->glass == Glass::solid;
         const double segments = solid ? std::min(4.0, 1.0 + stage_.request.accuracy.bounces) : 2.0;
         std::vector<Candidate> candidates{

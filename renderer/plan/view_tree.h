@@ -4,6 +4,7 @@
 #pragma once
 
 #include "plan/draws.h"
+#include "plan/occlusion.h"
 #include "plan/planner.h"
 
 #include <map>
@@ -81,6 +82,8 @@ private:
         std::optional<Method> forced;
     };
     Method decide(const ViewJob& job, Case about, std::span<const Candidate> candidates);
+    // True, and told, when nobody can see the surface behind a wall of the root view.
+    bool hidden(const ViewJob& job, const std::string& name, Effect effect, const Bounds& box);
     void skip(const ViewJob& job, std::string name, Effect effect, std::string reason);
 
     FramePlan& plan_;
@@ -90,7 +93,8 @@ private:
     std::map<std::string, TargetId> mapTargets_;
     const ResidentMaps& resident_;
     const DeviceLimits& limits_;
-    Bounds sceneBounds_;  // world
+    std::vector<Wall> walls_;  // of the root view
+    Bounds sceneBounds_;       // world
     std::uint64_t sceneTriangles_;
     TargetId environmentTarget_ = kNoTarget;
     // Passes that make a map which is known by its own key, first and behind the last; ascending.

@@ -76,6 +76,7 @@ void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, Pass& pass) {
             leaveOut("smaller than a pixel");
             continue;
         }
+        if (hidden(job, name, Effect::planarReflection, s.box)) continue;
         if (edgeOn(height, job.view, job.height)) {
             leaveOut("edge-on");
             continue;

@@ -42,6 +42,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
             skip(job, name, Effect::environmentReflection, "smaller than a pixel");
             continue;
         }
+        if (hidden(job, name, Effect::environmentReflection, s.box)) continue;
         const double weight = reflectanceSeen(s.surface->reflectance, 0.5) * share;
         if (job.weight * weight < kLeastWeight) {
             skip(job, name, Effect::environmentReflection, "too weak or too small to be seen");
@@ -58,7 +59,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
                                                          .frames = kFramesOfACapture,
                                                          .software = limits_.software}),
                                            probeError(roughness)}};
-        if (limits_.traces) {
+        if (limits_.traces && !job.captured) {  // a captured face shows the generation before
             candidates.push_back(
                 {Method::traced,
                  milliseconds({.rayPixels = pixels, .rays = 1.0, .software = limits_.software}),
@@ -78,8 +79,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
                 forced = Method::traced;
                 break;
         }
-        // A placed probe is asked for by name; a captured face shows the generation before.
-        if (job.captured || point.placed) forced = Method::probe;
+        if (point.placed) forced = Method::probe;  // asked for by name
         const Method method =
             decide(job, {name, Effect::environmentReflection, share, weight, forced}, candidates);
         if (method == Method::traced) s.features |= FEATURE_TRACED_REFLECTION;

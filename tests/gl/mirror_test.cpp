@@ -3,6 +3,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace clerestory::test {
@@ -152,6 +153,27 @@ TEST_F(Mirrors, FacingEachOtherDimByTheReflectanceEachTime) {
             EXPECT_NEAR(value, expected, 0.02f * expected + 1e-6f)
                 << "image " << k << " of " << generations << " generations";
         }
+    }
+}
+
+// A wall of two triangles stands before the mirror: no mirrored view, and the same picture as if it
+// had been drawn. A hole beside the wall, and it is drawn.
+TEST_F(Mirrors, HiddenBehindAWallCostNothing) {
+    for (const double aside : {0.0, 0.6}) {
+        Scene scene;
+        place(scene, quad(0.3f, addMaterial(scene, mirror())));
+        place(scene, quad(0.5f, addMaterial(scene, lamp({0, 0, 1}))), moved(aside, 0, 1));
+        const FrameRequest r = request(std::move(scene), "hidden", {0, 0, 2});
+        const FramePlan plan = renderer().plan(r);
+        const bool drawn =
+            std::any_of(plan.passes.begin(), plan.passes.end(),
+                        [](const Pass& pass) { return pass.kind == PassKind::mirror; });
+        EXPECT_EQ(drawn, aside > 0.0);
+        const bool told =
+            std::any_of(plan.skipped.begin(), plan.skipped.end(), [](const Skipped& skipped) {
+                return skipped.reason.find("hidden behind") != std::string::npos;
+            });
+        EXPECT_EQ(told, aside == 0.0);
     }
 }
 
