@@ -30,14 +30,25 @@ FrameRequest requestFrom(const nlohmann::json& body, const Call& call) {
     return frameRequestFrom(body, defaults);
 }
 
+// Of every environment map that some surface reflects by name.
+std::string mapsByName(Service& service, const Scene& scene, const FrameRequest& request) {
+    std::string text;
+    const auto add = [&](const std::string& map) {
+        if (!map.empty()) text += std::to_string(service.library().environmentHash(map)) + '\n';
+    };
+    for (const Material& m : scene.materials) add(m.environmentMap);
+    for (const MaterialOverride& o : request.overrides) add(o.environmentMap.value_or(""));
+    return text;
+}
+
 // Strong: all that can change a byte of the answer.
 std::string etagOf(Service& service, const Scene& scene, const FrameRequest& request) {
     const RendererIdentity& id = service.queue().identity();
     const std::string map = request.environment.map.value_or(scene.environment);
     const std::string text = canonicalText(request) + '\n' + std::to_string(scene.contentHash) +
                              '\n' + std::to_string(service.library().environmentHash(map)) + '\n' +
-                             buildId() + '\n' + id.vendor + '\n' + id.renderer + '\n' + id.version +
-                             '\n' + id.platform;
+                             mapsByName(service, scene, request) + buildId() + '\n' + id.vendor +
+                             '\n' + id.renderer + '\n' + id.version + '\n' + id.platform;
     const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
     char tag[40];
     std::snprintf(tag, sizeof tag, "\"%016llx%016llx\"",
