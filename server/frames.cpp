@@ -1,6 +1,7 @@
 #include "server/frames.h"
 
 #include "server/build_id.h"
+#include "server/compact_passes.h"
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
 #include "server/service.h"
@@ -15,9 +16,6 @@
 
 namespace clerestory {
 namespace {
-
-// Header values hold plain ASCII and stay short.
-constexpr std::size_t kMaxPassesHeader = 1024;
 
 struct Drawn {
     Frame frame;
@@ -89,15 +87,6 @@ std::string serverTiming(const Drawn& drawn, double encodeMs, double totalMs) {
     return header;
 }
 
-std::string passesHeader(const FramePlan& plan) {
-    std::string header;
-    for (const Pass& pass : plan.passes) {
-        header += header.empty() ? "" : ", ";
-        for (const char c : pass.name) header += c > ' ' && c < 127 && c != ',' ? c : '_';
-    }
-    return header.substr(0, kMaxPassesHeader);
-}
-
 // The picture, then the plan with its milliseconds.
 void addExplanation(Answer& answer, const Frame& frame, const std::string& etag) {
     const std::string boundary = "clerestory-" + etag.substr(1, etag.size() - 2);
@@ -154,7 +143,7 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     service.metrics().frame(millisecondsSince(door) / 1000.0, drawn.frame.plan);
     answer.headers.emplace_back("Server-Timing",
                                 serverTiming(drawn, encodeMs, millisecondsSince(call.arrived)));
-    answer.headers.emplace_back("Clerestory-Passes", passesHeader(drawn.frame.plan));
+    answer.headers.emplace_back("Clerestory-Passes", compactPasses(drawn.frame.plan));
     if (explain) addExplanation(answer, drawn.frame, etag);
     return answer;
 }
