@@ -73,6 +73,19 @@ ordered_json viewJson(const View& view) {
             {"mirrored", view.mirrored}};
 }
 
+ordered_json decisionJson(const Decision& decision) {
+    ordered_json json = {{"name", decision.name},
+                         {"effect", nameOf(decision.effect)},
+                         {"taken", nameOf(decision.taken)},
+                         {"reason", decision.reason}};
+    auto& candidates = json["candidates"] = ordered_json::array();
+    for (const Candidate& c : decision.candidates) {
+        candidates.push_back(
+            {{"method", nameOf(c.method)}, {"milliseconds", c.milliseconds}, {"error", c.error}});
+    }
+    return json;
+}
+
 ordered_json passJson(const FramePlan& plan, const Pass& pass) {
     const PlanTotals t = totals(pass);
     ordered_json json = {{"kind", nameOf(pass.kind)},
@@ -107,7 +120,9 @@ std::string canonicalText(const FrameRequest& request) {
 }
 
 ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times) {
-    ordered_json json = {{"passes", ordered_json::array()}, {"skipped", ordered_json::array()}};
+    ordered_json json = {{"passes", ordered_json::array()},
+                         {"skipped", ordered_json::array()},
+                         {"decisions", ordered_json::array()}};
     for (std::size_t i = 0; i < plan.passes.size(); ++i) {
         ordered_json pass = passJson(plan, plan.passes[i]);
         if (i < times.size()) pass["milliseconds"] = times[i].milliseconds;
@@ -117,6 +132,9 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
         json["skipped"].push_back({{"name", skipped.name},
                                    {"effect", nameOf(skipped.effect)},
                                    {"reason", skipped.reason}});
+    }
+    for (const Decision& decision : plan.decisions) {
+        json["decisions"].push_back(decisionJson(decision));
     }
     const PlanTotals t = totals(plan);
     json["totals"] = {

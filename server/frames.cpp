@@ -1,6 +1,7 @@
 #include "server/frames.h"
 
 #include "server/build_id.h"
+#include "server/compact_passes.h"
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
 #include "server/service.h"
@@ -16,9 +17,6 @@
 namespace clerestory {
 namespace {
 
-// Header values hold plain ASCII and stay short.
-constexpr std::size_t kMaxPassesHeader = 1024;
-
 struct Drawn {
     Frame frame;
     double queueMs = 0.0;
@@ -30,14 +28,25 @@ FrameRequest requestFrom(const nlohmann::json& body, const Call& call) {
     return frameRequestFrom(body, defaults);
 }
 
+// Of every environment map that some surface reflects by name.
+std::string mapsByName(Service& service, const Scene& scene, const FrameRequest& request) {
+    std::string text;
+    const auto add = [&](const std::string& map) {
+        if (!map.empty()) text += std::to_string(service.library().environmentHash(map)) + '\n';
+    };
+    for (const Material& m : scene.materials) add(m.environmentMap);
+    for (const MaterialOverride& o : request.overrides) add(o.environmentMap.value_or(""));
+    return text;
+}
+
 // Strong: all that can change a byte of the answer.
 std::string etagOf(Service& service, const Scene& scene, const FrameRequest& request) {
     const RendererIdentity& id = service.queue().identity();
     const std::string map = request.environment.map.value_or(scene.environment);
     const std::string text = canonicalText(request) + '\n' + std::to_string(scene.contentHash) +
                              '\n' + std::to_string(service.library().environmentHash(map)) + '\n' +
-                             buildId() + '\n' + id.vendor + '\n' + id.renderer + '\n' + id.version +
-                             '\n' + id.platform;
+                             mapsByName(service, scene, request) + buildId() + '\n' + id.vendor +
+                             '\n' + id.renderer + '\n' + id.version + '\n' + id.platform;
     const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
     char tag[40];
     std::snprintf(tag, sizeof tag, "\"%016llx%016llx\"",
@@ -76,15 +85,6 @@ std::string serverTiming(const Drawn& drawn, double encodeMs, double totalMs) {
         header += text;
     }
     return header;
-}
-
-std::string passesHeader(const FramePlan& plan) {
-    std::string header;
-    for (const Pass& pass : plan.passes) {
-        header += header.empty() ? "" : ", ";
-        for (const char c : pass.name) header += c > ' ' && c < 127 && c != ',' ? c : '_';
-    }
-    return header.substr(0, kMaxPassesHeader);
 }
 
 // The picture, then the plan with its milliseconds.
@@ -143,7 +143,7 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     service.metrics().frame(millisecondsSince(door) / 1000.0, drawn.frame.plan);
     answer.headers.emplace_back("Server-Timing",
                                 serverTiming(drawn, encodeMs, millisecondsSince(call.arrived)));
-    answer.headers.emplace_back("Clerestory-Passes", passesHeader(drawn.frame.plan));
+    answer.headers.emplace_back("Clerestory-Passes", compactPasses(drawn.frame.plan));
     if (explain) addExplanation(answer, drawn.frame, etag);
     return answer;
 }

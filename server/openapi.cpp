@@ -85,8 +85,10 @@ ordered_json paths() {
          {{"post",
            {{"summary", "What a frame would take, without drawing it"},
             {"requestBody", frameBody()},
-            {"responses", answers("passes, what was left out and why, totals",
-                                  jsonContent(reference("Plan")))}}}}},
+            {"responses",
+             answers("passes; what was left out and why; how each reflector and piece of glass "
+                     "is served, out of which ways, and why; totals",
+                     jsonContent(reference("Plan")))}}}}},
         {"/v1/scenes", getObject("What can be rendered")},
         {"/v1/scenes/{id}", std::move(scene)},
         {"/v1/renderer", getObject("What draws, as the driver says it; limits; build")},
@@ -113,11 +115,37 @@ ordered_json problemSchema() {
               {"errors", {{"type", "array"}, {"items", fieldError}}}}}};
 }
 
+ordered_json listOf(ordered_json properties) {
+    return {{"type", "array"},
+            {"items", {{"type", "object"}, {"properties", std::move(properties)}}}};
+}
+
 ordered_json planSchema() {
-    const ordered_json list = {{"type", "array"}, {"items", {{"type", "object"}}}};
-    return {
-        {"type", "object"},
-        {"properties", {{"passes", list}, {"skipped", list}, {"totals", {{"type", "object"}}}}}};
+    const ordered_json text = {{"type", "string"}}, number = {{"type", "number"}},
+                       count = {{"type", "integer"}};
+    const ordered_json passes = listOf({{"kind", text},
+                                        {"name", text},
+                                        {"effect", text},
+                                        {"generation", count},
+                                        {"views", count},
+                                        {"draws", count},
+                                        {"triangles", count},
+                                        {"reason", text},
+                                        {"milliseconds", number}});
+    const ordered_json skipped = listOf({{"name", text}, {"effect", text}, {"reason", text}});
+    const ordered_json candidates =
+        listOf({{"method", text}, {"milliseconds", number}, {"error", number}});
+    const ordered_json decisions = listOf({{"name", text},
+                                           {"effect", text},
+                                           {"taken", text},
+                                           {"reason", text},
+                                           {"candidates", candidates}});
+    return {{"type", "object"},
+            {"properties",
+             {{"passes", passes},
+              {"skipped", skipped},
+              {"decisions", decisions},
+              {"totals", {{"type", "object"}}}}}};
 }
 
 }  // namespace

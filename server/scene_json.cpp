@@ -1,9 +1,12 @@
 #include "server/scene_json.h"
 
+#include "scene/classification.h"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 namespace clerestory {
 namespace {
@@ -26,60 +29,145 @@ ordered_json vector3(const glm::vec3& v) {
     return {shortest(v.x), shortest(v.y), shortest(v.z)};
 }
 
-// Where a material is used: surfaces (instances) and triangles as drawn.
-struct Use {
-    std::uint64_t surfaces = 0, triangles = 0;
+// Of all instances once, with their areas in the world.
+class Surfaces {
+public:
+    Surfaces(const Scene& scene, const Pose& pose)
+        : scene_(scene), pose_(pose), all_(surfacesOf(scene)) {}
+
+    // One entry for each instance that glows or lets light through, one for each mirror.
+    ordered_json emitters() const {
+        return perInstance([](const Surface& s) { return s.emitter; },
+                           [&](const Surface& s, ordered_json& entry) {
+                               entry["radiance"] = vector3(emittedRadiance(material(s)));
+                               entry["reason"] = emitterReason(scene_, {}, s);
+                           });
+    }
+    ordered_json glass() const {
+        return perInstance([](const Surface& s) { return s.glass != Glass::none; },
+                           [&](const Surface& s, ordered_json& entry) {
+                               entry["kind"] = s.glass == Glass::pane ? "pane" : "solid";
+                               entry["transmission"] = shortest(material(s).transmission);
+                               entry["ior"] = shortest(material(s).ior);
+                               entry["reason"] = glassReason(scene_, {}, s);
+                           });
+    }
+    ordered_json mirrors(Reflector kind) const {
+        ordered_json list = ordered_json::array();
+        for (const Surface& s : all_) {
+            if (s.reflector != kind || list.size() == kMostListed) continue;
+            ordered_json entry = named(s, worldArea(s));
+            if (s.flatPart != kNone) {
+                const auto plane = transformed(scene_.flatParts[s.flatPart].plane(), world(s));
+                if (plane) entry["normal"] = vector3(plane->normal);
+            }
+            entry["roughness"] = shortest(s.roughness);
+            entry["reflectance"] = shortest(s.reflectance);
+            entry["reason"] = reflectorReason(scene_, {}, s);
+            list.push_back(std::move(entry));
+        }
+        return list;
+    }
+    ordered_json counts() const {
+        std::uint64_t flat = 0, curved = 0, glowing = 0, clear = 0;
+        Index last = kNone;
+        for (const Surface& s : all_) {
+            flat += s.reflector == Reflector::flat;
+            curved += s.reflector == Reflector::curved;
+            if (s.instance != last) {
+                glowing += s.emitter;
+                clear += s.glass != Glass::none;
+            }
+            last = s.instance;
+        }
+        return {{"emitters", glowing},
+                {"glass", clear},
+                {"flatMirrors", flat},
+                {"curvedMirrors", curved}};
+    }
+    ordered_json effects() const {
+        const auto any = [&](auto&& holds) { return std::any_of(all_.begin(), all_.end(), holds); };
+        ordered_json list = ordered_json::array();
+        if (any([](const Surface& s) { return s.emitter; })) list.push_back("emission");
+        if (any([](const Surface& s) { return s.glass != Glass::none; })) {
+            list.push_back("refraction");
+        }
+        if (any([](const Surface& s) { return s.reflector == Reflector::flat; })) {
+            list.push_back("planarReflection");
+        }
+        if (any([](const Surface& s) { return s.reflector == Reflector::curved; })) {
+            list.push_back("environmentReflection");
+        }
+        return list;
+    }
+
+private:
+    static constexpr std::size_t kMostListed = 500;  // of each kind; counts() has them all
+
+    const Material& material(const Surface& s) const { return scene_.materials[s.material]; }
+    const glm::dmat4& world(const Surface& s) const {
+        return pose_.worldFromNode[scene_.instances[s.instance].node];
+    }
+
+    // A plane's area grows by the length of its normal's cofactors; that of other surfaces, whose
+    // directions we do not follow here, by the mean over directions of a uniform scale.
+    double worldArea(const Surface& s) const {
+        const glm::dmat3 m(world(s));
+        if (s.flatPart == kNone) {
+            return s.area * std::cbrt(std::pow(std::abs(glm::determinant(m)), 2.0));
+        }
+        const glm::dvec3& n = scene_.flatParts[s.flatPart].normal;
+        return s.area * glm::length(n.x * glm::cross(m[1], m[2]) + n.y * glm::cross(m[2], m[0]) +
+                                    n.z * glm::cross(m[0], m[1]));
+    }
+
+    ordered_json named(const Surface& s, double area) const {
+        const Instance& instance = scene_.instances[s.instance];
+        return {{"objectId", s.instance + 1},
+                {"node", scene_.nodes[instance.node].name},
+                {"mesh", scene_.meshes[instance.mesh].name},
+                {"material", material(s).name},
+                {"area", area}};
+    }
+
+    // All surfaces of an instance agree on what they emit and let through.
+    template <class Belongs, class Describe>
+    ordered_json perInstance(Belongs belongs, Describe describe) const {
+        ordered_json list = ordered_json::array();
+        for (std::size_t i = 0; i < all_.size() && list.size() < kMostListed;) {
+            const Surface& first = all_[i];
+            double area = 0.0;
+            for (; i < all_.size() && all_[i].instance == first.instance; ++i) {
+                area += worldArea(all_[i]);
+            }
+            if (!belongs(first)) continue;
+            ordered_json entry = named(first, area);
+            describe(first, entry);
+            list.push_back(std::move(entry));
+        }
+        return list;
+    }
+
+    const Scene& scene_;
+    const Pose& pose_;
+    std::vector<Surface> all_;
 };
 
-std::vector<Use> usesOf(const Scene& scene) {
-    std::vector<Use> uses(scene.materials.size());
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[instance.mesh];
-        uses[instance.material].surfaces += 1;
-        uses[instance.material].triangles += mesh.triangles;
-    }
-    return uses;
-}
-
-bool emits(const Material& m) {
-    const glm::vec3 radiance = emittedRadiance(m);
-    return std::max({radiance.x, radiance.y, radiance.z}) > 0.0f;
-}
-
-// The surfaces of each material that `belongs`, with the words of `reason`.
-template <class Belongs, class Describe>
-ordered_json surfacesWhere(const Scene& scene, Belongs belongs, Describe describe) {
+ordered_json probes(const Scene& scene, const Pose& pose) {
     ordered_json list = ordered_json::array();
-    const std::vector<Use> uses = usesOf(scene);
-    for (std::size_t i = 0; i < uses.size(); ++i) {
-        const Material& m = scene.materials[i];
-        if (uses[i].surfaces == 0 || !belongs(m)) continue;
+    for (const Probe& probe : scene.probes) {
+        const glm::dmat4 world =
+            probe.node == kNone ? glm::dmat4(1.0) : pose.worldFromNode[probe.node];
         ordered_json entry = {
-            {"material", m.name}, {"surfaces", uses[i].surfaces}, {"triangles", uses[i].triangles}};
-        describe(m, entry);
+            {"name", probe.name},
+            {"position", vector3(glm::dvec3(world * glm::dvec4(probe.position, 1.0)))},
+            {"size", probe.size}};
+        if (probe.node != kNone) entry["node"] = scene.nodes[probe.node].name;
+        if (probe.resolution > 0) entry["resolution"] = probe.resolution;
+        if (probe.zfar > 0.0) entry["zfar"] = probe.zfar;
         list.push_back(std::move(entry));
     }
     return list;
-}
-
-ordered_json emitters(const Scene& scene) {
-    return surfacesWhere(scene, emits, [](const Material& m, ordered_json& entry) {
-        const bool textured = m.emissiveTexture.present();
-        entry["radiance"] = vector3(emittedRadiance(m));
-        entry["reason"] = "emissive x emissiveStrength is above zero" +
-                          std::string(textured ? "; its texture scales it" : "");
-    });
-}
-
-ordered_json glass(const Scene& scene) {
-    return surfacesWhere(
-        scene, [](const Material& m) { return m.transmission > 0.0f; },
-        [](const Material& m, ordered_json& entry) {
-            entry["transmission"] = shortest(m.transmission);
-            entry["ior"] = shortest(m.ior);
-            entry["reason"] = "transmission is above zero";
-            entry["drawnAs"] = "a plain surface; this version does not refract";
-        });
 }
 
 ordered_json cameras(const Scene& scene, const Pose& pose) {
@@ -150,10 +238,9 @@ ordered_json sceneSummary(const SceneStatus& status, bool isDefault) {
     if (!status.scene) return json;
     const Scene& scene = *status.scene;
     json["triangles"] = triangleCount(scene);
-    json["bounds"] = boundsJson(worldBounds(scene, poseAt(scene, 0.0)));
-    auto& effects = json["effects"] = ordered_json::array();
-    if (!emitters(scene).empty()) effects.push_back("emission");
-    if (!glass(scene).empty()) effects.push_back("refraction");
+    const Pose pose = poseAt(scene, 0.0);
+    json["bounds"] = boundsJson(worldBounds(scene, pose));
+    json["effects"] = Surfaces(scene, pose).effects();
     return json;
 }
 
@@ -173,8 +260,13 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
                       {"vertices", scene.vertices.size()}};
     json["cameras"] = cameras(scene, pose);
     json["lights"] = lights(scene, pose);
-    json["emitters"] = emitters(scene);
-    json["glass"] = glass(scene);
+    const Surfaces surfaces(scene, pose);
+    json["counts"].update(surfaces.counts());
+    json["emitters"] = surfaces.emitters();
+    json["glass"] = surfaces.glass();
+    json["flatMirrors"] = surfaces.mirrors(Reflector::flat);
+    json["curvedMirrors"] = surfaces.mirrors(Reflector::curved);
+    json["probes"] = probes(scene, pose);
     auto& warnings = json["warnings"] = ordered_json::array();
     for (const ImportWarning& w : scene.warnings) {
         warnings.push_back(

@@ -50,6 +50,22 @@ export async function renderFrame(request) {
   };
 }
 
+// What the same request would take, decisions and all; draws nothing.
+export const planOf = async (request) => (await ask("v1/plans", {
+  method: "POST",
+  headers: { "Content-Type": "application/json" },
+  body: JSON.stringify(request),
+})).json();
+
+const kMethods = {
+  environment: "environment map", probe: "captured cube", mirror: "mirrored pass",
+  backdrop: "picture behind it", traced: "traced rays",
+};
+
+// { name: "mirror:floor", taken: "mirror", reason: "12 % of the frame" } -> "floor: mirrored pass, 12 % of the frame"
+export const decisionText = ({ name, taken, reason }) =>
+  `${name.slice(name.indexOf(":") + 1)}: ${kMethods[taken] ?? taken}, ${reason}`;
+
 // `queue;dur=0.1, surface;desc="surface:main";dur=41.5` -> [{ name, milliseconds }]
 export function parseServerTiming(header) {
   return header.split(/,(?=(?:[^"]*"[^"]*")*[^"]*$)/).flatMap((entry) => {

@@ -1,6 +1,6 @@
 // The page: state, wishes for frames, and what the answers say. Mathematics and HTTP are in the
 // modules beside it.
-import { Problem, curlOf, getJson, queryOf, renderFrame, rounded } from "./api.js";
+import { Problem, curlOf, decisionText, getJson, planOf, queryOf, renderFrame, rounded } from "./api.js";
 import { fromDirection, fromLookAt, lensFor, orbit, pan, positionOf, walk, zoom } from "./camera.js";
 import { controlsFor, element, fillSelect } from "./controls.js";
 import { gestureOf, wheelZoom } from "./gestures.js";
@@ -62,6 +62,7 @@ const frames = new Latest(async ({ still }) => {
     }
     say("");
     report(answer, request, still);
+    if (still) reportDecisions(await planOf(request));
   } catch (problem) {
     if (!(problem instanceof Problem)) throw problem;
     sayProblem(problem);
@@ -99,6 +100,13 @@ function report({ timings, passes, milliseconds }, { width, height }, still) {
       element("td", {}, name),
       element("td", {}, element("meter", { min: 0, max: total, value: ms, title: `${ms} of ${total} ms` })),
       element("td", {}, `${ms.toFixed(1)} ms`))));
+}
+
+function reportDecisions({ decisions }) {
+  $("decisions").replaceChildren(...decisions.map((d) => {
+    const others = d.candidates.map((c) => `${c.method}: ${c.milliseconds.toFixed(1)} ms, error ${c.error.toFixed(2)}`);
+    return element("li", { title: others.join("\n") }, decisionText(d));
+  }));
 }
 
 async function copy(text, what) {

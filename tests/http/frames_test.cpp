@@ -1,4 +1,5 @@
 // What a client gets for a pose: pictures, numbers, headers.
+#include "server/compact_passes.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
@@ -199,17 +200,68 @@ TEST(Frames, AnExplainedFrameCarriesThePlanThatRan) {
     EXPECT_EQ(parts[1].first, "application/json");
 
     json ran = json::parse(parts[1].second);
-    std::string names;
     for (json& pass : ran["passes"]) {
         EXPECT_GE(pass["milliseconds"].get<double>(), 0.0);
         pass.erase("milliseconds");
         EXPECT_FALSE(pass["reason"].get<std::string>().empty());
-        names += (names.empty() ? "" : ", ") + pass["name"].get<std::string>();
     }
     EXPECT_EQ(ran, json::parse(planned->body));
-    EXPECT_EQ(names, explained->get_header_value("Clerestory-Passes"));
     EXPECT_EQ(explained->get_header_value("Clerestory-Passes"),
               plain->get_header_value("Clerestory-Passes"));
+}
+
+TEST(Frames, APlanTellsHowEachReflectorIsServedAndOutOfWhat) {
+    auto client = sharedServer().client();
+    const auto decisionsOf = [&](const char* more) {
+        const auto planned = postJson(client, "/v1/plans", smallFrame(more));
+        EXPECT_TRUE(planned);
+        return json::parse(planned->body)["decisions"];
+    };
+    const json free = decisionsOf("");
+    ASSERT_EQ(free.size(), 1u) << "the ball";
+    EXPECT_EQ(free[0]["effect"], "environmentReflection");
+    EXPECT_THAT(free[0]["reason"].get<std::string>(), HasSubstr("% of the frame"));
+    ASSERT_GE(free[0]["candidates"].size(), 2u);
+    for (const json& candidate : free[0]["candidates"]) {
+        EXPECT_GE(candidate["milliseconds"].get<double>(), 0.0);
+        EXPECT_GT(candidate["error"].get<double>(), 0.0);
+    }
+    EXPECT_EQ(decisionsOf(R"("accuracy": {"curved": "environment"})")[0]["taken"], "environment");
+    EXPECT_EQ(decisionsOf(R"("accuracy": {"curved": "probe"})")[0]["taken"], "probe");
+    EXPECT_EQ(decisionsOf(R"("effects": {"environmentReflection": false})"), json::array());
+}
+
+TEST(Frames, PassesOfOneKindShareOneTimeAndOneEntry) {
+    auto client = sharedServer().client();
+    const auto result = postJson(
+        client, "/v1/frames",
+        smallFrame(R"("accuracy": {"curved": "probe", "probeSize": 17, "generations": 1})"));
+    ASSERT_TRUE(result);
+    ASSERT_EQ(result->status, 200) << result->body;
+    EXPECT_THAT(result->get_header_value("Clerestory-Passes"), HasSubstr("capture*6"));
+    const std::string timing = result->get_header_value("Server-Timing");
+    const std::size_t first = timing.find("capture;dur=");
+    ASSERT_NE(first, std::string::npos) << timing;
+    EXPECT_EQ(timing.find("capture;dur=", first + 1), std::string::npos) << timing;
+}
+
+TEST(Frames, HundredsOfPassesFitOneHeader) {
+    FramePlan plan;
+    const auto add = [&](PassKind kind, const char* name, int times) {
+        for (int i = 0; i < times; ++i) plan.passes.push_back({.kind = kind, .name = name});
+    };
+    add(PassKind::environment, "environment:a, b\n", 1);
+    add(PassKind::capture, "probe:ball", 12);
+    add(PassKind::surface, "surface", 1);
+    EXPECT_EQ(compactPasses(plan), "environment:a__b_, capture*12, surface");
+    plan.passes.clear();
+    for (int i = 0; i < 200; ++i) {
+        add(PassKind::capture, "probe:ball", 6);
+        add(PassKind::levels, "probe:ball:levels", 1);
+    }
+    add(PassKind::surface, "surface", 1);
+    EXPECT_EQ(compactPasses(plan), "capture*1200, levels*200, surface*1");
+    EXPECT_EQ(compactPasses({}), "");
 }
 
 TEST(Frames, TheExplanationHoldsTheViewThatWasAskedFor) {

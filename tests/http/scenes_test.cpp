@@ -60,20 +60,74 @@ TEST(Scenes, TheListHoldsTheBuiltInOnesAndTheDefault) {
     EXPECT_THAT(ids, testing::IsSupersetOf({"chapel", "six-walls", "orbiting-cubes", "teapots"}));
 }
 
-TEST(Scenes, OneSceneTellsWhatGlowsAndWhy) {
+TEST(Scenes, OneSceneTellsWhatGlowsRefractsAndMirrorsAndWhy) {
     auto client = sharedServer().client();
     const json chapel = settled(client, "chapel");
     EXPECT_GE(chapel["triangles"].get<int>(), 60'000);
     EXPECT_EQ(chapel["defaultView"]["position"].size(), 3u);
-    ASSERT_FALSE(chapel["emitters"].empty());
-    for (const json& emitter : chapel["emitters"]) {
-        EXPECT_GT(emitter["surfaces"].get<int>(), 0);
-        EXPECT_THAT(emitter["reason"].get<std::string>(), HasSubstr("emissive"));
+    EXPECT_EQ(chapel["effects"],
+              json({"emission", "refraction", "planarReflection", "environmentReflection"}));
+    for (const char* kind : {"emitters", "glass", "flatMirrors", "curvedMirrors"}) {
+        ASSERT_FALSE(chapel[kind].empty()) << kind;
+        EXPECT_EQ(chapel["counts"][kind], chapel[kind].size());
+        for (const json& entry : chapel[kind]) {
+            EXPECT_GT(entry["area"].get<double>(), 0.0);
+            EXPECT_GT(entry["objectId"].get<int>(), 0);
+            for (const char* word : {"node", "mesh", "material", "reason"}) {
+                EXPECT_FALSE(entry[word].get<std::string>().empty()) << word;
+            }
+        }
     }
-    EXPECT_THAT(chapel["effects"], testing::Contains("emission"));
-    for (const json& glass : chapel["glass"]) {
-        EXPECT_THAT(glass["drawnAs"].get<std::string>(), HasSubstr("plain surface"));
+    const auto entry = [&](const char* kind, const char* node) {
+        for (const json& e : chapel[kind]) {
+            if (e["node"] == node) return e;
+        }
+        ADD_FAILURE() << node << " is none of the " << kind;
+        return json::object({{"reason", ""}});
+    };
+    EXPECT_EQ(entry("flatMirrors", "floor")["normal"], json({0.0, 1.0, 0.0}));
+    EXPECT_THAT(entry("flatMirrors", "floor")["reason"].get<std::string>(),
+                HasSubstr("in one plane"));
+    EXPECT_THAT(entry("curvedMirrors", "brassFigure")["reason"].get<std::string>(),
+                HasSubstr("metal"));
+    EXPECT_EQ(entry("glass", "glassBall")["kind"], "solid");
+    EXPECT_EQ(entry("glass", "window")["kind"], "pane");
+    EXPECT_THAT(entry("emitters", "altarFlames")["reason"].get<std::string>(), HasSubstr("emits"));
+    const json walls = settled(client, "six-walls");
+    EXPECT_EQ(walls["effects"], json({"emission", "environmentReflection"}));
+    EXPECT_EQ(walls["emitters"].size(), 6u);
+    EXPECT_NEAR(walls["emitters"][0]["area"].get<double>(), 16.0, 1e-6);
+}
+
+TEST(Scenes, ASideFileSpeaksForItsModel) {
+    const auto folder = testFolder("side");
+    for (const char* name : {"plain", "mirror", "broken"}) {
+        write(folder / (std::string(name) + ".obj"),
+              "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3 4\n");
     }
+    write(folder / "mirror.clerestory.json",
+          R"({"overrides": [{"node": "mirror.obj", "reflection": "mirror"}],
+              "probes": [{"name": "middle", "position": [1, 1, 1], "size": 0.5}]})");
+    write(folder / "broken.clerestory.json", R"({"overrides": [{"node": "brokn.obj"}], )");
+    Config config = testConfig();
+    config.scenes.folder = folder;
+    config.scenes.scenes = {"plain.obj", "mirror.obj", "broken.obj"};
+    for (std::string& source : config.scenes.scenes) source = (folder / source).string();
+    TestServer server(config);
+    auto client = server.client();
+    EXPECT_EQ(settled(client, "plain")["effects"], json::array());
+    const json mirror = settled(client, "mirror");
+    ASSERT_EQ(mirror["flatMirrors"].size(), 1u) << mirror.dump();
+    EXPECT_EQ(mirror["flatMirrors"][0]["area"], 4.0);
+    EXPECT_THAT(mirror["flatMirrors"][0]["reason"].get<std::string>(),
+                HasSubstr("reflection: mirror"));
+    EXPECT_EQ(mirror["probes"][0]["name"], "middle");
+    EXPECT_EQ(mirror["probes"][0]["position"], json({1.0, 1.0, 1.0}));
+    const json broken = settled(client, "broken");
+    EXPECT_EQ(broken["state"], "ready");
+    ASSERT_EQ(broken["warnings"].size(), 1u) << broken["warnings"].dump();
+    EXPECT_EQ(broken["warnings"][0]["code"], "sideFile");
+    EXPECT_EQ(broken["warnings"][0]["subject"], "broken.clerestory.json");
 }
 
 TEST(Scenes, ASceneThatLoadsIsAConflictForNow) {

@@ -19,6 +19,12 @@ Scene sample() {
     scene.id = "sample";
     scene.environment = "dusk";
     scene.defaultView = DefaultView{{1, 2, 3}, {4, 5, 6}, 0.5};
+    Material& m = scene.materials.at(0);
+    m.reflection = Reflection::mirror;
+    m.probe = "middle";
+    m.environmentMap = "dusk";
+    m.environmentRotation = {0.8, 0.0, 0.6, 0.0};
+    scene.probes.push_back({"middle", 0, {1, 2, 3}, 0.5, 64, 100.0});
     updateContentHash(scene);
     return scene;
 }
@@ -34,6 +40,8 @@ TEST(SceneBlob, ComesBackAsItWas) {
     EXPECT_EQ(back.defaultView->target, glm::dvec3(4, 5, 6));
     EXPECT_EQ(back.warnings.size(), scene.warnings.size());
     EXPECT_EQ(back.cameras.size(), 2u);
+    EXPECT_FALSE(back.flatParts.empty());
+    EXPECT_EQ(back.images.at(0).mean, scene.images.at(0).mean);
     EXPECT_EQ(back.images.at(0).texels, scene.images.at(0).texels);
     updateContentHash(back);
     EXPECT_EQ(back.contentHash, scene.contentHash) << "something of the picture was lost";

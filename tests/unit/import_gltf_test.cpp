@@ -259,5 +259,36 @@ TEST(Gltf, LimitsAreKept) {
     EXPECT_NO_THROW(importSceneHere(file));
 }
 
+// Erratum P1: a flattened mirror still mirrors.
+TEST(Gltf, ANodeThatFlattensItsMeshKeepsIt) {
+    const float corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0};
+    const TemporaryFolder folder;
+    folder.write("quad.bin", {reinterpret_cast<const char*>(corners), sizeof corners});
+    const Scene scene = importSceneHere(folder.write("quad.gltf", R"({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 2]}],
+        "nodes": [{"scale": [200, 200, 200], "rotation": [0.6, 0, 0, 0.8], "children": [1]},
+                  {"name": "flat", "mesh": 0, "scale": [2, 3, 0], "translation": [0, 0, 1]},
+                  {"name": "mirrored", "mesh": 0, "scale": [-1, 0, 1],
+                   "rotation": [0.7071067811865476, 0, 0, 0.7071067811865476]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 6, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 72}],
+        "buffers": [{"byteLength": 72, "uri": "quad.bin"}]})"));
+    EXPECT_EQ(warning(scene, "singularTransform"), nullptr);
+    ASSERT_EQ(scene.instances.size(), 2u);
+    ASSERT_EQ(scene.flatParts.size(), 1u);
+    const Pose pose = poseAt(scene, 0.0);
+    const glm::dmat4& world = pose.worldFromNode[scene.instances[0].node];
+    EXPECT_GT(glm::determinant(glm::dmat3(world)), 0.0);
+    EXPECT_TRUE(std::isfinite(glm::inverse(world)[2][2]));
+    const auto plane = transformed(scene.flatParts[0].plane(), world);
+    ASSERT_TRUE(plane);
+    const glm::dvec3 across = glm::normalize(glm::dvec3(pose.worldFromNode[0][2]));
+    EXPECT_NEAR(glm::dot(plane->normal, across), 1.0, 1e-9) << "its front stays its front";
+    EXPECT_NEAR(glm::distance(glm::dvec3(world * glm::dvec4(1, 1, 0, 1)),
+                              glm::dvec3(pose.worldFromNode[0] * glm::dvec4(2, 3, 1, 1))),
+                0.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace clerestory

@@ -1,6 +1,8 @@
 // OBJ and MTL in glTF's words.
 #include "tests/unit/import_support.h"
 
+#include "scene/classification.h"
+
 #include <cmath>
 
 namespace clerestory {
@@ -48,6 +50,51 @@ TEST(Obj, MirrorsAreMetal) {
     EXPECT_EQ(mirror.roughness, 0.0f);
     EXPECT_EQ(mirror.baseColor, glm::vec4(0.9f, 0.8f, 0.7f, 1.0f));
 }
+
+struct MtlRow {
+    const char* name;
+    const char* mtl;
+    Reflector flat;
+    Glass glass;
+};
+class Mtl : public testing::TestWithParam<MtlRow> {};
+
+TEST_P(Mtl, IsClassedAsItsWordsMean) {
+    const TemporaryFolder folder;
+    folder.write("m.mtl", std::string("newmtl m\n") + GetParam().mtl);
+    const Scene scene = importSceneHere(
+        folder.write("m.obj",
+                     "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n"
+                     "v 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\n"
+                     "f 2 3 7 6\nf 4 1 5 8\n"));
+    const Surface first = surfacesOf(scene).at(0);
+    EXPECT_EQ(first.reflector, GetParam().flat) << reflectorReason(scene, {}, first);
+    EXPECT_EQ(first.glass, GetParam().glass) << glassReason(scene, {}, first);
+    if (first.glass == Glass::solid) {
+        EXPECT_EQ(scene.materials.at(scene.instances[0].material).thickness, 1.0f);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Words, Mtl,
+    testing::Values(
+        MtlRow{"matte", "Kd .5 .5 .5\nillum 1\n", Reflector::none, Glass::none},
+        MtlRow{"shiny", "Kd .5 .5 .5\nKs .9 .9 .9\nNs 20\nillum 2\n", Reflector::none, Glass::none},
+        MtlRow{"mirrorOfMetal", "Kd 0 0 0\nKs .9 .9 .9\nillum 3\n", Reflector::flat, Glass::none},
+        MtlRow{"tracedFloor", "Kd .5 .5 .5\nKs .9 .9 .9\nNs 20\nillum 3\n", Reflector::flat,
+               Glass::none},
+        MtlRow{"tracedButMatte", "Kd .5 .5 .5\nKs 0 0 0\nillum 3\n", Reflector::none, Glass::none},
+        MtlRow{"glassBall", "Kd 0 0 0\nKs 1 1 1\nNi 1.5\nd 0.1\nillum 7\n", Reflector::flat,
+               Glass::solid},
+        MtlRow{"glassWithoutOpacity", "Kd 0 0 0\nKs 1 1 1\nNi 1.5\nillum 7\n", Reflector::flat,
+               Glass::solid},
+        MtlRow{"glassOnForEverything", "Kd .5 .5 .5\nTf 1 1 1\nillum 4\n", Reflector::none,
+               Glass::none},
+        MtlRow{"indexAlone", "Kd .5 .5 .5\nNi 1.33\nd 0.5\nillum 2\n", Reflector::flat,
+               Glass::solid},
+        MtlRow{"thinGlass", "Kd .5 .5 .5\nd 0.5\nillum 9\n", Reflector::flat, Glass::pane},
+        MtlRow{"coverage", "Kd .5 .5 .5\nd 0.5\nillum 2\n", Reflector::none, Glass::none}),
+    [](const auto& row) { return row.param.name; });
 
 TEST(Obj, HighlightsBecomeRoughness) {
     // alpha = sqrt(2 / (98 + 2)), roughness = sqrt(alpha)

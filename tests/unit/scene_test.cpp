@@ -88,6 +88,7 @@ Scene soundScene() {
     scene.materials[0].baseColorTexture.texture = 0;
     scene.lights.push_back({.node = 0});
     scene.cameras.push_back({.node = 0});
+    scene.probes.push_back({.name = "probe", .node = 0});
     return scene;
 }
 
@@ -103,36 +104,48 @@ TEST_P(SceneFault, IsFound) {
 
 INSTANTIATE_TEST_SUITE_P(
     Planted, SceneFault,
-    testing::Values(Fault{"nanVertex", [](Scene& s) { s.vertices[0].position.x = NAN; }},
-                    Fault{"infiniteColor", [](Scene& s) { s.vertices[0].color.x = INFINITY; }},
-                    Fault{"index", [](Scene& s) { s.indices[0] = 1u << 30; }},
-                    Fault{"clusterEnd", [](Scene& s) { s.clusters[0].indexCount = 39; }},
-                    Fault{"clusterOverflow",
-                          [](Scene& s) { s.clusters[0].firstIndex = 0xffffffffu; }},
-                    Fault{"meshClusters", [](Scene& s) { s.meshes[0].clusterCount = 0xffffffffu; }},
-                    Fault{"meshMaterial", [](Scene& s) { s.meshes[0].material = 7; }},
-                    Fault{"meshTriangles", [](Scene& s) { s.meshes[0].triangles = 1; }},
-                    Fault{"texture", [](Scene& s) { s.materials[0].normalTexture.texture = 3; }},
-                    Fault{"image", [](Scene& s) { s.textures[0].image = 3; }},
-                    Fault{"imageSize", [](Scene& s) { s.images[0].width = 6; }},
-                    Fault{"imageLevels", [](Scene& s) { s.images[0].levels = 200; }},
-                    Fault{"roughness", [](Scene& s) { s.materials[0].roughness = 1.5f; }},
-                    Fault{"emission", [](Scene& s) { s.materials[0].emissiveStrength = -1.0f; }},
-                    Fault{"emissionOverflow",
-                          [](Scene& s) {
-                              s.materials[0].emissive = glm::vec3(1e30f);
-                              s.materials[0].emissiveStrength = 1e30f;
-                          }},
-                    Fault{"nodeParent", [](Scene& s) { s.nodes[0].parent = 0; }},
-                    Fault{"nodeMatrix", [](Scene& s) { s.nodes[0].parentFromLocal[2][1] = NAN; }},
-                    Fault{"instanceNode", [](Scene& s) { s.instances[0].node = 5; }},
-                    Fault{"instanceMesh", [](Scene& s) { s.instances[0].mesh = 5; }},
-                    Fault{"lightNode", [](Scene& s) { s.lights[0].node = 5; }},
-                    Fault{"cameraAngle", [](Scene& s) { s.cameras[0].yfov = 4.0; }},
-                    Fault{"defaultView",
-                          [](Scene& s) {
-                              s.defaultView = DefaultView{{1, 1, 1}, {1, 1, 1}};
-                          }}),
+    testing::Values(
+        Fault{"nanVertex", [](Scene& s) { s.vertices[0].position.x = NAN; }},
+        Fault{"infiniteColor", [](Scene& s) { s.vertices[0].color.x = INFINITY; }},
+        Fault{"index", [](Scene& s) { s.indices[0] = 1u << 30; }},
+        Fault{"clusterEnd", [](Scene& s) { s.clusters[0].indexCount = 39; }},
+        Fault{"clusterOverflow", [](Scene& s) { s.clusters[0].firstIndex = 0xffffffffu; }},
+        Fault{"meshClusters", [](Scene& s) { s.meshes[0].clusterCount = 0xffffffffu; }},
+        Fault{"meshMaterial", [](Scene& s) { s.meshes[0].material = 7; }},
+        Fault{"meshFlatParts", [](Scene& s) { s.meshes[0].firstFlatPart = 1; }},
+        Fault{"meshFlatPartsOverflow", [](Scene& s) { s.meshes[0].firstFlatPart = 0xffffffffu; }},
+        Fault{"meshArea", [](Scene& s) { s.meshes[0].area = NAN; }},
+        Fault{"flatPartClusters", [](Scene& s) { s.flatParts[1].firstCluster = 0; }},
+        Fault{"flatPartEnd", [](Scene& s) { s.flatParts[5].clusterCount = 0xffffffffu; }},
+        Fault{"flatPartNormal", [](Scene& s) { s.flatParts[0].normal *= 2.0; }},
+        Fault{"flatPartOffset", [](Scene& s) { s.flatParts[0].offset = INFINITY; }},
+        Fault{"environmentRotation", [](Scene& s) { s.materials[0].environmentRotation.w = NAN; }},
+        Fault{"imageMean", [](Scene& s) { s.images[0].mean.x = NAN; }},
+        Fault{"instanceMaterial", [](Scene& s) { s.instances[0].material = 9; }},
+        Fault{"probeNode", [](Scene& s) { s.probes[0].node = 7; }},
+        Fault{"probeSize", [](Scene& s) { s.probes[0].size = 0.0; }},
+        Fault{"meshTriangles", [](Scene& s) { s.meshes[0].triangles = 1; }},
+        Fault{"texture", [](Scene& s) { s.materials[0].normalTexture.texture = 3; }},
+        Fault{"image", [](Scene& s) { s.textures[0].image = 3; }},
+        Fault{"imageSize", [](Scene& s) { s.images[0].width = 6; }},
+        Fault{"imageLevels", [](Scene& s) { s.images[0].levels = 200; }},
+        Fault{"roughness", [](Scene& s) { s.materials[0].roughness = 1.5f; }},
+        Fault{"emission", [](Scene& s) { s.materials[0].emissiveStrength = -1.0f; }},
+        Fault{"emissionOverflow",
+              [](Scene& s) {
+                  s.materials[0].emissive = glm::vec3(1e30f);
+                  s.materials[0].emissiveStrength = 1e30f;
+              }},
+        Fault{"nodeParent", [](Scene& s) { s.nodes[0].parent = 0; }},
+        Fault{"nodeMatrix", [](Scene& s) { s.nodes[0].parentFromLocal[2][1] = NAN; }},
+        Fault{"instanceNode", [](Scene& s) { s.instances[0].node = 5; }},
+        Fault{"instanceMesh", [](Scene& s) { s.instances[0].mesh = 5; }},
+        Fault{"lightNode", [](Scene& s) { s.lights[0].node = 5; }},
+        Fault{"cameraAngle", [](Scene& s) { s.cameras[0].yfov = 4.0; }},
+        Fault{"defaultView",
+              [](Scene& s) {
+                  s.defaultView = DefaultView{{1, 1, 1}, {1, 1, 1}};
+              }}),
     [](const auto& row) { return row.param.name; });
 
 TextureImage picture(std::uint32_t width, std::uint32_t height, ColorSpace space,

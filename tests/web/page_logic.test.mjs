@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { curlOf, parseServerTiming, queryOf, rounded } from "../../web/api.js";
+import { curlOf, decisionText, parseServerTiming, queryOf, rounded } from "../../web/api.js";
 import { forwardOf, fromLookAt, lensFor, orbit, pan, positionOf, walk, zoom } from "../../web/camera.js";
 import { gestureOf, wheelZoom } from "../../web/gestures.js";
 import { Latest, frameSize, movingPixels } from "../../web/pace.js";
@@ -92,6 +92,12 @@ test("moving frames follow the budget within their limits", () => {
 test("Server-Timing is read with and without descriptions", () =>
   assert.deepEqual(parseServerTiming('queue;dur=0.1, surface;desc="a, b";dur=41.5, odd'),
                    [{ name: "queue", milliseconds: 0.1 }, { name: "surface", milliseconds: 41.5 }]));
+
+test("a decision is a sentence that names who is served, how and why", () => {
+  const decision = { name: "mirror:floor", taken: "mirror", reason: "12.0 % of the frame, 30.0 ms predicted" };
+  assert.equal(decisionText(decision), "floor: mirrored pass, 12.0 % of the frame, 30.0 ms predicted");
+  assert.equal(decisionText({ name: "pane", taken: "new", reason: "why" }), "pane: new, why");
+});
 
 test("a request becomes a link and a command", () => {
   const request = rounded({ scene: "a b", camera: { position: [1, 2.00000001, 3] }, effects: { emission: false } });

@@ -33,6 +33,13 @@ std::optional<float> real(const aiMaterial& from, const char* key, unsigned type
     return value;
 }
 
+constexpr float kBlack = 0.04f, kBright = 0.2f;
+
+// MTL's "glass on" and "refraction on".
+bool refracts(int illumination) {
+    return illumination == 4 || illumination == 6 || illumination == 7 || illumination == 9;
+}
+
 int illumination(const aiMaterial& from) {  // MTL's "illum"; 2 is its everyday value
     int model = 2;
     from.Get("$mat.illum", 0, 0, model);
@@ -75,6 +82,7 @@ Material AssimpMaterials::material(const aiMaterial& from) {
     from.Get(AI_MATKEY_TWOSIDED, twoSided);
     m.doubleSided = twoSided != 0;
     readSurface(from, m);
+    readReflection(from, m);
     readTransparency(from, m);
     readTextures(from, m);
     return m;
@@ -92,7 +100,6 @@ void AssimpMaterials::readSurface(const aiMaterial& from, Material& m) {
                       .value_or(shines && exponent ? roughnessFromExponent(*exponent) : 1.0f);
     // MTL 3 and 5 trace reflections, which are sharp whatever Ns says of highlights; a surface
     // without a body colour is then a mirror of metal.
-    constexpr float kBlack = 0.04f, kBright = 0.2f;
     if (isObj_ && (model == 3 || model == 5) && brightest(diffuse) < kBlack &&
         brightest(specular) > kBright) {
         m.metallic = 1.0f;
@@ -104,6 +111,48 @@ void AssimpMaterials::readSurface(const aiMaterial& from, Material& m) {
     m.emissiveStrength = real(from, AI_MATKEY_EMISSIVE_INTENSITY).value_or(1.0f);
 }
 
+// Who reflects the scene, whatever its highlights say: what MTL traces or maps reflections for, and
+// in other formats what reflects at least half of the light and has highlights at all (writers put
+// a reflectivity of 1 beside a black reflective colour, or on matte surfaces).
+void AssimpMaterials::readReflection(const aiMaterial& from, Material& m) {
+    const glm::vec3 specular = color(from, AI_MATKEY_COLOR_SPECULAR).value_or(glm::vec3(0.0f));
+    if (isObj_) {
+        const int model = illumination(from);
+        const bool traced = model == 3 || model == 5 || model == 8;
+        if (!traced || brightest(specular) <= kBright || m.metallic > 0.0f) return;
+        m.reflection = Reflection::mirror;
+        if (real(from, AI_MATKEY_SHININESS).value_or(0.0f) <= 0.0f) m.roughness = 0.0f;
+        return;
+    }
+    constexpr float kReflective = 0.5f;
+    int shading = 0;
+    from.Get(AI_MATKEY_SHADING_MODEL, shading);
+    const bool shines = shading == aiShadingMode_Phong || shading == aiShadingMode_Blinn;
+    const float strength =
+        real(from, AI_MATKEY_REFLECTIVITY).value_or(0.0f) *
+        brightest(color(from, AI_MATKEY_COLOR_REFLECTIVE).value_or(glm::vec3(0.0f)));
+    if (shines && brightest(specular) > 0.0f && strength >= kReflective) {
+        m.reflection = Reflection::mirror;
+    }
+}
+
+void AssimpMaterials::giveGlassThickness() {
+    if (!isObj_) return;
+    std::vector<const Mesh*> largest(scene_.materials.size(), nullptr);
+    for (const Mesh& mesh : scene_.meshes) {
+        if (mesh.material >= largest.size()) continue;
+        const Mesh*& most = largest[mesh.material];
+        if (!most || mesh.bounds.diagonal() > most->bounds.diagonal()) most = &mesh;
+    }
+    for (std::size_t i = 0; i < largest.size() && i < file_.mNumMaterials; ++i) {
+        Material& m = scene_.materials[i];
+        const float ior = real(*file_.mMaterials[i], AI_MATKEY_REFRACTI).value_or(1.0f);
+        if (!largest[i] || !(m.transmission > 0.0f) || !(ior > 1.0f)) continue;
+        const glm::vec3 extent = largest[i]->bounds.extent();
+        m.thickness = std::min({extent.x, extent.y, extent.z});
+    }
+}
+
 void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
     const float opacity = std::clamp(real(from, AI_MATKEY_OPACITY).value_or(1.0f), 0.0f, 1.0f);
     const float ior = real(from, AI_MATKEY_REFRACTI).value_or(1.0f);
@@ -111,12 +160,15 @@ void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
         m.ior = ior;
     }
     m.transmission = real(from, AI_MATKEY_TRANSMISSION_FACTOR).value_or(0.0f);
-    if (opacity >= 1.0f) {
+    // Some writers say "glass on" and nothing of opacity: clear when it has no colour of its own,
+    // as others say "glass on" of everything.
+    const bool black = !(brightest(glm::vec3(m.baseColor)) >= kBlack) &&
+                       from.GetTextureCount(aiTextureType_DIFFUSE) == 0;
+    const bool glass = isObj_ && refracts(illumination(from));
+    if (opacity >= 1.0f && !(glass && black)) {
         return;
     }
-    const int model = illumination(from);
-    const bool refracts = model == 4 || model == 6 || model == 7 || model == 9 || ior > 1.0f;
-    if (!isObj_ || !refracts) {
+    if (!isObj_ || !(glass || ior > 1.0f)) {
         if (opacity == 0.0f) {
             // Several COLLADA and FBX writers say 0 where they mean 1; nobody models the invisible.
             scene_.warnings.push_back(
@@ -127,9 +179,9 @@ void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
         m.baseColor.w = opacity;
         return;
     }
-    m.transmission = 1.0f - opacity;
+    m.transmission = opacity < 1.0f ? 1.0f - opacity : 1.0f;
     m.roughness = 0.0f;  // as with mirrors: traced refraction is sharp
-    if (!(brightest(glm::vec3(m.baseColor)) > 0.0f)) {  // glass takes its tint from Tf
+    if (black) {         // glass takes its tint from Tf
         const glm::vec3 filter = color(from, AI_MATKEY_COLOR_TRANSPARENT).value_or(glm::vec3(1.0f));
         m.baseColor = glm::vec4(brightest(filter) > 0.0f ? filter : glm::vec3(1.0f), 1.0f);
     }

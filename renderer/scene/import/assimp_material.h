@@ -27,9 +27,14 @@ public:
 
     void read();  // one Material for each of the file's, in its order
 
+    // When the scene has its meshes: MTL has no word for thickness, so glass with an index of
+    // refraction is as thick as the largest mesh of it, and thin where that is a sheet.
+    void giveGlassThickness();
+
 private:
     Material material(const aiMaterial& from);
     void readSurface(const aiMaterial& from, Material& m);
+    void readReflection(const aiMaterial& from, Material& m);
     void readTransparency(const aiMaterial& from, Material& m);
     void readTextures(const aiMaterial& from, Material& m);
     TextureSlot slot(const aiMaterial& from, int kind, ColorSpace colorSpace,

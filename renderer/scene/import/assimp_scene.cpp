@@ -106,10 +106,12 @@ public:
     Scene run(const std::string& extension, const SceneFolder& folder,
               const ProgressCallback& progress) {
         TextureStore textures(folder, limits_);
-        AssimpMaterials(file_, extension, folder, textures, scene_).read();
+        AssimpMaterials materials(file_, extension, folder, textures, scene_);
+        materials.read();
         for (unsigned i = 0; i < file_.mNumMeshes; ++i) {
             meshes_.push_back(add(*file_.mMeshes[i]));
         }
+        materials.giveGlassThickness();
         readNodes();
         readCameras();
         readLights();

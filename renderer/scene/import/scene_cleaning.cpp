@@ -56,8 +56,8 @@ std::size_t sequenceLength(const std::string& text, std::size_t at) {
     return 0;
 }
 
-// A matrix that flattens space has no inverse for normals, and shows nothing a plane would not.
-// Relative to the longest column, so that tiny scenes are not taken for flat ones.
+// A matrix that flattens space has no inverse. Relative to the longest column, so that tiny scenes
+// are not taken for flat ones.
 bool singular(const glm::dmat4& m) {
     double longest = 0.0;
     for (int column = 0; column < 3; ++column) {
@@ -70,6 +70,45 @@ bool singular(const glm::dmat4& m) {
              std::abs(determinant) > kFlat * longest * longest * longest);
 }
 
+// A transform that flattens space into a plane (a scale of 0 along one axis, which modellers write
+// for mirrors and decals) gets the least thickness that leaves it an inverse; far below what makes
+// a flat part. Its front is where a positive determinant has it. Whether it was one.
+bool thickened(glm::dmat4& m) {
+    const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
+    const double longest = std::max({glm::length(x), glm::length(y), glm::length(z)});
+    if (!(longest > 1e-30 && longest < 1e30)) return false;
+    // The longest cross product of two columns stands on the plane that is left.
+    const glm::dmat3 cofactors(glm::cross(y, z), glm::cross(z, x), glm::cross(x, y));
+    int across = 0;
+    for (int i = 1; i < 3; ++i) {
+        if (glm::length(cofactors[i]) > glm::length(cofactors[across])) across = i;
+    }
+    constexpr double kFlat = 1e-12, kThickness = 1e-6;
+    const double area = glm::length(cofactors[across]);
+    if (!(area > kFlat * longest * longest)) return false;  // a line or a point
+    const glm::dvec3 normal = cofactors[across] / area;
+    // The direction that is lost: at right angles to all rows.
+    const glm::dmat3 rows = glm::transpose(glm::dmat3(m));
+    glm::dvec3 lost(0.0);
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec3 c = glm::cross(rows[(i + 1) % 3], rows[(i + 2) % 3]);
+        if (glm::length(c) > glm::length(lost)) lost = c;
+    }
+    lost = glm::normalize(lost);
+    glm::dmat3 thick = glm::dmat3(m) + glm::outerProduct(kThickness * longest * normal, lost);
+    if (glm::determinant(thick) < 0.0) {
+        thick = glm::dmat3(m) - glm::outerProduct(kThickness * longest * normal, lost);
+    }
+    for (int i = 0; i < 3; ++i) m[i] = glm::dvec4(thick[i], 0.0);
+    return true;
+}
+
+void thickenFlatNodes(Scene& scene) {
+    for (Node& node : scene.nodes) {
+        if (singular(node.parentFromLocal)) thickened(node.parentFromLocal);
+    }
+}
+
 void dropSingularInstances(Scene& scene) {
     const Pose pose = poseAt(scene, 0.0);
     std::vector<std::uint64_t> dropped(scene.nodes.size(), 0);
@@ -80,9 +119,11 @@ void dropSingularInstances(Scene& scene) {
     });
     for (std::size_t i = 0; i < dropped.size(); ++i) {
         if (dropped[i] > 0) {
-            scene.warnings.push_back({"singularTransform", scene.nodes[i].name,
-                                      "a transform that flattens the mesh; it is not drawn",
-                                      dropped[i]});
+            scene.warnings.push_back(
+                {"singularTransform", scene.nodes[i].name,
+                 "a transform that leaves a line or a point of the mesh; it is not "
+                 "drawn",
+                 dropped[i]});
         }
     }
 }
@@ -171,6 +212,7 @@ void countTriangles(std::uint64_t& total, std::uint64_t triangles, const ImportL
 }
 
 void finishScene(Scene& scene) {
+    thickenFlatNodes(scene);
     dropSingularInstances(scene);
     if (scene.instances.empty()) {
         throw ImportError(Reason::malformed, "the file holds no triangles to draw");
