@@ -62,6 +62,9 @@ void Executor::runPass(const PassInput& input) {
         case PassKind::surface:
             runSurfacePass(resources_, input);
             break;
+        case PassKind::backFaces:
+            runBackFacesPass(resources_, input);
+            break;
         case PassKind::backdrop:
             runBackdropPass(input);
             break;

@@ -175,8 +175,9 @@ void drawAll(PassResources& resources, const PassInput& input, std::span<const D
                 bindEnvironment(resources, input);  // where a probe's cube may be
             boundReflection = draw.reflection;
         }
-        const gl::Facing wanted =
+        gl::Facing wanted =
             resources.draws.facing(draw, (draw.features & FEATURE_DOUBLE_SIDED) != 0);
+        if (program.backFaces) wanted.clockwiseIsFront = !wanted.clockwiseIsFront;
         if (facing != wanted) gl::apply(wanted);
         facing = wanted;
         gl::drawIndexed(draw.firstIndex, draw.indexCount,

@@ -47,6 +47,7 @@ void runPrefilterPass(PassResources& resources, const PassInput& input);
 void runLevelsPass(const PassInput& input);
 // Of kinds surface, mirror and capture.
 void runSurfacePass(PassResources& resources, const PassInput& input);
+void runBackFacesPass(PassResources& resources, const PassInput& input);
 void runBackdropPass(const PassInput& input);
 void runGlassPass(PassResources& resources, const PassInput& input);
 void runChannelPass(PassResources& resources, const PassInput& input);
@@ -69,6 +70,7 @@ struct DrawProgram {
     Features relevant = ~0u;  // features that this kind of program knows
     int variant = 0;
     bool materials = true;
+    bool backFaces = false;  // draws what is otherwise culled, and nothing else
 };
 void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,
              std::uint32_t firstRecord, const DrawProgram& program);

@@ -92,6 +92,26 @@ void runSurfacePass(PassResources& resources, const PassInput& input) {
     input.target().resolve();
 }
 
+void runBackFacesPass(PassResources& resources, const PassInput& input) {
+    constexpr DrawProgram kBackFaces{.vertex = "surface.vert",
+                                     .fragment = "channel.frag",
+                                     .relevant = FEATURE_CLIP,
+                                     .variant = CHANNEL_BACK_FACES,
+                                     .materials = false,
+                                     .backFaces = true};
+    const Pass& pass = input.pass;
+    beginView(resources, input);
+    const std::uint32_t records = resources.draws.add(pass.opaqueDraws);
+    resources.draws.upload();
+    bindView(resources, input, input.plan.mapFromWorld);
+    input.target().drawn().bind();
+    gl::apply(gl::State{.depthTest = gl::DepthTest::nearer,
+                        .depthWrite = true,
+                        .clip = pass.views.front().clipPlane.has_value()});
+    gl::clearColorAndDepth();
+    drawAll(resources, input, pass.opaqueDraws, records, kBackFaces);
+}
+
 void runGlassPass(PassResources& resources, const PassInput& input) {
     const Pass& pass = input.pass;
     beginView(resources, input);
@@ -100,6 +120,10 @@ void runGlassPass(PassResources& resources, const PassInput& input) {
     bindPass(resources, input);
     input.targets[pass.backdrop]->texture().bind(UNIT_BACKDROP);
     resources.samplers.sampler(kSmooth).bind(UNIT_BACKDROP);
+    if (pass.backFaces != kNoTarget) {
+        input.targets[pass.backFaces]->texture().bind(UNIT_BACK_FACES);
+        resources.samplers.sampler(kOneLevel).bind(UNIT_BACK_FACES);
+    }
 
     const bool clip = pass.views.front().clipPlane.has_value();
     gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .clip = clip});

@@ -50,6 +50,8 @@ std::string_view nameOf(PassKind kind) {
             return "mirror";
         case PassKind::surface:
             return "surface";
+        case PassKind::backFaces:
+            return "backFaces";
         case PassKind::backdrop:
             return "backdrop";
         case PassKind::glass:

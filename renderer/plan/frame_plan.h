@@ -109,6 +109,7 @@ enum class PassKind {
     capture,      // one face of a probe's cube: as surface
     mirror,       // what a flat mirror shows: as surface, from the mirrored eye
     surface,      // draws the scene from one view: depth, opaque, masked, sky, blended
+    backFaces,    // the far sides of solid glass, as normals and distances
     backdrop,     // copies what lies behind glass, before the glass is drawn
     glass,    // draws a layer of glass over what its backdrop holds, then what is blended over it
     channel,  // draws depth, normals or ids instead of colour
@@ -128,6 +129,7 @@ struct Pass {
     std::vector<TargetId> reads;
     TargetId environment = kNoTarget;  // one of `reads`: the prefiltered map that lights the draws
     TargetId backdrop = kNoTarget;     // one of `reads`: what glass is seen against
+    TargetId backFaces = kNoTarget;    // one of `reads`: where solid glass ends
     std::vector<View> views;
     std::vector<ReflectedPicture> reflections;  // Draw::reflection chooses among them
     // In drawing order. depthDraws are those of the opaque draws, not masked, that hide much of the

@@ -29,6 +29,7 @@ Accuracy accuracyOf(Preset preset) {
             a.environmentSize = 256;
             a.environmentSamples = 256;
             a.planarSamples = 16;
+            a.backFaces = true;
             a.generations = 4;
             a.probeSize = 512;
             a.probeSamples = 128;

@@ -70,7 +70,8 @@ struct Accuracy {
     PlanarMethod planar = PlanarMethod::automatic;
     CurvedMethod curved = CurvedMethod::automatic;
     GlassMethod glass = GlassMethod::automatic;
-    double planarScale = 1.0;         // pixels of a mirror's picture for each pixel, along an edge
+    bool backFaces = false;    // solid glass ends where its back is, not where a ball's would
+    double planarScale = 1.0;  // pixels of a mirror's picture for each pixel, along an edge
     std::uint32_t planarSamples = 1;  // directions a rough flat mirror adds up; 1: by level
     std::uint32_t generations = 2;    // reflections in reflections; 1: of what does not reflect
     std::uint32_t probeSize = 256;    // edge of a captured face
@@ -197,6 +198,8 @@ void fields(Accuracy& a, V&& visit) {
                                {"backdrop", GlassMethod::backdrop},
                                {"traced", GlassMethod::traced}}},
           "glass shows: the environment map, the picture behind it, or what rays meet");
+    visit("backFaces", a.backFaces, Flag{},
+          "solid glass over a backdrop ends where its own back faces are, not as a ball would");
     visit("planarScale", a.planarScale, Range{0.125, 1},
           "edge of a mirror's picture, in the frame's pixels");
     visit("planarSamples", a.planarSamples, Range{1, 64},

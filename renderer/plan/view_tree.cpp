@@ -268,6 +268,34 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
     }
 }
 
+// The far sides of a layer's solids, where the request wants them; marks the draws that read them.
+TargetId ViewTree::addBackFaces(const ViewJob& job, std::vector<Draw>& glass,
+                                const std::string& layer) {
+    Pass pass{.kind = PassKind::backFaces,
+              .name = job.name + ":backFaces",
+              .effect = Effect::refraction,
+              .generation = job.generation,
+              .views = {job.view},
+              .reason = "where solid glass ends, layer " + layer};
+    for (Draw& draw : glass) {
+        const bool solid =
+            (draw.features & FEATURE_SOLID) && !(draw.features & FEATURE_DOUBLE_SIDED);
+        if (!stage_.request.accuracy.backFaces || !solid) continue;
+        draw.features |= FEATURE_BACK_FACES;
+        pass.opaqueDraws.push_back(draw);
+        pass.opaqueDraws.back().features &= FEATURE_CLIP;
+    }
+    if (pass.opaqueDraws.empty()) return kNoTarget;
+    const TargetSpec drawn = plan_.targets[job.target];
+    pass.target = addTarget({.name = "backFaces",
+                             .format = Format::rgba16f,
+                             .width = drawn.width,
+                             .height = drawn.height,
+                             .depth = true});
+    plan_.passes.push_back(pass);
+    return pass.target;
+}
+
 // Far to near: each layer is seen against a copy of everything behind it. Glass that lies beside
 // other glass shares its layer; what is blended waits for the glass behind it.
 void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
@@ -298,7 +326,7 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
         }
         layers[layerOf[item.seen]].glassDraws.push_back(item.draw);
     }
-    const TargetSpec& drawn = plan_.targets[job.target];
+    const TargetSpec drawn = plan_.targets[job.target];
     for (std::size_t i = 0; i < layers.size(); ++i) {
         Layer& layer = layers[i];
         const bool rough = std::any_of(layer.glass.begin(), layer.glass.end(), [&](std::size_t s) {
@@ -320,6 +348,7 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
                                 .reads = {job.target},
                                 .reason = rough ? "what lies behind rough glass, layer " + of
                                                 : "what lies behind glass, layer " + of});
+        const TargetId backFaces = addBackFaces(job, layer.glassDraws, of);
         Pass pass{.kind = PassKind::glass,
                   .name = job.name + ":glass",
                   .effect = Effect::refraction,
@@ -329,10 +358,12 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
                   .reads = behind.reads,
                   .environment = behind.environment,
                   .backdrop = backdrop,
+                  .backFaces = backFaces,
                   .views = {job.view},
                   .reflections = behind.reflections,
                   .reason = "glass over its backdrop, layer " + of};
         pass.reads.push_back(backdrop);
+        if (backFaces != kNoTarget) pass.reads.push_back(backFaces);
         pass.opaqueDraws = std::move(layer.glassDraws);
         pass.blendedDraws = std::move(layer.blendedDraws);
         plan_.passes.push_back(std::move(pass));

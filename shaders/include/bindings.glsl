@@ -21,6 +21,7 @@
 #define UNIT_BACKDROP 10
 #define UNIT_TRANSMISSION 11
 #define UNIT_THICKNESS 12
+#define UNIT_BACK_FACES 30
 
 // The slots of a material's textures: the first five are their own units.
 #define SLOT_TRANSMISSION 5
@@ -47,6 +48,7 @@
 #define CHANNEL_DEPTH 1
 #define CHANNEL_NORMAL 2
 #define CHANNEL_OBJECT_ID 3
+#define CHANNEL_BACK_FACES 8
 
 // Curves of the toneMap pass.
 #define TONE_MAP_NEUTRAL 0

@@ -21,6 +21,7 @@ const uint FEATURE_PROBE = 1u << 16;        // mirrors a captured cube, from whe
 const uint FEATURE_PARALLAX = 1u << 21;     // the cube is read as the inside of a box
 const uint FEATURE_PARALLAX_DEPTH = 1u << 26;  // the cube is read as far as it saw
 const uint FEATURE_MIRROR_SAMPLES = 1u << 27;  // a rough flat mirror adds up directions
+const uint FEATURE_BACK_FACES = 1u << 28;   // the backs of solid glass were drawn
 const uint FEATURE_TRANSMISSION_MAP = 1u << 22;
 const uint FEATURE_THICKNESS_MAP = 1u << 23;
 const uint FEATURE_MAP = 1u << 25;          // mirrors a stored map of its own

@@ -2,6 +2,8 @@
 // ray that leaves the glass meets it. After reflection.glsl.
 
 layout(binding = UNIT_BACKDROP) uniform sampler2D backdrop;
+// Outward normals of the nearest back faces, and how far away they are; alpha 0 where none is.
+layout(binding = UNIT_BACK_FACES) uniform sampler2D backFaces;
 
 // Metres that a ray which leaves the glass at `exit` goes on for, going by what the backdrop shows
 // behind that point, and blurred over half the lobe.
@@ -25,6 +27,30 @@ vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
     bool outside = there.z <= 0.0f || there.x < 0.0f || there.y < 0.0f || there.x > 1.0f ||
                    there.y > 1.0f;
     return outside ? environmentAlong(towards, min(spread, 1.0f)) : seen;
+}
+
+// Through a body of any shape whose back faces were drawn: from the first guess along the straight
+// line, the back face that the refracted ray comes out near. A ball of `thickness` where the picture
+// knows none. What is reflected at the exit is taken to leave that way.
+const int kBackFaceSteps = 3;
+Crossing throughBody(vec3 position, vec3 incident, vec3 normal, float ior, float thickness) {
+    Crossing crossing = throughBall(incident, normal, ior, thickness);
+    vec4 back = texelFetch(backFaces, ivec2(gl_FragCoord.xy), 0);
+    float path = max(back.a / view.picture.w - length(position), 0.0f);
+    for (int i = 0; i < kBackFaceSteps; ++i) {
+        vec3 guess = position + crossing.inside * path;
+        vec4 there = textureLod(backFaces, projected(guess).xy, 0.0f);
+        vec3 met = guess * (there.a / (view.picture.w * max(length(guess), 1e-30f)));
+        bool known = there.a > 0.0f && dot(there.xyz, there.xyz) > 0.25f;
+        path = known ? max(dot(met - position, crossing.inside), 0.0f) : path;
+        back = known ? there : back;
+    }
+    if (back.a > 0.0f && !crossing.total) {
+        crossing.path = path;
+        crossing.offset = crossing.inside * path;
+        crossing.direction = refractedOut(crossing.inside, direction(back.xyz), ior).direction;
+    }
+    return crossing;
 }
 
 struct Glass {
@@ -68,7 +94,9 @@ vec3 glassLight(Surface s, vec3 position, Glass g) {
         way.offset = vec3(0.0f);
         way.direction = leaving.direction;
     } else if (has(FEATURE_SOLID)) {
-        way = throughBall(incident, s.normal, g.ior, g.thickness);
+        way = has(FEATURE_BACK_FACES)
+                  ? throughBody(position, incident, s.normal, g.ior, g.thickness)
+                  : throughBall(incident, s.normal, g.ior, g.thickness);
         shares = solidShares(fresnel, absorption(material.attenuation.rgb, material.glass.w,
                                                  way.path));
     } else {
