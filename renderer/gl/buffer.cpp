@@ -21,6 +21,20 @@ void fill(Name name, std::span<const std::byte> content, GLenum usage) {
                  usage);
 }
 
+GLenum wordOf(BufferFormat format) {
+    switch (format) {
+        case BufferFormat::rgba32f:
+            return GL_RGBA32F;
+        case BufferFormat::rg32f:
+            return GL_RG32F;
+        case BufferFormat::r32ui:
+            return GL_R32UI;
+        case BufferFormat::rgba8:
+            return GL_RGBA8;
+    }
+    return GL_RGBA32F;
+}
+
 }  // namespace
 
 Buffer::Buffer() : name_(newBuffer()) {}
@@ -47,7 +61,7 @@ void Buffer::bindUniform(unsigned int binding, std::size_t offset, std::size_t s
                       static_cast<GLsizeiptr>(size));
 }
 
-BufferTexture::BufferTexture(const Buffer& buffer)
+BufferTexture::BufferTexture(const Buffer& buffer, BufferFormat format)
     : name_([] {
           ++Context::current().counters().textures;
           GLuint name = 0;
@@ -56,7 +70,7 @@ BufferTexture::BufferTexture(const Buffer& buffer)
       }()) {
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_BUFFER, name_.get());
-    glTexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32F, buffer.name());
+    glTexBuffer(GL_TEXTURE_BUFFER, wordOf(format), buffer.name());
 }
 
 BufferTexture::~BufferTexture() {

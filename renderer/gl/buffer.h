@@ -26,10 +26,12 @@ private:
     OwnedName name_;
 };
 
-// What shaders read by index: rgba32f texels of a buffer that must outlive it.
+enum class BufferFormat { rgba32f, rg32f, r32ui, rgba8 };
+
+// What shaders read by index: texels of a buffer that must outlive it.
 class BufferTexture {
 public:
-    explicit BufferTexture(const Buffer& buffer);
+    explicit BufferTexture(const Buffer& buffer, BufferFormat format = BufferFormat::rgba32f);
     BufferTexture(BufferTexture&&) = default;
     ~BufferTexture();
     void bind(unsigned int unit) const;

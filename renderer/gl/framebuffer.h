@@ -41,7 +41,7 @@ public:
     void bind() const;  // to draw into, with a viewport that covers it
     void resolveInto(const Framebuffer& target) const;  // same size
     void scaleInto(const Framebuffer& target) const;    // bilinear; not from multisampled memory
-    void readBytes(std::span<std::byte> rgba) const;  // 8 bits a channel, first row first
+    void readBytes(std::span<std::byte> rgba) const;    // 8 bits a channel, first row first
     void readFloats(std::span<float> rgba) const;
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }

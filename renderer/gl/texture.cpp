@@ -110,6 +110,13 @@ void Texture::upload(std::uint32_t level, std::uint32_t face, std::span<const st
                     words.type, texels.data());
 }
 
+void Texture::read(std::uint32_t level, std::span<std::byte> texels) const {
+    bind(0);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTexImage(GL_TEXTURE_2D, static_cast<GLint>(level), GL_RGBA, GL_UNSIGNED_BYTE,
+                  texels.data());
+}
+
 void Texture::bind(unsigned int unit) const {
     glActiveTexture(GL_TEXTURE0 + unit);
     glBindTexture(targetOf(description_.kind), name_.get());

@@ -31,6 +31,8 @@ public:
     // One level of one face, first row first, tightly packed: four bytes a texel for the 8-bit
     // formats, floats for the others.
     void upload(std::uint32_t level, std::uint32_t face, std::span<const std::byte> texels);
+    // The bytes of one level of an 8-bit plane, as they were uploaded.
+    void read(std::uint32_t level, std::span<std::byte> texels) const;
     void bind(unsigned int unit) const;
     Name name() const { return name_.get(); }
     const TextureDescription& description() const { return description_; }

@@ -86,12 +86,11 @@ const DrawStream::Placed& DrawStream::placed(std::uint32_t instance) {
     return p;
 }
 
-std::uint32_t DrawStream::firstLight(const LightList& list) {
-    const std::vector<std::uint8_t> key(list.indices.begin(), list.indices.begin() + list.count);
+std::uint32_t DrawStream::firstLight(const std::vector<std::uint8_t>& list) {
     const auto [it, isNew] =
-        lists_.try_emplace(key, static_cast<std::uint32_t>(lightData_.size() / LIGHT_ROWS));
+        lists_.try_emplace(list, static_cast<std::uint32_t>(lightData_.size() / LIGHT_ROWS));
     if (isNew) {
-        for (const std::uint8_t light : key)
+        for (const std::uint8_t light : list)
             appendLight(lightData_, (*lights_)[light], view_->eye, axesFromWorld_);
     }
     return it->second;
@@ -101,7 +100,8 @@ std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
     const auto first = static_cast<std::uint32_t>(recordData_.size());
     for (const Draw& draw : draws) {
         DrawRecord record = placed(draw.instance).record;
-        record.normalFromModel[0].w = static_cast<float>(firstLight(draw.lights));
+        record.normalFromModel[0].w = static_cast<float>(firstLight(
+            {draw.lights.indices.begin(), draw.lights.indices.begin() + draw.lights.count}));
         record.normalFromModel[1].w = static_cast<float>(draw.lights.count);
         recordData_.push_back(record);
     }

@@ -29,6 +29,11 @@ public:
                const glm::dmat3& axesFromWorld, const std::vector<PlacedLight>& lights);
     // Returns the place of the first draw's record; the others follow it.
     std::uint32_t add(const std::vector<Draw>& draws);
+    // For rays, which may meet any instance: where it stands, and a list of lights of any length,
+    // of which the first one's number is returned.
+    const DrawRecord& place(std::uint32_t instance) { return placed(instance).record; }
+    bool mirrored(std::uint32_t instance) { return placed(instance).mirrored; }
+    std::uint32_t firstLight(const std::vector<std::uint8_t>& list);
     void upload();
 
     gl::Facing facing(const Draw& draw, bool doubleSided) const;
@@ -39,7 +44,6 @@ private:
         bool mirrored = false;
     };
     const Placed& placed(std::uint32_t instance);
-    std::uint32_t firstLight(const LightList& list);
 
     gl::Buffer records_, lightRows_;
     gl::BufferTexture lightTexture_{lightRows_};

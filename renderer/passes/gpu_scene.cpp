@@ -4,6 +4,7 @@
 #include "gl/context.h"
 #include "passes/blocks.h"
 #include "passes/draw_stream.h"
+#include "passes/material_block.h"
 #include "plan/features.h"
 
 #include <algorithm>
@@ -14,12 +15,6 @@
 namespace clerestory {
 namespace {
 
-// In the order of the texture units.
-std::array<const TextureSlot*, MATERIAL_SLOTS> slotsOf(const Material& m) {
-    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
-            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
-            &m.thicknessTexture};
-}
 constexpr std::array<Features, MATERIAL_SLOTS> kSlotFeatures = {
     FEATURE_BASE_COLOR_MAP, FEATURE_METALLIC_ROUGHNESS_MAP, FEATURE_NORMAL_MAP,
     FEATURE_OCCLUSION_MAP,  FEATURE_EMISSIVE_MAP,           FEATURE_TRANSMISSION_MAP,
@@ -35,23 +30,6 @@ void setTexCoordRows(const TextureSlot& slot, glm::vec4* rows) {
     const auto set = static_cast<float>(slot.texCoord);
     rows[0] = {c * slot.scale.x, s * slot.scale.y, slot.offset.x, set};
     rows[1] = {-s * slot.scale.x, c * slot.scale.y, slot.offset.y, set};
-}
-
-blocks::MaterialBlock blockOf(const Material& m) {
-    blocks::MaterialBlock block{};
-    block.baseColor = m.baseColor;
-    block.surface = {m.metallic, m.roughness, m.normalScale, m.occlusionStrength};
-    block.emissive = glm::vec4(emittedRadiance(m), m.alphaCutoff);
-    const float r = (m.ior - 1.0f) / (m.ior + 1.0f);  // ior is at least 1
-    block.dielectricF0 =
-        glm::vec4(glm::min(r * r * m.specularColor, 1.0f) * m.specular, m.specular);
-    block.glass = {m.transmission, m.ior, m.thickness, m.attenuationDistance};
-    block.attenuation = glm::vec4(m.attenuationColor, 0.0f);
-    const auto slots = slotsOf(m);
-    for (std::size_t i = 0; i < slots.size(); ++i) {
-        setTexCoordRows(*slots[i], &block.texCoordRows[2 * i]);
-    }
-    return block;
 }
 
 std::size_t materialStride() {
@@ -130,6 +108,29 @@ gl::SamplerDescription samplerOf(const Texture& t, bool holdsColor, std::uint32_
 
 }  // namespace
 
+std::array<const TextureSlot*, MATERIAL_SLOTS> textureSlots(const Material& m) {
+    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
+            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
+            &m.thicknessTexture};
+}
+
+blocks::MaterialBlock materialBlock(const Material& m) {
+    blocks::MaterialBlock block{};
+    block.baseColor = m.baseColor;
+    block.surface = {m.metallic, m.roughness, m.normalScale, m.occlusionStrength};
+    block.emissive = glm::vec4(emittedRadiance(m), m.alphaCutoff);
+    const float r = (m.ior - 1.0f) / (m.ior + 1.0f);  // ior is at least 1
+    block.dielectricF0 =
+        glm::vec4(glm::min(r * r * m.specularColor, 1.0f) * m.specular, m.specular);
+    block.glass = {m.transmission, m.ior, m.thickness, m.attenuationDistance};
+    block.attenuation = glm::vec4(m.attenuationColor, 0.0f);
+    const auto slots = textureSlots(m);
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+        setTexCoordRows(*slots[i], &block.texCoordRows[2 * i]);
+    }
+    return block;
+}
+
 const gl::Sampler& SamplerCache::sampler(const gl::SamplerDescription& description) {
     return samplers_.try_emplace(description, description).first->second;
 }
@@ -138,7 +139,7 @@ void MaterialBlocks::assign(std::span<const Material> materials) {
     const std::size_t stride = materialStride();
     std::vector<std::byte> bytes(stride * std::max<std::size_t>(1, materials.size()));
     for (std::size_t i = 0; i < materials.size(); ++i) {
-        const blocks::MaterialBlock block = blockOf(materials[i]);
+        const blocks::MaterialBlock block = materialBlock(materials[i]);
         std::memcpy(bytes.data() + i * stride, &block, sizeof block);
     }
     buffer_.assign(bytes);
@@ -164,7 +165,7 @@ void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features 
     const bool ofScene = material < count;
     (ofScene ? materials_ : own.blocks).bind(ofScene ? material : material - count);
     const auto slots =
-        slotsOf(ofScene ? scene_->materials[material] : own.materials[material - count]);
+        textureSlots(ofScene ? scene_->materials[material] : own.materials[material - count]);
     for (std::size_t slot = 0; slot < MATERIAL_SLOTS; ++slot) {
         if (!(features & kSlotFeatures[slot])) continue;
         const unsigned unit = kSlotUnits[slot];

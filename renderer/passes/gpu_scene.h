@@ -46,6 +46,9 @@ public:
 
     const Scene& scene() const { return *scene_; }
     const gl::VertexArray& vertexArray() const { return vertexArray_; }
+    const gl::Buffer& vertices() const { return vertices_; }
+    const gl::Buffer& indices() const { return indices_; }
+    const std::vector<gl::Texture>& images() const { return images_; }
     // The material's block and those of its textures that `features` reads. Materials beyond the
     // scene's are those of `own`.
     void bindMaterial(Index material, const FrameMaterials& own, Features features,

@@ -17,11 +17,10 @@ std::string_view embedded(const std::string& file) {
     throw std::runtime_error("no shader file is called " + file);
 }
 
-void append(const std::string& file, std::set<std::string>& seen, std::ostringstream& out) {
-    if (!seen.insert(file).second) return;
+void append(const std::string& text, std::set<std::string>& seen, std::ostringstream& out) {
     const auto number = seen.size();
     out << "#line 1 " << number << "\n";
-    std::istringstream lines{std::string(embedded(file))};
+    std::istringstream lines{text};
     std::string line;
     const std::string directive = "#include \"";
     for (int n = 1; std::getline(lines, line); ++n) {
@@ -29,21 +28,26 @@ void append(const std::string& file, std::set<std::string>& seen, std::ostringst
             out << line << "\n";
             continue;
         }
-        append(line.substr(directive.size(), line.rfind('"') - directive.size()), seen, out);
+        const std::string file = line.substr(directive.size(), line.rfind('"') - directive.size());
+        if (seen.insert(file).second) append(std::string(embedded(file)), seen, out);
         out << "#line " << n + 1 << " " << number << "\n";
     }
 }
 
 }  // namespace
 
-std::string shaderSource(const std::string& file, Features features, int variant) {
+std::string withIncludes(const std::string& text, Features features, int variant) {
     std::ostringstream out;
     out << "#version 430 core\n"
         << "const uint FEATURES = " << features << "u;\n"
         << "const int VARIANT = " << variant << ";\n";
     std::set<std::string> seen;
-    append(file, seen, out);
+    append(text, seen, out);
     return out.str();
+}
+
+std::string shaderSource(const std::string& file, Features features, int variant) {
+    return withIncludes(std::string(embedded(file)), features, variant);
 }
 
 const gl::Program& ShaderLibrary::program(const ProgramKey& key) {

@@ -28,5 +28,7 @@ private:
 
 // A shader file with its includes in place. Throws std::runtime_error for a file that is not there.
 std::string shaderSource(const std::string& file, Features features, int variant);
+// The same for a text that is no file, of which only the includes are.
+std::string withIncludes(const std::string& text, Features features, int variant);
 
 }  // namespace clerestory

@@ -163,6 +163,18 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
     return result;
 }
 
+Features featuresOfAll(const Stage& stage) {
+    Features all = stage.lights.empty() ? 0 : FEATURE_LIGHTS;
+    for (Index i = 0; i < stage.scene.instances.size(); ++i) {
+        const Material& material =
+            stage.dressing.material(stage.scene, stage.dressing.materialOf(stage.scene, i));
+        all |= materialFeatures(material, stage.scene.meshes[stage.scene.instances[i].mesh],
+                                stage.request.effects);
+        if (stage.request.effects.refraction && material.transmission > 0.0f) all |= FEATURE_GLASS;
+    }
+    return all;
+}
+
 DrawLists drawLists(const SeenView& view, Features common) {
     DrawLists lists;
     std::vector<OrderedDraw> opaque, masked;

@@ -55,6 +55,9 @@ struct SeenView {
 // by their place in Stage::surfaces, sorted.
 SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden = {});
 
+// What a shader needs that may meet any surface of the scene.
+Features featuresOfAll(const Stage& stage);
+
 struct DrawLists {
     std::vector<Draw> depth;   // what hides much for its cost, near to far: for a depth prepass
     std::vector<Draw> opaque;  // near to far, or by state when `depth` will be used; masked last

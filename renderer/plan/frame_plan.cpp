@@ -1,6 +1,10 @@
 // Counting and printing plans.
 #include "plan/frame_plan.h"
 
+#include "plan/features.h"
+
+#include <algorithm>
+
 #include <numeric>
 #include <sstream>
 
@@ -13,6 +17,14 @@ void count(const std::vector<Draw>& draws, PlanTotals& totals) {
 }
 
 }  // namespace
+
+bool traces(const Pass& pass) {
+    const auto traced = [](const Draw& draw) {
+        return (draw.features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS)) != 0;
+    };
+    return std::any_of(pass.opaqueDraws.begin(), pass.opaqueDraws.end(), traced) ||
+           std::any_of(pass.blendedDraws.begin(), pass.blendedDraws.end(), traced);
+}
 
 PlanTotals totals(const Pass& pass) {
     PlanTotals t;

@@ -198,10 +198,18 @@ struct FramePlan {
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
     std::uint32_t environmentSamples = 64, probeSamples = 32;
+    // For rays, where some draw follows any: the materials of all instances as in Dressing, the
+    // union of what their surfaces ask of a shader, and how often a ray turns.
+    std::vector<Index> materialOfInstance;
+    Features hitFeatures = 0;
+    std::uint32_t bounces = 0;
     double perMetre = 1.0;  // 1 / diagonal of the scene: pictures keep distances as shares of it
 
     bool operator==(const FramePlan&) const = default;
 };
+
+// Whether some draw follows rays.
+bool traces(const Pass& pass);
 
 PlanTotals totals(const Pass& pass);
 PlanTotals totals(const FramePlan& plan);

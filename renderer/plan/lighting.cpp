@@ -84,4 +84,13 @@ LightList lightsReaching(const std::vector<PlacedLight>& lights, const glm::dvec
     return list;
 }
 
+std::vector<std::uint8_t> allLightsReaching(const std::vector<PlacedLight>& lights,
+                                            const glm::dvec3& eye, const Bounds& box) {
+    std::vector<std::uint8_t> found;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        if (strengthAt(lights[i], eye, box) > 0.0) found.push_back(static_cast<std::uint8_t>(i));
+    }
+    return found;
+}
+
 }  // namespace clerestory

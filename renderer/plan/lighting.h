@@ -16,4 +16,8 @@ std::vector<PlacedLight> placedLights(const Scene& scene, const Pose& pose,
 LightList lightsReaching(const std::vector<PlacedLight>& lights, const glm::dvec3& eye,
                          const Bounds& box, std::uint32_t& reaching);
 
+// All of them, however many.
+std::vector<std::uint8_t> allLightsReaching(const std::vector<PlacedLight>& lights,
+                                            const glm::dvec3& eye, const Bounds& box);
+
 }  // namespace clerestory

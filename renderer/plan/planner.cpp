@@ -173,6 +173,12 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
                                     .target = target,
                                     .mirrorsLeft = request.accuracy.generations,
                                     .probeGeneration = request.accuracy.generations});
+    if (std::any_of(plan.passes.begin(), plan.passes.end(),
+                    [](const Pass& pass) { return traces(pass); })) {
+        plan.materialOfInstance = dressing.materialOfInstance;
+        plan.hitFeatures = featuresOfAll(stage);
+        plan.bounces = request.accuracy.bounces;
+    }
     explainView(plan, request, seen);
     explainEffects(plan, stage, seen);
     if (floats) {

@@ -63,15 +63,16 @@ float sideOf(const Material& material, const glm::dmat4& worldFromModel) {
     return glm::determinant(glm::dmat3(worldFromModel)) < 0.0 ? -1.0f : 1.0f;
 }
 
-std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const glm::dvec3& origin,
-                                  std::uint64_t& dropped) {
+std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const Dressing& dressing,
+                                  const glm::dvec3& origin, std::uint64_t& dropped) {
     std::vector<BvhTriangle> triangles;
     triangles.reserve(std::min(triangleCount(scene), kMostBvhTriangles));
     std::vector<glm::vec3> placed;
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    for (Index i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         const glm::dmat4& worldFromModel = pose.worldFromNode[instance.node];
-        const float side = sideOf(scene.materials[instance.material], worldFromModel);
+        const float side =
+            sideOf(dressing.material(scene, dressing.materialOf(scene, i)), worldFromModel);
         const Mesh& mesh = scene.meshes[instance.mesh];
         for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
             const Cluster& cluster = scene.clusters[mesh.firstCluster + k];
@@ -242,10 +243,11 @@ glm::dvec3 middleOf(const Scene& scene, const Pose& pose) {
 
 }  // namespace
 
-Bvh buildBvh(const Scene& scene, const Pose& pose) {
+Bvh buildBvh(const Scene& scene, const Pose& pose, const Dressing& dressing) {
     Bvh bvh;
     bvh.origin = middleOf(scene, pose);
-    const std::vector<BvhTriangle> triangles = gathered(scene, pose, bvh.origin, bvh.dropped);
+    const std::vector<BvhTriangle> triangles =
+        gathered(scene, pose, dressing, bvh.origin, bvh.dropped);
     if (!triangles.empty()) Builder(triangles, bvh);
     return bvh;
 }

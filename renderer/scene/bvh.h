@@ -4,7 +4,7 @@
 // Does not: shade, know OpenGL, follow a moving scene (build it anew).
 #pragma once
 
-#include "scene/scene.h"
+#include "scene/dressing.h"
 
 #include <cstdint>
 #include <optional>
@@ -52,7 +52,7 @@ struct Bvh {
 // from both sides. An empty scene has no nodes. Triangles above kMostBvhTriangles are dropped, the
 // last first.
 inline constexpr std::uint64_t kMostBvhTriangles = 2'000'000;
-Bvh buildBvh(const Scene& scene, const Pose& pose);
+Bvh buildBvh(const Scene& scene, const Pose& pose, const Dressing& dressing = {});
 
 struct BvhHit {
     float distance = 0.0f;     // in units of the direction's length

@@ -6,6 +6,7 @@
 #define BINDING_PREFILTER 2
 #define BINDING_FILTER 3
 #define BINDING_REFLECTION 4
+#define BINDING_TRACE 5
 
 // Texture units.
 #define UNIT_BASE_COLOR 0
@@ -22,6 +23,13 @@
 #define UNIT_TRANSMISSION 11
 #define UNIT_THICKNESS 12
 #define UNIT_BACK_FACES 30
+#define UNIT_TRACE_NODES 13
+#define UNIT_TRACE_TRIANGLES 14
+#define UNIT_TRACE_VERTICES 15
+#define UNIT_TRACE_INDICES 16
+#define UNIT_TRACE_INSTANCES 17
+#define UNIT_TRACE_MATERIALS 18
+#define UNIT_TRACE_TEXELS 19
 
 // The slots of a material's textures: the first five are their own units.
 #define SLOT_TRANSMISSION 5
@@ -40,6 +48,22 @@
 
 // Texels of the light table for each light.
 #define LIGHT_ROWS 3
+
+// Texels for each node, triangle, vertex (of two floats), instance and material of the traced tier.
+#define TRACE_NODE_ROWS 2
+#define TRACE_TRIANGLE_ROWS 3
+#define TRACE_VERTEX_PAIRS 9
+#define TRACE_INSTANCE_ROWS 6
+#define TRACE_MATERIAL_ROWS 20
+#define TRACE_TEXTURE_ROWS 16  // a row about it, and one for each level
+
+// What a traced material is, bit by bit.
+#define TRACE_MASK 1
+#define TRACE_BLEND 2
+#define TRACE_DOUBLE_SIDED 4
+#define TRACE_UNLIT 8
+#define TRACE_PANE 16
+#define TRACE_SOLID 32
 
 // Directions that one prefilter pass can add up.
 #define PREFILTER_SAMPLES 1024

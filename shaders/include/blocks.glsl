@@ -40,6 +40,11 @@ BLOCK_BEGIN(ReflectionBlock, BINDING_REFLECTION)
     vec4 normal;    // of a flat mirror, unit, towards the eye
 BLOCK_END(reflection)
 
+BLOCK_BEGIN(TraceBlock, BINDING_TRACE)
+    vec4 eye;     // from the hierarchy's origin, the world's axes; w: number of nodes
+    vec4 limits;  // turns of a ray
+BLOCK_END(tracing)
+
 BLOCK_BEGIN(FilterBlock, BINDING_FILTER)
     vec4 parameters;  // toneMap: exposure factor
 BLOCK_END(filtering)

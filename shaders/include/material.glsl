@@ -1,15 +1,6 @@
 // A material at a pixel: its factors times its textures. Only what FEATURES asks for is fetched.
 
-// What a material says about a point of a surface, however the point was reached.
-struct MaterialPoint {
-    vec4 baseColor;  // w: coverage
-    float metallic;
-    float roughness;
-    vec3 dielectricF0;  // straight on, where it is not metal
-    vec3 normal;        // unit, bumps included, on the side that is seen
-    float occlusion;    // of indirect light
-    vec3 emitted;       // added after everything else and scaled by nothing else
-};
+#include "include/material_point.glsl"
 
 layout(binding = UNIT_BASE_COLOR) uniform sampler2D baseColorMap;
 layout(binding = UNIT_METALLIC_ROUGHNESS) uniform sampler2D metallicRoughnessMap;
@@ -45,12 +36,6 @@ vec2 metallicRoughnessAt() {
             texture(metallicRoughnessMap, texCoordOf(UNIT_METALLIC_ROUGHNESS)).bg;
     }
     return clamp(metallicRoughness, 0.0f, 1.0f);
-}
-
-// Squared lengths below this are no direction.
-const float kNoDirection = 1e-20f;
-vec3 direction(vec3 v) {
-    return v * inversesqrt(max(dot(v, v), kNoDirection));
 }
 
 vec3 normalAt() {

@@ -1,0 +1,155 @@
+// Filling the traced tier's buffers.
+#include "passes/gpu_tracer.h"
+
+#include "passes/draw_stream.h"
+#include "passes/gpu_scene.h"
+#include "passes/material_block.h"
+#include "passes/traced_texels.h"
+#include "plan/lighting.h"
+#include "scene/dressing.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace clerestory {
+namespace {
+
+template <class T>
+std::span<const std::byte> bytesOf(const std::vector<T>& values) {
+    return std::as_bytes(std::span(values));
+}
+
+Dressing dressingOf(const FramePlan& plan) {
+    return {plan.materials, plan.materialOfInstance};
+}
+
+float flagsOf(const Material& m) {
+    int flags = 0;
+    if (m.alphaMode == AlphaMode::mask) flags |= TRACE_MASK;
+    if (m.alphaMode == AlphaMode::blend) flags |= TRACE_BLEND;
+    if (m.doubleSided) flags |= TRACE_DOUBLE_SIDED;
+    if (m.unlit) flags |= TRACE_UNLIT;
+    if (m.transmission > 0.0f && !m.unlit) flags |= m.thickness > 0.0f ? TRACE_SOLID : TRACE_PANE;
+    return static_cast<float>(flags);
+}
+
+// As MaterialBlock, with the flags and each slot's texture (from 1, 0 for none) in spare places.
+void appendMaterial(std::vector<glm::vec4>& rows, const Material& m) {
+    blocks::MaterialBlock block = materialBlock(m);
+    block.attenuation.w = flagsOf(m);
+    const auto slots = textureSlots(m);
+    for (std::size_t s = 0; s < slots.size(); ++s) {
+        block.texCoordRows[2 * s + 1].w =
+            slots[s]->present() ? static_cast<float>(slots[s]->texture + 1) : 0.0f;
+    }
+    static_assert(sizeof block == TRACE_MATERIAL_ROWS * sizeof(glm::vec4));
+    const std::size_t first = rows.size();
+    rows.resize(first + TRACE_MATERIAL_ROWS);
+    std::memcpy(rows.data() + first, &block, sizeof block);
+}
+
+}  // namespace
+
+GpuTracer::GpuTracer(const GpuScene& scene)
+    : scene_(scene),
+      vertexTexture_(scene.vertices(), gl::BufferFormat::rg32f),
+      indexTexture_(scene.indices(), gl::BufferFormat::r32ui) {
+    static_assert(sizeof(Vertex) == TRACE_VERTEX_PAIRS * sizeof(glm::vec2));
+    TracedTexels texels = tracedTexels(scene.scene(), scene.images());
+    texels_.assign(texels.bytes);
+    texelBytes_ = texels.bytes.size();
+    textureRows_ = std::move(texels.rows);
+}
+
+void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
+    const bool moved = !built_ || pose.worldFromNode != worldFromNode_;
+    const bool dressed = !built_ || plan.materialOfInstance != materialOfInstance_ ||
+                         plan.materials != ownMaterials_;
+    if (moved || dressed) buildHierarchy(plan, pose);
+    if (moved || plan.lights != lights_) findLights(plan, pose);
+    if (dressed) fillMaterials(plan);
+    worldFromNode_ = pose.worldFromNode;
+    materialOfInstance_ = plan.materialOfInstance;
+    ownMaterials_ = plan.materials;
+    lights_ = plan.lights;
+    built_ = true;
+}
+
+void GpuTracer::buildHierarchy(const FramePlan& plan, const Pose& pose) {
+    Bvh bvh = buildBvh(scene_.scene(), pose, dressingOf(plan));
+    // One that no ray meets: no buffer is empty.
+    if (bvh.nodes.empty()) bvh.nodes.push_back({glm::vec3(1.0f), 0.0f, glm::vec3(-1.0f), -1.0f});
+    if (bvh.triangles.empty()) bvh.triangles.emplace_back();
+    origin_ = bvh.origin;
+    nodeCount_ = bvh.nodes.size();
+    nodes_.assign(bytesOf(bvh.nodes));
+    triangles_.assign(bytesOf(bvh.triangles));
+    hierarchyBytes_ = bytesOf(bvh.nodes).size() + bytesOf(bvh.triangles).size();
+}
+
+void GpuTracer::findLights(const FramePlan& plan, const Pose& pose) {
+    const Scene& scene = scene_.scene();
+    lightsOfInstance_.clear();
+    for (const Instance& instance : scene.instances) {
+        glm::dmat4 fromOrigin = pose.worldFromNode[instance.node];
+        fromOrigin[3] -= glm::dvec4(origin_, 0.0);
+        lightsOfInstance_.push_back(allLightsReaching(
+            plan.lights, origin_, transformed(scene.meshes[instance.mesh].bounds, fromOrigin)));
+    }
+}
+
+void GpuTracer::fillMaterials(const FramePlan& plan) {
+    std::vector<glm::vec4> rows;
+    for (const Material& m : scene_.scene().materials) appendMaterial(rows, m);
+    for (const Material& m : plan.materials) appendMaterial(rows, m);
+    materialCount_ = rows.size() / TRACE_MATERIAL_ROWS;
+    rows.insert(rows.end(), textureRows_.begin(), textureRows_.end());
+    if (rows.empty()) rows.resize(1);
+    materials_.assign(bytesOf(rows));
+    tableBytes_ = bytesOf(rows).size();
+}
+
+void GpuTracer::addPlaces(DrawStream& draws) {
+    const Scene& scene = scene_.scene();
+    std::vector<glm::vec4> rows;
+    rows.reserve(TRACE_INSTANCE_ROWS * scene.instances.size());
+    for (Index i = 0; i < scene.instances.size(); ++i) {
+        const DrawRecord& place = draws.place(i);
+        const std::vector<std::uint8_t>& lights = lightsOfInstance_[i];
+        const Index material =
+            materialOfInstance_.empty() ? scene.instances[i].material : materialOfInstance_[i];
+        for (int row = 0; row < 3; ++row) rows.push_back(place.normalFromModel[row]);
+        for (int row = 0; row < 3; ++row) rows.push_back(place.eyeFromModel[row]);
+        glm::vec4* instance = rows.data() + rows.size() - TRACE_INSTANCE_ROWS;
+        instance[0].w = static_cast<float>(material);
+        instance[1].w = static_cast<float>(draws.firstLight(lights));
+        instance[2].w = static_cast<float>(lights.size());
+        const glm::mat3 linear(instance[3], instance[4], instance[5]);  // its transpose
+        instance[3].w = draws.mirrored(i) ? -1.0f : 1.0f;
+        instance[4].w = std::cbrt(std::abs(glm::determinant(linear)));
+    }
+    if (rows.empty()) rows.resize(1);
+    instances_.assign(bytesOf(rows));
+}
+
+void GpuTracer::bind(const FramePlan& plan, const glm::dvec3& eye) {
+    blocks::TraceBlock block{};
+    block.eye = glm::vec4(glm::vec3(eye - origin_), static_cast<float>(nodeCount_));
+    block.limits = {plan.bounces, materialCount_ * TRACE_MATERIAL_ROWS, 0.0f, 0.0f};
+    block_.assign(blocks::bytesOf(block));
+    block_.bindUniform(BINDING_TRACE);
+    nodeTexture_.bind(UNIT_TRACE_NODES);
+    triangleTexture_.bind(UNIT_TRACE_TRIANGLES);
+    vertexTexture_.bind(UNIT_TRACE_VERTICES);
+    indexTexture_.bind(UNIT_TRACE_INDICES);
+    instanceTexture_.bind(UNIT_TRACE_INSTANCES);
+    materialTexture_.bind(UNIT_TRACE_MATERIALS);
+    texelTexture_.bind(UNIT_TRACE_TEXELS);
+}
+
+std::uint64_t GpuTracer::bytes() const {
+    return texelBytes_ + hierarchyBytes_ + tableBytes_;
+}
+
+}  // namespace clerestory

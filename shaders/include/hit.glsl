@@ -1,0 +1,242 @@
+// The point of a surface that a ray has met: what surface.vert and material.glsl find out for a pixel,
+// from tables, because no texture can be bound for it. VARIANT holds the features that some surface
+// of the scene has; what none has is left out. After trace.glsl.
+#include "include/material_point.glsl"
+
+layout(binding = UNIT_TRACE_VERTICES) uniform samplerBuffer traceVertices;  // two floats each
+layout(binding = UNIT_TRACE_INDICES) uniform usamplerBuffer traceIndices;
+layout(binding = UNIT_TRACE_INSTANCES) uniform samplerBuffer traceInstances;
+layout(binding = UNIT_TRACE_MATERIALS) uniform samplerBuffer traceMaterials;  // then textures
+layout(binding = UNIT_TRACE_TEXELS) uniform samplerBuffer traceTexels;
+
+bool hitHas(uint feature) {
+    return (uint(VARIANT) & feature) != 0u;
+}
+
+// Directions in eye space's axes and in the world's.
+vec3 worldAxes(vec3 v) {
+    return vec3(dot(view.worldFromEye[0].xyz, v), dot(view.worldFromEye[1].xyz, v),
+                dot(view.worldFromEye[2].xyz, v));
+}
+vec3 eyeAxes(vec3 v) {
+    return view.worldFromEye[0].xyz * v.x + view.worldFromEye[1].xyz * v.y +
+           view.worldFromEye[2].xyz * v.z;
+}
+
+// All vectors have the axes of eye space; `place` alone is relative to the hierarchy's origin and
+// has the world's, as the walk wants it.
+struct HitPoint {
+    MaterialPoint material;
+    vec3 place;
+    vec3 faceNormal;  // unit, of the triangle, against the ray
+    bool front;
+    int flags;        // TRACE_MASK ...
+    float cutoff;     // coverage below which there is nothing
+    int instance;
+    int firstLight;
+    int lights;
+    vec4 glass;       // as in MaterialBlock, thickness in metres
+    vec3 attenuation;
+};
+
+// ---- textures ----------------------------------------------------------------------------------
+
+// Texels counted from a picture's corner, brought into it.
+vec2 wrapped(vec2 texel, vec2 size, vec2 mode) {
+    vec2 repeated = texel - size * floor(texel / size);
+    vec2 twice = texel - 2.0f * size * floor(0.5f * texel / size);
+    vec2 mirrored = min(twice, 2.0f * size - 1.0f - twice);
+    vec2 inside = mix(mix(repeated, mirrored, greaterThan(mode, vec2(0.5f))), texel,
+                      greaterThan(mode, vec2(1.5f)));
+    return clamp(inside, vec2(0.0f), size - 1.0f);
+}
+
+vec4 texelOf(vec4 level, vec2 at, bool root) {
+    vec4 texel = texelFetch(traceTexels,
+                            int(level.x) * 4096 + int(level.y) + int(at.y * level.z + at.x));
+    return root ? vec4(texel.rgb * texel.rgb, texel.a) : texel;
+}
+
+// number: of the texture, from 1. footprint: of the ray's cone, in texture coordinates.
+vec4 textureAtHit(float number, vec2 uv, float footprint) {
+    int row = int(tracing.limits.y) + (int(number) - 1) * TRACE_TEXTURE_ROWS;
+    vec4 about = texelFetch(traceMaterials, row);
+    vec2 size = texelFetch(traceMaterials, row + 1).zw;
+    float lod = log2(clamp(footprint * max(size.x, size.y), 1.0f, 65536.0f));
+    vec4 level = texelFetch(traceMaterials, row + 1 + int(min(lod + 0.5f, about.x - 1.0f)));
+    bool smoothly = mod(about.w, 2.0f) > 0.5f;
+    bool root = about.w > 1.5f;
+    vec2 at = uv * level.zw - (smoothly ? 0.5f : 0.0f);
+    vec2 corner = floor(at);
+    vec2 part = smoothly ? at - corner : vec2(0.0f);
+    vec2 first = wrapped(corner, level.zw, about.yz);
+    vec2 second = wrapped(corner + 1.0f, level.zw, about.yz);
+    vec4 lower = mix(texelOf(level, first, root), texelOf(level, vec2(second.x, first.y), root),
+                     part.x);
+    vec4 upper = mix(texelOf(level, vec2(first.x, second.y), root), texelOf(level, second, root),
+                     part.x);
+    return mix(lower, upper, part.y);
+}
+
+// Texture coordinates at a hit, and how many of their units a metre of the surface covers.
+struct HitCoordinates {
+    vec2 uv0;
+    vec2 uv1;
+    float perMetre0;
+    float perMetre1;
+};
+
+// White where the material's slot has no texture.
+vec4 slotAtHit(int material, int slot, HitCoordinates c, float width) {
+    vec4 uRow = texelFetch(traceMaterials, material + 6 + 2 * slot);
+    vec4 vRow = texelFetch(traceMaterials, material + 7 + 2 * slot);
+    vec2 uv = c.uv0;
+    float perMetre = c.perMetre0;
+    if (hitHas(FEATURE_SECOND_TEXCOORD)) {
+        uv = uRow.w > 0.5f ? c.uv1 : uv;
+        perMetre = uRow.w > 0.5f ? c.perMetre1 : perMetre;
+    }
+    if (hitHas(FEATURE_TEXTURE_TRANSFORM)) {
+        uv = vec2(dot(uRow.xyz, vec3(uv, 1.0f)), dot(vRow.xyz, vec3(uv, 1.0f)));
+        perMetre *= sqrt(abs(uRow.x * vRow.y - uRow.y * vRow.x));
+    }
+    bool present = vRow.w > 0.5f;
+    vec4 texel = textureAtHit(max(vRow.w, 1.0f), uv, width * perMetre);
+    return present ? texel : vec4(1.0f);
+}
+
+// ---- vertices ----------------------------------------------------------------------------------
+
+vec2 vertexPair(int vertex, int pair) {
+    return texelFetch(traceVertices, TRACE_VERTEX_PAIRS * vertex + pair).xy;
+}
+
+vec3 vertexNormalOf(int vertex) {
+    return vec3(vertexPair(vertex, 1).y, vertexPair(vertex, 2));
+}
+
+vec4 vertexTangentOf(int vertex) {
+    return vec4(vertexPair(vertex, 3), vertexPair(vertex, 4));
+}
+
+vec4 vertexColorOf(int vertex) {
+    return vec4(vertexPair(vertex, 7), vertexPair(vertex, 8));
+}
+
+vec3 times(vec4 row0, vec4 row1, vec4 row2, vec3 v) {
+    return vec3(dot(row0.xyz, v), dot(row1.xyz, v), dot(row2.xyz, v));
+}
+
+// Length of the cross product of two texture edges, against that of the edges themselves.
+float unitsPerMetre(vec2 a, vec2 b, vec2 c, float twiceArea) {
+    vec2 e1 = b - a;
+    vec2 e2 = c - a;
+    return sqrt(abs(e1.x * e2.y - e1.y * e2.x) / max(twiceArea, 1e-30f));
+}
+
+// ---- the point ---------------------------------------------------------------------------------
+
+// along: the ray's direction, unit. width: of its cone at the hit, metres.
+HitPoint hitPoint(Hit hit, vec3 along, float width) {
+    HitPoint p;
+    int triangle = TRACE_TRIANGLE_ROWS * max(hit.place, 0);
+    vec4 a = texelFetch(traceTriangles, triangle);
+    vec4 b = texelFetch(traceTriangles, triangle + 1);
+    vec4 c = texelFetch(traceTriangles, triangle + 2);
+    float wb = hit.weights.x;
+    float wc = hit.weights.y;
+    float wa = 1.0f - wb - wc;
+    p.instance = int(b.w);
+    int vertexA = int(texelFetch(traceIndices, 3 * int(a.w)).x);
+    int vertexB = int(texelFetch(traceIndices, 3 * int(a.w) + 1).x);
+    int vertexC = int(texelFetch(traceIndices, 3 * int(a.w) + 2).x);
+    int place = TRACE_INSTANCE_ROWS * p.instance;
+    vec4 n0 = texelFetch(traceInstances, place);
+    vec4 n1 = texelFetch(traceInstances, place + 1);
+    vec4 n2 = texelFetch(traceInstances, place + 2);
+    vec4 e0 = texelFetch(traceInstances, place + 3);
+    vec4 e1 = texelFetch(traceInstances, place + 4);
+    int m = TRACE_MATERIAL_ROWS * int(n0.w);
+    p.firstLight = int(n1.w);
+    p.lights = int(n2.w);
+
+    p.place = a.xyz * wa + b.xyz * wb + c.xyz * wc;
+    vec3 face = eyeAxes(cross(b.xyz - a.xyz, c.xyz - a.xyz));
+    float twiceArea = length(face);
+    bool seenTurning = dot(face, along) < 0.0f;  // its corners turn counter-clockwise
+    p.faceNormal = (seenTurning ? face : -face) / max(twiceArea, 1e-30f);
+    p.front = seenTurning == e0.w > 0.0f;
+    float footprint = width / max(abs(dot(p.faceNormal, along)), 0.1f);
+
+    HitCoordinates uv = HitCoordinates(vec2(0.0f), vec2(0.0f), 0.0f, 0.0f);
+    vec2 ta = vertexPair(vertexA, 5);
+    vec2 tb = vertexPair(vertexB, 5);
+    vec2 tc = vertexPair(vertexC, 5);
+    uv.uv0 = ta * wa + tb * wb + tc * wc;
+    uv.perMetre0 = unitsPerMetre(ta, tb, tc, twiceArea);
+    if (hitHas(FEATURE_SECOND_TEXCOORD)) {
+        ta = vertexPair(vertexA, 6);
+        tb = vertexPair(vertexB, 6);
+        tc = vertexPair(vertexC, 6);
+        uv.uv1 = ta * wa + tb * wb + tc * wc;
+        uv.perMetre1 = unitsPerMetre(ta, tb, tc, twiceArea);
+    }
+
+    vec4 emissive = texelFetch(traceMaterials, m + 2);
+    vec4 surface = texelFetch(traceMaterials, m + 1);
+    vec4 attenuation = texelFetch(traceMaterials, m + 5);
+    p.flags = int(attenuation.w);
+    p.attenuation = attenuation.rgb;
+    p.glass = texelFetch(traceMaterials, m + 4);
+    p.glass.z *= e1.w;
+    p.cutoff = (p.flags & TRACE_MASK) != 0 ? emissive.w
+                                           : ((p.flags & TRACE_BLEND) != 0 ? 0.5f : -1.0f);
+
+    MaterialPoint point;
+    point.baseColor = texelFetch(traceMaterials, m);
+    if (hitHas(FEATURE_BASE_COLOR_MAP)) {
+        point.baseColor *= slotAtHit(m, UNIT_BASE_COLOR, uv, footprint);
+    }
+    if (hitHas(FEATURE_VERTEX_COLOR)) {
+        point.baseColor *= vertexColorOf(vertexA) * wa + vertexColorOf(vertexB) * wb +
+                           vertexColorOf(vertexC) * wc;
+    }
+    vec2 metallicRoughness = surface.xy;
+    if (hitHas(FEATURE_METALLIC_ROUGHNESS_MAP)) {
+        metallicRoughness *= slotAtHit(m, UNIT_METALLIC_ROUGHNESS, uv, footprint).bg;
+    }
+    point.metallic = clamp(metallicRoughness.x, 0.0f, 1.0f);
+    point.roughness = clamp(metallicRoughness.y, 0.0f, 1.0f);
+    point.dielectricF0 = texelFetch(traceMaterials, m + 3).rgb;
+
+    vec3 n = direction(times(n0, n1, n2, vertexNormalOf(vertexA))) * wa +
+             direction(times(n0, n1, n2, vertexNormalOf(vertexB))) * wb +
+             direction(times(n0, n1, n2, vertexNormalOf(vertexC))) * wc;
+    if (hitHas(FEATURE_NORMAL_MAP)) {
+        vec4 e2 = texelFetch(traceInstances, place + 5);
+        vec4 tangentA = vertexTangentOf(vertexA);
+        vec3 t = direction(times(e0, e1, e2, tangentA.xyz)) * wa +
+                 direction(times(e0, e1, e2, vertexTangentOf(vertexB).xyz)) * wb +
+                 direction(times(e0, e1, e2, vertexTangentOf(vertexC).xyz)) * wc;
+        vec3 bump = slotAtHit(m, UNIT_NORMAL, uv, footprint).xyz * 2.0f - 1.0f;
+        bool bumpy = texelFetch(traceMaterials, m + 7 + 2 * UNIT_NORMAL).w > 0.5f;
+        bump = bumpy ? vec3(bump.xy * surface.z, bump.z) : vec3(0.0f, 0.0f, 1.0f);
+        n = t * bump.x + cross(n, t) * (tangentA.w * e0.w * bump.y) + n * bump.z;
+    }
+    n = direction(n);
+    point.normal = p.front ? n : -n;
+    point.occlusion = 1.0f;
+    if (hitHas(FEATURE_OCCLUSION_MAP)) {
+        point.occlusion +=
+            surface.w * (slotAtHit(m, UNIT_OCCLUSION, uv, footprint).r - 1.0f);
+    }
+    point.emitted = vec3(0.0f);
+    if (hitHas(FEATURE_EMISSION)) {
+        point.emitted = emissive.rgb;
+        if (hitHas(FEATURE_EMISSIVE_MAP)) {
+            point.emitted *= slotAtHit(m, UNIT_EMISSIVE, uv, footprint).rgb;
+        }
+    }
+    p.material = point;
+    return p;
+}

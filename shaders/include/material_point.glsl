@@ -1,0 +1,18 @@
+// A material at a point of a surface, and directions.
+
+// What a material says about a point of a surface, however the point was reached.
+struct MaterialPoint {
+    vec4 baseColor;  // w: coverage
+    float metallic;
+    float roughness;
+    vec3 dielectricF0;  // straight on, where it is not metal
+    vec3 normal;        // unit, bumps included, on the side that is seen
+    float occlusion;    // of indirect light
+    vec3 emitted;       // added after everything else and scaled by nothing else
+};
+
+// Squared lengths below this are no direction.
+const float kNoDirection = 1e-20f;
+vec3 direction(vec3 v) {
+    return v * inversesqrt(max(dot(v, v), kNoDirection));
+}

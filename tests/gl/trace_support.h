@@ -1,0 +1,45 @@
+// Plans carried out by hand, so that tests can change them first and can draw with programs of
+// their own.
+#pragma once
+
+#include "gl/context.h"
+#include "passes/executor.h"
+#include "passes/gpu_tracer.h"
+#include "plan/planner.h"
+
+#include <memory>
+#include <string>
+
+namespace clerestory::test {
+
+class Workbench {
+public:
+    Workbench();
+
+    // Uploads it, and reads its texture sizes from it later.
+    void show(Scene scene);
+    const Scene& scene() const { return *scene_; }
+
+    FramePlan plan(const FrameRequest& request) const;
+    Image run(const FramePlan& plan);
+    // One ray for each pixel of a channel plan: what the channel pass would have drawn. Reports how
+    // long the last of `rounds` took.
+    Image traced(const FramePlan& plan, int rounds = 1, double* milliseconds = nullptr);
+
+    const EnvironmentMap& environment() const { return environment_; }
+
+private:
+    gl::Context context_;
+    Executor executor_;
+    PassResources resources_;
+    std::shared_ptr<const Scene> scene_;
+    std::unique_ptr<GpuScene> gpuScene_;
+    std::unique_ptr<GpuTracer> tracer_;
+    Pose pose_;
+    EnvironmentMap environment_;
+};
+
+// One for all tests of a program.
+Workbench& workbench();
+
+}  // namespace clerestory::test

@@ -1,0 +1,90 @@
+// Rays through the mesh against what the rasteriser draws.
+#include "scene/builtin/builtin_scenes.h"
+#include "scene/import/import.h"
+#include "support.h"
+#include "trace_support.h"
+
+#include <cmath>
+#include <filesystem>
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+FrameRequest looking(const Scene& scene, Channel channel, std::uint32_t width = 320,
+                     std::uint32_t height = 180) {
+    const DefaultView view = defaultView(scene);
+    FrameRequest r;
+    r.width = width;
+    r.height = height;
+    r.camera.position = view.position;
+    r.camera.target = view.target;
+    r.camera.yfov = view.yfov;
+    r.output.format = OutputFormat::npy;
+    r.output.channel = channel;
+    return r;
+}
+
+// Share of pixels that differ by more than `bound` of the value (absolute below 1).
+double shareOver(const Image& a, const Image& b, double bound) {
+    EXPECT_EQ(a.channels, b.channels);
+    std::size_t over = 0;
+    const std::size_t pixels = std::size_t{a.width} * a.height;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        bool differs = false;
+        for (std::uint32_t c = 0; c < a.channels; ++c) {
+            const double x = a.floats()[i * a.channels + c], y = b.floats()[i * a.channels + c];
+            differs |= !(std::abs(x - y) <= bound * std::max(1.0, std::abs(y)));
+        }
+        over += differs;
+    }
+    return static_cast<double>(over) / static_cast<double>(pixels);
+}
+
+void expectRaysSeeWhatIsDrawn(Scene scene) {
+    Workbench& bench = workbench();
+    bench.show(std::move(scene));
+    for (const Channel channel : {Channel::depth, Channel::objectId, Channel::normal}) {
+        const FramePlan plan = bench.plan(looking(bench.scene(), channel));
+        const Image drawn = bench.run(plan), traced = bench.traced(plan);
+        // Pixels whose centre lies on an edge may fall to either side.
+        EXPECT_LE(shareOver(traced, drawn, channel == Channel::normal ? 2e-3 : 2e-4), 1e-3)
+            << static_cast<int>(channel);
+    }
+}
+
+std::optional<Scene> shared(const std::string& path) {
+    const std::filesystem::path file = std::filesystem::path(CLERESTORY_SHARED_SCENES) / path;
+    if (!std::filesystem::exists(file)) return std::nullopt;
+    return importSceneHere(file);
+}
+
+}  // namespace
+
+TEST(Traced, primaryRaysSeeTheSixWallsAsDrawn) {
+    expectRaysSeeWhatIsDrawn(*makeBuiltinScene("six-walls"));
+}
+
+TEST(Traced, primaryRaysSeeTheChapelAsDrawn) {
+    expectRaysSeeWhatIsDrawn(*makeBuiltinScene("chapel"));
+}
+
+TEST(Traced, primaryRaysSeeSponzaAsDrawn) {
+    std::optional<Scene> scene = shared("Sponza/Sponza.gltf");
+    if (!scene) GTEST_SKIP() << "no shared scenes";
+    expectRaysSeeWhatIsDrawn(std::move(*scene));
+}
+
+TEST(Traced, DISABLED_speed) {
+    for (const char* name : {"six-walls", "chapel", "sponza"}) {
+        auto scene =
+            name == std::string("sponza") ? shared("Sponza/Sponza.gltf") : makeBuiltinScene(name);
+        workbench().show(std::move(*scene));
+        double ms = 0.0;
+        const FramePlan plan =
+            workbench().plan(looking(workbench().scene(), Channel::depth, 640, 360));
+        workbench().traced(plan, 4, &ms);
+        std::printf("%s %.1f ms %.2f Mrays/s\n", name, ms, 230.4 / ms);
+    }
+}
