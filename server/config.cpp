@@ -93,7 +93,7 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
     field("--yfov", "camera.yfov", "vertical field of view, radians", "ANGLE");
     field("--time", "time", "seconds", "SECONDS");
     field("--accuracy", "accuracy.preset", "draft, standard or fine", "PRESET");
-    field("--channel", "output.channel", "color, depth, normal or objectId", "NAME");
+    field("--channel", "output.channel", "color, depth, normal, objectId or through", "NAME");
     field("--quality", "output.quality", "of a JPEG, 1 to 100", "N");
     command
         .add_option_function<std::string>(

@@ -1,5 +1,5 @@
 // A number instead of a colour. VARIANT says which: metres along the view direction, the world
-// normal of the geometry (no normal map), the object's id; or, for glass, the outward normal of a
+// normal of the geometry (no normal map), the draw's own number; or, for glass, the outward normal of a
 // back face and how far away it is.
 #include "include/block_macros.glsl"
 #include "include/features.glsl"
@@ -16,7 +16,7 @@ void main() {
     number = vec4(0.0f);
     if (VARIANT == CHANNEL_DEPTH) number.x = dot(view.forward.xyz, positionEye);
     if (VARIANT == CHANNEL_NORMAL) number.xyz = normalAt();
-    if (VARIANT == CHANNEL_OBJECT_ID) number.x = drawNumbers.z;
+    if (VARIANT == CHANNEL_NUMBER) number.x = drawNumbers.z;
     if (VARIANT == CHANNEL_BACK_FACES) {
         number = vec4(direction(vertexNormal), distanceShare(length(positionEye), view.picture.w));
     }

@@ -1,4 +1,4 @@
-// The scene from one view as numbers: depth, normals or object ids.
+// The scene from one view as numbers: depth, normals, or a number of each draw.
 #include "passes/blocks.h"
 #include "passes/passes.h"
 #include "plan/features.h"
@@ -15,7 +15,8 @@ int variantOf(Channel channel) {
         case Channel::normal:
             return CHANNEL_NORMAL;
         case Channel::objectId:
-            return CHANNEL_OBJECT_ID;
+        case Channel::through:
+            return CHANNEL_NUMBER;
         case Channel::depth:
         case Channel::color:
             break;

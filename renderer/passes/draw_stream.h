@@ -15,7 +15,7 @@ namespace clerestory {
 // Per-instance vertex attributes of one draw.
 struct DrawRecord {
     glm::vec4 eyeFromModel[3];     // rows
-    glm::vec4 normalFromModel[3];  // rows; w: first light, number of lights, object id
+    glm::vec4 normalFromModel[3];  // rows; w: first light, number of lights, object id or Draw::through
 };
 static_assert(sizeof(DrawRecord) == 96);
 

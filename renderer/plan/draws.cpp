@@ -52,8 +52,8 @@ struct OrderedDraw {
 
 bool continues(const Draw& before, const Draw& next) {
     return before.instance == next.instance && before.features == next.features &&
-           before.reflection == next.reflection && before.lights == next.lights &&
-           before.firstIndex + before.indexCount == next.firstIndex;
+           before.reflection == next.reflection && before.through == next.through &&
+           before.lights == next.lights && before.firstIndex + before.indexCount == next.firstIndex;
 }
 
 std::vector<Draw> merged(const std::vector<OrderedDraw>& draws) {
@@ -187,6 +187,7 @@ DrawLists drawLists(const SeenView& view, Features common) {
                       .indexCount = cluster.indexCount,
                       .features = seen.features | common,
                       .reflection = seen.reflection,
+                      .through = seen.through,
                       .lights = cluster.lights};
             if (cluster.lights.count > 0) draw.features |= FEATURE_LIGHTS;
             if (seen.overBackdrop || (seen.features & FEATURE_BLEND))

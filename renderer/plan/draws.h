@@ -39,6 +39,7 @@ struct SeenSurface {
     std::vector<SeenCluster> clusters;
     Features features = 0;
     std::uint32_t reflection = kNoReflection;
+    std::uint32_t through = 0;  // see Draw::through
     bool overBackdrop = false;  // glass that is drawn over a picture of what lies behind it
 };
 

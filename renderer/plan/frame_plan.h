@@ -53,6 +53,15 @@ struct LightList {
     bool operator==(const LightList&) const = default;
 };
 
+// What a surface is seen as, in the channel of that name; 0 is where nothing is.
+enum Through : std::uint32_t {
+    throughDirect = 1,
+    throughGlass = 2,
+    throughCubeOrRays = 3,    // a mirror, served by a captured cube or by rays
+    throughEnvironment = 4,   // a mirror that shows no more than an environment map
+    throughFirstMirror = 16,  // and those after it: the mirrored pictures in the plan's order
+};
+
 inline constexpr std::uint32_t kNoReflection = 0xffffffffu;
 struct Draw {
     std::uint32_t instance = 0;
@@ -61,6 +70,7 @@ struct Draw {
     std::uint32_t indexCount = 0;
     Features features = 0;
     std::uint32_t reflection = kNoReflection;  // into Pass::reflections
+    std::uint32_t through = 0;                 // what that channel writes; see Through
     LightList lights;
     bool operator==(const Draw&) const = default;
 };

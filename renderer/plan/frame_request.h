@@ -26,7 +26,7 @@ enum class PixelCenter { half, integer };
 enum class ToneMap { neutral, aces, linear };
 enum class OutputFormat { jpeg, png, npy, exr };
 enum class Subsampling { s420, s444 };
-enum class Channel { color, depth, normal, objectId };
+enum class Channel { color, depth, normal, objectId, through };
 enum class Preset { draft, standard, fine };
 // How an effect is served. automatic: the cheapest way that meets the preset's accuracy.
 enum class PlanarMethod { automatic, environment, mirror, traced };
@@ -235,13 +235,17 @@ void fields(Output& o, V&& visit) {
     visit("subsampling", o.subsampling,
           Choice<Subsampling>{{{"4:2:0", Subsampling::s420}, {"4:4:4", Subsampling::s444}}},
           "JPEG chroma");
-    visit("channel", o.channel,
-          Choice<Channel>{{{"color", Channel::color},
-                           {"depth", Channel::depth},
-                           {"normal", Channel::normal},
-                           {"objectId", Channel::objectId}}},
-          "depth: metres along -Z, 0 where nothing is; normal: world; objectId: instance + 1, 0 "
-          "where nothing is");
+    visit(
+        "channel", o.channel,
+        Choice<Channel>{{{"color", Channel::color},
+                         {"depth", Channel::depth},
+                         {"normal", Channel::normal},
+                         {"objectId", Channel::objectId},
+                         {"through", Channel::through}}},
+        "depth: metres along -Z, 0 where nothing is; normal: world; objectId: instance + 1, 0 "
+        "where nothing is; through: 0 nothing, 1 a surface itself, 2 glass, 3 a mirror served by a "
+        "captured cube or by rays, 4 a mirror that shows the environment map only, 16 + k the "
+        "plan's k-th mirrored picture, from 0");
 }
 
 template <class V>

@@ -2,6 +2,7 @@
 #include "plan/planner.h"
 
 #include "plan/draws.h"
+#include "plan/features.h"
 #include "plan/lighting.h"
 #include "plan/plan_hash.h"
 #include "plan/view.h"
@@ -69,6 +70,24 @@ void explainView(FramePlan& plan, const FrameRequest& request, const SeenView& s
     if (!seen.anyLit || plan.environmentIntensity <= 0.0f) {
         plan.skipped.push_back({"environment:" + plan.environment, Effect::base,
                                 seen.anyLit ? "its intensity is 0" : "nothing in view is lit"});
+    }
+}
+
+// What each surface is seen as, by what the tree has made of it.
+void nameThrough(SeenView& seen) {
+    for (SeenSurface& s : seen.surfaces) {
+        if (s.features & (FEATURE_GLASS | FEATURE_TRACED_GLASS))
+            s.through = throughGlass;
+        else if (s.features & (FEATURE_PROBE | FEATURE_TRACED_REFLECTION))
+            s.through = throughCubeOrRays;
+        else if (s.features & FEATURE_MIRROR)
+            s.through = throughFirstMirror + s.reflection;  // flat mirrors' pictures come first
+        else
+            s.through =
+                s.surface->reflector == Reflector::none ? throughDirect : throughEnvironment;
+        // Numbers reflect nothing and follow no rays.
+        s.reflection = kNoReflection;
+        s.features &= ~(FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
     }
 }
 
@@ -160,19 +179,30 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
         .depth = true};
     main.samples = std::bit_floor(main.samples);  // drivers offer powers of two
     const TargetId target = addTarget(plan, std::move(main));
+    const ViewJob root{.view = view,
+                       .width = plan.width,
+                       .height = plan.height,
+                       .target = target,
+                       .mirrorsLeft = request.accuracy.generations,
+                       .probeGeneration = request.accuracy.generations};
     if (!color) {
         plan.output = target;
-        planChannel(plan, view, seenFrom(stage, view), target);
+        SeenView seen;
+        if (request.output.channel == Channel::through) {
+            // The colour's decisions, without its passes.
+            FramePlan inColor = plan;
+            seen = ViewTree(inColor, stage, environment, maps, resident, limits).add(root);
+            nameThrough(seen);
+            plan.decisions = std::move(inColor.decisions);
+        } else {
+            seen = seenFrom(stage, view);
+        }
+        planChannel(plan, view, seen, target);
         return plan;
     }
 
     ViewTree tree(plan, stage, environment, maps, resident, limits);
-    const SeenView seen = tree.add({.view = view,
-                                    .width = plan.width,
-                                    .height = plan.height,
-                                    .target = target,
-                                    .mirrorsLeft = request.accuracy.generations,
-                                    .probeGeneration = request.accuracy.generations});
+    const SeenView seen = tree.add(root);
     if (std::any_of(plan.passes.begin(), plan.passes.end(),
                     [](const Pass& pass) { return traces(pass); })) {
         plan.materialOfInstance = dressing.materialOfInstance;

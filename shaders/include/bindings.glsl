@@ -71,7 +71,7 @@
 // What a channel pass writes.
 #define CHANNEL_DEPTH 1
 #define CHANNEL_NORMAL 2
-#define CHANNEL_OBJECT_ID 3
+#define CHANNEL_NUMBER 3
 #define CHANNEL_BACK_FACES 8
 
 // Curves of the toneMap pass.

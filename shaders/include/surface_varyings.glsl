@@ -8,7 +8,7 @@ VARYING vec2 texCoord0;
 VARYING vec2 texCoord1;
 VARYING vec4 vertexColor;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
-flat VARYING vec3 drawNumbers;  // first light, number of lights, object id
+flat VARYING vec3 drawNumbers;  // first light, number of lights, object id or what it is seen as
 
 bool has(uint feature) {
     return (FEATURES & feature) != 0u;
