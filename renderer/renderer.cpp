@@ -129,7 +129,8 @@ void Renderer::addScene(Scene added) {
     state_->context.makeCurrent();
     const auto scene = std::make_shared<Scene>(std::move(added));
     state_->executor.upload(scene);
-    for (TextureImage& image : scene->images) image.texels = {};
+    // `= {}` would keep the memory.
+    for (TextureImage& image : scene->images) std::vector<std::uint8_t>().swap(image.texels);
     state_->scenes[scene->id] = scene;
 }
 

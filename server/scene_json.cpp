@@ -257,7 +257,7 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
     json["counts"] = {{"meshes", scene.meshes.size()},       {"materials", scene.materials.size()},
                       {"textures", scene.textures.size()},   {"images", scene.images.size()},
                       {"instances", scene.instances.size()}, {"clusters", scene.clusters.size()},
-                      {"vertices", scene.vertices.size()}};
+                      {"vertices", status.vertices}};
     json["cameras"] = cameras(scene, pose);
     json["lights"] = lights(scene, pose);
     const Surfaces surfaces(scene, pose);

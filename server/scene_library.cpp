@@ -1,8 +1,8 @@
 #include "server/scene_library.h"
 
 #include "scene/builtin/builtin_scenes.h"
-#include "server/problem.h"
 #include "scene/spelling.h"
+#include "server/problem.h"
 
 #include <malloc.h>
 #include <spdlog/spdlog.h>
@@ -235,17 +235,21 @@ void SceneLibrary::loadAll() {
     }
 }
 
-// What is told about a scene, without the pixels that only the renderer needs.
-static Scene withoutTexels(Scene& scene) {
+// What is told about a scene, without what only the renderer needs: nearly all of its memory.
+static Scene described(Scene& scene) {
     std::vector<TextureImage> images = std::move(scene.images);
-    Scene described = scene;
+    std::vector<Vertex> vertices = std::move(scene.vertices);
+    std::vector<std::uint32_t> indices = std::move(scene.indices);
+    Scene result = scene;
     for (TextureImage& image : images) {
         std::vector<std::uint8_t> texels = std::exchange(image.texels, {});
-        described.images.push_back(image);
+        result.images.push_back(image);
         image.texels = std::move(texels);
     }
     scene.images = std::move(images);
-    return described;
+    scene.vertices = std::move(vertices);
+    scene.indices = std::move(indices);
+    return result;
 }
 
 void SceneLibrary::load(Entry& entry) {
@@ -264,7 +268,8 @@ void SceneLibrary::load(Entry& entry) {
         changed_.notify_all();
         return;
     }
-    const auto scene = std::make_shared<const Scene>(withoutTexels(*full));
+    const auto scene = std::make_shared<const Scene>(described(*full));
+    const std::size_t vertices = full->vertices.size();
     queue_.post([full](Renderer& renderer) {
         renderer.addScene(std::move(*full));
         malloc_trim(0);  // reading a large scene leaves the heap full of holes
@@ -278,6 +283,7 @@ void SceneLibrary::load(Entry& entry) {
         queue_.post([id](Renderer& renderer) { renderer.warm(id); });
     }
     entry.status.scene = scene;
+    entry.status.vertices = vertices;
     entry.status.title = scene->title.empty() ? entry.status.title : scene->title;
     entry.status.progress = {.stage = "", .progress = 1.0};
     entry.status.state = SceneState::ready;

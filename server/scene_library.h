@@ -34,7 +34,8 @@ struct SceneStatus {
     SceneState state = SceneState::waiting;
     ImportProgress progress;
     std::string failure;                 // words for people, when failed
-    std::shared_ptr<const Scene> scene;  // when ready
+    std::shared_ptr<const Scene> scene;  // when ready; without vertices, indices and texels
+    std::size_t vertices = 0;
 };
 
 class SceneLibrary {
