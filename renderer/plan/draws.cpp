@@ -202,8 +202,10 @@ DrawLists drawLists(const SeenView& view, Features common) {
     std::sort(masked.begin(), masked.end(), nearer);
     opaque.insert(opaque.end(), masked.begin(), masked.end());
     lists.opaque = merged(opaque);
-    const auto key = [](const DrawLists::Behind& b) {
-        return std::tuple(-b.distance, b.draw.firstIndex, b.draw.instance);
+    // An eye within several boxes (panes at an angle) goes by their middles.
+    const auto key = [&](const DrawLists::Behind& b) {
+        const double middle = glm::length(glm::dvec3(view.surfaces[b.seen].box.center()));
+        return std::tuple(-b.distance, -middle, b.draw.firstIndex, b.draw.instance);
     };
     std::sort(lists.through.begin(), lists.through.end(),
               [&](const auto& a, const auto& b) { return key(a) < key(b); });

@@ -195,6 +195,13 @@ SeenView ViewTree::add(const ViewJob& job) {
     return seen;
 }
 
+// All of what the surface is a part of, relative to the eye.
+Bounds ViewTree::bodyOf(const ViewJob& job, const SeenSurface& seen) const {
+    const Instance& instance = stage_.scene.instances[seen.surface->instance];
+    return transformed(stage_.scene.meshes[instance.mesh].bounds,
+                       eyeFromLocal(job.view, stage_.pose.worldFromNode[instance.node]));
+}
+
 void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
     if (!stage_.request.effects.refraction) return;
     for (SeenSurface& s : seen.surfaces) {
@@ -252,7 +259,7 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
             if (slot->present() && slot->texCoord == 1) s.features |= FEATURE_SECOND_TEXCOORD;
         }
         // An eye inside a body sees its far faces from their backs.
-        if (solid && distanceTo(s.box) == 0.0) s.features |= FEATURE_DOUBLE_SIDED;
+        if (solid && distanceTo(bodyOf(job, s)) == 0.0) s.features |= FEATURE_DOUBLE_SIDED;
         switch (method) {
             case Method::traced:
                 s.features |= FEATURE_TRACED_GLASS;
@@ -305,7 +312,8 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
         std::vector<Draw> glassDraws, blendedDraws;
     };
     std::vector<Layer> layers;
-    std::map<std::size_t, std::size_t> layerOf;
+    std::map<std::size_t, std::size_t> layerOf;  // of a surface
+    std::map<Index, std::size_t> layerOfBody;    // a body's sides are not behind each other
     const auto boxOf = [&](std::size_t s) { return screenBox(job.view, seen.surfaces[s].box); };
     const auto joins = [&](const Layer& layer, std::size_t s) {
         return layer.blendedDraws.empty() &&
@@ -317,12 +325,16 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
             layers.back().blendedDraws.push_back(item.draw);  // the first item is glass
             continue;
         }
+        const Surface& surface = *seen.surfaces[item.seen].surface;
+        if (surface.glass == Glass::solid && layerOfBody.contains(surface.instance)) {
+            layerOf[item.seen] = layerOfBody[surface.instance];
+        }
         if (!layerOf.contains(item.seen)) {
             const bool full = layers.size() == (job.generation == 0 ? kMostGlassLayers : 1);
             if (layers.empty() || (!full && !joins(layers.back(), item.seen)))
                 layers.emplace_back();
             layers.back().glass.push_back(item.seen);
-            layerOf[item.seen] = layers.size() - 1;
+            layerOf[item.seen] = layerOfBody[surface.instance] = layers.size() - 1;
         }
         layers[layerOf[item.seen]].glassDraws.push_back(item.draw);
     }

@@ -66,6 +66,7 @@ private:
     void serveCurved(const ViewJob& job, SeenView& seen, Pass& pass);
     void serveGlass(const ViewJob& job, SeenView& seen);
     TargetId addBackFaces(const ViewJob& job, std::vector<Draw>& glass, const std::string& layer);
+    Bounds bodyOf(const ViewJob& job, const SeenSurface& seen) const;
     void addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
                   std::span<const DrawLists::Behind> through);
     bool serveFromMap(const ViewJob& job, SeenSurface& seen, Pass& pass);

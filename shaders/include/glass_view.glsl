@@ -5,10 +5,13 @@ layout(binding = UNIT_BACKDROP) uniform sampler2D backdrop;
 // Outward normals of the nearest back faces, and how far away they are; alpha 0 where none is.
 layout(binding = UNIT_BACK_FACES) uniform sampler2D backFaces;
 
-// Metres that a ray which leaves the glass at `exit` goes on for, going by what the backdrop shows
-// behind that point, and blurred over half the lobe.
-float beyondGlass(vec3 exit, vec2 at, float lod) {
-    return beyondSurface(textureLod(backdrop, at, lod).a, length(exit));
+// Metres that a ray which leaves the glass at `exit` goes on for until it is as far from the eye as
+// what the backdrop shows at `at`, blurred over half the lobe.
+float beyondGlass(vec3 exit, vec3 towards, vec2 at, float lod) {
+    float far = textureLod(backdrop, at, lod).a / view.picture.w;
+    float along = dot(exit, towards);
+    float root = sqrt(max(along * along + (far * far - dot(exit, exit)), 0.0f));
+    return max(root - along, 0.0f);
 }
 
 vec3 projected(vec3 point) {  // texture coordinates; z: how far in front of the eye
@@ -16,16 +19,21 @@ vec3 projected(vec3 point) {  // texture coordinates; z: how far in front of the
     return vec3(clip.xy / max(clip.w, 1e-30f) * 0.5f + 0.5f, clip.w);
 }
 
-// Light along a ray that has left the glass. Where the picture ends, the environment goes on.
+// Light along a ray that has left the glass. Where the picture ends, a body shows the environment.
 vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
     float last = float(textureQueryLevels(backdrop) - 1);
+    float wide = min(0.5f * lobeLod(spread, view.picture.z), last);
+    // As if the ray met what stands behind its exit; then, as if it met what stands there.
     vec3 here = projected(exit);
-    float beyond = beyondGlass(exit, here.xy, min(0.5f * lobeLod(spread, view.picture.z), last));
+    float first = beyondGlass(exit, towards, here.xy, wide);
+    vec3 guess = projected(exit + towards * first);
+    float beyond = guess.z > 0.0f ? beyondGlass(exit, towards, guess.xy, wide) : first;
     vec3 there = projected(exit + towards * beyond);
     float lod = min(lobeLod(spread, view.picture.z * lobeReach(length(exit), beyond)), last);
     vec3 seen = textureLod(backdrop, there.xy, lod).rgb;
-    bool outside = there.z <= 0.0f || there.x < 0.0f || there.y < 0.0f || there.x > 1.0f ||
-                   there.y > 1.0f;
+    // What a pane shows from beyond the picture's edge is next to what is seen there.
+    bool outside = has(FEATURE_SOLID) && (there.z <= 0.0f || there.x < 0.0f || there.y < 0.0f ||
+                                          there.x > 1.0f || there.y > 1.0f);
     return outside ? environmentAlong(towards, min(spread, 1.0f)) : seen;
 }
 

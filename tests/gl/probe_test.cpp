@@ -2,8 +2,6 @@
 // they cost.
 #include "sight.h"
 
-#include "plan/features.h"
-
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <set>

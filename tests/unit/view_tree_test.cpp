@@ -544,6 +544,37 @@ TEST(ViewTree, SixPanesInARowShareTheNearestLayerAndNoneIsLost) {
     EXPECT_EQ(count(plan, PassKind::glass), 4u);
 }
 
+TEST(ViewTree, PanesAroundTheEyesHeightAreOrderedByTheirMiddles) {
+    // At an angle, so that the eye is in the box of either.
+    const auto turned = [](double z) {
+        return glm::scale(glm::rotate(at(0, 0, z), glm::radians(60.0), glm::dvec3(0, 1, 0)),
+                          glm::dvec3(5.0));
+    };
+    for (const bool nearFirst : {true, false}) {
+        const FramePlan plan = planOf(
+            nearFirst ? paneScene({turned(0), turned(-0.5)}) : paneScene({turned(-0.5), turned(0)}),
+            forced(lookingFrom({0, 0, 2})));
+        const std::vector<Pass> glass = passesOf(plan, PassKind::glass);
+        ASSERT_EQ(glass.size(), 2u) << toText(plan);
+        EXPECT_EQ(glass[0].opaqueDraws.at(0).instance, nearFirst ? 1u : 0u) << "the far one";
+    }
+}
+
+TEST(ViewTree, TheSidesOfAGlassBodyShareABackdropWithoutIt) {
+    Scene scene;
+    Material body = clearGlass();
+    body.thickness = 1.0f;
+    place(scene, addBoxMesh(scene, "block", addMaterial(scene, body)), {0, 0, 0});
+    for (const glm::dvec3& eye : {glm::dvec3(3, 4, 5), glm::dvec3(0, 0, 0)}) {
+        const FramePlan plan = planOf(scene, forced(lookingFrom(eye, eye - glm::dvec3(3, 4, 5))));
+        ASSERT_EQ(count(plan, PassKind::glass), 1u) << toText(plan);
+        for (const Draw& draw : passesOf(plan, PassKind::glass)[0].opaqueDraws) {
+            // An eye within sees the sides from their backs.
+            EXPECT_EQ((draw.features & FEATURE_DOUBLE_SIDED) != 0, eye == glm::dvec3(0, 0, 0));
+        }
+    }
+}
+
 TEST(ViewTree, BlendedSurfacesAreDrawnBetweenTheGlassBehindAndInFrontOfThem) {
     Scene scene = paneScene({at(0, 0, 0), at(0, 0, -2)});
     Material veil = dullGrey();
