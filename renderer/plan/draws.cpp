@@ -139,7 +139,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             const std::uint32_t first = c;
             const Cluster cluster = drawnTogether(scene, c, end);
             const Bounds box = transformed(cluster.bounds, toEye);
-            if (outside(frustum, box)) {
+            if (outside(frustum, box) || clippedAway(view, box)) {
                 result.culled += c - first;
                 continue;
             }

@@ -92,6 +92,15 @@ bool outside(const Frustum& frustum, const Bounds& box) {
     });
 }
 
+bool clippedAway(const View& view, const Bounds& box) {
+    if (!view.clipPlane || box.empty()) return false;
+    const glm::dvec3 n(*view.clipPlane), center = box.center();
+    const double reach = glm::dot(glm::abs(n), 0.5 * glm::dvec3(box.extent()));
+    const double middle = glm::dot(n, center);
+    const double slack = 1e-6 * (reach + std::abs(middle));  // boxes are float
+    return middle + reach + view.clipPlane->w <= slack;
+}
+
 ScreenBox screenBox(const View& view, const Bounds& box) {
     ScreenBox covered;
     if (box.empty()) return covered;

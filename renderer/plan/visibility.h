@@ -19,6 +19,10 @@ Frustum frustumOf(const View& view);
 // the other way round.
 bool outside(const Frustum& frustum, const Bounds& box);
 
+// True when none of the box reaches in front of the view's clip plane, but for what float boxes
+// cannot say: what only touches a mirror's plane is not in the mirror.
+bool clippedAway(const View& view, const Bounds& box);
+
 // A rectangle on screen: -1..1 is the whole picture, y upwards.
 struct ScreenBox {
     glm::dvec2 low{1.0}, high{-1.0};  // empty

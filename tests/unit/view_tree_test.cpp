@@ -216,6 +216,22 @@ TEST(ViewTree, AMirrorUnderTheEyesOwnFeetIsEdgeOnOnlyBelowAPixelsHeight) {
     }
 }
 
+TEST(ViewTree, WhatStandsBehindAMirrorAsksForNothing) {
+    Scene scene = mirrorScene();
+    // Another mirror, a ball and a box behind the first one's plane, and one in the plane.
+    placeAt(scene, scene.instances[0].mesh, at(0, 1.5, -0.5), "behind");
+    placeAt(scene, scene.instances[0].mesh, glm::rotate(at(0, -1, -1), 1.5, {1, 0, 0}), "touching");
+    placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(2, 0, -1), "ball");
+    FrameRequest request = forced(lookingFrom({0, 0, 5}));
+    request.accuracy.generations = 1;
+    for (const Pass& pass : passesOf(planOf(scene, request), PassKind::mirror)) {
+        if (pass.name != "mirror:node") continue;
+        for (const Draw& draw : pass.opaqueDraws) {
+            EXPECT_THAT(draw.instance, testing::AnyOf(1u, 2u)) << "the two boxes before it";
+        }
+    }
+}
+
 TEST(ViewTree, ATwoSidedMirrorIsSeenFromItsBack) {
     Material sheet = mirror();
     sheet.doubleSided = true;
@@ -564,6 +580,7 @@ TEST(ViewTree, TheSidesOfAGlassBodyShareABackdropWithoutIt) {
     Scene scene;
     Material body = clearGlass();
     body.thickness = 1.0f;
+    body.reflection = Reflection::none;
     place(scene, addBoxMesh(scene, "block", addMaterial(scene, body)), {0, 0, 0});
     for (const glm::dvec3& eye : {glm::dvec3(3, 4, 5), glm::dvec3(0, 0, 0)}) {
         const FramePlan plan = planOf(scene, forced(lookingFrom(eye, eye - glm::dvec3(3, 4, 5))));
