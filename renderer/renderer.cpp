@@ -180,6 +180,11 @@ Frame Renderer::render(const FrameRequest& request) {
     return frame;
 }
 
+void Renderer::forgetMaps() {
+    state_->context.makeCurrent();
+    state_->executor.forgetMaps();
+}
+
 void Renderer::warm(const std::string& sceneId) {
     state_->context.makeCurrent();
     FrameRequest request;

@@ -76,6 +76,10 @@ public:
     FramePlan plan(const FrameRequest& request) const;
     Frame render(const FrameRequest& request);
 
+    // Lets go of every map that outlives its frame, prefiltered environment maps and captured cubes:
+    // the next frame draws anew what it needs of them. The same request gives the same bytes.
+    void forgetMaps();
+
     // Uploads the scene and draws tiny frames so that the first real one waits for nothing.
     void warm(const std::string& sceneId);
 

@@ -24,6 +24,7 @@ public:
     // A scene is uploaded before it is drawn; forgetting frees what was uploaded.
     void upload(const std::shared_ptr<const Scene>& scene);
     void forget(const Scene& scene);
+    void forgetMaps() { targets_.forgetResident(); }
     const DrawCounters& counters() const { return resources_.counters; }
 
 private:

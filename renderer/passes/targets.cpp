@@ -152,6 +152,10 @@ ResidentMaps TargetPool::residentMaps() const {
     return maps;
 }
 
+void TargetPool::forgetResident() {
+    std::erase_if(entries_, [](const Entry& e) { return e.resident; });
+}
+
 void TargetPool::endFrame() {
     std::stable_sort(entries_.begin(), entries_.end(),
                      [](const Entry& a, const Entry& b) { return a.lastFrame > b.lastFrame; });

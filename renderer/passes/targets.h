@@ -48,6 +48,7 @@ public:
     // Its content is now what its key promises.
     void markResident(const Target& target);
     ResidentMaps residentMaps() const;
+    void forgetResident();
     // Lets go of what was used longest ago, down to the budgets.
     void endFrame();
 

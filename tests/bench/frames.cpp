@@ -4,12 +4,10 @@
 // frame, processor time, milliseconds of each pass, of encoding, and memory.
 #include "image/encode.h"
 #include "renderer.h"
-#include "scene/builtin/builtin_scenes.h"
-#include "scene/import/import.h"
+#include "scenes.h"
 #include "statistics.h"
 
 #include <malloc.h>
-#include <sys/resource.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
@@ -27,51 +25,11 @@ double residentMegabytes() {
     return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
-// Of all threads: says more than the clock on a machine that others use too.
-double processorMilliseconds() {
-    rusage used{};
-    getrusage(RUSAGE_SELF, &used);
-    const auto milliseconds = [](const timeval& t) {
-        return 1e3 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_usec);
-    };
-    return milliseconds(used.ru_utime) + milliseconds(used.ru_stime);
-}
-
-Scene loadScene(const std::string& argument) {
-    const std::size_t at = argument.rfind('@');
-    const std::string name = argument.substr(0, at);
-    std::optional<Scene> builtin = makeBuiltinScene(name);
-    Scene scene = builtin ? std::move(*builtin) : importSceneHere(name);
-    if (!builtin) scene.id = std::filesystem::path(name).stem().string();
-    if (at != std::string::npos) {
-        DefaultView view{.yfov = 1.0};
-        if (std::sscanf(argument.c_str() + at, "@%lf,%lf,%lf:%lf,%lf,%lf", &view.position.x,
-                        &view.position.y, &view.position.z, &view.target.x, &view.target.y,
-                        &view.target.z) != 6) {
-            throw std::runtime_error("a view is written @x,y,z:x,y,z, not " + argument.substr(at));
-        }
-        scene.defaultView = view;
-    }
-    return scene;
-}
-
 double textureMegabytes(const Scene& scene) {
     double bytes = 0;
     for (const TextureImage& image : scene.images)
         bytes += static_cast<double>(image.texels.size());
     return bytes / (1024.0 * 1024.0);
-}
-
-// A view, turned about the vertical axis through the eye.
-FrameRequest turned(const std::string& scene, const DefaultView& view, double angle) {
-    const glm::dvec3 d = view.target - view.position;
-    const double c = std::cos(angle), s = std::sin(angle);
-    FrameRequest request;
-    request.scene = scene;
-    request.camera.position = view.position;
-    request.camera.target = view.position + glm::dvec3(c * d.x + s * d.z, d.y, c * d.z - s * d.x);
-    request.camera.yfov = view.yfov;
-    return request;
 }
 
 void measure(Renderer& renderer, Scene loaded, const FrameRequest& shape, int frames) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <ctime>
 #include <vector>
 
 namespace clerestory::bench {
@@ -29,5 +31,20 @@ public:
 private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
+
+// Of all threads of this process. On a machine that others use too it says more than the wall
+// clock.
+inline double processorMilliseconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
+// How many threads of the whole machine wanted a core in the last minute, on average.
+inline double loadAverage() {
+    double load = 0.0;
+    getloadavg(&load, 1);
+    return load;
+}
 
 }  // namespace clerestory::bench

@@ -1,0 +1,216 @@
+// `bench_effects [--width W --height H --frames N] SCENE...`: what the four effects cost, alone and
+// together, beside the same frame without them: with maps of earlier frames at hand while the
+// camera turns a little, and with everything drawn anew in every frame. The settings take turns
+// frame by frame, so that what else the machine does meets them all. Encoding is not counted.
+#include "scenes.h"
+#include "statistics.h"
+
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <map>
+
+namespace clerestory::bench {
+namespace {
+
+struct Setting {
+    const char* name;
+    Effects effects;
+};
+
+constexpr Effects kNone{false, false, false, false};
+const std::vector<Setting> kSettings = {{"base", kNone},
+                                        {"emission", {true, false, false, false}},
+                                        {"refraction", {false, true, false, false}},
+                                        {"planarReflection", {false, false, true, false}},
+                                        {"environmentReflection", {false, false, false, true}},
+                                        {"all four", {}}};
+
+// Frames of one setting under one condition.
+struct Series {
+    std::vector<double> wall, processor, plan;
+    std::map<std::string, std::vector<double>> kinds;
+    PlanTotals totals;
+
+    void add(const Frame& frame, double wallMs, double processorMs) {
+        wall.push_back(wallMs);
+        processor.push_back(processorMs);
+        plan.push_back(frame.planMs);
+        std::map<std::string, double> sums;
+        for (const PassTime& pass : frame.passTimes) sums[pass.kind] += pass.milliseconds;
+        sums["readback"] = frame.readbackMs;
+        for (const auto& [kind, ms] : sums) kinds[kind].push_back(ms);
+        totals = clerestory::totals(frame.plan);
+    }
+};
+
+struct Subject {
+    std::string id;
+    DefaultView view;
+    FrameRequest shape;
+
+    FrameRequest request(const Effects& effects, double angle) const {
+        FrameRequest r = turned(id, view, angle);
+        r.width = shape.width;
+        r.height = shape.height;
+        r.accuracy = shape.accuracy;
+        r.effects = effects;
+        return r;
+    }
+};
+
+constexpr double kStep = 0.01;  // radians from frame to frame
+constexpr int kWarmFrames = 2;
+
+std::vector<Series> measure(Renderer& renderer, const Subject& subject, int frames, bool redraw) {
+    std::vector<Series> all(kSettings.size());
+    for (int i = -kWarmFrames; i < frames; ++i) {
+        for (std::size_t s = 0; s < kSettings.size(); ++s) {
+            if (redraw) renderer.forgetMaps();
+            const double processor = processorMilliseconds();
+            const Stopwatch watch;
+            const Frame frame = renderer.render(subject.request(kSettings[s].effects, kStep * i));
+            const double wall = watch.milliseconds();
+            if (i >= 0) all[s].add(frame, wall, processorMilliseconds() - processor);
+        }
+    }
+    return all;
+}
+
+// The first frame of a renderer that has just been given the scene.
+double coldFrame(const std::string& argument, const Subject& subject, const Effects& effects) {
+    Renderer renderer{RendererOptions{}};
+    renderer.addScene(loadScene(argument));
+    const Stopwatch watch;
+    renderer.render(subject.request(effects, 0.0));
+    return watch.milliseconds();
+}
+
+void printTotals(const char* title, const std::vector<Series>& all, const Series& base) {
+    std::printf("\n%s\n\n", title);
+    std::printf(
+        "| effects | median ms | p95 | of base | processor ms | of base | plan ms | "
+        "passes | draws | triangles |\n|---|---|---|---|---|---|---|---|---|---|\n");
+    for (std::size_t s = 0; s < all.size(); ++s) {
+        const Series& x = all[s];
+        std::printf("| %s | %.1f | %.1f | %.2f x | %.1f | %.2f x | %.2f | %llu | %llu | %llu |\n",
+                    kSettings[s].name, median(x.wall), percentile(x.wall, 0.95),
+                    median(x.wall) / median(base.wall), median(x.processor),
+                    median(x.processor) / median(base.processor), median(x.plan),
+                    static_cast<unsigned long long>(x.totals.passes),
+                    static_cast<unsigned long long>(x.totals.draws),
+                    static_cast<unsigned long long>(x.totals.triangles));
+    }
+}
+
+void printKinds(const char* title, const std::vector<Series>& all) {
+    std::map<std::string, bool> kinds;
+    for (const Series& x : all) {
+        for (const auto& [kind, ms] : x.kinds) kinds[kind] = true;
+    }
+    std::printf("\n%s\n\n| effects |", title);
+    for (const auto& [kind, known] : kinds) std::printf(" %s |", kind.c_str());
+    std::printf("\n|---|");
+    for (std::size_t i = 0; i < kinds.size(); ++i) std::printf("---|");
+    std::printf("\n");
+    for (std::size_t s = 0; s < all.size(); ++s) {
+        std::printf("| %s |", kSettings[s].name);
+        for (const auto& [kind, known] : kinds) {
+            const auto found = all[s].kinds.find(kind);
+            if (found == all[s].kinds.end())
+                std::printf(" - |");
+            else
+                std::printf(" %.1f |", median(found->second));
+        }
+        std::printf("\n");
+    }
+}
+
+// An effect that nothing in view calls for: the same passes and the same bytes, on and off. Tries
+// views all round from where the camera stands, up and down. Prints what was found.
+void printUncalledFor(Renderer& renderer, const Subject& subject) {
+    for (const Setting& setting : kSettings) {
+        if (setting.effects.emission == setting.effects.refraction &&
+            setting.effects.refraction == setting.effects.planarReflection &&
+            setting.effects.planarReflection == setting.effects.environmentReflection)
+            continue;  // none or all
+        bool found = false;
+        for (int turn = 0; turn < 24 && !found; ++turn) {
+            FrameRequest on = subject.request(setting.effects, 0.0);
+            const double heading = 0.7854 * (turn % 8), rise = 1.2 * (turn / 8 - 1);
+            const glm::dvec3 eye = *on.camera.position;
+            on.camera.target = eye + glm::dvec3(std::cos(rise) * std::sin(heading), std::sin(rise),
+                                                std::cos(rise) * std::cos(heading));
+            FrameRequest off = on;
+            off.effects = kNone;
+            renderer.render(on);
+            renderer.render(off);
+            const Frame with = renderer.render(on), without = renderer.render(off);
+            const bool samePasses = with.plan.passes == without.plan.passes;
+            if (!samePasses) continue;
+            found = true;
+            std::printf("| %s | view %d | %llu = %llu draws | %s |\n", setting.name, turn,
+                        static_cast<unsigned long long>(totals(with.plan).draws),
+                        static_cast<unsigned long long>(totals(without.plan).draws),
+                        with.image.data == without.image.data ? "same bytes" : "OTHER BYTES");
+        }
+        if (!found) std::printf("| %s | every view calls for it | | |\n", setting.name);
+    }
+}
+
+void report(const std::string& argument, const FrameRequest& shape, int frames) {
+    Scene scene = loadScene(argument);
+    const Subject subject{scene.id, defaultView(scene), shape};
+    const double coldBase = coldFrame(argument, subject, kNone);
+    const double coldAll = coldFrame(argument, subject, Effects{});
+    Renderer renderer{RendererOptions{}};
+    renderer.addScene(std::move(scene));
+    std::printf("\n## %s\n\n%s; %ld cores, load average %.1f; %ux%u, %d frames\n",
+                subject.id.c_str(), renderer.identity().renderer.c_str(),
+                sysconf(_SC_NPROCESSORS_ONLN), loadAverage(), shape.width, shape.height, frames);
+    const std::vector<Series> resident = measure(renderer, subject, frames, false);
+    const std::vector<Series> redrawn = measure(renderer, subject, frames, true);
+    const Series& base = resident.front();
+    printTotals("Camera turning, maps of earlier frames at hand:", resident, base);
+    printTotals("Everything drawn anew in every frame (of the base above):", redrawn, base);
+    printKinds("Median milliseconds of each kind of pass, maps at hand:", resident);
+    printKinds("The same, everything drawn anew:", redrawn);
+    std::printf("\nFirst frame of all: base %.0f ms, all four effects %.0f ms.\n", coldBase,
+                coldAll);
+    std::printf(
+        "\nAn effect that nothing in view calls for:\n\n| effect | view | draws | picture "
+        "|\n|---|---|---|---|\n");
+    printUncalledFor(renderer, subject);
+    std::printf("\nLoad average at the end %.1f\n", loadAverage());
+}
+
+int run(int argc, char** argv) {
+    CLI::App app{"What the four effects cost"};
+    std::vector<std::string> scenes{"chapel"};
+    std::string preset = "standard";
+    FrameRequest shape;
+    int frames = 15;
+    app.add_option("scenes", scenes, "built-in ids or files");
+    app.add_option("--width", shape.width);
+    app.add_option("--height", shape.height);
+    app.add_option("--frames", frames, "warm frames measured");
+    app.add_option("--accuracy", preset)->check(CLI::IsMember({"draft", "standard", "fine"}));
+    CLI11_PARSE(app, argc, argv);
+    for (const auto& [word, value] : presetChoice().words) {
+        if (word == preset) shape.accuracy = accuracyOf(value);
+    }
+    for (const std::string& scene : scenes) report(scene, shape, frames);
+    return 0;
+}
+
+}  // namespace
+}  // namespace clerestory::bench
+
+int main(int argc, char** argv) {
+    try {
+        return clerestory::bench::run(argc, argv);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "bench_effects: %s\n", e.what());
+        return 1;
+    }
+}

@@ -1,0 +1,46 @@
+// What benchmarks are given on their command line: scenes, and views that move a little.
+#pragma once
+
+#include "renderer.h"
+#include "scene/builtin/builtin_scenes.h"
+#include "scene/import/import.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace clerestory::bench {
+
+// A built-in's id or a file; `NAME@x,y,z:x,y,z` puts the eye at the first point, looking at the
+// second.
+inline Scene loadScene(const std::string& argument) {
+    const std::size_t at = argument.rfind('@');
+    const std::string name = argument.substr(0, at);
+    std::optional<Scene> builtin = makeBuiltinScene(name);
+    Scene scene = builtin ? std::move(*builtin) : importSceneHere(name);
+    if (!builtin) scene.id = std::filesystem::path(name).stem().string();
+    if (at != std::string::npos) {
+        DefaultView view{.yfov = 1.0};
+        if (std::sscanf(argument.c_str() + at, "@%lf,%lf,%lf:%lf,%lf,%lf", &view.position.x,
+                        &view.position.y, &view.position.z, &view.target.x, &view.target.y,
+                        &view.target.z) != 6) {
+            throw std::runtime_error("a view is written @x,y,z:x,y,z, not " + argument.substr(at));
+        }
+        scene.defaultView = view;
+    }
+    return scene;
+}
+
+// A view, turned about the vertical axis through the eye.
+inline FrameRequest turned(const std::string& scene, const DefaultView& view, double angle) {
+    const glm::dvec3 d = view.target - view.position;
+    const double c = std::cos(angle), s = std::sin(angle);
+    FrameRequest request;
+    request.scene = scene;
+    request.camera.position = view.position;
+    request.camera.target = view.position + glm::dvec3(c * d.x + s * d.z, d.y, c * d.z - s * d.x);
+    request.camera.yfov = view.yfov;
+    return request;
+}
+
+}  // namespace clerestory::bench
