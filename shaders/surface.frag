@@ -10,6 +10,9 @@
 #include "include/material.glsl"
 #include "include/glass.glsl"
 #include "include/lighting.glsl"
+#include "include/trace.glsl"
+#include "include/hit.glsl"
+#include "include/ray_path.glsl"
 #include "include/reflection.glsl"
 #include "include/glass_view.glsl"
 
@@ -26,10 +29,11 @@ vec3 lampsAt(Surface s) {
 
 vec3 shaded(MaterialPoint m) {
     Surface s = surfaceOf(m, towardsEye());
-    if (has(FEATURE_GLASS)) {
+    if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) {
         Glass g = glassAt(m.baseColor.rgb);
         s.diffuse *= 1.0f - g.transmission;
-        return lampsAt(s) + glassLight(s, positionEye, g);
+        return lampsAt(s) + (has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
+                                                       : glassLight(s, positionEye, g));
     }
     vec3 mirrored = reflectedRadiance(s, positionEye);
     return lampsAt(s) + m.occlusion * environmentLight(s, mirrored);

@@ -26,7 +26,7 @@ void main() {
     vertexNormal = unit(vec3(dot(normalFromModel[0].xyz, normal), dot(normalFromModel[1].xyz, normal),
                              dot(normalFromModel[2].xyz, normal)));
     float volume = dot(eyeFromModel[0].xyz, cross(eyeFromModel[1].xyz, eyeFromModel[2].xyz));
-    modelScale = has(FEATURE_GLASS) ? pow(max(abs(volume), 1e-36f), 1.0f / 3.0f) : 1.0f;
+    modelScale = has(FEATURE_GLASS | FEATURE_TRACED_GLASS) ? pow(max(abs(volume), 1e-36f), 1.0f / 3.0f) : 1.0f;
     drawNumbers = vec3(normalFromModel[0].w, normalFromModel[1].w, normalFromModel[2].w);
     if (has(FEATURE_NORMAL_MAP)) {
         vertexTangent.xyz =

@@ -39,7 +39,14 @@ const GpuEnvironment& Executor::uploaded(const EnvironmentMap& map) {
     return maps_.front().environment;
 }
 
+GpuTracer& Executor::tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose) {
+    GpuTracer& tracer = tracers_.try_emplace(&scene, scenes_.at(&scene)).first->second;
+    tracer.prepare(plan, pose);
+    return tracer;
+}
+
 void Executor::forget(const Scene& scene) {
+    tracers_.erase(&scene);
     scenes_.erase(&scene);
 }
 
@@ -125,6 +132,7 @@ Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& p
                         .scene = pass.views.empty() ? nullptr : &scenes_.at(&scene),
                         .pose = pose,
                         .environment = needsMap ? &uploaded(map) : nullptr};
+        if (traces(pass)) input.tracer = &tracerOf(scene, plan, pose);
         runPass(input);
         glFinish();  // so that the wall clock tells this pass's time
         result.passMilliseconds.push_back(millisecondsSince(start));

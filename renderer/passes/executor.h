@@ -29,12 +29,14 @@ public:
 
 private:
     const GpuEnvironment& uploaded(const EnvironmentMap& map);
+    GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     void runPass(const PassInput& input);
     Image readBack(const FramePlan& plan, const Target& output);
 
     PassResources resources_;
     TargetPool targets_;
     std::map<const Scene*, GpuScene> scenes_;
+    std::map<const Scene*, GpuTracer> tracers_;  // of scenes that a plan has traced
     struct UploadedMap {
         std::uint64_t contentHash;
         GpuEnvironment environment;

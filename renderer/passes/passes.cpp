@@ -157,8 +157,10 @@ void drawAll(PassResources& resources, const PassInput& input, std::span<const D
         const Draw& draw = draws[i];
         const Features features = draw.features & program.relevant;
         if (boundFeatures != features) {
-            resources.shaders.program({program.vertex, program.fragment, features, program.variant})
-                .use();
+            // What rays may meet is known from the plan; see hit.glsl.
+            const bool rays = features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
+            const int variant = rays ? static_cast<int>(input.plan.hitFeatures) : program.variant;
+            resources.shaders.program({program.vertex, program.fragment, features, variant}).use();
             boundMaterial = kNone;  // other features read other textures
         }
         boundFeatures = features;

@@ -5,6 +5,7 @@
 #include "passes/draw_stream.h"
 #include "passes/gpu_environment.h"
 #include "passes/gpu_scene.h"
+#include "passes/gpu_tracer.h"
 #include "passes/shader_library.h"
 #include "passes/targets.h"
 
@@ -37,6 +38,7 @@ struct PassInput {
     const GpuScene* scene = nullptr;
     const Pose& pose;
     const GpuEnvironment* environment = nullptr;  // where the pass needs the map itself
+    GpuTracer* tracer = nullptr;                  // where some draw follows rays
 
     const Target& target() const { return *targets[pass.target]; }
     const Target& read(std::size_t i) const { return *targets[pass.reads[i]]; }

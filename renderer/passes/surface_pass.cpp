@@ -28,10 +28,12 @@ void beginView(PassResources& resources, const PassInput& input) {
 }
 
 void bindPass(PassResources& resources, const PassInput& input) {
+    if (input.tracer) input.tracer->addPlaces(resources.draws);
     resources.draws.upload();
     bindView(resources, input, input.plan.mapFromWorld);
     uploadReflections(resources, input, input.plan.mapFromWorld);
     bindLight(resources, input);
+    if (input.tracer) input.tracer->bind(input.plan, input.pass.views.front().eye);
     input.target().drawn(input.pass.face).bind();
 }
 

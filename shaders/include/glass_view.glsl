@@ -119,3 +119,28 @@ vec3 glassLight(Surface s, vec3 position, Glass g) {
     vec3 clear = shares.reflected * mirrored + shares.transmitted * g.tint * behind;
     return mix(environmentLight(s, mirrored), clear, g.transmission);
 }
+
+// The same along rays: the mirrored one, and the one that enters or leaves the body.
+vec3 tracedGlassLight(Surface s, vec3 position, Glass g) {
+    vec3 incident = -s.toEye;
+    float c = max(dot(s.normal, s.toEye), 0.0f);
+    bool inside = has(FEATURE_SOLID) && !gl_FrontFacing;
+    float eta = inside ? 1.0f / g.ior : g.ior;
+    float fresnel = fresnelDielectric(c, eta);
+    Refraction bent = refracted(incident, s.normal, eta);
+    Crossing way = throughPane(incident, s.normal, g.ior, g.thickness);
+    vec3 clear = absorption(material.attenuation.rgb, material.glass.w,
+                            has(FEATURE_SOLID) ? length(position) : way.path);
+    GlassShares shares = paneShares(fresnel, clear);
+    float lobe = 0.0f;
+    if (has(FEATURE_SOLID)) {
+        shares.reflected = vec3(fresnel);
+        shares.transmitted = vec3(1.0f - fresnel);
+        lobe = glassSpread(s.roughness * s.roughness, c, g.ior);
+    }
+    GlassRays rays = tracedThrough(s, position, has(FEATURE_SOLID) ? bent.direction : incident, lobe);
+    vec3 seen = shares.reflected * rays.mirrored +
+                shares.transmitted * (inside ? vec3(1.0f) : g.tint) * rays.through;
+    if (inside) seen *= clear;
+    return mix(environmentLight(s, rays.mirrored), seen, g.transmission);
+}

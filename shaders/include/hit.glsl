@@ -28,6 +28,8 @@ vec3 eyeAxes(vec3 v) {
 struct HitPoint {
     MaterialPoint material;
     vec3 place;
+    float reach;      // greatest coordinate of the triangle's corners
+    float curvature;  // slope of the normal per metre
     vec3 faceNormal;  // unit, of the triangle, against the ray
     bool front;
     int flags;        // TRACE_MASK ...
@@ -161,6 +163,8 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     p.lights = int(n2.w);
 
     p.place = a.xyz * wa + b.xyz * wb + c.xyz * wc;
+    vec3 greatest = max(abs(a.xyz), max(abs(b.xyz), abs(c.xyz)));
+    p.reach = max(greatest.x, max(greatest.y, greatest.z));
     vec3 face = eyeAxes(cross(b.xyz - a.xyz, c.xyz - a.xyz));
     float twiceArea = length(face);
     bool seenTurning = dot(face, along) < 0.0f;  // its corners turn counter-clockwise
@@ -209,9 +213,12 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     point.roughness = clamp(metallicRoughness.y, 0.0f, 1.0f);
     point.dielectricF0 = texelFetch(traceMaterials, m + 3).rgb;
 
-    vec3 n = direction(times(n0, n1, n2, vertexNormalOf(vertexA))) * wa +
-             direction(times(n0, n1, n2, vertexNormalOf(vertexB))) * wb +
-             direction(times(n0, n1, n2, vertexNormalOf(vertexC))) * wc;
+    vec3 normalA = direction(times(n0, n1, n2, vertexNormalOf(vertexA)));
+    vec3 normalB = direction(times(n0, n1, n2, vertexNormalOf(vertexB)));
+    vec3 normalC = direction(times(n0, n1, n2, vertexNormalOf(vertexC)));
+    vec3 n = normalA * wa + normalB * wb + normalC * wc;
+    p.curvature = max(distance(normalA, normalB) / max(distance(a.xyz, b.xyz), 1e-30f),
+                      distance(normalA, normalC) / max(distance(a.xyz, c.xyz), 1e-30f));
     if (hitHas(FEATURE_NORMAL_MAP)) {
         vec4 e2 = texelFetch(traceInstances, place + 5);
         vec4 tangentA = vertexTangentOf(vertexA);

@@ -91,6 +91,12 @@ vec3 lampsLight(Surface s, vec3 position, int first, int count) {
     return sum;
 }
 
+// Prefiltered by roughness: level k of the last holds roughness k / last.
+vec3 environmentAlong(vec3 towards, float roughness) {
+    return textureLod(environmentMap, towards, roughness * view.environment.x).rgb *
+           view.environment.y;
+}
+
 // What the surface makes of the light around it. mirrored: the radiance that its specular lobe
 // gathers, from the environment or from what stands before it (reflection.glsl).
 vec3 environmentLight(Surface s, vec3 mirrored) {

@@ -3,12 +3,6 @@
 
 layout(binding = UNIT_MIRROR) uniform sampler2D mirrorPicture;
 
-// Prefiltered by roughness: level k of the last holds roughness k / last.
-vec3 environmentAlong(vec3 towards, float roughness) {
-    return textureLod(environmentMap, towards, roughness * view.environment.x).rgb *
-           view.environment.y;
-}
-
 vec2 pictureCoordinate(vec2 pixel) {
     return pixel * reflection.picture.xy + reflection.picture.zw;
 }
@@ -125,6 +119,7 @@ vec3 ownMapAlong(vec3 towards, float roughness) {
 
 vec3 reflectedRadiance(Surface s, vec3 position) {
     if (has(FEATURE_MIRROR)) return flatMirror(s, position);
+    if (has(FEATURE_TRACED_REFLECTION)) return tracedReflection(s, position);
     vec3 towards = reflect(-s.toEye, s.normal);
     if (has(FEATURE_MAP)) return ownMapAlong(towards, s.roughness);
     if (has(FEATURE_PROBE)) return probeAlong(position, towards, s.roughness);

@@ -29,7 +29,7 @@ void main() {
         HitPoint p = hitPoint(hit, along, 0.0f);
         number.xyz = met ? p.material.normal : vec3(0.0f);
     }
-    if (CHANNEL == CHANNEL_OBJECT_ID) {
+    if (CHANNEL == CHANNEL_NUMBER) {
         int triangle = TRACE_TRIANGLE_ROWS * max(hit.place, 0);
         number.x = met ? texelFetch(traceTriangles, triangle + 1).w + 1.0f : 0.0f;
     }
@@ -38,7 +38,7 @@ void main() {
 
 int numberOf(Channel channel) {
     return channel == Channel::normal     ? CHANNEL_NORMAL
-           : channel == Channel::objectId ? CHANNEL_OBJECT_ID
+           : channel == Channel::objectId ? CHANNEL_NUMBER
                                           : CHANNEL_DEPTH;
 }
 
@@ -66,7 +66,7 @@ void Workbench::show(Scene scene) {
 }
 
 FramePlan Workbench::plan(const FrameRequest& request) const {
-    return planFrame(*scene_, pose_, request, environment_, {}, {});
+    return planFrame(*scene_, pose_, request, environment_, {}, {.traces = true});
 }
 
 Image Workbench::run(const FramePlan& plan) {
