@@ -223,7 +223,7 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
                            .views = 1.0,
                            .software = limits_.software}),
              solid ? 0.5 : 0.04}};
-        if (limits_.traces) {
+        if (limits_.traces && !job.captured) {  // a captured face is small and blurred
             candidates.push_back(
                 {Method::traced,
                  milliseconds(
@@ -244,8 +244,6 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
                 forced = Method::traced;
                 break;
         }
-        // A captured face is looked at from near and blurred: no rays for it.
-        if (job.captured) forced = Method::backdrop;
         const Method method =
             decide(job, {name, Effect::refraction, share, share, forced}, candidates);
         if (solid) s.features |= FEATURE_SOLID;

@@ -20,10 +20,20 @@ namespace {
 constexpr double kFramesOfACapture = 16.0;
 
 // A captured face in its frame: what its surfaces weigh must not depend on who looks at the owner.
-constexpr double kCaptureWeight = 0.1;
+constexpr double kCaptureWeight = 0.03;
 
 // A capture's near plane, as a share of its owner's radius (erratum C3).
 constexpr double kNearShare = 1e-3;
+
+// Texels along a face for a lobe of this roughness: a texel as wide as the lobe is 1 / (sqrt(6)
+// alpha) of a face's edge (erratum R1); this many make up one.
+constexpr double kTexelsPerLobe = 8.0;
+constexpr std::uint32_t kFewestTexels = 32;
+std::uint32_t texelsFor(double roughness) {
+    const double alpha = std::max(roughness * roughness, 1e-4);
+    const double texels = kTexelsPerLobe / (2.449489742783178 * alpha);
+    return std::bit_ceil(std::max(kFewestTexels, static_cast<std::uint32_t>(texels)));
+}
 
 }  // namespace
 
@@ -151,10 +161,16 @@ CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
     point.id = surface.instance;
     point.radius = 0.5 * double(box.diagonal());
     point.znear = kNearShare * point.radius;
-    point.resolution = a.probeSize;
+    double roughness = surface.roughness;  // of the smoothest that reads the cube
     for (std::size_t i = 0; i < stage_.surfaces.size(); ++i) {
-        if (stage_.surfaces[i].instance == surface.instance) point.hidden.push_back(i);
+        const Surface& part = stage_.surfaces[i];
+        if (part.instance != surface.instance) continue;
+        point.hidden.push_back(i);
+        if (part.reflector == Reflector::curved) {
+            roughness = std::min(roughness, double(part.roughness));
+        }
     }
+    point.resolution = std::min(a.probeSize, texelsFor(roughness));
     return point;
 }
 
