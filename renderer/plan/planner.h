@@ -14,7 +14,7 @@ struct DeviceLimits {
     std::uint32_t maxSamples = 4;
     std::uint32_t maxAnisotropy = 16;
     bool software = true;
-    bool traces = false;  // rays through the mesh are offered
+    bool traces = true;  // rays through the mesh are offered
     bool operator==(const DeviceLimits&) const = default;
 };
 
