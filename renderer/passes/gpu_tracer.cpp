@@ -1,6 +1,7 @@
 // Filling the traced tier's buffers.
 #include "passes/gpu_tracer.h"
 
+#include "gl/api.h"
 #include "passes/draw_stream.h"
 #include "passes/gpu_scene.h"
 #include "passes/material_block.h"
@@ -8,7 +9,7 @@
 #include "plan/lighting.h"
 #include "scene/dressing.h"
 
-#include <bit>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -50,6 +51,17 @@ void appendMaterial(std::vector<glm::vec4>& rows, const Material& m) {
 }
 
 }  // namespace
+
+bool GpuTracer::offered() {
+    // Three corners of a triangle share no vertex at worst.
+    constexpr std::uint64_t kMostTexels =
+        std::max<std::uint64_t>(kMostTracedTexels, 3 * TRACE_VERTEX_PAIRS * kMostBvhTriangles);
+    GLint units = 0, texels = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    return units > UNIT_TRACE_TEXELS && texels >= 0 &&
+           static_cast<std::uint64_t>(texels) >= kMostTexels;
+}
 
 GpuTracer::GpuTracer(const GpuScene& scene)
     : scene_(scene),

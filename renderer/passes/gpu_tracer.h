@@ -20,6 +20,10 @@ inline constexpr std::uint64_t kMostTracedTexels = 32'000'000;  // four bytes ea
 
 class GpuTracer {
 public:
+    // Whether the driver at hand has the texture units and the buffer textures for it, for any
+    // scene of up to kMostBvhTriangles.
+    static bool offered();
+
     // Uploads what no frame changes. `scene` must outlive it.
     explicit GpuTracer(const GpuScene& scene);
 

@@ -59,25 +59,37 @@ vec4 texelOf(vec4 level, vec2 at, bool root) {
     return root ? vec4(texel.rgb * texel.rgb, texel.a) : texel;
 }
 
-// number: of the texture, from 1. footprint: of the ray's cone, in texture coordinates.
-vec4 textureAtHit(float number, vec2 uv, float footprint) {
-    int row = int(tracing.limits.y) + (int(number) - 1) * TRACE_TEXTURE_ROWS;
-    vec4 about = texelFetch(traceMaterials, row);
-    vec2 size = texelFetch(traceMaterials, row + 1).zw;
-    float lod = log2(clamp(footprint * max(size.x, size.y), 1.0f, 65536.0f));
-    vec4 level = texelFetch(traceMaterials, row + 1 + int(min(lod + 0.5f, about.x - 1.0f)));
-    bool smoothly = mod(about.w, 2.0f) > 0.5f;
-    bool root = about.w > 1.5f;
+vec4 levelAtHit(vec4 level, vec2 uv, vec2 wrapping, bool smoothly, bool root) {
     vec2 at = uv * level.zw - (smoothly ? 0.5f : 0.0f);
     vec2 corner = floor(at);
     vec2 part = smoothly ? at - corner : vec2(0.0f);
-    vec2 first = wrapped(corner, level.zw, about.yz);
-    vec2 second = wrapped(corner + 1.0f, level.zw, about.yz);
+    vec2 first = wrapped(corner, level.zw, wrapping);
+    vec2 second = wrapped(corner + 1.0f, level.zw, wrapping);
     vec4 lower = mix(texelOf(level, first, root), texelOf(level, vec2(second.x, first.y), root),
                      part.x);
     vec4 upper = mix(texelOf(level, vec2(first.x, second.y), root), texelOf(level, second, root),
                      part.x);
     return mix(lower, upper, part.y);
+}
+
+// number: of the texture, from 1. footprint: of the ray's cone, in texture coordinates. blended:
+// between levels, as colours are for pixels; numbers take the nearest (gpu_scene.cpp).
+vec4 textureAtHit(float number, vec2 uv, float footprint, bool blended) {
+    int row = int(tracing.limits.y) + (int(number) - 1) * TRACE_TEXTURE_ROWS;
+    vec4 about = texelFetch(traceMaterials, row);
+    vec2 size = texelFetch(traceMaterials, row + 1).zw;
+    float lod = min(log2(clamp(footprint * max(size.x, size.y), 1.0f, 65536.0f)), about.x - 1.0f);
+    bool smoothly = mod(about.w, 2.0f) > 0.5f;
+    bool root = about.w > 1.5f;
+    int level = int(blended ? lod : lod + 0.5f);
+    vec4 texel = levelAtHit(texelFetch(traceMaterials, row + 1 + level), uv, about.yz, smoothly, root);
+    if (blended) {
+        int next = int(min(float(level) + 1.0f, about.x - 1.0f));
+        vec4 coarser = levelAtHit(texelFetch(traceMaterials, row + 1 + next), uv, about.yz, smoothly,
+                                  root);
+        texel = mix(texel, coarser, lod - float(level));
+    }
+    return texel;
 }
 
 // Texture coordinates at a hit, and how many of their units a metre of the surface covers.
@@ -89,7 +101,7 @@ struct HitCoordinates {
 };
 
 // White where the material's slot has no texture.
-vec4 slotAtHit(int material, int slot, HitCoordinates c, float width) {
+vec4 slotAtHit(int material, int slot, HitCoordinates c, float width, bool blended) {
     vec4 uRow = texelFetch(traceMaterials, material + 6 + 2 * slot);
     vec4 vRow = texelFetch(traceMaterials, material + 7 + 2 * slot);
     vec2 uv = c.uv0;
@@ -103,7 +115,7 @@ vec4 slotAtHit(int material, int slot, HitCoordinates c, float width) {
         perMetre *= sqrt(abs(uRow.x * vRow.y - uRow.y * vRow.x));
     }
     bool present = vRow.w > 0.5f;
-    vec4 texel = textureAtHit(max(vRow.w, 1.0f), uv, width * perMetre);
+    vec4 texel = textureAtHit(max(vRow.w, 1.0f), uv, width * perMetre, blended);
     return present ? texel : vec4(1.0f);
 }
 
@@ -199,7 +211,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     MaterialPoint point;
     point.baseColor = texelFetch(traceMaterials, m);
     if (hitHas(FEATURE_BASE_COLOR_MAP)) {
-        point.baseColor *= slotAtHit(m, UNIT_BASE_COLOR, uv, footprint);
+        point.baseColor *= slotAtHit(m, UNIT_BASE_COLOR, uv, footprint, true);
     }
     if (hitHas(FEATURE_VERTEX_COLOR)) {
         point.baseColor *= vertexColorOf(vertexA) * wa + vertexColorOf(vertexB) * wb +
@@ -207,7 +219,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     }
     vec2 metallicRoughness = surface.xy;
     if (hitHas(FEATURE_METALLIC_ROUGHNESS_MAP)) {
-        metallicRoughness *= slotAtHit(m, UNIT_METALLIC_ROUGHNESS, uv, footprint).bg;
+        metallicRoughness *= slotAtHit(m, UNIT_METALLIC_ROUGHNESS, uv, footprint, false).bg;
     }
     point.metallic = clamp(metallicRoughness.x, 0.0f, 1.0f);
     point.roughness = clamp(metallicRoughness.y, 0.0f, 1.0f);
@@ -225,7 +237,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
         vec3 t = direction(times(e0, e1, e2, tangentA.xyz)) * wa +
                  direction(times(e0, e1, e2, vertexTangentOf(vertexB).xyz)) * wb +
                  direction(times(e0, e1, e2, vertexTangentOf(vertexC).xyz)) * wc;
-        vec3 bump = slotAtHit(m, UNIT_NORMAL, uv, footprint).xyz * 2.0f - 1.0f;
+        vec3 bump = slotAtHit(m, UNIT_NORMAL, uv, footprint, false).xyz * 2.0f - 1.0f;
         bool bumpy = texelFetch(traceMaterials, m + 7 + 2 * UNIT_NORMAL).w > 0.5f;
         bump = bumpy ? vec3(bump.xy * surface.z, bump.z) : vec3(0.0f, 0.0f, 1.0f);
         n = t * bump.x + cross(n, t) * (tangentA.w * e0.w * bump.y) + n * bump.z;
@@ -235,13 +247,13 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     point.occlusion = 1.0f;
     if (hitHas(FEATURE_OCCLUSION_MAP)) {
         point.occlusion +=
-            surface.w * (slotAtHit(m, UNIT_OCCLUSION, uv, footprint).r - 1.0f);
+            surface.w * (slotAtHit(m, UNIT_OCCLUSION, uv, footprint, false).r - 1.0f);
     }
     point.emitted = vec3(0.0f);
     if (hitHas(FEATURE_EMISSION)) {
         point.emitted = emissive.rgb;
         if (hitHas(FEATURE_EMISSIVE_MAP)) {
-            point.emitted *= slotAtHit(m, UNIT_EMISSIVE, uv, footprint).rgb;
+            point.emitted *= slotAtHit(m, UNIT_EMISSIVE, uv, footprint, true).rgb;
         }
     }
     p.material = point;

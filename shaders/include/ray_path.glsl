@@ -145,10 +145,12 @@ vec3 startBeside(vec3 position, vec3 normal) {
     return beside(place, normal, reach + 5.0f * length(position));
 }
 
+float changeInPixel(vec3 v) {
+    return max(length(dFdx(v)), length(dFdy(v)));
+}
+
 RayCone coneAt(vec3 position, vec3 towards, float lobe) {
-    vec3 w = max(abs(dFdx(position)), abs(dFdy(position)));
-    vec3 s = max(abs(dFdx(towards)), abs(dFdy(towards)));
-    return RayCone(length(w), min(length(s), 1.0f), lobe);
+    return RayCone(changeInPixel(position), min(changeInPixel(towards), 1.0f), lobe);
 }
 
 vec3 tracedReflection(Surface s, vec3 position) {

@@ -71,7 +71,9 @@ FramePlan Workbench::plan(const FrameRequest& request) const {
 
 Image Workbench::run(const FramePlan& plan) {
     context_.makeCurrent();
-    return executor_.run(plan, *scene_, pose_, environment_, {}).image;
+    Execution done = executor_.run(plan, *scene_, pose_, environment_, {});
+    passMilliseconds_ = std::move(done.passMilliseconds);
+    return std::move(done.image);
 }
 
 Image Workbench::traced(const FramePlan& plan, int rounds, double* milliseconds) {

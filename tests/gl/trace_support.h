@@ -22,6 +22,7 @@ public:
 
     FramePlan plan(const FrameRequest& request) const;
     Image run(const FramePlan& plan);
+    const std::vector<double>& passMilliseconds() const { return passMilliseconds_; }
     // One ray for each pixel of a channel plan: what the channel pass would have drawn. Reports how
     // long the last of `rounds` took.
     Image traced(const FramePlan& plan, int rounds = 1, double* milliseconds = nullptr);
@@ -35,6 +36,7 @@ private:
     std::shared_ptr<const Scene> scene_;
     std::unique_ptr<GpuScene> gpuScene_;
     std::unique_ptr<GpuTracer> tracer_;
+    std::vector<double> passMilliseconds_;  // of the last run
     Pose pose_;
     EnvironmentMap environment_;
 };

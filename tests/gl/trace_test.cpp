@@ -62,6 +62,11 @@ std::optional<Scene> shared(const std::string& path) {
 
 }  // namespace
 
+TEST(Traced, isOffered) {
+    workbench();
+    EXPECT_TRUE(GpuTracer::offered());
+}
+
 TEST(Traced, primaryRaysSeeTheSixWallsAsDrawn) {
     expectRaysSeeWhatIsDrawn(*makeBuiltinScene("six-walls"));
 }
@@ -74,17 +79,4 @@ TEST(Traced, primaryRaysSeeSponzaAsDrawn) {
     std::optional<Scene> scene = shared("Sponza/Sponza.gltf");
     if (!scene) GTEST_SKIP() << "no shared scenes";
     expectRaysSeeWhatIsDrawn(std::move(*scene));
-}
-
-TEST(Traced, DISABLED_speed) {
-    for (const char* name : {"six-walls", "chapel", "sponza"}) {
-        auto scene =
-            name == std::string("sponza") ? shared("Sponza/Sponza.gltf") : makeBuiltinScene(name);
-        workbench().show(std::move(*scene));
-        double ms = 0.0;
-        const FramePlan plan =
-            workbench().plan(looking(workbench().scene(), Channel::depth, 640, 360));
-        workbench().traced(plan, 4, &ms);
-        std::printf("%s %.1f ms %.2f Mrays/s\n", name, ms, 230.4 / ms);
-    }
 }

@@ -5,6 +5,7 @@
 #include "support.h"
 #include "trace_support.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace clerestory;
@@ -122,4 +123,181 @@ TEST(TracedLight, absorptionFollowsThePathThroughTheBall) {
         EXPECT_NEAR(c.y, std::pow(0.25, chord), 4e-3) << x;
         EXPECT_NEAR(c.z, 1.0, 2e-3) << x;
     }
+}
+
+namespace {
+
+// Unlit squares about the origin, turned inwards, each of one colour: +X -X +Y -Y +Z -Z.
+const std::array<glm::vec3, 6> kWallColors = {glm::vec3(1, 0, 0), glm::vec3(0, 1, 1),
+                                              glm::vec3(0, 1, 0), glm::vec3(1, 0, 1),
+                                              glm::vec3(0, 0, 1), glm::vec3(1, 1, 0)};
+void addWalls(Scene& scene, double distance) {
+    for (int i = 0; i < 6; ++i) {
+        Material m{.baseColor = glm::vec4(kWallColors[i], 1.0f), .unlit = true};
+        const int axis = i / 2;
+        const double side = i % 2 == 0 ? 1.0 : -1.0;
+        glm::dmat4 wall(0.0);  // z towards the middle
+        wall[2][axis] = -side;
+        wall[0][(axis + 1) % 3] = 1.0;
+        const glm::dvec3 up = glm::cross(glm::dvec3(wall[2]), glm::dvec3(wall[0]));
+        wall[1] = glm::dvec4(up, 0.0);
+        wall[3][axis] = side * distance;
+        wall[3][3] = 1.0;
+        place(scene, quad(static_cast<float>(distance), addMaterial(scene, m)), wall);
+    }
+}
+
+glm::dvec3 pixelRay(std::uint32_t x, std::uint32_t y, double yfov) {
+    const double k = 2.0 * std::tan(0.5 * yfov) / kSize;
+    return glm::normalize(glm::dvec3((x + 0.5 - 0.5 * kSize) * k, (0.5 * kSize - y - 0.5) * k, -1));
+}
+
+// Unpolarised, of one interface from outside.
+double fresnelOnce(double cosine, double ior) {
+    const double inner = std::sqrt(1.0 - (1.0 - cosine * cosine) / (ior * ior));
+    const double s = (cosine - ior * inner) / (cosine + ior * inner);
+    const double p = (ior * cosine - inner) / (ior * cosine + inner);
+    return 0.5 * (s * s + p * p);
+}
+
+// Where a ray first meets the ball of radius 1 about the origin.
+std::optional<glm::dvec3> onBall(const glm::dvec3& eye, const glm::dvec3& d) {
+    const double b = glm::dot(eye, d), c = glm::dot(eye, eye) - 1.0, root = b * b - c;
+    if (root < 0.0) return std::nullopt;
+    return eye + d * (-b - std::sqrt(root));
+}
+
+}  // namespace
+
+TEST(TracedLight, aMirrorBallShowsEachWallWhereReflectionSays) {
+    Scene scene;
+    scene.environment = "black";
+    addWalls(scene, 5.0);
+    place(scene, sphere(1.0f, 96, addMaterial(scene, mirror())));
+    Workbench& bench = workbench();
+    bench.show(std::move(scene));
+    const glm::dvec3 eye(0.3, 0.4, 3.5);
+    FrameRequest r = shot(eye, eye - glm::dvec3(0, 0, 1));
+    const Image image = bench.run(bench.plan(r));
+    std::array<int, 6> seen{};
+    for (std::uint32_t y = 0; y < kSize; ++y) {
+        for (std::uint32_t x = 0; x < kSize; ++x) {
+            const glm::dvec3 d = pixelRay(x, y, 0.8);
+            const auto p = onBall(eye, d);
+            if (!p || glm::dot(*p, -d) < 0.1) continue;  // the rim falls to either side
+            const glm::dvec3 mirrored = glm::reflect(d, *p);
+            // The wall that the ray reaches first, and how clear that is.
+            std::array<double, 3> t{};
+            for (int axis = 0; axis < 3; ++axis) {
+                t[axis] = (std::copysign(5.0, mirrored[axis]) - (*p)[axis]) / mirrored[axis];
+            }
+            const int axis = static_cast<int>(std::min_element(t.begin(), t.end()) - t.begin());
+            std::sort(t.begin(), t.end());
+            if (t[1] - t[0] < 0.05 * t[0]) continue;  // near the walls' edge
+            const int wall = 2 * axis + (mirrored[axis] > 0.0 ? 0 : 1);
+            ++seen[wall];
+            const glm::vec3 c = color(image, x, y);
+            for (int i = 0; i < 3; ++i) {
+                ASSERT_NEAR(c[i], kWallColors[wall][i], 2e-3) << x << " " << y;
+            }
+        }
+    }
+    for (int wall = 0; wall < 5; ++wall) EXPECT_GT(seen[wall], 3) << wall;
+}
+
+TEST(TracedLight, aGlassBallBendsRaysAsSnellSays) {
+    // Behind the ball a wall whose colour tells the place on it.
+    constexpr float kHalf = 60.0f, kBehind = 30.0f;
+    Scene scene;
+    scene.environment = "black";
+    MeshDraft wall = quad(kHalf, addMaterial(scene, {.unlit = true}));
+    for (Vertex& v : wall.vertices) {
+        v.color = glm::vec4(0.5f + 0.5f * v.position.x / kHalf, 0.5f + 0.5f * v.position.y / kHalf,
+                            0.0f, 1.0f);
+    }
+    place(scene, std::move(wall), moved(0, 0, -kBehind));
+    constexpr float kIor = 1.5f;
+    place(scene, sphere(1.0f, 160, addMaterial(scene, glass(kIor))));
+    Workbench& bench = workbench();
+    bench.show(std::move(scene));
+    const glm::dvec3 eye(0, 0, 10);
+    constexpr double kYfov = 0.22;
+    const Image image = bench.run(bench.plan(shot(eye, {0, 0, 0}, kYfov)));
+    int compared = 0;
+    for (std::uint32_t y = 0; y < kSize; ++y) {
+        for (std::uint32_t x = 0; x < kSize; ++x) {
+            const glm::dvec3 d = pixelRay(x, y, kYfov);
+            const auto p = onBall(eye, d);
+            if (!p) continue;
+            const double cosine = -glm::dot(*p, d);
+            if (cosine < 0.72) continue;  // then the mirrored ray meets the wall, too
+            const glm::dvec3 inside = glm::refract(d, *p, 1.0 / double{kIor});
+            const glm::dvec3 q = *p - 2.0 * glm::dot(inside, *p) * inside;
+            const glm::dvec3 out = glm::refract(inside, -q, double{kIor});
+            // The textbook's figure, to be sure of the line above.
+            const double theta = std::acos(cosine), inner = std::asin(std::sin(theta) / kIor);
+            ASSERT_NEAR(std::acos(std::min(1.0, glm::dot(out, d))), 2.0 * (theta - inner), 1e-6);
+
+            const double f = fresnelOnce(cosine, kIor);
+            const double through = (1.0 - f) * (1.0 - f);
+            const glm::vec3 c = color(image, x, y) / static_cast<float>(through);
+            const glm::dvec3 there((double{c.x} - 0.5) * 2.0 * kHalf,
+                                   (double{c.y} - 0.5) * 2.0 * kHalf, -kBehind);
+            const double cosineOff = glm::dot(glm::normalize(there - q), out);
+            const double degrees = std::acos(std::min(1.0, cosineOff)) * 57.29577951;
+            ASSERT_LT(degrees, 0.2) << x << " " << y;
+            ++compared;
+        }
+    }
+    EXPECT_GT(compared, 700);
+}
+
+namespace {
+
+// Before the scene's own camera hangs a flat mirror, turned so that it shows what is beside it.
+FrameRequest withMirror(Scene& scene) {
+    for (Material& m : scene.materials) m.reflection = Reflection::none;
+    const DefaultView view = defaultView(scene);
+    const glm::dvec3 forward = glm::normalize(view.target - view.position);
+    const glm::dvec3 side = glm::normalize(glm::cross(forward, glm::dvec3(0, 1, 0)));
+    const double far = 0.06 * double{worldBounds(scene, poseAt(scene, 0.0)).diagonal()};
+    const glm::dvec3 normal = glm::normalize(-forward + 0.35 * side);
+    const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), normal));
+    const glm::dmat4 place4(glm::dvec4(right, 0), glm::dvec4(glm::cross(normal, right), 0),
+                            glm::dvec4(normal, 0), glm::dvec4(view.position + far * forward, 1));
+    place(scene, quad(static_cast<float>(0.4 * far), addMaterial(scene, mirror())), place4);
+    FrameRequest r = shot(view.position, view.target, view.yfov);
+    r.width = 320;
+    r.height = 240;
+    r.output.format = OutputFormat::png;
+    r.accuracy.edgeFilter = false;
+    r.accuracy.curved = CurvedMethod::environment;
+    r.accuracy.glass = GlassMethod::environment;
+    r.effects.refraction = false;
+    return r;
+}
+
+void expectTracedMirrorAsDrawn(const char* name) {
+    Scene scene = *makeBuiltinScene(name);
+    FrameRequest r = withMirror(scene);
+    Workbench& bench = workbench();
+    bench.show(std::move(scene));
+    r.accuracy.generations = 1;
+    const FramePlan traced = bench.plan(r);
+    ASSERT_TRUE(tracesAnything(traced)) << toText(traced);
+    r.accuracy.planar = PlanarMethod::mirror;
+    const FramePlan drawn = bench.plan(r);
+    EXPECT_FALSE(tracesAnything(drawn));
+    const Image actual = bench.run(traced), expected = bench.run(drawn);
+    EXPECT_TRUE(imagesMatch(actual, expected, kEdges));
+}
+
+}  // namespace
+
+TEST(TracedLight, aFlatMirrorInTheSixWallsShowsWhatItsMirroredViewDraws) {
+    expectTracedMirrorAsDrawn("six-walls");
+}
+
+TEST(TracedLight, aFlatMirrorInTheChapelShowsWhatItsMirroredViewDraws) {
+    expectTracedMirrorAsDrawn("chapel");
 }
