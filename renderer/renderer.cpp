@@ -3,6 +3,7 @@
 
 #include "gl/context.h"
 #include "passes/executor.h"
+#include "passes/gpu_tracer.h"
 #include "plan/features.h"
 #include "plan/planner.h"
 
@@ -56,7 +57,8 @@ struct Renderer::State {
           identity(identityOf(context.capabilities())),
           limits({.maxSamples = identity.maxSamples,
                   .maxAnisotropy = identity.maxAnisotropy,
-                  .software = identity.software}) {}
+                  .software = identity.software,
+                  .traces = GpuTracer::offered()}) {}
 
     // What a request names, found; throws InvalidRequest naming what is not there.
     struct Subject {
