@@ -222,7 +222,9 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
              milliseconds({.pixels = kCopiedPixel * job.width * job.height + pixels,
                            .views = 1.0,
                            .software = limits_.software}),
-             solid ? 0.5 : 0.04}};
+             !solid                              ? 0.04
+             : stage_.request.accuracy.backFaces ? 0.75
+                                                 : 0.9}};
         if (limits_.traces && !job.captured) {  // a captured face is small and blurred
             candidates.push_back(
                 {Method::traced,

@@ -22,6 +22,10 @@ constexpr double kSameOffset = 1e-5;
 // (erratum P9), at most this share of the picture.
 constexpr double kMostGuard = 0.25;
 
+// Pixels that a lobe spreads over what stands far behind the mirror (erratum R4), above which half
+// as many pixels along an edge show the same but for what touches the mirror.
+constexpr double kCoarseBlur = 24.0;
+
 std::string percent(double share) {
     char text[64];
     std::snprintf(text, sizeof text, "%.1f %% of the frame", 100.0 * share);
@@ -130,8 +134,10 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
     const PixelRect rect = pixelRect(group.covered, job.width, job.height, guard);
     const View child = mirroredView(cropped(job.view, rect, job.width, job.height), group.plane);
 
-    const auto width = static_cast<std::uint32_t>(std::ceil(rect.width * a.planarScale));
-    const auto height = static_cast<std::uint32_t>(std::ceil(rect.height * a.planarScale));
+    const bool coarse = a.preset != Preset::fine && 4.898979486 * alpha * slope > kCoarseBlur;
+    const double scale = coarse ? 0.5 * a.planarScale : a.planarScale;
+    const auto width = static_cast<std::uint32_t>(std::ceil(rect.width * scale));
+    const auto height = static_cast<std::uint32_t>(std::ceil(rect.height * scale));
     const SeenView behind = seenFrom(stage_, child, hidden);
     std::vector<Candidate> candidates{{Method::environment, 0.0, environmentError(group.roughness)},
                                       {Method::mirror,
@@ -180,7 +186,8 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
     ViewJob mirror{.kind = PassKind::mirror,
                    .name = group.name,
                    .effect = Effect::planarReflection,
-                   .reason = "visible, facing, " + percent(group.share),
+                   .reason = "visible, facing, " + percent(group.share) +
+                             (coarse ? "; at half size, as it is blurred" : ""),
                    .view = child,
                    .width = width,
                    .height = height,
@@ -202,8 +209,8 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
     }
     pass.reflections.push_back({.target = target,
                                 .origin = {rect.x, rect.y},
-                                .scale = a.planarScale,
-                                .pixelsPerSlope = slope * a.planarScale,
+                                .scale = scale,
+                                .pixelsPerSlope = slope * scale,
                                 .normal = group.plane.normal,
                                 .samples = a.planarSamples});
     pass.reads.push_back(target);
