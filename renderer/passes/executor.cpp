@@ -115,7 +115,10 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
 Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& pose,
                         const EnvironmentMap& environment, const EnvironmentMaps& maps) {
     targets_.beginFrame();
-    if (!plan.materials.empty()) resources_.frameMaterials.assign(plan.materials);
+    if (!plan.materials.empty()) {
+        resources_.frameMaterials.assign(plan.materials);
+        resources_.frameMaterials.bind(0);  // no range of an earlier, longer list stays bound
+    }
     std::vector<Target*> targets;
     for (const TargetSpec& spec : plan.targets) targets.push_back(&targets_.acquire(spec));
 

@@ -129,6 +129,8 @@ void uploadReflections(PassResources& resources, const PassInput& input,
         std::memcpy(bytes.data() + i * reflectionStride(), &block, sizeof block);
     }
     resources.reflectionBlock.assign(bytes);
+    // An earlier pass may have left a range bound that the new content no longer reaches.
+    resources.reflectionBlock.bindUniform(BINDING_REFLECTION, 0, sizeof(blocks::ReflectionBlock));
 }
 
 namespace {
