@@ -158,7 +158,8 @@ TEST(ViewTree, AMirroredViewTurnsTheWindingAndIsClippedAtTheMirror) {
     const glm::dvec4 clip = *view.clipPlane;
     EXPECT_GT(glm::dot(glm::dvec3(clip), glm::dvec3(0, 0, 1e-6) - view.eye) + clip.w, 0.0);
     EXPECT_LT(glm::dot(glm::dvec3(clip), glm::dvec3(0, 0, -1e-6) - view.eye) + clip.w, 0.0);
-    for (const Draw& draw : passesOf(plan, PassKind::mirror)[0].opaqueDraws) {
+    const auto mirrors = passesOf(plan, PassKind::mirror);  // outlives the loop over its draws
+    for (const Draw& draw : mirrors[0].opaqueDraws) {
         EXPECT_TRUE(draw.features & FEATURE_CLIP);
         EXPECT_NE(draw.instance, 0u) << "the mirror itself";
     }
