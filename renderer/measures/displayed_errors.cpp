@@ -1,0 +1,133 @@
+#include "measures/displayed_errors.h"
+
+#include "measures/layers.h"
+
+#include <glm/glm.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+glm::dvec3 pixelOf(const Layers& layers, std::size_t i) {
+    return glm::clamp(glm::dvec3(layers[0].values[i], layers[1].values[i], layers[2].values[i]),
+                      0.0, 1.0);
+}
+
+Layer luma(const Layers& rgb) {
+    Layer result = rgb[0];
+    for (std::size_t i = 0; i < result.values.size(); ++i) {
+        result.values[i] = glm::dot(glm::dvec3(0.299, 0.587, 0.114), pixelOf(rgb, i));
+    }
+    return result;
+}
+
+Layer product(const Layer& a, const Layer& b) {
+    Layer result = a;
+    for (std::size_t i = 0; i < result.values.size(); ++i) result.values[i] *= b.values[i];
+    return result;
+}
+
+Layer blurred(const Layer& layer) {
+    const std::vector<double> window = gaussian(1.5, 5);
+    return filtered(layer, window, window);
+}
+
+// Wang et al. (2004), equation 13, at every pixel.
+Layer similarity(const Layer& x, const Layer& y) {
+    constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;  // of a range of 1
+    const Layer meanX = blurred(x), meanY = blurred(y);
+    const Layer xx = blurred(product(x, x)), yy = blurred(product(y, y));
+    const Layer xy = blurred(product(x, y));
+    Layer result = x;
+    for (std::size_t i = 0; i < result.values.size(); ++i) {
+        const double mx = meanX.values[i], my = meanY.values[i];
+        const double varX = std::max(xx.values[i] - mx * mx, 0.0);
+        const double varY = std::max(yy.values[i] - my * my, 0.0);
+        const double both = xy.values[i] - mx * my;
+        result.values[i] = (2.0 * mx * my + kC1) * (2.0 * both + kC2) /
+                           ((mx * mx + my * my + kC1) * (varX + varY + kC2));
+    }
+    return result;
+}
+
+// Only those whose window lies within the picture, where there are any.
+void leaveOutBorder(ComparedPair& pair) {
+    const auto [width, height] = std::pair(pair.actual[0].width, pair.actual[0].height);
+    if (width < 11 || height < 11) return;
+    ComparedPair inner = pair;
+    inner.pixels = 0;
+    for (std::uint32_t y = 0; y < height; ++y) {
+        for (std::uint32_t x = 0; x < width; ++x) {
+            const bool within = x >= 5 && y >= 5 && x + 5 < width && y + 5 < height;
+            auto& counted = inner.counted[std::size_t(y) * width + x];
+            counted = counted && within;
+            inner.pixels += counted;
+        }
+    }
+    if (inner.pixels > 0) pair = std::move(inner);
+}
+
+}  // namespace
+
+double psnr(const Image& actual, const Image& reference, const Mask* mask) {
+    const ComparedPair pair = comparedPair(actual, reference, mask);
+    double squares = 0.0;
+    for (std::size_t i = 0; i < pair.counted.size(); ++i) {
+        if (!pair.counted[i]) continue;
+        const glm::dvec3 d = pixelOf(pair.actual, i) - pixelOf(pair.reference, i);
+        squares += glm::dot(d, d);
+    }
+    if (squares <= 0.0) return kMostDecibels;
+    return std::min(10.0 * std::log10(3.0 * double(pair.pixels) / squares), kMostDecibels);
+}
+
+double ssim(const Image& actual, const Image& reference, const Mask* mask) {
+    ComparedPair pair = comparedPair(actual, reference, mask);
+    if (pair.pixels == 0) return 1.0;
+    const Layer map = similarity(luma(pair.actual), luma(pair.reference));
+    leaveOutBorder(pair);
+    return meanOf(map, pair);
+}
+
+double decibels(const Image& actual, const Image& reference, const Mask* mask) {
+    constexpr double kGreatest = 35215.0;  // of two colours, as published
+    const ComparedPair pair = comparedPair(actual, reference, mask);
+    double squares = 0.0;
+    for (std::size_t i = 0; i < pair.counted.size(); ++i) {
+        if (!pair.counted[i]) continue;
+        const glm::dvec3 d = 255.0 * (pixelOf(pair.actual, i) - pixelOf(pair.reference, i));
+        const double y = glm::dot(glm::dvec3(0.29889531, 0.58662247, 0.11448223), d);
+        const double in = glm::dot(glm::dvec3(0.59597799, -0.27417610, -0.32180189), d);
+        const double quadrature = glm::dot(glm::dvec3(0.21147017, -0.52261711, 0.31114694), d);
+        const double distance = 0.5053 * y * y + 0.299 * in * in + 0.1957 * quadrature * quadrature;
+        squares += distance * distance;
+    }
+    if (squares <= 0.0) return -kMostDecibels;
+    return std::max(10.0 * std::log10(std::sqrt(squares / double(pair.pixels)) / kGreatest),
+                    -kMostDecibels);
+}
+
+double flip(const Image& actual, const Image& reference, const Mask* mask, double pixelsPerDegree) {
+    const ComparedPair pair = comparedPair(actual, reference, mask);
+    const Image map = flipMap(actual, reference, pixelsPerDegree);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < pair.counted.size(); ++i) {
+        if (pair.counted[i]) sum += map.floats()[i];
+    }
+    return pair.pixels ? sum / double(pair.pixels) : 0.0;
+}
+
+DisplayedErrors displayedErrors(const Image& actual, const Image& reference, const Mask* mask,
+                                double pixelsPerDegree) {
+    const ComparedPair pair = comparedPair(actual, reference, mask);
+    return {.pixels = pair.pixels,
+            .nonFinite = pair.nonFinite,
+            .psnr = psnr(actual, reference, mask),
+            .ssim = ssim(actual, reference, mask),
+            .flip = flip(actual, reference, mask, pixelsPerDegree),
+            .decibels = decibels(actual, reference, mask)};
+}
+
+}  // namespace clerestory

@@ -1,0 +1,122 @@
+#include "measures/layers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace clerestory {
+namespace {
+
+void requireComparable(const Image& actual, const Image& reference, const Mask* mask) {
+    if (actual.width != reference.width || actual.height != reference.height) {
+        throw std::runtime_error(
+            "pictures of two sizes cannot be compared: " + std::to_string(actual.width) + " x " +
+            std::to_string(actual.height) + " and " + std::to_string(reference.width) + " x " +
+            std::to_string(reference.height));
+    }
+    if (actual.channels < 3 || reference.channels < 3) {
+        throw std::runtime_error("only pictures with colours can be compared");
+    }
+    if (mask && (mask->width != actual.width || mask->height != actual.height)) {
+        throw std::runtime_error("the mask has another size than the pictures");
+    }
+}
+
+double sampleOf(const Image& image, std::size_t pixel, std::size_t channel) {
+    const std::size_t i = pixel * image.channels + channel;
+    return image.type == PixelType::float32 ? double(image.floats()[i]) : image.bytes()[i] / 255.0;
+}
+
+}  // namespace
+
+ComparedPair comparedPair(const Image& actual, const Image& reference, const Mask* mask) {
+    requireComparable(actual, reference, mask);
+    const std::size_t pixels = std::size_t(actual.width) * actual.height;
+    ComparedPair pair;
+    for (std::size_t c = 0; c < 3; ++c) {
+        pair.actual[c] = {actual.width, actual.height, std::vector<double>(pixels)};
+        pair.reference[c] = pair.actual[c];
+    }
+    pair.counted.resize(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        bool finite = true;
+        for (std::size_t c = 0; c < 3; ++c) {
+            finite &=
+                std::isfinite(sampleOf(actual, i, c)) && std::isfinite(sampleOf(reference, i, c));
+        }
+        const bool inside = !mask || mask->inside[i] != 0;
+        pair.counted[i] = inside && finite;
+        pair.pixels += inside && finite;
+        pair.nonFinite += inside && !finite;
+        if (!finite) continue;
+        for (std::size_t c = 0; c < 3; ++c) {
+            pair.actual[c].values[i] = sampleOf(actual, i, c);
+            pair.reference[c].values[i] = sampleOf(reference, i, c);
+        }
+    }
+    return pair;
+}
+
+ComparedPair comparedPair(const Image& actual, const Image& reference, const Mask* mask,
+                          PixelType type) {
+    if (actual.type != type || reference.type != type) {
+        throw std::runtime_error(type == PixelType::float32
+                                     ? "linear errors are taken on float pictures"
+                                     : "these errors are taken on 8-bit pictures");
+    }
+    return comparedPair(actual, reference, mask);
+}
+
+double meanOf(const Layer& layer, const ComparedPair& pair) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < layer.values.size(); ++i) {
+        if (pair.counted[i]) sum += layer.values[i];
+    }
+    return pair.pixels ? sum / double(pair.pixels) : 0.0;
+}
+
+std::vector<double> gaussian(double sigma, int radius) {
+    std::vector<double> weights;
+    double sum = 0.0;
+    for (int x = -radius; x <= radius; ++x) {
+        weights.push_back(std::exp(-0.5 * x * x / (sigma * sigma)));
+        sum += weights.back();
+    }
+    for (double& weight : weights) weight /= sum;  // at least the middle one is 1
+    return weights;
+}
+
+Layer filtered(const Layer& layer, std::span<const double> alongX, std::span<const double> alongY) {
+    const auto width = static_cast<std::ptrdiff_t>(layer.width);
+    const auto height = static_cast<std::ptrdiff_t>(layer.height);
+    const auto radiusX = static_cast<std::ptrdiff_t>(alongX.size() / 2);
+    const auto radiusY = static_cast<std::ptrdiff_t>(alongY.size() / 2);
+    Layer rows = layer, result = layer;
+    const auto place = [width](std::ptrdiff_t x, std::ptrdiff_t y) {
+        return static_cast<std::size_t>(y * width + x);
+    };
+    for (std::ptrdiff_t y = 0; y < height; ++y) {
+        for (std::ptrdiff_t x = 0; x < width; ++x) {
+            double sum = 0.0;
+            for (std::ptrdiff_t k = -radiusX; k <= radiusX; ++k) {
+                const std::ptrdiff_t from = std::clamp<std::ptrdiff_t>(x + k, 0, width - 1);
+                sum += alongX[static_cast<std::size_t>(k + radiusX)] * layer.values[place(from, y)];
+            }
+            rows.values[place(x, y)] = sum;
+        }
+    }
+    // Whole rows are added up: neighbours in memory.
+    std::fill(result.values.begin(), result.values.end(), 0.0);
+    for (std::ptrdiff_t y = 0; y < height; ++y) {
+        for (std::ptrdiff_t k = -radiusY; k <= radiusY; ++k) {
+            const std::ptrdiff_t from = std::clamp<std::ptrdiff_t>(y + k, 0, height - 1);
+            const double weight = alongY[static_cast<std::size_t>(k + radiusY)];
+            for (std::ptrdiff_t x = 0; x < width; ++x) {
+                result.values[place(x, y)] += weight * rows.values[place(x, from)];
+            }
+        }
+    }
+    return result;
+}
+
+}  // namespace clerestory
