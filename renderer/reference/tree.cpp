@@ -1,0 +1,124 @@
+#include "reference/tree.h"
+
+#include <array>
+#include <stdexcept>
+
+namespace clerestory::reference {
+namespace {
+
+// What a filter needs beside the hit.
+struct Asking {
+    RTCIntersectContext embree;  // first, as Embree hands back its address
+    const World* world;
+    std::uint32_t leaves;
+};
+
+// Called for every triangle that a ray passes through; lane by lane, though rays come one by one.
+void filter(const RTCFilterFunctionNArguments* args) {
+    const auto& asking = *reinterpret_cast<const Asking*>(args->context);
+    for (unsigned lane = 0; lane < args->N; ++lane) {
+        if (args->valid[lane] == 0) continue;
+        const std::uint32_t triangle = RTCHitN_primID(args->hit, args->N, lane);
+        const glm::dvec3 normal(RTCHitN_Ng_x(args->hit, args->N, lane),
+                                RTCHitN_Ng_y(args->hit, args->N, lane),
+                                RTCHitN_Ng_z(args->hit, args->N, lane));
+        const glm::dvec3 along(RTCRayN_dir_x(args->ray, args->N, lane),
+                               RTCRayN_dir_y(args->ray, args->N, lane),
+                               RTCRayN_dir_z(args->ray, args->N, lane));
+        if (triangle == asking.leaves ||
+            !asking.world->meets(triangle, RTCHitN_u(args->hit, args->N, lane),
+                                 RTCHitN_v(args->hit, args->N, lane),
+                                 glm::dot(normal, along) < 0.0)) {
+            args->valid[lane] = 0;
+        }
+    }
+}
+
+RTCRay embreeRay(const Ray& ray) {
+    RTCRay r{};
+    r.org_x = static_cast<float>(ray.origin.x);
+    r.org_y = static_cast<float>(ray.origin.y);
+    r.org_z = static_cast<float>(ray.origin.z);
+    r.dir_x = static_cast<float>(ray.direction.x);
+    r.dir_y = static_cast<float>(ray.direction.y);
+    r.dir_z = static_cast<float>(ray.direction.z);
+    r.tnear = static_cast<float>(ray.nearest);
+    r.tfar = ray.farthest < 1e30 ? static_cast<float>(ray.farthest)
+                                 : std::numeric_limits<float>::infinity();
+    r.mask = 0xffffffffu;
+    return r;
+}
+
+}  // namespace
+
+// One thread builds: of two triangles in one place the same one is always met. Corners are not
+// shared, but those in one place hold the same bits, so no ray slips between (robust).
+World::Tree::Tree(const World& world)
+    : world_(world), device_(rtcNewDevice("threads=1,set_affinity=0")) {
+    if (!device_) throw std::runtime_error("Embree has no device");
+    scene_ = rtcNewScene(device_);
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_MEDIUM);
+    if (const auto& triangles = world.triangles(); !triangles.empty()) {
+        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+        auto* corners = static_cast<glm::vec3*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                    sizeof(glm::vec3), 3 * triangles.size()));
+        auto* indices = static_cast<std::array<std::uint32_t, 3>*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                    sizeof(std::array<std::uint32_t, 3>), triangles.size()));
+        for (std::uint32_t i = 0; corners && indices && i < triangles.size(); ++i) {
+            corners[3 * i] = triangles[i].a;
+            corners[3 * i + 1] = triangles[i].b;
+            corners[3 * i + 2] = triangles[i].c;
+            indices[i] = {3 * i, 3 * i + 1, 3 * i + 2};
+        }
+        rtcSetGeometryIntersectFilterFunction(geometry, filter);
+        rtcSetGeometryOccludedFilterFunction(geometry, filter);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(scene_, geometry);
+        rtcReleaseGeometry(geometry);
+    }
+    rtcCommitScene(scene_);
+    if (rtcGetDeviceError(device_) != RTC_ERROR_NONE) {
+        rtcReleaseScene(scene_);
+        rtcReleaseDevice(device_);
+        throw std::runtime_error("Embree could not hold the scene");
+    }
+}
+
+World::Tree::~Tree() {
+    rtcReleaseScene(scene_);
+    rtcReleaseDevice(device_);
+}
+
+std::optional<Hit> World::Tree::nearest(const Ray& ray) const {
+    if (!finite(ray.origin) || !finite(ray.direction)) return std::nullopt;
+    Asking asking{{}, &world_, ray.leaves};
+    rtcInitIntersectContext(&asking.embree);
+    RTCRayHit query{};
+    query.ray = embreeRay(ray);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_, &asking.embree, &query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return Hit{query.ray.tfar, query.hit.u, query.hit.v, query.hit.primID};
+}
+
+bool World::Tree::blocked(const Ray& ray) const {
+    if (!finite(ray.origin) || !finite(ray.direction)) return false;
+    Asking asking{{}, &world_, ray.leaves};
+    rtcInitIntersectContext(&asking.embree);
+    RTCRay query = embreeRay(ray);
+    rtcOccluded1(scene_, &asking.embree, &query);
+    return query.tfar < 0.0f;
+}
+
+std::optional<Hit> World::nearest(const Ray& ray) const {
+    return tree_->nearest(ray);
+}
+
+bool World::blocked(const Ray& ray) const {
+    return tree_->blocked(ray);
+}
+
+}  // namespace clerestory::reference
