@@ -31,8 +31,9 @@ vec3 shaded(MaterialPoint m) {
     Surface s = surfaceOf(m, towardsEye());
     if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) {
         Glass g = glassAt(m.baseColor.rgb);
-        s.diffuse *= 1.0f - g.transmission;
-        return lampsAt(s) + (has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
+        Surface opaque = s;  // lamps light what is not clear
+        opaque.diffuse *= 1.0f - g.transmission;
+        return lampsAt(opaque) + (has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
                                                        : glassLight(s, positionEye, g));
     }
     vec3 mirrored = reflectedRadiance(s, positionEye);

@@ -74,6 +74,15 @@ Refraction refractedOut(vec3 inside, vec3 backNormal, float ior) {
     return refracted(inside, against, 1.0f / clamp(ior, 1e-3f, 1e3f));
 }
 
+// Share that an interface sends back. specular: weight of the body's reflections, 0..1, which what is
+// totally reflected does not heed: it has nowhere else to go. eta, cosTheta: as fresnelDielectric().
+float fresnelOfBody(float cosTheta, float eta, float specular) {
+    float c = clamp(cosTheta, 0.0f, 1.0f);
+    float e = clamp(eta, 1e-3f, 1e3f);
+    bool total = (e - 1.0f) * (e + 1.0f) + c * c <= 0.0f && abs(e - 1.0f) >= kNoInterface;
+    return fresnelDielectric(cosTheta, eta) * (total ? 1.0f : specular);
+}
+
 // ---- absorption --------------------------------------------------------------------------------
 
 float absorbedChannel(float color, float ratio) {

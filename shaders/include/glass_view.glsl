@@ -90,7 +90,7 @@ vec3 glassLight(Surface s, vec3 position, Glass g) {
     float c = max(dot(s.normal, s.toEye), 0.0f);
     bool inside = has(FEATURE_SOLID) && !gl_FrontFacing;
     float eta = inside ? 1.0f / g.ior : g.ior;
-    float fresnel = fresnelDielectric(c, eta);
+    float fresnel = fresnelOfBody(c, eta, material.dielectricF0.w);
     float spread = glassSpread(s.roughness * s.roughness, c, g.ior);
 
     GlassShares shares;
@@ -126,7 +126,7 @@ vec3 tracedGlassLight(Surface s, vec3 position, Glass g) {
     float c = max(dot(s.normal, s.toEye), 0.0f);
     bool inside = has(FEATURE_SOLID) && !gl_FrontFacing;
     float eta = inside ? 1.0f / g.ior : g.ior;
-    float fresnel = fresnelDielectric(c, eta);
+    float fresnel = fresnelOfBody(c, eta, material.dielectricF0.w);
     Refraction bent = refracted(incident, s.normal, eta);
     Crossing way = throughPane(incident, s.normal, g.ior, g.thickness);
     vec3 clear = absorption(material.attenuation.rgb, material.glass.w,

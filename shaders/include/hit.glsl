@@ -223,7 +223,9 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     }
     point.metallic = clamp(metallicRoughness.x, 0.0f, 1.0f);
     point.roughness = clamp(metallicRoughness.y, 0.0f, 1.0f);
-    point.dielectricF0 = texelFetch(traceMaterials, m + 3).rgb;
+    vec4 dielectric = texelFetch(traceMaterials, m + 3);
+    point.dielectricF0 = dielectric.rgb;
+    point.specular = dielectric.w;
 
     vec3 normalA = direction(times(n0, n1, n2, vertexNormalOf(vertexA)));
     vec3 normalB = direction(times(n0, n1, n2, vertexNormalOf(vertexB)));

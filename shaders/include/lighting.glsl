@@ -15,6 +15,7 @@ struct Surface {
     float nDotV;
     vec3 diffuse;  // albedo of what is not metal
     vec3 f0;
+    float f90;
     float roughness;
     vec3 reflectance;  // of the specular lobe in a uniform environment
     // For lamps, the same for each of them:
@@ -30,10 +31,11 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye) {
     s.nDotV = max(dot(s.normal, s.toEye), kMinCosine);
     s.diffuse = m.baseColor.rgb * (1.0f - m.metallic);
     s.f0 = mix(m.dielectricF0, m.baseColor.rgb, m.metallic);
+    s.f90 = mix(m.specular, 1.0f, m.metallic);
     s.roughness = m.roughness;
     vec2 brdf = textureLod(environmentBrdf,
                            environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
-    s.reflectance = specularEnvironment(s.f0, brdf);
+    s.reflectance = specularEnvironment(s.f0, s.f90, brdf);
     float lobe = max(s.roughness, kMinRoughness);
     float alpha = lobe * lobe;
     s.alphaSquared = alpha * alpha;
@@ -72,7 +74,7 @@ vec3 lampLight(Surface s, vec3 position, int first) {
 
     vec3 halfway = toLight + s.toEye;
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
-    vec3 fresnel = fresnelSchlick(s.f0, eyeDotH);
+    vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
     return power.rgb * falloff *
            (fresnel * s.bounces * ggxLobe(s, halfway, nDotL) +
             (1.0f - maxComponent(fresnel)) * (1.0f / kPi) * s.diffuse);

@@ -69,5 +69,5 @@ vec3 emittedAt() {
 MaterialPoint materialAt(vec4 baseColor) {
     vec2 metallicRoughness = metallicRoughnessAt();
     return MaterialPoint(baseColor, metallicRoughness.x, metallicRoughness.y,
-                         material.dielectricF0.rgb, normalAt(), occlusionAt(), emittedAt());
+                         material.dielectricF0.rgb, material.dielectricF0.w, normalAt(), occlusionAt(), emittedAt());
 }

@@ -5,7 +5,8 @@ struct MaterialPoint {
     vec4 baseColor;  // w: coverage
     float metallic;
     float roughness;
-    vec3 dielectricF0;  // straight on, where it is not metal
+    vec3 dielectricF0;  // straight on, where it is not metal; weighed by `specular`
+    float specular;     // of the dielectric lobe at every angle (KHR_materials_specular)
     vec3 normal;        // unit, bumps included, on the side that is seen
     float occlusion;    // of indirect light
     vec3 emitted;       // added after everything else and scaled by nothing else

@@ -52,8 +52,9 @@ vec3 radianceFinite(vec3 c) {
 
 // Schlick 1994. cosTheta is the angle in the less dense medium. Against the exact curve it is up to
 // 0.036 off for ior 1.5 (at 85 degrees) and must not be used below ior 1.3 (erratum G4).
-vec3 fresnelSchlick(vec3 f0, float cosTheta) {
-    return f0 + (vec3(1.0f) - f0) * pow5(1.0f - cosTheta);
+// f90: reflectance at grazing, 1 but for a dielectric whose material dims its whole lobe.
+vec3 fresnelSchlick(vec3 f0, float f90, float cosTheta) {
+    return f0 + (vec3(f90) - f0) * pow5(1.0f - cosTheta);
 }
 
 // Reflectance of a smooth dielectric for unpolarised light, exact (Cook and Torrance 1982).
@@ -143,10 +144,11 @@ vec2 environmentBrdfCoordinate(float nDotV, float roughness, float size) {
 }
 
 // Share of a uniform environment that the specular lobe returns, 0..1: split sum f0 A + B (Karis
-// 2013) times what multiple scattering adds, 1 + f0 (1 / (A + B) - 1) (Turquin 2019).
-vec3 specularEnvironment(vec3 f0, vec2 ab) {
+// 2013), with f90 as in fresnelSchlick() f0 A + f90 B, times what multiple scattering adds,
+// 1 + f0 (1 / (A + B) - 1) (Turquin 2019).
+vec3 specularEnvironment(vec3 f0, float f90, vec2 ab) {
     float single = clamp(ab.x + ab.y, 0.05f, 1.0f);  // what a white lobe returns in one bounce
-    vec3 scattered = f0 * ab.x + ab.y;
+    vec3 scattered = f0 * ab.x + f90 * ab.y;
     return clamp(scattered * (1.0f + f0 * (1.0f / single - 1.0f)), 0.0f, 1.0f);
 }
 

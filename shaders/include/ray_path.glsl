@@ -83,7 +83,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         if (hitHas(FEATURE_GLASS)) {
             float c = -dot(along, normal);
             float eta = p.front ? p.glass.y : 1.0f / p.glass.y;
-            float fresnel = fresnelDielectric(c, eta);
+            float fresnel = fresnelOfBody(c, eta, m.specular);
             vec3 mirrored = mirroredAt(along, normal, p.faceNormal);
             Refraction bent = refracted(along, normal, eta);
             Crossing way = throughPane(along, normal, p.glass.y, p.glass.z);

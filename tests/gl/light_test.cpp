@@ -154,7 +154,7 @@ TEST_F(LightOnSurfaces, aHighlightIsTheProductOfItsFormulae) {
             const glm::vec2 ab = environmentBrdf(1.0f, roughness);
             const glm::vec3 bounces = 1.0f + gold * (1.0f / (ab.x + ab.y) - 1.0f);
             const glm::vec3 expected =
-                formulae::fresnelSchlick(gold, glm::dot(v, h)) * bounces *
+                formulae::fresnelSchlick(gold, 1.0f, glm::dot(v, h)) * bounces *
                 formulae::ggxDistribution(glm::dot(n, h), glm::dot(across, across), alpha) *
                 formulae::ggxVisibility(glm::dot(n, l), glm::dot(n, v), alpha) * glm::dot(n, l) *
                 3.0f * formulae::punctualAttenuation(2.0f, 0.0f);
@@ -163,5 +163,58 @@ TEST_F(LightOnSurfaces, aHighlightIsTheProductOfItsFormulae) {
                     << "roughness " << roughness << " angle " << angle;
             }
         }
+    }
+}
+
+namespace {
+
+// What a smooth black or white dielectric shows of a white sky and a lamp, far below which the eye
+// stands: the middle is seen at 3.6 degrees from grazing.
+glm::vec3 seenAtGrazing(float specular, float base, float roughness, const char* environment) {
+    Scene scene;
+    place(scene, quad(4.0f, addMaterial(scene, {.baseColor = glm::vec4(glm::vec3(base), 1),
+                                                .metallic = 0.0f,
+                                                .roughness = roughness,
+                                                .specular = specular})));
+    addLight(scene, {.intensity = glm::vec3(500.0f)}, moved(-3, 0, 0.2));
+    FrameRequest r = request(std::move(scene), "specular", {1.6, 0, 0.1});
+    r.camera.target = glm::dvec3(0);
+    r.camera.up = glm::dvec3(0, 0, 1);
+    r.environment.map = environment;
+    r.effects.planarReflection = false;
+    return centerColor(renderer().render(r).image);
+}
+
+}  // namespace
+
+TEST_F(LightOnSurfaces, aSpecularFactorWeighsTheDielectricLobeAtEveryAngle) {
+    for (const float roughness : {0.05f, 0.3f, 0.8f}) {
+        // Black, and nothing on it.
+        EXPECT_EQ(seenAtGrazing(0.0f, 0.0f, roughness, "white"), glm::vec3(0.0f)) << roughness;
+        // Linear in the weight, but for the bounces between its facets.
+        for (const char* environment : {"white", "black"}) {
+            const glm::vec3 whole = seenAtGrazing(1.0f, 0.0f, roughness, environment);
+            const glm::vec3 half = seenAtGrazing(0.5f, 0.0f, roughness, environment);
+            ASSERT_GT(whole.x, 0.1f) << environment << roughness;
+            EXPECT_NEAR(half.x / whole.x, 0.5f, 5e-3f) << environment << roughness;
+        }
+        // What the lobe leaves is the diffuse light's: white stays white, less the lamp's.
+        for (const float specular : {0.0f, 0.3f, 1.0f}) {
+            const float seen = seenAtGrazing(specular, 1.0f, roughness, "white").x -
+                               seenAtGrazing(specular, 1.0f, roughness, "black").x;
+            EXPECT_NEAR(seen, 1.0f, 5e-3f) << specular << " " << roughness;
+        }
+    }
+}
+
+TEST_F(LightOnSurfaces, halfClearSurfacesKeepTheLightOfAUniformEnvironment) {
+    for (const float transmission : {0.0f, 0.25f, 0.5f, 1.0f}) {
+        Scene scene;
+        place(scene, quad(4.0f, addMaterial(scene, {.metallic = 0.0f,
+                                                    .roughness = 0.4f,
+                                                    .transmission = transmission})));
+        FrameRequest r = request(std::move(scene), "halfClear", {0, 0, 1});
+        r.environment.map = "white";
+        EXPECT_NEAR(centerColor(renderer().render(r).image).x, 1.0f, 5e-3f) << transmission;
     }
 }

@@ -125,7 +125,7 @@ TEST(EnvironmentBrdf, WhiteFurnace) {
             ASSERT_GT(ab.x + ab.y, 0.05f);
             float before = -1.0f;
             for (const float f0 : {0.0f, 0.04f, 0.5f, 1.0f}) {
-                const glm::vec3 specular = test::glsl::specularEnvironment(glm::vec3(f0), ab);
+                const glm::vec3 specular = test::glsl::specularEnvironment(glm::vec3(f0), 1.0f, ab);
                 for (const float diffuse : {0.0f, 1.0f}) {
                     ASSERT_LE(specular.x + diffuse * test::glsl::diffuseWeight(specular), 1.005f);
                 }

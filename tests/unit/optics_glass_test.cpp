@@ -30,6 +30,17 @@ double angleBetween(const dvec3& a, const dvec3& b) {
 
 // ---- one interface (G5) ------------------------------------------------------------------------
 
+TEST(Interface, ASpecularFactorDimsWhatCouldGetThrough) {
+    for (const float cosine : {0.0f, 0.01f, 0.5f, 1.0f}) {
+        EXPECT_EQ(glsl::fresnelOfBody(cosine, 1.5f, 0.0f), 0.0f) << cosine;
+        EXPECT_EQ(glsl::fresnelOfBody(cosine, 1.5f, 1.0f), glsl::fresnelDielectric(cosine, 1.5f));
+        EXPECT_EQ(glsl::fresnelOfBody(cosine, 1.0f, 1.0f), 0.0f);
+    }
+    // Beyond the critical angle, 41.8 degrees, light has nowhere else to go.
+    EXPECT_EQ(glsl::fresnelOfBody(0.7f, 1.0f / 1.5f, 0.0f), 1.0f);
+    EXPECT_EQ(glsl::fresnelOfBody(0.8f, 1.0f / 1.5f, 0.0f), 0.0f);
+}
+
 TEST(Interface, SnellsLawOverASweep) {
     for (const double ior : kIndices) {
         for (double degrees = 0.0; degrees < 90.0; degrees += 0.125) {
