@@ -173,6 +173,23 @@ bool traceAll(Picture& picture, std::uint32_t threads,
     return !cancelled;
 }
 
+Lighting lightingOf(const ReferenceRequest& request, const Pose& pose, const glm::dvec3& origin,
+                    const glm::dmat3& worldFromMap) {
+    const double intensity = request.frame.environment.intensity;
+    Lighting lighting{
+        .environment = {request.environment, worldFromMap, intensity},
+        .lamps = lampsOf(request.scene, pose, origin, request.environment, worldFromMap, intensity),
+        .backgroundVisible = request.frame.environment.visible};
+    if (request.mode == ReferenceMode::effects)
+        lighting.environment.prepareDiffuse();
+    else
+        lighting.environment.prepareChoices();
+    for (const auto& [name, map] : request.maps) {
+        lighting.named.try_emplace(name, *map, glm::dmat3(1.0), intensity);
+    }
+    return lighting;
+}
+
 }  // namespace
 
 std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
@@ -187,11 +204,8 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
     const glm::dmat3 worldFromMap = glm::mat3_cast(glm::normalize(glm::dquat(w, x, y, z)));
 
     const World world(request.scene, pose, dressing, frame.effects);
-    Lighting lighting{
-        .environment = {request.environment, worldFromMap, frame.environment.intensity},
-        .backgroundVisible = frame.environment.visible};
-    lighting.environment.prepareDiffuse();
-    const PathTracer tracer(world, lighting, request.mode);
+    const Lighting lighting = lightingOf(request, pose, world.origin(), worldFromMap);
+    const PathTracer tracer(world, lighting, frame.effects, request.mode);
 
     const std::uint32_t threads =
         request.threads > 0 ? request.threads : std::max(1u, std::thread::hardware_concurrency());

@@ -66,6 +66,7 @@ public:
     bool blocked(const Ray& ray) const;
     // Whether rays may go on behind what they meet: something blends or transmits.
     bool anyClear() const { return anyClear_; }
+    bool emits() const { return emission_; }
 
     Point pointAt(const Hit& hit, const glm::dvec3& along) const;
 
