@@ -9,6 +9,7 @@ namespace clerestory {
 int runServe(const CommandLine& line);
 int runRender(const CommandLine& line);
 int runPlan(const CommandLine& line);
+int runReference(const CommandLine& line);
 int runScenes();
 
 }  // namespace clerestory

@@ -162,6 +162,36 @@ void addPlan(CLI::App& app, CommandLine& line) {
     plan->add_flag("--json", line.frame.planAsJson, "as JSON");
 }
 
+void addReference(CLI::App& app, CommandLine& line) {
+    static const std::map<std::string, ReferenceMode> kModes = {{"effects", ReferenceMode::effects},
+                                                                {"full", ReferenceMode::full}};
+    ReferenceCommand& reference = line.reference;
+    CLI::App* command =
+        app.add_subcommand("reference", "Trace the truth that frames are held against");
+    command->callback([&line] { line.command = Command::reference; });
+    addFrameFlags(*command, line);
+    command->add_option("--samples", reference.samples, "of each pixel")
+        ->check(CLI::Range(2u, kMostReferenceSamples).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+    command
+        ->add_option("--mode", reference.mode,
+                     "effects (the renderer's light, its effects exact) or full")
+        ->transform(CLI::CheckedTransformer(kModes).description(""))
+        ->type_name("MODE");
+    command->add_option("--seed", reference.seed, "of chance: another one, other noise")
+        ->type_name("N")
+        ->capture_default_str();
+    command->add_option("--threads", reference.threads, "0: one for each processor")
+        ->check(CLI::Range(0u, kMostReferenceThreads).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+    command
+        ->add_option("-o,--output", line.frame.output, "the file: .exr, .npy, .pfm, .png or .jpg")
+        ->required()
+        ->type_name("FILE");
+}
+
 }  // namespace
 
 std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
@@ -171,6 +201,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     addServe(app, line);
     addRender(app, line);
     addPlan(app, line);
+    addReference(app, line);
     app.add_subcommand("scenes", "List the built-in scenes")->callback([&line] {
         line.command = Command::scenes;
     });

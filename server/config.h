@@ -4,6 +4,8 @@
 #include "server/http_server.h"
 #include "server/scene_library.h"
 
+#include "reference/reference.h"
+
 #include <optional>
 
 namespace clerestory {
@@ -17,7 +19,7 @@ struct Config {
     std::string logLevel = "info";
 };
 
-// `clerestory render` and `clerestory plan`: one frame without a server.
+// `clerestory render`, `plan` and `reference`: one frame without a server.
 struct FrameCommand {
     std::string scene;        // id of a built-in scene, or a file
     std::string requestFile;  // "-": standard input; empty: {}
@@ -27,12 +29,21 @@ struct FrameCommand {
     bool planAsJson = false;
 };
 
-enum class Command { serve, render, plan, scenes };
+// `clerestory reference`: what it takes beside the frame.
+struct ReferenceCommand {
+    ReferenceMode mode = ReferenceMode::effects;
+    std::uint32_t samples = 64;
+    std::uint64_t seed = 1;
+    std::uint32_t threads = 0;  // 0: one for each processor
+};
+
+enum class Command { serve, render, plan, reference, scenes };
 
 struct CommandLine {
     Command command = Command::serve;
     Config config;
     FrameCommand frame;
+    ReferenceCommand reference;
 };
 
 // Nothing to do any more (help was shown, or the line was wrong and one line said so): the exit

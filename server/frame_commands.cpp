@@ -1,5 +1,6 @@
 // `clerestory render`, `plan` and `scenes`: the server's own reading, planning and encoding, for
 // one frame.
+#include "server/command_input.h"
 #include "server/commands.h"
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
@@ -34,6 +35,8 @@ std::optional<OutputFormat> formatOf(const std::filesystem::path& file) {
     return std::nullopt;
 }
 
+}  // namespace
+
 Scene sceneFor(const std::string& source) {
     if (auto scene = makeBuiltinScene(source)) return *std::move(scene);
     if (!std::filesystem::exists(source)) {
@@ -55,6 +58,8 @@ FrameRequest requestFor(const FrameCommand& command) {
     if (body.is_object()) body.merge_patch(bodyFromQuery(command.fields));
     return frameRequestFrom(body, defaults);
 }
+
+namespace {
 
 // A renderer that holds the scene, and the request that names it.
 struct Prepared {

@@ -20,6 +20,8 @@ int run(const CommandLine& line) {
             return runRender(line);
         case Command::plan:
             return runPlan(line);
+        case Command::reference:
+            return runReference(line);
         case Command::scenes:
             return runScenes();
     }

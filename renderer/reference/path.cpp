@@ -6,9 +6,10 @@
 namespace clerestory::reference {
 namespace {
 
-// Turns after which a path goes on by chance only, as likely as it is bright; and the end of a path
-// that cannot lose light, which chance reaches once in e^50.
-constexpr int kCertainTurns = 16;
+// Turns after which a path goes on by chance only, as likely as it is bright. Mirrors in mirrors
+// are seen clearly for longer than light that diffuse walls have spread. And the end of a path that
+// cannot lose light, which chance reaches once in e^50.
+constexpr int kCertainTurnsInEffects = 16, kCertainTurnsInFull = 3;
 constexpr double kMostChance = 0.95;
 constexpr int kMostTurns = 1000;
 
@@ -46,6 +47,8 @@ void PathTracer::Path::turn(const Ray& next, const glm::dvec3& share, double tur
 }
 
 glm::dvec3 PathTracer::radiance(const Ray& ray, Random& random) const {
+    const int certain =
+        mode_ == ReferenceMode::effects ? kCertainTurnsInEffects : kCertainTurnsInFull;
     Path path{.ray = ray, .random = random};
     for (int turns = 0; !path.ended && turns < kMostTurns; ++turns) {
         if (const std::optional<Hit> hit = world_.nearest(path.ray))
@@ -54,7 +57,7 @@ glm::dvec3 PathTracer::radiance(const Ray& ray, Random& random) const {
             meetNothing(path);
         const double bright = greatest(path.weight);
         if (!(bright > 0.0)) break;
-        if (turns < kCertainTurns || path.ended) continue;
+        if (turns < certain || path.ended) continue;
         const double chance = std::min(bright, kMostChance);
         if (random.one() >= chance) break;
         path.weight /= chance;
