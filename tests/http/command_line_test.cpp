@@ -83,6 +83,28 @@ TEST(CommandLine, TakesTheSameJsonAsTheServer) {
     EXPECT_FALSE(content(json).empty());
 }
 
+TEST(CommandLine, TracesTheTruth) {
+    const std::string arguments =
+        "reference six-walls --eye 0.5,0.6,0.7 --target 0,0,0 --size 32x24 --samples 4 ";
+    const std::string numbers = outputFile("truth.npy"), picture = outputFile("truth.png");
+    const std::string again = outputFile("again.npy"), pfm = outputFile("truth.pfm");
+    const Outcome outcome = run(arguments + "--threads 1 -o '" + numbers + "'");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
+    EXPECT_THAT(outcome.output, HasSubstr("tracing 100 %"));
+    EXPECT_THAT(outcome.output, HasSubstr("4 samples a pixel, noise "));
+    const Image image = decodeNpy(content(numbers));
+    EXPECT_EQ(image.width, 32u);
+    EXPECT_EQ(image.height, 24u);
+    EXPECT_EQ(image.channels, 3u);
+    ASSERT_EQ(run(arguments + "--threads 3 -o '" + again + "'").exitCode, 0);
+    EXPECT_EQ(content(numbers), content(again));
+    ASSERT_EQ(run(arguments + "--mode full --seed 7 -o '" + picture + "'").exitCode, 0);
+    EXPECT_EQ(decodePng(content(picture)).width, 32u);
+    ASSERT_EQ(run(arguments + "-o '" + pfm + "'").exitCode, 0);
+    EXPECT_THAT(content(pfm), StartsWith("PF\n32 24\n-1.0\n"));
+    EXPECT_EQ(content(pfm).size(), 15 + 4 * image.width * image.height * 3);
+}
+
 TEST(CommandLine, PrintsPlans) {
     EXPECT_THAT(run("plan six-walls").output, HasSubstr("run   surface"));
     const Outcome json = run("plan six-walls --json");
@@ -108,15 +130,29 @@ TEST(CommandLine, HelpIsForPeople) {
 }
 
 TEST(CommandLine, MistakesAreOneLineAndExitTwo) {
-    for (const char* arguments :
-         {"", "sevre", "serve --prot 1", "serve --port x", "serve --port 99999",
-          "serve --renderer gpu", "serve --scene no-such-file.glb",
-          "serve --host 256.1.1.1 --port 0", "serve --queue 0", "render six-walls",
-          "render no-such-scene -o x.jpg", "render six-walls -o x.gif",
-          "render six-walls --size 64 -o x.jpg", "render six-walls --size 0x9 -o x.jpg",
-          "render six-walls --effects glow -o x.jpg", "render six-walls --set widht=3 -o x.jpg",
-          "render six-walls --request no-such-file -o x.jpg",
-          "render six-walls --camera nobody -o x.jpg", "plan six-walls --accuracy best"}) {
+    for (const char* arguments : {"",
+                                  "sevre",
+                                  "serve --prot 1",
+                                  "serve --port x",
+                                  "serve --port 99999",
+                                  "serve --renderer gpu",
+                                  "serve --scene no-such-file.glb",
+                                  "serve --host 256.1.1.1 --port 0",
+                                  "serve --queue 0",
+                                  "render six-walls",
+                                  "render no-such-scene -o x.jpg",
+                                  "render six-walls -o x.gif",
+                                  "render six-walls --size 64 -o x.jpg",
+                                  "render six-walls --size 0x9 -o x.jpg",
+                                  "render six-walls --effects glow -o x.jpg",
+                                  "render six-walls --set widht=3 -o x.jpg",
+                                  "render six-walls --request no-such-file -o x.jpg",
+                                  "render six-walls --camera nobody -o x.jpg",
+                                  "plan six-walls --accuracy best",
+                                  "reference six-walls -o x.gif",
+                                  "reference six-walls --samples 1 -o x.exr",
+                                  "reference six-walls --mode best -o x.exr",
+                                  "reference six-walls --channel depth -o x.npy"}) {
         SCOPED_TRACE(arguments);
         expectOneLine(run(arguments));
     }
