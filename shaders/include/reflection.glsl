@@ -52,8 +52,12 @@ vec3 flatMirror(Surface s, vec3 position) {
     vec2 at = pictureCoordinate(gl_FragCoord.xy);
     float toMirror = length(position);
     float spread = 2.0f * s.roughness * s.roughness;
-    // Over half the lobe's width first: what a rough mirror shows stands about as far as this.
-    float wide = min(0.5f * lobeLod(spread, reflection.levels.y), reflection.levels.x);
+    // What a rough mirror shows stands about as far as this, over half the lobe's width there. As wide
+    // as the lobe would be at its widest, the foot of what stands on the mirror would be mixed with
+    // the emptiness behind the plane.
+    float first = beyondSurface(textureLod(mirrorPicture, at, 0.0f).a, toMirror);
+    float wide = min(0.5f * lobeLod(spread, reflection.levels.y * lobeReach(toMirror, first)),
+                     reflection.levels.x);
     float beyond = beyondSurface(textureLod(mirrorPicture, at, wide).a, toMirror);
     if (has(FEATURE_MIRROR_SAMPLES)) return flatMirrorLobe(s, position, toMirror, beyond);
     if (has(FEATURE_NORMAL_MAP)) {

@@ -9,18 +9,6 @@ namespace {
 
 class HardRows : public GlTest {};
 
-Material mirror() {
-    return {.name = "mirror", .metallic = 1.0f, .roughness = 0.0f};
-}
-Material lamp(const glm::vec3& radiance) {
-    return {.name = "lamp",
-            .baseColor = {0, 0, 0, 1},
-            .metallic = 0.0f,
-            .emissive = radiance,
-            .doubleSided = true,
-            .specular = 0.0f};
-}
-
 // A mirror floor (z = 0), lamps above it, a mirror ball and a pane, all of them times `scale`; and
 // the explicitly mirrored lamps instead of the floor.
 Scene floorScene(const glm::dmat4& world, bool mirroredCopy, bool extras) {
@@ -33,13 +21,13 @@ Scene floorScene(const glm::dmat4& world, bool mirroredCopy, bool extras) {
             glm::dmat4 m = glm::translate(glm::dmat4(1.0), places[i]);
             m = glm::rotate(m, 0.5 + 0.4 * i, glm::dvec3(1.0, 0.3, 0.2));
             const glm::vec3 radiance(0.2f + 0.3f * float(i), 0.9f - 0.2f * float(i), 0.5f);
-            place(scene, quad(0.2f, addMaterial(scene, lamp(radiance))), world * flip * m);
+            place(scene, quad(0.2f, addMaterial(scene, glowing(radiance))), world * flip * m);
         }
     }
-    if (!mirroredCopy) place(scene, quad(1.5f, addMaterial(scene, mirror())), world);
+    if (!mirroredCopy) place(scene, quad(1.5f, addMaterial(scene, mirrorMetal())), world);
     if (extras) {
         Material glass{.name = "glass", .metallic = 0.0f, .roughness = 0.0f, .transmission = 1.0f};
-        place(scene, sphere(0.2f, 24, addMaterial(scene, mirror())), world * moved(0, 0, 0.4));
+        place(scene, sphere(0.2f, 24, addMaterial(scene, mirrorMetal())), world * moved(0, 0, 0.4));
         place(scene, quad(0.3f, addMaterial(scene, glass)), world * moved(0.3, 0.1, 0.6));
     }
     return scene;

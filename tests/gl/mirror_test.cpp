@@ -13,22 +13,6 @@ class Mirrors : public GlTest {};
 
 constexpr double kHalf = 1.5;  // of the mirror, metres
 
-Material mirror(float reflectance = 1.0f, float roughness = 0.0f) {
-    return {.name = "mirror",
-            .baseColor = glm::vec4(glm::vec3(reflectance), 1.0f),
-            .metallic = 1.0f,
-            .roughness = roughness};
-}
-
-Material lamp(const glm::vec3& radiance) {
-    return {.name = "lamp",
-            .baseColor = {0, 0, 0, 1},
-            .metallic = 0.0f,
-            .emissive = radiance,
-            .doubleSided = true,
-            .specular = 0.0f};
-}
-
 // Small glowing squares, each of its own colour, in front of the plane z = 0 and around the eye.
 void placeLamps(Scene& scene, const glm::dmat4& worldFromLamps) {
     const glm::dvec3 places[] = {
@@ -38,7 +22,7 @@ void placeLamps(Scene& scene, const glm::dmat4& worldFromLamps) {
         const glm::vec3 radiance(0.2f + 0.15f * float(i), 1.0f - 0.1f * float(i), 0.1f * float(i));
         glm::dmat4 m = glm::translate(glm::dmat4(1.0), at);
         m = glm::rotate(m, 0.4 * i, glm::dvec3(0.3, 1.0, 0.2));
-        place(scene, quad(0.25f, addMaterial(scene, lamp(radiance))), worldFromLamps * m);
+        place(scene, quad(0.25f, addMaterial(scene, glowing(radiance))), worldFromLamps * m);
         ++i;
     }
 }
@@ -54,7 +38,7 @@ TEST_F(Mirrors, ShowTheMirroredSceneThroughAHole) {
         for (const double roll : {0.0, 0.7, 3.1}) {
             Scene world, copy;
             placeLamps(world, glm::dmat4(1.0));
-            place(world, quad(float(kHalf), addMaterial(world, mirror())));
+            place(world, quad(float(kHalf), addMaterial(world, mirrorMetal())));
             placeLamps(copy, glm::scale(glm::dmat4(1.0), glm::dvec3(1.0, 1.0, -1.0)));
 
             FrameRequest r = request(std::move(world), "mirrored", {0.4, 0.3, 2.0});
@@ -94,8 +78,8 @@ TEST_F(Mirrors, ShowTheMirroredSceneThroughAHole) {
 TEST_F(Mirrors, OfALampShowItsRadianceTimesTheReflectance) {
     for (const float radiance : {0.01f, 1.0f, 10.0f, 1e4f}) {
         Scene scene;
-        place(scene, quad(8.0f, addMaterial(scene, lamp(glm::vec3(radiance)))), moved(0, 0, 4));
-        place(scene, quad(1.0f, addMaterial(scene, mirror(0.5f))));
+        place(scene, quad(8.0f, addMaterial(scene, glowing(glm::vec3(radiance)))), moved(0, 0, 4));
+        place(scene, quad(1.0f, addMaterial(scene, mirrorMetal(0.5f))));
         FrameRequest r = request(std::move(scene), "lamp in a mirror", {0, 0, 1});
         forceMirrors(r);
         EXPECT_NEAR(centerColor(renderer().render(r).image).x / (0.5f * radiance), 1.0f, 0.01f)
@@ -106,7 +90,7 @@ TEST_F(Mirrors, OfALampShowItsRadianceTimesTheReflectance) {
 TEST_F(Mirrors, VanishInAConstantEnvironment) {
     for (const float roughness : {0.0f, 0.2f, 0.5f}) {
         Scene scene;
-        place(scene, quad(0.5f, addMaterial(scene, mirror(1.0f, roughness))));
+        place(scene, quad(0.5f, addMaterial(scene, mirrorMetal(1.0f, roughness))));
         FrameRequest r = request(std::move(scene), "furnace", {0.2, 0.1, 1});
         r.environment.map = "white";
         forceMirrors(r);
@@ -121,8 +105,8 @@ TEST_F(Mirrors, VanishInAConstantEnvironment) {
 
 TEST_F(Mirrors, ShowNothingFromBehindTheirPlane) {
     Scene scene;
-    place(scene, quad(0.8f, addMaterial(scene, mirror())));
-    place(scene, quad(8.0f, addMaterial(scene, lamp({1, 0, 0}))), moved(0, 0, -0.5));
+    place(scene, quad(0.8f, addMaterial(scene, mirrorMetal())));
+    place(scene, quad(8.0f, addMaterial(scene, glowing({1, 0, 0}))), moved(0, 0, -0.5));
     FrameRequest r = request(std::move(scene), "behind", {0, 0, 1});
     forceMirrors(r);
     EXPECT_EQ(centerColor(renderer().render(r).image), glm::vec3(0.0f));
@@ -134,12 +118,12 @@ TEST_F(Mirrors, FacingEachOtherDimByTheReflectanceEachTime) {
     const float rho = 0.5f;
     for (std::uint32_t generations = 1; generations <= 5; ++generations) {
         Scene scene;
-        const Index silver = addMaterial(scene, mirror(rho));
+        const Index silver = addMaterial(scene, mirrorMetal(rho));
         place(scene, quad(4.0f, silver), moved(0, 0, -1));
         place(scene, quad(4.0f, silver),
               glm::rotate(moved(0, 0, 1), glm::pi<double>(), glm::dvec3(0, 1, 0)));
         // Between them and off the line of sight; its images stand at odd multiples of the gap.
-        place(scene, quad(0.03f, addMaterial(scene, lamp(glm::vec3(1.0f)))), moved(0.5, 0, 0));
+        place(scene, quad(0.03f, addMaterial(scene, glowing(glm::vec3(1.0f)))), moved(0.5, 0, 0));
         FrameRequest r = request(std::move(scene), "facing", {0, 0, 0});
         r.width = r.height = 800;
         forceMirrors(r);
@@ -161,8 +145,8 @@ TEST_F(Mirrors, FacingEachOtherDimByTheReflectanceEachTime) {
 TEST_F(Mirrors, HiddenBehindAWallCostNothing) {
     for (const double aside : {0.0, 0.6}) {
         Scene scene;
-        place(scene, quad(0.3f, addMaterial(scene, mirror())));
-        place(scene, quad(0.5f, addMaterial(scene, lamp({0, 0, 1}))), moved(aside, 0, 1));
+        place(scene, quad(0.3f, addMaterial(scene, mirrorMetal())));
+        place(scene, quad(0.5f, addMaterial(scene, glowing({0, 0, 1}))), moved(aside, 0, 1));
         const FrameRequest r = request(std::move(scene), "hidden", {0, 0, 2});
         const FramePlan plan = renderer().plan(r);
         const bool drawn =
@@ -184,10 +168,10 @@ TEST_F(Mirrors, SwitchedOffAreByteForByteAPlainMetal) {
         place(s, quad(float(kHalf), addMaterial(s, std::move(material))));
         return s;
     };
-    FrameRequest off = request(scene(mirror()), "off", {0.4, 0.3, 2.0});
+    FrameRequest off = request(scene(mirrorMetal()), "off", {0.4, 0.3, 2.0});
     off.effects.planarReflection = false;
     off.environment.map = "sky";
-    Material refused = mirror();
+    Material refused = mirrorMetal();
     refused.reflection = Reflection::none;
     FrameRequest without = request(scene(refused), "without", {0.4, 0.3, 2.0});
     without.environment.map = "sky";
@@ -198,8 +182,8 @@ TEST_F(Mirrors, BlurMoreTheRougherTheyAre) {
     double before = 0.0;
     for (const float roughness : {0.0f, 0.1f, 0.2f, 0.3f, 0.4f}) {
         Scene scene;
-        place(scene, quad(3.0f, addMaterial(scene, mirror(1.0f, roughness))));
-        place(scene, quad(0.2f, addMaterial(scene, lamp(glm::vec3(1.0f)))), moved(0, 0, 2));
+        place(scene, quad(3.0f, addMaterial(scene, mirrorMetal(1.0f, roughness))));
+        place(scene, quad(0.2f, addMaterial(scene, glowing(glm::vec3(1.0f)))), moved(0, 0, 2));
         FrameRequest r = request(std::move(scene), "rough", {0, 0, 1});
         r.camera.target = glm::dvec3(0.0, 0.0, 0.0);
         r.camera.position = glm::dvec3(0.0, 0.4, 1.0);

@@ -1,5 +1,6 @@
 // Captured cubes: against arithmetic in a room of known walls, against ordinary cameras, and what
 // they cost.
+#include "room.h"
 #include "sight.h"
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -11,8 +12,6 @@ namespace {
 
 class Probes : public GlTest {};
 
-constexpr double kRoom = 3.0;  // half of its edge, metres
-
 Material silver(float reflectance = 1.0f, float roughness = 0.0f) {
     return {.name = "silver",
             .baseColor = glm::vec4(glm::vec3(reflectance), 1.0f),
@@ -20,53 +19,6 @@ Material silver(float reflectance = 1.0f, float roughness = 0.0f) {
             .roughness = roughness,
             .reflection = Reflection::mirror};  // however rough
 }
-
-Material lamp(const glm::vec3& radiance) {
-    return {.name = "lamp",
-            .baseColor = {0, 0, 0, 1},
-            .metallic = 0.0f,
-            .emissive = radiance,
-            .doubleSided = true,
-            .specular = 0.0f};
-}
-
-// Four glowing squares on each wall, all 24 of different colours; or all of one radiance.
-struct Room {
-    std::optional<glm::vec3> everywhere;
-
-    // Of a point on a wall; `margin`: its distance from the nearest edge between two squares.
-    glm::vec3 radianceAt(const glm::dvec3& p, double& margin) const {
-        int axis = 0;
-        for (int i = 1; i < 3; ++i) {
-            if (std::abs(p[i]) > std::abs(p[axis])) axis = i;
-        }
-        const double u = p[(axis + 1) % 3], v = p[(axis + 2) % 3];
-        margin = std::min({std::abs(u), std::abs(v), kRoom - std::abs(u), kRoom - std::abs(v)});
-        return radianceOf(axis, p[axis] > 0.0, u > 0.0, v > 0.0);
-    }
-    glm::vec3 radianceOf(int axis, bool side, bool u, bool v) const {
-        if (everywhere) return *everywhere;
-        const int wall = 2 * axis + side;
-        return {0.1f + 0.15f * float(wall), u ? 0.9f : 0.3f, v ? 0.7f : 0.2f};
-    }
-    void build(Scene& scene) const {
-        for (int axis = 0; axis < 3; ++axis) {
-            for (int i = 0; i < 8; ++i) {
-                const bool side = i & 1, u = i & 2, v = i & 4;
-                glm::dmat4 m(0.0);  // quad's X, Y and Z along u, v and the wall's axis
-                m[0][(axis + 1) % 3] = m[1][(axis + 2) % 3] = m[2][axis] = 1.0;
-                m[3] = glm::dvec4(0, 0, 0, 1);
-                m[3][axis] = side ? kRoom : -kRoom;
-                m[3][(axis + 1) % 3] = u ? 0.5 * kRoom : -0.5 * kRoom;
-                m[3][(axis + 2) % 3] = v ? 0.5 * kRoom : -0.5 * kRoom;
-                place(scene,
-                      quad(0.5f * float(kRoom),
-                           addMaterial(scene, lamp(radianceOf(axis, side, u, v)))),
-                      m);
-            }
-        }
-    }
-};
 
 void forceProbes(FrameRequest& r) {
     r.accuracy.curved = CurvedMethod::probe;
@@ -245,7 +197,8 @@ TEST_F(Probes, BlurMoreTheRougherTheyAre) {
         const float roughness = 0.1f * float(step);
         Scene scene;
         Room{glm::vec3(0.0f)}.build(scene);
-        place(scene, quad(0.4f, addMaterial(scene, lamp(glm::vec3(1.0f)))), moved(0.5, 0.4, 2.9));
+        place(scene, quad(0.4f, addMaterial(scene, glowing(glm::vec3(1.0f)))),
+              moved(0.5, 0.4, 2.9));
         place(scene, sphere(0.5f, 64, addMaterial(scene, silver(1.0f, roughness))));
         FrameRequest r = lookingAt(std::move(scene), "rough", {0, 0, 2.5}, {0, 0, 0});
         double brightest = 0.0;
@@ -269,7 +222,7 @@ TEST_F(Probes, SeeWhatTouchesTheirOwner) {
     Room{glm::vec3(0.1f)}.build(scene);
     place(scene, sphere(0.5f, 64, addMaterial(scene, silver())));
     const glm::dmat4 facing = glm::rotate(moved(0.501, 0, 0), glm::half_pi<double>(), {0, 1, 0});
-    place(scene, quad(0.15f, addMaterial(scene, lamp({1, 0, 0}))), facing);
+    place(scene, quad(0.15f, addMaterial(scene, glowing({1, 0, 0}))), facing);
     FrameRequest r = lookingAt(std::move(scene), "touching", {0.3, 0.2, 2.9}, {0, 0, 0});
     int red = 0;
     for (const glm::vec3& pixel : ballPixels(r, {0, 0, 0}, 0.45)) {

@@ -57,6 +57,22 @@ MeshDraft sphere(float radius, std::uint32_t rows, Index material) {
     return draft;
 }
 
+Material mirrorMetal(float reflectance, float roughness) {
+    return {.name = "mirror",
+            .baseColor = glm::vec4(glm::vec3(reflectance), 1.0f),
+            .metallic = 1.0f,
+            .roughness = roughness};
+}
+
+Material glowing(const glm::vec3& radiance) {
+    return {.name = "lamp",
+            .baseColor = {0, 0, 0, 1},
+            .metallic = 0.0f,
+            .emissive = radiance,
+            .doubleSided = true,
+            .specular = 0.0f};
+}
+
 Index addMaterial(Scene& scene, Material material) {
     scene.materials.push_back(std::move(material));
     return static_cast<Index>(scene.materials.size() - 1);

@@ -26,6 +26,11 @@ MeshDraft quad(float half, Index material);
 // Around the origin, normals outwards, `rows` by 2 `rows` patches.
 MeshDraft sphere(float radius, std::uint32_t rows, Index material);
 
+// Of a smooth or rough metal that returns `reflectance` of what it mirrors.
+Material mirrorMetal(float reflectance = 1.0f, float roughness = 0.0f);
+// Glows from both sides and reflects nothing.
+Material glowing(const glm::vec3& radiance);
+
 Index addMaterial(Scene& scene, Material material);
 void place(Scene& scene, MeshDraft draft, const glm::dmat4& worldFromModel = glm::dmat4(1.0));
 glm::dmat4 moved(double x, double y, double z);

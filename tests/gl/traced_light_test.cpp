@@ -28,9 +28,6 @@ FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target, double yfov =
     return r;
 }
 
-Material mirror() {
-    return {.name = "mirror", .metallic = 1.0f, .roughness = 0.0f};
-}
 Material glass(float ior) {
     return {.name = "glass",
             .metallic = 0.0f,
@@ -67,7 +64,7 @@ void expectUniform(const Image& image, float value, float bound) {
 
 TEST(TracedLight, aPerfectMirrorVanishesInAUniformEnvironment) {
     Workbench& bench = workbench();
-    Scene scene = ballScene(mirror());
+    Scene scene = ballScene(mirrorMetal());
     // A second ball, so that paths turn more than once.
     place(scene, sphere(0.5f, 32, 0), moved(1.6, 0, 0));
     bench.show(std::move(scene));
@@ -173,7 +170,7 @@ TEST(TracedLight, aMirrorBallShowsEachWallWhereReflectionSays) {
     Scene scene;
     scene.environment = "black";
     addWalls(scene, 5.0);
-    place(scene, sphere(1.0f, 96, addMaterial(scene, mirror())));
+    place(scene, sphere(1.0f, 96, addMaterial(scene, mirrorMetal())));
     Workbench& bench = workbench();
     bench.show(std::move(scene));
     const glm::dvec3 eye(0.3, 0.4, 3.5);
@@ -265,7 +262,7 @@ FrameRequest withMirror(Scene& scene) {
     const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), normal));
     const glm::dmat4 place4(glm::dvec4(right, 0), glm::dvec4(glm::cross(normal, right), 0),
                             glm::dvec4(normal, 0), glm::dvec4(view.position + far * forward, 1));
-    place(scene, quad(static_cast<float>(0.4 * far), addMaterial(scene, mirror())), place4);
+    place(scene, quad(static_cast<float>(0.4 * far), addMaterial(scene, mirrorMetal())), place4);
     FrameRequest r = shot(view.position, view.target, view.yfov);
     r.width = 320;
     r.height = 240;
