@@ -116,7 +116,7 @@ glm::dvec3 PathTracer::underChosenLights(Path& path, const Point& point, const L
         }
         if (specularChance < 1.0) {
             sum += lobes.diffuse() * (rest / kPi) *
-                   weighed(density, (1.0 - specularChance) * l.z / kPi);
+                   weighed(density, (1.0 - specularChance) * cosineDensity(l));
         }
         return sum * (l.z / density);
     };

@@ -11,6 +11,15 @@ constexpr double kLeastLampAlpha = 0.045 * 0.045;
 
 }  // namespace
 
+glm::dvec3 cosineWeighted(const glm::dvec2& random) {
+    const double radius = std::sqrt(random.x), turn = 2.0 * kPi * random.y;
+    return {radius * std::cos(turn), radius * std::sin(turn), std::sqrt(1.0 - random.x)};
+}
+
+double cosineDensity(const glm::dvec3& l) {
+    return std::max(l.z, 0.0) / kPi;
+}
+
 Lobes::Lobes(const Point& point, const glm::dvec3& toEye)
     : frame_(point.normal),
       v_(frame_.toLocal(toEye)),

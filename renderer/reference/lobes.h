@@ -6,6 +6,11 @@
 
 namespace clerestory::reference {
 
+// A direction above the surface, local, chosen as often as a diffuse surface sends light there; and
+// that choice's density per steradian.
+glm::dvec3 cosineWeighted(const glm::dvec2& random);
+double cosineDensity(const glm::dvec3& l);
+
 class Lobes {
 public:
     // toEye: unit, on the normal's side.

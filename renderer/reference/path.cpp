@@ -175,17 +175,14 @@ void PathTracer::meetInFull(Path& path, const Point& point, const Lobes& lobes) 
                   chance * lobes.densityOf(facet.towards));
         return;
     }
-    // Cosine-weighted.
-    const glm::dvec2 random = path.random.pair();
-    const double radius = std::sqrt(random.x), turn = 2.0 * kPi * random.y;
-    const glm::dvec3 l(radius * std::cos(turn), radius * std::sin(turn), std::sqrt(1.0 - random.x));
+    const glm::dvec3 l = cosineWeighted(path.random.pair());
     const glm::dvec3 towards = lobes.frame().toWorld(l);
     if (glm::dot(towards, point.face) <= 0.0) {
         path.ended = true;  // a bumpy normal's horizon lies behind the face
         return;
     }
     path.turn(World::leaving(point, towards), lobes.diffuse() * (facet.rest / (1.0 - chance)),
-              (1.0 - chance) * std::max(l.z, 1e-9) / kPi);
+              (1.0 - chance) * std::max(cosineDensity(l), 1e-9));
 }
 
 }  // namespace clerestory::reference

@@ -102,7 +102,7 @@ TEST(CommandLine, TracesTheTruth) {
     EXPECT_EQ(decodePng(content(picture)).width, 32u);
     ASSERT_EQ(run(arguments + "-o '" + pfm + "'").exitCode, 0);
     EXPECT_THAT(content(pfm), StartsWith("PF\n32 24\n-1.0\n"));
-    EXPECT_EQ(content(pfm).size(), 15 + 4 * image.width * image.height * 3);
+    EXPECT_EQ(content(pfm).size(), 14 + 4 * image.width * image.height * 3);
 }
 
 TEST(CommandLine, PrintsPlans) {
