@@ -6,12 +6,17 @@
 namespace clerestory::reference {
 namespace {
 
-// Turns after which a path goes on by chance only, as likely as it is bright. Mirrors in mirrors
-// are seen clearly for longer than light that diffuse walls have spread. And the end of a path that
-// cannot lose light, which chance reaches once in e^50.
-constexpr int kCertainTurnsInEffects = 16, kCertainTurnsInFull = 3;
-constexpr double kMostChance = 0.95;
-constexpr int kMostTurns = 1000;
+// The end of a path that cannot lose light, which chance reaches once in e^50.
+constexpr int kMostTurns = 1200;
+
+// The chance that a path of that weight goes on after so many turns. Mirrors in mirrors are
+// followed for as long as they are seen clearly; light that diffuse walls have spread is not.
+double chanceToGoOn(ReferenceMode mode, int turns, double bright) {
+    constexpr double kMost = 0.95;
+    if (mode == ReferenceMode::full) return turns < 3 ? 1.0 : std::min(bright, kMost);
+    constexpr double kFaint = 0.1;
+    return turns < 8 ? 1.0 : std::min(bright / kFaint, turns < 128 ? 1.0 : kMost);
+}
 
 }  // namespace
 
@@ -47,8 +52,6 @@ void PathTracer::Path::turn(const Ray& next, const glm::dvec3& share, double tur
 }
 
 glm::dvec3 PathTracer::radiance(const Ray& ray, Random& random) const {
-    const int certain =
-        mode_ == ReferenceMode::effects ? kCertainTurnsInEffects : kCertainTurnsInFull;
     Path path{.ray = ray, .random = random};
     for (int turns = 0; !path.ended && turns < kMostTurns; ++turns) {
         if (const std::optional<Hit> hit = world_.nearest(path.ray))
@@ -57,8 +60,8 @@ glm::dvec3 PathTracer::radiance(const Ray& ray, Random& random) const {
             meetNothing(path);
         const double bright = greatest(path.weight);
         if (!(bright > 0.0)) break;
-        if (turns < certain || path.ended) continue;
-        const double chance = std::min(bright, kMostChance);
+        const double chance = chanceToGoOn(mode_, turns, bright);
+        if (chance >= 1.0) continue;
         if (random.one() >= chance) break;
         path.weight /= chance;
     }

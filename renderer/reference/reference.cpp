@@ -167,7 +167,7 @@ bool traceAll(Picture& picture, std::uint32_t threads,
     while (working > 0) {
         changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return working == 0; });
         lock.unlock();
-        if (!report()) cancelled = true;
+        if (!cancelled && !report()) cancelled = true;
         lock.lock();
     }
     return !cancelled;
