@@ -75,6 +75,10 @@ struct Renderer::State {
         return executor.run(plan, *subject.scene, subject.pose, *subject.environment, environments);
     }
 
+    using Run = Execution (Executor::*)(const FramePlan&, const Scene&, const Pose&,
+                                        const EnvironmentMap&, const EnvironmentMaps&);
+    Frame frame(const FrameRequest& request, Run run);
+
     gl::Context context;  // before, and so outliving, everything that holds GL objects
     RendererIdentity identity;
     DeviceLimits limits;
@@ -162,15 +166,16 @@ FramePlan Renderer::plan(const FrameRequest& request) const {
     return state_->plan(state_->subjectOf(request), request);
 }
 
-Frame Renderer::render(const FrameRequest& request) {
-    state_->context.makeCurrent();
-    const State::Subject subject = state_->subjectOf(request);
+Frame Renderer::State::frame(const FrameRequest& request, Run run) {
+    context.makeCurrent();
+    const Subject subject = subjectOf(request);
     const Clock::time_point start = Clock::now();
     Frame frame;
-    frame.plan = state_->plan(subject, request);
+    frame.plan = plan(subject, request);
     frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 
-    Execution execution = state_->execute(subject, frame.plan);
+    Execution execution = (executor.*run)(frame.plan, *subject.scene, subject.pose,
+                                          *subject.environment, environments);
     frame.image = std::move(execution.image);
     frame.readbackMs = execution.readbackMilliseconds;
     for (std::size_t i = 0; i < frame.plan.passes.size(); ++i) {
@@ -178,8 +183,22 @@ Frame Renderer::render(const FrameRequest& request) {
         frame.passTimes.push_back(
             {std::string(nameOf(pass.kind)), pass.name, execution.passMilliseconds[i]});
     }
-    ++state_->frames;
+    for (std::size_t i = 0; i < execution.health.size(); ++i) {
+        const TexelCounts& counts = execution.health[i];
+        if (counts.texels == 0) continue;
+        frame.health.push_back(
+            {frame.plan.targets[i].name, counts.texels, counts.nonFinite, counts.negative});
+    }
+    ++frames;
     return frame;
+}
+
+Frame Renderer::render(const FrameRequest& request) {
+    return state_->frame(request, &Executor::run);
+}
+
+Frame Renderer::renderExamined(const FrameRequest& request) {
+    return state_->frame(request, &Executor::runExamined);
 }
 
 void Renderer::forgetMaps() {

@@ -40,12 +40,21 @@ struct PassTime {
     double milliseconds = 0.0;
 };
 
+// What must not be in a picture, counted over all levels and faces of one float target.
+struct TargetHealth {
+    std::string target;           // its name in the plan
+    std::uint64_t texels = 0;     // looked at
+    std::uint64_t nonFinite = 0;  // with a NaN or an infinity
+    std::uint64_t negative = 0;   // of the others: with negative light
+};
+
 struct Frame {
     Image image;
     FramePlan plan;
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     double planMs = 0.0;
     double readbackMs = 0.0;
+    std::vector<TargetHealth> health;  // of renderExamined() only: every float target of the plan
 };
 
 // Objects made and work asked of OpenGL since start; tests hold plans against these.
@@ -75,9 +84,13 @@ public:
     // Both throw InvalidRequest when the request names a scene, camera or map that is not there.
     FramePlan plan(const FrameRequest& request) const;
     Frame render(const FrameRequest& request);
+    // The same frame, byte for byte, and its health: every float target is read back and looked at,
+    // which takes about as long again.
+    Frame renderExamined(const FrameRequest& request);
 
-    // Lets go of every map that outlives its frame, prefiltered environment maps and captured cubes:
-    // the next frame draws anew what it needs of them. The same request gives the same bytes.
+    // Lets go of every map that outlives its frame, prefiltered environment maps and captured
+    // cubes: the next frame draws anew what it needs of them. The same request gives the same
+    // bytes.
     void forgetMaps();
 
     // Uploads the scene and draws tiny frames so that the first real one waits for nothing.

@@ -33,6 +33,8 @@ std::string canonicalText(const FrameRequest& request);
 
 // `times` is empty for a plan that did not run, or holds one entry a pass.
 nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times = {});
+// Sums, and a list of the targets.
+nlohmann::ordered_json healthJson(const std::vector<TargetHealth>& health);
 
 // JSON Schema (2020-12) of the body, and OpenAPI parameters of the link.
 nlohmann::ordered_json frameRequestSchema();

@@ -142,4 +142,18 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     return json;
 }
 
+ordered_json healthJson(const std::vector<TargetHealth>& health) {
+    std::uint64_t nonFinite = 0, negative = 0;
+    ordered_json targets = ordered_json::array();
+    for (const TargetHealth& target : health) {
+        nonFinite += target.nonFinite;
+        negative += target.negative;
+        targets.push_back({{"target", target.target},
+                           {"texels", target.texels},
+                           {"nonFinite", target.nonFinite},
+                           {"negative", target.negative}});
+    }
+    return {{"nonFinite", nonFinite}, {"negative", negative}, {"targets", targets}};
+}
+
 }  // namespace clerestory

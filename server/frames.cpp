@@ -87,11 +87,12 @@ std::string serverTiming(const Drawn& drawn, double encodeMs, double totalMs) {
     return header;
 }
 
-// The picture, then the plan with its milliseconds.
+// The picture, then the plan with its milliseconds, and its health where that was asked for.
 void addExplanation(Answer& answer, const Frame& frame, const std::string& etag) {
     const std::string boundary = "clerestory-" + etag.substr(1, etag.size() - 2);
-    const std::string plan = planJson(frame.plan, frame.passTimes)
-                                 .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    nlohmann::ordered_json json = planJson(frame.plan, frame.passTimes);
+    if (!frame.health.empty()) json["health"] = healthJson(frame.health);
+    const std::string plan = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     std::string body = "--" + boundary + "\r\nContent-Type: " + answer.type +
                        "\r\nContent-Length: " + std::to_string(answer.body.size()) + "\r\n\r\n";
     body += answer.body;
@@ -102,11 +103,13 @@ void addExplanation(Answer& answer, const Frame& frame, const std::string& etag)
     answer.type = "multipart/mixed; boundary=" + boundary;
 }
 
-bool explains(const Call& call) {
+enum class Explain { no, plan, health };
+Explain explains(const Call& call) {
     const auto found = call.query.find("explain");
-    if (found == call.query.end() || found->second == "0") return false;
-    if (found->second == "1") return true;
-    throw RequestError(invalidFields({{"/explain", "is not a known word", "0 or 1"}}));
+    if (found == call.query.end() || found->second == "0") return Explain::no;
+    if (found->second == "1") return Explain::plan;
+    if (found->second == "health") return Explain::health;
+    throw RequestError(invalidFields({{"/explain", "is not a known word", "0, 1 or health"}}));
 }
 
 std::chrono::duration<double> patience(Service& service, const Call& call) {
@@ -116,7 +119,8 @@ std::chrono::duration<double> patience(Service& service, const Call& call) {
 }
 
 Answer frame(Service& service, const Call& call, FrameRequest request) {
-    const bool explain = explains(call);
+    const Explain asked = explains(call);
+    const bool explain = asked != Explain::no;
     const auto scene = service.library().require(request.scene);
     request.scene = scene->id;
     const std::string etag = etagOf(service, *scene, request);
@@ -131,9 +135,11 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     }
     const auto door = Clock::now();
     const Drawn drawn =
-        service.queue().run(patience(service, call), [request, door](Renderer& renderer) {
+        service.queue().run(patience(service, call), [request, door, asked](Renderer& renderer) {
             const double queueMs = millisecondsSince(door);
-            return Drawn{.frame = renderer.render(request), .queueMs = queueMs};
+            return Drawn{.frame = asked == Explain::health ? renderer.renderExamined(request)
+                                                           : renderer.render(request),
+                         .queueMs = queueMs};
         });
     service.frameWasDrawn();
     const auto drawnAt = Clock::now();

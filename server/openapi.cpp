@@ -48,8 +48,10 @@ ordered_json frameBody() {
 ordered_json explainParameter() {
     return {{"name", "explain"},
             {"in", "query"},
-            {"description", "1: a multipart/mixed answer whose second part is the plan that ran"},
-            {"schema", {{"type", "integer"}, {"enum", {0, 1}}, {"default", 0}}}};
+            {"description",
+             "1: a multipart/mixed answer whose second part is the plan that ran; health: and in "
+             "it how many texels of every float target are not finite or hold negative light"},
+            {"schema", {{"type", "string"}, {"enum", {"0", "1", "health"}}, {"default", "0"}}}};
 }
 
 ordered_json get(const char* summary, ordered_json responses) {

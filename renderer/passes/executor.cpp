@@ -112,8 +112,7 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
     return image;
 }
 
-Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                        const EnvironmentMap& environment, const EnvironmentMaps& maps) {
+std::vector<Target*> Executor::begin(const FramePlan& plan) {
     targets_.beginFrame();
     if (!plan.materials.empty()) {
         resources_.frameMaterials.assign(plan.materials);
@@ -121,7 +120,12 @@ Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& p
     }
     std::vector<Target*> targets;
     for (const TargetSpec& spec : plan.targets) targets.push_back(&targets_.acquire(spec));
+    return targets;
+}
 
+Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targets,
+                         const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
+                         const EnvironmentMaps& maps) {
     Execution result;
     for (const Pass& pass : plan.passes) {
         const Clock::time_point start = Clock::now();
@@ -143,6 +147,21 @@ Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& p
     const Clock::time_point start = Clock::now();
     result.image = readBack(plan, *targets[plan.output]);
     result.readbackMilliseconds = millisecondsSince(start);
+    return result;
+}
+
+Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& pose,
+                        const EnvironmentMap& environment, const EnvironmentMaps& maps) {
+    Execution result = draw(plan, begin(plan), scene, pose, environment, maps);
+    targets_.endFrame();
+    return result;
+}
+
+Execution Executor::runExamined(const FramePlan& plan, const Scene& scene, const Pose& pose,
+                                const EnvironmentMap& environment, const EnvironmentMaps& maps) {
+    const std::vector<Target*> targets = begin(plan);
+    Execution result = draw(plan, targets, scene, pose, environment, maps);
+    result.health = examined(plan, targets);
     targets_.endFrame();
     return result;
 }

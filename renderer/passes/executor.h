@@ -2,6 +2,7 @@
 #pragma once
 
 #include "image/image.h"
+#include "passes/health.h"
 #include "passes/passes.h"
 
 #include <list>
@@ -13,12 +14,16 @@ struct Execution {
     Image image;
     std::vector<double> passMilliseconds;  // one for each of plan.passes
     double readbackMilliseconds = 0.0;
+    std::vector<TexelCounts> health;  // one for each of plan.targets, when asked for
 };
 
 class Executor {
 public:
     Execution run(const FramePlan& plan, const Scene& scene, const Pose& pose,
                   const EnvironmentMap& environment, const EnvironmentMaps& maps);
+    // The same, and looks at every float texel of every target afterwards.
+    Execution runExamined(const FramePlan& plan, const Scene& scene, const Pose& pose,
+                          const EnvironmentMap& environment, const EnvironmentMaps& maps);
     // Resident maps, for the planner.
     ResidentMaps residentMaps() const { return targets_.residentMaps(); }
     // A scene is uploaded before it is drawn; forgetting frees what was uploaded.
@@ -30,6 +35,10 @@ public:
 private:
     const GpuEnvironment& uploaded(const EnvironmentMap& map);
     GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
+    std::vector<Target*> begin(const FramePlan& plan);
+    Execution draw(const FramePlan& plan, const std::vector<Target*>& targets, const Scene& scene,
+                   const Pose& pose, const EnvironmentMap& environment,
+                   const EnvironmentMaps& maps);
     void runPass(const PassInput& input);
     Image readBack(const FramePlan& plan, const Target& output);
 

@@ -23,8 +23,9 @@ public:
         return drawn_[level * 6 + face];
     }
     // To read back; the same as drawn() where nothing is multisampled.
-    const gl::Framebuffer& readable(std::uint32_t face = 0) const {
-        return resolved_ ? *resolved_ : drawn(face);
+    const gl::Framebuffer& readable(std::uint32_t face = 0, std::uint32_t level = 0) const {
+        if (spec_.kind == TargetKind::cube) return this->face(level, face);
+        return level == 0 && resolved_ ? *resolved_ : drawn_[level];
     }
     void resolve() const;
     // Averages level 0 into the smaller ones.

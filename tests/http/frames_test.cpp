@@ -210,6 +210,28 @@ TEST(Frames, AnExplainedFrameCarriesThePlanThatRan) {
               plain->get_header_value("Clerestory-Passes"));
 }
 
+TEST(Frames, HealthCountsEveryFloatTargetWhenAskedFor) {
+    auto client = sharedServer().client();
+    const auto plain = postJson(client, "/v1/frames", smallFrame());
+    const auto explained = postJson(client, "/v1/frames?explain=health", smallFrame());
+    ASSERT_TRUE(plain && explained);
+    ASSERT_EQ(explained->status, 200);
+    const auto parts = partsOf(*explained);
+    ASSERT_EQ(parts.size(), 2u);
+    EXPECT_EQ(parts[0].second, plain->body);
+    const json health = json::parse(parts[1].second)["health"];
+    EXPECT_EQ(health["nonFinite"], 0);
+    EXPECT_EQ(health["negative"], 0);
+    ASSERT_FALSE(health["targets"].empty());
+    for (const json& target : health["targets"]) {
+        EXPECT_GT(target["texels"], 0) << target;
+        EXPECT_EQ(target["nonFinite"], 0) << target;
+    }
+    const auto unasked = postJson(client, "/v1/frames?explain=1", smallFrame());
+    ASSERT_TRUE(unasked);
+    EXPECT_FALSE(json::parse(partsOf(*unasked)[1].second).contains("health"));
+}
+
 TEST(Frames, APlanTellsHowEachReflectorIsServedAndOutOfWhat) {
     auto client = sharedServer().client();
     const auto decisionsOf = [&](const char* more) {
