@@ -57,6 +57,19 @@ Target::Target(const TargetSpec& spec)
                                            .depth = depth_ ? &*depth_ : nullptr,
                                            .width = spec.width,
                                            .height = spec.height};
+    for (std::uint32_t level = 0; level < spec.levels; ++level) {
+        const auto odd = [&](std::uint32_t edge) {
+            const std::uint32_t larger = level > 0 ? edge >> (level - 1) : 0;
+            return larger > 1 && larger % 2 == 1;
+        };
+        gl::TextureDescription half = color_.description();
+        half.kind = gl::TextureKind::plane;
+        half.width = 2 * std::max(1u, spec.width >> level);
+        half.height = 2 * std::max(1u, spec.height >> level);
+        half.levels = 1;
+        const bool needed = odd(spec.width) || odd(spec.height);
+        between_.push_back(needed ? std::make_unique<Between>(half) : nullptr);
+    }
     if (spec.kind == TargetKind::cube) {
         for (std::uint32_t i = 0; i < 6 * spec.levels; ++i) {
             description.level = i / 6;
@@ -92,11 +105,22 @@ void Target::makeLevels() const {
     for (std::uint32_t level = 1; level < spec_.levels; ++level) {
         for (std::uint32_t f = 0; f < (cube ? 6u : 1u); ++f) {
             if (cube)
-                face(level - 1, f).scaleInto(face(level, f));
+                halve(face(level - 1, f), face(level, f), level);
             else
-                (level == 1 ? readable() : drawn_[level - 1]).scaleInto(drawn_[level]);
+                halve(readable(0, level - 1), drawn_[level], level);
         }
     }
+}
+
+Target::Between::Between(const gl::TextureDescription& description)
+    : texture(description),
+      drawn({.color = &texture, .width = description.width, .height = description.height}) {}
+
+void Target::halve(const gl::Framebuffer& from, const gl::Framebuffer& to,
+                   std::uint32_t level) const {
+    const Between* between = between_[level].get();
+    if (between) from.scaleInto(between->drawn);
+    (between ? between->drawn : from).scaleInto(to);
 }
 
 void Target::resolve() const {
@@ -107,7 +131,11 @@ std::uint64_t Target::bytes() const {
     const std::uint64_t texels =
         std::uint64_t{spec_.width} * spec_.height * (spec_.kind == TargetKind::cube ? 6 : 1);
     const std::uint64_t color = texelBytes(spec_.format), depth = spec_.depth ? 4 : 0;
-    const std::uint64_t levels = spec_.levels > 1 ? texels * color / 3 : 0;
+    // The smaller ones are a third of the first together; what stands between odd ones, at most
+    // as much as all.
+    const bool odd = std::any_of(between_.begin(), between_.end(),
+                                 [](const auto& between) { return between != nullptr; });
+    const std::uint64_t levels = spec_.levels > 1 ? texels * color * (odd ? 5 : 1) / 3 : 0;
     const std::uint64_t multisampled = spec_.samples > 1 ? texels * color * spec_.samples : 0;
     return texels * color + levels + multisampled + texels * depth * spec_.samples;
 }

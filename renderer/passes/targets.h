@@ -28,16 +28,26 @@ public:
         return level == 0 && resolved_ ? *resolved_ : drawn_[level];
     }
     void resolve() const;
-    // Averages level 0 into the smaller ones.
+    // Averages level 0 into the smaller ones. Every texel counts the same, also of odd edges.
     void makeLevels() const;
     std::uint64_t bytes() const;
 
 private:
+    // Between an odd level and the next: a bilinear copy to half of an odd edge would leave out
+    // every other texel in the middle of the picture. Twice the next level's size.
+    struct Between {
+        explicit Between(const gl::TextureDescription& description);
+        gl::Texture texture;
+        gl::Framebuffer drawn;
+    };
+    void halve(const gl::Framebuffer& from, const gl::Framebuffer& to, std::uint32_t level) const;
+
     TargetSpec spec_;
     gl::Texture color_;
     std::optional<gl::Renderbuffer> colorSamples_, depth_;
     std::vector<gl::Framebuffer> drawn_;
     std::optional<gl::Framebuffer> resolved_;
+    std::vector<std::unique_ptr<Between>> between_;  // before each level; null where edges are even
 };
 
 class TargetPool {

@@ -53,10 +53,11 @@ std::string nameOf(const Scene& scene, const Surface& surface) {
     return name;
 }
 
-// The last level is some 8 pixels wide: no lobe that a picture serves is wider.
+// The last level is 2 or 3 pixels wide: at roughness 0.5 a lobe covers half of a picture, and blur
+// that stopped short of it would depend on how large the picture happens to be.
 std::uint32_t pictureLevels(std::uint32_t width, std::uint32_t height) {
     const auto full = static_cast<std::uint32_t>(std::bit_width(std::min(width, height)));
-    return full > 3 ? full - 3 : 1;
+    return full > 1 ? full - 1 : 1;
 }
 
 // Down to faces of 4 texels: fewer hold no more than the harmonics do.
