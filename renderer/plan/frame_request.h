@@ -139,7 +139,7 @@ void fields(CameraRequest& c, V&& visit) {
           "axes of cameraToWorld: opengl is +Y up looking down -Z, opencv is +Y down looking down "
           "+Z");
     visit("name", c.name, Text{256}, "a camera of the scene");
-    visit("yfov", c.yfov, Range{0.0174532925, 3.1241393},
+    visit("yfov", c.yfov, Range{0.0174532925, 3.1241394},
           "vertical field of view, radians (1 to 179 degrees)");
     visit("intrinsics", c.intrinsics, Nested{}, "the lens in pixels, instead of yfov");
     visit("znear", c.znear, Range{1e-9, 1e9}, "nearest visible distance, metres");

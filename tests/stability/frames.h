@@ -1,0 +1,32 @@
+// Scenes and frames of the rows that need a renderer. Every frame drawn here is examined: all its
+// float targets, all levels, are searched for what is not finite and for negative light.
+#pragma once
+
+#include "tests/gl/sight.h"
+#include "tests/stability/table.h"
+
+#include <string>
+
+namespace clerestory::test {
+
+class FrameRows : public GlTest {};
+
+// Draws, and adds the frame's health to the row "non-finite scan".
+Image drawn(const FrameRequest& request);
+
+// The greatest difference of two pictures over all samples.
+double mostApart(const Image& a, const Image& b);
+// Of pictures whose white is 1, decibels; 200 when equal.
+double decibelsApart(const Image& a, const Image& b);
+
+Material mirrorOf(float reflectance = 1.0f, float roughness = 0.0f);
+Material glassOf(float ior = 1.5f, float roughness = 0.0f);
+Material lampOf(const glm::vec3& radiance);
+
+// Three lamps above a mirror floor (the plane z = 0) with a mirror ball and a pane, in `world`.
+// mirroredCopy: in the floor's place the lamps once more, mirrored. extras: ball and pane.
+Scene floorScene(const glm::dmat4& world, bool mirroredCopy, bool extras);
+// Every effect served by pictures, small ones, under a white sky.
+FrameRequest byPictures(Scene scene, const std::string& id, const glm::dvec3& eye);
+
+}  // namespace clerestory::test
