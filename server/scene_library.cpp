@@ -83,9 +83,6 @@ SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue)
         entryFor(id).warm = true;
         askFor(entryFor(id), false);
     }
-    for (const auto& entry : entries_) {
-        if (entry->file.empty()) askFor(*entry, false);
-    }
     loader_ = std::thread([this] { loadAll(); });
 }
 

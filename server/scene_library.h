@@ -1,5 +1,6 @@
-// What can be rendered: ids, where each scene comes from, and how far its loading is. Files load in
-// one background thread; a loaded scene is handed to the Renderer through the queue.
+// What can be rendered: ids, where each scene comes from, and how far its loading is. The scenes
+// that were named load at once, all others when first asked for, in one background thread; a loaded
+// scene is handed to the Renderer through the queue.
 //
 // Ids are keys of a table. They never become paths.
 #pragma once

@@ -195,6 +195,17 @@ TEST(Scenes, AFileOfAFolderLoadsWhenAskedFor) {
     EXPECT_EQ(jsonAt(client, "/v1/scenes/one")["triangles"], 1);
 }
 
+TEST(Scenes, ABuiltInOneThatNobodyNamedLoadsWhenAskedFor) {
+    TestServer server;
+    auto client = server.client();
+    EXPECT_EQ(settled(client, "six-walls")["state"], "ready");
+    for (const json& scene : jsonAt(client, "/v1/scenes")["scenes"]) {
+        EXPECT_EQ(scene["state"], scene["id"] == "six-walls" ? "ready" : "waiting") << scene;
+    }
+    EXPECT_EQ(settled(client, "orbiting-cubes")["state"], "ready");
+    EXPECT_GT(jsonAt(client, "/v1/scenes/orbiting-cubes")["triangles"].get<int>(), 0);
+}
+
 TEST(Scenes, ASourceThatIsNotThereIsOneClearLine) {
     Config config = testConfig();
     config.scenes.scenes = {"no-such-scene"};
