@@ -164,12 +164,13 @@ bool traceAll(Picture& picture, std::uint32_t threads,
         return !progress || progress(double(done) / double(std::max<std::size_t>(tiles, 1)));
     };
     std::unique_lock lock(mutex);
-    while (working > 0) {
-        changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return working == 0; });
+    while (!changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return working == 0; })) {
         lock.unlock();
         if (!cancelled && !report()) cancelled = true;
         lock.lock();
     }
+    lock.unlock();
+    if (!cancelled && !report()) cancelled = true;
     return !cancelled;
 }
 

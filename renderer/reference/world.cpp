@@ -75,7 +75,8 @@ void World::addSurface(std::uint32_t s) {
     const Surface& surface = surfaces_[s];
     const Placing& placing = placings_[surface.instance];
     const Material& material = materialOf(surface);
-    const bool bothSides = material.doubleSided || material.transmission > 0.0f;
+    // A solid is left through its faces' backs.
+    const bool bothSides = material.doubleSided || surface.glass == Glass::solid;
     for (std::uint32_t k = 0; k < surface.clusterCount; ++k) {
         const Cluster& cluster = scene_.clusters[surface.firstCluster + k];
         for (std::uint32_t j = 0; j + 2 < cluster.indexCount; j += 3) {
