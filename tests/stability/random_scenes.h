@@ -1,0 +1,35 @@
+// Seeded random small scenes and valid random requests for them. The same seed gives the same ones.
+#pragma once
+
+#include "tests/gl/support.h"
+
+#include <cstdint>
+
+namespace clerestory::test {
+
+class Chance {
+public:
+    explicit Chance(std::uint64_t seed) : state_(seed) {}
+    std::uint64_t bits();                    // splitmix64 (Steele, Lea and Flood 2014)
+    double real(double low, double high);    // [low, high)
+    std::uint32_t below(std::uint32_t end);  // 0..end - 1
+    bool is(double probability) { return real(0.0, 1.0) < probability; }
+    glm::dvec3 inBox(double half);
+    glm::dvec3 direction();
+
+private:
+    std::uint64_t state_;
+};
+
+// Up to a dozen things within 2 metres of the origin: lamps, mirrors that face mirrors, balls in
+// balls, glass in glass, panes, some in a closed room with probes in its corners; now and then
+// turned inside out, flattened, far away or of odd size.
+Scene randomScene(Chance& chance, const std::string& id);
+
+// A valid request: any camera, lens, switches and knobs, at the size of a stamp (at most 24 pixels,
+// cubes of 16 texels). Linear float colour.
+FrameRequest randomRequest(Chance& chance, const std::string& scene);
+// The same request from elsewhere, through another lens.
+void randomCamera(Chance& chance, FrameRequest& request);
+
+}  // namespace clerestory::test
