@@ -51,4 +51,11 @@ void main() {
     float alpha = has(FEATURE_BLEND) ? coverage
                                      : distanceShare(length(positionEye), view.picture.w);
     color = vec4(radianceFinite(radiance * coverage + m.emitted), alpha);
+    if (has(FEATURE_BLEND) && has(FEATURE_BACKDROP)) {
+        // Coverage counts for the whole surface, what it lets through included: beside it stands
+        // what was drawn behind it.
+        vec4 behind = texelFetch(backdrop, ivec2(gl_FragCoord.xy), 0);
+        color.rgb += (1.0f - coverage) * behind.rgb;
+        color.a = coverage < 0.5f ? behind.a : distanceShare(length(positionEye), view.picture.w);
+    }
 }

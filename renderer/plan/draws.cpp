@@ -106,6 +106,18 @@ Cluster drawnTogether(const Scene& scene, std::uint32_t& cluster, std::uint32_t 
     return sum;
 }
 
+double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
+               const SeenSurface& seen, std::span<const ScreenBox> rects) {
+    const Surface& surface = *seen.surface;
+    if (surface.flatPart == kNone) {
+        const double area = transformedArea(toEye, surface.area, std::nullopt);
+        return shareOf(view, rects, seen.box, area, std::nullopt);
+    }
+    const FlatPart& part = stage.scene.flatParts[surface.flatPart];
+    const double area = transformedArea(toEye, surface.area, part.normal);
+    return shareOf(view, rects, seen.box, area, transformed(part.plane(), toEye));
+}
+
 }  // namespace
 
 SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden) {
@@ -115,6 +127,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
     Index measured = kNone;  // the instance whose whole box was tested last
     bool instanceOutside = false;
     glm::dmat4 toEye(1.0);
+    std::vector<ScreenBox> rects;  // of the surface's clusters
     for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
         const Surface& surface = stage.surfaces[i];
         if (std::binary_search(hidden.begin(), hidden.end(), i)) continue;
@@ -133,6 +146,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
         const Material& material = stage.material(surface);
         SeenSurface seen{.surface = &surface,
                          .features = materialFeatures(material, mesh, stage.request.effects)};
+        rects.clear();
         const bool opaque = !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
         const std::uint32_t end = surface.firstCluster + surface.clusterCount;
         for (std::uint32_t c = surface.firstCluster; c < end;) {
@@ -143,7 +157,8 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
                 result.culled += c - first;
                 continue;
             }
-            const double share = screenBox(view, box).share();
+            const ScreenBox rect = screenBox(view, box);
+            const double share = rect.share();
             SeenCluster part{cluster.firstIndex, cluster.indexCount, distanceTo(box), share, {}};
             if (!material.unlit) {
                 std::uint32_t reaching = 0;
@@ -151,13 +166,15 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
                 result.mostLights = std::max(result.mostLights, reaching);
             }
             if (opaque) result.overdraw += kBoxFill * share;
-            seen.share += share;
+            rects.push_back(rect);
             seen.box.add(box);
             seen.clusters.push_back(part);
             result.triangles += cluster.indexCount / 3;
             result.anyLit |= !material.unlit;
             result.anyEmissive |= (seen.features & FEATURE_EMISSION) != 0;
         }
+        const bool served = surface.glass != Glass::none || surface.reflector != Reflector::none;
+        if (served) seen.share = shareIn(stage, view, toEye, seen, rects);
         if (!seen.clusters.empty()) result.surfaces.push_back(std::move(seen));
     }
     return result;
@@ -170,7 +187,13 @@ Features featuresOfAll(const Stage& stage) {
             stage.dressing.material(stage.scene, stage.dressing.materialOf(stage.scene, i));
         all |= materialFeatures(material, stage.scene.meshes[stage.scene.instances[i].mesh],
                                 stage.request.effects);
-        if (stage.request.effects.refraction && material.transmission > 0.0f) all |= FEATURE_GLASS;
+        if (stage.request.effects.refraction && material.transmission > 0.0f) {
+            all |= FEATURE_GLASS;
+            const TextureSlot& slot = material.transmissionTexture;
+            if (slot.present()) all |= FEATURE_TRANSMISSION_MAP;
+            if (slot.present() && slot.transformed()) all |= FEATURE_TEXTURE_TRANSFORM;
+            if (slot.present() && slot.texCoord == 1) all |= FEATURE_SECOND_TEXCOORD;
+        }
     }
     return all;
 }

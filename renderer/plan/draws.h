@@ -1,6 +1,7 @@
 // From the surfaces of a scene to the draws of one view: culled, classed, ordered.
 #pragma once
 
+#include "plan/coverage.h"
 #include "plan/frame_plan.h"
 #include "scene/classification.h"
 
@@ -35,7 +36,7 @@ struct SeenCluster {
 struct SeenSurface {
     const Surface* surface = nullptr;
     Bounds box;          // of its clusters in view, relative to the eye, the world's axes
-    double share = 0.0;  // of the picture, that its clusters' boxes cover
+    double share = 0.0;  // of the picture, about (coverage.h); 0 for what needs no effect
     std::vector<SeenCluster> clusters;
     Features features = 0;
     std::uint32_t reflection = kNoReflection;
@@ -71,9 +72,6 @@ struct DrawLists {
     };
     std::vector<Behind> through;
 };
-
-// A box's rectangle on screen covers more than the surface in it does.
-inline constexpr double kBoxFill = 0.4;
 
 // Layers of opaque surface above which drawing depth first pays (measured on the software
 // rasteriser: Sponza 198 -> 127 ms at some five layers; nothing gained at one).

@@ -41,11 +41,21 @@ ViewTree::ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& en
       sceneBounds_(worldBounds(stage.scene, stage.pose)),
       sceneTriangles_(triangleCount(stage.scene)) {}
 
-std::string nameOf(const Scene& scene, const Surface& surface) {
+namespace {
+
+std::string bodyName(const Scene& scene, const Surface& surface) {
     const Instance& instance = scene.instances[surface.instance];
     std::string name = scene.nodes[instance.node].name;
     if (name.empty()) name = scene.meshes[instance.mesh].name;
     if (name.empty()) name = "object " + std::to_string(surface.instance + 1);
+    return name;
+}
+
+}  // namespace
+
+std::string nameOf(const Scene& scene, const Surface& surface) {
+    const Instance& instance = scene.instances[surface.instance];
+    std::string name = bodyName(scene, surface);
     if (surface.flatPart != kNone) {
         const std::uint32_t part = surface.flatPart - scene.meshes[instance.mesh].firstFlatPart;
         if (part > 0) name += " part " + std::to_string(part + 1);
@@ -203,18 +213,28 @@ Bounds ViewTree::bodyOf(const ViewJob& job, const SeenSurface& seen) const {
                        eyeFromLocal(job.view, stage_.pose.worldFromNode[instance.node]));
 }
 
+// A body's surfaces (its flat sides, and the rest) are one piece of glass to whoever looks.
 void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
     if (!stage_.request.effects.refraction) return;
-    for (SeenSurface& s : seen.surfaces) {
+    for (std::size_t first = 0, end = 0; first < seen.surfaces.size(); first = end) {
+        const SeenSurface& s = seen.surfaces[first];
+        Bounds box;
+        double share = 0.0, roughness = 0.0;
+        for (end = first; end < seen.surfaces.size(); ++end) {  // an instance's follow each other
+            const SeenSurface& side = seen.surfaces[end];
+            if (side.surface->instance != s.surface->instance) break;
+            box.add(side.box);
+            share = std::min(1.0, share + side.share);
+            roughness = std::max(roughness, double{side.surface->roughness});
+        }
         if (s.surface->glass == Glass::none) continue;
-        const std::string name = "glass:" + nameOf(stage_.scene, *s.surface);
-        const double share = std::min(1.0, kBoxFill * s.share);
+        const std::string name = "glass:" + bodyName(stage_.scene, *s.surface);
         const double pixels = share * job.width * job.height;
         if (pixels < 1.0) {
             skip(job, name, Effect::refraction, "smaller than a pixel");
             continue;
         }
-        if (hidden(job, name, Effect::refraction, s.box)) continue;
+        if (hidden(job, name, Effect::refraction, box)) continue;
         const bool solid = s.surface->glass == Glass::solid;
         const double segments = solid ? std::min(4.0, 1.0 + stage_.request.accuracy.bounces) : 2.0;
         std::vector<Candidate> candidates{
@@ -223,7 +243,7 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
              milliseconds({.pixels = kCopiedPixel * job.width * job.height + pixels,
                            .views = 1.0,
                            .software = limits_.software}),
-             !solid                              ? 0.04
+             !solid ? 0.02  // straight through: right but for what it mirrors
              : stage_.request.accuracy.backFaces ? 0.75
                                                  : 0.9}};
         if (limits_.traces && !job.captured) {  // a captured face is small and blurred
@@ -231,7 +251,7 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
                 {Method::traced,
                  milliseconds(
                      {.rayPixels = pixels, .rays = segments, .software = limits_.software}),
-                 tracedError(s.surface->roughness)});
+                 tracedError(roughness)});
         }
         std::optional<Method> forced;
         switch (stage_.request.accuracy.glass) {
@@ -249,29 +269,31 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
         }
         const Method method =
             decide(job, {name, Effect::refraction, share, share, forced}, candidates);
-        if (solid) s.features |= FEATURE_SOLID;
-        s.features &= ~FEATURE_BLEND;
+        Features features = solid ? FEATURE_SOLID : 0;
         const Material& material = stage_.material(*s.surface);
-        if (material.transmissionTexture.present()) s.features |= FEATURE_TRANSMISSION_MAP;
-        if (solid && material.thicknessTexture.present()) s.features |= FEATURE_THICKNESS_MAP;
+        if (material.transmissionTexture.present()) features |= FEATURE_TRANSMISSION_MAP;
+        if (solid && material.thicknessTexture.present()) features |= FEATURE_THICKNESS_MAP;
         for (const TextureSlot* slot :
              {&material.transmissionTexture, &material.thicknessTexture}) {
-            if (slot->present() && slot->transformed()) s.features |= FEATURE_TEXTURE_TRANSFORM;
-            if (slot->present() && slot->texCoord == 1) s.features |= FEATURE_SECOND_TEXCOORD;
+            if (slot->present() && slot->transformed()) features |= FEATURE_TEXTURE_TRANSFORM;
+            if (slot->present() && slot->texCoord == 1) features |= FEATURE_SECOND_TEXCOORD;
         }
         // An eye inside a body sees its far faces from their backs.
-        if (solid && distanceTo(bodyOf(job, s)) == 0.0) s.features |= FEATURE_DOUBLE_SIDED;
+        if (solid && distanceTo(bodyOf(job, s)) == 0.0) features |= FEATURE_DOUBLE_SIDED;
         switch (method) {
             case Method::traced:
-                s.features |= FEATURE_TRACED_GLASS;
+                features |= FEATURE_TRACED_GLASS;
                 break;
             case Method::backdrop:
-                s.features |= FEATURE_GLASS | FEATURE_BACKDROP;
-                s.overBackdrop = true;
+                features |= FEATURE_GLASS | FEATURE_BACKDROP;
                 break;
             default:
-                s.features |= FEATURE_GLASS;
+                features |= FEATURE_GLASS;
                 break;
+        }
+        for (std::size_t i = first; i < end; ++i) {
+            seen.surfaces[i].features |= features;
+            seen.surfaces[i].overBackdrop = method == Method::backdrop;
         }
     }
 }

@@ -18,6 +18,25 @@ namespace {
 constexpr double kSameNormal = 1.0 - 1.5e-10;
 constexpr double kSameOffset = 1e-5;
 
+// The two sides of one sheet (a slab of glass, a board) share a picture when what the farther one
+// mirrors would stand at most this many pixels beside it.
+double sheetPixels(Preset preset) {
+    switch (preset) {
+        case Preset::draft:
+            return 16.0;
+        case Preset::standard:
+            return 8.0;
+        case Preset::fine:
+            return 1.0;
+    }
+    return 1.0;
+}
+
+// Pictures that one view has drawn, the strongest first; a mirrored view, which shows less, has
+// fewer.
+constexpr std::size_t kMostMirrors = 8;
+constexpr std::size_t kMostMirrorsMirrored = 3;
+
 // Pixels beyond a rough mirror's edge that its blur may ask for: a lobe's tail of 5 alpha radians
 // (erratum P9), at most this share of the picture.
 constexpr double kMostGuard = 0.25;
@@ -44,6 +63,9 @@ struct ViewTree::MirrorGroup {
     double roughness = 0.0;            // of the roughest, 0..1
     double share = 0.0, weight = 0.0;  // of the view; see kLeastWeight
     std::string name;
+    Index instance = 0;    // of its first surface
+    bool flipped = false;  // all of it is seen from the back of two-sided parts
+    bool sheet = false;    // holds both sides of something thin
     ScreenBox covered;
     std::vector<std::size_t> seen;  // into SeenView::surfaces
 };
@@ -51,6 +73,8 @@ struct ViewTree::MirrorGroup {
 void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, Pass& pass) {
     if (!stage_.request.effects.planarReflection) return;
     std::vector<MirrorGroup> groups;
+    const double slope = pixelsPerSlope(job.view, job.height);
+    const double tolerance = sheetPixels(stage_.request.accuracy.preset);
     for (std::size_t i = 0; i < seen.surfaces.size(); ++i) {
         const SeenSurface& s = seen.surfaces[i];
         if (s.surface->reflector != Reflector::flat) continue;
@@ -67,7 +91,8 @@ void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, Pass& pass) {
             continue;
         }
         double height = eyeHeight(*plane, job.view);
-        if (height < 0.0 && stage_.material(*s.surface).doubleSided) {
+        const bool flipped = height < 0.0;
+        if (flipped && stage_.material(*s.surface).doubleSided) {
             plane = Plane{-plane->normal, -plane->offset};
             height = -height;
         }
@@ -85,26 +110,56 @@ void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, Pass& pass) {
             leaveOut("edge-on");
             continue;
         }
+        const double nearest = std::max(distanceTo(s.box), 1e-30);
+        const double perMetre = job.view.orthographic ? slope : slope / nearest;
         const auto same = [&](const MirrorGroup& g) {
             return glm::dot(g.plane.normal, plane->normal) > kSameNormal &&
                    std::abs(g.height - height) <= kSameOffset * (g.height + height);
         };
+        const auto otherSide = [&](const MirrorGroup& g) {
+            return g.instance == s.surface->instance && g.flipped != flipped &&
+                   glm::dot(g.plane.normal, plane->normal) > kSameNormal &&
+                   2.0 * std::abs(g.height - height) * perMetre <= tolerance;
+        };
         auto group = std::find_if(groups.begin(), groups.end(), same);
         if (group == groups.end()) {
-            groups.push_back({.plane = *plane, .height = height, .name = name});
+            group = std::find_if(groups.begin(), groups.end(), otherSide);
+            if (group != groups.end()) group->sheet = true;
+        }
+        if (group == groups.end()) {
+            groups.push_back({.instance = s.surface->instance, .flipped = true});
             group = groups.end() - 1;
+        }
+        // The side that faces the eye is the one whose reflection is strong.
+        if (group->seen.empty() || (group->flipped && !flipped)) {
+            group->plane = *plane;
+            group->height = height;
+            group->name = name;
+            group->flipped = flipped;
         }
         group->covered.low = glm::min(group->covered.low, covered.low);
         group->covered.high = glm::max(group->covered.high, covered.high);
         const double distance = glm::length(glm::dvec3(s.box.center()));
         const double cosine = job.view.orthographic ? 1.0 : height / std::max(distance, height);
-        const double share = std::min(1.0, kBoxFill * s.share);
-        group->share = std::min(1.0, group->share + share);
-        group->weight += reflectanceSeen(s.surface->reflectance, cosine) * share;
+        group->share = std::min(1.0, group->share + s.share);
+        group->weight += reflectanceSeen(s.surface->reflectance, cosine) * s.share;
         group->roughness = std::max(group->roughness, double(s.surface->roughness));
         group->seen.push_back(i);
     }
-    for (const MirrorGroup& group : groups) serveGroup(job, seen, pass, group);
+    std::vector<const MirrorGroup*> strongest;
+    for (const MirrorGroup& group : groups) strongest.push_back(&group);
+    std::stable_sort(strongest.begin(), strongest.end(),
+                     [](const auto* a, const auto* b) { return a->weight > b->weight; });
+    const std::size_t most = job.generation == 0 ? kMostMirrors : kMostMirrorsMirrored;
+    for (std::size_t i = most; i < strongest.size(); ++i) {
+        skip(job, strongest[i]->name, Effect::planarReflection,
+             "weaker than the " + std::to_string(most) + " mirrors that have a picture");
+    }
+    strongest.resize(std::min(most, strongest.size()));
+    for (const MirrorGroup& group : groups) {
+        const bool kept = std::find(strongest.begin(), strongest.end(), &group) != strongest.end();
+        if (kept) serveGroup(job, seen, pass, group);
+    }
 }
 
 void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
@@ -187,13 +242,16 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
                    .name = group.name,
                    .effect = Effect::planarReflection,
                    .reason = "visible, facing, " + percent(group.share) +
+                             (group.sheet ? "; for both sides of a sheet" : "") +
                              (coarse ? "; at half size, as it is blurred" : ""),
                    .view = child,
                    .width = width,
                    .height = height,
                    .target = target,
                    .generation = job.generation + 1,
-                   .weight = job.weight * std::min(1.0, group.weight / std::max(group.share, 1e-9)),
+                   // What it reflects, in the part of the view where it stands.
+                   .weight = job.weight * group.covered.share() *
+                             std::min(1.0, group.weight / std::max(group.share, 1e-9)),
                    .captured = job.captured,
                    .mirrorsLeft = job.mirrorsLeft - 1,
                    .probeGeneration = job.probeGeneration,

@@ -46,7 +46,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
         if (!material.environmentMap.empty() && serveFromMap(job, s, pass)) continue;
         const CapturePoint point = capturePointOf(*s.surface);
         const std::string& name = point.name;
-        const double share = std::min(1.0, kBoxFill * s.share);
+        const double share = s.share;
         const double pixels = share * job.width * job.height;
         if (pixels < 1.0) {
             skip(job, name, Effect::environmentReflection, "smaller than a pixel");

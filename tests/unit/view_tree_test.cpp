@@ -347,6 +347,84 @@ TEST(ViewTree, AnOverrideMakesAMatteFloorAMirror) {
     EXPECT_GE(count(planOf(scene, forced(request)), PassKind::mirror), 1u);
 }
 
+namespace {
+
+// A table: two slabs of two-sided thin-walled glass, a hand above each other, on four metal legs.
+Scene glassTable(float thickness) {
+    Scene scene;
+    Material glass = clearGlass();
+    glass.doubleSided = true;
+    glass.alphaMode = AlphaMode::blend;
+    glass.baseColor.w = 0.25f;
+    const Index slab = addBoxMesh(scene, "slab", addMaterial(scene, glass));
+    const Index leg = addBoxMesh(scene, "leg", addMaterial(scene, mirror(0.2f)));
+    const auto put = [&](Index mesh, double x, double y, double z, const glm::dvec3& half) {
+        placeAt(scene, mesh, glm::scale(at(x, y, z), half), mesh == slab ? "slab" : "leg");
+    };
+    put(slab, 0, 1.2, 0, {2.0, 0.5 * thickness, 1.1});
+    put(slab, 0, 0.4, 0, {1.8, 0.5 * thickness, 0.9});
+    for (const double x : {-1.5, 1.5}) {
+        for (const double z : {-0.7, 0.7}) put(leg, x, 0.6, z, {0.1, 0.6, 0.1});
+    }
+    return scene;
+}
+
+}  // namespace
+
+TEST(ViewTree, AGlassTableIsServedByAHandfulOfPictures) {
+    FrameRequest request = lookingFrom({3, 3, 4}, {0, 0.7, 0});
+    request.width = 640;
+    request.height = 400;
+    const FramePlan plan = planOf(glassTable(0.03f), request);
+    // Of the two slabs and what two of the legs' sides are worth; each of them with what a mirror
+    // in it is worth.
+    EXPECT_LE(count(plan, PassKind::mirror), 10u) << toText(plan);
+    EXPECT_LE(plan.passes.size(), 40u) << toText(plan);
+    const auto of = [&](const std::string& words) {
+        return std::count_if(plan.passes.begin(), plan.passes.end(), [&](const Pass& pass) {
+            return pass.kind == PassKind::mirror && pass.generation == 1 &&
+                   pass.reason.find(words) != std::string::npos;
+        });
+    };
+    EXPECT_EQ(of("for both sides of a sheet"), 2) << toText(plan);
+    // What covers a part of it, covers what it lets through, too.
+    for (const Pass& pass : plan.passes) {
+        if (pass.kind != PassKind::glass) continue;
+        for (const Draw& draw : pass.opaqueDraws) EXPECT_TRUE(draw.features & FEATURE_BLEND);
+    }
+    // One decision for each slab, not one for each of its sides.
+    const auto glass = std::count_if(plan.decisions.begin(), plan.decisions.end(),
+                                     [](const Decision& d) { return d.name == "glass:slab"; });
+    EXPECT_EQ(glass, 2);
+}
+
+TEST(ViewTree, SidesThatStandFarApartHaveAPictureEach) {
+    FrameRequest request = forced(lookingFrom({3, 3, 4}, {0, 0.7, 0}));
+    const auto sheets = [&](float thickness) {
+        const FramePlan plan = planOf(glassTable(thickness), request);
+        return std::count_if(plan.passes.begin(), plan.passes.end(), [](const Pass& pass) {
+            return pass.reason.find("both sides") != std::string::npos;
+        });
+    };
+    EXPECT_GT(sheets(0.01f), 0);
+    EXPECT_EQ(sheets(0.6f), 0);
+}
+
+TEST(ViewTree, OfManyMirrorsTheStrongestHaveAPictureAndTheOthersAreNamed) {
+    Scene scene;
+    const Index square = addSquareMesh(scene, "mirror", addMaterial(scene, mirror()));
+    // Twelve squares in a row, each a little farther away.
+    for (int i = 0; i < 12; ++i) {
+        placeAt(scene, square, glm::scale(at(-5.5 + i, 0, -0.3 * i), glm::dvec3(0.45)));
+    }
+    const FramePlan plan = planOf(scene, forced(lookingFrom({0, 0, 9})));
+    EXPECT_EQ(count(plan, PassKind::mirror), 8u) << toText(plan);
+    const auto left = std::count_if(plan.skipped.begin(), plan.skipped.end(), [](const Skipped& s) {
+        return s.reason.find("weaker than the 8 mirrors") != std::string::npos;
+    });
+    EXPECT_EQ(left, 4);
+}
+
 // ---- captured cubes ----------------------------------------------------------------------------
 
 TEST(ViewTree, TwoCurvedMirrorsAndTwoGenerationsAre24FaceViewsTheFirstGenerationFirst) {
