@@ -197,6 +197,26 @@ Crossing throughBall(vec3 incident, vec3 normal, float ior, float thickness) {
     return crossing;
 }
 
+// A solid knows the thickness along its normal, not what its far side is like. Where that is the
+// diameter of the ball that the near side is a part of, it is that ball's; where it is a small share
+// of it, the body is a wall with two sides that are nearly parallel: a vase, a box, a window with
+// round edges. Returns the ball's share, 0..1. curvature: of the near side, 1 / metres.
+float ballShare(float thickness, float curvature) {
+    float diameters = 0.5f * max(thickness, 0.0f) * max(curvature, 0.0f);
+    return smoothstep(0.25f, 0.75f, min(diameters, 1.0f));
+}
+
+// From the wall's way to the ball's.
+Crossing crossingBetween(Crossing pane, Crossing ball, float share) {
+    Crossing crossing = ball;
+    crossing.path = mix(pane.path, ball.path, share);
+    crossing.offset = mix(pane.offset, ball.offset, share);
+    // Less than a right angle apart, so that the sum has a length; the fallback is for rounding.
+    vec3 sum = mix(pane.direction, ball.direction, share);
+    crossing.direction = dot(sum, sum) > 1e-6f ? normalize(sum) : ball.direction;
+    return crossing;
+}
+
 // ---- rough glass -------------------------------------------------------------------------------
 
 // Slope of the cone in which light leaves rough glass, per unit slope of a mirror's normals; to

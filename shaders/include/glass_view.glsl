@@ -61,6 +61,14 @@ Crossing throughBody(vec3 position, vec3 incident, vec3 normal, float ior, float
     return crossing;
 }
 
+// The greatest curvature that shows in this pixel, 1 / metres.
+float curvatureAt(vec3 position) {
+    vec3 n = direction(vertexNormal);
+    vec2 turn = vec2(length(dFdx(n)), length(dFdy(n)));
+    vec2 way = vec2(length(dFdx(position)), length(dFdy(position)));
+    return max(turn.x / max(way.x, 1e-30f), turn.y / max(way.y, 1e-30f));
+}
+
 struct Glass {
     float transmission;
     float ior;
@@ -95,6 +103,10 @@ vec3 glassLight(Surface s, vec3 position, Glass g) {
 
     GlassShares shares;
     Crossing way;
+    // Neighbouring pixels are compared, so where all of them come by.
+    float roundness = has(FEATURE_SOLID) && !has(FEATURE_BACK_FACES)
+                      ? ballShare(g.thickness, curvatureAt(position))
+                      : 1.0f;
     if (inside) {  // the eye is in the glass: one interface
         Refraction leaving = refracted(incident, s.normal, eta);
         shares.reflected = vec3(fresnel);
@@ -104,9 +116,13 @@ vec3 glassLight(Surface s, vec3 position, Glass g) {
     } else if (has(FEATURE_SOLID)) {
         way = has(FEATURE_BACK_FACES)
                   ? throughBody(position, incident, s.normal, g.ior, g.thickness)
-                  : throughBall(incident, s.normal, g.ior, g.thickness);
-        shares = solidShares(fresnel, absorption(material.attenuation.rgb, material.glass.w,
-                                                 way.path));
+                  : crossingBetween(throughPane(incident, s.normal, g.ior, g.thickness),
+                                    throughBall(incident, s.normal, g.ior, g.thickness), roundness);
+        vec3 clear = absorption(material.attenuation.rgb, material.glass.w, way.path);
+        GlassShares wall = paneShares(fresnel, clear);
+        shares = solidShares(fresnel, clear);
+        shares.reflected = mix(wall.reflected, shares.reflected, roundness);
+        shares.transmitted = mix(wall.transmitted, shares.transmitted, roundness);
     } else {
         way = throughPane(incident, s.normal, g.ior, g.thickness);
         shares = paneShares(fresnel, absorption(material.attenuation.rgb, material.glass.w,

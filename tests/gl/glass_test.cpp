@@ -292,6 +292,32 @@ TEST_F(GlassPictures, OfTintedPanesTakeTheirBaseColorOnce) {
     }
 }
 
+TEST_F(GlassPictures, CoveredInPartShowWhatIsBehindBesideTheGlass) {
+    // alphaMode blend: coverage counts for the surface with all that it lets through.
+    for (const GlassMethod method :
+         {GlassMethod::environment, GlassMethod::backdrop, GlassMethod::traced}) {
+        for (const float coverage : {0.0f, 0.25f, 0.75f, 1.0f}) {
+            Scene scene;
+            Material pane = glass();
+            pane.alphaMode = AlphaMode::blend;
+            pane.baseColor = {0.5f, 0.8f, 1.0f, coverage};
+            place(scene, quad(1.0f, addMaterial(scene, pane)), moved(0, 0, 1));
+            place(scene, quad(3.0f, addMaterial(scene, lamp({2, 1, 0.5f}))));
+            FrameRequest r = through(std::move(scene), "covered");
+            r.accuracy.glass = method;
+            const glm::dvec3 behind(2, 1, 0.5);
+            const double let = method == GlassMethod::environment ? 0.0 : paneTransmits(1.0, 1.5);
+            const glm::dvec3 expected =
+                double{coverage} * let * glm::dvec3(pane.baseColor) * behind +
+                (1.0 - double{coverage}) * behind;
+            const glm::vec3 seen = centerColor(renderer().render(r).image);
+            for (int c = 0; c < 3; ++c) {
+                EXPECT_NEAR(seen[c], expected[c], 4e-3) << coverage << " " << int(method);
+            }
+        }
+    }
+}
+
 TEST_F(GlassPictures, AtGrazingAnglesAreMirrors) {
     Scene scene;  // a pane on black cloth under a white sky
     Material cloth{.name = "cloth", .baseColor = {0, 0, 0, 1}, .unlit = true};
@@ -342,6 +368,52 @@ TEST_F(GlassPictures, OfABallShowTheWorldUpsideDown) {
 }
 
 // From within water or glass, all of the world outside lies in a cone.
+// A ball with a cavity, so that light passes two walls.
+MeshDraft bottle(float radius, float wall, Index material) {
+    MeshDraft draft = sphere(radius, 48, material);
+    MeshDraft inner = sphere(radius - wall, 48, material);
+    const auto first = static_cast<std::uint32_t>(draft.vertices.size());
+    for (Vertex& v : inner.vertices) v.normal = -v.normal;
+    draft.vertices.insert(draft.vertices.end(), inner.vertices.begin(), inner.vertices.end());
+    for (std::size_t i = 0; i < inner.indices.size(); i += 3) {
+        for (const std::size_t k : {0, 2, 1}) draft.indices.push_back(first + inner.indices[i + k]);
+    }
+    return draft;
+}
+
+TEST_F(GlassPictures, OfAThinWallAreThoseOfAPaneAndNotOfABall) {
+    const auto seen = [&](GlassMethod method, float wall) {
+        Scene scene;
+        Material clear = glass();
+        clear.thickness = wall;
+        place(scene, bottle(0.6f, wall, addMaterial(scene, clear)));
+        place(scene, quad(1.5f, addMaterial(scene, lamp({1, 0, 0}))), moved(-1.5, 0, -1.5));
+        place(scene, quad(1.5f, addMaterial(scene, lamp({0, 1, 0}))), moved(1.5, 0, -1.5));
+        FrameRequest r = through(std::move(scene), "bottle");
+        r.accuracy.glass = method;
+        r.accuracy.bounces = 8;
+        return renderer().render(r).image;
+    };
+    // Left of the middle red is behind it: a ball would show green there.
+    for (const GlassMethod method : {GlassMethod::backdrop, GlassMethod::traced}) {
+        const Image image = seen(method, 0.01f);
+        EXPECT_GT(color(image, 26, 32).x, 0.75f) << int(method);
+        EXPECT_EQ(color(image, 26, 32).y, 0.0f) << int(method);
+        EXPECT_GT(color(image, 38, 32).y, 0.75f) << int(method);
+    }
+    const Image backdrop = seen(GlassMethod::backdrop, 0.01f);
+    const Image traced = seen(GlassMethod::traced, 0.01f);
+    double squares = 0.0;
+    for (std::uint32_t y = 0; y < 64; ++y) {
+        for (std::uint32_t x = 0; x < 64; ++x) {
+            const glm::dvec3 off = color(backdrop, x, y) - color(traced, x, y);
+            squares += glm::dot(off, off) / 3.0;
+        }
+    }
+    // The far wall's reflection, at most a tenth, and the rim, where rays see the wall's thickness.
+    EXPECT_LT(std::sqrt(squares / 4096.0), 0.06);
+}
+
 TEST_F(GlassPictures, FromWithinShowTheWorldInSnellsWindow) {
     for (const double ior : {1.5, 1.8}) {
         Scene scene;

@@ -320,6 +320,34 @@ TEST(Ball, KnownDeviationAtSixtyDegrees) {
     EXPECT_NEAR(angleBetween(in, dvec3(c.inside)) * 180.0 / kTruePi, 24.74, 0.01);
 }
 
+TEST(Solid, IsABallWhereItIsAsThickAsTheBallThatItsNearSideIsAPartOf) {
+    EXPECT_EQ(glsl::ballShare(2.0f, 1.0f), 1.0f);
+    EXPECT_EQ(glsl::ballShare(1.6f, 1.0f), 1.0f);
+    EXPECT_EQ(glsl::ballShare(0.02f, 1.0f), 0.0f);  // a bottle
+    EXPECT_EQ(glsl::ballShare(5.0f, 0.0f), 0.0f);   // a box
+    EXPECT_EQ(glsl::ballShare(1.0f, 1.0f), 0.5f);
+    for (const float hard : {-1.0f, 0.0f, 1e-30f, 1e30f, kInf}) {
+        const float share = glsl::ballShare(hard, 1e5f);
+        EXPECT_TRUE(share >= 0.0f && share <= 1.0f) << hard;
+    }
+}
+
+TEST(Solid, LeavesBetweenTheWallsWayAndTheBalls) {
+    const vec3 normal(0.0f, 1.0f, 0.0f);
+    for (const double degrees : {0.0, 20.0, 60.0, 89.0}) {
+        const vec3 incident(downwards(degrees));
+        const auto pane = glsl::throughPane(incident, normal, 1.5f, 0.3f);
+        const auto ball = glsl::throughBall(incident, normal, 1.5f, 0.3f);
+        EXPECT_LT(angleBetween(glsl::crossingBetween(pane, ball, 0.0f).direction, pane.direction),
+                  1e-6);
+        EXPECT_LT(angleBetween(glsl::crossingBetween(pane, ball, 1.0f).direction, ball.direction),
+                  1e-6);
+        const auto between = glsl::crossingBetween(pane, ball, 0.5f);
+        EXPECT_NEAR(glm::length(between.direction), 1.0f, 1e-6f);
+        EXPECT_NEAR(between.path, 0.5f * (pane.path + ball.path), 1e-6f);
+    }
+}
+
 // ---- rough glass -------------------------------------------------------------------------------
 
 // Width that holds the middle half of the values.
