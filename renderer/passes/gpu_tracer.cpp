@@ -7,6 +7,7 @@
 #include "passes/material_block.h"
 #include "passes/traced_texels.h"
 #include "plan/lighting.h"
+#include "scene/classification.h"
 #include "scene/dressing.h"
 
 #include <algorithm>
@@ -25,20 +26,23 @@ Dressing dressingOf(const FramePlan& plan) {
     return {plan.materials, plan.materialOfInstance};
 }
 
-float flagsOf(const Material& m) {
+float flagsOf(const Scene& scene, const Material& m) {
     int flags = 0;
     if (m.alphaMode == AlphaMode::mask) flags |= TRACE_MASK;
     if (m.alphaMode == AlphaMode::blend) flags |= TRACE_BLEND;
     if (m.doubleSided) flags |= TRACE_DOUBLE_SIDED;
     if (m.unlit) flags |= TRACE_UNLIT;
     if (m.transmission > 0.0f && !m.unlit) flags |= m.thickness > 0.0f ? TRACE_SOLID : TRACE_PANE;
+    const MaterialClass c = classOf(scene, m);
+    if (c.onFlat != Reflector::none) flags |= TRACE_MIRROR_FLAT;
+    if (c.onCurved != Reflector::none) flags |= TRACE_MIRROR_CURVED;
     return static_cast<float>(flags);
 }
 
 // As MaterialBlock, with the flags and each slot's texture (from 1, 0 for none) in spare places.
-void appendMaterial(std::vector<glm::vec4>& rows, const Material& m) {
+void appendMaterial(std::vector<glm::vec4>& rows, const Scene& scene, const Material& m) {
     blocks::MaterialBlock block = materialBlock(m);
-    block.attenuation.w = flagsOf(m);
+    block.attenuation.w = flagsOf(scene, m);
     const auto slots = textureSlots(m);
     for (std::size_t s = 0; s < slots.size(); ++s) {
         block.texCoordRows[2 * s + 1].w =
@@ -113,8 +117,9 @@ void GpuTracer::findLights(const FramePlan& plan, const Pose& pose) {
 
 void GpuTracer::fillMaterials(const FramePlan& plan) {
     std::vector<glm::vec4> rows;
-    for (const Material& m : scene_.scene().materials) appendMaterial(rows, m);
-    for (const Material& m : plan.materials) appendMaterial(rows, m);
+    const Scene& scene = scene_.scene();
+    for (const Material& m : scene.materials) appendMaterial(rows, scene, m);
+    for (const Material& m : plan.materials) appendMaterial(rows, scene, m);
     materialCount_ = rows.size() / TRACE_MATERIAL_ROWS;
     rows.insert(rows.end(), textureRows_.begin(), textureRows_.end());
     if (rows.empty()) rows.resize(1);

@@ -64,6 +64,8 @@
 #define TRACE_UNLIT 8
 #define TRACE_PANE 16
 #define TRACE_SOLID 32
+#define TRACE_MIRROR_FLAT 64  // where it is flat, it mirrors the scene
+#define TRACE_MIRROR_CURVED 128
 
 // Directions that one prefilter pass can add up.
 #define PREFILTER_SAMPLES 1024

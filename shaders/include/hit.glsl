@@ -205,8 +205,10 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     p.attenuation = attenuation.rgb;
     p.glass = texelFetch(traceMaterials, m + 4);
     p.glass.z *= e1.w;
-    p.cutoff = (p.flags & TRACE_MASK) != 0 ? emissive.w
-                                           : ((p.flags & TRACE_BLEND) != 0 ? 0.5f : -1.0f);
+    p.cutoff = (p.flags & TRACE_MASK) != 0 ? emissive.w : -1.0f;
+    if (hitHas(FEATURE_TRANSMISSION_MAP)) {
+        p.glass.x *= slotAtHit(m, SLOT_TRANSMISSION, uv, footprint, false).r;
+    }
 
     MaterialPoint point;
     point.baseColor = texelFetch(traceMaterials, m);

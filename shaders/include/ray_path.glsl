@@ -1,10 +1,13 @@
-// Light that comes along a ray through the scene: smooth metal and glass send it on, whatever else
+// Light that comes along a ray through the scene: smooth mirrors and glass send it on, whatever else
 // it meets is shaded as a pixel of it would be, and where nothing is, there is the environment.
 // After lighting.glsl, glass.glsl and hit.glsl.
 
-// A metal smoother than this sends rays on; a rougher one is shaded.
-const float kTracedMetallic = 0.5f;
+// A surface that mirrors the scene (scene/classification.h) sends rays on where it is smoother than
+// this and more than so much of the ray's light follows; else the environment is mirrored.
 const float kTracedRoughness = 0.3f;
+const float kLeastMirrored = 0.05f;
+// Flat: the normal turns by less than this, radians, over the ray's length.
+const float kFlatEnough = 1e-3f;
 // Holes of masks that a path may pass.
 const int kMostHoles = 12;
 
@@ -34,18 +37,10 @@ vec3 mirroredAt(vec3 along, vec3 normal, vec3 faceNormal) {
     return direction(mirrored + faceNormal * max(1e-3f - above, 0.0f));
 }
 
-// What leaves a point of a surface against the ray, by lamps and environment.
-vec3 radianceAtHit(HitPoint p, vec3 along) {
-    MaterialPoint m = p.material;
-    Surface s = surfaceOf(m, -along);
-    vec3 lit = m.occlusion * environmentLight(s, environmentAlong(reflect(along, s.normal), s.roughness));
-    if (hitHas(FEATURE_LIGHTS)) {
-        vec3 position = eyeAxes(p.place - tracing.eye.xyz);
-        vec3 lamps = lampsLight(s, position, p.firstLight, p.lights);
-        lit += p.lights > 0 ? lamps : vec3(0.0f);
-    }
-    if (hitHas(FEATURE_UNLIT)) lit = (p.flags & TRACE_UNLIT) != 0 ? m.baseColor.rgb : lit;
-    return lit + m.emitted;
+vec3 lampsAtHit(HitPoint p, Surface s) {
+    if (!hitHas(FEATURE_LIGHTS)) return vec3(0.0f);
+    vec3 lamps = lampsLight(s, eyeAxes(p.place - tracing.eye.xyz), p.firstLight, p.lights);
+    return p.lights > 0 ? lamps : vec3(0.0f);
 }
 
 // start: relative to the hierarchy's origin, off the surface that the ray leaves. along: unit, in
@@ -56,8 +51,6 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
     int turns = int(tracing.limits.x);
     int holes = kMostHoles;
     bool going = true;
-    bool ends = false;
-    HitPoint last;
     do {
         Hit hit = traceClosest(start, worldAxes(along), 0.0f, 1e30f);
         bool met = hit.place >= 0;
@@ -66,16 +59,45 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         HitPoint p = hitPoint(hit, along, cone.width);
         MaterialPoint m = p.material;
 
-        bool hole = met && holes > 0 && m.baseColor.a < p.cutoff;
+        // As pixels are: cut out by masks, and not drawn from the back of one-sided surfaces.
+        bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
+        bool hole = met && holes > 0 && (m.baseColor.a < p.cutoff || back);
+        bool there = met && !hole;
+        bool unlit = hitHas(FEATURE_UNLIT) && (p.flags & TRACE_UNLIT) != 0;
+        float coverage = 1.0f;
+        if (hitHas(FEATURE_BLEND)) {
+            bool blends = holes > 0 && (p.flags & TRACE_BLEND) != 0;
+            coverage = blends ? clamp(m.baseColor.a, 0.0f, 1.0f) : 1.0f;
+        }
         bool solid = false;
         bool pane = false;
+        float clarity = 0.0f;  // transmission
         if (hitHas(FEATURE_GLASS)) {
-            bool clear = met && !hole && p.glass.x >= 0.5f;
-            solid = clear && (p.flags & TRACE_SOLID) != 0;
-            pane = clear && (p.flags & TRACE_PANE) != 0;
+            bool glass = there && p.glass.x > 0.0f;
+            solid = glass && (p.flags & TRACE_SOLID) != 0;
+            pane = glass && (p.flags & TRACE_PANE) != 0;
+            clarity = solid || pane ? clamp(p.glass.x, 0.0f, 1.0f) : 0.0f;
+            if (solid && !p.front) clarity = 1.0f;  // the way out of what was entered
         }
-        bool mirror = met && !hole && !solid && !pane && (p.flags & TRACE_UNLIT) == 0 &&
-                      m.metallic >= kTracedMetallic && m.roughness <= kTracedRoughness;
+        bool veil = there && coverage < 1.0f && !solid && !pane;
+        Surface s = surfaceOf(m, -along);
+        bool level = p.curvature * hit.distance < kFlatEnough;
+        bool mirror = there && !solid && !pane && !veil && !unlit &&
+                      (p.flags & (level ? TRACE_MIRROR_FLAT : TRACE_MIRROR_CURVED)) != 0 &&
+                      m.roughness <= kTracedRoughness &&
+                      maxComponent(weight * s.reflectance) > kLeastMirrored;
+
+        // What the surface itself sends along the ray: all but what the path goes on for.
+        vec3 around = environmentAlong(reflect(along, s.normal), s.roughness);
+        vec3 environment = environmentLight(s, mirror ? vec3(0.0f) : around) *
+                           (solid || pane ? 1.0f : m.occlusion);
+        Surface opaque = s;
+        opaque.diffuse *= 1.0f - clarity;
+        vec3 own = (1.0f - clarity) * environment + lampsAtHit(p, opaque);
+        if (solid && !p.front) own = vec3(0.0f);
+        if (unlit) own = m.baseColor.rgb;
+        if (there) sum += weight * (coverage * own + m.emitted);
+
         vec3 normal = dot(m.normal, along) < 0.0f ? m.normal : p.faceNormal;
         float alpha = m.roughness * m.roughness;
         vec3 next = along;
@@ -99,33 +121,31 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
             if (solid && bent.total) shares = GlassShares(vec3(0.0f), vec3(1.0f));
             if (solid || pane) {
                 // What turns back here is not followed: it sees the environment.
-                sum += weight * shares.reflected * environmentAtEnd(mirrored, cone);
-                weight *= shares.transmitted * (p.front || pane ? m.baseColor.rgb : vec3(1.0f));
+                float part = coverage * clarity;
+                sum += weight * part * shares.reflected * environmentAtEnd(mirrored, cone);
+                vec3 tint = p.front || pane ? m.baseColor.rgb : vec3(1.0f);
+                weight *= part * shares.transmitted * tint + (1.0f - coverage);
                 cone.lobe += solid ? glassSpread(alpha, c, p.glass.y) : 0.0f;
             }
         }
-        Surface s = surfaceOf(m, -along);
+        if (veil) weight *= 1.0f - coverage;
         if (mirror) {
             next = mirroredAt(along, normal, p.faceNormal);
             crosses = false;
-            sum += weight * m.emitted;
-            weight *= s.reflectance;
+            weight *= m.occlusion * s.reflectance;
             cone.lobe += 2.0f * alpha;
             cone.pixel += 2.0f * p.curvature * cone.width;
         }
         bool turned = solid || pane || mirror;
-        bool opaque = met && !hole && !turned;
-        last = p;
-        ends = opaque;
+        bool passed = hole || veil;
         turns -= turned ? 1 : 0;
-        holes -= hole ? 1 : 0;
-        going = (turned && turns >= 0) || hole;
+        holes -= passed ? 1 : 0;
+        going = (turned && turns >= 0) || passed;
         // Nothing more to meet, or no turn left: the rest is the environment's.
-        if (!going && !opaque) sum += weight * environmentAtEnd(next, cone);
+        if (!going && (turned || !met)) sum += weight * environmentAtEnd(next, cone);
         start = beside(p.place, crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;
     } while (going);
-    if (ends) sum += weight * radianceAtHit(last, along);
     return sum;
 }
 
