@@ -66,7 +66,14 @@ void DrawStream::begin(const Scene& scene, const Pose& pose, const View& view,
     instances_.clear();
     lists_.clear();
     recordData_.clear();
-    lightData_.clear();
+    lightData_.assign(HARMONIC_ROWS, glm::vec4(0.0f));
+}
+
+void DrawStream::setHarmonics(const std::array<glm::vec3, 9>& harmonics, float intensity) {
+    for (std::size_t i = 0; i < 27; ++i) {
+        const float number = harmonics[i / 3][static_cast<int>(i % 3)] * intensity;
+        lightData_[i / 4][static_cast<int>(i % 4)] = number;
+    }
 }
 
 const DrawStream::Placed& DrawStream::placed(std::uint32_t instance) {
@@ -87,8 +94,8 @@ const DrawStream::Placed& DrawStream::placed(std::uint32_t instance) {
 }
 
 std::uint32_t DrawStream::firstLight(const std::vector<std::uint8_t>& list) {
-    const auto [it, isNew] =
-        lists_.try_emplace(list, static_cast<std::uint32_t>(lightData_.size() / LIGHT_ROWS));
+    const auto [it, isNew] = lists_.try_emplace(
+        list, static_cast<std::uint32_t>((lightData_.size() - HARMONIC_ROWS) / LIGHT_ROWS));
     if (isNew) {
         for (const std::uint8_t light : list)
             appendLight(lightData_, (*lights_)[light], view_->eye, axesFromWorld_);
@@ -111,7 +118,7 @@ std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
 
 void DrawStream::upload() {
     records_.assign(std::as_bytes(std::span(recordData_)));
-    if (lightData_.empty()) lightData_.resize(LIGHT_ROWS);
+    if (lightData_.size() == HARMONIC_ROWS) lightData_.resize(HARMONIC_ROWS + LIGHT_ROWS);
     lightRows_.assign(std::as_bytes(std::span(lightData_)));
 }
 

@@ -1,5 +1,5 @@
 // What changes from draw to draw, gathered for a whole pass and uploaded at once: transforms
-// relative to the eye, and the lists of lights.
+// relative to the eye, and the light: the environment's diffuse one and the lists of lamps.
 #pragma once
 
 #include "gl/buffer.h"
@@ -7,6 +7,7 @@
 #include "plan/frame_plan.h"
 #include "scene/scene.h"
 
+#include <array>
 #include <map>
 #include <vector>
 
@@ -14,8 +15,9 @@ namespace clerestory {
 
 // Per-instance vertex attributes of one draw.
 struct DrawRecord {
-    glm::vec4 eyeFromModel[3];     // rows
-    glm::vec4 normalFromModel[3];  // rows; w: first light, number of lights, object id or Draw::through
+    glm::vec4 eyeFromModel[3];  // rows
+    glm::vec4
+        normalFromModel[3];  // rows; w: first light, number of lights, object id or Draw::through
 };
 static_assert(sizeof(DrawRecord) == 96);
 
@@ -27,6 +29,8 @@ public:
     // Starts anew for a view. Axes of eye space: those of the world, turned by `axesFromWorld`.
     void begin(const Scene& scene, const Pose& pose, const View& view,
                const glm::dmat3& axesFromWorld, const std::vector<PlacedLight>& lights);
+    // The environment's diffuse light in eye space's axes; without a call it is dark.
+    void setHarmonics(const std::array<glm::vec3, 9>& harmonics, float intensity);
     // Returns the place of the first draw's record; the others follow it.
     std::uint32_t add(const std::vector<Draw>& draws);
     // For rays, which may meet any instance: where it stands, and a list of lights of any length,

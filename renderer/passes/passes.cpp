@@ -72,12 +72,6 @@ void bindView(PassResources& resources, const PassInput& input, const glm::dmat3
     blocks::ViewBlock block{};
     block.clipFromEye = glm::mat4(gl::deviceClip(view.clipFromView, clipControl) *
                                   glm::dmat4(glm::transpose(eyeFromView)));
-    if (lit) {
-        for (std::size_t i = 0; i < 9; ++i) {
-            block.harmonics[i] =
-                glm::vec4(input.environment->harmonics[i] * input.plan.environmentIntensity, 0.0f);
-        }
-    }
     const float lastLevel =
         lit ? static_cast<float>(input.targets[input.pass.environment]->spec().levels - 1) : 0.0f;
     block.environment = {lastLevel, input.plan.environmentIntensity, clipControl ? 0.0f : -1.0f,

@@ -25,6 +25,9 @@ void bindLight(PassResources& resources, const PassInput& input) {
 void beginView(PassResources& resources, const PassInput& input) {
     resources.draws.begin(input.scene->scene(), input.pose, input.pass.views.front(),
                           input.plan.mapFromWorld, input.plan.lights);
+    if (input.pass.environment != kNoTarget) {
+        resources.draws.setHarmonics(input.environment->harmonics, input.plan.environmentIntensity);
+    }
 }
 
 void bindPass(PassResources& resources, const PassInput& input) {

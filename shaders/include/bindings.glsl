@@ -46,7 +46,9 @@
 #define ATTRIBUTE_EYE_FROM_MODEL 6
 #define ATTRIBUTE_NORMAL_FROM_MODEL 9
 
-// Texels of the light table for each light.
+// Texels of the light table: first the nine harmonics as 27 numbers one after another, then so many
+// for each light.
+#define HARMONIC_ROWS 7
 #define LIGHT_ROWS 3
 
 // Texels for each node, triangle, vertex (of two floats), instance and material of the traced tier.
