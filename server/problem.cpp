@@ -99,6 +99,14 @@ Problem queueFull(int retryAfterSeconds) {
             .retryAfterSeconds = retryAfterSeconds};
 }
 
+Problem jobsFull() {
+    return {.status = 503,
+            .code = "jobsFull",
+            .title = "Too many jobs",
+            .detail = "As many long jobs wait as may wait. Ask again later, or cancel one.",
+            .retryAfterSeconds = 10};
+}
+
 Problem shuttingDown() {
     return {.status = 503,
             .code = "shuttingDown",

@@ -1,0 +1,65 @@
+#include "server/job_routes.h"
+
+#include "server/problem.h"
+#include "server/service.h"
+
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+
+namespace clerestory {
+namespace {
+
+const std::string kPlace = "/v1/jobs/";
+
+// "/v1/jobs/ID..." -> "ID"
+std::string idIn(const Call& call) {
+    const std::size_t end = call.path.find('/', kPlace.size());
+    return call.path.substr(kPlace.size(), end - kPlace.size());
+}
+
+Answer told(const JobStatus& status) {
+    nlohmann::ordered_json json = {
+        {"id", status.id}, {"state", nameOf(status.state)}, {"progress", status.progress}};
+    if (!status.failure.empty()) json["failure"] = status.failure;
+    std::string body = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    if (status.result) {  // it is JSON already
+        body.back() = ',';
+        body += "\"result\":" + status.result->json + "}";
+    }
+    return {.type = "application/json",
+            .body = std::move(body),
+            .headers = {{"Cache-Control", "no-store"}}};
+}
+
+}  // namespace
+
+Answer accepted(const JobStatus& status) {
+    Answer answer = told(status);
+    answer.status = 202;
+    answer.headers.emplace_back("Location", kPlace + status.id);
+    return answer;
+}
+
+Answer getJob(Service& service, const Call& call) {
+    return told(service.jobs().find(idIn(call)));
+}
+
+Answer cancelJob(Service& service, const Call& call) {
+    return told(service.jobs().cancel(idIn(call)));
+}
+
+Answer getJobPicture(Service& service, const Call& call) {
+    const JobStatus status = service.jobs().find(idIn(call));
+    const std::string number = call.path.substr(call.path.rfind('/') + 1);
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), index);
+    const bool sound = error == std::errc() && end == number.data() + number.size();
+    if (!sound || !status.result || index >= status.result->pictures.size()) {
+        throw RequestError(notFound("The job has no such picture, or not yet."));
+    }
+    const JobPicture& picture = status.result->pictures[index];
+    return {.type = picture.type, .body = picture.bytes};
+}
+
+}  // namespace clerestory

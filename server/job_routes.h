@@ -1,0 +1,18 @@
+// What long work answers: GET and DELETE of /v1/jobs/{id}, and the pictures it made.
+#pragma once
+
+#include "server/call.h"
+#include "server/jobs.h"
+
+namespace clerestory {
+
+class Service;
+
+Answer getJob(Service& service, const Call& call);
+Answer cancelJob(Service& service, const Call& call);
+Answer getJobPicture(Service& service, const Call& call);
+
+// 202, with the job's place in Location.
+Answer accepted(const JobStatus& status);
+
+}  // namespace clerestory

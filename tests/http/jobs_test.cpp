@@ -1,0 +1,139 @@
+// The line of long work: order, progress, cancelling, failures, what is kept and what is refused.
+#include "server/jobs.h"
+#include "server/problem.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <future>
+
+namespace clerestory::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+Jobs::Work saying(std::string json) {
+    return [json](const JobControl&) { return JobResult{.json = json, .pictures = {}}; };
+}
+
+std::function<Jobs::Work(const std::string&)> simply(Jobs::Work work) {
+    return [work](const std::string&) { return work; };
+}
+
+JobStatus ended(const Jobs& jobs, const std::string& id) {
+    for (;;) {
+        const JobStatus status = jobs.find(id);
+        if (status.state != JobState::queued && status.state != JobState::running) return status;
+        std::this_thread::sleep_for(1ms);
+    }
+}
+
+// Work that waits until it is told to go on, and what it saw of its control.
+struct Gate {
+    std::promise<void> open, entered;
+    std::shared_future<void> opened{open.get_future().share()};
+    Jobs::Work work() {
+        return [this](const JobControl& control) {
+            entered.set_value();
+            control.proceed(0.25);
+            opened.wait();
+            const bool wanted = control.proceed(0.125);
+            return JobResult{.json = wanted ? "1" : "0", .pictures = {}};
+        };
+    }
+};
+
+TEST(Jobs, AResultIsKeptUnderItsId) {
+    Jobs jobs(2);
+    std::string told;
+    const JobStatus started = jobs.start([&](const std::string& id) {
+        told = id;
+        return saying("42");
+    });
+    EXPECT_EQ(started.id, told);
+    EXPECT_EQ(started.id.size(), 32u);
+    const JobStatus status = ended(jobs, started.id);
+    EXPECT_EQ(status.state, JobState::done);
+    EXPECT_EQ(status.progress, 1.0);
+    ASSERT_TRUE(status.result);
+    EXPECT_EQ(status.result->json, "42");
+    EXPECT_EQ(jobs.cancel(started.id).state, JobState::done) << "what is done stays done";
+}
+
+TEST(Jobs, ProgressNeverGoesBackAndALineHasAnEnd) {
+    Jobs jobs(2);
+    Gate gate;
+    const std::string running = jobs.start(simply(gate.work())).id;
+    gate.entered.get_future().wait();
+    const std::string waiting = jobs.start(simply(saying("2"))).id;
+    EXPECT_EQ(jobs.find(waiting).state, JobState::queued);
+    try {
+        jobs.start(simply(saying("3")));
+        FAIL() << "a third job was taken";
+    } catch (const RequestError& error) {
+        EXPECT_EQ(error.problem().status, 503);
+        EXPECT_GT(error.problem().retryAfterSeconds, 0);
+    }
+    EXPECT_EQ(jobs.cancel(waiting).state, JobState::cancelled);
+    gate.open.set_value();
+    const JobStatus status = ended(jobs, running);
+    EXPECT_EQ(status.state, JobState::done);
+    EXPECT_EQ(status.result->json, "1");
+    EXPECT_EQ(jobs.find(waiting).state, JobState::cancelled) << "it ran although cancelled";
+}
+
+TEST(Jobs, WorkThatIsCancelledIsToldSo) {
+    Jobs jobs(1);
+    Gate gate;
+    const std::string id = jobs.start(simply(gate.work())).id;
+    gate.entered.get_future().wait();
+    EXPECT_EQ(jobs.cancel(id).state, JobState::running);
+    EXPECT_EQ(jobs.find(id).progress, 0.25);
+    gate.open.set_value();
+    const JobStatus status = ended(jobs, id);
+    EXPECT_EQ(status.state, JobState::cancelled);
+    EXPECT_EQ(status.progress, 0.25);
+    EXPECT_FALSE(status.result);
+}
+
+TEST(Jobs, AFailureHasWordsForPeopleAndNothingOfTheInside) {
+    Jobs jobs(2);
+    const std::string ours = jobs.start(simply([](const JobControl&) -> JobResult {
+                                     throw std::runtime_error("secret path");
+                                 }))
+                                 .id;
+    EXPECT_EQ(ended(jobs, ours).state, JobState::failed);
+    EXPECT_EQ(ended(jobs, ours).failure.find("secret"), std::string::npos);
+    const std::string theirs = jobs.start(simply([](const JobControl&) -> JobResult {
+                                       throw RequestError(notFound("No such thing."));
+                                   }))
+                                   .id;
+    EXPECT_EQ(ended(jobs, theirs).failure, "No such thing.");
+}
+
+TEST(Jobs, OldResultsMakeRoom) {
+    Jobs jobs(1);
+    const std::string first = jobs.start(simply(saying("0"))).id;
+    ended(jobs, first);
+    for (int i = 0; i < 16; ++i) ended(jobs, jobs.start(simply(saying("1"))).id);
+    EXPECT_THROW(jobs.find(first), RequestError);
+}
+
+TEST(Jobs, TheEndCancelsWhatRuns) {
+    Gate gate;
+    bool told = false;
+    {
+        Jobs jobs(2);
+        jobs.start(simply([&](const JobControl& control) {
+            gate.entered.set_value();
+            while (control.proceed(0.0)) std::this_thread::sleep_for(1ms);
+            told = true;
+            return JobResult{};
+        }));
+        gate.entered.get_future().wait();
+    }
+    EXPECT_TRUE(told);
+}
+
+}  // namespace
+}  // namespace clerestory::test
