@@ -16,6 +16,6 @@ void main() {
     if (VARIANT == TONE_MAP_NEUTRAL) display = toneMapNeutral(radiance);
     if (VARIANT == TONE_MAP_ACES) display = toneMapAces(radiance);
     if (VARIANT == TONE_MAP_LINEAR) display = toneMapLinear(radiance);
-    // Brightness about as it is seen; the edge filter reads it, nobody else reads alpha.
-    color = vec4(display, sqrt(luminance(display)));
+    // Brightness about as it is seen, for the edge filter; a picture that goes out is opaque.
+    color = vec4(display, mix(1.0f, sqrt(luminance(display)), filtering.parameters.y));
 }

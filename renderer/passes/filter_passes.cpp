@@ -2,6 +2,8 @@
 #include "passes/blocks.h"
 #include "passes/passes.h"
 
+#include <algorithm>
+
 namespace clerestory {
 namespace {
 
@@ -33,6 +35,11 @@ void drawFilter(PassResources& resources, const PassInput& input, const char* sh
 void runToneMapPass(PassResources& resources, const PassInput& input) {
     blocks::FilterBlock block{};
     block.parameters.x = input.plan.exposureFactor;
+    const auto& passes = input.plan.passes;
+    const bool filtered = std::any_of(passes.begin(), passes.end(), [](const Pass& pass) {
+        return pass.kind == PassKind::edgeFilter;
+    });
+    block.parameters.y = filtered ? 1.0f : 0.0f;
     resources.filterBlock.assign(blocks::bytesOf(block));
     resources.filterBlock.bindUniform(BINDING_FILTER);
     drawFilter(resources, input, "tone_map.frag", variantOf(input.plan.toneMap));

@@ -45,5 +45,5 @@ BLOCK_BEGIN(TraceBlock, BINDING_TRACE)
 BLOCK_END(tracing)
 
 BLOCK_BEGIN(FilterBlock, BINDING_FILTER)
-    vec4 parameters;  // toneMap: exposure factor
+    vec4 parameters;  // toneMap: exposure factor; 1 if the edge filter follows, else 0
 BLOCK_END(filtering)

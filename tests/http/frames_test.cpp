@@ -120,6 +120,16 @@ TEST(Frames, EveryFormatDecodesToTheSizeAskedFor) {
     EXPECT_EQ(exr.substr(0, 4), "\x76\x2f\x31\x01");
 }
 
+TEST(Frames, PngIsOpaqueAtEveryAccuracy) {
+    for (const char* preset : {"draft", "standard", "fine"}) {
+        const Image png = decodePng(frameBytes(smallFrame(
+            R"("output": {"format": "png"}, "accuracy": ")" + std::string(preset) + '"')));
+        for (std::size_t i = 3; i < png.data.size(); i += 4) {
+            ASSERT_EQ(png.bytes()[i], 255) << preset;
+        }
+    }
+}
+
 TEST(Frames, JpegQualityAndChromaReachTheEncoder) {
     const auto size = [](const char* output) {
         return frameBytes(R"({"width": 256, "height": 192, "output": )" + std::string(output) + "}")
