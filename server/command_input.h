@@ -1,9 +1,9 @@
-// What the commands without a server read: the scene, and the request.
+// What the commands without a server read: the scene, the request, its maps; and how far they are.
 #pragma once
 
 #include "server/config.h"
 
-#include "plan/frame_request.h"
+#include "plan/planner.h"
 #include "scene/scene.h"
 
 namespace clerestory {
@@ -14,5 +14,20 @@ Scene sceneFor(const std::string& source);
 // The request file with the flags over it; the output's extension tells the format. Throws
 // RequestError, and std::runtime_error for an extension that no format has.
 FrameRequest requestFor(const FrameCommand& command);
+
+// Every map by its name. A map that the line brings lights the scene, unless the request names one.
+EnvironmentMaps environmentsOf(const CommandLine& line, FrameRequest& request);
+
+// One line that overwrites itself where somebody watches it, and else one line a tenth.
+class ProgressLine {
+public:
+    explicit ProgressLine(const char* work) : work_(work) {}
+    void show(double share);
+    void end() const;
+
+private:
+    const char* work_;
+    int shown_ = -10;  // percent
+};
 
 }  // namespace clerestory

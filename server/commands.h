@@ -10,6 +10,7 @@ int runServe(const CommandLine& line);
 int runRender(const CommandLine& line);
 int runPlan(const CommandLine& line);
 int runReference(const CommandLine& line);
+int runCompare(const CommandLine& line);
 int runScenes();
 
 }  // namespace clerestory

@@ -162,34 +162,58 @@ void addPlan(CLI::App& app, CommandLine& line) {
     plan->add_flag("--json", line.frame.planAsJson, "as JSON");
 }
 
-void addReference(CLI::App& app, CommandLine& line) {
+void addReferenceFlags(CLI::App& command, ReferenceCommand& reference) {
     static const std::map<std::string, ReferenceMode> kModes = {{"effects", ReferenceMode::effects},
                                                                 {"full", ReferenceMode::full}};
-    ReferenceCommand& reference = line.reference;
-    CLI::App* command =
-        app.add_subcommand("reference", "Trace the truth that frames are held against");
-    command->callback([&line] { line.command = Command::reference; });
-    addFrameFlags(*command, line);
-    command->add_option("--samples", reference.samples, "of each pixel")
+    command.add_option("--samples", reference.samples, "paths of each pixel of the truth")
         ->check(CLI::Range(2u, kMostReferenceSamples).description(""))
         ->type_name("N")
         ->capture_default_str();
     command
-        ->add_option("--mode", reference.mode,
-                     "effects (the renderer's light, its effects exact) or full")
+        .add_option("--mode", reference.mode,
+                    "effects (the renderer's light, its effects exact) or full")
         ->transform(CLI::CheckedTransformer(kModes).description(""))
         ->type_name("MODE");
-    command->add_option("--seed", reference.seed, "of chance: another one, other noise")
+    command.add_option("--seed", reference.seed, "of chance: another one, other noise")
         ->type_name("N")
         ->capture_default_str();
-    command->add_option("--threads", reference.threads, "0: one for each processor")
+    command.add_option("--threads", reference.threads, "0: one for each processor")
         ->check(CLI::Range(0u, kMostReferenceThreads).description(""))
         ->type_name("N")
         ->capture_default_str();
+}
+
+void addReference(CLI::App& app, CommandLine& line) {
+    CLI::App* command =
+        app.add_subcommand("reference", "Trace the truth that frames are held against");
+    command->callback([&line] { line.command = Command::reference; });
+    addFrameFlags(*command, line);
+    addReferenceFlags(*command, line.reference);
     command
         ->add_option("-o,--output", line.frame.output, "the file: .exr, .npy, .pfm, .png or .jpg")
         ->required()
         ->type_name("FILE");
+}
+
+void addCompare(CLI::App& app, CommandLine& line) {
+    CLI::App* command =
+        app.add_subcommand("compare", "Hold accuracies against the traced truth of the view");
+    command->callback([&line] { line.command = Command::compare; });
+    addFrameFlags(*command, line);
+    addReferenceFlags(*command, line.reference);
+    CompareCommand& compare = line.compare;
+    command
+        ->add_option("--settings", compare.settings,
+                     "presets by commas, or a JSON list of accuracies; every preset unless told")
+        ->type_name("LIST");
+    command->add_option("--frames", compare.frames, "warm frames measured for each setting")
+        ->check(CLI::Range(1u, 200u).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+    command->add_option("-o,--output", compare.report, "a .json file for every figure")
+        ->type_name("FILE");
+    command->add_option("--pictures", compare.pictures, "a folder for pictures of the error")
+        ->type_name("FOLDER");
 }
 
 }  // namespace
@@ -202,6 +226,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     addRender(app, line);
     addPlan(app, line);
     addReference(app, line);
+    addCompare(app, line);
     app.add_subcommand("scenes", "List the built-in scenes")->callback([&line] {
         line.command = Command::scenes;
     });

@@ -19,7 +19,7 @@ struct Config {
     std::string logLevel = "info";
 };
 
-// `clerestory render`, `plan` and `reference`: one frame without a server.
+// `clerestory render`, `plan`, `reference` and `compare`: one view without a server.
 struct FrameCommand {
     std::string scene;        // id of a built-in scene, or a file
     std::string requestFile;  // "-": standard input; empty: {}
@@ -29,7 +29,7 @@ struct FrameCommand {
     bool planAsJson = false;
 };
 
-// `clerestory reference`: what it takes beside the frame.
+// `clerestory reference` and `compare`: the truth.
 struct ReferenceCommand {
     ReferenceMode mode = ReferenceMode::effects;
     std::uint32_t samples = 64;
@@ -37,13 +37,22 @@ struct ReferenceCommand {
     std::uint32_t threads = 0;  // 0: one for each processor
 };
 
-enum class Command { serve, render, plan, reference, scenes };
+// `clerestory compare`: what it takes beside the frame and the truth.
+struct CompareCommand {
+    std::string settings;       // presets by commas, or a JSON list; empty: every preset
+    std::uint32_t frames = 15;  // warm ones measured for each setting
+    std::string report;         // a JSON file; empty: none
+    std::string pictures;       // a folder for error pictures; empty: none
+};
+
+enum class Command { serve, render, plan, reference, compare, scenes };
 
 struct CommandLine {
     Command command = Command::serve;
     Config config;
     FrameCommand frame;
     ReferenceCommand reference;
+    CompareCommand compare;
 };
 
 // Nothing to do any more (help was shown, or the line was wrong and one line said so): the exit

@@ -9,6 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <unistd.h>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -57,6 +59,31 @@ FrameRequest requestFor(const FrameCommand& command) {
     if (!command.requestFile.empty()) body = strictJson(textOf(command.requestFile));
     if (body.is_object()) body.merge_patch(bodyFromQuery(command.fields));
     return frameRequestFrom(body, defaults);
+}
+
+EnvironmentMaps environmentsOf(const CommandLine& line, FrameRequest& request) {
+    EnvironmentMaps maps;
+    for (const std::string& name : builtinEnvironmentNames()) {
+        maps[name] = std::make_shared<const EnvironmentMap>(*builtinEnvironment(name));
+    }
+    for (const auto& source : line.config.scenes.environments) {
+        auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source));
+        if (!request.environment.map) request.environment.map = map->name;
+        maps[map->name] = std::move(map);
+    }
+    return maps;
+}
+
+void ProgressLine::show(double share) {
+    const bool watched = ::isatty(STDERR_FILENO) == 1;
+    const int percent = static_cast<int>(100.0 * share);
+    if (percent == shown_ || (!watched && percent / 10 == shown_ / 10)) return;
+    shown_ = percent;
+    std::fprintf(stderr, watched ? "\r%s %3d %%" : "%s %3d %%\n", work_, percent);
+}
+
+void ProgressLine::end() const {
+    if (::isatty(STDERR_FILENO) == 1) std::fprintf(stderr, "\n");
 }
 
 namespace {

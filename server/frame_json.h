@@ -28,6 +28,9 @@ FrameRequest frameRequestFrom(const nlohmann::json& body, const FrameRequest& de
 // (422).
 nlohmann::json bodyFromQuery(const std::multimap<std::string, std::string>& query);
 
+// Every knob.
+nlohmann::ordered_json accuracyJson(const Accuracy& accuracy);
+
 // Every field, in the table's order: equal requests give equal text.
 std::string canonicalText(const FrameRequest& request);
 

@@ -1,5 +1,6 @@
 // The field tables as JSON Schema (2020-12).
 #include "scene/field_values.h"
+#include "server/comparison_json.h"
 #include "server/frame_json.h"
 
 #include <nlohmann/json.hpp>
@@ -53,6 +54,12 @@ ordered_json schemaOf(const T*, const NestedPreset&) {
     return {
         {"oneOf", {{{"type", "string"}, {"enum", wordsOf(presetChoice())}}, objectSchema<T>()}}};
 }
+template <class T>
+ordered_json schemaOf(const std::vector<T>*, const NestedPresetList& list) {
+    return {{"type", "array"},
+            {"maxItems", list.most},
+            {"items", schemaOf(static_cast<const T*>(nullptr), NestedPreset{})}};
+}
 
 // What a field is when it is left out; nothing for structs, whose fields say it themselves.
 template <class T, class K>
@@ -97,6 +104,10 @@ ordered_json objectSchema() {
 
 ordered_json frameRequestSchema() {
     return objectSchema<FrameRequest>();
+}
+
+ordered_json comparisonRequestSchema() {
+    return objectSchema<ComparisonRequest>();
 }
 
 }  // namespace clerestory

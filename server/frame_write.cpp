@@ -37,6 +37,10 @@ ordered_json member(const std::vector<S>& values, const NestedList&) {
     for (const S& value : values) list.push_back(written(value));
     return list;
 }
+template <class S>
+ordered_json member(const std::vector<S>& values, const NestedPresetList&) {
+    return member(values, NestedList{});
+}
 template <class T>
 ordered_json member(const T& value, const Range&) {
     if constexpr (components<T> == 1) {
@@ -114,6 +118,10 @@ ordered_json passJson(const FramePlan& plan, const Pass& pass) {
 }
 
 }  // namespace
+
+ordered_json accuracyJson(const Accuracy& accuracy) {
+    return written(accuracy);
+}
 
 std::string canonicalText(const FrameRequest& request) {
     return written(request).dump(-1, ' ', false, ordered_json::error_handler_t::replace);

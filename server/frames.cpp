@@ -39,14 +39,8 @@ std::string mapsByName(Service& service, const Scene& scene, const FrameRequest&
     return text;
 }
 
-// Strong: all that can change a byte of the answer.
 std::string etagOf(Service& service, const Scene& scene, const FrameRequest& request) {
-    const RendererIdentity& id = service.queue().identity();
-    const std::string map = request.environment.map.value_or(scene.environment);
-    const std::string text = canonicalText(request) + '\n' + std::to_string(scene.contentHash) +
-                             '\n' + std::to_string(service.library().environmentHash(map)) + '\n' +
-                             mapsByName(service, scene, request) + buildId() + '\n' + id.vendor +
-                             '\n' + id.renderer + '\n' + id.version + '\n' + id.platform;
+    const std::string text = contentText(service, scene, request);
     const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
     char tag[40];
     std::snprintf(tag, sizeof tag, "\"%016llx%016llx\"",
@@ -112,12 +106,6 @@ Explain explains(const Call& call) {
     throw RequestError(invalidFields({{"/explain", "is not a known word", "0, 1 or health"}}));
 }
 
-std::chrono::duration<double> patience(Service& service, const Call& call) {
-    const std::chrono::duration<double> whole(service.config().deadlineSeconds);
-    const std::chrono::duration<double> waited = Clock::now() - call.arrived;
-    return std::max(whole - waited, std::chrono::duration<double>(0.0));
-}
-
 Answer frame(Service& service, const Call& call, FrameRequest request) {
     const Explain asked = explains(call);
     const bool explain = asked != Explain::no;
@@ -154,6 +142,23 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     return answer;
 }
 
+}  // namespace
+
+std::string contentText(Service& service, const Scene& scene, const FrameRequest& request) {
+    const RendererIdentity& id = service.queue().identity();
+    const std::string map = request.environment.map.value_or(scene.environment);
+    return canonicalText(request) + '\n' + std::to_string(scene.contentHash) + '\n' +
+           std::to_string(service.library().environmentHash(map)) + '\n' +
+           mapsByName(service, scene, request) + buildId() + '\n' + id.vendor + '\n' + id.renderer +
+           '\n' + id.version + '\n' + id.platform;
+}
+
+std::chrono::duration<double> patience(Service& service, const Call& call) {
+    const std::chrono::duration<double> whole(service.config().deadlineSeconds);
+    const std::chrono::duration<double> waited = Clock::now() - call.arrived;
+    return std::max(whole - waited, std::chrono::duration<double>(0.0));
+}
+
 void requireJsonType(const Call& call) {
     std::string type = call.header("Content-Type");
     type = type.substr(0, type.find(';'));
@@ -173,8 +178,6 @@ void requireQuery(const Call& call, bool explainAllowed) {
                                            explainAllowed ? "explain" : "nothing"}}));
     }
 }
-
-}  // namespace
 
 Answer postFrame(Service& service, const Call& call) {
     requireJsonType(call);

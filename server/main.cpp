@@ -22,6 +22,8 @@ int run(const CommandLine& line) {
             return runPlan(line);
         case Command::reference:
             return runReference(line);
+        case Command::compare:
+            return runCompare(line);
         case Command::scenes:
             return runScenes();
     }

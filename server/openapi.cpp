@@ -1,6 +1,7 @@
 #include "server/openapi.h"
 
 #include "server/build_id.h"
+#include "server/comparison_json.h"
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
 
@@ -62,12 +63,31 @@ ordered_json getObject(const char* summary) {
     return get(summary, answers(summary, jsonContent({{"type", "object"}})));
 }
 
+ordered_json pathParameters(std::initializer_list<const char*> names) {
+    ordered_json list = ordered_json::array();
+    for (const char* name : names) {
+        list.push_back(
+            {{"name", name}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
+    }
+    return list;
+}
+
+ordered_json withPathParameters(ordered_json path, std::initializer_list<const char*> names) {
+    path["get"]["parameters"] = pathParameters(names);
+    return path;
+}
+
+ordered_json jobOperation(const char* summary) {
+    return {{"summary", summary},
+            {"parameters", pathParameters({"id"})},
+            {"responses", answers("the job", jsonContent(reference("Job")))}};
+}
+
 ordered_json paths() {
     ordered_json query = frameQueryParameters();
     query.push_back(explainParameter());
-    ordered_json scene = getObject("One scene: what it holds and why each surface was classed so");
-    scene["get"]["parameters"] = ordered_json::array(
-        {{{"name", "id"}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}}});
+    ordered_json scene = withPathParameters(
+        getObject("One scene: what it holds and why each surface was classed so"), {"id"});
     return {
         {"/v1/frames",
          {{"post",
@@ -91,6 +111,27 @@ ordered_json paths() {
              answers("passes; what was left out and why; how each reflector and piece of glass "
                      "is served, out of which ways, and why; totals",
                      jsonContent(reference("Plan")))}}}}},
+        {"/v1/comparisons",
+         {{"post",
+           {{"summary", "What accuracies cost and how far each is from the truth"},
+            {"description",
+             "A job: its result holds, for each setting, milliseconds, error over the frame and "
+             "over each effect's own pixels against a path-traced picture, and how much of the gap "
+             "it closes."},
+            {"requestBody",
+             {{"required", true}, {"content", jsonContent(reference("ComparisonRequest"))}}},
+            {"responses",
+             {{"202",
+               {{"description", "the job, whose place is in Location"},
+                {"content", jsonContent(reference("Job"))}}},
+              {"default", problemAnswer("what went wrong, with every wrong field")}}}}}}},
+        {"/v1/jobs/{id}",
+         {{"get", jobOperation("How far a job is, and what came out")},
+          {"delete", jobOperation("Cancels a job; what is done stays done")}}},
+        {"/v1/jobs/{id}/pictures/{number}",
+         withPathParameters(get("A picture that a job made",
+                                answers("the picture", {{"image/png", ordered_json::object()}})),
+                            {"id", "number"})},
         {"/v1/scenes", getObject("What can be rendered")},
         {"/v1/scenes/{id}", std::move(scene)},
         {"/v1/renderer", getObject("What draws, as the driver says it; limits; build")},
@@ -115,6 +156,19 @@ ordered_json problemSchema() {
               {"detail", text},
               {"requestId", text},
               {"errors", {{"type", "array"}, {"items", fieldError}}}}}};
+}
+
+ordered_json jobSchema() {
+    const ordered_json text = {{"type", "string"}};
+    return {
+        {"type", "object"},
+        {"properties",
+         {{"id", text},
+          {"state",
+           {{"type", "string"}, {"enum", {"queued", "running", "done", "failed", "cancelled"}}}},
+          {"progress", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}},
+          {"failure", text},
+          {"result", {{"type", "object"}}}}}};
 }
 
 ordered_json listOf(ordered_json properties) {
@@ -164,6 +218,8 @@ ordered_json openApiDocument() {
             {"components",
              {{"schemas",
                {{"FrameRequest", frameRequestSchema()},
+                {"ComparisonRequest", comparisonRequestSchema()},
+                {"Job", jobSchema()},
                 {"Plan", planSchema()},
                 {"Problem", problemSchema()}}}}}};
 }

@@ -6,48 +6,13 @@
 #include "image/encode.h"
 #include "measures/displayed.h"
 #include "reference/reference.h"
-#include "scene/import/import.h"
 
-#include <unistd.h>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <iostream>
-#include <memory>
 
 namespace clerestory {
 namespace {
-
-EnvironmentMaps environmentsOf(const CommandLine& line, FrameRequest& request) {
-    EnvironmentMaps maps;
-    for (const std::string& name : builtinEnvironmentNames()) {
-        maps[name] = std::make_shared<const EnvironmentMap>(*builtinEnvironment(name));
-    }
-    for (const auto& source : line.config.scenes.environments) {
-        auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source));
-        if (!request.environment.map) request.environment.map = map->name;
-        maps[map->name] = std::move(map);
-    }
-    return maps;
-}
-
-// One line that overwrites itself where somebody watches it, and else one line a tenth.
-class ProgressLine {
-public:
-    void show(double share) {
-        const int percent = static_cast<int>(100.0 * share);
-        if (percent == shown_ || (!watched_ && percent / 10 == shown_ / 10)) return;
-        shown_ = percent;
-        std::fprintf(stderr, watched_ ? "\rtracing %3d %%" : "tracing %3d %%\n", percent);
-    }
-    void end() const {
-        if (watched_) std::fprintf(stderr, "\n");
-    }
-
-private:
-    bool watched_ = ::isatty(STDERR_FILENO) == 1;
-    int shown_ = -10;
-};
 
 // Portable float map: three floats a pixel, little endian, the last row first.
 Bytes encodePfm(const Image& image) {
@@ -86,7 +51,7 @@ int runReference(const CommandLine& line) {
         throw std::runtime_error("there is no environment map \"" + name + "\"");
     }
 
-    ProgressLine progress;
+    ProgressLine progress("tracing");
     const auto truth = traceReference({.scene = scene,
                                        .frame = request,
                                        .environment = *environment->second,

@@ -1,7 +1,9 @@
 #include "server/routes.h"
 
 #include "server/build_id.h"
+#include "server/comparisons.h"
 #include "server/frames.h"
+#include "server/job_routes.h"
 #include "server/openapi.h"
 #include "server/page.h"
 #include "server/scene_json.h"
@@ -85,7 +87,7 @@ Answer openApi(Service&, const Call&) {
 }
 
 struct Route {
-    const char* path;  // "{id}" stands for a last part
+    const char* path;  // "{id}" stands for any part
     const char* method;
     Answer (*answer)(Service&, const Call&);
 };
@@ -94,6 +96,10 @@ constexpr Route kRoutes[] = {
     {"/v1/frames", "POST", postFrame},
     {"/v1/frames", "GET", getFrame},
     {"/v1/plans", "POST", postPlan},
+    {"/v1/comparisons", "POST", postComparison},
+    {"/v1/jobs/{id}", "GET", getJob},
+    {"/v1/jobs/{id}", "DELETE", cancelJob},
+    {"/v1/jobs/{id}/pictures/{number}", "GET", getJobPicture},
     {"/v1/scenes", "GET", listScenes},
     {"/v1/scenes/{id}", "GET", describeScene},
     {"/v1/renderer", "GET", describeRenderer},
@@ -103,11 +109,25 @@ constexpr Route kRoutes[] = {
     {"/openapi.json", "GET", openApi},
 };
 
+// The first part of `rest` up to a slash, which is taken off.
+std::string_view nextPart(std::string_view& rest) {
+    const std::size_t end = std::min(rest.find('/'), rest.size());
+    const std::string_view part = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    return part;
+}
+
 bool covers(std::string_view pattern, std::string_view path) {
-    const std::size_t brace = pattern.find('{');
-    if (brace == std::string_view::npos) return pattern == path;
-    return path.size() > brace && path.substr(0, brace) == pattern.substr(0, brace) &&
-           path.find('/', brace) == std::string_view::npos;
+    if (std::count(pattern.begin(), pattern.end(), '/') !=
+        std::count(path.begin(), path.end(), '/')) {
+        return false;
+    }
+    do {
+        const std::string_view wanted = nextPart(pattern), part = nextPart(path);
+        const bool any = !wanted.empty() && wanted.front() == '{';
+        if (any ? part.empty() : part != wanted) return false;
+    } while (!pattern.empty());
+    return path.empty();
 }
 
 Answer routed(Service& service, const Call& call, std::string& route) {

@@ -65,7 +65,7 @@ SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue)
     : queue_(queue), import_(sources.import) {
     for (const auto& source : sources.environments) {
         auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source));
-        environmentHashes_[map->name] = map->contentHash;
+        environments_[map->name] = map;
         queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
     }
     addBuiltins();
@@ -194,6 +194,24 @@ std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
     return status.scene;
 }
 
+Scene SceneLibrary::whole(const std::string& id) {
+    std::filesystem::path file;
+    {
+        const std::lock_guard lock(mutex_);
+        file = entryFor(id).file;
+    }
+    Scene scene = file.empty() ? makeBuiltinScene(id).value() : importScene(file, import_);
+    scene.id = id;
+    return scene;
+}
+
+std::shared_ptr<const EnvironmentMap> SceneLibrary::environment(const std::string& name) const {
+    const auto found = environments_.find(name);
+    if (found != environments_.end()) return found->second;
+    auto builtin = builtinEnvironment(name);
+    return builtin ? std::make_shared<const EnvironmentMap>(*std::move(builtin)) : nullptr;
+}
+
 bool SceneLibrary::importing() const {
     const std::lock_guard lock(mutex_);
     return std::any_of(entries_.begin(), entries_.end(), [](const auto& entry) {
@@ -203,15 +221,15 @@ bool SceneLibrary::importing() const {
 
 std::vector<std::string> SceneLibrary::environmentNames() const {
     std::vector<std::string> names = builtinEnvironmentNames();
-    for (const auto& [name, hash] : environmentHashes_) {
+    for (const auto& [name, map] : environments_) {
         if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     }
     return names;
 }
 
 std::uint64_t SceneLibrary::environmentHash(const std::string& name) const {
-    const auto found = environmentHashes_.find(name);
-    return found == environmentHashes_.end() ? 0 : found->second;
+    const auto found = environments_.find(name);
+    return found == environments_.end() ? 0 : found->second->contentHash;
 }
 
 void SceneLibrary::loadAll() {

@@ -58,6 +58,13 @@ public:
     // Throws RequestError: no such scene (404), still loading (409), failed (422).
     std::shared_ptr<const Scene> require(const std::string& id);
 
+    // The scene once more with vertices and texels, made or read anew, for those that need it
+    // whole. Takes as long as loading it did. Throws RequestError 404, ImportError.
+    Scene whole(const std::string& id);
+
+    // The map that lights a scene, or that a material names; null when there is none.
+    std::shared_ptr<const EnvironmentMap> environment(const std::string& name) const;
+
     // A file is being read; that can take long, and nothing interrupts it.
     bool importing() const;
 
@@ -87,7 +94,7 @@ private:
     RenderQueue& queue_;
     ImportOptions import_;
     std::string defaultId_;
-    std::map<std::string, std::uint64_t> environmentHashes_;
+    std::map<std::string, std::shared_ptr<const EnvironmentMap>> environments_;  // from files
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;

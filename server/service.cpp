@@ -11,6 +11,8 @@ namespace {
 
 // An id that no scene of the library can have.
 const char* const kCanary = "(canary)";
+// That may wait or run; each can take minutes.
+constexpr std::size_t kLongJobs = 8;
 constexpr std::chrono::seconds kCanaryLasts{3};
 constexpr std::chrono::seconds kCanaryPatience{2};
 
@@ -54,7 +56,8 @@ Service::Service(const Config& config)
               return answerWith(*this, call, problem);
           }),
       queue_(config_.renderer, config_.queue),
-      library_(config_.scenes, queue_) {
+      library_(config_.scenes, queue_),
+      jobs_(kLongJobs) {
     queue_.identity();  // throws when there is no driver
     queue_.post([](Renderer& renderer) { renderer.addScene(canaryScene()); });
 }

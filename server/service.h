@@ -2,7 +2,9 @@
 #pragma once
 
 #include "server/config.h"
+#include "server/jobs.h"
 #include "server/metrics.h"
+#include "server/truths.h"
 
 #include <atomic>
 #include <thread>
@@ -27,6 +29,8 @@ public:
     RenderQueue& queue() { return queue_; }
     SceneLibrary& library() { return library_; }
     Metrics& metrics() { return metrics_; }
+    Jobs& jobs() { return jobs_; }
+    Truths& truths() { return truths_; }
 
     // Draws one tiny frame of a scene of the server's own, unless one was drawn within the last
     // seconds. Throws RequestError 503 when that fails.
@@ -39,6 +43,8 @@ private:
     HttpServer http_;  // binds first: a taken port is known before any work is done
     RenderQueue queue_;
     SceneLibrary library_;
+    Truths truths_;
+    Jobs jobs_;  // its work uses all of the above
     std::thread listener_;
     std::atomic<std::int64_t> lastDrawn_{0};  // Clock, milliseconds; 0: never
 };

@@ -78,6 +78,7 @@ struct Accuracy {
     std::uint32_t probeSamples = 32;  // GGX samples a texel of it; 1: plain levels
     Parallax parallax = Parallax::box;
     std::uint32_t bounces = 4;  // turns of a traced ray before the environment ends it
+    bool operator==(const Accuracy&) const = default;
 };
 Accuracy accuracyOf(Preset preset);
 

@@ -23,6 +23,9 @@ struct NestedPreset {};  // the same, which may also be given as the name of its
 struct NestedList {      // a list of such structs
     std::size_t most;
 };
+struct NestedPresetList {  // each of which may also be given as the name of its preset
+    std::size_t most;
+};
 template <class E>
 struct Choice {
     // Every allowed word with its value, in the order documents show them.

@@ -1,6 +1,7 @@
 // What the server tells about itself: schema, renderer, health, metrics, the page.
 #include "tests/support/test_server.h"
 
+#include "comparison/comparison_request.h"
 #include "server/routes.h"
 
 #include <gmock/gmock.h>
@@ -46,6 +47,7 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
     EXPECT_EQ(document["openapi"], "3.1.0");
     const json& frame = document["components"]["schemas"]["FrameRequest"];
     expectListed<FrameRequest>(frame);
+    expectListed<ComparisonRequest>(document["components"]["schemas"]["ComparisonRequest"]);
     const json& properties = frame["properties"];
     expectListed<CameraRequest>(properties["camera"]);
     expectListed<Intrinsics>(properties["camera"]["properties"]["intrinsics"]);

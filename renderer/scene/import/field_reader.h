@@ -165,14 +165,26 @@ private:
     template <class S>
     void member(const nlohmann::json& value, std::vector<S>& target, const NestedList& list,
                 const std::string& pointer) {
-        const std::string allowed = "a list of at most " + std::to_string(list.most);
+        elements(value, target, list.most, Nested{}, pointer);
+    }
+
+    template <class S>
+    void member(const nlohmann::json& value, std::vector<S>& target, const NestedPresetList& list,
+                const std::string& pointer) {
+        elements(value, target, list.most, NestedPreset{}, pointer);
+    }
+
+    template <class S, class K>
+    void elements(const nlohmann::json& value, std::vector<S>& target, std::size_t most,
+                  const K& kind, const std::string& pointer) {
+        const std::string allowed = "a list of at most " + std::to_string(most);
         if (!value.is_array()) return refuse(pointer, typed(value), allowed);
-        if (value.size() > list.most) {
+        if (value.size() > most) {
             return refuse(pointer, "has " + std::to_string(value.size()) + " elements", allowed);
         }
         target.assign(value.size(), S{});
         for (std::size_t i = 0; i < target.size(); ++i) {
-            object(value[i], target[i], pointer + "/" + std::to_string(i));
+            member(value[i], target[i], kind, pointer + "/" + std::to_string(i));
         }
     }
 

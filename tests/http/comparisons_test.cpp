@@ -1,0 +1,127 @@
+// POST /v1/comparisons through the real server: a job, its figures, its pictures, and its refusals.
+#include "tests/support/test_server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+using testing::StartsWith;
+
+// Three quarters of a second of tracing at most; six-walls has a mirror and nothing else.
+std::string comparison(const std::string& more) {
+    return smallFrame(R"("frames": 2, "samples": 16, "settings": ["draft", "fine"])" + more);
+}
+
+json jobAt(httplib::Client& client, const std::string& place) {
+    const auto result = client.Get(place);
+    if (!result || result->status != 200) {
+        ADD_FAILURE() << place;
+        return nullptr;
+    }
+    return json::parse(result->body);
+}
+
+json ended(httplib::Client& client, const std::string& place) {
+    for (;;) {
+        json job = jobAt(client, place);
+        if (job.is_null() || (job["state"] != "queued" && job["state"] != "running")) return job;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+}
+
+TEST(Comparisons, AJobTellsWhatEachSettingCostsAndHowFarItIsFromTheTruth) {
+    auto client = sharedServer().client();
+    const auto started =
+        postJson(client, "/v1/comparisons", comparison(R"(, "errorPictures": true)"));
+    ASSERT_TRUE(started);
+    ASSERT_EQ(started->status, 202) << started->body;
+    const std::string place = started->get_header_value("Location");
+    EXPECT_THAT(place, StartsWith("/v1/jobs/"));
+    // Clients get their frames meanwhile.
+    EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    const json job = ended(client, place);
+    ASSERT_EQ(job["state"], "done") << job;
+    EXPECT_EQ(job["progress"], 1.0);
+    const json& result = job["result"];
+    EXPECT_EQ(result["reference"]["mode"], "effects");
+    EXPECT_EQ(result["reference"]["samples"], 16);
+    EXPECT_EQ(result["reference"]["nonFinite"], 0);
+    ASSERT_EQ(result["settings"].size(), 2u);
+    const json &draft = result["settings"][0], &fine = result["settings"][1];
+    EXPECT_EQ(draft["name"], "draft");
+    EXPECT_EQ(fine["accuracy"]["preset"], "fine");
+    EXPECT_GT(draft["milliseconds"]["median"], 0.0);
+    EXPECT_GE(draft["milliseconds"]["p95"], draft["milliseconds"]["median"]);
+    EXPECT_EQ(draft["error"]["frame"]["pixels"], 64 * 48);
+    EXPECT_LT(fine["error"]["frame"]["relMse"], draft["error"]["frame"]["relMse"]);
+    EXPECT_LT(fine["error"]["frame"]["relMse"], result["effectsOff"]["relMse"]);
+    EXPECT_GT(fine["error"]["frame"]["psnr"], draft["error"]["frame"]["psnr"]);
+    EXPECT_LE(fine["closedGap"], 1.0);
+    for (const json* setting : {&draft, &fine}) {
+        const auto picture = client.Get((*setting)["errorPicture"].get<std::string>());
+        ASSERT_TRUE(picture && picture->status == 200);
+        EXPECT_EQ(picture->get_header_value("Content-Type"), "image/png");
+        EXPECT_EQ(decodePng(picture->body).width, 64u);
+    }
+    EXPECT_EQ(client.Get(place + "/pictures/2")->status, 404);
+    EXPECT_EQ(client.Get(place + "/pictures/-1")->status, 404);
+    EXPECT_EQ(client.Get(place + "/pictures/")->status, 404);
+}
+
+TEST(Comparisons, TheSameViewAgainHasTheSameErrors) {
+    auto client = sharedServer().client();
+    json errors[2];
+    for (json& e : errors) {
+        const auto started = postJson(client, "/v1/comparisons", comparison(""));
+        ASSERT_EQ(started->status, 202);
+        const json job = ended(client, started->get_header_value("Location"));
+        for (const json& setting : job["result"]["settings"]) e.push_back(setting["error"]);
+        EXPECT_FALSE(job["result"]["settings"][0].contains("errorPicture"));
+    }
+    EXPECT_EQ(errors[0], errors[1]);
+}
+
+TEST(Comparisons, AJobCanBeCancelled) {
+    auto client = sharedServer().client();
+    const auto started = postJson(client, "/v1/comparisons",
+                                  R"({"scene": "six-walls", "width": 640, "samples": 4096})");
+    ASSERT_EQ(started->status, 202) << started->body;
+    const std::string place = started->get_header_value("Location");
+    EXPECT_EQ(client.Delete(place)->status, 200);
+    const json job = ended(client, place);
+    EXPECT_EQ(job["state"], "cancelled");
+    EXPECT_FALSE(job.contains("result"));
+}
+
+TEST(Comparisons, EveryWrongFieldIsNamed) {
+    auto client = sharedServer().client();
+    const auto refused = postJson(client, "/v1/comparisons",
+                                  R"({"scene": "six-walls", "samples": 1, "modes": "full",
+                                      "settings": ["standart", {"probeSize": 1}], "width": 0})");
+    const json problem = problemOf(refused, 422);
+    std::vector<std::string> pointers;
+    for (const json& error : problem["errors"]) pointers.push_back(error["pointer"]);
+    EXPECT_THAT(pointers, testing::UnorderedElementsAre("/samples", "/modes", "/settings/0",
+                                                        "/settings/1/probeSize", "/width"));
+    problemOf(
+        postJson(client, "/v1/comparisons", R"({"width": 4096, "height": 2160, "samples": 16384})"),
+        422);
+    problemOf(postJson(client, "/v1/comparisons", R"({"scene": "nowhere"})"), 404);
+    problemOf(postJson(client, "/v1/comparisons",
+                       R"({"scene": "six-walls", "camera": {"name": "none"}})"),
+              422);
+    problemOf(client.Get("/v1/comparisons"), 405);
+    problemOf(client.Get("/v1/jobs/0"), 404);
+    problemOf(client.Get("/v1/jobs/"), 404);
+    problemOf(client.Delete("/v1/jobs/0"), 404);
+    problemOf(client.Post("/v1/jobs/0"), 405);
+}
+
+}  // namespace
+}  // namespace clerestory::test
