@@ -253,20 +253,8 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
                      {.rayPixels = pixels, .rays = segments, .software = limits_.software}),
                  tracedError(roughness)});
         }
-        std::optional<Method> forced;
-        switch (stage_.request.accuracy.glass) {
-            case GlassMethod::automatic:
-                break;
-            case GlassMethod::environment:
-                forced = Method::environment;
-                break;
-            case GlassMethod::backdrop:
-                forced = Method::backdrop;
-                break;
-            case GlassMethod::traced:
-                forced = Method::traced;
-                break;
-        }
+        const std::optional<Method> forced =
+            methodAsked(stage_.request.accuracy.glass, Method::backdrop);
         const Method method =
             decide(job, {name, Effect::refraction, share, share, forced}, candidates);
         Features features = solid ? FEATURE_SOLID : 0;

@@ -107,6 +107,22 @@ private:
 // Below this, blur is narrower than a pixel of a common frame.
 inline constexpr double kSharpRoughness = 0.02;
 
+// The method that a request's word asks for; `own` is that of the words' own kind: a mirrored view,
+// a captured cube, a backdrop. None where the choice is left to the planner.
+template <class Word>
+std::optional<Method> methodAsked(Word word, Method own) {
+    switch (word) {
+        case Word::automatic:
+            return std::nullopt;
+        case Word::environment:
+            return Method::environment;
+        case Word::traced:
+            return Method::traced;
+        default:
+            return own;
+    }
+}
+
 // What people call a surface: its node, its mesh, or its number.
 std::string nameOf(const Scene& scene, const Surface& surface);
 

@@ -208,20 +208,7 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
                                             .software = limits_.software}),
                               tracedError(group.roughness)});
     }
-    std::optional<Method> forced;
-    switch (a.planar) {
-        case PlanarMethod::automatic:
-            break;
-        case PlanarMethod::environment:
-            forced = Method::environment;
-            break;
-        case PlanarMethod::mirror:
-            forced = Method::mirror;
-            break;
-        case PlanarMethod::traced:
-            forced = Method::traced;
-            break;
-    }
+    const std::optional<Method> forced = methodAsked(a.planar, Method::mirror);
     const Method method = decide(
         job, {group.name, Effect::planarReflection, group.share, group.weight, forced}, candidates);
     if (method == Method::environment) return;

@@ -75,20 +75,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
                  milliseconds({.rayPixels = pixels, .rays = 1.0, .software = limits_.software}),
                  tracedError(roughness)});
         }
-        std::optional<Method> forced;
-        switch (a.curved) {
-            case CurvedMethod::automatic:
-                break;
-            case CurvedMethod::environment:
-                forced = Method::environment;
-                break;
-            case CurvedMethod::probe:
-                forced = Method::probe;
-                break;
-            case CurvedMethod::traced:
-                forced = Method::traced;
-                break;
-        }
+        std::optional<Method> forced = methodAsked(a.curved, Method::probe);
         if (point.placed) forced = Method::probe;  // asked for by name
         const Method method =
             decide(job, {name, Effect::environmentReflection, share, weight, forced}, candidates);

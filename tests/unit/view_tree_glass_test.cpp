@@ -1,0 +1,131 @@
+// What glass makes a frame do: layers, backdrops, bodies, and what is blended between them.
+#include "view_tree_support.h"
+
+#include "plan/features.h"
+
+#include <set>
+
+namespace clerestory::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::Field;
+
+Scene paneScene(std::vector<glm::dmat4> places, float roughness = 0.0f) {
+    Scene scene;
+    Material glass = clearGlass(roughness);
+    glass.reflection = Reflection::none;  // what is counted here is glass
+    const Index pane = addSquareMesh(scene, "pane", addMaterial(scene, glass));
+    for (const glm::dmat4& m : places) placeAt(scene, pane, m, "pane");
+    placeAt(scene, addBoxMesh(scene, "box", addMaterial(scene, dullGrey())), at(0, 0, -6), "box");
+    return scene;
+}
+
+TEST(ViewTree, PanesInARowHaveABackdropEach) {
+    for (std::size_t panes = 1; panes <= 4; ++panes) {
+        std::vector<glm::dmat4> places;
+        for (std::size_t i = 0; i < panes; ++i) places.push_back(at(0, 0, -double(i)));
+        const FramePlan plan = planOf(paneScene(places), forced(lookingFrom({0, 0, 5})));
+        const std::vector<Pass> glass = passesOf(plan, PassKind::glass);
+        ASSERT_EQ(glass.size(), panes) << toText(plan);
+        EXPECT_EQ(count(plan, PassKind::backdrop), panes);
+        for (std::size_t i = 0; i < panes; ++i) {
+            ASSERT_EQ(glass[i].opaqueDraws.size(), 1u);
+            EXPECT_EQ(glass[i].opaqueDraws[0].instance, panes - 1 - i) << "far to near";
+        }
+    }
+}
+
+TEST(ViewTree, PanesSideBySideShareABackdrop) {
+    const FramePlan plan = planOf(paneScene({at(-1.5, 0, 0), at(1.5, 0, 0), at(0, 2.5, 0.1)}),
+                                  forced(lookingFrom({0, 0, 6})));
+    EXPECT_EQ(count(plan, PassKind::backdrop), 1u) << toText(plan);
+    ASSERT_EQ(count(plan, PassKind::glass), 1u);
+    EXPECT_EQ(passesOf(plan, PassKind::glass)[0].opaqueDraws.size(), 3u);
+}
+
+TEST(ViewTree, SixPanesInARowShareTheNearestLayerAndNoneIsLost) {
+    std::vector<glm::dmat4> places;
+    for (int i = 0; i < 6; ++i) places.push_back(at(0, 0, -0.5 * i));
+    const FramePlan plan = planOf(paneScene(places), forced(lookingFrom({0, 0, 5})));
+    std::multiset<std::uint32_t> drawn;
+    for (const Pass& pass : passesOf(plan, PassKind::glass)) {
+        for (const Draw& d : pass.opaqueDraws) drawn.insert(d.instance);
+    }
+    EXPECT_THAT(drawn, ElementsAre(0u, 1u, 2u, 3u, 4u, 5u));
+    EXPECT_EQ(count(plan, PassKind::glass), 4u);
+}
+
+TEST(ViewTree, PanesAroundTheEyesHeightAreOrderedByTheirMiddles) {
+    // At an angle, so that the eye is in the box of either.
+    const auto turned = [](double z) {
+        return glm::scale(glm::rotate(at(0, 0, z), glm::radians(60.0), glm::dvec3(0, 1, 0)),
+                          glm::dvec3(5.0));
+    };
+    for (const bool nearFirst : {true, false}) {
+        const FramePlan plan = planOf(
+            nearFirst ? paneScene({turned(0), turned(-0.5)}) : paneScene({turned(-0.5), turned(0)}),
+            forced(lookingFrom({0, 0, 2})));
+        const std::vector<Pass> glass = passesOf(plan, PassKind::glass);
+        ASSERT_EQ(glass.size(), 2u) << toText(plan);
+        EXPECT_EQ(glass[0].opaqueDraws.at(0).instance, nearFirst ? 1u : 0u) << "the far one";
+    }
+}
+
+TEST(ViewTree, TheSidesOfAGlassBodyShareABackdropWithoutIt) {
+    Scene scene;
+    Material body = clearGlass();
+    body.thickness = 1.0f;
+    body.reflection = Reflection::none;
+    place(scene, addBoxMesh(scene, "block", addMaterial(scene, body)), {0, 0, 0});
+    for (const glm::dvec3& eye : {glm::dvec3(3, 4, 5), glm::dvec3(0, 0, 0)}) {
+        const FramePlan plan = planOf(scene, forced(lookingFrom(eye, eye - glm::dvec3(3, 4, 5))));
+        ASSERT_EQ(count(plan, PassKind::glass), 1u) << toText(plan);
+        for (const Draw& draw : passesOf(plan, PassKind::glass)[0].opaqueDraws) {
+            // An eye within sees the sides from their backs.
+            EXPECT_EQ((draw.features & FEATURE_DOUBLE_SIDED) != 0, eye == glm::dvec3(0, 0, 0));
+        }
+    }
+}
+
+TEST(ViewTree, BlendedSurfacesAreDrawnBetweenTheGlassBehindAndInFrontOfThem) {
+    Scene scene = paneScene({at(0, 0, 0), at(0, 0, -2)});
+    Material veil = dullGrey();
+    veil.alphaMode = AlphaMode::blend;
+    const Index square = addSquareMesh(scene, "veil", addMaterial(scene, veil));
+    const Index behind = placeAt(scene, square, at(0, 0, -3), "behind");
+    const Index between = placeAt(scene, square, at(0, 0, -1), "between");
+    const Index before = placeAt(scene, square, at(0, 0, 1), "before");
+    const FramePlan plan = planOf(scene, forced(lookingFrom({0, 0, 5})));
+    const auto only = [](Index instance) { return ElementsAre(Field(&Draw::instance, instance)); };
+    EXPECT_THAT(rootOf(plan).blendedDraws, only(behind));
+    const std::vector<Pass> glass = passesOf(plan, PassKind::glass);
+    ASSERT_EQ(glass.size(), 2u);
+    EXPECT_THAT(glass[0].blendedDraws, only(between));
+    EXPECT_THAT(glass[1].blendedDraws, only(before));
+}
+
+TEST(ViewTree, OnlyRoughGlassHasABlurredBackdrop) {
+    const auto levels = [](float roughness) {
+        const FramePlan plan =
+            planOf(paneScene({at(0, 0, 0)}, roughness), forced(lookingFrom({0, 0, 5})));
+        return plan.targets[passesOf(plan, PassKind::backdrop).at(0).target].levels;
+    };
+    EXPECT_EQ(levels(0.0f), 1u);
+    EXPECT_GT(levels(0.4f), 1u);
+}
+
+TEST(ViewTree, WithRefractionOffTheDrawsAreThoseOfASceneWithoutTransmission) {
+    FrameRequest request = forced(lookingFrom({0, 0, 5}));
+    request.effects.refraction = false;
+    Scene glass = paneScene({at(0, 0, 0), at(1, 0, -2)});
+    Scene without = glass;
+    for (Material& m : without.materials) m.transmission = 0.0f;
+    const FramePlan plan = planOf(glass, request);
+    EXPECT_EQ(effectPasses(plan), 0u);
+    EXPECT_THAT(plan.skipped, skippedAs("glass", "switched off"));
+    EXPECT_EQ(rootOf(plan), rootOf(planOf(without, request)));
+}
+
+}  // namespace
+}  // namespace clerestory::test
