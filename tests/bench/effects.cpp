@@ -2,6 +2,7 @@
 // together, beside the same frame without them: with maps of earlier frames at hand while the
 // camera turns a little, and with everything drawn anew in every frame. The settings take turns
 // frame by frame, so that what else the machine does meets them all. Encoding is not counted.
+#include "program.h"
 #include "scenes.h"
 #include "statistics.h"
 
@@ -209,10 +210,5 @@ int run(int argc, char** argv) {
 }  // namespace clerestory::bench
 
 int main(int argc, char** argv) {
-    try {
-        return clerestory::bench::run(argc, argv);
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "bench_effects: %s\n", e.what());
-        return 1;
-    }
+    return clerestory::bench::runProgram("bench_effects", clerestory::bench::run, argc, argv);
 }

@@ -3,6 +3,7 @@
 // work away. Prints a Markdown table: median and 95th percentile of warm frames, the cold first
 // frame, processor time, milliseconds of each pass, of encoding, and memory.
 #include "image/encode.h"
+#include "program.h"
 #include "renderer.h"
 #include "scenes.h"
 #include "statistics.h"
@@ -111,10 +112,5 @@ int run(int argc, char** argv) {
 }  // namespace clerestory::bench
 
 int main(int argc, char** argv) {
-    try {
-        return clerestory::bench::run(argc, argv);
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "bench_frames: %s\n", e.what());
-        return 1;
-    }
+    return clerestory::bench::runProgram("bench_frames", clerestory::bench::run, argc, argv);
 }

@@ -1,6 +1,7 @@
 // `bench_mirrors [--faces N] [--frames N]`: five to eight mirrored balls in a room, each with its
 // own captured cube, drawn anew in every frame with one to three generations of reflections in
 // reflections: the 4 x 3 table. Exits with 1 when the face views do not grow as they must.
+#include "program.h"
 #include "renderer.h"
 #include "scene/builtin/shapes.h"
 #include "statistics.h"
@@ -141,10 +142,5 @@ int run(int argc, char** argv) {
 }  // namespace clerestory::bench
 
 int main(int argc, char** argv) {
-    try {
-        return clerestory::bench::run(argc, argv);
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "bench_mirrors: %s\n", e.what());
-        return 1;
-    }
+    return clerestory::bench::runProgram("bench_mirrors", clerestory::bench::run, argc, argv);
 }

@@ -1,0 +1,18 @@
+// The main of a benchmark: what goes wrong is one line and exit status 1.
+#pragma once
+
+#include <cstdio>
+#include <exception>
+
+namespace clerestory::bench {
+
+inline int runProgram(const char* name, int (*run)(int, char**), int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "%s: %s\n", name, e.what());
+        return 1;
+    }
+}
+
+}  // namespace clerestory::bench
