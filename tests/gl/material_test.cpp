@@ -10,13 +10,6 @@ namespace {
 
 class Materials : public GlTest {};
 
-Material unlit(const glm::vec4& color) {
-    Material m;
-    m.baseColor = color;
-    m.unlit = true;
-    return m;
-}
-
 const glm::vec3 kRed(1, 0, 0), kGreen(0, 1, 0), kBlue(0, 0, 1), kWhite(1), kNothing(0);
 const std::array<glm::u8vec4, 4> kFourColors = {
     glm::u8vec4(255, 0, 0, 255), {0, 255, 0, 255}, {0, 0, 255, 255}, {255, 255, 255, 255}};

@@ -17,10 +17,6 @@ FrameRequest mirrored(Scene scene, const std::string& id, const glm::dvec3& eye)
     return r;
 }
 
-Material flatColor(const glm::vec3& c) {
-    return {.name = "flat", .baseColor = glm::vec4(c, 1.0f), .doubleSided = true, .unlit = true};
-}
-
 // Three lamps about half a metre before the plane z = 0.
 void placeLamps(Scene& scene) {
     const glm::dvec3 places[] = {{-0.5, 0.25, 0.5}, {0.5, -0.5, 0.75}, {0.25, 0.5, 1.25}};
@@ -83,8 +79,8 @@ TEST_F(MirrorTruth, AnEyeLowOverAMirrorSeesNearBeforeFar) {
     for (const double height : {1e-3, 1e-2, 0.1}) {
         for (const bool nearFirst : {true, false}) {
             Scene scene;
-            const Index red = addMaterial(scene, flatColor({1, 0, 0}));
-            const Index green = addMaterial(scene, flatColor({0, 1, 0}));
+            const Index red = addMaterial(scene, unlit({1, 0, 0, 1}));
+            const Index green = addMaterial(scene, unlit({0, 1, 0, 1}));
             const glm::dmat4 upright =
                 glm::rotate(glm::dmat4(1.0), glm::half_pi<double>(), glm::dvec3(1, 0, 0));
             for (const bool isNear : {nearFirst, !nearFirst}) {

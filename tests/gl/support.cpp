@@ -64,6 +64,13 @@ Material mirrorMetal(float reflectance, float roughness) {
             .roughness = roughness};
 }
 
+Material unlit(const glm::vec4& color) {
+    Material m;
+    m.baseColor = color;
+    m.unlit = true;
+    return m;
+}
+
 Material glowing(const glm::vec3& radiance) {
     return {.name = "lamp",
             .baseColor = {0, 0, 0, 1},

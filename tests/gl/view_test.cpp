@@ -11,13 +11,6 @@ namespace {
 
 class Views : public GlTest {};
 
-Material unlit(const glm::vec4& color) {
-    Material m;
-    m.baseColor = color;
-    m.unlit = true;
-    return m;
-}
-
 // Two balls before the sky, one over the other.
 FrameRequest twoBalls(const glm::dvec3& shift = glm::dvec3(0.0)) {
     Scene scene;

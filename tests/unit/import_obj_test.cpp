@@ -147,6 +147,38 @@ TEST(Obj, EmissionIsKeForEveryKd) {
     }
 }
 
+// Erratum G6: how many channels a file stores says nothing of the surface. One picture, in 24 and
+// in 32 bits a texel (TGA, uncompressed, 2 x 2).
+TEST(Obj, AnOpaqueAlphaChannelChangesNothing) {
+    const auto imported = [](int channels) {
+        std::string tga(18, '\0');
+        tga[2] = 2;
+        tga[12] = tga[14] = 2;
+        tga[16] = static_cast<char>(8 * channels);
+        for (int texel = 0; texel < 4; ++texel) {
+            for (int c = 0; c < channels; ++c) {
+                tga += c == 3 ? '\xff' : static_cast<char>(40 * texel + 9 * c);
+            }
+        }
+        const TemporaryFolder folder;
+        folder.write("wall.tga", tga);
+        folder.write("wall.mtl", "newmtl wall\nKd 1 1 1\nmap_Kd wall.tga\n");
+        return importSceneHere(
+            folder.write("wall.obj",
+                         "mtllib wall.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+                         "usemtl wall\nf 1/1 2/2 3/3\n"));
+    };
+    const Scene three = imported(3), four = imported(4);
+    ASSERT_EQ(three.images.size(), 1u);
+    ASSERT_EQ(four.images.size(), 1u);
+    EXPECT_EQ(three.images[0].texels, four.images[0].texels);
+    EXPECT_EQ(three.contentHash, four.contentHash);
+    for (const Scene* scene : {&three, &four}) {
+        EXPECT_EQ(material(*scene, "wall")->alphaMode, AlphaMode::opaque);
+        EXPECT_EQ(material(*scene, "wall")->transmission, 0.0f);
+    }
+}
+
 TEST(Obj, EdgesWithoutNormalsStaySharp) {
     const TemporaryFolder folder;
     const Scene scene = importSceneHere(folder.write("roof.obj",

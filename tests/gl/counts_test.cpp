@@ -1,0 +1,115 @@
+// What frames cost, counted by OpenGL's side: the plan says all of it, and what nobody sees or
+// nobody asked for is none of it.
+#include "support.h"
+
+#include <set>
+
+namespace clerestory::test {
+namespace {
+
+class Counts : public GlTest {};
+
+struct Counted {
+    Frame frame;
+    std::uint64_t draws = 0, triangles = 0;
+};
+Counted counted(const FrameRequest& r) {
+    const RendererCounters before = renderer().counters();
+    Counted result{.frame = renderer().render(r)};
+    const RendererCounters after = renderer().counters();
+    result.draws = after.drawCalls - before.drawCalls;
+    result.triangles = after.triangles - before.triangles;
+    return result;
+}
+
+// Every kind of pass, in one frame and in the next: what the plan counts is what was drawn.
+TEST_F(Counts, OfEveryKindOfPassAreThoseOfThePlan) {
+    Scene scene;
+    Material glass{.name = "glass", .metallic = 0.0f, .roughness = 0.0f, .transmission = 1.0f};
+    place(scene, quad(0.5f, addMaterial(scene, glass)), moved(-0.5, 0, 0.5));
+    glass.thickness = 0.5f;
+    place(scene, sphere(0.3f, 16, addMaterial(scene, glass)), moved(0.6, 0.3, 0.3));
+    place(scene, quad(1.5f, addMaterial(scene, mirrorMetal(0.9f, 0.2f))));
+    place(scene, sphere(0.3f, 16, addMaterial(scene, mirrorMetal())), moved(0.3, -0.6, 0.4));
+    place(scene, quad(0.2f, addMaterial(scene, glowing({1, 2, 3}))), moved(-0.2, 0.6, 0.3));
+    FrameRequest r = request(std::move(scene), "all kinds");
+    r.environment.map = "sky";
+    r.accuracy.planar = PlanarMethod::mirror;
+    r.accuracy.curved = CurvedMethod::probe;
+    r.accuracy.glass = GlassMethod::backdrop;
+    r.accuracy.backFaces = true;
+    r.accuracy.probeSize = 32;
+    std::set<PassKind> kinds;
+    for (int frame = 0; frame < 2; ++frame) {
+        const Counted drawn = counted(r);
+        const PlanTotals planned = totals(drawn.frame.plan);
+        EXPECT_EQ(drawn.draws, planned.draws);
+        EXPECT_EQ(drawn.triangles, planned.triangles);
+        EXPECT_EQ(drawn.frame.passTimes.size(), planned.passes);
+        EXPECT_EQ(drawn.frame.plan.passes.size(), planned.passes);
+        for (const Pass& pass : drawn.frame.plan.passes) {
+            if (frame == 0) kinds.insert(pass.kind);
+            if (frame == 1) {
+                EXPECT_NE(pass.kind, PassKind::capture) << pass.name;
+                EXPECT_NE(pass.kind, PassKind::prefilter) << pass.name;
+            }
+        }
+    }
+    for (const PassKind kind :
+         {PassKind::surface, PassKind::mirror, PassKind::capture, PassKind::prefilter,
+          PassKind::levels, PassKind::backdrop, PassKind::glass, PassKind::backFaces}) {
+        EXPECT_TRUE(kinds.contains(kind)) << nameOf(kind);
+    }
+}
+
+// A mirror, a mirror ball and a piece of glass that the camera does not see: OpenGL draws what it
+// draws of the scene without them.
+TEST_F(Counts, WhatIsOutOfSightIsNotDrawnForAnybody) {
+    const auto scene = [](bool with) {
+        Scene s;
+        place(s, quad(0.5f, addMaterial(s, glowing({1, 0.5f, 0.2f}))));
+        if (!with) return s;
+        const Index metal = addMaterial(s, mirrorMetal());
+        Material glass{.name = "glass", .metallic = 0.0f, .roughness = 0.0f, .transmission = 1.0f};
+        place(s, quad(0.5f, metal), moved(0, 0, 4));  // behind the eye
+        place(s, sphere(0.4f, 16, metal), moved(1, 0, 5));
+        place(s, quad(0.5f, addMaterial(s, glass)), moved(-1, 0, 5));
+        return s;
+    };
+    const auto drawn = [&](bool with) {
+        FrameRequest r = request(scene(with), with ? "with" : "without");
+        r.accuracy.planar = PlanarMethod::mirror;
+        r.accuracy.curved = CurvedMethod::probe;
+        return counted(r);
+    };
+    const Counted without = drawn(false), with = drawn(true);
+    EXPECT_EQ(with.draws, without.draws);
+    EXPECT_EQ(with.triangles, without.triangles);
+    EXPECT_EQ(with.frame.image.data, without.frame.image.data);
+    EXPECT_EQ(with.frame.plan.targets.size(), without.frame.plan.targets.size());
+}
+
+TEST_F(Counts, EmissionSwitchedOffGivesTheBytesOfASceneThatDoesNotGlow) {
+    const auto scene = [](float strength) {
+        Scene s;
+        Material lamp{.baseColor = {0.6f, 0.5f, 0.4f, 1}, .metallic = 0.0f};
+        lamp.emissive = {1, 0.5f, 0.25f};
+        lamp.emissiveStrength = strength;
+        place(s, sphere(0.6f, 24, addMaterial(s, lamp)), moved(-0.5, 0, 0));
+        place(s, quad(0.8f, addMaterial(s, mirrorMetal(0.9f))), moved(0.7, 0, -0.5));
+        return s;
+    };
+    const auto picture = [&](float strength, bool emission) {
+        FrameRequest r = request(scene(strength), "glow");
+        r.environment.map = "sky";
+        r.accuracy.planar = PlanarMethod::mirror;
+        r.effects.emission = emission;
+        return renderer().render(r).image.data;
+    };
+    const auto off = picture(3.0f, false);
+    EXPECT_EQ(off, picture(0.0f, true));
+    EXPECT_NE(off, picture(3.0f, true));
+}
+
+}  // namespace
+}  // namespace clerestory::test
