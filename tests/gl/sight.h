@@ -55,6 +55,17 @@ inline double greatestDifference(const glm::vec3& a, const glm::vec3& b) {
     return std::max({d.x, d.y, d.z});
 }
 
+// Of all pixels of two pictures of one size.
+inline double greatestDifference(const Image& a, const Image& b) {
+    double greatest = 0.0;
+    for (std::uint32_t y = 0; y < a.height; ++y) {
+        for (std::uint32_t x = 0; x < a.width; ++x) {
+            greatest = std::max(greatest, greatestDifference(color(a, x, y), color(b, x, y)));
+        }
+    }
+    return greatest;
+}
+
 // Samples that are not finite, or negative.
 inline std::uint64_t badSamples(const Image& image) {
     std::uint64_t bad = 0;
