@@ -183,6 +183,15 @@ public:
     ~ServerProcess() {
         if (id_ > 0) end(SIGKILL);
     }
+    void waitUntilReady() const {
+        httplib::Client client("127.0.0.1", port);
+        for (int i = 0; i < 6000; ++i) {
+            const auto ready = client.Get("/readyz");
+            if (ready && ready->status == 200) return;
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        ADD_FAILURE() << "not ready within a minute";
+    }
     int end(int signal) {
         ::kill(id_, signal);
         int status = 0;
@@ -200,6 +209,7 @@ TEST(CommandLine, SignalsEndTheServerAfterTheFrameThatRuns) {
     for (const int signal : {SIGTERM, SIGINT}) {
         ServerProcess server;
         ASSERT_GT(server.port, 0);
+        server.waitUntilReady();
         std::thread frame([&] {
             httplib::Client client("127.0.0.1", server.port);
             client.set_read_timeout(60);

@@ -34,8 +34,8 @@ struct Gate {
     std::shared_future<void> opened{open.get_future().share()};
     Jobs::Work work() {
         return [this](const JobControl& control) {
-            entered.set_value();
             control.proceed(0.25);
+            entered.set_value();
             opened.wait();
             const bool wanted = control.proceed(0.125);
             return JobResult{.json = wanted ? "1" : "0", .pictures = {}};
