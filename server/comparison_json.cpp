@@ -79,6 +79,17 @@ ordered_json comparisonJson(const Comparison& c, const std::vector<std::string>&
             {"settings", std::move(settings)}};
 }
 
+ordered_json curveJson(const Curve& curve) {
+    ordered_json points = ordered_json::array();
+    for (const CurvePoint& p : curve.points) {
+        points.push_back({{"name", nameOf(p.accuracy)},
+                          {"accuracy", accuracyJson(p.accuracy)},
+                          {"milliseconds", p.milliseconds},
+                          {"relMse", p.relMse}});
+    }
+    return {{"noise", {{"relMse", curve.relMseNoise}}}, {"points", std::move(points)}};
+}
+
 std::string comparisonTable(const Comparison& c) {
     std::string text =
         "| setting | ms | p95 | relMSE | PSNR | SSIM | FLIP | dB | closed gap | relMSE of each "

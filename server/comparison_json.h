@@ -1,7 +1,7 @@
 // ComparisonRequest <- JSON, and Comparison -> JSON and a table for people.
 #pragma once
 
-#include "comparison/comparison.h"
+#include "comparison/curve.h"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -13,6 +13,8 @@ ComparisonRequest comparisonRequestFrom(const nlohmann::json& body);
 // `pictures`: a link for each setting's error picture, or none.
 nlohmann::ordered_json comparisonJson(const Comparison& comparison,
                                       const std::vector<std::string>& pictures = {});
+
+nlohmann::ordered_json curveJson(const Curve& curve);
 
 // Markdown: a row for each setting.
 std::string comparisonTable(const Comparison& comparison);

@@ -5,6 +5,8 @@
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
 
+#include "comparison/curve.h"
+
 #include "scene/builtin/builtin_scenes.h"
 
 #include <nlohmann/json.hpp>
@@ -94,17 +96,50 @@ struct Prepared {
     FrameRequest request;
 };
 
+// A budget is chosen from the curve of this very view, measured now; says on stderr what it was.
+void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps& maps,
+                   FrameRequest& request) {
+    ProgressLine progress("measuring");
+    const auto lighting = maps.find(request.environment.map.value_or(scene.environment));
+    if (lighting == maps.end()) throw std::runtime_error("there is no such environment map");
+    const auto curve = measureCurve(
+        request,
+        [&](const FrameRequest& frame, std::uint32_t samples) {
+            return traceReference({.scene = scene,
+                                   .frame = frame,
+                                   .environment = *lighting->second,
+                                   .maps = maps,
+                                   .samples = samples});
+        },
+        [&](const FrameRequest& frame) {
+            const auto start = Clock::now();
+            Frame drawn = renderer.render(frame);
+            return DrawnFrame{std::move(drawn.image), millisecondsSince(start),
+                              std::move(drawn.plan)};
+        },
+        [&](double share) {
+            progress.show(share);
+            return true;
+        });
+    progress.end();
+    const Chosen chosen = choose(*curve, request.accuracy);
+    request.accuracy = curve->points[chosen.point].accuracy;
+    std::cerr << chosen.words << "\n";
+}
+
 Prepared prepare(const CommandLine& line) {
     Prepared p{.request = requestFor(line.frame)};
     Scene scene = sceneFor(line.frame.scene);
     scene.id = p.request.scene = "scene";
     p.renderer = std::make_unique<Renderer>(line.config.renderer);
-    p.renderer->addScene(std::move(scene));
-    for (const auto& source : line.config.scenes.environments) {
-        auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source));
-        if (!p.request.environment.map) p.request.environment.map = map->name;
-        p.renderer->addEnvironment(map);
+    const EnvironmentMaps maps = environmentsOf(line, p.request);
+    for (const auto& [name, map] : maps) p.renderer->addEnvironment(map);
+    if (p.request.accuracy.isBudget()) {
+        p.renderer->addScene(scene);
+        resolveBudget(*p.renderer, scene, maps, p.request);
+        return p;
     }
+    p.renderer->addScene(std::move(scene));
     return p;
 }
 

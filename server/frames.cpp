@@ -20,6 +20,7 @@ namespace {
 struct Drawn {
     Frame frame;
     double queueMs = 0.0;
+    double drawMs = 0.0;
 };
 
 FrameRequest requestFrom(const nlohmann::json& body, const Call& call) {
@@ -106,11 +107,20 @@ Explain explains(const Call& call) {
     throw RequestError(invalidFields({{"/explain", "is not a known word", "0, 1 or health"}}));
 }
 
+// A budget gives way to the knobs that it comes to; everything else stays as it was asked.
+std::optional<Budgets::Pick> picked(Service& service, const Scene& scene, FrameRequest& request) {
+    if (!request.accuracy.isBudget()) return std::nullopt;
+    Budgets::Pick pick = service.budgets().pick(service, scene, request);
+    request.accuracy = pick.accuracy;
+    return pick;
+}
+
 Answer frame(Service& service, const Call& call, FrameRequest request) {
     const Explain asked = explains(call);
     const bool explain = asked != Explain::no;
     const auto scene = service.library().require(request.scene);
     request.scene = scene->id;
+    const auto pick = picked(service, *scene, request);
     const std::string etag = etagOf(service, *scene, request);
     Answer answer;
     answer.headers = {{"Cache-Control", "no-cache"}, {"Vary", "Accept"}};
@@ -125,9 +135,9 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     const Drawn drawn =
         service.queue().run(patience(service, call), [request, door, asked](Renderer& renderer) {
             const double queueMs = millisecondsSince(door);
-            return Drawn{.frame = asked == Explain::health ? renderer.renderExamined(request)
-                                                           : renderer.render(request),
-                         .queueMs = queueMs};
+            Frame frame = asked == Explain::health ? renderer.renderExamined(request)
+                                                   : renderer.render(request);
+            return Drawn{std::move(frame), queueMs, millisecondsSince(door) - queueMs};
         });
     service.frameWasDrawn();
     const auto drawnAt = Clock::now();
@@ -138,6 +148,10 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     answer.headers.emplace_back("Server-Timing",
                                 serverTiming(drawn, encodeMs, millisecondsSince(call.arrived)));
     answer.headers.emplace_back("Clerestory-Passes", compactPasses(drawn.frame.plan));
+    if (pick) {
+        answer.headers.emplace_back("Clerestory-Accuracy", pick->words);
+        service.budgets().drawn(*pick, drawn.drawMs);
+    }
     if (explain) addExplanation(answer, drawn.frame, etag);
     return answer;
 }
@@ -195,11 +209,15 @@ Answer postPlan(Service& service, const Call& call) {
     requireJsonType(call);
     requireQuery(call, false);
     FrameRequest request = requestFrom(strictJson(call.body), call);
-    request.scene = service.library().require(request.scene)->id;
+    const auto scene = service.library().require(request.scene);
+    request.scene = scene->id;
+    const auto pick = picked(service, *scene, request);
     const FramePlan plan = service.queue().run(
         patience(service, call), [request](Renderer& renderer) { return renderer.plan(request); });
+    nlohmann::ordered_json json = planJson(plan);
+    if (pick) json["accuracy"] = {{"chosen", accuracyJson(pick->accuracy)}, {"words", pick->words}};
     return {.type = "application/json",
-            .body = planJson(plan).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
+            .body = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
 }
 
 }  // namespace clerestory

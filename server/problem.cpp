@@ -34,6 +34,16 @@ Problem stillLoading(std::string detail) {
             .retryAfterSeconds = 1};
 }
 
+Problem stillMeasuring(const std::string& job, double progress) {
+    return {.status = 409,
+            .code = "stillMeasuring",
+            .title = "Still measuring",
+            .detail = "What accuracy costs in this scene is being measured, " +
+                      std::to_string(static_cast<int>(100.0 * progress)) + " %: /v1/jobs/" + job +
+                      ". Then the budget is kept without waiting.",
+            .retryAfterSeconds = 2};
+}
+
 Problem lengthRequired() {
     return {.status = 411,
             .code = "lengthRequired",

@@ -1,6 +1,7 @@
 // The running server: its parts, and the order in which they start and stop.
 #pragma once
 
+#include "server/budgets.h"
 #include "server/config.h"
 #include "server/jobs.h"
 #include "server/metrics.h"
@@ -31,6 +32,7 @@ public:
     Metrics& metrics() { return metrics_; }
     Jobs& jobs() { return jobs_; }
     Truths& truths() { return truths_; }
+    Budgets& budgets() { return budgets_; }
 
     // Draws one tiny frame of a scene of the server's own, unless one was drawn within the last
     // seconds. Throws RequestError 503 when that fails.
@@ -44,6 +46,7 @@ private:
     RenderQueue queue_;
     SceneLibrary library_;
     Truths truths_;
+    Budgets budgets_;
     Jobs jobs_;  // its work uses all of the above
     std::thread listener_;
     std::atomic<std::int64_t> lastDrawn_{0};  // Clock, milliseconds; 0: never

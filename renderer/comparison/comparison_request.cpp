@@ -40,6 +40,13 @@ std::vector<FieldError> problems(const ComparisonRequest& request) {
         errors.push_back({"/samples", "makes too many paths with this size",
                           "width * height * samples of at most " + field::numberText(kMostPaths)});
     }
+    const FieldError budget{"/accuracy", "is a budget, which has no error of its own",
+                            "a preset or knobs"};
+    if (request.frame.accuracy.isBudget()) errors.push_back(budget);
+    for (std::size_t i = 0; i < request.settings.size(); ++i) {
+        if (!request.settings[i].isBudget()) continue;
+        errors.push_back({"/settings/" + std::to_string(i), budget.detail, budget.allowed});
+    }
     return errors;
 }
 

@@ -135,6 +135,12 @@ std::vector<FieldError> problems(const FrameRequest& request) {
         errors.push_back(
             {"/environment/rotation", "is not a unit quaternion", "x y z w with length 1"});
     }
+    Accuracy knobs = request.accuracy;
+    knobs.maxMilliseconds = knobs.maxError = std::nullopt;
+    if (request.accuracy.isBudget() && knobs != Accuracy{}) {
+        errors.push_back({"/accuracy", "has knobs beside a budget, which picks them all",
+                          "maxMilliseconds, maxError or both; or a preset and knobs"});
+    }
     const bool floats =
         request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
     if (request.output.channel != Channel::color && !floats) {

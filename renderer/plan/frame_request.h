@@ -78,6 +78,11 @@ struct Accuracy {
     std::uint32_t probeSamples = 32;  // GGX samples a texel of it; 1: plain levels
     Parallax parallax = Parallax::box;
     std::uint32_t bounces = 4;  // turns of a traced ray before the environment ends it
+    // A budget stands instead of every knob above: the scene's measured curve picks them. Whoever
+    // draws or plans is given what was picked, never a budget; see comparison/curve.h.
+    std::optional<double> maxMilliseconds;
+    std::optional<double> maxError;
+    bool isBudget() const { return maxMilliseconds || maxError; }
     bool operator==(const Accuracy&) const = default;
 };
 Accuracy accuracyOf(Preset preset);
@@ -214,6 +219,13 @@ void fields(Accuracy& a, V&& visit) {
               {{"none", Parallax::none}, {"box", Parallax::box}, {"depth", Parallax::depth}}},
           "where a captured cube's light is taken to come from: infinity, a box, its own depth");
     visit("bounces", a.bounces, Range{1, 16}, "turns of a traced ray");
+    visit("maxMilliseconds", a.maxMilliseconds, Range{1, 60000},
+          "a budget instead of knobs: the least error that a frame of so many milliseconds has, by "
+          "the scene's measured curve");
+    visit(
+        "maxError", a.maxError, Range{1e-6, 1e3},
+        "a budget instead of knobs: the cheapest with at most this relMSE against the path-traced "
+        "truth; with maxMilliseconds too, time comes first");
 }
 
 template <class V>

@@ -99,6 +99,39 @@ TEST(Comparisons, AJobCanBeCancelled) {
     EXPECT_FALSE(job.contains("result"));
 }
 
+// A budget is measured on first use; then it is kept, said, and the same bytes as what it picked.
+TEST(Budgets, AFrameSaysWhatItsBudgetBoughtAndIsThatFrame) {
+    auto client = sharedServer().client();
+    const auto within = [](const std::string& budget) {
+        return smallFrame(R"("output": {"format": "png"}, "accuracy": )" + budget);
+    };
+    httplib::Result frame = postJson(client, "/v1/frames", within(R"({"maxMilliseconds": 60000})"));
+    ASSERT_EQ(frame->status, 409) << "nothing has been measured yet";
+    EXPECT_EQ(frame->get_header_value("Retry-After"), "2");
+    problemOf(frame, 409);
+    for (int i = 0; i < 6000 && frame->status == 409; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        frame = postJson(client, "/v1/frames", within(R"({"maxMilliseconds": 60000})"));
+    }
+    ASSERT_EQ(frame->status, 200) << frame->body;
+    EXPECT_THAT(frame->get_header_value("Clerestory-Accuracy"), testing::HasSubstr("predicted"));
+    const auto plan = postJson(client, "/v1/plans", within(R"({"maxMilliseconds": 60000})"));
+    const json chosen = json::parse(plan->body)["accuracy"]["chosen"];
+    const auto again = postJson(client, "/v1/frames", within(chosen.dump()));
+    ASSERT_EQ(again->status, 200) << again->body;
+    EXPECT_EQ(again->body, frame->body);
+    EXPECT_EQ(again->get_header_value("ETag"), frame->get_header_value("ETag"));
+    EXPECT_FALSE(again->has_header("Clerestory-Accuracy"));
+
+    const auto missed = postJson(client, "/v1/frames", within(R"({"maxError": 1e-6})"));
+    ASSERT_EQ(missed->status, 200);
+    EXPECT_THAT(missed->get_header_value("Clerestory-Accuracy"),
+                testing::HasSubstr("nothing meets the budget"));
+    problemOf(postJson(client, "/v1/frames", within(R"({"maxError": 1, "probeSize": 64})")), 422);
+    problemOf(postJson(client, "/v1/frames", within(R"({"maxMilliseconds": 0})")), 422);
+    problemOf(postJson(client, "/v1/comparisons", within(R"({"maxError": 1})")), 422);
+}
+
 TEST(Comparisons, EveryWrongFieldIsNamed) {
     auto client = sharedServer().client();
     const auto refused = postJson(client, "/v1/comparisons",

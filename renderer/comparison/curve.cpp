@@ -1,0 +1,150 @@
+#include "comparison/curve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace clerestory {
+namespace {
+
+constexpr std::uint32_t kSmallEdge = 320;
+constexpr std::uint32_t kTruthSamples = 32;
+constexpr int kWarmFrames = 3;
+// Tracing is about this share of the work.
+constexpr double kTracingShare = 0.3;
+// How far one frame moves a point.
+constexpr double kRefinement = 0.2;
+
+// The same view with fewer pixels.
+FrameRequest small(const FrameRequest& frame) {
+    FrameRequest request = frame;
+    const double scale =
+        std::min(1.0, static_cast<double>(kSmallEdge) / std::max(frame.width, frame.height));
+    const auto scaled = [&](std::uint32_t edge) {
+        return static_cast<std::uint32_t>(std::max(1.0, std::round(scale * edge)));
+    };
+    request.width = scaled(frame.width);
+    request.height = scaled(frame.height);
+    if (auto& lens = request.camera.intrinsics) {
+        const double x = static_cast<double>(request.width) / frame.width;
+        const double y = static_cast<double>(request.height) / frame.height;
+        const double half = lens->pixelCenter == PixelCenter::integer ? 0.5 : 0.0;
+        lens->fx *= x;
+        lens->fy *= y;
+        lens->cx = (lens->cx + half) * x - half;
+        lens->cy = (lens->cy + half) * y - half;
+    }
+    return request;
+}
+
+FrameRequest with(FrameRequest request, const Accuracy& accuracy, OutputFormat format) {
+    request.accuracy = accuracy;
+    request.output = {.format = format};
+    return request;
+}
+
+std::string figures(const CurvePoint& point) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.0f ms, relMSE %.3g", point.milliseconds, point.relMse);
+    return text;
+}
+
+}  // namespace
+
+std::vector<Accuracy> ladder() {
+    Accuracy least = accuracyOf(Preset::draft);
+    least.planar = PlanarMethod::environment;
+    least.curved = CurvedMethod::environment;
+    least.glass = GlassMethod::environment;
+    Accuracy smooth = accuracyOf(Preset::standard);
+    smooth.samples = 4;
+    smooth.edgeFilter = false;
+    Accuracy single = accuracyOf(Preset::fine);
+    single.samples = 1;
+    single.edgeFilter = true;
+    Accuracy traced = accuracyOf(Preset::fine);
+    traced.curved = CurvedMethod::traced;
+    traced.glass = GlassMethod::traced;
+    return {least,
+            accuracyOf(Preset::draft),
+            accuracyOf(Preset::standard),
+            smooth,
+            single,
+            accuracyOf(Preset::fine),
+            traced};
+}
+
+std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& trace,
+                                  const DrawFrame& draw,
+                                  const std::function<bool(double)>& progress) {
+    const FrameRequest smaller = small(frame);
+    const auto truth = trace(smaller, kTruthSamples);
+    if (!truth) return std::nullopt;
+    const std::vector<Accuracy> settings = ladder();
+    Curve curve;
+    for (std::size_t i = 0; i < settings.size(); ++i) {
+        const double share = static_cast<double>(i) / static_cast<double>(settings.size());
+        if (progress && !progress(kTracingShare + (1.0 - kTracingShare) * share)) {
+            return std::nullopt;
+        }
+        CurvePoint point{.accuracy = settings[i]};
+        const Image picture = draw(with(smaller, settings[i], OutputFormat::npy)).image;
+        point.relMse = linearErrors(picture, truth->color).relMse;
+        const FrameRequest whole = with(frame, settings[i], OutputFormat::png);
+        draw(whole);  // compiles programs and draws the maps that stay
+        std::vector<double> warm;
+        for (int k = 0; k < kWarmFrames; ++k) warm.push_back(draw(whole).milliseconds);
+        std::sort(warm.begin(), warm.end());
+        point.milliseconds = warm[warm.size() / 2];
+        curve.points.push_back(point);
+    }
+    Image noisy = truth->color;
+    const std::size_t count = std::size_t{noisy.width} * noisy.height * noisy.channels;
+    for (std::size_t i = 0; i < count; ++i) noisy.floats()[i] += truth->noise.floats()[i];
+    curve.relMseNoise = linearErrors(noisy, truth->color).relMse;
+    return curve;
+}
+
+Chosen choose(const Curve& curve, const Accuracy& budget) {
+    const auto& points = curve.points;
+    const auto timely = [&](const CurvePoint& p) {
+        return !budget.maxMilliseconds || p.milliseconds <= *budget.maxMilliseconds;
+    };
+    const auto exact = [&](const CurvePoint& p) {
+        return !budget.maxError || p.relMse <= *budget.maxError;
+    };
+    const auto cheaper = [](const CurvePoint& a, const CurvePoint& b) {
+        return a.milliseconds < b.milliseconds;
+    };
+    const auto truer = [](const CurvePoint& a, const CurvePoint& b) { return a.relMse < b.relMse; };
+    // The best of those that `fits`, or the end.
+    const auto best = [&](const auto& fits, const auto& less) {
+        auto found = points.end();
+        for (auto p = points.begin(); p != points.end(); ++p) {
+            if (fits(*p) && (found == points.end() || less(*p, *found))) found = p;
+        }
+        return found;
+    };
+    const auto any = [](const CurvePoint&) { return true; };
+    const auto both = [&](const CurvePoint& p) { return timely(p) && exact(p); };
+    auto found = budget.maxError ? best(both, cheaper) : best(timely, truer);
+    const bool met = found != points.end();
+    if (!met && budget.maxMilliseconds) found = best(timely, truer);
+    if (found == points.end()) found = best(any, budget.maxMilliseconds ? cheaper : truer);
+
+    Chosen chosen{.point = static_cast<std::size_t>(found - points.begin()), .met = met};
+    chosen.words = nameOf(found->accuracy) + ": " + figures(*found) + " predicted";
+    if (!met) chosen.words += "; nothing meets the budget";
+    const auto truest = best(any, truer);
+    if (truest != found && truest->relMse < found->relMse) {
+        chosen.words += "; given up: " + nameOf(truest->accuracy) + " with " + figures(*truest);
+    }
+    return chosen;
+}
+
+void refine(CurvePoint& point, double milliseconds) {
+    if (!(milliseconds > 0.0) || !std::isfinite(milliseconds)) return;
+    point.milliseconds += kRefinement * (milliseconds - point.milliseconds);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,59 @@
+#include "server/job_work.h"
+
+#include "server/problem.h"
+#include "server/service.h"
+
+namespace clerestory {
+namespace {
+
+// A frame of a job may be dear.
+constexpr std::chrono::seconds kFramePatience{300};
+constexpr std::chrono::milliseconds kBusyPause{200};
+
+}  // namespace
+
+std::shared_ptr<const Truth> tracedTruth(Service& service, const FrameRequest& frame,
+                                         ReferenceMode mode, std::uint32_t samples,
+                                         std::uint64_t seed,
+                                         const std::function<bool(double)>& progress) {
+    const auto start = Clock::now();
+    const Scene scene = service.library().whole(frame.scene);
+    EnvironmentMaps maps;
+    for (const std::string& name : service.library().environmentNames()) {
+        maps[name] = service.library().environment(name);
+    }
+    const auto lighting = maps.find(frame.environment.map.value_or(scene.environment));
+    if (lighting == maps.end()) {
+        throw InvalidRequest({{"/environment/map", "is not the name of a loaded map",
+                               "a name that GET /v1/renderer lists"}});
+    }
+    auto image = traceReference({.scene = scene,
+                                 .frame = frame,
+                                 .environment = *lighting->second,
+                                 .maps = maps,
+                                 .mode = mode,
+                                 .samples = samples,
+                                 .seed = seed},
+                                progress);
+    if (!image) return nullptr;
+    return std::make_shared<const Truth>(Truth{*std::move(image), millisecondsSince(start)});
+}
+
+DrawnFrame drawnBetween(Service& service, const FrameRequest& request, const JobControl& control) {
+    for (;;) {
+        if (!control.proceed(0.0)) throw JobCancelled{};
+        try {
+            return service.queue().run(kFramePatience, [request](Renderer& renderer) {
+                const auto start = Clock::now();
+                Frame frame = renderer.render(request);
+                return DrawnFrame{std::move(frame.image), millisecondsSince(start),
+                                  std::move(frame.plan)};
+            });
+        } catch (const RequestError& error) {
+            if (error.problem().code != queueFull(1).code) throw;
+        }
+        std::this_thread::sleep_for(kBusyPause);
+    }
+}
+
+}  // namespace clerestory
