@@ -1,0 +1,143 @@
+// `bench_accuracy [--short] [--size WxH] [--samples N] [--output FOLDER] [SCENE...]`: error against
+// milliseconds of every knob, on every scene, for every effect. Writes accuracy.csv, accuracy.md
+// and a picture an effect.
+//
+// `--short`: the presets on small pictures of the built-in scenes. With `--against FILE` no error
+// may exceed 1.05 times the one recorded there; with `--record FILE` that file is written. Time is
+// told, never asserted.
+#include "accuracy_measure.h"
+#include "accuracy_record.h"
+#include "accuracy_report.h"
+#include "program.h"
+#include "statistics.h"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+namespace clerestory::bench {
+namespace {
+
+struct Options {
+    bool brief = false;
+    std::string size, output, shared, record, against;
+    std::uint32_t samples = 0;
+    std::vector<std::string> scenes;
+};
+
+std::string readFile(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw std::runtime_error("cannot read " + path);
+    std::ostringstream content;
+    content << file.rdbuf();
+    return content.str();
+}
+
+void writeFile(const std::filesystem::path& path, const std::string& content) {
+    std::ofstream file(path, std::ios::binary);
+    file << content;
+    file.close();
+    if (!file) throw std::runtime_error("cannot write " + path.string());
+}
+
+MeasureOptions measureOptions(const Options& options) {
+    MeasureOptions m;
+    if (options.brief) {
+        m = {.width = 128, .height = 72, .samples = 16, .rounds = 1, .framesPerRound = 2};
+    }
+    if (!options.size.empty() &&
+        std::sscanf(options.size.c_str(), "%ux%u", &m.width, &m.height) != 2) {
+        throw std::runtime_error("a size is written WIDTHxHEIGHT, not " + options.size);
+    }
+    if (options.samples != 0) m.samples = options.samples;
+    return m;
+}
+
+std::vector<AccuracyScene> scenesOf(const Options& options) {
+    const std::vector<AccuracyScene> known =
+        options.brief ? builtinAccuracyScenes() : allAccuracyScenes(options.shared);
+    if (options.scenes.empty()) return known;
+    std::vector<AccuracyScene> chosen;
+    for (const std::string& argument : options.scenes) {
+        AccuracyScene scene{
+            std::filesystem::path(argument.substr(0, argument.rfind('@'))).stem().string(),
+            argument,
+            {}};
+        for (const AccuracyScene& k : known) {
+            if (k.name == argument) scene = k;
+        }
+        chosen.push_back(std::move(scene));
+    }
+    return chosen;
+}
+
+// What happened to a scene, on standard error: the run takes minutes.
+void tell(const AccuracyScene& scene, const Measured& measured, double milliseconds) {
+    std::fprintf(stderr, "%s: %zu rows, truth %.1f s, all %.1f s, load average %.1f\n",
+                 scene.name.c_str(), measured.points.size(), 1e-3 * measured.truthMs,
+                 1e-3 * milliseconds, loadAverage());
+}
+
+void writeReports(const std::filesystem::path& folder, const Points& points) {
+    std::filesystem::create_directories(folder);
+    writeFile(folder / "accuracy.csv", csvOf(points));
+    writeFile(folder / "accuracy.md", markdownOf(points));
+    for (const Effect effect : kCurveEffects) {
+        const std::string svg = svgOf(points, effect);
+        if (!svg.empty()) writeFile(folder / ("accuracy-" + curveName(effect) + ".svg"), svg);
+    }
+}
+
+// Exit status: 1 when an error has grown.
+int hold(const std::string& file, const Points& points, const std::string& renderer) {
+    const Held result = heldAgainst(readFile(file), points);
+    std::printf("%d errors held against the record, %d not in it\n", result.held, result.missing);
+    for (const std::string& line : result.exceeded) std::printf("grew: %s\n", line.c_str());
+    if (renderer.find("llvmpipe") == std::string::npos) {
+        std::printf("not llvmpipe but %s: told only\n", renderer.c_str());
+        return 0;
+    }
+    return result.exceeded.empty() ? 0 : 1;
+}
+
+int run(int argc, char** argv) {
+    CLI::App app{"What accuracy costs in time"};
+    Options options;
+    app.add_option("scenes", options.scenes, "names of the sweep, built-in ids or files");
+    app.add_flag("--short", options.brief, "the presets, small, on the built-in scenes");
+    app.add_option("--size", options.size, "WIDTHxHEIGHT");
+    app.add_option("--samples", options.samples, "paths a pixel of the truth");
+    app.add_option("--output", options.output, "folder of the CSV, the table and the pictures")
+        ->take_last();
+    app.add_option("--shared", options.shared, "folder of third-party scenes");
+    app.add_option("--record", options.record, "write the errors to this file");
+    app.add_option("--against", options.against, "hold the errors against this file");
+    CLI11_PARSE(app, argc, argv);
+
+    const MeasureOptions measuring = measureOptions(options);
+    const std::vector<Accuracy> settings = options.brief ? presets() : sweep();
+    Points points;
+    std::string renderer;
+    for (const AccuracyScene& scene : scenesOf(options)) {
+        const Stopwatch watch;
+        const Measured measured = measureAccuracy(scene, settings, measuring);
+        points.insert(points.end(), measured.points.begin(), measured.points.end());
+        renderer = measured.renderer;
+        tell(scene, measured, watch.milliseconds());
+        if (!options.output.empty()) writeReports(options.output, points);
+    }
+    std::printf("%s; %ux%u, %u paths a pixel of the truth\n\n%s\n", renderer.c_str(),
+                measuring.width, measuring.height, measuring.samples, markdownOf(points).c_str());
+    if (!options.record.empty()) writeFile(options.record, recordOf(points, renderer));
+    return options.against.empty() ? 0 : hold(options.against, points, renderer);
+}
+
+}  // namespace
+}  // namespace clerestory::bench
+
+int main(int argc, char** argv) {
+    return clerestory::bench::runProgram("bench_accuracy", clerestory::bench::run, argc, argv);
+}

@@ -1,0 +1,28 @@
+// Draws one scene at many settings, holds each against one traced truth, and clocks it.
+#pragma once
+
+#include "accuracy_point.h"
+#include "accuracy_settings.h"
+
+namespace clerestory::bench {
+
+struct MeasureOptions {
+    std::uint32_t width = 480, height = 270;
+    std::uint32_t samples = 64;  // paths a pixel of the truth
+    int rounds = 3;              // the settings take turns, so that what else the machine does
+    int framesPerRound = 5;      // meets them all
+};
+
+struct Measured {
+    Points points;  // of the frame, then of each effect that the view shows; a row a setting
+    double truthMs = 0.0;
+    std::string renderer;  // as the driver names itself
+    bool software = false;
+};
+
+// Settings that change nothing here, plan and all, are left out; presets never are. Throws what
+// loading and drawing throw.
+Measured measureAccuracy(const AccuracyScene& scene, const std::vector<Accuracy>& settings,
+                         const MeasureOptions& options);
+
+}  // namespace clerestory::bench

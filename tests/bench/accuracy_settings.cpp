@@ -1,0 +1,103 @@
+#include "accuracy_settings.h"
+
+namespace clerestory::bench {
+namespace {
+
+MaterialOverride glossyFloor() {
+    MaterialOverride o;
+    o.material = "floor";
+    o.roughness = 0.08;
+    o.metallic = 0.6;
+    o.reflection = Reflection::mirror;
+    return o;
+}
+
+struct SharedScene {
+    const char* name;
+    const char* file;
+    const char* view;  // "@eye:target", or nothing
+};
+// Views that show much of what the scene is for.
+constexpr SharedScene kSharedScenes[] = {
+    {"MetalRoughSpheres", "MetalRoughSpheresNoTextures/MetalRoughSpheresNoTextures.glb",
+     "@0.0045,0.004,0.0095:0.0027,0.0027,0"},
+    {"TransmissionTest", "TransmissionTest/TransmissionTest.glb", ""},
+    {"TransmissionRoughnessTest", "TransmissionRoughnessTest/TransmissionRoughnessTest.glb",
+     "@0.3,0.15,1.7:0,0,0"},
+    {"AttenuationTest", "AttenuationTest/AttenuationTest.glb", "@4,2,29:0,0,0"},
+    {"EmissiveStrengthTest", "EmissiveStrengthTest/EmissiveStrengthTest.glb", ""},
+    {"MosquitoInAmber", "MosquitoInAmber/MosquitoInAmber.glb", ""},
+    {"ToyCar", "ToyCar/ToyCar.gltf", ""},
+    {"GlassTable", "GlassTable/glass-table.glb", "@2.6,2.1,2.6:0,0.55,0"},
+    {"CornellBox", "CornellBox/CornellBox.glb", "@-278,274,780:-278,274,-279"},
+    {"LightsPunctualLamp", "LightsPunctualLamp/LightsPunctualLamp.gltf", ""},
+    {"Sponza", "Sponza/Sponza.gltf", "@8,2.5,-0.3:-8,1.0,-0.3"},
+};
+
+}  // namespace
+
+std::vector<Accuracy> presets() {
+    return {accuracyOf(Preset::draft), accuracyOf(Preset::standard), accuracyOf(Preset::fine)};
+}
+
+std::vector<Accuracy> sweep() {
+    std::vector<Accuracy> all = presets();
+    const auto add = [&](const auto& change) {
+        Accuracy a = accuracyOf(Preset::standard);
+        change(a);
+        all.push_back(a);
+    };
+    const auto knob = [&](auto Accuracy::*member, const auto&... values) {
+        (add([&](Accuracy& a) { a.*member = values; }), ...);
+    };
+    knob(&Accuracy::planar, PlanarMethod::environment, PlanarMethod::mirror, PlanarMethod::traced);
+    knob(&Accuracy::curved, CurvedMethod::environment, CurvedMethod::probe, CurvedMethod::traced);
+    knob(&Accuracy::glass, GlassMethod::environment, GlassMethod::backdrop, GlassMethod::traced);
+    const auto traced = [](Accuracy& a) {
+        a.planar = PlanarMethod::traced;
+        a.curved = CurvedMethod::traced;
+        a.glass = GlassMethod::traced;
+    };
+    add(traced);
+    add([&](Accuracy& a) {
+        a = accuracyOf(Preset::fine);
+        traced(a);
+    });
+    knob(&Accuracy::planarScale, 0.25, 0.5);
+    knob(&Accuracy::planarSamples, 4u, 16u);
+    knob(&Accuracy::generations, 1u, 4u);
+    knob(&Accuracy::probeSize, 64u, 128u, 512u);
+    knob(&Accuracy::probeSamples, 1u, 8u, 128u);
+    knob(&Accuracy::parallax, Parallax::none, Parallax::depth);
+    knob(&Accuracy::backFaces, true);
+    knob(&Accuracy::bounces, 2u, 8u);
+    knob(&Accuracy::environmentSize, 64u, 256u);
+    knob(&Accuracy::environmentSamples, 16u, 256u);
+    knob(&Accuracy::samples, 4u);
+    knob(&Accuracy::edgeFilter, false);
+    return all;
+}
+
+std::vector<AccuracyScene> builtinAccuracyScenes() {
+    return {{"chapel", "chapel", {}},
+            {"teapots", "teapots", {}},
+            {"six-walls", "six-walls", {}},
+            {"orbiting-cubes", "orbiting-cubes", {}}};
+}
+
+std::vector<AccuracyScene> allAccuracyScenes(const std::filesystem::path& shared) {
+    std::vector<AccuracyScene> scenes = builtinAccuracyScenes();
+    for (const SharedScene& s : kSharedScenes) {
+        const std::filesystem::path file = shared / s.file;
+        if (!std::filesystem::exists(file)) continue;
+        AccuracyScene scene{s.name, file.string() + s.view, {}};
+        if (scene.name == "Sponza") {
+            scene.name = "Sponza, glossy floor";
+            scene.overrides.push_back(glossyFloor());
+        }
+        scenes.push_back(std::move(scene));
+    }
+    return scenes;
+}
+
+}  // namespace clerestory::bench

@@ -1,0 +1,29 @@
+// Which settings a curve is drawn through, and on which scenes.
+#pragma once
+
+#include "plan/frame_request.h"
+#include "scene/scene.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace clerestory::bench {
+
+std::vector<Accuracy> presets();
+
+// The presets, one knob at a time away from `standard`, the methods forced, everything traced.
+std::vector<Accuracy> sweep();
+
+struct AccuracyScene {
+    std::string name;      // in tables and pictures
+    std::string argument;  // of loadScene()
+    std::vector<MaterialOverride> overrides;
+};
+
+std::vector<AccuracyScene> builtinAccuracyScenes();
+
+// The built-in ones and those of `shared` that are there.
+std::vector<AccuracyScene> allAccuracyScenes(const std::filesystem::path& shared);
+
+}  // namespace clerestory::bench

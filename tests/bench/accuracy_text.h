@@ -1,0 +1,38 @@
+// What the reports of curves share: formatted text, and a point as the hull sees it.
+#pragma once
+
+#include "accuracy_hull.h"
+#include "accuracy_point.h"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+namespace clerestory::bench {
+
+#if defined(__GNUC__)
+__attribute__((format(printf, 1, 2)))
+#endif
+inline std::string
+text(const char* format, ...) {
+    char buffer[512];
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(buffer, sizeof buffer, format, arguments);
+    va_end(arguments);
+    return buffer;
+}
+
+// Logarithms need more than 0: what is below cannot be told from the truth in half floats.
+inline constexpr double kLeastError = 1e-9;
+inline double errorFor(const Point& p) {
+    return std::max(p.relMse, kLeastError);
+}
+
+inline std::vector<CostAndError> costsOf(const Points& points) {
+    std::vector<CostAndError> costs;
+    for (const Point& p : points) costs.push_back({std::max(p.medianMs, 1e-3), errorFor(p)});
+    return costs;
+}
+
+}  // namespace clerestory::bench
