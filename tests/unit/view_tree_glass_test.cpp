@@ -81,7 +81,8 @@ TEST(ViewTree, TheSidesOfAGlassBodyShareABackdropWithoutIt) {
     for (const glm::dvec3& eye : {glm::dvec3(3, 4, 5), glm::dvec3(0, 0, 0)}) {
         const FramePlan plan = planOf(scene, forced(lookingFrom(eye, eye - glm::dvec3(3, 4, 5))));
         ASSERT_EQ(count(plan, PassKind::glass), 1u) << toText(plan);
-        for (const Draw& draw : passesOf(plan, PassKind::glass)[0].opaqueDraws) {
+        const Pass glass = passesOf(plan, PassKind::glass).at(0);
+        for (const Draw& draw : glass.opaqueDraws) {
             // An eye within sees the sides from their backs.
             EXPECT_EQ((draw.features & FEATURE_DOUBLE_SIDED) != 0, eye == glm::dvec3(0, 0, 0));
         }
