@@ -219,10 +219,9 @@ Materials addMaterials(Scene& scene) {
                                    .metallic = 0.0f,
                                    .roughness = 0.8f});
     m.glassBall = addIndoors({.name = "glassBall",
-                              .baseColor = {0.75f, 0.92f, 0.95f, 0.2f},
+                              .baseColor = {0.75f, 0.92f, 0.95f, 1.0f},
                               .metallic = 0.0f,
                               .roughness = 0.0f,
-                              .alphaMode = AlphaMode::blend,
                               .ior = 1.5f,
                               .transmission = 1.0f,
                               .thickness = 0.9f});

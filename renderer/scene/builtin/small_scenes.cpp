@@ -168,10 +168,9 @@ Scene teapots() {
     glazed.baseColorTexture.texture =
         mottled(scene, "porcelain", {0.93f, 0.93f, 0.90f}, {0.86f, 0.89f, 0.93f}, 21);
     Material glass{.name = "glass",
-                   .baseColor = {0.80f, 0.95f, 0.90f, 0.30f},
+                   .baseColor = {0.80f, 0.95f, 0.90f, 1.0f},
                    .metallic = 0.0f,
                    .roughness = 0.02f,
-                   .alphaMode = AlphaMode::blend,
                    .ior = 1.5f,
                    .transmission = 1.0f,
                    .thickness = 0.06f};
