@@ -31,10 +31,14 @@ vec3 shaded(MaterialPoint m) {
     Surface s = surfaceOf(m, towardsEye());
     if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) {
         Glass g = glassAt(m.baseColor.rgb);
-        Surface opaque = s;  // lamps light what is not clear
-        opaque.diffuse *= 1.0f - g.transmission;
-        return lampsAt(opaque) + (has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
-                                                       : glassLight(s, positionEye, g));
+        Surface lit = s;  // lamps light what is not clear
+        lit.diffuse *= 1.0f - g.transmission;
+        float clear = clearShare(g.transmission, m.metallic);
+        m.metallic = metallicBesideGlass(g.transmission, m.metallic);
+        Surface opaque = surfaceOf(m, s.toEye);
+        GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
+                                                     : glassLight(s, positionEye, g);
+        return lampsAt(lit) + mix(environmentLight(opaque, light.mirrored), light.clear, clear);
     }
     vec3 mirrored = reflectedRadiance(s, positionEye);
     return lampsAt(s) + m.occlusion * environmentLight(s, mirrored);

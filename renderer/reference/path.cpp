@@ -91,7 +91,7 @@ void PathTracer::meet(Path& path, const Hit& hit) const {
         const Material& m = *path.media.last().material;
         path.weight *= absorbed(m.attenuationColor, m.attenuationDistance, hit.distance);
     }
-    const Point point = world_.pointAt(hit, path.ray.direction);
+    Point point = world_.pointAt(hit, path.ray.direction);
     path.sum += path.weight * emittedAt(path, point);
     if (point.coverage < 1.0 && path.random.one() >= point.coverage) {
         path.ray = World::leaving(point, path.ray.direction);
@@ -102,8 +102,12 @@ void PathTracer::meet(Path& path, const Hit& hit) const {
         path.ended = true;
         return;
     }
+    // Only the dielectric part lets light through, so what is beside the clear share is more of a
+    // metal than the whole, and the clear share is none.
     const double clear = point.transmission * (1.0 - point.metallic);
-    if (!(clear > 0.0) || path.random.one() >= clear) return meetOpaque(path, point);
+    const bool opaque = !(clear > 0.0) || path.random.one() >= clear;
+    point.metallic = opaque ? point.metallic / std::max(1.0 - clear, 1e-12) : 0.0;
+    if (opaque) return meetOpaque(path, point);
     if (point.front || point.surface->glass == Glass::pane) {
         const Lobes lobes(point, -path.ray.direction);
         path.sum += path.weight * underLamps(path, point, lobes, 0.0);

@@ -140,6 +140,18 @@ GlassShares solidShares(float fresnel, vec3 clear) {
     return shares;
 }
 
+// Light passes the dielectric part of a surface only (KHR_materials_transmission). The share of a
+// surface that is clear, and the metallic of what stands beside it: the metal keeps its whole share,
+// the dielectric what it does not let through.
+float clearShare(float transmission, float metallic) {
+    return clamp(transmission, 0.0f, 1.0f) * (1.0f - clamp(metallic, 0.0f, 1.0f));
+}
+float metallicBesideGlass(float transmission, float metallic) {
+    float m = clamp(metallic, 0.0f, 1.0f);
+    // Where nothing is beside it, whatever it would be weighs nothing.
+    return m / max(1.0f - clearShare(transmission, m), 1e-6f);
+}
+
 // ---- ways through ------------------------------------------------------------------------------
 
 // A ray's way through a body, from where it enters to where it leaves.

@@ -71,12 +71,14 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         }
         bool solid = false;
         bool pane = false;
-        float clarity = 0.0f;  // transmission
+        float clarity = 0.0f;  // share that lets light through
+        float dull = 1.0f;     // of the dielectric part
         if (hitHas(FEATURE_GLASS)) {
             bool glass = there && p.glass.x > 0.0f;
             solid = glass && (p.flags & TRACE_SOLID) != 0;
             pane = glass && (p.flags & TRACE_PANE) != 0;
-            clarity = solid || pane ? clamp(p.glass.x, 0.0f, 1.0f) : 0.0f;
+            dull = solid || pane ? 1.0f - clamp(p.glass.x, 0.0f, 1.0f) : 1.0f;
+            clarity = solid || pane ? clearShare(p.glass.x, m.metallic) : 0.0f;
             if (solid && !p.front) clarity = 1.0f;  // the way out of what was entered
         }
         bool veil = there && coverage < 1.0f && !solid && !pane;
@@ -89,10 +91,15 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
 
         // What the surface itself sends along the ray: all but what the path goes on for.
         vec3 around = environmentAlong(reflect(along, s.normal), s.roughness);
-        vec3 environment = environmentLight(s, mirror ? vec3(0.0f) : around) *
+        Surface unclear = s;
+        if (hitHas(FEATURE_GLASS)) {
+            m.metallic = solid || pane ? metallicBesideGlass(p.glass.x, m.metallic) : m.metallic;
+            unclear = surfaceOf(m, -along);
+        }
+        vec3 environment = environmentLight(unclear, mirror ? vec3(0.0f) : around) *
                            (solid || pane ? 1.0f : m.occlusion);
         Surface opaque = s;
-        opaque.diffuse *= 1.0f - clarity;
+        opaque.diffuse *= dull;
         vec3 own = (1.0f - clarity) * environment + lampsAtHit(p, opaque);
         if (solid && !p.front) own = vec3(0.0f);
         if (unlit) own = m.baseColor.rgb;

@@ -188,6 +188,21 @@ TEST(Glass, NothingIsLostOrGained) {
     }
 }
 
+// glTF: a metal and a dielectric by `metallic`, the dielectric clear and opaque by `transmission`.
+TEST(Glass, OnlyTheDielectricPartLetsLightThrough) {
+    for (double metallic = 0.0; metallic <= 1.0; metallic += 0.125) {
+        for (double transmission = 0.0; transmission <= 1.0; transmission += 0.125) {
+            const float t(transmission), m(metallic);
+            const double clear = glsl::clearShare(t, m), beside = 1.0 - clear;
+            const double metal = glsl::metallicBesideGlass(t, m);
+            EXPECT_NEAR(clear, (1.0 - metallic) * transmission, 1e-6);
+            EXPECT_NEAR(beside * metal, metallic, 1e-6) << metallic << " " << transmission;
+            EXPECT_NEAR(beside * (1.0 - metal), (1.0 - metallic) * (1.0 - transmission), 1e-6);
+        }
+    }
+    EXPECT_EQ(glsl::metallicBesideGlass(1.0f, 0.0f), 0.0f);
+}
+
 TEST(Pane, WhatOneFresnelShareForBothPolarisationsCosts) {
     double worst = 0.0, worstAt = 0.0;
     for (double degrees = 0.0; degrees < 90.0; degrees += 0.1) {

@@ -72,6 +72,26 @@ TEST(ReferenceFurnace, AClosedBoxThatGlowsSumsItsBounces) {
     EXPECT_FLOAT_EQ(float(meanColor(effects).x), 0.5f);
 }
 
+// Light passes the dielectric part alone, so half a metal whose other half is clear reflects half
+// of what the metal does, and nothing diffusely.
+TEST(ReferenceLamp, OnHalfAMetalThatIsElseClear) {
+    const auto lit = [](float metallic) {
+        Material m = plain(0.8f, metallic, 0.5f);
+        m.specular = 0.0f;
+        m.ior = 1.0f;
+        m.transmission = 1.0f;
+        Scene scene = ballScene(m, 48);
+        scene.lights.push_back({.name = "lamp", .node = kNone, .intensity = glm::vec3(20.0f)});
+        scene.lights.back().node =
+            addNode(scene, "lamp", glm::translate(glm::dmat4(1.0), glm::dvec3(0.5, 0.5, 5.0)));
+        const FrameRequest frame = narrow({0.0, 0.0, 5.0}, {0.0, 0.0, 0.0});
+        return meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::effects, 4096)).x;
+    };
+    const double whole = lit(1.0f);
+    EXPECT_GT(whole, 0.05);
+    EXPECT_NEAR(lit(0.5f) / whole, 0.5, 0.02);
+}
+
 // A lamp in the middle of a ball: every bounce is uniform over it.
 TEST(ReferenceLamp, InAHollowBall) {
     Material wall = chalk(0.6f);
