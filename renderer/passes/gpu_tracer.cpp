@@ -32,7 +32,6 @@ float flagsOf(const Scene& scene, const Material& m) {
     if (m.alphaMode == AlphaMode::blend) flags |= TRACE_BLEND;
     if (m.doubleSided) flags |= TRACE_DOUBLE_SIDED;
     if (m.unlit) flags |= TRACE_UNLIT;
-    if (m.transmission > 0.0f && !m.unlit) flags |= m.thickness > 0.0f ? TRACE_SOLID : TRACE_PANE;
     const MaterialClass c = classOf(scene, m);
     if (c.onFlat != Reflector::none) flags |= TRACE_MIRROR_FLAT;
     if (c.onCurved != Reflector::none) flags |= TRACE_MIRROR_CURVED;
@@ -84,7 +83,10 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
                          plan.materials != ownMaterials_;
     if (moved || dressed) buildHierarchy(plan, pose);
     if (moved || plan.lights != lights_) findLights(plan, pose);
-    if (dressed) fillMaterials(plan);
+    if (dressed) {
+        fillMaterials(plan);
+        findGlass(plan);
+    }
     worldFromNode_ = pose.worldFromNode;
     materialOfInstance_ = plan.materialOfInstance;
     ownMaterials_ = plan.materials;
@@ -112,6 +114,17 @@ void GpuTracer::findLights(const FramePlan& plan, const Pose& pose) {
         fromOrigin[3] -= glm::dvec4(origin_, 0.0);
         lightsOfInstance_.push_back(allLightsReaching(
             plan.lights, origin_, transformed(scene.meshes[instance.mesh].bounds, fromOrigin)));
+    }
+}
+
+// A material alone does not tell: a sheet is a pane, whatever thickness it says.
+void GpuTracer::findGlass(const FramePlan& plan) {
+    glassOfInstance_.assign(scene_.scene().instances.size(), 0.0f);
+    for (const Surface& surface : surfacesOf(scene_.scene(), dressingOf(plan))) {
+        const int flag = surface.glass == Glass::solid  ? TRACE_SOLID
+                         : surface.glass == Glass::pane ? TRACE_PANE
+                                                        : 0;
+        glassOfInstance_[surface.instance] = static_cast<float>(flag);
     }
 }
 
@@ -144,6 +157,7 @@ void GpuTracer::addPlaces(DrawStream& draws) {
         instance[2].w = static_cast<float>(lights.size());
         const glm::mat3 linear(instance[3], instance[4], instance[5]);  // its transpose
         instance[3].w = draws.mirrored(i) ? -1.0f : 1.0f;
+        instance[5].w = glassOfInstance_[i];
         instance[4].w = std::cbrt(std::abs(glm::determinant(linear)));
     }
     if (rows.empty()) rows.resize(1);

@@ -41,6 +41,7 @@ private:
     void buildHierarchy(const FramePlan& plan, const Pose& pose);
     void findLights(const FramePlan& plan, const Pose& pose);
     void fillMaterials(const FramePlan& plan);
+    void findGlass(const FramePlan& plan);
 
     const GpuScene& scene_;
     std::vector<glm::vec4> textureRows_;
@@ -61,6 +62,7 @@ private:
     std::vector<Material> ownMaterials_;
     std::vector<PlacedLight> lights_;
     std::vector<std::vector<std::uint8_t>> lightsOfInstance_;
+    std::vector<float> glassOfInstance_;  // 0, TRACE_PANE or TRACE_SOLID
 };
 
 }  // namespace clerestory

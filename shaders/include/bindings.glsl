@@ -59,7 +59,7 @@
 #define TRACE_MATERIAL_ROWS 20
 #define TRACE_TEXTURE_ROWS 16  // a row about it, and one for each level
 
-// What a traced material is, bit by bit.
+// What a traced material is, bit by bit; PANE and SOLID are of an instance.
 #define TRACE_MASK 1
 #define TRACE_BLEND 2
 #define TRACE_DOUBLE_SIDED 4

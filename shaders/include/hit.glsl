@@ -170,6 +170,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     vec4 n2 = texelFetch(traceInstances, place + 2);
     vec4 e0 = texelFetch(traceInstances, place + 3);
     vec4 e1 = texelFetch(traceInstances, place + 4);
+    vec4 e2 = texelFetch(traceInstances, place + 5);
     int m = TRACE_MATERIAL_ROWS * int(n0.w);
     p.firstLight = int(n1.w);
     p.lights = int(n2.w);
@@ -201,7 +202,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     vec4 emissive = texelFetch(traceMaterials, m + 2);
     vec4 surface = texelFetch(traceMaterials, m + 1);
     vec4 attenuation = texelFetch(traceMaterials, m + 5);
-    p.flags = int(attenuation.w);
+    p.flags = int(attenuation.w) | int(e2.w);
     p.attenuation = attenuation.rgb;
     p.glass = texelFetch(traceMaterials, m + 4);
     p.glass.z *= e1.w;
@@ -236,7 +237,6 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     p.curvature = max(distance(normalA, normalB) / max(distance(a.xyz, b.xyz), 1e-30f),
                       distance(normalA, normalC) / max(distance(a.xyz, c.xyz), 1e-30f));
     if (hitHas(FEATURE_NORMAL_MAP)) {
-        vec4 e2 = texelFetch(traceInstances, place + 5);
         vec4 tangentA = vertexTangentOf(vertexA);
         vec3 t = direction(times(e0, e1, e2, tangentA.xyz)) * wa +
                  direction(times(e0, e1, e2, vertexTangentOf(vertexB).xyz)) * wb +

@@ -205,13 +205,9 @@ bool tracesAnything(const FramePlan& plan) {
                        [](const Pass& pass) { return traces(pass); });
 }
 
-class TracedHits : public ::testing::TestWithParam<HitCase> {};
-
-}  // namespace
-
-TEST_P(TracedHits, lookInATracedMirrorAsTheyDoInOneThatWasDrawn) {
+void expectTheSameInDrawnAndTracedMirrors(const HitCase& c) {
     // Behind the eye, turned towards the mirror before it.
-    Scene scene = things(GetParam(), glm::dmat4(1.0));
+    Scene scene = things(c, glm::dmat4(1.0));
     glm::dmat4 turned = moved(0.2, 0.1, 3.2);
     turned[0][0] = turned[2][2] = -1.0;
     Material perfect{.metallic = 1.0f, .roughness = 0.0f};
@@ -227,6 +223,14 @@ TEST_P(TracedHits, lookInATracedMirrorAsTheyDoInOneThatWasDrawn) {
     ASSERT_TRUE(tracesAnything(traced)) << toText(traced);
     const Image expected = bench.run(drawn), actual = bench.run(traced);
     EXPECT_TRUE(imagesMatch(actual, expected, kEdges)) << toText(traced);
+}
+
+class TracedHits : public ::testing::TestWithParam<HitCase> {};
+
+}  // namespace
+
+TEST_P(TracedHits, lookInATracedMirrorAsTheyDoInOneThatWasDrawn) {
+    expectTheSameInDrawnAndTracedMirrors(GetParam());
 }
 
 TEST_P(TracedHits, lookThroughTracedGlassThatBendsNothingAsTheyAre) {
@@ -248,6 +252,46 @@ TEST_P(TracedHits, lookThroughTracedGlassThatBendsNothingAsTheyAre) {
     const FramePlan traced = bench.plan(through);
     ASSERT_TRUE(tracesAnything(traced)) << toText(traced);
     EXPECT_TRUE(imagesMatch(bench.run(traced), expected, kEdges)) << toText(traced);
+}
+
+// Seen directly, rays follow what its metal mirrors.
+TEST(TracedGlass, HalfAMetalAndHalfClearLooksInATracedMirrorAsInOneThatWasDrawn) {
+    Material m = matt({0.9f, 0.6f, 0.3f, 1.0f}, 0.4f);
+    m.metallic = 0.4f;
+    m.specular = 0.0f;
+    m.transmission = 0.6f;
+    expectTheSameInDrawnAndTracedMirrors({"halfMetalHalfClear", [&](Scene&) { return m; }});
+}
+
+// A sheet is a pane whatever thickness its material says: rays that meet it from a mirror leave it
+// as they came, as the backdrop has it.
+TEST(TracedGlass, ASheetWithThicknessIsAPane) {
+    const auto picture = [](float thickness) {
+        Scene scene;
+        scene.environment = "white";
+        const Index wall = addMaterial(scene, {.unlit = true});
+        MeshDraft graded = quad(3.0f, wall);
+        for (Vertex& v : graded.vertices) {
+            v.color = glm::vec4(0.5f + v.position.x / 6.0f, 0.5f + v.position.y / 6.0f, 0, 1);
+        }
+        place(scene, std::move(graded), moved(0, 0, -2));
+        const Index sheet = addMaterial(scene, {.metallic = 0.0f,
+                                                .roughness = 0.0f,
+                                                .doubleSided = true,
+                                                .ior = 1.5f,
+                                                .transmission = 1.0f,
+                                                .thickness = thickness});
+        place(scene, quad(0.9f, sheet), moved(0, 0, -0.5));
+        glm::dmat4 turned = moved(0.2, 0.1, 3.2);
+        turned[0][0] = turned[2][2] = -1.0;
+        place(scene, quad(0.9f, addMaterial(scene, mirrorMetal())), turned);
+        Workbench& bench = workbench();
+        bench.show(std::move(scene));
+        FrameRequest r = shot({0, 0, 2}, {0.1, 0.05, 3.2});
+        r.accuracy.planar = PlanarMethod::traced;
+        return bench.run(bench.plan(r));
+    };
+    EXPECT_TRUE(imagesMatch(picture(0.001f), picture(0.0f), kRounding));
 }
 
 INSTANTIATE_TEST_SUITE_P(Materials, TracedHits, ::testing::ValuesIn(hitCases()),
