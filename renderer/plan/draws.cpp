@@ -159,7 +159,8 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             }
             const ScreenBox rect = screenBox(view, box);
             const double share = rect.share();
-            SeenCluster part{cluster.firstIndex, cluster.indexCount, distanceTo(box), share, {}};
+            SeenCluster part{
+                cluster.firstIndex, cluster.indexCount, distanceTo(box), share, {}, box};
             if (!material.unlit) {
                 std::uint32_t reaching = 0;
                 part.lights = lightsReaching(stage.lights, view.eye, box, reaching);
@@ -214,7 +215,8 @@ DrawLists drawLists(const SeenView& view, Features common) {
                       .lights = cluster.lights};
             if (cluster.lights.count > 0) draw.features |= FEATURE_LIGHTS;
             if (seen.overBackdrop || (seen.features & FEATURE_BLEND))
-                lists.through.push_back({cluster.distance, seen.overBackdrop, i, draw});
+                lists.through.push_back(
+                    {cluster.distance, seen.overBackdrop, i, draw, cluster.box});
             else
                 (seen.features & FEATURE_MASK ? masked : opaque)
                     .push_back({draw, cluster.distance, cluster.share});

@@ -30,6 +30,7 @@ struct SeenCluster {
     double distance = 0.0;  // from the eye to the nearest point of its box, metres
     double share = 0.0;     // of the picture, that its box covers
     LightList lights;
+    Bounds box;  // relative to the eye, the world's axes
 };
 
 // A surface of which something may be in the view, and how it will be drawn there.
@@ -69,6 +70,7 @@ struct DrawLists {
         bool glass;
         std::size_t seen;  // into SeenView::surfaces
         Draw draw;
+        Bounds box;  // of the draw, relative to the eye, the world's axes
     };
     std::vector<Behind> through;
 };

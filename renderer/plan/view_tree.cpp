@@ -315,21 +315,22 @@ TargetId ViewTree::addBackFaces(const ViewJob& job, std::vector<Draw>& glass,
 }
 
 // Far to near: each layer is seen against a copy of everything behind it. Glass that lies beside
-// other glass shares its layer; what is blended waits for the glass behind it.
+// other glass shares its layer; what is blended waits for the glass behind it. Of clear panes each
+// cluster stands for itself: all windows of a car are one mesh, and one is seen through another.
 void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
                         std::span<const DrawLists::Behind> through) {
     struct Layer {
-        std::vector<std::size_t> glass;  // into seen.surfaces
+        std::vector<ScreenBox> boxes;  // of its glass
+        bool rough = false;
         std::vector<Draw> glassDraws, blendedDraws;
     };
     std::vector<Layer> layers;
     std::map<std::size_t, std::size_t> layerOf;  // of a surface
     std::map<Index, std::size_t> layerOfBody;    // a body's sides are not behind each other
-    const auto boxOf = [&](std::size_t s) { return screenBox(job.view, seen.surfaces[s].box); };
-    const auto joins = [&](const Layer& layer, std::size_t s) {
+    const auto joins = [](const Layer& layer, const ScreenBox& box) {
         return layer.blendedDraws.empty() &&
-               std::none_of(layer.glass.begin(), layer.glass.end(),
-                            [&](std::size_t other) { return boxOf(s).overlaps(boxOf(other)); });
+               std::none_of(layer.boxes.begin(), layer.boxes.end(),
+                            [&](const ScreenBox& other) { return box.overlaps(other); });
     };
     for (const DrawLists::Behind& item : through) {
         if (!item.glass) {
@@ -340,11 +341,16 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
         if (surface.glass == Glass::solid && layerOfBody.contains(surface.instance)) {
             layerOf[item.seen] = layerOfBody[surface.instance];
         }
-        if (!layerOf.contains(item.seen)) {
+        // Rough ones would be blurred with their own neighbours.
+        const bool rough = surface.roughness > kSharpRoughness;
+        const bool apart = surface.glass == Glass::pane && !rough;
+        if (apart || !layerOf.contains(item.seen)) {
             const bool full = layers.size() == (job.generation == 0 ? kMostGlassLayers : 1);
-            if (layers.empty() || (!full && !joins(layers.back(), item.seen)))
-                layers.emplace_back();
-            layers.back().glass.push_back(item.seen);
+            const ScreenBox box =
+                screenBox(job.view, apart ? item.box : seen.surfaces[item.seen].box);
+            if (layers.empty() || (!full && !joins(layers.back(), box))) layers.emplace_back();
+            layers.back().boxes.push_back(box);
+            layers.back().rough |= rough;
             layerOf[item.seen] = layerOfBody[surface.instance] = layers.size() - 1;
         }
         layers[layerOf[item.seen]].glassDraws.push_back(item.draw);
@@ -352,15 +358,12 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
     const TargetSpec drawn = plan_.targets[job.target];
     for (std::size_t i = 0; i < layers.size(); ++i) {
         Layer& layer = layers[i];
-        const bool rough = std::any_of(layer.glass.begin(), layer.glass.end(), [&](std::size_t s) {
-            return seen.surfaces[s].surface->roughness > kSharpRoughness;
-        });
         const TargetId backdrop =
             addTarget({.name = "backdrop",
                        .format = Format::rgba16f,
                        .width = drawn.width,
                        .height = drawn.height,
-                       .levels = rough ? pictureLevels(drawn.width, drawn.height) : 1});
+                       .levels = layer.rough ? pictureLevels(drawn.width, drawn.height) : 1});
         const std::string of = std::to_string(i + 1) + " of " + std::to_string(layers.size());
         plan_.passes.push_back({.kind = PassKind::backdrop,
                                 .name = job.name + ":backdrop",
@@ -369,8 +372,8 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
                                 .target = backdrop,
                                 .face = job.face,
                                 .reads = {job.target},
-                                .reason = rough ? "what lies behind rough glass, layer " + of
-                                                : "what lies behind glass, layer " + of});
+                                .reason = layer.rough ? "what lies behind rough glass, layer " + of
+                                                      : "what lies behind glass, layer " + of});
         const TargetId backFaces = addBackFaces(job, layer.glassDraws, of);
         Pass pass{.kind = PassKind::glass,
                   .name = job.name + ":glass",

@@ -2,6 +2,7 @@
 #include "view_tree_support.h"
 
 #include "plan/features.h"
+#include "scene/builtin/shapes.h"
 
 #include <set>
 
@@ -69,6 +70,36 @@ TEST(ViewTree, PanesAroundTheEyesHeightAreOrderedByTheirMiddles) {
         const std::vector<Pass> glass = passesOf(plan, PassKind::glass);
         ASSERT_EQ(glass.size(), 2u) << toText(plan);
         EXPECT_EQ(glass[0].opaqueDraws.at(0).instance, nearFirst ? 1u : 0u) << "the far one";
+    }
+}
+
+// The windscreen and the rear window of a car: one mesh, and one is seen through the other.
+TEST(ViewTree, PanesOfOneMeshBehindEachOtherHaveABackdropEach) {
+    for (const float roughness : {0.0f, 0.4f}) {
+        Scene scene;
+        Material glass = clearGlass(roughness);
+        glass.reflection = Reflection::none;
+        MeshDraft panes = shapes::draft("panes", addMaterial(scene, glass));
+        for (const float z : {0.0f, -8.0f}) shapes::addSphere(panes, {0.0f, 0.0f, z}, 1.0f, 40);
+        placeAt(scene, addMesh(scene, std::move(panes)), at(0, 0, 0), "panes");
+        const FramePlan plan = planOf(scene, forced(lookingFrom({0, 0, 5})));
+        const std::vector<Pass> drawn = passesOf(plan, PassKind::glass);
+        if (roughness > 0.0f) {
+            EXPECT_EQ(drawn.size(), 1u) << toText(plan);
+            continue;
+        }
+        ASSERT_GE(drawn.size(), 2u) << toText(plan);
+        const auto farthest = [&](const Pass& pass) {
+            float z = 0.0f;
+            for (const Draw& d : pass.opaqueDraws) {
+                for (std::uint32_t i = d.firstIndex; i < d.firstIndex + d.indexCount; ++i) {
+                    z = std::min(z, scene.vertices[scene.indices[i]].position.z);
+                }
+            }
+            return z;
+        };
+        EXPECT_LT(farthest(drawn.front()), -7.0f);
+        EXPECT_GT(farthest(drawn.back()), -2.0f);
     }
 }
 
