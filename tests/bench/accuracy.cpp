@@ -1,6 +1,6 @@
 // `bench_accuracy [--short] [--size WxH] [--samples N] [--output FOLDER] [SCENE...]`: error against
 // milliseconds of every knob, on every scene, for every effect. Writes accuracy.csv, accuracy.md
-// and a picture an effect.
+// and a picture an effect. `--with CSV` joins what was measured before.
 //
 // `--short`: the presets on small pictures of the built-in scenes. With `--against FILE` no error
 // may exceed 1.05 times the one recorded there; with `--record FILE` that file is written. Time is
@@ -8,6 +8,7 @@
 #include "accuracy_measure.h"
 #include "accuracy_record.h"
 #include "accuracy_report.h"
+#include "accuracy_rows.h"
 #include "program.h"
 #include "statistics.h"
 
@@ -25,7 +26,8 @@ struct Options {
     bool brief = false;
     std::string size, output, shared, record, against;
     std::uint32_t samples = 0;
-    std::vector<std::string> scenes;
+    std::vector<std::string> scenes, with;
+    Clock clock = Clock::wall;
 };
 
 std::string readFile(const std::string& path) {
@@ -59,7 +61,7 @@ MeasureOptions measureOptions(const Options& options) {
 std::vector<AccuracyScene> scenesOf(const Options& options) {
     const std::vector<AccuracyScene> known =
         options.brief ? builtinAccuracyScenes() : allAccuracyScenes(options.shared);
-    if (options.scenes.empty()) return known;
+    if (options.scenes.empty() && options.with.empty()) return known;
     std::vector<AccuracyScene> chosen;
     for (const std::string& argument : options.scenes) {
         AccuracyScene scene{
@@ -81,12 +83,12 @@ void tell(const AccuracyScene& scene, const Measured& measured, double milliseco
                  1e-3 * milliseconds, loadAverage());
 }
 
-void writeReports(const std::filesystem::path& folder, const Points& points) {
+void writeReports(const std::filesystem::path& folder, const Points& points, Clock clock) {
     std::filesystem::create_directories(folder);
     writeFile(folder / "accuracy.csv", csvOf(points));
-    writeFile(folder / "accuracy.md", markdownOf(points));
+    writeFile(folder / "accuracy.md", markdownOf(points, clock));
     for (const Effect effect : kCurveEffects) {
-        const std::string svg = svgOf(points, effect);
+        const std::string svg = svgOf(points, effect, clock);
         if (!svg.empty()) writeFile(folder / ("accuracy-" + curveName(effect) + ".svg"), svg);
     }
 }
@@ -113,6 +115,12 @@ int run(int argc, char** argv) {
     app.add_option("--output", options.output, "folder of the CSV, the table and the pictures")
         ->take_last();
     app.add_option("--shared", options.shared, "folder of third-party scenes");
+    app.add_option("--with", options.with,
+                   "CSV measured before, to be joined; no scene is measured that is not named")
+        ->take_all();
+    app.add_option("--clock", options.clock, "wall, or processor: time of all threads")
+        ->transform(CLI::CheckedTransformer(
+            std::map<std::string, Clock>{{"wall", Clock::wall}, {"processor", Clock::processor}}));
     app.add_option("--record", options.record, "write the errors to this file");
     app.add_option("--against", options.against, "hold the errors against this file");
     CLI11_PARSE(app, argc, argv);
@@ -120,6 +128,10 @@ int run(int argc, char** argv) {
     const MeasureOptions measuring = measureOptions(options);
     const std::vector<Accuracy> settings = options.brief ? presets() : sweep();
     Points points;
+    for (const std::string& file : options.with) {
+        const Points before = pointsFrom(readFile(file));
+        points.insert(points.end(), before.begin(), before.end());
+    }
     std::string renderer;
     for (const AccuracyScene& scene : scenesOf(options)) {
         const Stopwatch watch;
@@ -127,10 +139,14 @@ int run(int argc, char** argv) {
         points.insert(points.end(), measured.points.begin(), measured.points.end());
         renderer = measured.renderer;
         tell(scene, measured, watch.milliseconds());
-        if (!options.output.empty()) writeReports(options.output, points);
+        if (!options.output.empty()) writeReports(options.output, points, options.clock);
     }
-    std::printf("%s; %ux%u, %u paths a pixel of the truth\n\n%s\n", renderer.c_str(),
-                measuring.width, measuring.height, measuring.samples, markdownOf(points).c_str());
+    if (!options.output.empty()) writeReports(options.output, points, options.clock);
+    if (!renderer.empty()) {
+        std::printf("%s; %ux%u, %u paths a pixel of the truth\n\n", renderer.c_str(),
+                    measuring.width, measuring.height, measuring.samples);
+    }
+    std::printf("%s\n", markdownOf(points, options.clock).c_str());
     if (!options.record.empty()) writeFile(options.record, recordOf(points, renderer));
     return options.against.empty() ? 0 : hold(options.against, points, renderer);
 }

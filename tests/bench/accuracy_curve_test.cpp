@@ -1,6 +1,7 @@
 // Hulls, records and pictures of curves whose answers are known beforehand.
 #include "accuracy_record.h"
 #include "accuracy_report.h"
+#include "accuracy_rows.h"
 #include "accuracy_text.h"
 
 #include <gmock/gmock.h>
@@ -71,6 +72,18 @@ TEST(AccuracyReport, NamesPresetsThatLieOffTheHull) {
 TEST(AccuracyReport, QuotesCommas) {
     EXPECT_THAT(csvOf({point("standard, probeSize 64", 8, 0.05)}),
                 HasSubstr("room,frame,\"standard, probeSize 64\",8.00"));
+}
+
+TEST(AccuracyReport, IsReadBack) {
+    Points points = {point("fine", 10, 0.1), point("standard, probeSize 64", 8, 0.05)};
+    points[0].preset = Preset::fine;
+    points[0].processorMs = 15.5;
+    points[1].effect = Effect::refraction;
+    points[1].totals.draws = 12;
+    EXPECT_EQ(csvOf(pointsFrom(csvOf(points))), csvOf(points));
+    EXPECT_EQ(pointsFrom(csvOf(points))[0].preset, Preset::fine);
+    EXPECT_ANY_THROW(pointsFrom("room,frame,fine,1,2"));
+    EXPECT_THAT(markdownOf(points, Clock::processor), HasSubstr("0.1, 16 ms"));
 }
 
 TEST(AccuracyPicture, ShowsTheEffectsThatAreThere) {

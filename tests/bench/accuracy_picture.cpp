@@ -47,7 +47,7 @@ struct Axis {
         std::vector<double> values;
         for (int decade = static_cast<int>(std::floor(low)); decade <= std::ceil(high); ++decade) {
             for (const double m : {1.0, 2.0, 5.0}) {
-                if (m > 1.0 && high - low > 1.6) continue;
+                if (m > 1.0 && high - low > 2.5) continue;
                 const double value = m * std::pow(10.0, decade), l = std::log10(value);
                 if (l >= low - 1e-9 && l <= high + 1e-9) values.push_back(value);
             }
@@ -111,6 +111,10 @@ public:
     }
 
     std::string drawn() {
+        for (const CostAndError& c : costs_) {
+            const double x = x_.at(c.milliseconds), y = y_.at(c.error);
+            taken_.push_back({x - 2.5, y - 2.5, x + 2.5, y + 2.5});
+        }
         return label(left_ + kLeft, top_ + 20.0, "start", "font-size='13' font-weight='600'",
                      curve_.scene) +
                grid() + levels() + hullLine() + points() + presetMarks() + hullLabels();
@@ -201,7 +205,7 @@ private:
         return out;
     }
 
-    // Words beside a point, where nothing else stands; nowhere if all is taken.
+    // Words near a point, where nothing else stands; nowhere if all is taken.
     std::string placed(std::size_t index, const std::string& words, const std::string& style,
                        double letter) {
         const double x = x_.at(costs_[index].milliseconds), y = y_.at(costs_[index].error);
@@ -209,10 +213,14 @@ private:
         struct Place {
             double dx, dy;
         };
-        for (const Place place :
-             {Place{8.0, 4.0}, Place{-8.0 - wide, 4.0}, Place{-0.5 * wide, -8.0},
-              Place{-0.5 * wide, 15.0}, Place{8.0, -8.0}, Place{8.0, 15.0},
-              Place{-8.0 - wide, 15.0}, Place{-8.0 - wide, -8.0}}) {
+        std::vector<Place> places;
+        for (const double away : {0.0, 12.0, 24.0, 40.0}) {
+            places.insert(places.end(),
+                          {Place{8.0, 4.0 + away}, Place{-8.0 - wide, 4.0 + away},
+                           Place{-0.5 * wide, -8.0 - away}, Place{-0.5 * wide, 15.0 + away},
+                           Place{8.0, -8.0 - away}, Place{-8.0 - wide, -8.0 - away}});
+        }
+        for (const Place place : places) {
             const Box box{x + place.dx, y + place.dy - 9.0, x + place.dx + wide,
                           y + place.dy + 2.0};
             bool free =
@@ -238,16 +246,15 @@ private:
     std::vector<Named> named_;
 };
 
-std::string head(Effect effect) {
+std::string head(Effect effect, Clock clock) {
     const bool frame = effect == Effect::base;
     std::string out = label(kLeft, 24.0, "start", "font-size='17' font-weight='700'",
                             frame ? "What accuracy costs: the whole frame"
                                   : "What accuracy costs: " + curveName(effect));
     out += label(kLeft, 44.0, "start", "font-size='11' fill='#4b5563'",
                  std::string("relMSE against the traced truth") +
-                     (frame ? "" : ", on the effect's pixels,") +
-                     " by median milliseconds of a warm frame; a point for each setting, lower "
-                     "hull drawn");
+                     (frame ? "" : ", on the effect's pixels,") + " by " + words(clock) +
+                     " of a warm frame; a point for each setting, lower hull drawn");
     double x = kLeft;
     for (const PresetMark& mark : kMarks) {
         out += text("<rect x='%.1f' y='51' width='9' height='9' fill='%s'/>\n", x, mark.color) +
@@ -259,9 +266,9 @@ std::string head(Effect effect) {
 
 }  // namespace
 
-std::string svgOf(const Points& points, Effect effect) {
+std::string svgOf(const Points& points, Effect effect, Clock clock) {
     std::vector<Curve> curves;
-    for (Curve& c : curvesOf(points)) {
+    for (Curve& c : curvesBy(points, clock)) {
         if (c.effect == effect) curves.push_back(std::move(c));
     }
     if (curves.empty()) return {};
@@ -274,7 +281,7 @@ std::string svgOf(const Points& points, Effect effect) {
         "sans-serif' fill='#111827'>\n<rect width='100%%' height='100%%' "
         "fill='#ffffff'/>\n",
         width, height, width, height);
-    out += head(effect);
+    out += head(effect, clock);
     for (int i = 0; i < count; ++i) {
         out += Panel(curves[static_cast<std::size_t>(i)], (i % columns) * kPanelWidth,
                      kHead + (i / columns) * kPanelHeight)

@@ -137,6 +137,20 @@ std::string knobTable(const std::vector<Curve>& curves) {
 
 }  // namespace
 
+const char* words(Clock clock) {
+    return clock == Clock::wall ? "median milliseconds" : "median processor milliseconds";
+}
+
+std::vector<Curve> curvesBy(const Points& points, Clock clock) {
+    std::vector<Curve> curves = curvesOf(points);
+    for (Curve& curve : curves) {
+        for (Point& p : curve.points) {
+            if (clock == Clock::processor) p.medianMs = p.processorMs;
+        }
+    }
+    return curves;
+}
+
 std::string csvOf(const Points& points) {
     std::string out =
         "scene,effect,setting,medianMs,p95Ms,coldMs,processorMs,passes,views,draws,triangles,"
@@ -154,10 +168,11 @@ std::string csvOf(const Points& points) {
     return out;
 }
 
-std::string markdownOf(const Points& points) {
-    const std::vector<Curve> curves = curvesOf(points);
-    return "### Presets\n\nrelMSE on the effect's pixels, median milliseconds of a warm frame, "
-           "closed gap; *off*: the same with the effect switched off; *noise*: of the truth.\n\n" +
+std::string markdownOf(const Points& points, Clock clock) {
+    const std::vector<Curve> curves = curvesBy(points, clock);
+    return "### Presets\n\nrelMSE on the effect's pixels, " + std::string(words(clock)) +
+           " of a warm frame, closed gap; *off*: the same with the effect switched off; *noise*: "
+           "of the truth.\n\n" +
            presetTable(curves) +
            "\n### Presets as displayed\n\nYIQ decibels and PSNR of the whole picture.\n\n" +
            displayedTable(curves) + "\n### On the hull\n\n" + hullTable(curves) +

@@ -5,15 +5,23 @@
 
 namespace clerestory::bench {
 
-std::string csvOf(const Points& points);
+// What the milliseconds of tables and pictures are. On a machine that others use too, processor
+// time of all threads says more than the wall clock.
+enum class Clock { wall, processor };
+const char* words(Clock clock);
+
+// curvesOf(points) with that clock's milliseconds as medianMs.
+std::vector<Curve> curvesBy(const Points& points, Clock clock);
+
+std::string csvOf(const Points& points);  // both clocks
 
 // The presets by scene and effect, what lies on the hulls, presets that are off them, and what each
 // knob does on average.
-std::string markdownOf(const Points& points);
+std::string markdownOf(const Points& points, Clock clock = Clock::wall);
 
 // A panel a scene of one effect: milliseconds against error, both logarithmic. Self-contained SVG;
 // empty when no scene shows the effect.
-std::string svgOf(const Points& points, Effect effect);
+std::string svgOf(const Points& points, Effect effect, Clock clock = Clock::wall);
 
 // More than this worse in both, and a setting is off the hull.
 inline constexpr double kOffHull = 0.05;
