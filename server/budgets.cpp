@@ -11,7 +11,6 @@
 namespace clerestory {
 namespace {
 
-constexpr double kTracingShare = 0.3;
 // A few kilobytes each; the scenes and sizes that one server is asked for are few.
 constexpr std::size_t kMostCurves = 256;
 
@@ -31,7 +30,7 @@ std::optional<Curve> measured(Service& service, const FrameRequest& request,
                            std::uint32_t samples) -> std::optional<ReferenceImage> {
         const auto truth =
             tracedTruth(service, frame, ReferenceMode::effects, samples, 1,
-                        [&](double share) { return control.proceed(kTracingShare * share); });
+                        [&](double share) { return control.proceed(kCurveTracingShare * share); });
         if (!truth) return std::nullopt;
         return truth->image;
     };

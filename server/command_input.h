@@ -18,6 +18,10 @@ FrameRequest requestFor(const FrameCommand& command);
 // Every map by its name. A map that the line brings lights the scene, unless the request names one.
 EnvironmentMaps environmentsOf(const CommandLine& line, FrameRequest& request);
 
+// The map that lights the scene. Throws std::runtime_error when there is none of that name.
+const EnvironmentMap& lightingOf(const EnvironmentMaps& maps, const Scene& scene,
+                                 const FrameRequest& request);
+
 // One line that overwrites itself where somebody watches it, and else one line a tenth.
 class ProgressLine {
 public:

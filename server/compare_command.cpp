@@ -3,6 +3,7 @@
 #include "server/commands.h"
 #include "server/comparison_json.h"
 #include "server/frame_json.h"
+#include "server/job_work.h"
 
 #include "image/encode.h"
 
@@ -72,14 +73,13 @@ int runCompare(const CommandLine& line) {
     Scene scene = sceneFor(line.frame.scene);
     scene.id = request.frame.scene = "scene";
     const EnvironmentMaps maps = environmentsOf(line, request.frame);
-    const auto lighting = maps.find(request.frame.environment.map.value_or(scene.environment));
-    if (lighting == maps.end()) throw std::runtime_error("there is no such environment map");
+    const EnvironmentMap& lighting = lightingOf(maps, scene, request.frame);
 
     ProgressLine tracing("tracing");
     const auto start = Clock::now();
     auto image = traceReference({.scene = scene,
                                  .frame = request.frame,
-                                 .environment = *lighting->second,
+                                 .environment = lighting,
                                  .maps = maps,
                                  .mode = request.mode,
                                  .samples = request.samples,
@@ -97,13 +97,7 @@ int runCompare(const CommandLine& line) {
     renderer.addScene(scene);
     ProgressLine drawing("drawing");
     const auto comparison = compare(
-        request, scene, truth,
-        [&](const FrameRequest& frame) {
-            const auto began = Clock::now();
-            Frame drawn = renderer.render(frame);
-            return DrawnFrame{std::move(drawn.image), millisecondsSince(began),
-                              std::move(drawn.plan)};
-        },
+        request, scene, truth, [&](const FrameRequest& frame) { return drawnBy(renderer, frame); },
         [&](double share) {
             drawing.show(share);
             return true;

@@ -15,6 +15,7 @@ namespace {
 
 // Tracing takes most of a comparison.
 constexpr double kTracingShare = 0.7;
+
 // All that changes a bit of the truth.
 std::string truthKey(Service& service, const Scene& scene, const ComparisonRequest& request) {
     FrameRequest frame = request.frame;

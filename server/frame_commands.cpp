@@ -4,6 +4,7 @@
 #include "server/commands.h"
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
+#include "server/job_work.h"
 
 #include "comparison/curve.h"
 
@@ -76,6 +77,16 @@ EnvironmentMaps environmentsOf(const CommandLine& line, FrameRequest& request) {
     return maps;
 }
 
+const EnvironmentMap& lightingOf(const EnvironmentMaps& maps, const Scene& scene,
+                                 const FrameRequest& request) {
+    const std::string name = request.environment.map.value_or(scene.environment);
+    const auto found = maps.find(name);
+    if (found == maps.end()) {
+        throw std::runtime_error("there is no environment map \"" + name + "\"");
+    }
+    return *found->second;
+}
+
 void ProgressLine::show(double share) {
     const bool watched = ::isatty(STDERR_FILENO) == 1;
     const int percent = static_cast<int>(100.0 * share);
@@ -100,23 +111,17 @@ struct Prepared {
 void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps& maps,
                    FrameRequest& request) {
     ProgressLine progress("measuring");
-    const auto lighting = maps.find(request.environment.map.value_or(scene.environment));
-    if (lighting == maps.end()) throw std::runtime_error("there is no such environment map");
+    const EnvironmentMap& lighting = lightingOf(maps, scene, request);
     const auto curve = measureCurve(
         request,
         [&](const FrameRequest& frame, std::uint32_t samples) {
             return traceReference({.scene = scene,
                                    .frame = frame,
-                                   .environment = *lighting->second,
+                                   .environment = lighting,
                                    .maps = maps,
                                    .samples = samples});
         },
-        [&](const FrameRequest& frame) {
-            const auto start = Clock::now();
-            Frame drawn = renderer.render(frame);
-            return DrawnFrame{std::move(drawn.image), millisecondsSince(start),
-                              std::move(drawn.plan)};
-        },
+        [&](const FrameRequest& frame) { return drawnBy(renderer, frame); },
         [&](double share) {
             progress.show(share);
             return true;

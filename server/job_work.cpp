@@ -39,15 +39,18 @@ std::shared_ptr<const Truth> tracedTruth(Service& service, const FrameRequest& f
     return std::make_shared<const Truth>(Truth{*std::move(image), millisecondsSince(start)});
 }
 
+DrawnFrame drawnBy(Renderer& renderer, const FrameRequest& request) {
+    const auto start = Clock::now();
+    Frame frame = renderer.render(request);
+    return {std::move(frame.image), millisecondsSince(start), std::move(frame.plan)};
+}
+
 DrawnFrame drawnBetween(Service& service, const FrameRequest& request, const JobControl& control) {
     for (;;) {
         if (!control.proceed(0.0)) throw JobCancelled{};
         try {
             return service.queue().run(kFramePatience, [request](Renderer& renderer) {
-                const auto start = Clock::now();
-                Frame frame = renderer.render(request);
-                return DrawnFrame{std::move(frame.image), millisecondsSince(start),
-                                  std::move(frame.plan)};
+                return drawnBy(renderer, request);
             });
         } catch (const RequestError& error) {
             if (error.problem().code != queueFull(1).code) throw;

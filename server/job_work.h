@@ -6,6 +6,7 @@
 
 namespace clerestory {
 
+class Renderer;
 class Service;
 
 // Thrown by drawnBetween() when nobody wants the job any more.
@@ -17,6 +18,9 @@ std::shared_ptr<const Truth> tracedTruth(Service& service, const FrameRequest& f
                                          ReferenceMode mode, std::uint32_t samples,
                                          std::uint64_t seed,
                                          const std::function<bool(double)>& progress);
+
+// On the thread that owns the renderer.
+DrawnFrame drawnBy(Renderer& renderer, const FrameRequest& request);
 
 // Waits its turn; frames of clients are drawn between two of these. Throws JobCancelled.
 DrawnFrame drawnBetween(Service& service, const FrameRequest& request, const JobControl& control);

@@ -45,16 +45,12 @@ int runReference(const CommandLine& line) {
     }
     const Scene scene = sceneFor(command.scene);
     const EnvironmentMaps maps = environmentsOf(line, request);
-    const std::string name = request.environment.map.value_or(scene.environment);
-    const auto environment = maps.find(name);
-    if (environment == maps.end()) {
-        throw std::runtime_error("there is no environment map \"" + name + "\"");
-    }
+    const EnvironmentMap& lighting = lightingOf(maps, scene, request);
 
     ProgressLine progress("tracing");
     const auto truth = traceReference({.scene = scene,
                                        .frame = request,
-                                       .environment = *environment->second,
+                                       .environment = lighting,
                                        .maps = maps,
                                        .mode = line.reference.mode,
                                        .samples = line.reference.samples,

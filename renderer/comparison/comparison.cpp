@@ -27,14 +27,6 @@ FrameRequest linear(const FrameRequest& request) {
     return inChannel(request, Channel::color);
 }
 
-// The truth, moved by its own noise: its distance from the truth is the noise's.
-Image movedByNoise(const ReferenceImage& truth) {
-    Image moved = truth.color;
-    const std::size_t count = std::size_t{moved.width} * moved.height * moved.channels;
-    for (std::size_t i = 0; i < count; ++i) moved.floats()[i] += truth.noise.floats()[i];
-    return moved;
-}
-
 struct EffectSwitch {
     Effect effect;
     bool Effects::*on;
@@ -93,7 +85,6 @@ public:
         const FrameRequest masks = maskRequest(request_.frame);
         const Image through = steps_.draw(inChannel(masks, Channel::through)).image;
         const Image ids = steps_.draw(inChannel(masks, Channel::objectId)).image;
-        const Image noisy = movedByNoise(truth_.image);
         const auto yardstick = [&](Effect effect, std::optional<Mask> mask, const Effects& off) {
             const Mask* where = mask ? &*mask : nullptr;
             FrameRequest without = base;
@@ -101,8 +92,8 @@ public:
             const Image& truth = truth_.image.color;
             const Image picture = steps_.draw(linear(without)).image;
             const double relMseOff = linearErrors(picture, truth, where).relMse;
-            const double relMseNoise = linearErrors(noisy, truth, where).relMse;
-            return Yardstick{effect, std::move(mask), relMseOff, relMseNoise};
+            const double noise = relMseNoise(truth_.image, where);
+            return Yardstick{effect, std::move(mask), relMseOff, noise};
         };
         std::vector<Yardstick> all;
         all.push_back(yardstick(Effect::base, std::nullopt, {false, false, false, false}));
@@ -173,6 +164,13 @@ private:
 };
 
 }  // namespace
+
+double relMseNoise(const ReferenceImage& truth, const Mask* mask) {
+    Image moved = truth.color;  // by its noise, which is then its distance
+    const std::size_t count = std::size_t{moved.width} * moved.height * moved.channels;
+    for (std::size_t k = 0; k < count; ++k) moved.floats()[k] += truth.noise.floats()[k];
+    return linearErrors(moved, truth.color, mask).relMse;
+}
 
 std::optional<Comparison> compare(const ComparisonRequest& request, const Scene& scene,
                                   const Truth& truth, const DrawFrame& draw,

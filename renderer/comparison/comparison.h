@@ -57,6 +57,9 @@ struct Comparison {
     std::vector<SettingResult> settings;  // as settingsOf() has them
 };
 
+// relMSE of the truth's own noise, over a mask or the whole picture: what is below it says nothing.
+double relMseNoise(const ReferenceImage& truth, const Mask* mask = nullptr);
+
 // `scene` may be without texels. `progress` gets the share that is done, 0..1; once it returns
 // false nothing is returned. Throws what `draw` throws.
 std::optional<Comparison> compare(const ComparisonRequest& request, const Scene& scene,

@@ -10,8 +10,6 @@ namespace {
 constexpr std::uint32_t kSmallEdge = 320;
 constexpr std::uint32_t kTruthSamples = 32;
 constexpr int kWarmFrames = 3;
-// Tracing is about this share of the work.
-constexpr double kTracingShare = 0.3;
 // How far one frame moves a point.
 constexpr double kRefinement = 0.2;
 
@@ -84,7 +82,7 @@ std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& t
     Curve curve;
     for (std::size_t i = 0; i < settings.size(); ++i) {
         const double share = static_cast<double>(i) / static_cast<double>(settings.size());
-        if (progress && !progress(kTracingShare + (1.0 - kTracingShare) * share)) {
+        if (progress && !progress(kCurveTracingShare + (1.0 - kCurveTracingShare) * share)) {
             return std::nullopt;
         }
         CurvePoint point{.accuracy = settings[i]};
@@ -98,10 +96,7 @@ std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& t
         point.milliseconds = warm[warm.size() / 2];
         curve.points.push_back(point);
     }
-    Image noisy = truth->color;
-    const std::size_t count = std::size_t{noisy.width} * noisy.height * noisy.channels;
-    for (std::size_t i = 0; i < count; ++i) noisy.floats()[i] += truth->noise.floats()[i];
-    curve.relMseNoise = linearErrors(noisy, truth->color).relMse;
+    curve.relMseNoise = relMseNoise(*truth);
     return curve;
 }
 

@@ -25,6 +25,9 @@ std::vector<Accuracy> ladder();
 using TraceTruth =
     std::function<std::optional<ReferenceImage>(const FrameRequest& frame, std::uint32_t samples)>;
 
+// Of the whole work; `trace` tells its own progress, below this.
+inline constexpr double kCurveTracingShare = 0.3;
+
 // Errors are measured on a smaller picture of the same view (at most 320 texels wide or high), so
 // that the truth takes seconds; milliseconds at the frame's own size. `progress` as compare()'s.
 // Throws what `trace` and `draw` throw.

@@ -10,23 +10,6 @@ namespace {
 
 class GlassPictures : public GlTest {};
 
-Material glass(float ior = 1.5f, float roughness = 0.0f) {
-    return {.name = "glass",
-            .metallic = 0.0f,
-            .roughness = roughness,
-            .ior = ior,
-            .transmission = 1.0f};
-}
-
-Material lamp(const glm::vec3& radiance) {
-    return {.name = "lamp",
-            .baseColor = {0, 0, 0, 1},
-            .metallic = 0.0f,
-            .emissive = radiance,
-            .doubleSided = true,
-            .specular = 0.0f};
-}
-
 glm::dmat4 tilted(double z, double degrees) {  // about the vertical
     return glm::rotate(moved(0, 0, z), glm::radians(degrees), glm::dvec3(0, 1, 0));
 }
@@ -89,7 +72,7 @@ Scene colorfulWall() {
     Scene scene;
     for (int i = 0; i < 16; ++i) {
         const glm::vec3 radiance(0.2f + 0.05f * float(i), i % 3 * 0.4f, 0.3f + 0.2f * float(i % 4));
-        place(scene, quad(0.5f, addMaterial(scene, lamp(radiance))),
+        place(scene, quad(0.5f, addMaterial(scene, glowing(radiance))),
               moved(i % 4 - 1.5, i / 4 - 1.5, -1.0 - 0.1 * (i % 5)));
     }
     return scene;
@@ -99,7 +82,7 @@ TEST_F(GlassPictures, OfIndexOneShowNoObjectAtAll) {
     const Image without = renderer().render(through(colorfulWall(), "no glass")).image;
     for (const char* body : {"pane", "ball", "cube"}) {
         Scene scene = colorfulWall();
-        Material clear = glass(1.0f);
+        Material clear = clearGlass(1.0f);
         clear.thickness = body == std::string("pane") ? 0.1f : 1.0f;
         const Index m = addMaterial(scene, clear);
         if (body == std::string("pane")) place(scene, quad(0.7f, m), tilted(0.2, 35));
@@ -122,7 +105,7 @@ TEST_F(GlassPictures, LoseNoLightInAWhiteFurnace) {
         for (const double tilt : {0.0, 20.0, 45.0, 60.0, 75.0, 85.0}) {
             for (const float roughness : {0.0f, 0.4f}) {
                 Scene scene;
-                Material m = glass(float(ior), roughness);
+                Material m = clearGlass(float(ior), roughness);
                 m.doubleSided = true;
                 m.thickness = 0.05f;
                 place(scene, quad(0.8f, addMaterial(scene, m)), tilted(0.5, tilt));
@@ -138,7 +121,7 @@ TEST_F(GlassPictures, LoseNoLightInAWhiteFurnace) {
             }
         }
         Scene scene;
-        Material m = glass(float(ior));
+        Material m = clearGlass(float(ior));
         m.thickness = 1.0f;
         place(scene, sphere(0.5f, 48, addMaterial(scene, m)));
         FrameRequest r = through(std::move(scene), "furnace", {0, 0, 1.2});
@@ -165,8 +148,8 @@ TEST_F(GlassPictures, OfThinPanesShowALampAtItsPlaceDimmedByWhatThePanesLetThrou
     const glm::vec3 radiance(8.0f, 0.5f, 0.25f);
     const auto scene = [&](int panes, double tilt) {
         Scene s;
-        place(s, quad(0.5f, addMaterial(s, lamp(radiance))), moved(0.2, -0.1, -2));
-        const Index m = addMaterial(s, glass());
+        place(s, quad(0.5f, addMaterial(s, glowing(radiance))), moved(0.2, -0.1, -2));
+        const Index m = addMaterial(s, clearGlass());
         for (int i = 0; i < panes; ++i) place(s, quad(4.0f, m), tilted(-0.4 * i, tilt));
         return s;
     };
@@ -208,9 +191,10 @@ TEST_F(GlassPictures, OfAThickTiltedPaneShiftAStraightEdgeAndDoNotBendIt) {
                                      {-50.0, false},
                                      {60.0, false}}) {
         Scene scene;
-        place(scene, quad(4.0f, addMaterial(scene, lamp({1, 1, 1}))), moved(-4, 0, -2));  // x < 0
-        if (wall) place(scene, quad(4.0f, addMaterial(scene, lamp({0, 0, 0}))), moved(4, 0, -2));
-        Material m = glass(float(ior));
+        place(scene, quad(4.0f, addMaterial(scene, glowing({1, 1, 1}))),
+              moved(-4, 0, -2));  // x < 0
+        if (wall) place(scene, quad(4.0f, addMaterial(scene, glowing({0, 0, 0}))), moved(4, 0, -2));
+        Material m = clearGlass(float(ior));
         m.thickness = float(thickness);
         place(scene, quad(6.0f, addMaterial(scene, m)), tilted(0, tilt));
         FrameRequest r = through(std::move(scene), "thick", {0.05, 0, 2});
@@ -256,8 +240,8 @@ TEST_F(GlassPictures, AbsorbAlongTheirPath) {
     const glm::dvec3 tint(0.5, 0.8, 0.05);
     for (const double tilt : {0.0, 40.0, 70.0}) {
         Scene scene;
-        place(scene, quad(300.0f, addMaterial(scene, lamp({1, 1, 1}))), moved(0, 0, -80));
-        Material m = glass();
+        place(scene, quad(300.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -80));
+        Material m = clearGlass();
         m.thickness = 0.2f;
         m.attenuationColor = glm::vec3(tint);
         m.attenuationDistance = 0.15f;
@@ -281,8 +265,8 @@ TEST_F(GlassPictures, AbsorbAlongTheirPath) {
 
 TEST_F(GlassPictures, OfTintedPanesTakeTheirBaseColorOnce) {
     Scene scene;
-    place(scene, quad(30.0f, addMaterial(scene, lamp({1, 1, 1}))), moved(0, 0, -3));
-    Material m = glass();
+    place(scene, quad(30.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -3));
+    Material m = clearGlass();
     m.baseColor = {0.2f, 0.6f, 0.0f, 1.0f};
     place(scene, quad(2.0f, addMaterial(scene, m)));
     const glm::vec3 seen =
@@ -298,11 +282,11 @@ TEST_F(GlassPictures, CoveredInPartShowWhatIsBehindBesideTheGlass) {
          {GlassMethod::environment, GlassMethod::backdrop, GlassMethod::traced}) {
         for (const float coverage : {0.0f, 0.25f, 0.75f, 1.0f}) {
             Scene scene;
-            Material pane = glass();
+            Material pane = clearGlass();
             pane.alphaMode = AlphaMode::blend;
             pane.baseColor = {0.5f, 0.8f, 1.0f, coverage};
             place(scene, quad(1.0f, addMaterial(scene, pane)), moved(0, 0, 1));
-            place(scene, quad(3.0f, addMaterial(scene, lamp({2, 1, 0.5f}))));
+            place(scene, quad(3.0f, addMaterial(scene, glowing({2, 1, 0.5f}))));
             FrameRequest r = through(std::move(scene), "covered");
             r.accuracy.glass = method;
             const glm::dvec3 behind(2, 1, 0.5);
@@ -322,7 +306,7 @@ TEST_F(GlassPictures, AtGrazingAnglesAreMirrors) {
     Scene scene;  // a pane on black cloth under a white sky
     Material cloth{.name = "cloth", .baseColor = {0, 0, 0, 1}, .unlit = true};
     place(scene, quad(400.0f, addMaterial(scene, cloth)), moved(0, 0, -0.001));
-    place(scene, quad(50.0f, addMaterial(scene, glass())));
+    place(scene, quad(50.0f, addMaterial(scene, clearGlass())));
     FrameRequest r = through(std::move(scene), "grazing", {0, -5, 0.2});
     r.camera.target = glm::dvec3(0, 0, 0);
     r.camera.up = glm::dvec3(0, 0, 1);
@@ -350,9 +334,9 @@ TEST_F(GlassPictures, AtGrazingAnglesAreMirrors) {
 
 TEST_F(GlassPictures, OfABallShowTheWorldUpsideDown) {
     Scene scene;
-    place(scene, quad(10.0f, addMaterial(scene, lamp({1, 0, 0}))), moved(0, 10, -4));
-    place(scene, quad(10.0f, addMaterial(scene, lamp({0, 0, 1}))), moved(0, -10, -4));
-    Material m = glass();
+    place(scene, quad(10.0f, addMaterial(scene, glowing({1, 0, 0}))), moved(0, 10, -4));
+    place(scene, quad(10.0f, addMaterial(scene, glowing({0, 0, 1}))), moved(0, -10, -4));
+    Material m = clearGlass();
     m.thickness = 1.0f;
     place(scene, sphere(0.5f, 48, addMaterial(scene, m)));
     FrameRequest r = through(std::move(scene), "upside down");
@@ -384,11 +368,11 @@ MeshDraft bottle(float radius, float wall, Index material) {
 TEST_F(GlassPictures, OfAThinWallAreThoseOfAPaneAndNotOfABall) {
     const auto seen = [&](GlassMethod method, float wall) {
         Scene scene;
-        Material clear = glass();
+        Material clear = clearGlass();
         clear.thickness = wall;
         place(scene, bottle(0.6f, wall, addMaterial(scene, clear)));
-        place(scene, quad(1.5f, addMaterial(scene, lamp({1, 0, 0}))), moved(-1.5, 0, -1.5));
-        place(scene, quad(1.5f, addMaterial(scene, lamp({0, 1, 0}))), moved(1.5, 0, -1.5));
+        place(scene, quad(1.5f, addMaterial(scene, glowing({1, 0, 0}))), moved(-1.5, 0, -1.5));
+        place(scene, quad(1.5f, addMaterial(scene, glowing({0, 1, 0}))), moved(1.5, 0, -1.5));
         FrameRequest r = through(std::move(scene), "bottle");
         r.accuracy.glass = method;
         r.accuracy.bounces = 8;
@@ -417,8 +401,8 @@ TEST_F(GlassPictures, OfAThinWallAreThoseOfAPaneAndNotOfABall) {
 TEST_F(GlassPictures, FromWithinShowTheWorldInSnellsWindow) {
     for (const double ior : {1.5, 1.8}) {
         Scene scene;
-        place(scene, quad(300.0f, addMaterial(scene, lamp({1, 1, 1}))), moved(0, 0, -2));
-        Material m = glass(float(ior));
+        place(scene, quad(300.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -2));
+        Material m = clearGlass(float(ior));
         m.thickness = 2.0f;
         place(scene, cube(1.0f, addMaterial(scene, m)));
         FrameRequest r = through(std::move(scene), "window", {0, 0, 0});
@@ -452,8 +436,8 @@ TEST_F(GlassPictures, BlurMoreTheRougherTheGlass) {
     double before = 1e9;
     for (int step = 0; step <= 10; ++step) {
         Scene scene;
-        place(scene, quad(0.12f, addMaterial(scene, lamp({1, 1, 1}))), moved(0, 0, -1));
-        place(scene, quad(6.0f, addMaterial(scene, glass(1.5f, 0.1f * float(step)))));
+        place(scene, quad(0.12f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -1));
+        place(scene, quad(6.0f, addMaterial(scene, clearGlass(1.5f, 0.1f * float(step)))));
         FrameRequest r = through(std::move(scene), "rough");
         r.width = r.height = 128;
         const Image image = renderer().render(r).image;
@@ -475,7 +459,7 @@ TEST_F(GlassPictures, BlurMoreTheRougherTheGlass) {
 TEST_F(GlassPictures, SwitchedOffAreByteForByteThoseOfASceneWithoutTransmission) {
     const auto scene = [](float transmission) {
         Scene s = colorfulWall();
-        Material pane = glass(1.5f, 0.2f), ball = glass(1.4f);
+        Material pane = clearGlass(1.5f, 0.2f), ball = clearGlass(1.4f);
         ball.thickness = 0.6f;
         pane.transmission = ball.transmission = transmission;
         place(s, quad(0.5f, addMaterial(s, pane)), tilted(0.5, 30));
@@ -492,10 +476,10 @@ TEST_F(GlassPictures, SwitchedOffAreByteForByteThoseOfASceneWithoutTransmission)
 
 TEST_F(GlassPictures, AskOpenGLForWhatThePlanSaysAndNoMore) {
     Scene scene = colorfulWall();
-    Material ball = glass(1.4f, 0.2f);
+    Material ball = clearGlass(1.4f, 0.2f);
     ball.thickness = 0.6f;
     for (int i = 0; i < 6; ++i) {
-        place(scene, quad(0.5f, addMaterial(scene, glass())), tilted(0.1 * i, 10.0 * i));
+        place(scene, quad(0.5f, addMaterial(scene, clearGlass())), tilted(0.1 * i, 10.0 * i));
     }
     place(scene, sphere(0.3f, 24, addMaterial(scene, ball)), moved(0.3, 0.3, 0.8));
     FrameRequest r = through(std::move(scene), "counted");

@@ -64,6 +64,14 @@ Material mirrorMetal(float reflectance, float roughness) {
             .roughness = roughness};
 }
 
+Material clearGlass(float ior, float roughness) {
+    return {.name = "glass",
+            .metallic = 0.0f,
+            .roughness = roughness,
+            .ior = ior,
+            .transmission = 1.0f};
+}
+
 Material unlit(const glm::vec4& color) {
     Material m;
     m.baseColor = color;

@@ -31,28 +31,6 @@ double decibelsApart(const Image& a, const Image& b) {
     return squares == 0.0 ? 200.0 : -10.0 * std::log10(squares / double(samples));
 }
 
-Material mirrorOf(float reflectance, float roughness) {
-    return {.name = "mirror",
-            .baseColor = glm::vec4(glm::vec3(reflectance), 1.0f),
-            .metallic = 1.0f,
-            .roughness = roughness};
-}
-Material glassOf(float ior, float roughness) {
-    return {.name = "glass",
-            .metallic = 0.0f,
-            .roughness = roughness,
-            .ior = ior,
-            .transmission = 1.0f};
-}
-Material lampOf(const glm::vec3& radiance) {
-    return {.name = "lamp",
-            .baseColor = {0, 0, 0, 1},
-            .metallic = 0.0f,
-            .emissive = radiance,
-            .doubleSided = true,
-            .specular = 0.0f};
-}
-
 Scene floorScene(const glm::dmat4& world, bool mirroredCopy, bool extras) {
     Scene scene;
     const glm::dvec3 places[] = {{-0.6, 0.2, 0.5}, {0.5, -0.5, 0.3}, {0.2, 0.6, 0.8}};
@@ -63,13 +41,13 @@ Scene floorScene(const glm::dmat4& world, bool mirroredCopy, bool extras) {
             glm::dmat4 m = glm::translate(glm::dmat4(1.0), places[i]);
             m = glm::rotate(m, 0.5 + 0.4 * i, glm::dvec3(1.0, 0.3, 0.2));
             const glm::vec3 radiance(0.2f + 0.3f * float(i), 0.9f - 0.2f * float(i), 0.5f);
-            place(scene, quad(0.2f, addMaterial(scene, lampOf(radiance))), world * turned * m);
+            place(scene, quad(0.2f, addMaterial(scene, glowing(radiance))), world * turned * m);
         }
     }
-    if (!mirroredCopy) place(scene, quad(1.5f, addMaterial(scene, mirrorOf())), world);
+    if (!mirroredCopy) place(scene, quad(1.5f, addMaterial(scene, mirrorMetal())), world);
     if (extras) {
-        place(scene, sphere(0.2f, 16, addMaterial(scene, mirrorOf())), world * moved(0, 0, 0.4));
-        place(scene, quad(0.3f, addMaterial(scene, glassOf())), world * moved(0.3, 0.1, 0.6));
+        place(scene, sphere(0.2f, 16, addMaterial(scene, mirrorMetal())), world * moved(0, 0, 0.4));
+        place(scene, quad(0.3f, addMaterial(scene, clearGlass())), world * moved(0.3, 0.1, 0.6));
     }
     return scene;
 }

@@ -19,10 +19,6 @@ double mostApart(const Image& a, const Image& b);
 // Of pictures whose white is 1, decibels; 200 when equal.
 double decibelsApart(const Image& a, const Image& b);
 
-Material mirrorOf(float reflectance = 1.0f, float roughness = 0.0f);
-Material glassOf(float ior = 1.5f, float roughness = 0.0f);
-Material lampOf(const glm::vec3& radiance);
-
 // Three lamps above a mirror floor (the plane z = 0) with a mirror ball and a pane, in `world`.
 // mirroredCopy: in the floor's place the lamps once more, mirrored. extras: ball and pane.
 Scene floorScene(const glm::dmat4& world, bool mirroredCopy, bool extras);

@@ -226,8 +226,8 @@ TEST_F(FrameRows, Transforms) {
         Scene scene = floorScene(glm::dmat4(1.0), false, false);
         Material paper{.name = "paper", .baseColor = {.8, .5, .3, 1}};
         place(scene, sphere(0.3f, 12, addMaterial(scene, paper)), moved(0, 0, 0.5) * m);
-        place(scene, quad(0.3f, addMaterial(scene, mirrorOf())), moved(-0.4, 0, 0.5) * m);
-        place(scene, sphere(0.2f, 12, addMaterial(scene, glassOf())), moved(0.4, 0, 0.5) * m);
+        place(scene, quad(0.3f, addMaterial(scene, mirrorMetal())), moved(-0.4, 0, 0.5) * m);
+        place(scene, sphere(0.2f, 12, addMaterial(scene, clearGlass())), moved(0.4, 0, 0.5) * m);
         FrameRequest r = byPictures(std::move(scene), "transforms", {0.3, -1.6, 0.9});
         r.camera.target = glm::dvec3(0.0, 0.0, 0.2);
         r.camera.up = glm::dvec3(0, 0, 1);
@@ -282,7 +282,7 @@ TEST_F(FrameRows, FieldOfView) {
         const double slope = std::tan(0.5 * glm::radians(double(degrees)));
         Scene scene;
         // A quad from the middle of the picture to far beyond it, tilted by 0.3.
-        place(scene, quad(1.0f, addMaterial(scene, lampOf(glm::vec3(1.0f)))),
+        place(scene, quad(1.0f, addMaterial(scene, glowing(glm::vec3(1.0f)))),
               glm::rotate(moved(0, 0, -1), 0.3, glm::dvec3(0, 0, 1)) *
                   glm::scale(glm::dmat4(1.0), glm::dvec3(8.0 * slope)) * moved(0, -1.0, 0));
         FrameRequest r = byPictures(std::move(scene), "line", {0, 0, 0});
@@ -309,8 +309,8 @@ TEST_F(FrameRows, Depth) {
             const double zfar = 1e3, znear = zfar / ratio;
             const double z = std::max(share * zfar, 2.0 * znear);
             Scene scene;
-            const Index front = addMaterial(scene, lampOf({1, 0, 0}));
-            const Index back = addMaterial(scene, lampOf({0, 1, 0}));
+            const Index front = addMaterial(scene, glowing({1, 0, 0}));
+            const Index back = addMaterial(scene, glowing({0, 1, 0}));
             // The nearer one first on the left, last on the right: neither order may win.
             const auto add = [&](Index m, double at, double x) {
                 place(scene, quad(1.0f, m),
@@ -341,19 +341,19 @@ TEST_F(FrameRows, Order) {
         std::vector<std::function<void()>> things;
         for (int i = 0; i < 3; ++i) {
             things.push_back([&s, i] {
-                place(s, quad(0.2f, addMaterial(s, lampOf({0.3f * float(i), 0.8f, 0.4f}))),
+                place(s, quad(0.2f, addMaterial(s, glowing({0.3f * float(i), 0.8f, 0.4f}))),
                       moved(0.5 * i - 0.5, 0.4, 0.3 + 0.1 * i));
             });
         }
-        things.push_back([&s] { place(s, quad(1.5f, addMaterial(s, mirrorOf(0.9f)))); });
+        things.push_back([&s] { place(s, quad(1.5f, addMaterial(s, mirrorMetal(0.9f)))); });
         things.push_back([&s] {
-            place(s, sphere(0.2f, 16, addMaterial(s, mirrorOf())), moved(0.2, -0.2, 0.4));
+            place(s, sphere(0.2f, 16, addMaterial(s, mirrorMetal())), moved(0.2, -0.2, 0.4));
         });
         things.push_back([&s] {
-            place(s, sphere(0.2f, 16, addMaterial(s, mirrorOf(0.8f))), moved(-0.4, -0.2, 0.4));
+            place(s, sphere(0.2f, 16, addMaterial(s, mirrorMetal(0.8f))), moved(-0.4, -0.2, 0.4));
         });
         things.push_back(
-            [&s] { place(s, quad(0.3f, addMaterial(s, glassOf())), moved(0.3, 0.1, 0.6)); });
+            [&s] { place(s, quad(0.3f, addMaterial(s, clearGlass())), moved(0.3, 0.1, 0.6)); });
         if (turned) std::reverse(things.begin(), things.end());
         for (const auto& thing : things) thing();
         return s;

@@ -86,7 +86,7 @@ TEST_F(FrameRows, GlassFurnace) {
         for (const double ior : {1.0, 1.0003, 1.5, 3.0}) {
             for (const double tilt : {0.0, 60.0, 85.0, 89.9}) {
                 Scene scene;
-                Material m = glassOf(float(ior));
+                Material m = clearGlass(float(ior));
                 m.doubleSided = true;
                 m.thickness = 0.05f;
                 place(scene, quad(0.8f, addMaterial(scene, m)),
@@ -100,7 +100,7 @@ TEST_F(FrameRows, GlassFurnace) {
             // From outside, and from within, where the critical angle is in the picture.
             for (const double away : {2.0, 0.3}) {
                 Scene scene;
-                Material m = glassOf(float(ior));
+                Material m = clearGlass(float(ior));
                 m.thickness = 1.0f;
                 m.doubleSided = true;
                 place(scene, sphere(0.7f, 24, addMaterial(scene, m)));
@@ -145,8 +145,8 @@ double widthOf(const Image& image) {
 TEST_F(FrameRows, Roughness) {
     const auto picture = [](float roughness) {
         Scene scene;
-        place(scene, quad(3.0f, addMaterial(scene, mirrorOf(1.0f, roughness))));
-        place(scene, quad(0.2f, addMaterial(scene, lampOf(glm::vec3(1.0f)))), moved(0, 0, 2));
+        place(scene, quad(3.0f, addMaterial(scene, mirrorMetal(1.0f, roughness))));
+        place(scene, quad(0.2f, addMaterial(scene, glowing(glm::vec3(1.0f)))), moved(0, 0, 2));
         FrameRequest r = byPictures(std::move(scene), "rough", {0.0, 0.4, 1.0});
         r.environment.map = "black";
         r.camera.target = glm::dvec3(0.0, 0.0, 0.0);
@@ -183,11 +183,11 @@ TEST_F(FrameRows, FacingMirrors) {
     for (const float rho : {0.0f, 0.5f, 0.9f, 1.0f}) {
         for (std::uint32_t generations = 1; generations <= 8; generations += steps(7, 1)) {
             Scene scene;
-            const Index silver = addMaterial(scene, mirrorOf(rho));
+            const Index silver = addMaterial(scene, mirrorMetal(rho));
             place(scene, quad(4.0f, silver), moved(0, 0, -1));
             place(scene, quad(4.0f, silver),
                   glm::rotate(moved(0, 0, 1), glm::pi<double>(), glm::dvec3(0, 1, 0)));
-            place(scene, quad(0.025f, addMaterial(scene, lampOf(glm::vec3(1.0f)))),
+            place(scene, quad(0.025f, addMaterial(scene, glowing(glm::vec3(1.0f)))),
                   moved(0.5, 0, 0));
             FrameRequest r = byPictures(std::move(scene), "facing", {0, 0, 0});
             r.environment.map = "black";
@@ -255,11 +255,12 @@ TEST_F(FrameRows, MetamorphicTurningTheWorldWithItsCamera) {
 TEST_F(FrameRows, MetamorphicSymmetricScene) {
     Scene scene;
     for (const double side : {-1.0, 1.0}) {
-        place(scene, quad(0.2f, addMaterial(scene, lampOf({0.3f, 0.8f, 0.5f}))),
+        place(scene, quad(0.2f, addMaterial(scene, glowing({0.3f, 0.8f, 0.5f}))),
               moved(0.6 * side, 0.2, 0.3));
-        place(scene, sphere(0.2f, 16, addMaterial(scene, mirrorOf())), moved(0.3 * side, 0, 0.2));
+        place(scene, sphere(0.2f, 16, addMaterial(scene, mirrorMetal())),
+              moved(0.3 * side, 0, 0.2));
     }
-    place(scene, quad(1.0f, addMaterial(scene, mirrorOf(0.8f))));
+    place(scene, quad(1.0f, addMaterial(scene, mirrorMetal(0.8f))));
     FrameRequest r = byPictures(std::move(scene), "symmetric", {0, 0.1, 2});
     r.accuracy.curved = CurvedMethod::environment;
     const Image image = drawn(r);
@@ -283,7 +284,7 @@ TEST_F(FrameRows, MetamorphicWhatIsNotThereIsNotSeen) {
     const Image without = drawn(view(floorScene(here, false, false), "without"));
     for (const GlassMethod method : {GlassMethod::backdrop, GlassMethod::traced}) {
         Scene scene = floorScene(here, false, false);
-        Material clear = glassOf(1.0f);
+        Material clear = clearGlass(1.0f);
         clear.thickness = 0.3f;
         place(scene, sphere(0.3f, 24, addMaterial(scene, clear)), moved(0, -0.4, 0.4));
         FrameRequest r = view(std::move(scene), "index 1");
@@ -295,7 +296,7 @@ TEST_F(FrameRows, MetamorphicWhatIsNotThereIsNotSeen) {
     for (const PlanarMethod method :
          {PlanarMethod::environment, PlanarMethod::mirror, PlanarMethod::traced}) {
         Scene scene;
-        place(scene, quad(1.5f, addMaterial(scene, mirrorOf(0.0f))));
+        place(scene, quad(1.5f, addMaterial(scene, mirrorMetal(0.0f))));
         FrameRequest r = byPictures(std::move(scene), "black mirror", {0, 0, 1});
         r.accuracy.planar = method;
         // Schlick's term stays at grazing; straight on nothing is left.
@@ -435,7 +436,7 @@ TEST_F(FrameRows, MonotoneLadderOfCurvedMirrors) {
 TEST_F(FrameRows, MonotoneLadderOfGlass) {
     Scene scene = floorScene(glm::dmat4(1.0), false, false);
     scene.instances.pop_back();  // the floor
-    Material pane = glassOf();
+    Material pane = clearGlass();
     pane.doubleSided = true;
     pane.reflection = Reflection::none;
     place(scene, quad(0.8f, addMaterial(scene, pane)),
