@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,12 +22,19 @@ struct Call {
     std::function<std::string(const char* name)> header;  // empty when absent
 };
 
+// Takes the next piece of an answer and returns when the client can take more; false: it has left.
+using Sink = std::function<bool(std::string_view piece)>;
+
 struct Answer {
     int status = 200;
     std::string type;
     std::string body;
     std::vector<std::pair<std::string, std::string>> headers;
     std::string route;  // the table's row, for the metrics
+    // Instead of a body: what is sent as it comes, chunked. Called once, on the connection's own
+    // thread; whoever writes ends when the sink says so, or when the service stops. False: it broke
+    // off, and the connection ends without the last chunk, so that the client knows.
+    std::function<bool(const Sink&)> stream;
 };
 
 }  // namespace clerestory

@@ -199,6 +199,18 @@ private:
         response.status = answer.status;
         for (const auto& [name, value] : answer.headers) response.set_header(name, value);
         response.set_header("X-Request-Id", call.requestId);
+        if (answer.stream) {
+            response.set_chunked_content_provider(
+                answer.type,
+                [stream = std::move(answer.stream)](std::size_t, httplib::DataSink& sink) {
+                    const bool whole = stream([&](std::string_view piece) {
+                        return sink.write(piece.data(), piece.size());
+                    });
+                    if (whole) sink.done();
+                    return whole;
+                });
+            return;
+        }
         if (!answer.type.empty()) response.set_header("Content-Type", answer.type);
         response.body = std::move(answer.body);
     }
