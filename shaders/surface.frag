@@ -19,7 +19,8 @@
 out vec4 color;  // premultiplied by coverage; alpha: coverage, or how far away
 
 vec3 towardsEye() {
-    return direction(mix(-positionEye, -view.forward.xyz, view.forward.w));
+    vec3 seen = has(FEATURES_OF_RAYS) ? interpolateAtCentroid(positionEye) : positionEye;
+    return direction(mix(-seen, -view.forward.xyz, view.forward.w));
 }
 
 vec3 lampsAt(Surface s) {

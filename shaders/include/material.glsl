@@ -39,7 +39,7 @@ vec2 metallicRoughnessAt() {
 }
 
 vec3 normalAt() {
-    vec3 n = vertexNormal;
+    vec3 n = has(FEATURES_OF_RAYS) ? interpolateAtCentroid(vertexNormal) : vertexNormal;
     if (has(FEATURE_NORMAL_MAP)) {
         // Not normalised before: as the tangents were made (mikktspace.com).
         vec3 t = vertexTangent.xyz;

@@ -165,11 +165,22 @@ vec3 faceNormalAt(vec3 position, vec3 toEye, vec3 normal) {
     return dot(face, toEye) < 0.0f ? -face : face;
 }
 
+// Where the line of sight that surface.frag takes meets the triangle's plane. What a driver says of
+// the position there may have the length of another point: at the pixel's centre, which can lie far
+// beside a triangle that is seen edge-on.
+vec3 coveredPosition(vec3 position, vec3 face) {
+    vec3 covered = interpolateAtCentroid(positionEye);
+    float along = dot(face, covered);
+    float scale = dot(face, position) / (abs(along) > 1e-30f ? along : 1.0f);
+    return scale > 0.0f && scale < 1e6f ? covered * scale : position;
+}
+
 // Interpolated positions are off by more than corners are.
 vec3 startBeside(vec3 position, vec3 normal) {
-    vec3 place = tracing.eye.xyz + worldAxes(position);
+    vec3 covered = coveredPosition(position, normal);
+    vec3 place = tracing.eye.xyz + worldAxes(covered);
     float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
-    return beside(place, normal, reach + 5.0f * length(position));
+    return beside(place, normal, reach + 5.0f * length(covered));
 }
 
 float changeInPixel(vec3 v) {

@@ -10,6 +10,10 @@ VARYING vec4 vertexColor;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
 flat VARYING vec3 drawNumbers;  // first light, number of lights, object id or what it is seen as
 
+// With several samples a pixel, its centre may lie beside the triangle, and there in front of the body
+// that rays are to start in. Their surfaces take sight and normal where the triangle covers the pixel.
+const uint FEATURES_OF_RAYS = FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS;
+
 bool has(uint feature) {
     return (FEATURES & feature) != 0u;
 }

@@ -249,6 +249,41 @@ TEST(TracedLight, aGlassBallBendsRaysAsSnellSays) {
     EXPECT_GT(compared, 700);
 }
 
+// With several samples a pixel, a pixel's centre may lie beside the triangle that covers a part of
+// it. Where one sample shows an even colour all around, four must show it, too: no grid of the
+// mesh.
+TEST(TracedLight, fourSamplesShowNoGridOnAGlassBall) {
+    Scene scene;
+    scene.environment = "black";
+    addWalls(scene, 5.0);
+    Material tinted = glass(1.5f);
+    tinted.baseColor = {0.3f, 0.3f, 0.3f, 1.0f};  // what enters twice is much darker
+    place(scene, sphere(1.0f, 24, addMaterial(scene, tinted)));
+    Workbench& bench = workbench();
+    bench.show(std::move(scene));
+    FrameRequest r = shot({0.3, 0.4, 3.0}, {0, 0, 0});
+    const Image one = bench.run(bench.plan(r));
+    r.accuracy.samples = 4;
+    const FramePlan plan = bench.plan(r);
+    ASSERT_EQ(plan.targets[plan.output].samples, 4u);
+    const Image four = bench.run(plan);
+    int even = 0;
+    for (std::uint32_t y = 1; y + 1 < kSize; ++y) {
+        for (std::uint32_t x = 1; x + 1 < kSize; ++x) {
+            double around = 0.0;
+            for (std::uint32_t k = 0; k < 9; ++k) {
+                const glm::vec3 off = color(one, x + k % 3 - 1, y + k / 3 - 1) - color(one, x, y);
+                around = std::max(around, double(std::sqrt(glm::dot(off, off))));
+            }
+            if (around > 0.05) continue;
+            ++even;
+            const glm::vec3 off = color(four, x, y) - color(one, x, y);
+            EXPECT_LT(std::sqrt(glm::dot(off, off)), 0.05) << x << " " << y;
+        }
+    }
+    EXPECT_GT(even, 1500);
+}
+
 namespace {
 
 // Before the scene's own camera hangs a flat mirror, turned so that it shows what is beside it.
