@@ -11,6 +11,9 @@ namespace clerestory {
 // A built-in scene's id, or a model file. Throws std::runtime_error.
 Scene sceneFor(const std::string& source);
 
+// The request file's text; {} when there is none. Throws std::runtime_error.
+std::string requestText(const FrameCommand& command);
+
 // The request file with the flags over it; the output's extension tells the format. Throws
 // RequestError, and std::runtime_error for an extension that no format has.
 FrameRequest requestFor(const FrameCommand& command);

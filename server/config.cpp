@@ -216,6 +216,20 @@ void addCompare(CLI::App& app, CommandLine& line) {
         ->type_name("FOLDER");
 }
 
+void addSequence(CLI::App& app, CommandLine& line) {
+    CLI::App* command = app.add_subcommand("sequence", "Render many frames into a folder");
+    command->callback([&line] { line.command = Command::sequence; });
+    addFrameFlags(*command, line);
+    command->get_option("--request")
+        ->required()
+        ->description("a sequence as JSON, as for POST /v1/sequences; - reads standard input");
+    command
+        ->add_option("-o,--output", line.frame.output,
+                     "the folder; a run that was ended goes on where it was")
+        ->required()
+        ->type_name("FOLDER");
+}
+
 }  // namespace
 
 std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
@@ -227,6 +241,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     addPlan(app, line);
     addReference(app, line);
     addCompare(app, line);
+    addSequence(app, line);
     app.add_subcommand("scenes", "List the built-in scenes")->callback([&line] {
         line.command = Command::scenes;
     });

@@ -19,13 +19,13 @@ struct Config {
     std::string logLevel = "info";
 };
 
-// `clerestory render`, `plan`, `reference` and `compare`: one view without a server.
+// `clerestory render`, `plan`, `reference`, `compare` and `sequence`: without a server.
 struct FrameCommand {
     std::string scene;        // id of a built-in scene, or a file
     std::string requestFile;  // "-": standard input; empty: {}
     // What flags say, by the field's path; they win over the file.
     std::multimap<std::string, std::string> fields;
-    std::string output;  // its extension tells the format
+    std::string output;  // its extension tells the format; of a sequence: a folder
     bool planAsJson = false;
 };
 
@@ -45,7 +45,7 @@ struct CompareCommand {
     std::string pictures;       // a folder for error pictures; empty: none
 };
 
-enum class Command { serve, render, plan, reference, compare, scenes };
+enum class Command { serve, render, plan, reference, compare, sequence, scenes };
 
 struct CommandLine {
     Command command = Command::serve;

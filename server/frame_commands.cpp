@@ -51,6 +51,10 @@ Scene sceneFor(const std::string& source) {
     return importScene(source);
 }
 
+std::string requestText(const FrameCommand& command) {
+    return command.requestFile.empty() ? "{}" : textOf(command.requestFile);
+}
+
 FrameRequest requestFor(const FrameCommand& command) {
     FrameRequest defaults;
     if (!command.output.empty()) {
@@ -58,8 +62,7 @@ FrameRequest requestFor(const FrameCommand& command) {
         if (!format) throw std::runtime_error("the output must end in .jpg, .png, .npy or .exr");
         defaults.output.format = *format;
     }
-    nlohmann::json body = nlohmann::json::object();
-    if (!command.requestFile.empty()) body = strictJson(textOf(command.requestFile));
+    nlohmann::json body = strictJson(requestText(command));
     if (body.is_object()) body.merge_patch(bodyFromQuery(command.fields));
     return frameRequestFrom(body, defaults);
 }

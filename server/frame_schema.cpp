@@ -2,6 +2,7 @@
 #include "scene/field_values.h"
 #include "server/comparison_json.h"
 #include "server/frame_json.h"
+#include "server/sequence_request.h"
 
 #include <nlohmann/json.hpp>
 
@@ -108,6 +109,15 @@ ordered_json frameRequestSchema() {
 
 ordered_json comparisonRequestSchema() {
     return objectSchema<ComparisonRequest>();
+}
+
+ordered_json sequenceRequestSchema() {
+    ordered_json schema = objectSchema<SequenceRequest>();
+    // The frame's fields stand once.
+    const ordered_json frame = {{"$ref", "#/components/schemas/FrameRequest"}};
+    schema["properties"]["common"] = frame;
+    schema["properties"]["frames"]["items"] = frame;
+    return schema;
 }
 
 }  // namespace clerestory

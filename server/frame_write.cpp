@@ -1,4 +1,5 @@
 // FrameRequest and FramePlan -> JSON.
+#include "plan/view.h"
 #include "scene/field_values.h"
 #include "server/frame_json.h"
 
@@ -77,6 +78,23 @@ ordered_json viewJson(const View& view) {
             {"mirrored", view.mirrored}};
 }
 
+// The matrices that the frame was drawn with, and its lens in pixels.
+ordered_json cameraJson(const FramePlan& plan, const View& view) {
+    // A rotation's inverse is its transpose; + 0.0 takes the sign off zeros.
+    glm::dmat4 worldFromView(glm::transpose(glm::dmat3(view.viewFromWorld)) + glm::dmat3(0.0));
+    worldFromView[3] = glm::dvec4(view.eye, 1.0);
+    ordered_json json = {{"cameraToWorld", numbers(&worldFromView[0][0], 16)},
+                         {"convention", "opengl"},
+                         {"clipFromView", numbers(&view.clipFromView[0][0], 16)},
+                         {"width", plan.width},
+                         {"height", plan.height},
+                         {"znear", view.znear}};
+    if (!view.orthographic) {
+        json["intrinsics"] = written(lensOf(view.clipFromView, plan.width, plan.height));
+    }
+    return json;
+}
+
 ordered_json decisionJson(const Decision& decision) {
     ordered_json json = {{"name", decision.name},
                          {"effect", nameOf(decision.effect)},
@@ -144,6 +162,7 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     for (const Decision& decision : plan.decisions) {
         json["decisions"].push_back(decisionJson(decision));
     }
+    if (const View* view = frameView(plan)) json["camera"] = cameraJson(plan, *view);
     const PlanTotals t = totals(plan);
     json["totals"] = {
         {"passes", t.passes}, {"views", t.views}, {"draws", t.draws}, {"triangles", t.triangles}};

@@ -3,6 +3,7 @@
 #include "server/build_id.h"
 #include "server/compact_passes.h"
 #include "server/encode_answer.h"
+#include "server/explained.h"
 #include "server/frame_json.h"
 #include "server/service.h"
 
@@ -84,18 +85,13 @@ std::string serverTiming(const Drawn& drawn, double encodeMs, double totalMs) {
 
 // The picture, then the plan with its milliseconds, and its health where that was asked for.
 void addExplanation(Answer& answer, const Frame& frame, const std::string& etag) {
-    const std::string boundary = "clerestory-" + etag.substr(1, etag.size() - 2);
     nlohmann::ordered_json json = planJson(frame.plan, frame.passTimes);
     if (!frame.health.empty()) json["health"] = healthJson(frame.health);
-    const std::string plan = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    std::string body = "--" + boundary + "\r\nContent-Type: " + answer.type +
-                       "\r\nContent-Length: " + std::to_string(answer.body.size()) + "\r\n\r\n";
-    body += answer.body;
-    body += "\r\n--" + boundary +
-            "\r\nContent-Type: application/json\r\nContent-Length: " + std::to_string(plan.size()) +
-            "\r\n\r\n" + plan + "\r\n--" + boundary + "--\r\n";
-    answer.body = std::move(body);
-    answer.type = "multipart/mixed; boundary=" + boundary;
+    putExplained(answer,
+                 {.type = answer.type,
+                  .picture = std::move(answer.body),
+                  .plan = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
+                 "clerestory-" + etag.substr(1, etag.size() - 2));
 }
 
 enum class Explain { no, plan, health };

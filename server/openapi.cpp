@@ -1,9 +1,11 @@
 #include "server/openapi.h"
 
+#include "server/archive.h"
 #include "server/build_id.h"
 #include "server/comparison_json.h"
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
+#include "server/sequence_request.h"
 
 #include <nlohmann/json.hpp>
 
@@ -125,6 +127,17 @@ ordered_json paths() {
                {{"description", "the job, whose place is in Location"},
                 {"content", jsonContent(reference("Job"))}}},
               {"default", problemAnswer("what went wrong, with every wrong field")}}}}}}},
+        {"/v1/sequences",
+         {{"post",
+           {{"summary", "Many frames in one answer, sent as they are drawn"},
+            {"description",
+             "A tar, or with Accept: multipart/mixed the same files as parts: for each frame its "
+             "pictures, then NNNNNN.json with the camera's matrices, plans and milliseconds; "
+             "manifest.json stands last."},
+            {"requestBody",
+             {{"required", true}, {"content", jsonContent(reference("SequenceRequest"))}}},
+            {"responses", answers("the files", {{kTarType, ordered_json::object()},
+                                                {"multipart/mixed", ordered_json::object()}})}}}}},
         {"/v1/jobs/{id}",
          {{"get", jobOperation("How far a job is, and what came out")},
           {"delete", jobOperation("Cancels a job; what is done stays done")}}},
@@ -201,6 +214,7 @@ ordered_json planSchema() {
              {{"passes", passes},
               {"skipped", skipped},
               {"decisions", decisions},
+              {"camera", {{"type", "object"}}},
               {"totals", {{"type", "object"}}}}}};
 }
 
@@ -219,6 +233,7 @@ ordered_json openApiDocument() {
              {{"schemas",
                {{"FrameRequest", frameRequestSchema()},
                 {"ComparisonRequest", comparisonRequestSchema()},
+                {"SequenceRequest", sequenceRequestSchema()},
                 {"Job", jobSchema()},
                 {"Plan", planSchema()},
                 {"Problem", problemSchema()}}}}}};

@@ -117,6 +117,14 @@ Problem jobsFull() {
             .retryAfterSeconds = 10};
 }
 
+Problem streamsFull() {
+    return {.status = 503,
+            .code = "streamsFull",
+            .title = "Too many streams",
+            .detail = "As many sequences and live streams run as may run. Ask again later.",
+            .retryAfterSeconds = 10};
+}
+
 Problem shuttingDown() {
     return {.status = 503,
             .code = "shuttingDown",

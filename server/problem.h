@@ -45,6 +45,7 @@ Problem invalidFields(std::vector<FieldError> errors);            // 422
 Problem sceneFailed(std::string detail);                          // 422
 Problem queueFull(int retryAfterSeconds);                         // 503
 Problem jobsFull();                                               // 503
+Problem streamsFull();                                            // 503
 Problem shuttingDown();                                           // 503
 Problem notReady(std::string detail);                             // 503
 Problem overDeadline(double seconds);                             // 504

@@ -7,6 +7,7 @@
 #include "server/openapi.h"
 #include "server/page.h"
 #include "server/scene_json.h"
+#include "server/sequences.h"
 #include "server/service.h"
 
 #include <spdlog/spdlog.h>
@@ -97,6 +98,7 @@ constexpr Route kRoutes[] = {
     {"/v1/frames", "GET", getFrame},
     {"/v1/plans", "POST", postPlan},
     {"/v1/comparisons", "POST", postComparison},
+    {"/v1/sequences", "POST", postSequence},
     {"/v1/jobs/{id}", "GET", getJob},
     {"/v1/jobs/{id}", "DELETE", cancelJob},
     {"/v1/jobs/{id}/pictures/{number}", "GET", getJobPicture},

@@ -13,6 +13,7 @@ namespace {
 const char* const kCanary = "(canary)";
 // That may wait or run; each can take minutes.
 constexpr std::size_t kLongJobs = 8;
+constexpr std::size_t kMostStreams = 16;
 constexpr std::chrono::seconds kCanaryLasts{3};
 constexpr std::chrono::seconds kCanaryPatience{2};
 
@@ -39,10 +40,10 @@ FrameRequest canaryRequest() {
     return request;
 }
 
-// Every frame that waits holds a thread; the others must not wait for it.
+// Every frame that waits holds a thread, and every stream; the others must not wait for it.
 HttpOptions httpOptions(const Config& config) {
     HttpOptions options = config.http;
-    options.threads += config.queue;
+    options.threads += config.queue + kMostStreams;
     return options;
 }
 
@@ -57,6 +58,7 @@ Service::Service(const Config& config)
           }),
       queue_(config_.renderer, config_.queue),
       library_(config_.scenes, queue_),
+      streams_(kMostStreams),
       jobs_(kLongJobs) {
     queue_.identity();  // throws when there is no driver
     queue_.post([](Renderer& renderer) { renderer.addScene(canaryScene()); });
@@ -72,6 +74,7 @@ void Service::start() {
 
 void Service::stop() {
     if (!listener_.joinable()) return;
+    stopping_ = true;
     queue_.refuseNew();
     http_.stop();
     listener_.join();

@@ -5,6 +5,7 @@
 #include "server/config.h"
 #include "server/jobs.h"
 #include "server/metrics.h"
+#include "server/streams.h"
 #include "server/truths.h"
 
 #include <atomic>
@@ -33,6 +34,9 @@ public:
     Jobs& jobs() { return jobs_; }
     Truths& truths() { return truths_; }
     Budgets& budgets() { return budgets_; }
+    Streams& streams() { return streams_; }
+    // Whoever sends for longer than a frame takes looks at it now and then.
+    bool stopping() const { return stopping_; }
 
     // Draws one tiny frame of a scene of the server's own, unless one was drawn within the last
     // seconds. Throws RequestError 503 when that fails.
@@ -47,6 +51,8 @@ private:
     SceneLibrary library_;
     Truths truths_;
     Budgets budgets_;
+    Streams streams_;
+    std::atomic<bool> stopping_{false};
     Jobs jobs_;  // its work uses all of the above
     std::thread listener_;
     std::atomic<std::int64_t> lastDrawn_{0};  // Clock, milliseconds; 0: never

@@ -18,6 +18,15 @@ void count(const std::vector<Draw>& draws, PlanTotals& totals) {
 
 }  // namespace
 
+const View* frameView(const FramePlan& plan) {
+    const View* view = nullptr;
+    for (const Pass& pass : plan.passes) {
+        const bool whole = pass.kind == PassKind::surface || pass.kind == PassKind::channel;
+        if (whole && !pass.views.empty()) view = &pass.views.front();
+    }
+    return view;
+}
+
 bool traces(const Pass& pass) {
     const auto traced = [](const Draw& draw) {
         return (draw.features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS)) != 0;

@@ -218,6 +218,10 @@ struct FramePlan {
     bool operator==(const FramePlan&) const = default;
 };
 
+// The frame's own view, as requested: of the last pass that draws the scene for the output. Null
+// for a plan without one.
+const View* frameView(const FramePlan& plan);
+
 // Whether some draw follows rays.
 bool traces(const Pass& pass);
 

@@ -35,7 +35,7 @@ glm::dmat3 orthonormal(const glm::dmat3& m) {
 
 struct PlacedCamera {
     glm::dmat4 worldFromCamera{1.0};
-    double yfov = 0.9;
+    double yfov = kDefaultYfov;
     std::optional<double> orthographicHalfHeight;
     std::optional<double> znear, zfar;
 };
@@ -63,21 +63,8 @@ PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose
 PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose& pose) {
     if (c.name) return sceneCamera(*c.name, scene, pose);
     PlacedCamera placed;
-    if (c.cameraToWorld) {
-        const std::array<double, 16>& m = *c.cameraToWorld;
-        glm::dmat3 rotation(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]);
-        if (c.convention == Convention::opencv) {
-            rotation[1] = -rotation[1];
-            rotation[2] = -rotation[2];
-        }
-        placed.worldFromCamera = rigid(orthonormal(rotation), {m[12], m[13], m[14]});
-    } else if (c.orientation) {
-        const auto& [x, y, z, w] = *c.orientation;
-        placed.worldFromCamera =
-            rigid(glm::mat3_cast(glm::normalize(glm::dquat(w, x, y, z))), *c.position);
-    } else if (c.position) {
-        placed.worldFromCamera =
-            worldFromLookAt(*c.position, *c.target, c.up.value_or(glm::dvec3(0.0, 1.0, 0.0)));
+    if (const auto own = worldFromPose(c)) {
+        placed.worldFromCamera = *own;
     } else {
         const DefaultView view = defaultView(scene);
         placed.worldFromCamera =
@@ -105,6 +92,33 @@ glm::dmat4 worldFromLookAt(const glm::dvec3& position, const glm::dvec3& target,
     }
     right = glm::normalize(right);
     return rigid({right, glm::cross(back, right), back}, position);
+}
+
+std::optional<glm::dmat4> worldFromPose(const CameraRequest& c) {
+    if (c.cameraToWorld) {
+        const std::array<double, 16>& m = *c.cameraToWorld;
+        glm::dmat3 rotation(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]);
+        if (c.convention == Convention::opencv) {
+            rotation[1] = -rotation[1];
+            rotation[2] = -rotation[2];
+        }
+        return rigid(orthonormal(rotation), {m[12], m[13], m[14]});
+    }
+    if (!c.position) return std::nullopt;
+    if (c.orientation) {
+        const auto& [x, y, z, w] = *c.orientation;
+        return rigid(glm::mat3_cast(glm::normalize(glm::dquat(w, x, y, z))), *c.position);
+    }
+    return worldFromLookAt(*c.position, *c.target, c.up.value_or(glm::dvec3(0.0, 1.0, 0.0)));
+}
+
+Intrinsics lensOf(const glm::dmat4& clipFromView, std::uint32_t width, std::uint32_t height) {
+    const glm::dmat4& m = clipFromView;
+    return {.fx = 0.5 * m[0][0] * width,
+            .fy = 0.5 * m[1][1] * height,
+            .cx = 0.5 * (1.0 - m[2][0]) * width,
+            .cy = 0.5 * (1.0 + m[2][1]) * height,
+            .pixelCenter = PixelCenter::half};
 }
 
 namespace {

@@ -1,5 +1,6 @@
 // The program itself, as a person starts it.
 #include "image/encode.h"
+#include "tests/support/program.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,46 +10,18 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <csignal>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <thread>
 
-namespace clerestory {
+namespace clerestory::test {
 namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
 
-struct Outcome {
-    int exitCode = -1;
-    std::string output;  // both streams
-};
-
-Outcome run(const std::string& arguments, const std::string& before = "") {
-    const std::string command = before + " '" + CLERESTORY_PROGRAM + "' " + arguments + " 2>&1";
-    Outcome outcome;
-    FILE* pipe = ::popen(command.c_str(), "r");
-    if (!pipe) return outcome;
-    std::array<char, 4096> buffer;
-    for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
-        outcome.output.append(buffer.data(), n);
-    }
-    outcome.exitCode = WEXITSTATUS(::pclose(pipe));
-    return outcome;
-}
-
 std::string outputFile(const char* name) {
     std::filesystem::create_directories(CLERESTORY_TEST_OUTPUT);
     return std::string(CLERESTORY_TEST_OUTPUT) + "/" + name;
-}
-
-std::string content(const std::string& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
 void expectOneLine(const Outcome& outcome) {
@@ -64,7 +37,7 @@ TEST(CommandLine, RendersTheFrameThatFlagsAskFor) {
             "--accuracy draft --effects none -o '" +
             file + "'");
     ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
-    const Image image = decodePng(content(file));
+    const Image image = decodePng(contentOf(file));
     EXPECT_EQ(image.width, 64u);
     EXPECT_EQ(image.height, 48u);
 }
@@ -79,8 +52,8 @@ TEST(CommandLine, TakesTheSameJsonAsTheServer) {
         "render six-walls --request - --size 64x48 -o '" + json + "'",
         R"(echo '{"camera": {"position": [0.5, 0.6, 0.7], "target": [0, 0, 0]}, "width": 9}' |)");
     ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
-    EXPECT_EQ(content(flags), content(json));
-    EXPECT_FALSE(content(json).empty());
+    EXPECT_EQ(contentOf(flags), contentOf(json));
+    EXPECT_FALSE(contentOf(json).empty());
 }
 
 TEST(CommandLine, TracesTheTruth) {
@@ -92,17 +65,17 @@ TEST(CommandLine, TracesTheTruth) {
     ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
     EXPECT_THAT(outcome.output, HasSubstr("tracing 100 %"));
     EXPECT_THAT(outcome.output, HasSubstr("4 samples a pixel, noise "));
-    const Image image = decodeNpy(content(numbers));
+    const Image image = decodeNpy(contentOf(numbers));
     EXPECT_EQ(image.width, 32u);
     EXPECT_EQ(image.height, 24u);
     EXPECT_EQ(image.channels, 3u);
     ASSERT_EQ(run(arguments + "--threads 3 -o '" + again + "'").exitCode, 0);
-    EXPECT_EQ(content(numbers), content(again));
+    EXPECT_EQ(contentOf(numbers), contentOf(again));
     ASSERT_EQ(run(arguments + "--mode full --seed 7 -o '" + picture + "'").exitCode, 0);
-    EXPECT_EQ(decodePng(content(picture)).width, 32u);
+    EXPECT_EQ(decodePng(contentOf(picture)).width, 32u);
     ASSERT_EQ(run(arguments + "-o '" + pfm + "'").exitCode, 0);
-    EXPECT_THAT(content(pfm), StartsWith("PF\n32 24\n-1.0\n"));
-    EXPECT_EQ(content(pfm).size(), 14 + 4 * image.width * image.height * 3);
+    EXPECT_THAT(contentOf(pfm), StartsWith("PF\n32 24\n-1.0\n"));
+    EXPECT_EQ(contentOf(pfm).size(), 14 + 4 * image.width * image.height * 3);
 }
 
 TEST(CommandLine, PrintsPlans) {
@@ -239,4 +212,4 @@ TEST(CommandLine, NoDriverIsOneLineAndExitTwo) {
 }
 
 }  // namespace
-}  // namespace clerestory
+}  // namespace clerestory::test

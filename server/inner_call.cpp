@@ -1,0 +1,49 @@
+#include "server/inner_call.h"
+
+#include "server/routes.h"
+#include "server/service.h"
+
+namespace clerestory {
+namespace {
+
+constexpr std::chrono::milliseconds kBetweenTries{100};
+constexpr std::chrono::minutes kPatience{2};
+
+// 409: the scene loads, or its curve is being measured.
+bool passes(int status) {
+    return status == 503 || status == 429 || status == 409;
+}
+
+Answer frame(Service& service, const std::string& body, const std::string& requestId,
+             bool explained) {
+    const auto begun = Clock::now();
+    while (true) {
+        Call call{.method = "POST",
+                  .path = "/v1/frames",
+                  .body = body,
+                  .requestId = requestId,
+                  .arrived = Clock::now(),
+                  .header = [](const char* name) {
+                      return std::string_view(name) == "Content-Type" ? "application/json" : "";
+                  }};
+        if (explained) call.query.emplace("explain", "1");
+        Answer answer = answerTo(service, call);
+        if (answer.status == 200) return answer;
+        const bool again =
+            passes(answer.status) && !service.stopping() && Clock::now() - begun < kPatience;
+        if (!again) throw InnerFailure(std::move(answer.body));
+        std::this_thread::sleep_for(kBetweenTries);
+    }
+}
+
+}  // namespace
+
+ExplainedFrame explainedFrame(Service& service, const std::string& body,
+                              const std::string& requestId) {
+    return explainedIn(frame(service, body, requestId, true));
+}
+Answer plainFrame(Service& service, const std::string& body, const std::string& requestId) {
+    return frame(service, body, requestId, false);
+}
+
+}  // namespace clerestory

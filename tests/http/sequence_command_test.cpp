@@ -1,0 +1,89 @@
+// `clerestory sequence`, as a person starts it: a folder of frames, and going on with it.
+#include "tests/support/program.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace clerestory::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+class SequenceCommand : public testing::Test {
+protected:
+    void SetUp() override {
+        fs::remove_all(folder);
+        fs::create_directories(folder.parent_path());
+        ask(0.0);
+    }
+    void ask(double shift) const {
+        json frames = json::array();
+        for (int i = 0; i < 4; ++i) {
+            frames.push_back(
+                {{"camera", {{"position", {shift + 0.3 * i, 1, 2}}, {"target", {0, 1, 0}}}}});
+        }
+        const json body = {{"common", {{"width", 32}, {"height", 24}}},
+                           {"frames", frames},
+                           {"channels", {{"objectId", true}}}};
+        std::ofstream(request) << body;
+    }
+    Outcome sequence() const {
+        return run("sequence six-walls --request '" + request.string() + "' -o '" +
+                   folder.string() + "'");
+    }
+
+    const fs::path folder = fs::path(CLERESTORY_TEST_OUTPUT) / "sequence" / "frames";
+    const fs::path request = fs::path(CLERESTORY_TEST_OUTPUT) / "sequence" / "request.json";
+};
+
+TEST_F(SequenceCommand, FillsAFolderAndGoesOnWhereItWasEnded) {
+    const Outcome first = sequence();
+    ASSERT_EQ(first.exitCode, 0) << first.output;
+    const std::string second = contentOf(folder / "000001.jpg");
+    const std::string manifest = contentOf(folder / "manifest.json");
+    EXPECT_GT(second.size(), 100u);
+    EXPECT_EQ(json::parse(manifest)["frames"].size(), 4u);
+    EXPECT_TRUE(fs::exists(folder / "000003.objectId.npy"));
+
+    // As a run leaves it that was ended in frame 1: two frames lack their last file.
+    fs::remove(folder / "000001.json");
+    fs::remove(folder / "000001.objectId.npy");
+    fs::remove(folder / "000002.json");
+    fs::remove(folder / "manifest.json");
+    const auto untouched = fs::last_write_time(folder / "000000.jpg");
+    const Outcome again = sequence();
+    ASSERT_EQ(again.exitCode, 0) << again.output;
+    EXPECT_THAT(again.output, HasSubstr("4 frames"));
+    EXPECT_THAT(again.output, HasSubstr("2 of them there already"));
+    EXPECT_EQ(fs::last_write_time(folder / "000000.jpg"), untouched);
+    EXPECT_EQ(contentOf(folder / "000001.jpg"), second);
+    EXPECT_TRUE(fs::exists(folder / "000001.objectId.npy"));
+    EXPECT_EQ(json::parse(contentOf(folder / "manifest.json"))["frames"].size(), 4u);
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+    }
+}
+
+TEST_F(SequenceCommand, LeavesTheFolderOfAnotherSequenceAlone) {
+    ASSERT_EQ(sequence().exitCode, 0);
+    const std::string before = contentOf(folder / "000000.jpg");
+    ask(0.5);
+    const Outcome other = sequence();
+    EXPECT_EQ(other.exitCode, 2);
+    EXPECT_THAT(other.output, HasSubstr("another sequence"));
+    EXPECT_EQ(contentOf(folder / "000000.jpg"), before);
+}
+
+TEST_F(SequenceCommand, SaysWhatIsWrong) {
+    std::ofstream(request) << R"({"frames": [{"widht": 3}]})";
+    const Outcome outcome = sequence();
+    EXPECT_EQ(outcome.exitCode, 2);
+    EXPECT_THAT(outcome.output, HasSubstr("/frames/0/widht"));
+    EXPECT_FALSE(fs::exists(folder));
+}
+
+}  // namespace
+}  // namespace clerestory::test

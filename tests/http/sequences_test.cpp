@@ -1,0 +1,241 @@
+// Sequences: each file equals the answer to a single request, in order, with the matrices used.
+#include "tests/support/test_server.h"
+
+#include <archive.h>
+#include <archive_entry.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+using Files = std::vector<std::pair<std::string, std::string>>;  // name, content
+
+Files filesOfTar(const std::string& tar) {
+    Files files;
+    struct archive* in = archive_read_new();
+    archive_read_support_format_tar(in);
+    EXPECT_EQ(archive_read_open_memory(in, tar.data(), tar.size()), ARCHIVE_OK);
+    archive_entry* entry = nullptr;
+    while (archive_read_next_header(in, &entry) == ARCHIVE_OK) {
+        std::string content(static_cast<std::size_t>(archive_entry_size(entry)), '\0');
+        EXPECT_EQ(archive_read_data(in, content.data(), content.size()),
+                  static_cast<la_ssize_t>(content.size()));
+        files.emplace_back(archive_entry_pathname(entry), std::move(content));
+    }
+    archive_read_free(in);
+    return files;
+}
+
+std::string fileOf(const Files& files, const std::string& name) {
+    for (const auto& [n, content] : files) {
+        if (n == name) return content;
+    }
+    ADD_FAILURE() << "no file " << name;
+    return {};
+}
+
+json orbit(int frames, const json& more = json::object()) {
+    json list = json::array();
+    for (int i = 0; i < frames; ++i) {
+        list.push_back({{"camera", {{"position", {0.4 * i, 1.0, 2.0}}, {"target", {0, 1, 0}}}}});
+    }
+    json body = {{"common", {{"scene", "six-walls"}, {"width", 64}, {"height", 48}}},
+                 {"frames", list}};
+    body.merge_patch(more);
+    return body;
+}
+
+TEST(Sequences, EachFileIsTheAnswerToASingleRequest) {
+    auto client = sharedServer().client();
+    const json body = orbit(3, {{"channels", {{"depth", true}}}});
+    const auto result = postJson(client, "/v1/sequences", body.dump());
+    ASSERT_EQ(result->status, 200) << result->body;
+    EXPECT_EQ(result->get_header_value("Content-Type"), "application/x-tar");
+    const Files files = filesOfTar(result->body);
+    std::vector<std::string> names;
+    for (const auto& [name, content] : files) names.push_back(name);
+    EXPECT_THAT(names,
+                testing::ElementsAre("000000.jpg", "000000.depth.npy", "000000.json", "000001.jpg",
+                                     "000001.depth.npy", "000001.json", "000002.jpg",
+                                     "000002.depth.npy", "000002.json", "manifest.json"));
+    for (int i = 0; i < 3; ++i) {
+        json single = body["common"];
+        single.update(body["frames"][i]);
+        const std::string stem = "00000" + std::to_string(i);
+        EXPECT_EQ(fileOf(files, stem + ".jpg"),
+                  postJson(client, "/v1/frames", single.dump())->body);
+        single["output"] = {{"channel", "depth"}, {"format", "npy"}};
+        EXPECT_EQ(fileOf(files, stem + ".depth.npy"),
+                  postJson(client, "/v1/frames", single.dump())->body);
+    }
+    const json manifest = json::parse(fileOf(files, "manifest.json"));
+    EXPECT_EQ(manifest["frames"].size(), 3u);
+    EXPECT_EQ(manifest["failures"], 0);
+}
+
+TEST(Sequences, SayTheMatricesThatWereUsed) {
+    auto client = sharedServer().client();
+    json body = orbit(1);
+    // A rotation about y by atan(3/4), in the columns of a rigid matrix.
+    body["frames"][0] = {
+        {"camera",
+         {{"cameraToWorld", {0.8, 0, -0.6, 0, 0, 1, 0, 0, 0.6, 0, 0.8, 0, 0.5, 1.25, 2, 1}},
+          {"intrinsics",
+           {{"fx", 60}, {"fy", 55}, {"cx", 30}, {"cy", 20}, {"pixelCenter", "integer"}}}}}};
+    const auto result = postJson(client, "/v1/sequences", body.dump());
+    ASSERT_EQ(result->status, 200) << result->body;
+    const json about = json::parse(fileOf(filesOfTar(result->body), "000000.json"));
+    const json camera = about["camera"];
+    const json asked = body["frames"][0]["camera"]["cameraToWorld"];
+    for (int i = 0; i < 16; ++i) {
+        EXPECT_NEAR(camera["cameraToWorld"][i].get<double>(), asked[i].get<double>(), 1e-8);
+    }
+    EXPECT_EQ(camera["cameraToWorld"][13], 1.25) << "the eye comes back with its very bits";
+    EXPECT_EQ(camera["intrinsics"]["pixelCenter"], "half");
+    EXPECT_NEAR(camera["intrinsics"]["cx"].get<double>(), 30.5, 1e-9);
+    EXPECT_NEAR(camera["intrinsics"]["cy"].get<double>(), 20.5, 1e-9);
+    EXPECT_NEAR(camera["intrinsics"]["fx"].get<double>(), 60, 1e-9);
+    EXPECT_NEAR(camera["intrinsics"]["fy"].get<double>(), 55, 1e-9);
+    EXPECT_GT(about["plans"]["color"]["passes"].size(), 0u);
+}
+
+TEST(Sequences, APathIsItsFramesAndFirstGoesOnInTheMiddle) {
+    auto client = sharedServer().client();
+    json body = {
+        {"common", {{"scene", "six-walls"}, {"width", 32}, {"height", 24}}},
+        {"path",
+         {{"frameRate", 4},
+          {"keys",
+           {{{"time", 0}, {"camera", {{"position", {0, 1, 2}}, {"target", {0, 1, 0}}}}},
+            {{"time", 1}, {"camera", {{"position", {1, 1, 2}}, {"target", {0, 1, 0}}}}}}}}}};
+    const Files whole = filesOfTar(postJson(client, "/v1/sequences", body.dump())->body);
+    EXPECT_EQ(whole.size(), 5u * 2 + 1);
+    EXPECT_EQ(json::parse(fileOf(whole, "000002.json"))["time"], 0.5);
+    body["first"] = 3;
+    const Files rest = filesOfTar(postJson(client, "/v1/sequences", body.dump())->body);
+    ASSERT_EQ(rest.size(), 2u * 2 + 1);
+    EXPECT_EQ(rest[0].first, "000003.jpg");
+    EXPECT_EQ(rest[0].second, fileOf(whole, "000003.jpg"));
+}
+
+TEST(Sequences, ComeAsMultipartWhenAskedTo) {
+    auto client = sharedServer().client();
+    const std::string body = orbit(2).dump();
+    const auto result =
+        client.Post("/v1/sequences", {{"Accept", "multipart/mixed"}}, body, "application/json");
+    ASSERT_EQ(result->status, 200);
+    const auto parts = partsOf(*result);
+    ASSERT_EQ(parts.size(), 5u);
+    EXPECT_EQ(parts[0].first, "image/jpeg");
+    const Files tar = filesOfTar(postJson(client, "/v1/sequences", body)->body);
+    EXPECT_EQ(parts[0].second, tar[0].second);
+    EXPECT_EQ(parts[2].second, tar[2].second);
+}
+
+TEST(Sequences, OneFrameThatFailsIsToldAndTheOthersCome) {
+    auto client = sharedServer().client();
+    json body = orbit(3);
+    body["frames"][1] = {{"camera", {{"name", "nobody"}}}};
+    const auto result = postJson(client, "/v1/sequences", body.dump());
+    ASSERT_EQ(result->status, 200);
+    const Files files = filesOfTar(result->body);
+    EXPECT_EQ(files.size(), 5u);
+    const json manifest = json::parse(fileOf(files, "manifest.json"));
+    EXPECT_EQ(manifest["failures"], 1);
+    EXPECT_EQ(manifest["frames"][1]["failure"]["errors"][0]["pointer"], "/camera/name");
+}
+
+TEST(Sequences, RefuseNamingEveryWrongField) {
+    auto client = sharedServer().client();
+    const auto pointers = [&](const json& body) {
+        const json problem = problemOf(postJson(client, "/v1/sequences", body.dump()), 422);
+        std::vector<std::string> list;
+        for (const json& error : problem["errors"]) list.push_back(error["pointer"]);
+        return list;
+    };
+    using testing::ElementsAre;
+    EXPECT_THAT(pointers(json::object()), ElementsAre("/frames"));
+    EXPECT_THAT(pointers(orbit(1, {{"first", 1}})), ElementsAre("/first"));
+    EXPECT_THAT(pointers(orbit(1, {{"channels", {{"color", false}}}})), ElementsAre("/channels"));
+    EXPECT_THAT(pointers(orbit(1, {{"path", {{"keys", json::array()}}}})),
+                ElementsAre("/path", "/path/keys"));
+    json wrong = orbit(3);
+    wrong["frames"][0]["width"] = 0;
+    wrong["frames"][2]["camera"]["yfov"] = 9;
+    EXPECT_THAT(pointers(wrong), ElementsAre("/frames/0/width", "/frames/2/camera/yfov"));
+    // Sound by themselves, wrong together with what is common.
+    json together = orbit(2, {{"common", {{"width", 4096}}}});
+    together["frames"][1]["height"] = 4096;
+    EXPECT_THAT(pointers(together), ElementsAre("/frames/1/width"));
+    json first = orbit(2);
+    first["frames"][0] = {{"camera", {{"name", "nobody"}}}};
+    EXPECT_THAT(pointers(first), ElementsAre("/camera/name"));
+}
+
+TEST(Sequences, OtherFramesAreAnsweredMeanwhileAndALeavingClientEndsIt) {
+    TestServer server;
+    std::size_t taken = 0;
+    std::thread reader([&] {
+        auto client = server.client();
+        httplib::Request request;
+        request.method = "POST";
+        request.path = "/v1/sequences";
+        request.headers = {{"Content-Type", "application/json"}};
+        request.body = orbit(400, {{"common", {{"width", 400}, {"height", 300}}}}).dump();
+        request.content_receiver = [&](const char*, std::size_t n, std::uint64_t, std::uint64_t) {
+            taken += n;
+            return taken < 100'000;  // then leaves
+        };
+        client.send(request);
+    });
+    auto client = server.client();
+    EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    reader.join();
+    EXPECT_GE(taken, 100'000u);
+    // Its frames stop: soon the renderer is drawing none.
+    const auto drawn = [&] {
+        return server.service().queue().run(std::chrono::seconds(10), [](Renderer& renderer) {
+            return renderer.counters().frames;
+        });
+    };
+    std::uint64_t before = drawn(), now = 0;
+    for (int i = 0; i < 100; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        now = drawn();
+        if (now == before) break;
+        before = now;
+    }
+    EXPECT_EQ(now, before);
+    EXPECT_LT(now, 400u);
+}
+
+TEST(Sequences, StoppingBreaksThemOffSoThatTheClientKnows) {
+    auto server = std::make_unique<TestServer>();
+    bool whole = true;
+    std::promise<void> begun;
+    std::thread reader([&] {
+        auto client = server->client();
+        httplib::Request request;
+        request.method = "POST";
+        request.path = "/v1/sequences";
+        request.headers = {{"Content-Type", "application/json"}};
+        request.body = orbit(400, {{"common", {{"width", 400}, {"height", 300}}}}).dump();
+        bool first = true;
+        request.content_receiver = [&](const char*, std::size_t, std::uint64_t, std::uint64_t) {
+            if (std::exchange(first, false)) begun.set_value();
+            return true;
+        };
+        whole = static_cast<bool>(client.send(request));
+    });
+    begun.get_future().wait();
+    server->stop();
+    reader.join();
+    EXPECT_FALSE(whole);
+}
+
+}  // namespace
+}  // namespace clerestory::test
