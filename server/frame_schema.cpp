@@ -83,6 +83,12 @@ void addDefault(ordered_json& schema, const E& value, const Choice<E>& choice) {
 }
 void addDefault(ordered_json& schema, const Accuracy& value, const NestedPreset&) {
     schema["default"] = std::string(wordFor(presetChoice(), value.preset));
+    // What each preset's name stands for, so that a form can show it; `x-` as OpenAPI extensions
+    // go.
+    ordered_json& presets = schema["oneOf"][1]["x-presets"];
+    for (const auto& [word, preset] : presetChoice().words) {
+        presets[std::string(word)] = accuracyJson(accuracyOf(preset));
+    }
 }
 
 template <class S>

@@ -1,4 +1,6 @@
-// The server's HTTP interface as the page uses it: requests, answers, problems, links.
+// The server's HTTP interface as the page uses it: requests, answers, problems. Paths are relative, so
+// that the page also works below a prefix of a proxy.
+import { floatsOf, partsOf } from "./bytes.js";
 
 // A problem document (RFC 9457), or its like for a server that did not answer.
 export class Problem extends Error {
@@ -17,54 +19,27 @@ async function problemOf(response) {
   } catch {
     body = { title: response.statusText || "Error", detail: text.slice(0, 300) };
   }
-  return new Problem({ status: response.status, ...body }, retryAfter);
+  return new Problem({ ...body, status: response.status }, retryAfter);
 }
 
 async function ask(path, options) {
   let response;
   try {
     response = await fetch(path, options);
-  } catch {
+    if (!response.ok) throw await problemOf(response);
+  } catch (error) {
+    if (error instanceof Problem) throw error;
     throw new Problem({ title: "No answer", detail: "The server cannot be reached." });
   }
-  if (!response.ok) throw await problemOf(response);
   return response;
 }
 
+const post = (path, body) => ask(path, {
+  method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body),
+});
+
 export const getJson = async (path) => (await ask(path)).json();
-
-// -> the picture as a Blob, with what the headers tell about it.
-export async function renderFrame(request) {
-  const start = performance.now();
-  const response = await ask("v1/frames", {
-    method: "POST",
-    headers: { "Content-Type": "application/json" },
-    body: JSON.stringify(request),
-  });
-  const blob = await response.blob();
-  return {
-    blob,
-    milliseconds: performance.now() - start,
-    timings: parseServerTiming(response.headers.get("Server-Timing") ?? ""),
-    passes: (response.headers.get("Clerestory-Passes") ?? "").split(",").map((s) => s.trim()).filter(Boolean),
-  };
-}
-
-// What the same request would take, decisions and all; draws nothing.
-export const planOf = async (request) => (await ask("v1/plans", {
-  method: "POST",
-  headers: { "Content-Type": "application/json" },
-  body: JSON.stringify(request),
-})).json();
-
-const kMethods = {
-  environment: "environment map", probe: "captured cube", mirror: "mirrored pass",
-  backdrop: "picture behind it", traced: "traced rays",
-};
-
-// { name: "mirror:floor", taken: "mirror", reason: "12 % of the frame" } -> "floor: mirrored pass, 12 % of the frame"
-export const decisionText = ({ name, taken, reason }) =>
-  `${name.slice(name.indexOf(":") + 1)}: ${kMethods[taken] ?? taken}, ${reason}`;
+export const planOf = async (request) => (await post("v1/plans", request)).json();
 
 // `queue;dur=0.1, surface;desc="surface:main";dur=41.5` -> [{ name, milliseconds }]
 export function parseServerTiming(header) {
@@ -75,30 +50,48 @@ export function parseServerTiming(header) {
   });
 }
 
-// The same request as a link: one `name=value` per field, nested names joined by dots, lists by commas.
-export function queryOf(request) {
-  const pairs = [];
-  const walk = (value, name) => {
-    if (value === undefined || value === null) return;
-    if (Array.isArray(value)) pairs.push([name, value.join(",")]);
-    else if (typeof value === "object") {
-      for (const [key, inner] of Object.entries(value)) walk(inner, name ? `${name}.${key}` : key);
-    } else pairs.push([name, String(value)]);
+// -> the picture as a Blob; what the headers tell about it; with `explain` the plan that ran, and the maps
+// behind it where it is "maps": [{ name, blob }].
+export async function renderFrame(request, explain = "0") {
+  const start = performance.now();
+  const response = await post(`v1/frames${explain === "0" ? "" : `?explain=${explain}`}`, request);
+  const bytes = new Uint8Array(await response.arrayBuffer());
+  const frame = {
+    milliseconds: performance.now() - start,
+    timings: parseServerTiming(response.headers.get("Server-Timing") ?? ""),
+    accuracy: response.headers.get("Clerestory-Accuracy") ?? "",
   };
-  walk(request, "");
-  return pairs.map(([name, value]) => `${name}=${encodeURIComponent(value).replace(/%2C/g, ",")}`).join("&");
+  const type = response.headers.get("Content-Type") ?? "";
+  if (!type.startsWith("multipart/")) return { ...frame, blob: new Blob([bytes], { type }) };
+  const [picture, plan, ...maps] = partsOf(type, bytes);
+  const blobOf = (part) => new Blob([part.bytes], { type: part.headers["content-type"] });
+  return {
+    ...frame,
+    blob: blobOf(picture),
+    plan: JSON.parse(new TextDecoder().decode(plan.bytes)),
+    maps: maps.map((part) => ({ name: /name="([^"]*)"/.exec(part.headers["content-disposition"])?.[1] ?? "", blob: blobOf(part) })),
+  };
 }
 
-export function curlOf(request, origin) {
-  const body = JSON.stringify(request).replaceAll("'", "'\\''");
-  return `curl -s ${origin}/v1/frames -H 'Content-Type: application/json' -d '${body}' -o frame.jpg`;
+// One pixel's number of a channel: metres for `depth`, instance + 1 for `objectId`; 0 where nothing is.
+export async function pixelOf({ scene, camera: { position, target }, time }, intrinsics, channel) {
+  const request = { scene, camera: { position, target, intrinsics }, width: 1, height: 1, time,
+                    output: { channel, format: "npy" } };
+  return floatsOf(await (await post("v1/frames", request)).arrayBuffer())[0];
 }
 
-// Short enough to share: six significant digits are a tenth of a millimetre in a hundred metres.
-export function rounded(value) {
-  if (typeof value === "number") return Number(value.toPrecision(6));
-  if (Array.isArray(value)) return value.map(rounded);
-  if (value && typeof value === "object")
-    return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, rounded(v)]));
-  return value;
+// ---- long work --------------------------------------------------------------------------------
+
+export const startComparison = async (body) => (await post("v1/comparisons", body)).json();
+export const jobOf = (id) => getJson(`v1/jobs/${encodeURIComponent(id)}`);
+export const cancelJob = (id) => ask(`v1/jobs/${encodeURIComponent(id)}`, { method: "DELETE" });
+
+// A path that the server tells, below wherever the page itself lies.
+export const below = (path) => path.replace(/^\//, "");
+
+// A .glb file or the like as the body; -> the new scene's id, from its Location or its description.
+export async function uploadScene(file, type) {
+  const response = await ask("v1/scenes", { method: "POST", headers: { "Content-Type": type }, body: file });
+  const place = response.headers.get("Location") ?? "";
+  return decodeURIComponent(place.slice(place.lastIndexOf("/") + 1)) || (await response.json()).id;
 }

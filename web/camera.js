@@ -36,7 +36,8 @@ export function forwardOf([x, y, z, w]) {
   return [-2 * (x * z + w * y), -2 * (y * z - w * x), -(1 - 2 * (x * x + y * y))];
 }
 
-function axes({ yaw, pitch }) {
+// Right, up and towards the eye: the camera's own axes in the world.
+export function axesOf({ yaw, pitch }) {
   const [sinYaw, cosYaw, sinPitch, cosPitch] = [Math.sin(yaw), Math.cos(yaw), Math.sin(pitch), Math.cos(pitch)];
   return {
     right: [cosYaw, 0, -sinYaw],
@@ -46,7 +47,7 @@ function axes({ yaw, pitch }) {
 }
 
 export function positionOf(camera) {
-  return add(camera.target, scale(axes(camera).toEye, camera.distance));
+  return add(camera.target, scale(axesOf(camera).toEye, camera.distance));
 }
 
 // dx and dy in radians; positive dx turns the world to the right, as a finger drags it.
@@ -57,7 +58,7 @@ export function orbit(camera, dx, dy) {
 // dx and dy as shares of the side that yfov spans: what is at the target's depth stays under the finger.
 // Positive dy is down the screen.
 export function pan(camera, dx, dy) {
-  const { right, up } = axes(camera);
+  const { right, up } = axesOf(camera);
   const metres = 2 * Math.tan(camera.yfov / 2) * camera.distance;
   return { ...camera, target: add(camera.target, add(scale(right, -dx * metres), scale(up, dy * metres))) };
 }
@@ -67,12 +68,50 @@ export function zoom(camera, factor) {
   return { ...camera, distance: clamp(camera.distance * factor, kMinDistance, kMaxDistance) };
 }
 
-// Carries eye and target along: ahead along the level part of the view, sideways, and up, in metres.
-export function walk(camera, ahead, aside, upwards) {
-  const { right } = axes(camera);
-  const level = [-Math.sin(camera.yaw), 0, -Math.cos(camera.yaw)];
-  const step = add(add(scale(level, ahead), scale(right, aside)), [0, upwards, 0]);
+// Turns about the eye instead of the target: what flying does.
+export function look(camera, dx, dy) {
+  const position = positionOf(camera);
+  const turned = orbit(camera, dx, dy);
+  return { ...turned, target: subtract(position, scale(axesOf(turned).toEye, camera.distance)) };
+}
+
+// Carries eye and target along by metres in the world.
+export function moved(camera, step) {
   return { ...camera, target: add(camera.target, step) };
+}
+
+// Turns to a point and comes nearer, so that it becomes the centre of turning.
+export function focusOn(camera, point) {
+  const facing = fromLookAt({ position: positionOf(camera), target: point, yfov: camera.yfov });
+  return zoom(facing, 0.6);
+}
+
+// From one camera to another by t: 0..1, the short way round.
+export function between(from, to, t) {
+  const mix = (a, b) => a + (b - a) * t;
+  const turn = ((((to.yaw - from.yaw + Math.PI) % (2 * Math.PI)) + 2 * Math.PI) % (2 * Math.PI)) - Math.PI;
+  return {
+    target: from.target.map((x, i) => mix(x, to.target[i])),
+    distance: from.distance * (to.distance / from.distance) ** t,
+    yaw: from.yaw + turn * t,
+    pitch: mix(from.pitch, to.pitch),
+    yfov: mix(from.yfov, to.yfov),
+  };
+}
+
+// A lens whose only pixel sees what pixel (x, y) of a picture of this size sees; from the top left, in
+// that picture's pixels, which may be fractions.
+export function lensOfPixel(yfov, width, height, x, y) {
+  const focal = height / 2 / Math.tan(yfov / 2);
+  return { fx: focal, fy: focal, cx: 0.5 - (x - width / 2), cy: 0.5 - (y - height / 2) };
+}
+
+// The point that such a pixel sees at `depth` metres along the view.
+export function pointAt(camera, { fx, fy, cx, cy }, depth) {
+  const { right, up, toEye } = axesOf(camera);
+  const [x, y] = [((0.5 - cx) / fx) * depth, ((cy - 0.5) / fy) * depth];
+  const ahead = subtract(positionOf(camera), scale(toEye, depth));
+  return add(ahead, add(scale(right, x), scale(up, y)));
 }
 
 // An upright picture would see too little to the sides: there yfov counts for the width.

@@ -1,83 +1,100 @@
-// Form controls made from the server's own schema (/openapi.json), so that a field the server gains
-// gets its control here without a line of code.
+// Form controls made from the server's schema; schema.js says what each needs.
+import { $, element, fillSelect } from "./dom.js";
+import { controlOf, positionFor, sliderSteps, valueAt, wordsOf } from "./schema.js";
 
-// Where the sensible stretch is shorter than the allowed one.
-const kSliders = { exposure: [-6, 6, 0.25], intensity: [0, 4, 0.05] };
-
-// planarReflection -> Planar reflection
-export const wordsOf = (name) => {
-  const words = name.replace(/([A-Z])/g, (c) => ` ${c.toLowerCase()}`);
-  return words[0].toUpperCase() + words.slice(1);
-};
-
-export function element(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else if (name in made && name !== "list") made[name] = value;
-    else made.setAttribute(name, value);
-  }
-  made.append(...children);
-  return made;
+// What a field means is shown in one quiet place while it is pointed at or has the focus.
+function explains(row, words) {
+  if (!words) return row;
+  const tell = () => { $("hint").textContent = words; };
+  row.addEventListener("pointerenter", tell);
+  row.addEventListener("focusin", tell);
+  return row;
 }
 
-export function fillSelect(select, options, value) {
-  select.replaceChildren(...options.map(([key, label]) => element("option", { value: key, textContent: label })));
-  select.value = value;
+let made = 0;
+const newId = (name) => `field-${name}-${++made}`;
+
+function switchFor(id, value, changed) {
+  const input = element("input", { id, type: "checkbox", checked: value === true, onchange: () => changed(input.checked) });
+  input.setAttribute("role", "switch");
+  return [input];
 }
 
-// A labelled control for one field. `changed` gets the new value, or undefined for "leave it to the
-// preset" where `optional` is set.
-export function controlFor(name, schema, value, changed, { optional = false } = {}) {
-  const id = `field-${name}`;
-  const title = schema.description ?? "";
-  const label = element("label", { htmlFor: id, title }, wordsOf(name));
-  if (schema.type === "boolean" && !optional) {
-    const input = element("input", {
-      id, type: "checkbox", checked: value, title, onchange: () => changed(input.checked),
-    });
-    input.setAttribute("role", "switch");
-    return element("div", { className: "field switch" }, label, input);
-  }
-  if (schema.type === "boolean" || schema.enum) {
-    const words = schema.enum ?? ["true", "false"];
-    const select = element("select", { id, title, onchange: () => {
-      if (select.value === "") changed(undefined);
-      else changed(schema.enum ? select.value : select.value === "true");
-    } });
-    const label2 = (word) => (schema.enum ? word : word === "true" ? "on" : "off");
-    fillSelect(select, [...(optional ? [["", "preset"]] : []), ...words.map((w) => [w, label2(w)])],
-               value === undefined ? "" : String(value));
-    return element("div", { className: "field" }, label, select);
-  }
-  if (kSliders[name]) {
-    const [min, max, step] = kSliders[name];
-    const shown = element("output", { htmlFor: id, textContent: value });
-    const input = element("input", { id, type: "range", min, max, step, title, oninput: () => {
-      shown.textContent = input.value;
-      changed(Number(input.value));
-    } });
-    input.value = value;
-    return element("div", { className: "field slider" }, label, input, shown);
-  }
-  const input = element("input", {
-    id, type: "number", min: schema.minimum ?? "", max: schema.maximum ?? "", title,
-    step: schema.type === "integer" ? 1 : "any", placeholder: optional ? "preset" : "",
-    onchange: () => {
-      if (!input.reportValidity()) return;
-      changed(input.value === "" ? undefined : Number(input.value));
+function choiceFor(id, words, value, changed, none) {
+  const select = element("select", { id, onchange: () => changed(select.value === "" ? undefined : select.value) });
+  fillSelect(select, [...(none ? [["", none]] : []), ...words.map((w) => [w, w])], value ?? "");
+  return [select];
+}
+
+function rangeFor(id, words, control, value, changed, none) {
+  const number = element("input", {
+    id, type: "number", min: control.allowed[0], max: control.allowed[1], step: control.whole ? 1 : "any",
+    placeholder: none, onchange: () => {
+      if (!number.reportValidity()) return;
+      const given = number.value === "" ? undefined : Number(number.value);
+      if (given !== undefined) slider.value = positionFor(control, given);
+      changed(given);
     },
   });
-  input.value = value ?? "";
-  return element("div", { className: "field" }, label, input);
+  number.value = value ?? "";
+  const slider = element("input", {
+    type: "range", min: 0, max: sliderSteps(control), step: 1, oninput: () => {
+      number.value = valueAt(control, Number(slider.value));
+      changed(Number(number.value));
+    },
+  });
+  slider.setAttribute("aria-label", `${words}, slider`);
+  slider.value = value === undefined ? 0 : positionFor(control, value);
+  return [slider, number];
 }
 
-// One control a property, into `parent`. `values` is read now and written on every change.
-export function controlsFor(parent, properties, values, changed, options = {}) {
-  parent.replaceChildren(...Object.entries(properties).map(([name, schema]) =>
-    controlFor(name, schema, values[name] ?? (options.optional ? undefined : schema.default), (value) => {
+function textFor(id, value, changed, most) {
+  const input = element("input", { id, type: "text", maxLength: most, onchange: () => changed(input.value || undefined) });
+  input.value = value ?? "";
+  return [input];
+}
+
+function vectorFor(id, words, count, value, changed) {
+  const inputs = Array.from({ length: count }, (_, i) => {
+    const input = element("input", { id: i === 0 ? id : undefined, type: "number", step: "any", onchange: () => {
+      const all = inputs.map((x) => Number(x.value));
+      if (inputs.every((x) => x.value !== "") && all.every(Number.isFinite)) changed(all);
+    } });
+    input.setAttribute("aria-label", `${words}, number ${i + 1} of ${count}`);
+    input.value = value?.[i] ?? "";
+    return input;
+  });
+  return [element("span", { className: "vector" }, ...inputs)];
+}
+
+// A labelled control for one field, or nothing for a field of objects. `changed` gets the new value;
+// undefined says "as if it were left out", which `none` gives a name to where that is a choice.
+export function controlFor(name, schema, value, changed, { none } = {}) {
+  const control = controlOf(name, schema);
+  const id = newId(name), words = wordsOf(name);
+  const inputs = {
+    switch: () => switchFor(id, value, changed),
+    choice: () => choiceFor(id, control.words, value, changed, none),
+    range: () => rangeFor(id, words, control, value, changed, none),
+    text: () => textFor(id, value, changed, control.most),
+    vector: () => vectorFor(id, words, control.count, value, changed),
+  }[control.kind]?.();
+  if (!inputs) return undefined;
+  const row = element("div", { className: `field ${control.kind}` },
+                      element("label", { htmlFor: id, title: schema.description ?? "" }, words), ...inputs);
+  row.dataset.field = name;
+  return explains(row, schema.description);
+}
+
+// One control a field, into `parent`; `values` is read now and written on every change. nones: what to call
+// "left out", by field.
+export function controlsFor(parent, schemas, values, changed, nones = {}) {
+  parent.replaceChildren(...Object.entries(schemas).flatMap(([name, schema]) => {
+    const none = nones[name] ?? (schema.default === undefined && schema.type !== "boolean" ? "none" : undefined);
+    return controlFor(name, schema, values[name], (value) => {
       if (value === undefined) delete values[name];
       else values[name] = value;
       changed();
-    }, options)));
+    }, { none }) ?? [];
+  }));
 }

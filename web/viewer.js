@@ -1,250 +1,279 @@
-// The page: state, wishes for frames, and what the answers say. Mathematics and HTTP are in the
-// modules beside it.
-import { Problem, curlOf, decisionText, getJson, planOf, queryOf, renderFrame, rounded } from "./api.js";
-import { fromDirection, fromLookAt, lensFor, orbit, pan, positionOf, walk, zoom } from "./camera.js";
-import { controlsFor, element, fillSelect } from "./controls.js";
-import { gestureOf, wheelZoom } from "./gestures.js";
-import { Latest, frameSize, movingPixels } from "./pace.js";
+// The page put together: the session, the hands on the picture, frames, panels, and the words about them.
+import { Problem, getJson, pixelOf, renderFrame, uploadScene } from "./api.js";
+import { focusOn, lensFor, lensOfPixel, pointAt, positionOf } from "./camera.js";
+import { ComparePanel } from "./compare_panel.js";
+import { controlFor, controlsFor } from "./controls.js";
+import { showCost } from "./cost_panel.js";
+import { $, fillSelect, segments, showBlob, tabs } from "./dom.js";
+import { filtersPart } from "./filters_part.js";
+import { Frames } from "./frames.js";
+import { Hands, flyPad } from "./hands.js";
+import { curlOf, queryOf } from "./links.js";
+import { showMaps } from "./maps_panel.js";
+import * as note from "./note.js";
+import { objectOf, wordsOf } from "./schema.js";
+import { Session } from "./session.js";
+import { TimeRow } from "./time_row.js";
+import { Wipe, wipeChoices } from "./wipe.js";
+import { millisecondsWords, problemWords } from "./words.js";
 
-const $ = (id) => document.getElementById(id);
-const kMovingMs = 90;       // what a frame may take while the camera moves
-const kRestMs = 160;        // stillness after which the full frame is asked for
-const kLeastPixels = 160 * 90;
-const calm = matchMedia("(prefers-reduced-motion: reduce)");
-
-const state = {
-  scene: undefined,   // GET v1/scenes/{id}
-  camera: undefined,  // see camera.js
-  start: undefined,   // where "Back to start" goes
-  values: { effects: {}, picture: {}, knobs: {}, preset: undefined, environment: "" },
-  limits: { maxPixels: 1280 * 720, maxEdge: 4096 },
-  moving: 320 * 180,  // pixels of a frame while moving
-};
+const reduced = matchMedia("(prefers-reduced-motion: reduce)");
+const calm = () => reduced.matches;
+let session, frames, hands, wipe, compare, time;
 
 // ---- frames ---------------------------------------------------------------------------------
 
-function requestFor(pixels) {
-  const box = $("stage").getBoundingClientRect();
-  const ratio = Math.min(2, devicePixelRatio || 1);
-  const [width, height] = frameSize(box.width, box.height, ratio, { ...state.limits, maxPixels: pixels });
-  const { values, camera } = state;
-  return rounded({
-    scene: state.scene.id,
-    camera: { position: positionOf(camera), target: camera.target, yfov: lensFor(camera.yfov, box.width / box.height) },
-    width,
-    height,
-    effects: values.effects,
-    accuracy: { preset: values.preset, ...values.knobs },
-    ...(values.environment ? { environment: { map: values.environment } } : {}),
-    ...values.picture,
-  });
+async function shown(answer, request, still) {
+  await showBlob($("frame"), answer.blob);
+  note.clear();
+  const { width, height } = request;
+  $("caption").textContent = `${width} × ${height} · ${millisecondsWords(answer.milliseconds)}`;
+  $("stage").classList.toggle("moving", !still);
+  if (!still) return;
+  showCost(answer, request);
+  if (wipe.on) {
+    const other = await renderFrame(wipe.right(frameRequest([width, height])));
+    await showBlob($("after"), other.blob);
+    wipe.show();
+  }
+  history.replaceState(null, "", `#${session.query()}`);
 }
 
-let shownUrl;
-async function show(blob) {
-  const url = URL.createObjectURL(blob);
-  $("frame").src = url;
-  await $("frame").decode().catch(() => {});
-  if (shownUrl) URL.revokeObjectURL(shownUrl);
-  shownUrl = url;
+const frameRequest = (size, options) => (session.camera ? session.request(size, options) : undefined);
+const changed = () => frames.changed();
+function moved() {
+  wipe.hide();
+  compare.viewChanged();
+  frames.moved();
 }
 
-const frames = new Latest(async ({ still }) => {
-  if (!state.camera) return;
-  const request = requestFor(still ? state.limits.maxPixels : state.moving);
-  try {
-    const answer = await renderFrame(request);
-    await show(answer.blob);
-    const pixels = request.width * request.height;
-    if (!still) {
-      state.moving = movingPixels({ pixels, milliseconds: answer.milliseconds }, kMovingMs,
-                                  { least: kLeastPixels, most: state.limits.maxPixels });
+// ---- scenes ---------------------------------------------------------------------------------
+
+const later = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
+
+// Waits until the scene is there, and tells how far it is. A scene that waits begins to load when a
+// frame of it is asked for.
+async function loadedScene(id) {
+  for (let failures = 0; $("scene").value === id;) {
+    try {
+      const scene = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
+      failures = 0;
+      if (scene.state === "ready") return scene;
+      if (scene.state === "failed") {
+        note.sayProblem(new Problem({ status: 422, title: "", errors: [{ pointer: id, detail: `could not be loaded: ${scene.failure ?? ""}` }] }));
+        return undefined;
+      }
+      note.sayProgress(`Loading ${id}`, scene.stage ?? "", scene.progress);
+      if (scene.state === "waiting") await renderFrame({ scene: id, width: 1, height: 1 });
+    } catch (problem) {
+      if (!(problem instanceof Problem)) throw problem;
+      if (problem.status !== 409) {
+        if (!problemWords(problem).waits) {
+          note.sayProblem(problem);
+          return undefined;
+        }
+        const seconds = problem.retryAfterSeconds ?? Math.min(10, 2 ** failures++);
+        note.sayProblem(problem, seconds);
+        await later(seconds);
+      }
     }
-    say("");
-    report(answer, request, still);
-    if (still) reportDecisions(await planOf(request));
+    await later(0.3);
+  }
+  return undefined;
+}
+
+async function chooseScene(id, view) {
+  const scene = await loadedScene(id);
+  if (!scene || $("scene").value !== id) return;
+  note.clear();
+  session.scene = scene;
+  const cameras = (scene.cameras ?? []).filter((c) => c.position && c.direction && c.yfov);
+  fillSelect($("camera"), [["", "default view"], ...cameras.map((c) => [c.name, c.name])], "");
+  $("camera-pick").hidden = cameras.length === 0;
+  session.useCamera("");
+  if (view) {
+    const { start } = session;
+    session.goTo(view);
+    session.start = start;
+  }
+  time.sceneChanged();
+  changed();
+}
+
+async function focus(x, y) {
+  const { clientWidth: width, clientHeight: height } = $("stage");
+  const { camera, scene } = session;
+  const lens = lensOfPixel(lensFor(camera.yfov, width / height), width, height, x, y);
+  const at = { scene: scene.id, camera: { position: positionOf(camera), target: camera.target }, time: session.time };
+  try {
+    const depth = await pixelOf(at, lens, "depth");
+    if (!(depth > 0)) return note.say("", "There is nothing there to focus on.");
+    hands.glideTo(focusOn(camera, pointAt(camera, lens, depth)));
   } catch (problem) {
     if (!(problem instanceof Problem)) throw problem;
-    sayProblem(problem);
-    if (problem.retryAfterSeconds) setTimeout(() => frames.ask({ still: true }), 1000 * problem.retryAfterSeconds);
+    note.sayProblem(problem);
   }
-});
-
-let rest;
-function moved() {
-  clearTimeout(rest);
-  rest = setTimeout(() => frames.ask({ still: true }), kRestMs);
-  frames.ask({ still: calm.matches });
-}
-const changed = () => frames.ask({ still: true });
-
-// ---- words ----------------------------------------------------------------------------------
-
-function say(text, bad = false) {
-  $("note").hidden = !text;
-  $("note").textContent = text;
-  $("note").classList.toggle("bad", bad);
 }
 
-function sayProblem({ title, detail, errors, status }) {
-  const lines = errors.map((e) => `${e.pointer}: ${e.detail}${e.allowed ? ` (allowed: ${e.allowed})` : ""}`);
-  say([status ? `${title} (${status})` : title, ...(lines.length ? lines : [detail])].join("\n"), true);
-}
+// ---- panels ---------------------------------------------------------------------------------
 
-function report({ timings, passes, milliseconds }, { width, height }, still) {
-  $("caption").textContent = `${width} x ${height}${still ? "" : ", moving"} in ${milliseconds.toFixed(0)} ms`;
-  $("passes").textContent = passes.length ? `Passes: ${passes.join(", ")}` : "";
-  const total = timings.find((t) => t.name === "total")?.milliseconds || 1;
-  $("timings").tBodies[0].replaceChildren(...timings.map(({ name, milliseconds: ms }) =>
-    element("tr", {},
-      element("td", {}, name),
-      element("td", {}, element("meter", { min: 0, max: total, value: ms, title: `${ms} of ${total} ms` })),
-      element("td", {}, `${ms.toFixed(1)} ms`))));
-}
-
-function reportDecisions({ decisions }) {
-  $("decisions").replaceChildren(...decisions.map((d) => {
-    const others = d.candidates.map((c) => `${c.method}: ${c.milliseconds.toFixed(1)} ms, error ${c.error.toFixed(2)}`);
-    return element("li", { title: others.join("\n") }, decisionText(d));
+function drawKnobs() {
+  segments($("preset"), "preset", session.presets, session.preset, (word) => {
+    session.preset = word;
+    drawKnobs();
+    changed();
+  });
+  $("knobs").replaceChildren(...Object.entries(session.knobSchemas).flatMap(([name, schema]) => {
+    const row = controlFor(name, schema, session.knobValue(name), (value) => {
+      if (value === undefined) delete session.knobs[name];
+      else session.knobs[name] = value;
+      row.classList.toggle("set", name in session.knobs);
+      $("knobs-reset").hidden = Object.keys(session.knobs).length === 0;
+      changed();
+    }, { none: session.knobValue(name) === undefined ? "none" : undefined });
+    row?.classList.toggle("set", name in session.knobs);
+    return row ?? [];
   }));
+  $("knobs-reset").hidden = Object.keys(session.knobs).length === 0;
+}
+
+function drawView(environments) {
+  const { properties } = session.schema;
+  controlsFor($("effects"), properties.effects.properties, session.effects, changed);
+  const { rotation, ...light } = properties.environment.properties;
+  controlsFor($("light"), { ...light, map: { ...light.map, enum: environments } }, session.environment, changed,
+              { map: "the scene's own" });
+  const heading = { type: "number", minimum: -180, maximum: 180, description: "turns the environment map about the vertical, degrees" };
+  if (rotation) {
+    $("light").append(controlFor("heading", heading, session.headingDegrees, (value) => {
+      session.headingDegrees = value ?? 0;
+      changed();
+    }));
+  }
+  controlsFor($("picture"), session.pictureSchemas, session.picture, changed);
 }
 
 async function copy(text, what) {
   try {
     await navigator.clipboard.writeText(text);
-    say(`Copied the ${what}.`);
+    $("copied").textContent = `Copied ${what}.`;
   } catch {
-    say(text);
+    $("copied").textContent = text;
   }
 }
 
-// ---- scenes ---------------------------------------------------------------------------------
-
-function goTo(view) {
-  state.camera = fromLookAt(view);
-  state.start = state.camera;
-  changed();
+function listenToCopies() {
+  const base = new URL(".", location.href).href;
+  const full = () => frameRequest(frames.size());
+  $("copy-link").addEventListener("click", () => copy(`${base}#${session.query()}`, "a link to this page and view"));
+  $("copy-picture").addEventListener("click", () => copy(`${base}v1/frames?${queryOf(full())}`,
+    session.filters.length ? "a link to the picture, without its filters" : "a link to the picture"));
+  $("copy-curl").addEventListener("click", () => copy(curlOf(full(), base), "the command"));
+  $("copy-json").addEventListener("click", () => copy(JSON.stringify(full(), null, 2), "the request"));
 }
 
-function chooseCamera(name) {
-  const { defaultView, cameras } = state.scene;
-  const camera = cameras.find((c) => c.name === name);
-  if (!camera) return goTo(defaultView);
-  const distance = Math.hypot(...camera.position.map((x, i) => x - defaultView.target[i])) || 1;
-  state.camera = fromDirection({ position: camera.position, direction: camera.direction, distance, yfov: camera.yfov });
-  state.start = state.camera;
-  changed();
-}
-
-async function chooseScene(id) {
-  try {
-    const scene = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
-    if (scene.state !== "ready") {
-      const percent = Math.round(100 * (scene.progress ?? 0));
-      say(scene.state === "failed" ? `${id} could not be loaded: ${scene.failure ?? ""}` : `Loading ${id}: ${scene.stage ?? ""} ${percent} %`, scene.state === "failed");
-      if (scene.state !== "failed") {
-        frames.ask({ still: true });  // the first frame makes a waiting scene load
-        setTimeout(() => $("scene").value === id && chooseScene(id), 400);
-      }
-      return;
+function listenToUpload(paths) {
+  if (!paths["/v1/scenes"]?.post) return;
+  $("upload-pick").hidden = false;
+  $("upload").addEventListener("change", async () => {
+    const [file] = $("upload").files;
+    if (!file) return;
+    try {
+      note.sayProgress(`Sending ${file.name}`, "");
+      const id = await uploadScene(file, "model/gltf-binary");
+      await listScenes(id);
+      await chooseScene(id);
+    } catch (problem) {
+      if (!(problem instanceof Problem)) throw problem;
+      note.sayProblem(problem);
     }
-    state.scene = { cameras: [], ...scene };
-    const usable = state.scene.cameras.filter((c) => c.position && c.direction && c.yfov);
-    fillSelect($("camera"), [["", "default view"], ...usable.map((c) => [c.name, c.name])], "");
-    chooseCamera("");
-  } catch (problem) {
-    if (!(problem instanceof Problem)) throw problem;
-    sayProblem(problem);
-    if (problem.status === 409) setTimeout(() => $("scene").value === id && chooseScene(id), 600);
-  }
+  });
 }
 
-// ---- hands ----------------------------------------------------------------------------------
+async function listScenes(chosen) {
+  const { scenes } = await getJson("v1/scenes");
+  const first = scenes.find((s) => s.id === chosen) ?? scenes.find((s) => s.default) ?? scenes[0];
+  fillSelect($("scene"), scenes.map((s) => [s.id, s.title || s.id]), first.id);
+}
 
-function listen() {
-  const stage = $("stage");
-  const points = new Map();
-  const side = () => Math.min(stage.clientWidth, stage.clientHeight);
-  stage.addEventListener("pointerdown", (e) => {
-    stage.setPointerCapture(e.pointerId);
-    points.set(e.pointerId, [e.clientX, e.clientY]);
+function listenToBar() {
+  const reset = () => hands.glideTo(session.start);
+  $("reset").addEventListener("click", reset);
+  for (const radio of document.querySelectorAll("input[name=mode]")) {
+    radio.addEventListener("change", () => {
+      hands.mode = radio.value;
+      $("pad").hidden = radio.value !== "fly";
+    });
+  }
+  $("help").addEventListener("click", () => {
+    $("keys").hidden = !$("keys").hidden;
+    $("help").setAttribute("aria-expanded", !$("keys").hidden);
   });
-  stage.addEventListener("pointermove", (e) => {
-    if (!points.has(e.pointerId) || !state.camera) return;
-    const before = [...points.values()].slice(0, 2);
-    points.set(e.pointerId, [e.clientX, e.clientY]);
-    const g = gestureOf(before, [...points.values()].slice(0, 2), side(), e.shiftKey || (e.buttons & 6) !== 0);
-    state.camera = g.kind === "orbit" ? orbit(state.camera, g.dx, g.dy) : zoom(pan(state.camera, g.dx, g.dy), g.zoom);
-    moved();
-  });
-  for (const end of ["pointerup", "pointercancel"]) stage.addEventListener(end, (e) => points.delete(e.pointerId));
-  stage.addEventListener("contextmenu", (e) => e.preventDefault());
-  stage.addEventListener("wheel", (e) => {
-    e.preventDefault();
-    if (!state.camera) return;
-    state.camera = zoom(state.camera, wheelZoom(e.deltaY, e.deltaMode));
-    moved();
-  }, { passive: false });
-
-  const turn = 0.06;
-  const keys = {
-    ArrowLeft: (c) => orbit(c, turn, 0), ArrowRight: (c) => orbit(c, -turn, 0),
-    ArrowUp: (c) => orbit(c, 0, turn), ArrowDown: (c) => orbit(c, 0, -turn),
-    "+": (c) => zoom(c, 1 / 1.1), "=": (c) => zoom(c, 1 / 1.1), "-": (c) => zoom(c, 1.1),
-    w: (c) => walk(c, c.distance / 20, 0, 0), s: (c) => walk(c, -c.distance / 20, 0, 0),
-    a: (c) => walk(c, 0, -c.distance / 20, 0), d: (c) => walk(c, 0, c.distance / 20, 0),
-    e: (c) => walk(c, 0, 0, c.distance / 20), q: (c) => walk(c, 0, 0, -c.distance / 20),
-    r: () => state.start,
-  };
-  stage.addEventListener("keydown", (e) => {
-    const action = keys[e.key] ?? keys[e.key.toLowerCase()];
-    if (!action || e.ctrlKey || e.metaKey || e.altKey || !state.camera) return;
-    e.preventDefault();
-    state.camera = action(state.camera);
-    moved();
-  });
-  new ResizeObserver(() => state.camera && moved()).observe(stage);
+  $("full-screen").hidden = !document.fullscreenEnabled;
+  $("full-screen").addEventListener("click", () =>
+    (document.fullscreenElement ? document.exitFullscreen() : $("left").requestFullscreen()).catch(() => {}));
+  hands = new Hands({ stage: $("stage"), session, moved, calm, focus, reset, play: () => time.toggle() });
+  flyPad($("pad"), hands);
+  new ResizeObserver(() => session.camera && moved()).observe($("stage"));
 }
 
 // ---- start ----------------------------------------------------------------------------------
 
 async function start() {
-  listen();
-  const [schema, renderer, { scenes }] = await Promise.all(
-    [getJson("openapi.json"), getJson("v1/renderer"), getJson("v1/scenes")]);
-  const fields = schema.components.schemas.FrameRequest.properties;
+  const [schema, renderer] = await Promise.all([getJson("openapi.json"), getJson("v1/renderer")]);
   $("renderer").textContent = `${renderer.renderer}${renderer.software ? ", software" : ""}`;
-  state.limits = { maxPixels: Math.min(renderer.limits.pixels, renderer.software ? 1280 * 720 : 2560 * 1440), maxEdge: renderer.limits.edge };
-
-  const { values } = state;
-  for (const [name, field] of Object.entries(fields.effects.properties)) values.effects[name] = field.default;
-  controlsFor($("effects"), fields.effects.properties, values.effects, changed);
-  controlsFor($("picture"), { toneMap: fields.toneMap, exposure: fields.exposure }, values.picture, changed);
-  const { preset, ...knobs } = fields.accuracy.oneOf[1].properties;
-  values.preset = fields.accuracy.default;
-  fillSelect($("preset"), preset.enum.map((word) => [word, word]), values.preset);
-  controlsFor($("knobs"), knobs, values.knobs, changed, { optional: true });
-  fillSelect($("environment"), [["", "the scene's own"], ...renderer.environments.map((e) => [e, e])], "");
-  fillSelect($("scene"), scenes.map((s) => [s.id, s.title || s.id]), (scenes.find((s) => s.default) ?? scenes[0]).id);
-
+  session = new Session(schema.components.schemas.FrameRequest);
+  const asked = session.read(location.hash);
+  const limits = { maxPixels: Math.min(renderer.limits.pixels, renderer.software ? 1280 * 720 : 2560 * 1440), maxEdge: renderer.limits.edge };
+  const box = () => ({ width: $("stage").clientWidth, height: $("stage").clientHeight, ratio: Math.min(2, devicePixelRatio || 1) });
+  frames = new Frames({ limits, box, calm, shown, failed: note.sayProblem, requestFor: (size, options) => {
+    const request = frameRequest(size, options);
+    return request && wipe.left(request);
+  } });
+  time = new TimeRow(session, moved);
+  wipe = new Wipe(wipeChoices(session.presets, Object.keys(session.effects), wordsOf), changed);
+  compare = new ComparePanel({ session, request: frameRequest, use: (accuracy) => {
+    const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
+    Object.assign(session, { preset, knobs });
+    drawKnobs();
+    changed();
+  }, size: (width) => {
+    const [w, h] = frames.size();
+    return [width, Math.max(1, Math.round((width * h) / w))];
+  } });
+  drawView(renderer.environments);
+  drawKnobs();
+  const { filters } = session.schema.properties;
+  if (filters && objectOf(filters.items).properties?.type?.enum) filtersPart(session, filters, changed);
+  $("knobs-reset").addEventListener("click", () => {
+    session.knobs = {};
+    drawKnobs();
+    changed();
+  });
+  tabs(document.querySelector("[role=tablist]"), () => { $("hint").textContent = ""; });
+  listenToBar();
+  listenToCopies();
+  listenToUpload(schema.paths);
+  $("maps-show").addEventListener("click", () => showMaps(frameRequest(frames.size())));
   $("scene").addEventListener("change", () => chooseScene($("scene").value));
-  $("camera").addEventListener("change", () => chooseCamera($("camera").value));
-  $("environment").addEventListener("change", () => {
-    values.environment = $("environment").value;
+  $("camera").addEventListener("change", () => {
+    session.useCamera($("camera").value);
     changed();
   });
-  $("preset").addEventListener("change", () => {
-    values.preset = $("preset").value;
-    changed();
-  });
-  $("reset").addEventListener("click", () => {
-    state.camera = state.start;
-    changed();
-  });
-  const full = () => requestFor(state.limits.maxPixels);
-  $("curl").addEventListener("click", () => copy(curlOf(full(), location.origin), "command"));
-  $("link").addEventListener("click", () => copy(`${location.origin}/v1/frames?${queryOf(full())}`, "link"));
-  await chooseScene($("scene").value);
+  addEventListener("hashchange", () => location.reload());
+  await listScenes(asked.scene);
+  await chooseScene($("scene").value, asked.view);
 }
 
-start().catch((problem) => (problem instanceof Problem ? sayProblem(problem) : say(String(problem), true)));
+// A server that is away while the page opens is asked again like any other.
+async function begin(failures = 1) {
+  try {
+    await start();
+  } catch (problem) {
+    if (!(problem instanceof Problem)) throw problem;
+    const seconds = problemWords(problem).waits && !session ? problem.retryAfterSeconds ?? Math.min(10, 2 ** (failures - 1)) : undefined;
+    note.sayProblem(problem, seconds);
+    if (seconds !== undefined) setTimeout(() => begin(failures + 1), 1000 * seconds);
+  }
+}
+begin();

@@ -61,6 +61,9 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
     EXPECT_EQ(properties["width"]["maximum"], 4096);
     EXPECT_EQ(properties["width"]["type"], "integer");
     EXPECT_EQ(properties["accuracy"]["default"], "standard");
+    const json& presets = properties["accuracy"]["oneOf"][1]["x-presets"];
+    EXPECT_EQ(presets.size(), 3u);
+    EXPECT_EQ(presets["draft"]["generations"], accuracyOf(Preset::draft).generations);
     EXPECT_EQ(properties["camera"]["properties"]["position"]["maxItems"], 3);
     for (auto [path, method] : routePaths()) {
         std::transform(method.begin(), method.end(), method.begin(), ::tolower);

@@ -1,0 +1,159 @@
+// From the schema to controls, from settings to requests, and links there and back.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { positionOf } from "../../web/camera.js";
+import { curlOf, queryOf, requestOf, rounded } from "../../web/links.js";
+import { controlOf, filterFields, newFilter, positionFor, sliderSteps, valueAt, wordsOf } from "../../web/schema.js";
+import { Session } from "../../web/session.js";
+import { spanOf } from "../../web/time_row.js";
+import { withChoice, wipeChoices } from "../../web/wipe.js";
+import { near } from "./near.mjs";
+
+const numbers = (count) => ({ type: "array", items: { type: "number" }, minItems: count, maxItems: count });
+const object = (properties) => ({ type: "object", properties });
+const flag = { type: "boolean", default: true };
+const knobs = {
+  preset: { type: "string", enum: ["draft", "standard"], default: "standard" },
+  generations: { type: "integer", minimum: 1, maximum: 8, default: 2 },
+  maxError: { type: "number", minimum: 1e-6, maximum: 1000 },
+};
+const filter = object({
+  type: { type: "string", enum: ["twirl", "convolve"], description: "which filter; needed" },
+  amount: { type: "number", minimum: -100, maximum: 100, description: "twirl, needed: radians" },
+  radius: { type: "number", minimum: 0, maximum: 8192, description: "pixels. twirl: how far. glow: how wide" },
+  kernel: { oneOf: [{ type: "string", enum: ["sharpen", "box"] }, numbers(9)], description: "convolve, needed: a name" },
+});
+const frame = object({
+  scene: { type: "string", maxLength: 128 },
+  camera: object({ position: numbers(3), target: numbers(3), yfov: { type: "number", minimum: 0.01, maximum: 3 } }),
+  width: { type: "integer", minimum: 1, maximum: 4096, default: 1280 },
+  height: { type: "integer", minimum: 1, maximum: 4096, default: 720 },
+  time: { type: "number", minimum: 0, maximum: 1e6, default: 0 },
+  effects: object({ emission: flag, refraction: flag }),
+  accuracy: { oneOf: [{ type: "string", enum: ["draft", "standard"] },
+                      { ...object(knobs), "x-presets": { draft: { generations: 1 }, standard: { generations: 2 } } }],
+              default: "standard" },
+  environment: object({ map: { type: "string", maxLength: 128 }, rotation: numbers(4), visible: flag,
+                        intensity: { type: "number", minimum: 0, maximum: 10000, default: 1 } }),
+  filters: { type: "array", maxItems: 8, items: filter },
+  toneMap: { type: "string", enum: ["neutral", "aces"], default: "neutral" },
+  exposure: { type: "number", minimum: -32, maximum: 32, default: 0 },
+});
+
+const scene = {
+  id: "hall", bounds: { min: [0, 0, 0], max: [3, 4, 12] }, defaultView: { position: [0, 2, 5], target: [0, 1, 0], yfov: 0.9 },
+  cameras: [{ name: "door", position: [1, 1, 1], direction: [0, 0, -1], yfov: 0.7 }],
+};
+function session() {
+  const made = new Session(frame);
+  made.scene = scene;
+  made.useCamera("");
+  return made;
+}
+
+// ---- controls ---------------------------------------------------------------------------------
+
+test("each kind of field gets its kind of control", () => {
+  assert.deepEqual(controlOf("x", flag), { kind: "switch" });
+  assert.deepEqual(controlOf("x", frame.properties.toneMap).words, ["neutral", "aces"]);
+  assert.deepEqual(controlOf("x", filter.properties.kernel), { kind: "choice", words: ["sharpen", "box"] });
+  assert.deepEqual(controlOf("x", numbers(4)), { kind: "vector", count: 4 });
+  assert.equal(controlOf("x", frame.properties.camera).kind, "other");
+  assert.equal(wordsOf("planarReflection"), "Planar reflection");
+});
+
+test("a slider's ends are the range's, whole numbers stay whole, and positions and values agree", () => {
+  for (const schema of [knobs.generations, { type: "integer", minimum: 16, maximum: 2048 }, { type: "number", minimum: 0.125, maximum: 1 },
+                        { type: "number", minimum: -32, maximum: 32 }]) {
+    const control = controlOf("x", schema);
+    assert.equal(valueAt(control, 0), schema.minimum);
+    assert.equal(valueAt(control, sliderSteps(control)), schema.maximum);
+    for (let at = 0; at <= sliderSteps(control); ++at) {
+      const value = valueAt(control, at);
+      if (schema.type === "integer") assert.ok(Number.isInteger(value));
+      assert.equal(valueAt(control, positionFor(control, value)), value);
+    }
+  }
+  assert.equal(sliderSteps(controlOf("generations", knobs.generations)), 7);
+  assert.deepEqual([controlOf("exposure", frame.properties.exposure).min, positionFor(controlOf("exposure", frame.properties.exposure), -30)], [-6, 0]);
+});
+
+test("a filter's fields are those that its type speaks of, and a new one has what it needs", () => {
+  assert.deepEqual(Object.keys(filterFields(filter, "twirl")), ["amount", "radius"]);
+  assert.deepEqual(newFilter(filter, "twirl"), { type: "twirl", amount: 1 });
+  assert.deepEqual(newFilter(filter, "convolve"), { type: "convolve", kernel: "sharpen" });
+});
+
+// ---- requests ---------------------------------------------------------------------------------
+
+test("a session begins with the server's defaults and its scene's view", () => {
+  const request = session().request([640, 360]);
+  assert.deepEqual(request, {
+    scene: "hall", camera: { position: [0, 2, 5], target: [0, 1, 0], yfov: 0.9 }, width: 640, height: 360,
+    effects: { emission: true, refraction: true }, accuracy: { preset: "standard" }, environment: { visible: true, intensity: 1 },
+    toneMap: "neutral", exposure: 0,
+  });
+  assert.deepEqual(session().request([64, 36], { draft: true }).accuracy, "draft");
+});
+
+test("a knob is the preset's until it is set", () => {
+  const made = session();
+  assert.equal(made.knobValue("generations"), 2);
+  made.preset = "draft";
+  assert.equal(made.knobValue("generations"), 1);
+  made.knobs.generations = 5;
+  assert.deepEqual([made.knobValue("generations"), made.accuracy], [5, { preset: "draft", generations: 5 }]);
+});
+
+test("a scene's camera looks where it says; speeds follow the scene's size", () => {
+  const made = session();
+  made.useCamera("door");
+  near(positionOf(made.camera), [1, 1, 1]);
+  near([made.camera.yaw, made.camera.pitch], [0, 0]);
+  assert.equal(made.reach, 13);
+});
+
+test("an address gives back the same view and settings", () => {
+  const made = session();
+  made.useCamera("door");
+  Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }] });
+  made.effects.refraction = false;
+  made.environment.map = "a b";
+  made.picture.exposure = -1.25;
+  const other = new Session(frame);
+  const { scene: id, view } = other.read(`#${made.query()}`);
+  assert.equal(id, "hall");
+  other.scene = scene;
+  other.goTo(view);
+  assert.deepEqual(other.request([300, 200]), made.request([300, 200]));
+});
+
+test("an old or broken address does no harm", () => {
+  const made = session();
+  const { scene: id, view } = made.read("#scene&effects.emission=maybe&gone=1&camera.gone.deep=2&exposure=x&__proto__.a=1&%zz=%zz&accuracy=best");
+  assert.deepEqual([id, view], [undefined, undefined]);
+  assert.deepEqual(made.request([640, 360]), session().request([640, 360]));
+});
+
+test("a request becomes a link and a command", () => {
+  const request = rounded({ scene: "a b", camera: { position: [1, 2.00000001, 3] }, effects: { emission: false } });
+  assert.equal(queryOf(request), "scene=a%20b&camera.position=1,2,3&effects.emission=false");
+  assert.deepEqual(requestOf(queryOf(request), frame), request);
+  assert.equal(queryOf({ filters: [{ type: "twirl" }] }), "");
+  assert.ok(curlOf({ scene: "it's" }, "http://h/").includes(`it'\\''s`));
+});
+
+test("the wipe's sides are the same view with another accuracy or with effects off", () => {
+  const request = session().request([64, 36]);
+  assert.deepEqual(withChoice(request, "now"), request);
+  assert.equal(withChoice(request, "preset:draft").accuracy, "draft");
+  assert.deepEqual(withChoice(request, "off:emission").effects, { emission: false, refraction: true });
+  assert.deepEqual(withChoice(request, "off:all").effects, { emission: false, refraction: false });
+  assert.deepEqual(wipeChoices(["draft"], ["emission"], wordsOf).map(([key]) => key), ["now", "preset:draft", "off:emission", "off:all"]);
+});
+
+test("the time slider spans the longest clip, and is away where nothing moves", () => {
+  assert.equal(spanOf({}), 0);
+  assert.equal(spanOf({ animations: [{ name: "a", duration: 2 }, { name: "b", duration: 3 }] }), 3);
+});

@@ -1,0 +1,110 @@
+// From the server's own schema (/openapi.json) to what a control needs, and from strings of a link
+// back to values. Pure: a field that the server gains gets its control here without a line of code.
+
+// Where the sensible stretch is shorter than the allowed one: [least, most].
+const kStretches = {
+  exposure: [-6, 6], intensity: [0, 4], amount: [-6.28, 6.28], strength: [0, 4], threshold: [0, 8],
+  radius: [0, 600],
+};
+const kSliderSteps = 200;
+
+// planarReflection -> Planar reflection
+export const wordsOf = (name) => {
+  const words = name.replace(/([A-Z])/g, (c) => ` ${c.toLowerCase()}`);
+  return words[0].toUpperCase() + words.slice(1);
+};
+
+// The object among the ways a value may be given.
+export const objectOf = (schema) => (schema.oneOf ?? [schema]).find((s) => s.type === "object") ?? schema;
+
+// -> { kind: "switch" | "choice" | "range" | "vector" | "text" | "other", … }
+export function controlOf(name, schema) {
+  const named = schema.oneOf?.find((s) => s.enum);
+  if (named) return controlOf(name, named);  // the other ways to give it are for programs
+  if (schema.type === "boolean") return { kind: "switch" };
+  if (schema.enum) return { kind: "choice", words: schema.enum };
+  if (schema.type === "array" && schema.items?.type === "number") {
+    return { kind: "vector", count: schema.maxItems ?? schema.minItems ?? 3 };
+  }
+  if (schema.type === "string") return { kind: "text", most: schema.maxLength };
+  if (schema.type !== "number" && schema.type !== "integer") return { kind: "other" };
+  const whole = schema.type === "integer";
+  const [low, high] = kStretches[name] ?? [schema.minimum, schema.maximum];
+  const min = Math.max(low, schema.minimum), max = Math.min(high, schema.maximum);
+  return { kind: "range", whole, min, max, logarithmic: min > 0 && max / min >= 30,
+           allowed: [schema.minimum, schema.maximum] };
+}
+
+// A slider has positions 0 … sliderSteps(); far-flung ranges go by powers.
+export const sliderSteps = ({ whole, logarithmic, min, max }) =>
+  whole && !logarithmic && max - min <= kSliderSteps ? max - min : kSliderSteps;
+
+export function valueAt(control, position) {
+  const { min, max, whole, logarithmic } = control;
+  const t = position / sliderSteps(control);
+  const value = logarithmic ? min * (max / min) ** t : min + (max - min) * t;
+  return whole ? Math.round(value) : Number(value.toPrecision(3));
+}
+
+export function positionFor(control, value) {
+  const { min, max, logarithmic } = control;
+  const inside = Math.min(max, Math.max(min, value));
+  const t = logarithmic ? Math.log(inside / min) / Math.log(max / min) : (inside - min) / (max - min);
+  return Math.round(t * sliderSteps(control));
+}
+
+// A list item's fields that belong to its type: the descriptions begin with the types they are for, as in
+// "convolve, needed: …" or "pixels. twirl: …; glow: …".
+export function filterFields(item, type) {
+  return Object.fromEntries(Object.entries(item.properties).filter(([name, { description = "" }]) =>
+    name !== "type" && new RegExp(`\\b${type}(, needed)?:`).test(description)));
+}
+
+// Such an item with what it cannot be without: the first word, or a plain number.
+export function newFilter(item, type) {
+  const made = { type };
+  for (const [name, schema] of Object.entries(filterFields(item, type))) {
+    if (!schema.description.includes(`${type}, needed`)) continue;
+    const control = controlOf(name, schema);
+    if (control.kind === "choice") made[name] = control.words[0];
+    if (control.kind === "range") made[name] = Math.min(control.max, Math.max(control.min, 1));
+  }
+  return made;
+}
+
+// Every field's default, nested objects and all; lists and fields without one are left out.
+export function defaultsOf(schema) {
+  const values = {};
+  for (const [name, field] of Object.entries(schema.properties ?? {})) {
+    if (field.default !== undefined) values[name] = field.default;
+    else if (field.type === "object") {
+      const inner = defaultsOf(field);
+      if (Object.keys(inner).length) values[name] = inner;
+    }
+  }
+  return values;
+}
+
+// A link's text as the value that the schema asks for; undefined where it is none.
+export function valueOf(schema, text) {
+  const object = objectOf(schema);
+  if (schema.oneOf && schema.oneOf.some((s) => s.enum?.includes(text))) return text;
+  if (object.type === "boolean") return { true: true, false: false, 1: true, 0: false }[text];
+  if (object.enum) return object.enum.includes(text) ? text : undefined;
+  if (object.type === "number" || object.type === "integer") {
+    return text.trim() !== "" && Number.isFinite(Number(text)) ? Number(text) : undefined;
+  }
+  if (object.type === "array" && object.items?.type === "number") {
+    const list = text.split(",").map(Number);
+    return list.every(Number.isFinite) ? list : undefined;
+  }
+  if (object.type === "array" || object.type === "object") {
+    try {
+      const value = JSON.parse(text);
+      return Array.isArray(value) === (object.type === "array") ? value : undefined;
+    } catch {
+      return undefined;
+    }
+  }
+  return text;
+}
