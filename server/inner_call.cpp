@@ -3,6 +3,8 @@
 #include "server/routes.h"
 #include "server/service.h"
 
+#include <nlohmann/json.hpp>
+
 namespace clerestory {
 namespace {
 
@@ -37,6 +39,12 @@ Answer frame(Service& service, const std::string& body, const std::string& reque
 }
 
 }  // namespace
+
+Answer InnerFailure::answer() const {
+    return {.status = nlohmann::json::parse(problem_).value("status", 500),
+            .type = "application/problem+json",
+            .body = problem_};
+}
 
 ExplainedFrame explainedFrame(Service& service, const std::string& body,
                               const std::string& requestId) {

@@ -16,6 +16,7 @@ public:
     explicit InnerFailure(std::string problem)
         : std::runtime_error("a frame was refused"), problem_(std::move(problem)) {}
     const std::string& problem() const { return problem_; }  // the problem document
+    Answer answer() const;                                   // the same to a client
 
 private:
     std::string problem_;

@@ -85,6 +85,19 @@ ordered_json jobOperation(const char* summary) {
             {"responses", answers("the job", jsonContent(reference("Job")))}};
 }
 
+ordered_json streamParameters() {
+    const auto one = [](const char* name, const char* words, ordered_json schema) {
+        return ordered_json{
+            {"name", name}, {"in", "query"}, {"description", words}, {"schema", std::move(schema)}};
+    };
+    ordered_json list = frameQueryParameters();
+    list.push_back(one("view", "a live view's name", {{"type", "string"}}));
+    list.push_back(one("fps", "most frames a second",
+                       {{"type", "number"}, {"minimum", 0.1}, {"maximum", 60}, {"default", 15}}));
+    list.push_back(one("play", "1: time runs", {{"type", "string"}, {"enum", {"0", "1"}}}));
+    return list;
+}
+
 ordered_json paths() {
     ordered_json query = frameQueryParameters();
     query.push_back(explainParameter());
@@ -138,6 +151,25 @@ ordered_json paths() {
              {{"required", true}, {"content", jsonContent(reference("SequenceRequest"))}}},
             {"responses", answers("the files", {{kTarType, ordered_json::object()},
                                                 {"multipart/mixed", ordered_json::object()}})}}}}},
+        {"/v1/views/{name}",
+         {{"put",
+           {{"summary", "What a live view shows from now on"},
+            {"parameters", pathParameters({"name"})},
+            {"requestBody", frameBody()},
+            {"responses",
+             {{"204", {{"description", "whoever watches it sees this"}}},
+              {"default", problemAnswer("what went wrong, with every wrong field")}}}}},
+          {"get",
+           {{"summary", "What a live view shows"},
+            {"parameters", pathParameters({"name"})},
+            {"responses", answers("a frame's body", jsonContent(reference("FrameRequest")))}}}}},
+        {"/v1/stream",
+         {{"get",
+           {{"summary", "A view as motion JPEG, drawn anew when it changes"},
+            {"description", "view names a live view; without it the query is a frame's link."},
+            {"parameters", streamParameters()},
+            {"responses", answers("parts of a picture each",
+                                  {{"multipart/x-mixed-replace", ordered_json::object()}})}}}}},
         {"/v1/jobs/{id}",
          {{"get", jobOperation("How far a job is, and what came out")},
           {"delete", jobOperation("Cancels a job; what is done stays done")}}},

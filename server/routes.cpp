@@ -4,6 +4,7 @@
 #include "server/comparisons.h"
 #include "server/frames.h"
 #include "server/job_routes.h"
+#include "server/live.h"
 #include "server/openapi.h"
 #include "server/page.h"
 #include "server/scene_json.h"
@@ -99,6 +100,9 @@ constexpr Route kRoutes[] = {
     {"/v1/plans", "POST", postPlan},
     {"/v1/comparisons", "POST", postComparison},
     {"/v1/sequences", "POST", postSequence},
+    {"/v1/views/{name}", "PUT", putView},
+    {"/v1/views/{name}", "GET", getView},
+    {"/v1/stream", "GET", getStream},
     {"/v1/jobs/{id}", "GET", getJob},
     {"/v1/jobs/{id}", "DELETE", cancelJob},
     {"/v1/jobs/{id}/pictures/{number}", "GET", getJobPicture},

@@ -19,7 +19,7 @@ using nlohmann::json;
 // What one frame came to: its files, or the problem document that says why not.
 struct Outcome {
     std::vector<SequenceFile> files;
-    std::optional<json> problem;
+    std::optional<InnerFailure> failure;
 };
 
 // Outlives the route: the stream runs when its answer is already on the way.
@@ -39,7 +39,7 @@ struct Run {
                                          nlohmann::ordered_json::parse(frame.plan)};
                     })};
         } catch (const InnerFailure& failure) {
-            return {.problem = json::parse(failure.problem())};
+            return {.failure = failure};
         }
     }
 
@@ -51,8 +51,8 @@ struct Run {
             if (i + 1 < sequence.frames.size()) {
                 next = std::async(std::launch::async, [this, i] { return frame(i + 1); });
             }
-            if (outcome.problem) {
-                manifest.addFailure(i, *outcome.problem);
+            if (outcome.failure) {
+                manifest.addFailure(i, json::parse(outcome.failure->problem()));
             } else {
                 for (const SequenceFile& file : outcome.files) {
                     if (!archive.add(file.name, file.type, file.bytes)) return false;
@@ -84,11 +84,7 @@ Answer postSequence(Service& service, const Call& call) {
                                          .slot = service.streams().take()});
     // What is wrong with the first frame is mostly wrong with all: it still has a status.
     auto first = std::make_shared<Outcome>(run->frame(run->sequence.first));
-    if (first->problem) {
-        return {.status = first->problem->value("status", 500),
-                .type = "application/problem+json",
-                .body = first->problem->dump()};
-    }
+    if (first->failure) return first->failure->answer();
     Answer answer{.type = run->multipart ? kMultipartType : kTarType};
     answer.headers = {{"Cache-Control", "no-store"}};
     answer.stream = [run, first](const Sink& sink) {

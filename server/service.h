@@ -4,6 +4,7 @@
 #include "server/budgets.h"
 #include "server/config.h"
 #include "server/jobs.h"
+#include "server/live_views.h"
 #include "server/metrics.h"
 #include "server/streams.h"
 #include "server/truths.h"
@@ -35,6 +36,7 @@ public:
     Truths& truths() { return truths_; }
     Budgets& budgets() { return budgets_; }
     Streams& streams() { return streams_; }
+    LiveViews& views() { return views_; }
     // Whoever sends for longer than a frame takes looks at it now and then.
     bool stopping() const { return stopping_; }
 
@@ -52,6 +54,7 @@ private:
     Truths truths_;
     Budgets budgets_;
     Streams streams_;
+    LiveViews views_;
     std::atomic<bool> stopping_{false};
     Jobs jobs_;  // its work uses all of the above
     std::thread listener_;

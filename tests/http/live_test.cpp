@@ -1,0 +1,179 @@
+// Live views: what is put is seen, by all who watch, and once more when it rests.
+#include "tests/support/test_server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <future>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+std::string viewFrom(double x) {
+    return smallFrame(R"("camera": {"position": [)" + std::to_string(x) +
+                      R"(, 1, 2], "target": [0, 1, 0]})");
+}
+
+// Somebody who watches until he has seen enough.
+class Watcher {
+public:
+    Watcher(TestServer& server, const std::string& link) : client_(server.client()) {
+        thread_ = std::thread([this, link] {
+            client_.Get(
+                link,
+                [&](const httplib::Response& response) {
+                    type = response.get_header_value("Content-Type");
+                    return response.status == 200;
+                },
+                [&](const char* data, std::size_t n) {
+                    const std::lock_guard lock(mutex_);
+                    text_.append(data, n);
+                    return !leaving_;
+                });
+        });
+    }
+    ~Watcher() { leave(); }
+    void leave() {
+        leaving_ = true;
+        client_.stop();
+        if (thread_.joinable()) thread_.join();
+    }
+
+    // Waits for that many pictures; those whole so far.
+    std::vector<std::string> pictures(std::size_t wanted) {
+        for (int i = 0; i < 1500; ++i) {
+            if (const auto seen = parsed(); seen.size() >= wanted) return seen;
+            std::this_thread::sleep_for(10ms);
+        }
+        ADD_FAILURE() << "only " << parsed().size() << " of " << wanted << " pictures came";
+        return std::vector<std::string>(wanted);
+    }
+
+    std::string type;
+
+private:
+    std::vector<std::string> parsed() {
+        const std::lock_guard lock(mutex_);
+        std::vector<std::string> list;
+        const std::string mark = "Content-Length: ";
+        for (std::size_t at = 0; (at = text_.find("--frame\r\n", at)) != std::string::npos;) {
+            const std::size_t length = text_.find(mark, at), head = text_.find("\r\n\r\n", at);
+            if (length == std::string::npos || head == std::string::npos) break;
+            const std::size_t n = std::stoull(text_.substr(length + mark.size()));
+            if (head + 4 + n > text_.size()) break;
+            list.push_back(text_.substr(head + 4, n));
+            at = head + 4 + n;
+        }
+        return list;
+    }
+
+    httplib::Client client_;
+    std::thread thread_;
+    std::mutex mutex_;
+    std::string text_;
+    std::atomic<bool> leaving_{false};
+};
+
+std::string frameOf(httplib::Client& client, const std::string& body) {
+    return postJson(client, "/v1/frames", body)->body;
+}
+
+int put(httplib::Client& client, const std::string& name, const std::string& body) {
+    return client.Put("/v1/views/" + name, body, "application/json")->status;
+}
+
+TEST(Live, AStreamFollowsItsViewAndSendsTheLastFrameOnceMore) {
+    TestServer server;
+    auto client = server.client();
+    ASSERT_EQ(put(client, "desk", viewFrom(0)), 204);
+    EXPECT_EQ(json::parse(client.Get("/v1/views/desk")->body), json::parse(viewFrom(0)));
+    Watcher watcher(server, "/v1/stream?view=desk&fps=60");
+    const auto still = watcher.pictures(2);
+    EXPECT_EQ(watcher.type, "multipart/x-mixed-replace; boundary=frame");
+    EXPECT_EQ(still[0], frameOf(client, viewFrom(0)));
+    EXPECT_EQ(still[1], still[0]);
+    ASSERT_EQ(put(client, "desk", viewFrom(0.5)), 204);
+    const auto moved = watcher.pictures(4);
+    EXPECT_EQ(moved[2], frameOf(client, viewFrom(0.5)));
+    EXPECT_EQ(moved[3], moved[2]);
+    watcher.leave();
+}
+
+TEST(Live, ManyWatchersCostOneFrame) {
+    TestServer server;
+    auto client = server.client();
+    const auto drawn = [&] {
+        return server.service().queue().run(10s, [](Renderer& r) { return r.counters().frames; });
+    };
+    ASSERT_EQ(put(client, "stage", viewFrom(0)), 204);
+    const auto before = drawn();
+    std::vector<std::unique_ptr<Watcher>> watchers;
+    for (int i = 0; i < 5; ++i) {
+        watchers.push_back(std::make_unique<Watcher>(server, "/v1/stream?view=stage"));
+    }
+    for (auto& watcher : watchers) watcher->pictures(2);
+    EXPECT_EQ(drawn(), before + 1);
+}
+
+TEST(Live, ALinkIsAStreamOfItsOwn) {
+    auto client = sharedServer().client();
+    Watcher watcher(sharedServer(),
+                    "/v1/stream?scene=six-walls&width=64&height=48&eye=0,1,2&target=0,1,0");
+    EXPECT_EQ(watcher.pictures(1)[0], frameOf(client, viewFrom(0)));
+}
+
+TEST(Live, RefusesWhatIsNoView) {
+    auto client = sharedServer().client();
+    problemOf(client.Get("/v1/stream?view=nobody"), 404);
+    problemOf(client.Get("/v1/views/nobody"), 404);
+    EXPECT_EQ(problemOf(client.Get("/v1/stream?fps=0"), 422)["errors"][0]["pointer"], "/fps");
+    EXPECT_EQ(problemOf(client.Get("/v1/stream?play=2"), 422)["errors"][0]["pointer"], "/play");
+    EXPECT_EQ(problemOf(client.Get("/v1/stream?view=a&width=3"), 422)["errors"][0]["pointer"],
+              "/view");
+    EXPECT_EQ(problemOf(client.Get("/v1/stream?output.format=png"), 422)["errors"][0]["pointer"],
+              "/output");
+    EXPECT_EQ(problemOf(client.Get("/v1/stream?camera=nobody"), 422)["errors"][0]["pointer"],
+              "/camera/name");
+    const auto refused = client.Put("/v1/views/a%20b", "{}", "application/json");
+    EXPECT_EQ(problemOf(refused, 422)["errors"][0]["pointer"], "/name");
+    EXPECT_EQ(put(client, "x", R"({"widht": 3})"), 422);
+}
+
+TEST(Live, AViewThatCannotBeDrawnLeavesThePictureAndGoesOn) {
+    TestServer server;
+    auto client = server.client();
+    ASSERT_EQ(put(client, "v", viewFrom(0)), 204);
+    Watcher watcher(server, "/v1/stream?view=v&fps=60");
+    const auto first = watcher.pictures(1);
+    ASSERT_EQ(put(client, "v", smallFrame(R"("camera": {"name": "nobody"})")), 204);
+    std::this_thread::sleep_for(300ms);
+    ASSERT_EQ(put(client, "v", viewFrom(0.25)), 204);
+    const std::string last = frameOf(client, viewFrom(0.25));
+    bool seen = false;
+    for (std::size_t n = 2; n < 12 && !seen; ++n) seen = watcher.pictures(n).back() == last;
+    EXPECT_TRUE(seen);
+}
+
+TEST(Live, StreamsEndWithTheServiceAndAreBounded) {
+    auto server = std::make_unique<TestServer>();
+    std::vector<std::unique_ptr<Watcher>> watchers;
+    for (int i = 0; i < 16; ++i) {
+        watchers.push_back(std::make_unique<Watcher>(*server, "/v1/stream?width=32&height=24"));
+    }
+    for (auto& watcher : watchers) watcher->pictures(1);
+    auto client = server->client();
+    const auto refused = client.Get("/v1/stream?width=32&height=24");
+    EXPECT_EQ(problemOf(refused, 503)["title"], "Too many streams");
+    EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    const auto begun = std::chrono::steady_clock::now();
+    server->stop();
+    for (auto& watcher : watchers) watcher->leave();
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, 8s);
+}
+
+}  // namespace
+}  // namespace clerestory::test
