@@ -21,6 +21,7 @@ std::string keyOf(Service& service, const Scene& scene, const FrameRequest& requ
     frame.output = {};
     frame.toneMap = {};
     frame.exposure = 0.0;
+    frame.filters.clear();
     return contentText(service, scene, frame);
 }
 

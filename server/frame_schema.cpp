@@ -42,6 +42,13 @@ template <class T>
 ordered_json schemaOf(const T*, const Choice<T>& choice) {
     return {{"type", "string"}, {"enum", wordsOf(choice)}};
 }
+template <class E, std::size_t N>
+ordered_json schemaOf(const std::variant<E, std::array<double, N>>*,
+                      const ChoiceOrNumbers<E>& kind) {
+    return {{"oneOf",
+             {schemaOf(static_cast<const E*>(nullptr), kind.choice),
+              schemaOf(static_cast<const std::array<double, N>*>(nullptr), kind.range)}}};
+}
 template <class T>
 ordered_json schemaOf(const T*, const Nested&) {
     return objectSchema<T>();

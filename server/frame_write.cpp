@@ -24,6 +24,14 @@ template <class E>
 ordered_json member(E value, const Choice<E>& choice) {
     return std::string(wordFor(choice, value));
 }
+template <class T>
+ordered_json member(const T& value, const Range& range);
+template <class E, std::size_t N>
+ordered_json member(const std::variant<E, std::array<double, N>>& value,
+                    const ChoiceOrNumbers<E>& kind) {
+    if (const E* word = std::get_if<E>(&value)) return member(*word, kind.choice);
+    return member(std::get<1>(value), kind.range);
+}
 template <class S>
 ordered_json member(const S& value, const Nested&) {
     return written(value);

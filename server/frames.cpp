@@ -146,8 +146,9 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     answer.headers.emplace_back("Clerestory-Passes", compactPasses(drawn.frame.plan));
     if (pick) {
         answer.headers.emplace_back("Clerestory-Accuracy", pick->words);
-        // Examining every target takes longer than the frame.
-        if (asked != Explain::health) service.budgets().drawn(*pick, drawn.drawMs);
+        // Examining every target takes longer than the frame, and so do filters, which no curve
+        // knows.
+        if (asked != Explain::health && request.filters.empty()) service.budgets().drawn(*pick, drawn.drawMs);
     }
     if (explain) addExplanation(answer, drawn.frame, etag);
     return answer;

@@ -43,6 +43,9 @@ int runReference(const CommandLine& line) {
     if (request.output.channel != Channel::color) {
         throw std::runtime_error("a reference has no channel but color");
     }
+    if (!request.filters.empty()) {
+        throw std::runtime_error("a reference is the truth before filters: leave them out");
+    }
     const Scene scene = sceneFor(command.scene);
     const EnvironmentMaps maps = environmentsOf(line, request);
     const EnvironmentMap& lighting = lightingOf(maps, scene, request);

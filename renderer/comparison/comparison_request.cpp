@@ -40,6 +40,10 @@ std::vector<FieldError> problems(const ComparisonRequest& request) {
         errors.push_back({"/samples", "makes too many paths with this size",
                           "width * height * samples of at most " + field::numberText(kMostPaths)});
     }
+    if (!request.frame.filters.empty()) {
+        errors.push_back({"/filters", "stand beside a comparison, whose truth has none",
+                          "an empty list: the frame is compared before its filters"});
+    }
     const FieldError budget{"/accuracy", "is a budget, which has no error of its own",
                             "a preset or knobs"};
     if (request.frame.accuracy.isBudget()) errors.push_back(budget);

@@ -37,6 +37,7 @@ FrameRequest small(const FrameRequest& frame) {
 
 FrameRequest with(FrameRequest request, const Accuracy& accuracy, OutputFormat format) {
     request.accuracy = accuracy;
+    request.filters.clear();  // the truth has none
     request.output = {.format = format};
     return request;
 }

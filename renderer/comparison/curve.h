@@ -29,7 +29,7 @@ using TraceTruth =
 inline constexpr double kCurveTracingShare = 0.3;
 
 // Errors are measured on a smaller picture of the same view (at most 320 texels wide or high), so
-// that the truth takes seconds; milliseconds at the frame's own size. `progress` as compare()'s.
+// that the truth takes seconds; milliseconds at the frame's own size. Filters are left out of both. `progress` as compare()'s.
 // Throws what `trace` and `draw` throw.
 std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& trace,
                                   const DrawFrame& draw,

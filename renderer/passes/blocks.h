@@ -21,7 +21,7 @@ using glm::vec4, glm::ivec4, glm::mat4;
 static_assert(sizeof(ViewBlock) == 224);
 static_assert(sizeof(ReflectionBlock) == 144);
 static_assert(sizeof(MaterialBlock) == 320);
-static_assert(sizeof(FilterBlock) == 16);
+static_assert(sizeof(FilterBlock) == 64);
 
 template <class Block>
 std::span<const std::byte> bytesOf(const Block& block) {

@@ -81,6 +81,24 @@ void Executor::runPass(const PassInput& input) {
         case PassKind::channel:
             runChannelPass(resources_, input);
             break;
+        case PassKind::twirl:
+            runTwirlPass(resources_, input);
+            break;
+        case PassKind::convolve:
+            runConvolvePass(resources_, input);
+            break;
+        case PassKind::glowBright:
+            runGlowBrightPass(resources_, input);
+            break;
+        case PassKind::glowDown:
+            runGlowDownPass(resources_, input);
+            break;
+        case PassKind::glowUp:
+            runGlowUpPass(resources_, input);
+            break;
+        case PassKind::glow:
+            runGlowPass(resources_, input);
+            break;
         case PassKind::toneMap:
             runToneMapPass(resources_, input);
             break;

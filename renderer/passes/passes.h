@@ -53,6 +53,12 @@ void runBackFacesPass(PassResources& resources, const PassInput& input);
 void runBackdropPass(const PassInput& input);
 void runGlassPass(PassResources& resources, const PassInput& input);
 void runChannelPass(PassResources& resources, const PassInput& input);
+void runTwirlPass(PassResources& resources, const PassInput& input);
+void runConvolvePass(PassResources& resources, const PassInput& input);
+void runGlowBrightPass(PassResources& resources, const PassInput& input);
+void runGlowDownPass(PassResources& resources, const PassInput& input);
+void runGlowUpPass(PassResources& resources, const PassInput& input);
+void runGlowPass(PassResources& resources, const PassInput& input);
 void runToneMapPass(PassResources& resources, const PassInput& input);
 void runEdgeFilterPass(PassResources& resources, const PassInput& input);
 

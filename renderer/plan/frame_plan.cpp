@@ -79,6 +79,18 @@ std::string_view nameOf(PassKind kind) {
             return "glass";
         case PassKind::channel:
             return "channel";
+        case PassKind::twirl:
+            return "twirl";
+        case PassKind::convolve:
+            return "convolve";
+        case PassKind::glowBright:
+            return "glowBright";
+        case PassKind::glowDown:
+            return "glowDown";
+        case PassKind::glowUp:
+            return "glowUp";
+        case PassKind::glow:
+            return "glow";
         case PassKind::toneMap:
             return "toneMap";
         case PassKind::edgeFilter:

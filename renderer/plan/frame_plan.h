@@ -95,6 +95,17 @@ struct TargetSpec {
     bool operator==(const TargetSpec&) const = default;
 };
 
+// The numbers of a pass that filters a picture; each kind reads its own.
+struct PictureFilter {
+    float turn = 0.0f;              // twirl: radians per pixel of distance from the centre
+    float radius = 0.0f;            // twirl: pixels; farther out nothing turns
+    std::array<float, 9> kernel{};  // convolve: row by row, first row on top
+    bool repeat = false;            // convolve: beyond a border lies the opposite one
+    float threshold = 0.0f;         // glowBright, glow: radiance
+    float share = 0.0f;             // glowUp: of the wider one; glow: of what is bright
+    bool operator==(const PictureFilter&) const = default;
+};
+
 // Light that a surface mirrors from a picture drawn for it, instead of from the environment map.
 struct ReflectedPicture {
     TargetId target = kNoTarget;
@@ -121,9 +132,15 @@ enum class PassKind {
     surface,      // draws the scene from one view: depth, opaque, masked, sky, blended
     backFaces,    // the far sides of solid glass, as normals and distances
     backdrop,     // copies what lies behind glass, before the glass is drawn
-    glass,    // draws a layer of glass over what its backdrop holds, then what is blended over it
-    channel,  // draws depth, normals or ids instead of colour
-    toneMap,  // linear radiance -> display colour
+    glass,     // draws a layer of glass over what its backdrop holds, then what is blended over it
+    channel,   // draws depth, normals or ids instead of colour
+    twirl,     // turns a picture about its centre
+    convolve,  // weighs each pixel with its eight neighbours
+    glowBright,  // what is bright in a picture, half as large
+    glowDown,    // the same half as large again
+    glowUp,      // adds a wider spread to the next narrower one
+    glow,        // puts spread light back into the picture it came from
+    toneMap,     // linear radiance -> display colour
     edgeFilter,  // smooths edges of the display colour
 };
 enum class Effect { base, emission, refraction, planarReflection, environmentReflection, filters };
@@ -148,6 +165,7 @@ struct Pass {
     std::vector<Draw> opaqueDraws;   // masked ones last
     std::vector<Draw> blendedDraws;  // far to near
     bool sky = false;
+    PictureFilter filter;
     std::string reason;
     bool operator==(const Pass&) const = default;
 };

@@ -135,6 +135,8 @@ std::vector<FieldError> problems(const FrameRequest& request) {
         errors.push_back(
             {"/environment/rotation", "is not a unit quaternion", "x y z w with length 1"});
     }
+    const std::vector<FieldError> ofFilters = problems(request.filters);
+    errors.insert(errors.end(), ofFilters.begin(), ofFilters.end());
     Accuracy knobs = request.accuracy;
     knobs.maxMilliseconds = knobs.maxError = std::nullopt;
     if (request.accuracy.isBudget() && knobs != Accuracy{}) {

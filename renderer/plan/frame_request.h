@@ -2,6 +2,7 @@
 // table per struct, fields(), which reading, checking, the schema, the page and the documents walk.
 #pragma once
 
+#include "plan/filter_request.h"
 #include "scene/fields.h"
 #include "scene/material_override.h"
 
@@ -111,6 +112,7 @@ struct FrameRequest {
     Accuracy accuracy;
     EnvironmentRequest environment;
     std::vector<MaterialOverride> overrides;  // in order; a later one wins
+    std::vector<FilterRequest> filters;       // on the finished picture, in order
     ToneMap toneMap = ToneMap::neutral;
     double exposure = 0.0;  // stops
     Output output;
@@ -273,6 +275,9 @@ void fields(FrameRequest& r, V&& visit) {
     visit("environment", r.environment, Nested{}, "light from all around");
     visit("overrides", r.overrides, NestedList{64},
           "other materials for what a material's or node's name chooses; a later one wins");
+    visit("filters", r.filters, NestedList{kMostFilters},
+          "filters on the finished picture, in order: on linear light, before tone mapping; "
+          "channels that hold numbers are not filtered");
     visit(
         "toneMap", r.toneMap,
         Choice<ToneMap>{

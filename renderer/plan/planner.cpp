@@ -3,6 +3,7 @@
 
 #include "plan/draws.h"
 #include "plan/features.h"
+#include "plan/filters.h"
 #include "plan/lighting.h"
 #include "plan/plan_hash.h"
 #include "plan/view.h"
@@ -198,6 +199,7 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
             seen = seenFrom(stage, view);
         }
         planChannel(plan, view, seen, target);
+        explainFilters(plan, request.filters);
         return plan;
     }
 
@@ -211,11 +213,12 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
     }
     explainView(plan, request, seen);
     explainEffects(plan, stage, seen);
+    const TargetId picture = planFilters(plan, request.filters, target);
     if (floats) {
-        plan.output = target;
+        plan.output = picture;
         plan.skipped.push_back({"toneMap", Effect::base, "the request asks for linear radiance"});
     } else {
-        planDisplay(plan, request, target);
+        planDisplay(plan, request, picture);
     }
     return plan;
 }

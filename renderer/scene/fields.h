@@ -32,6 +32,13 @@ struct Choice {
     std::vector<std::pair<std::string_view, E>> words;
 };
 
+// One of the words, or so many numbers as the field holds, each within the range.
+template <class E>
+struct ChoiceOrNumbers {
+    Choice<E> choice;
+    Range range;
+};
+
 struct FieldError {
     std::string pointer;  // JSON Pointer (RFC 6901) into the request
     std::string detail;   // what was wrong

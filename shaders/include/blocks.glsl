@@ -45,5 +45,9 @@ BLOCK_BEGIN(TraceBlock, BINDING_TRACE)
 BLOCK_END(tracing)
 
 BLOCK_BEGIN(FilterBlock, BINDING_FILTER)
-    vec4 parameters;  // toneMap: exposure factor; 1 if the edge filter follows, else 0
+    // toneMap: exposure factor; 1 if the edge filter follows, else 0.
+    // twirl: radians per pixel, radius. convolve: 1 if it repeats. glowBright: threshold.
+    // glowUp: share of the wider one. glow: threshold, strength.
+    vec4 parameters;
+    vec4 kernel[3];  // convolve: rows, the first on top
 BLOCK_END(filtering)

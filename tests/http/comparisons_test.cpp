@@ -123,6 +123,13 @@ TEST(Budgets, AFrameSaysWhatItsBudgetBoughtAndIsThatFrame) {
     EXPECT_EQ(again->get_header_value("ETag"), frame->get_header_value("ETag"));
     EXPECT_FALSE(again->has_header("Clerestory-Accuracy"));
 
+    // A budget is for the frame before its filters: nothing is measured anew for them.
+    const std::string glow = R"(, "filters": [{"type": "glow"}])";
+    const auto glowing =
+        postJson(client, "/v1/frames", within(R"({"maxMilliseconds": 60000})" + glow));
+    ASSERT_EQ(glowing->status, 200) << glowing->body;
+    EXPECT_EQ(glowing->body, postJson(client, "/v1/frames", within(chosen.dump() + glow))->body);
+
     const auto missed = postJson(client, "/v1/frames", within(R"({"maxError": 1e-6})"));
     ASSERT_EQ(missed->status, 200);
     EXPECT_THAT(missed->get_header_value("Clerestory-Accuracy"),
@@ -149,6 +156,9 @@ TEST(Comparisons, EveryWrongFieldIsNamed) {
     problemOf(postJson(client, "/v1/comparisons",
                        R"({"scene": "six-walls", "camera": {"name": "none"}})"),
               422);
+    const json filtered =
+        problemOf(postJson(client, "/v1/comparisons", R"({"filters": [{"type": "glow"}]})"), 422);
+    EXPECT_EQ(filtered["errors"][0]["pointer"], "/filters");
     problemOf(client.Get("/v1/comparisons"), 405);
     problemOf(client.Get("/v1/jobs/0"), 404);
     problemOf(client.Get("/v1/jobs/"), 404);

@@ -55,6 +55,11 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
     expectListed<Accuracy>(properties["accuracy"]["oneOf"][1]);
     expectListed<EnvironmentRequest>(properties["environment"]);
     expectListed<Output>(properties["output"]);
+    expectListed<FilterRequest>(properties["filters"]["items"]);
+    EXPECT_EQ(properties["filters"]["maxItems"], kMostFilters);
+    const json& kernel = properties["filters"]["items"]["properties"]["kernel"]["oneOf"];
+    EXPECT_EQ(kernel[0]["enum"][0], "sharpen");
+    EXPECT_EQ(kernel[1]["minItems"], 9);
     expectListed<MaterialOverride>(properties["overrides"]["items"]);
     EXPECT_EQ(properties["overrides"]["maxItems"], 64);
     EXPECT_EQ(properties["width"]["default"], 1280);

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <variant>
 
 namespace clerestory {
 
@@ -155,6 +156,24 @@ private:
             }
         }
         refuse(pointer, "is not a known word" + didYouMean(word, field::wordsOf(choice)), allowed);
+    }
+
+    template <class E, std::size_t N>
+    void member(const nlohmann::json& value, std::variant<E, std::array<double, N>>& target,
+                const ChoiceOrNumbers<E>& kind, const std::string& pointer) {
+        if (value.is_string()) {
+            E word{};
+            member(value, word, kind.choice, pointer);
+            target = word;
+        } else if (value.is_array()) {
+            std::array<double, N> numbers{};
+            member(value, numbers, kind.range, pointer);
+            target = numbers;
+        } else {
+            refuse(pointer, typed(value),
+                   "one of: " + listed(field::wordsOf(kind.choice)) + "; or " +
+                       field::allowedText<std::array<double, N>>(kind.range));
+        }
     }
 
     template <class S>

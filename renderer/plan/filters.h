@@ -1,0 +1,15 @@
+// The passes of the filters that a request asks for.
+#pragma once
+
+#include "plan/frame_plan.h"
+
+namespace clerestory {
+
+// Adds the passes of every filter that can change something, and says why of the others. `picture`
+// holds the finished picture, linear radiance; returns the target that holds the filtered one.
+TargetId planFilters(FramePlan& plan, const std::vector<FilterRequest>& filters, TargetId picture);
+
+// For a request whose output is not colour.
+void explainFilters(FramePlan& plan, const std::vector<FilterRequest>& filters);
+
+}  // namespace clerestory

@@ -1,0 +1,15 @@
+// A picture at half its size, rounded up: each texel is a sum of 4 by 4 with weights 1 3 3 1, which
+// is what four reads between texels come to. Every texel of the source counts the same in all.
+#include "include/filter_source.glsl"
+
+out vec4 color;
+
+void main() {
+    // Between the outer texel and its inner neighbour, three times as near to that.
+    vec2 at = 2.0f * gl_FragCoord.xy;
+    vec3 sum = between(source, at + vec2(-0.75f, -0.75f)) +
+               between(source, at + vec2(0.75f, -0.75f)) +
+               between(source, at + vec2(-0.75f, 0.75f)) +
+               between(source, at + vec2(0.75f, 0.75f));
+    color = vec4(radianceFinite(0.25f * sum), 1.0f);
+}

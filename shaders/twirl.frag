@@ -1,0 +1,17 @@
+// Turns the picture about its centre, by an angle that grows with the distance from it. No angle of
+// a pixel is asked for: that has none in the centre (erratum M2).
+#include "include/filter_source.glsl"
+
+out vec4 color;
+
+void main() {
+    vec2 center = 0.5f * vec2(textureSize(source, 0));
+    vec2 arm = gl_FragCoord.xy - center;
+    float radius = length(arm);
+    // What is seen here lies counter-clockwise from here; rows grow upwards.
+    float angle = filtering.parameters.x * radius;
+    vec2 turned = mat2(cos(angle), sin(angle), -sin(angle), cos(angle)) * arm;
+    vec3 radiance = texelAt(source, ivec2(gl_FragCoord.xy));
+    if (radius <= filtering.parameters.y) radiance = between(source, center + turned);
+    color = vec4(radianceFinite(radiance), 1.0f);
+}
