@@ -64,7 +64,7 @@ std::string_view nameOf(SceneState state) {
 SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue)
     : queue_(queue), import_(sources.import) {
     for (const auto& source : sources.environments) {
-        auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source));
+        auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source, import_));
         environments_[map->name] = map;
         queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
     }

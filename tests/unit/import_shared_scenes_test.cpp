@@ -156,7 +156,10 @@ TEST(SharedEnvironments, EquirectangularAndSixImages) {
     EXPECT_TRUE(std::all_of(sunset.texels.begin(), sunset.texels.end(), finite));
     EXPECT_TRUE(std::all_of(garden.texels.begin(), garden.texels.end(), finite));
     EXPECT_THROW(loadEnvironment(sharedScene("env")), ImportError);
-    EXPECT_THROW(loadEnvironment(sharedScene("env/sky_skybox.ktx2")), ImportError);
+    const EnvironmentMap sky = loadEnvironment(sharedScene("env/sky_skybox.ktx2"));
+    EXPECT_EQ(sky.faceSize, 128u);
+    EXPECT_TRUE(std::all_of(sky.texels.begin(), sky.texels.end(), finite));
+    EXPECT_EQ(loadEnvironment(sharedScene("env/lebombo_specular_256.ktx2")).faceSize, 256u);
     EXPECT_THROW(loadEnvironment(sharedScene("env/none.hdr")), ImportError);
 }
 

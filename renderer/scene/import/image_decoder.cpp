@@ -148,6 +148,7 @@ TextureImage decodedImage(Bytes file, std::uint64_t maxPixels,
 RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
     RadianceImage radiance;
     refuseUnreadableKinds(file);
+    if (isExr(file)) return decodedExr(file, maxPixels);
     const int length = static_cast<int>(file.size());
     if (!stbi_is_hdr_from_memory(file.data(), length)) {
         std::atomic<std::uint64_t> allowance{maxPixels};

@@ -25,7 +25,10 @@ struct RadianceImage {
     std::vector<glm::vec3> texels;  // linear; the first row is the top row
 };
 
-// .hdr as it is, 8-bit pictures decoded from sRGB.
+bool isExr(std::span<const unsigned char> file);
+RadianceImage decodedExr(std::span<const unsigned char> file, std::uint64_t maxPixels);
+
+// .hdr and .exr as they are, 8-bit pictures decoded from sRGB.
 RadianceImage decodedRadiance(std::span<const unsigned char> file, std::uint64_t maxPixels);
 
 }  // namespace clerestory

@@ -60,12 +60,19 @@ Scene importScene(const std::filesystem::path& file, const ImportOptions& option
 Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits = {},
                       const ProgressCallback& progress = {});
 
-// The child's main: `clerestory import-child FILE --result-fd N --progress-fd M`. Returns an exit
-// code.
+// The child's main: `clerestory import-child FILE --result-fd N --progress-fd M [--as environment]`.
+// Returns an exit code.
 int importChildMain(int argc, char** argv);
 
-// .hdr (equirectangular) or a folder with px nx py ny pz nz (.jpg .png .hdr). Throws ImportError.
-// Runs in the caller's process: for the operator's own files only.
-EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder);
+// An environment map: .hdr or .exr (equirectangular), a cube map as .ktx or .ktx2, or a folder with
+// px nx py ny pz nz (.hdr .exr .png .jpg). Read in a child process as scenes are. Faces larger than
+// kLargestImportedFace are halved. Throws ImportError.
+EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder,
+                               const ImportOptions& options = {});
+inline constexpr std::uint32_t kLargestImportedFace = 1024;  // texels
+
+// The same work in this process, without the map's name; what the child runs.
+EnvironmentMap loadEnvironmentHere(const std::filesystem::path& fileOrFolder,
+                                   const ImportLimits& limits = {});
 
 }  // namespace clerestory

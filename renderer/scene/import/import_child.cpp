@@ -1,4 +1,5 @@
-// The child's side: limits first, then the import, then the scene into the file it was given.
+// The child's side: limits first, then the import, then what it made into the file it was given.
+#include "scene/import/environment_blob.h"
 #include "scene/import/import.h"
 #include "scene/import/import_wire.h"
 #include "scene/import/scene_blob.h"
@@ -80,11 +81,17 @@ int importChildMain(int argc, char** argv) {
         return kChildRefused;
     };
     try {
+        const auto hand = [&](const void* bytes, std::size_t count) {
+            writeAll(result, bytes, count);
+        };
+        if (options["--as"] == "environment") {
+            writeEnvironment(loadEnvironmentHere(file, limits), hand);
+            return 0;
+        }
         const Scene scene = importSceneHere(
             file, limits, [&](const ImportProgress& step) { tell(progressLine(step)); });
         tell(progressLine({"handing over", 0.9}));
-        writeScene(scene,
-                   [&](const void* bytes, std::size_t count) { writeAll(result, bytes, count); });
+        writeScene(scene, hand);
         return 0;
     } catch (const ImportError& error) {
         return fail(error.reason(), error.what());

@@ -1,7 +1,10 @@
-// Our side of the child process: start it, listen, stop it when its time is up, take the scene.
+// Our side of the child process: start it, listen, stop it when its time is up, take what it
+// made.
+#include "scene/import/environment_blob.h"
 #include "scene/import/import.h"
 #include "scene/import/import_wire.h"
 #include "scene/import/scene_blob.h"
+#include "scene/import/scene_cleaning.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -57,7 +60,7 @@ Descriptor raised(int descriptor) {
 
 class Child {
 public:
-    Child(const std::filesystem::path& program, const std::filesystem::path& file,
+    Child(const std::filesystem::path& program, const std::filesystem::path& file, const char* kind,
           const ImportLimits& limits, const Descriptor& result, const Descriptor& progress) {
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
@@ -72,16 +75,18 @@ public:
         sigemptyset(&none);
         posix_spawnattr_setsigmask(&attributes, &none);
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-        std::array<std::string, 9> words{program.string(),
-                                         "import-child",
-                                         file.string(),
-                                         "--result-fd",
-                                         std::to_string(kResultInChild),
-                                         "--progress-fd",
-                                         std::to_string(kProgressInChild),
-                                         "--limits",
-                                         encoded(limits)};
-        std::array<char*, 10> arguments{};
+        std::array<std::string, 11> words{program.string(),
+                                          "import-child",
+                                          file.string(),
+                                          "--result-fd",
+                                          std::to_string(kResultInChild),
+                                          "--progress-fd",
+                                          std::to_string(kProgressInChild),
+                                          "--limits",
+                                          encoded(limits),
+                                          "--as",
+                                          kind};
+        std::array<char*, 12> arguments{};
         for (std::size_t i = 0; i < words.size(); ++i) arguments[i] = words[i].data();
         const int status =
             posix_spawn(&id_, program.c_str(), &actions, &attributes, arguments.data(), environ);
@@ -183,10 +188,10 @@ private:
 
 class Mapping {
 public:
-    Mapping(const Descriptor& file, std::size_t size)
-        : size_(size),
-          bytes_(mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, file.value(), 0)) {
-        if (bytes_ == MAP_FAILED) throw ImportError(Reason::memory, "no memory for the scene");
+    explicit Mapping(const Descriptor& file)
+        : size_(sizeOf(file)),
+          bytes_(mmap(nullptr, size_, PROT_READ, MAP_PRIVATE | MAP_POPULATE, file.value(), 0)) {
+        if (bytes_ == MAP_FAILED) throw ImportError(Reason::memory, "no memory for what was read");
     }
     ~Mapping() { munmap(bytes_, size_); }
     Mapping(const Mapping&) = delete;
@@ -194,19 +199,50 @@ public:
     std::span<const std::byte> bytes() const { return {static_cast<std::byte*>(bytes_), size_}; }
 
 private:
+    static std::size_t sizeOf(const Descriptor& file) {
+        struct stat about {};
+        if (fstat(file.value(), &about) != 0) failed("looking at what was read");
+        return static_cast<std::size_t>(about.st_size);
+    }
+
     std::size_t size_;
     void* bytes_;
 };
 
-Scene takenScene(const Descriptor& result) {
-    // Nobody may change the bytes between our check and our reading.
-    struct stat status {};
-    if (fcntl(result.value(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW) != 0 ||
-        fstat(result.value(), &status) != 0 || status.st_size <= 0) {
-        throw ImportError(Reason::crashed, "the import handed over no scene");
+// What the child made of the file, sealed.
+Descriptor imported(const std::filesystem::path& file, const char* kind,
+                    const ImportOptions& options, const ProgressCallback& progress) {
+    const Clock::time_point deadline = Clock::now() + options.limits.wallClock;
+    Descriptor result = raised(memfd_create(kind, MFD_CLOEXEC | MFD_ALLOW_SEALING));
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) failed("a pipe");
+    const Descriptor readEnd(ends[0]);
+    Descriptor writeEnd = raised(ends[1]);
+
+    Child child(options.importer.empty() ? "/proc/self/exe" : options.importer, file, kind,
+                options.limits, result, writeEnd);
+    writeEnd.reset();  // so that the child's end is the last one
+    Listener listener(readEnd, progress);
+    const bool closed = listener.listenUntil(deadline);
+    const std::optional<int> status = closed ? child.waitUntil(deadline) : std::nullopt;
+    if (!status) {
+        throw ImportError(Reason::timedOut, "the import took too long and was stopped");
     }
+    if (!WIFEXITED(*status) || WEXITSTATUS(*status) != 0) {
+        explain(*status, listener.error());
+    }
+    // Nobody may change the bytes between our check and our reading.
+    struct stat about {};
+    if (fcntl(result.value(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW) != 0 ||
+        fstat(result.value(), &about) != 0 || about.st_size <= 0) {
+        throw ImportError(Reason::crashed, "the import handed over nothing");
+    }
+    return result;
+}
+
+Scene takenScene(const Descriptor& result) {
     try {
-        const Mapping mapping(result, static_cast<std::size_t>(status.st_size));
+        const Mapping mapping(result);
         Scene scene = readScene(mapping.bytes());
         if (const auto problems = sceneProblems(scene); !problems.empty()) {
             throw ImportError(Reason::crashed,
@@ -224,30 +260,29 @@ Scene takenScene(const Descriptor& result) {
 
 Scene importScene(const std::filesystem::path& file, const ImportOptions& options,
                   const ProgressCallback& progress) {
-    const Clock::time_point deadline = Clock::now() + options.limits.wallClock;
-    const Descriptor result = raised(memfd_create("scene", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) failed("a pipe");
-    const Descriptor readEnd(ends[0]);
-    Descriptor writeEnd = raised(ends[1]);
-
-    Child child(options.importer.empty() ? "/proc/self/exe" : options.importer, file,
-                options.limits, result, writeEnd);
-    writeEnd.reset();  // so that the child's end is the last one
-    Listener listener(readEnd, progress);
-    const bool closed = listener.listenUntil(deadline);
-    const std::optional<int> status = closed ? child.waitUntil(deadline) : std::nullopt;
-    if (!status) {
-        throw ImportError(Reason::timedOut, "the import took too long and was stopped");
-    }
-    if (!WIFEXITED(*status) || WEXITSTATUS(*status) != 0) {
-        explain(*status, listener.error());
-    }
-    Scene scene = takenScene(result);
+    Scene scene = takenScene(imported(file, "scene", options, progress));
     if (progress) {
         progress({"handing over", 1.0});
     }
     return scene;
+}
+
+EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder,
+                               const ImportOptions& options) {
+    std::filesystem::path path = fileOrFolder;
+    if (!path.has_filename()) path = path.parent_path();  // "folder/" is "folder"
+    try {
+        const Mapping mapping(imported(path, "environment", options, {}));
+        EnvironmentMap map = readEnvironment(mapping.bytes());
+        std::error_code error;
+        const bool folder = std::filesystem::is_directory(path, error);
+        map.name = map.title = cleanText((folder ? path.filename() : path.stem()).string());
+        return map;
+    } catch (const BlobError&) {
+        throw ImportError(Reason::crashed, "the import handed over a broken environment map");
+    } catch (const std::bad_alloc&) {
+        throw ImportError(Reason::memory, "no memory for the environment map");
+    }
 }
 
 }  // namespace clerestory
