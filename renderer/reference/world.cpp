@@ -142,10 +142,7 @@ Point World::pointAt(const Hit& hit, const glm::dvec3& along) const {
                             blend(glm::dvec4(a.color), glm::dvec4(b.color), glm::dvec4(c.color)) *
                             slot(m.baseColorTexture);
     p.baseColor = glm::max(glm::dvec3(base), 0.0);
-    // What transmits says by its transmission what gets through, not by its coverage.
-    if (m.alphaMode == AlphaMode::blend && p.surface->glass == Glass::none) {
-        p.coverage = std::clamp(base.w, 0.0, 1.0);
-    }
+    if (m.alphaMode == AlphaMode::blend) p.coverage = std::clamp(base.w, 0.0, 1.0);
     if (m.unlit) return p;
 
     const glm::dvec4 surface = slot(m.metallicRoughnessTexture);

@@ -225,6 +225,23 @@ EnvironmentMap compass() {
 }
 
 // A ball turns what enters by 2 (theta - theta_t), and pi - 2 theta_t more for every bounce inside.
+// Coverage counts for the whole surface, what it lets through included
+// (KHR_materials_transmission).
+TEST(ReferenceGlass, APaneThatCoversAQuarterIsAQuarterThere) {
+    Scene scene;
+    Material black{.name = "black",
+                   .baseColor = {0.0f, 0.0f, 0.0f, 0.25f},
+                   .metallic = 0.0f,
+                   .roughness = 0.0f,
+                   .transmission = 1.0f};
+    black.alphaMode = AlphaMode::blend;
+    placeAt(scene, addSquareMesh(scene, "pane", addMaterial(scene, black)), glm::dmat4(1.0));
+    const glm::dvec3 seen = meanColor(traced(scene, narrow({0, 0, 3}, {0, 0, 0}), uniformMap(1.0f),
+                                             ReferenceMode::effects, 4096));
+    const double mirrored = reference::paneShares(1.0, 1.5, glm::dvec3(1.0)).reflected.x;
+    EXPECT_NEAR(seen.x, 0.75 + 0.25 * mirrored, 0.02);
+}
+
 TEST(ReferenceGlass, ABallBendsAsSnellSaysTwice) {
     Material glass = plain(1.0f, 0.0f, 0.0f);
     glass.transmission = 1.0f;
