@@ -44,6 +44,17 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye) {
     return s;
 }
 
+// The same surface for a ray that covers half vectors over `slope` of its normal, and so sees an
+// average of lobes: about one lobe that is as much wider (Tokuyoshi and Kaplanyan 2019, whose bound
+// this is), where a single point of it would flash or stay dark.
+const float kMostWidening = 0.18f;
+Surface widened(Surface s, float slope) {
+    s.alphaSquared = min(s.alphaSquared + min(slope * slope, kMostWidening), 1.0f);
+    s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
+    s.roughness = max(s.roughness, sqrt(sqrt(s.alphaSquared)));
+    return s;
+}
+
 // ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, what is common to all lamps
 // taken out: compilers for processors do not take it out of the loop. halfway need not be unit.
 float ggxLobe(Surface s, vec3 halfway, float nDotL) {

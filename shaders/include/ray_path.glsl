@@ -11,6 +11,9 @@ const float kFlatEnough = 1e-3f;
 // Holes of masks that a path may pass.
 const int kMostHoles = 12;
 
+// Slope of a pixel's cone from which on the environment is averaged over it.
+const float kWidePixel = 0.5f;
+
 // Slopes of the cone that a ray stands for: that of its pixel chooses levels of textures, that of
 // rough surfaces those of the environment, too.
 struct RayCone {
@@ -20,7 +23,18 @@ struct RayCone {
 };
 
 vec3 environmentAtEnd(vec3 along, RayCone cone) {
-    return environmentAlong(along, min(sqrt(0.5f * cone.lobe), 1.0f));
+    // Half a cone's slope is the alpha of a mirror that has such a lobe. A pixel's is even, has no
+    // tails, and is told only where it is wide: glass and small round things, mirrored again.
+    float alpha = 0.5f * cone.lobe + 0.25f * max(cone.pixel - kWidePixel, 0.0f);
+    return environmentAlong(along, min(sqrt(alpha), 1.0f));
+}
+
+// Slope over which half vectors spread where a cone meets a surface of this curvature. None for the
+// cone of a plain pixel: what is drawn does not average either, and hits look as pixels do.
+float halfVectorsCovered(float curvature, RayCone cone) {
+    float slope = cone.pixel + cone.lobe;
+    float beyond = max(slope - 1.5f / view.picture.z, 0.0f) / max(slope, 1e-12f);
+    return 0.5f * beyond * (curvature * cone.width + 0.5f * slope);
 }
 
 // Away from the face that a ray leaves from, on the side of `normal`. Corners and sums of them are
@@ -98,7 +112,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         }
         vec3 environment = environmentLight(unclear, mirror ? vec3(0.0f) : around) *
                            (solid || pane ? 1.0f : m.occlusion);
-        Surface opaque = s;
+        Surface opaque = widened(s, halfVectorsCovered(p.curvature, cone));
         opaque.diffuse *= dull;
         vec3 own = (1.0f - clarity) * environment + lampsAtHit(p, opaque);
         if (solid && !p.front) own = vec3(0.0f);
@@ -122,17 +136,21 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
                 weight *= p.front ? vec3(1.0f) : clear;  // of the way inside
                 shares.reflected = vec3(fresnel);
                 shares.transmitted = vec3(1.0f - fresnel);
-                next = bent.total ? mirrored : bent.direction;
-                crosses = !bent.total;
+                crosses = !bent.total && fresnel <= 0.5f;
+                next = crosses ? bent.direction : mirrored;
             }
-            if (solid && bent.total) shares = GlassShares(vec3(0.0f), vec3(1.0f));
             if (solid || pane) {
-                // What turns back here is not followed: it sees the environment.
-                float part = coverage * clarity;
-                sum += weight * part * shares.reflected * environmentAtEnd(mirrored, cone);
+                // The stronger of the two ways is followed; the other one sees the environment.
                 vec3 tint = p.front || pane ? m.baseColor.rgb : vec3(1.0f);
-                weight *= part * shares.transmitted * tint + (1.0f - coverage);
+                vec3 through = shares.transmitted * tint;
+                vec3 other = crosses ? mirrored : bent.direction;
+                float part = coverage * clarity;
+                sum += weight * part * (crosses ? shares.reflected : through) *
+                       environmentAtEnd(other, cone);
+                weight *= part * (crosses ? through : shares.reflected) + (1.0f - coverage);
                 cone.lobe += solid ? glassSpread(alpha, c, p.glass.y) : 0.0f;
+                float turn = p.curvature * cone.width;  // of the normal over the cone
+                cone.pixel += solid ? (crosses ? abs(eta - 1.0f) : 2.0f) * turn : 0.0f;
             }
         }
         if (veil) weight *= 1.0f - coverage;

@@ -74,6 +74,7 @@ std::vector<HitCase> hitCases() {
                  m.reflection = Reflection::automatic;
                  return m;
              },
+         .light = LightKind::spot,  // away from the mirror, where rays that turn would see it
          .environment = "black",
          .square = false},
         {"textured",

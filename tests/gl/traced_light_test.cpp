@@ -284,6 +284,45 @@ TEST(TracedLight, fourSamplesShowNoGridOnAGlassBall) {
     EXPECT_GT(even, 1500);
 }
 
+// A lamp's highlight on what a curved mirror shows is far smaller than a pixel there: a point of it
+// would flash or be missed. The brightest pixel is held against averages of 8 by 8 pixels of a
+// finer picture.
+TEST(TracedLight, aHighlightInACurvedMirrorDoesNotFlash) {
+    Scene scene;
+    scene.environment = "black";
+    place(scene, sphere(1.0f, 48, addMaterial(scene, mirrorMetal())));
+    Material glossy{.metallic = 1.0f, .roughness = 0.15f};
+    glossy.reflection = Reflection::none;
+    const Index gloss = addMaterial(scene, glossy);
+    for (int i = 0; i < 12; ++i) {
+        const double angle = 0.5236 * i;
+        place(scene, sphere(0.3f, 24, gloss),
+              moved(1.9 * std::cos(angle), 1.9 * std::sin(angle), 0.8));
+    }
+    addLight(scene, {.kind = LightKind::point, .intensity = glm::vec3(20.0f)}, moved(0, 0.5, 6));
+    Workbench& bench = workbench();
+    bench.show(std::move(scene));
+    FrameRequest r = shot({0, 0, 6}, {0, 0, 0}, 0.33);  // the mirror alone
+    const Image coarse = bench.run(bench.plan(r));
+    r.width = r.height = 8 * kSize;
+    const Image fine = bench.run(bench.plan(r));
+    double flash = 0.0, brightest = 0.0;  // greatest of a pixel, and of 8 by 8
+    for (std::uint32_t y = 0; y < kSize; ++y) {
+        for (std::uint32_t x = 0; x < kSize; ++x) {
+            // There the lamp stands in the mirror itself.
+            if (std::hypot(x - 0.5 * kSize, y - 0.5 * kSize) < 0.15 * kSize) continue;
+            double sum = 0.0;
+            for (std::uint32_t k = 0; k < 64; ++k) {
+                sum += double{color(fine, 8 * x + k % 8, 8 * y + k / 8).g} / 64.0;
+            }
+            brightest = std::max(brightest, sum);
+            flash = std::max(flash, double{color(coarse, x, y).g});
+        }
+    }
+    EXPECT_GT(brightest, 0.1);
+    EXPECT_NEAR(flash / brightest, 1.0, 0.5);
+}
+
 namespace {
 
 // Before the scene's own camera hangs a flat mirror, turned so that it shows what is beside it.
