@@ -48,7 +48,7 @@ void writeFile(const std::filesystem::path& path, const std::string& content) {
 MeasureOptions measureOptions(const Options& options) {
     MeasureOptions m;
     if (options.brief) {
-        m = {.width = 128, .height = 72, .samples = 16, .rounds = 1, .framesPerRound = 2};
+        m = {.width = 128, .height = 72, .samples = 128, .rounds = 1, .framesPerRound = 2};
     }
     if (!options.size.empty() &&
         std::sscanf(options.size.c_str(), "%ux%u", &m.width, &m.height) != 2) {
