@@ -1,10 +1,12 @@
 // One request and its answer as the routes see them: plain values, no HTTP library.
 #pragma once
 
-#include "server/render_queue.h"
+#include "server/clock.h"
+#include "server/departure.h"
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -18,8 +20,10 @@ struct Call {
     std::multimap<std::string, std::string> query;
     std::string body;
     std::string requestId;
-    Clock::time_point arrived;
+    Clock::time_point arrived;                            // with its last byte
     std::function<std::string(const char* name)> header;  // empty when absent
+    std::string client;                                   // its address, or what a proxy says of it
+    std::shared_ptr<Departure> departure;                 // null for what HTTP itself refused
 };
 
 // Takes the next piece of an answer and returns when the client can take more; false: it has left.

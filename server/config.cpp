@@ -54,7 +54,7 @@ void addServe(CLI::App& app, CommandLine& line) {
         ->check(CLI::Range(0.001, 3600.0).description(""))
         ->type_name("SECONDS")
         ->capture_default_str();
-    serve->add_option("--max-body", config.http.maxBody, "bytes a request body may have")
+    serve->add_option("--max-body", config.http.limits.bodyBytes, "bytes a request body may have")
         ->check(CLI::Range(1024, 64 * 1024).description(""))
         ->type_name("BYTES")
         ->capture_default_str();

@@ -1,7 +1,7 @@
 // The command line -> what to do, checked at start.
 #pragma once
 
-#include "server/http_server.h"
+#include "server/front/front.h"
 #include "server/scene_library.h"
 
 #include "reference/reference.h"
@@ -12,7 +12,7 @@ namespace clerestory {
 
 struct Config {
     RendererOptions renderer;
-    HttpOptions http;
+    FrontOptions http;
     SceneSources scenes;
     std::size_t queue = 64;         // frames that may wait
     double deadlineSeconds = 10.0;  // from a request's arrival to its answer

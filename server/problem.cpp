@@ -3,6 +3,16 @@
 #include <nlohmann/json.hpp>
 
 namespace clerestory {
+namespace {
+
+// With one digit behind the point.
+std::string shortNumber(double value) {
+    std::string text = std::to_string(value);
+    text.resize(text.find('.') + 2);
+    return text;
+}
+
+}  // namespace
 
 Problem notJson(std::string detail) {
     return {.status = 400, .code = "notJson", .title = "Not JSON", .detail = std::move(detail)};
@@ -11,6 +21,10 @@ Problem notJson(std::string detail) {
 Problem badRequest(std::string detail) {
     return {
         .status = 400, .code = "badRequest", .title = "Bad request", .detail = std::move(detail)};
+}
+
+Problem notHttp() {
+    return badRequest("This is not a request of HTTP/1.1.");
 }
 
 Problem notFound(std::string detail) {
@@ -24,6 +38,14 @@ Problem methodNotAllowed(std::string allow) {
             .title = "Method not allowed",
             .detail = std::move(detail),
             .allow = std::move(allow)};
+}
+
+Problem requestTimeout(const char* part, double seconds) {
+    return {.status = 408,
+            .code = "requestTimeout",
+            .title = "Request timeout",
+            .detail = std::string("The ") + part + " of the request was not here within " +
+                      shortNumber(seconds) + " seconds."};
 }
 
 Problem stillLoading(std::string detail) {
@@ -58,12 +80,12 @@ Problem tooLarge(std::size_t maxBytes) {
             .detail = "A body may have " + std::to_string(maxBytes) + " bytes."};
 }
 
-Problem uriTooLong(std::size_t maxBytes) {
+Problem uriTooLong(std::size_t maxPath, std::size_t maxLine) {
     return {.status = 414,
             .code = "uriTooLong",
             .title = "URI too long",
-            .detail = "A path may have " + std::to_string(maxBytes) +
-                      " bytes. Long requests go into the body of a POST."};
+            .detail = "A path may have " + std::to_string(maxPath) + " bytes and a request line " +
+                      std::to_string(maxLine) + ". Long requests go into the body of a POST."};
 }
 
 Problem notJsonType() {
@@ -78,6 +100,13 @@ Problem encodedBody() {
             .code = "unsupportedEncoding",
             .title = "Unsupported content encoding",
             .detail = "Send the body without a Content-Encoding."};
+}
+
+Problem expectationFailed() {
+    return {.status = 417,
+            .code = "expectationFailed",
+            .title = "Expectation failed",
+            .detail = "The only expectation known is 100-continue."};
 }
 
 Problem invalidFields(std::vector<FieldError> errors) {
@@ -99,6 +128,44 @@ Problem sceneFailed(std::string detail) {
             .title = "The scene could not be loaded",
             .detail = std::move(detail),
             .errors = {{"/scene", "could not be loaded", "a scene whose state is ready"}}};
+}
+
+Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders) {
+    return {.status = 431,
+            .code = "headTooLarge",
+            .title = "Request header fields too large",
+            .detail = "The head of a request may have " + std::to_string(maxBytes) + " bytes and " +
+                      std::to_string(maxHeaders) + " headers."};
+}
+
+Problem notImplemented() {
+    return {.status = 501,
+            .code = "notImplemented",
+            .title = "Not implemented",
+            .detail = "The server knows no such method."};
+}
+
+Problem versionNotSupported() {
+    return {.status = 505,
+            .code = "versionNotSupported",
+            .title = "HTTP version not supported",
+            .detail = "The server speaks HTTP/1.1."};
+}
+
+Problem clientLeft() {
+    return {.status = 503,
+            .code = "clientLeft",
+            .title = "The client left",
+            .detail = "The connection was closed on the client's side while the frame waited.",
+            .retryAfterSeconds = 1};
+}
+
+Problem tooManyConnections() {
+    return {.status = 503,
+            .code = "tooManyConnections",
+            .title = "Too many connections",
+            .detail = "As many clients are being answered as may be. Ask again later.",
+            .retryAfterSeconds = 1};
 }
 
 Problem queueFull(int retryAfterSeconds) {
@@ -142,12 +209,10 @@ Problem notReady(std::string detail) {
 }
 
 Problem overDeadline(double seconds) {
-    std::string text = std::to_string(seconds);
-    text.resize(text.find('.') + 2);
     return {.status = 504,
             .code = "overDeadline",
             .title = "Over the deadline",
-            .detail = "The frame was not done within " + text + " seconds."};
+            .detail = "The frame was not done within " + shortNumber(seconds) + " seconds."};
 }
 
 Problem internalError() {

@@ -30,26 +30,34 @@ private:
     Problem problem_;
 };
 
-Problem notJson(std::string detail);                              // 400
-Problem badRequest(std::string detail);                           // 400: HTTP itself
-Problem notFound(std::string detail);                             // 404
-Problem methodNotAllowed(std::string allow);                      // 405
-Problem stillLoading(std::string detail);                         // 409
-Problem stillMeasuring(const std::string& job, double progress);  // 409
-Problem lengthRequired();                                         // 411
-Problem tooLarge(std::size_t maxBytes);                           // 413
-Problem uriTooLong(std::size_t maxBytes);                         // 414
-Problem notJsonType();                                            // 415
-Problem encodedBody();                                            // 415
-Problem invalidFields(std::vector<FieldError> errors);            // 422
-Problem sceneFailed(std::string detail);                          // 422
-Problem queueFull(int retryAfterSeconds);                         // 503
-Problem jobsFull();                                               // 503
-Problem streamsFull();                                            // 503
-Problem shuttingDown();                                           // 503
-Problem notReady(std::string detail);                             // 503
-Problem overDeadline(double seconds);                             // 504
-Problem internalError();                                          // 500
+Problem notJson(std::string detail);                                 // 400
+Problem badRequest(std::string detail);                              // 400: HTTP itself
+Problem notHttp();                                                   // 400
+Problem notFound(std::string detail);                                // 404
+Problem methodNotAllowed(std::string allow);                         // 405
+Problem requestTimeout(const char* part, double seconds);            // 408
+Problem stillLoading(std::string detail);                            // 409
+Problem stillMeasuring(const std::string& job, double progress);     // 409
+Problem lengthRequired();                                            // 411
+Problem tooLarge(std::size_t maxBytes);                              // 413
+Problem uriTooLong(std::size_t maxPath, std::size_t maxLine);        // 414
+Problem notJsonType();                                               // 415
+Problem encodedBody();                                               // 415
+Problem expectationFailed();                                         // 417
+Problem invalidFields(std::vector<FieldError> errors);               // 422
+Problem sceneFailed(std::string detail);                             // 422
+Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders);  // 431
+Problem notImplemented();                                            // 501
+Problem versionNotSupported();                                       // 505
+Problem clientLeft();                                                // 503
+Problem tooManyConnections();                                        // 503
+Problem streamsFull();                                               // 503
+Problem queueFull(int retryAfterSeconds);                            // 503
+Problem jobsFull();                                                  // 503
+Problem shuttingDown();                                              // 503
+Problem notReady(std::string detail);                                // 503
+Problem overDeadline(double seconds);                                // 504
+Problem internalError();                                             // 500
 
 std::string problemJson(const Problem& problem, const std::string& requestId);
 

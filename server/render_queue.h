@@ -5,8 +5,8 @@
 #pragma once
 
 #include "renderer.h"
+#include "server/clock.h"
 
-#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -15,12 +15,6 @@
 #include <thread>
 
 namespace clerestory {
-
-using Clock = std::chrono::steady_clock;
-
-inline double millisecondsSince(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 class RenderQueue {
 public:

@@ -59,7 +59,7 @@ Answer describeRenderer(Service& service, const Call&) {
                        {"limits",
                         {{"edge", kMaxEdge},
                          {"pixels", kMaxPixels},
-                         {"bodyBytes", config.http.maxBody},
+                         {"bodyBytes", config.http.limits.bodyBytes},
                          {"queue", config.queue},
                          {"deadlineSeconds", config.deadlineSeconds}}},
                        {"program", {{"version", versionText()}, {"build", buildId()}}}});
@@ -204,6 +204,11 @@ Answer answerTo(Service& service, const Call& call) {
         spdlog::error("request {}: {}", call.requestId, error.what());
         return refused(service, call, internalError(), route);
     }
+}
+
+std::optional<Answer> quickAnswerTo(Service& service, const Call& call) {
+    if (call.path == "/healthz") return answerTo(service, call);
+    return std::nullopt;
 }
 
 Answer answerWith(Service& service, const Call& call, const Problem& problem) {

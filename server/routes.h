@@ -4,12 +4,16 @@
 #include "server/call.h"
 #include "server/problem.h"
 
+#include <optional>
+
 namespace clerestory {
 
 class Service;
 
 // Never throws.
 Answer answerTo(Service& service, const Call& call);
+// For the thread that serves every connection: waits for nobody. Nothing for what takes longer.
+std::optional<Answer> quickAnswerTo(Service& service, const Call& call);
 Answer answerWith(Service& service, const Call& call, const Problem& problem);
 
 // Path (with "{id}" for its last part) and method of every route; for /openapi.json and its test.

@@ -40,9 +40,9 @@ FrameRequest canaryRequest() {
     return request;
 }
 
-// Every frame that waits holds a thread, and every stream; the others must not wait for it.
-HttpOptions httpOptions(const Config& config) {
-    HttpOptions options = config.http;
+// Every frame that waits and every stream holds a thread; the others must not wait for it.
+FrontOptions frontOptions(const Config& config) {
+    FrontOptions options = config.http;
     options.threads += config.queue + kMostStreams;
     return options;
 }
@@ -52,10 +52,11 @@ HttpOptions httpOptions(const Config& config) {
 Service::Service(const Config& config)
     : config_(config),
       http_(
-          httpOptions(config_), [this](const Call& call) { return answerTo(*this, call); },
-          [this](const Call& call, const Problem& problem) {
-              return answerWith(*this, call, problem);
-          }),
+          frontOptions(config_),
+          {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
+           .respond = [this](const Call& call) { return answerTo(*this, call); },
+           .refuse = [this](const Call& call,
+                            const Problem& problem) { return answerWith(*this, call, problem); }}),
       queue_(config_.renderer, config_.queue),
       library_(config_.scenes, queue_),
       streams_(kMostStreams),

@@ -48,7 +48,7 @@ public:
 private:
     const Config config_;
     Metrics metrics_;
-    HttpServer http_;  // binds first: a taken port is known before any work is done
+    Front http_;  // binds first: a taken port is known before any work is done
     RenderQueue queue_;
     SceneLibrary library_;
     Truths truths_;

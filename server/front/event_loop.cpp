@@ -1,0 +1,472 @@
+#include "server/front/event_loop.h"
+
+#include "server/front/wire.h"
+
+#include <spdlog/spdlog.h>
+
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+namespace clerestory {
+namespace {
+
+using std::chrono::milliseconds;
+using State = RequestReader::State;
+
+constexpr std::uint64_t kListener = 0, kWake = 1;
+// Less than this within FrontLimits::write is no progress: else a byte a second would be.
+constexpr std::uint64_t kProgress = 4096;
+// Closing over bytes that were not read resets the connection, and the client may lose the answer.
+constexpr milliseconds kDrain{500};
+constexpr std::size_t kDrainBytes = 1 << 20;
+constexpr milliseconds kAcceptPause{20};
+// At the end: for a request that is on its way, and for one that has begun to come.
+constexpr milliseconds kLastCall{150};
+constexpr milliseconds kLastWord{2000};
+constexpr int kAcceptedAtOnce = 64, kAcceptedAtEnd = 4096;
+
+double seconds(milliseconds time) {
+    return std::chrono::duration<double>(time).count();
+}
+
+}  // namespace
+
+EventLoop::EventLoop(Listener& listener, const FrontLimits& limits, std::size_t threads,
+                     Hooks hooks, FrontCounters& counters)
+    : listener_(listener),
+      limits_(limits),
+      hooks_(std::move(hooks)),
+      counters_(counters),
+      epoll_(epoll_create1(EPOLL_CLOEXEC)),
+      wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      workers_(threads) {
+    unsent_.most = limits.unsentBytes;
+    epoll_event event{.events = EPOLLIN, .data = {.u64 = kWake}};
+    if (epoll_ < 0 || wake_ < 0 || epoll_ctl(epoll_, EPOLL_CTL_ADD, wake_, &event) != 0) {
+        throw std::runtime_error("cannot wait for connections: " + std::string(strerror(errno)));
+    }
+}
+
+EventLoop::~EventLoop() {
+    close(wake_);
+    close(epoll_);
+}
+
+void EventLoop::stop() {
+    stopping_ = true;
+    eventfd_write(wake_, 1);
+}
+
+void EventLoop::post(const Letter& letter) {
+    {
+        const std::lock_guard lock(mutex_);
+        letters_.push_back(letter);
+    }
+    eventfd_write(wake_, 1);
+}
+
+void EventLoop::run() {
+    epoll_event event{.events = EPOLLIN, .data = {.u64 = kListener}};
+    epoll_ctl(epoll_, EPOLL_CTL_ADD, listener_.socket(), &event);
+    std::array<epoll_event, 64> events{};
+    while (!closing_ || !clients_.empty()) {
+        const int count = epoll_wait(epoll_, events.data(), static_cast<int>(events.size()),
+                                     millisecondsToNext());
+        for (std::size_t i = 0; static_cast<int>(i) < count; ++i) {
+            const Id id = events[i].data.u64;
+            if (id == kListener) {
+                accept(kAcceptedAtOnce);
+            } else if (id == kWake) {
+                readLetters();
+            } else {
+                with(id, [&](Client& client) { handle(id, events[i].events, client); });
+            }
+        }
+        expire();
+        if (stopping_ && !closing_) beginStopping();
+    }
+}
+
+int EventLoop::millisecondsToNext() const {
+    auto next = acceptAgain_;
+    const auto& order = deadlines_.inOrder();
+    if (!order.empty()) next = std::min(next, order.begin()->first);
+    if (next == Clock::time_point::max()) return -1;
+    const auto left = std::chrono::ceil<milliseconds>(next - Clock::now());
+    return static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 60'000));
+}
+
+template <class Act>
+void EventLoop::with(Id id, Act act) {
+    const auto found = clients_.find(id);
+    if (found == clients_.end()) return;
+    try {
+        act(found->second);
+    } catch (const std::exception& error) {  // memory or threads, mostly
+        spdlog::error("a connection failed: {}", error.what());
+        end(id);
+    }
+}
+
+// --- connections come and go
+
+void EventLoop::accept(int most) {
+    using What = Listener::Accepted::What;
+    for (int i = 0; i < most; ++i) {
+        Listener::Accepted accepted = listener_.accept();
+        if (accepted.what == What::nobody) return;
+        if (accepted.what == What::exhausted) return pauseAccepting(accepted.error);
+        if (accepted.what == What::retry) {
+            ++counters_.acceptErrors;
+            continue;
+        }
+        ++counters_.accepted;
+        if (clients_.size() >= limits_.connections && !evict()) {
+            turnAway(accepted);
+            continue;
+        }
+        const Id id = nextId_++;
+        clients_.emplace(id, Client{.outlet = std::make_shared<SocketOutlet>(
+                                        accepted.socket, unsent_, [this, id] { post({.id = id}); }),
+                                    .reader = RequestReader(limits_),
+                                    .address = std::move(accepted.client)});
+        counters_.open = clients_.size();
+        with(id, [&](Client& client) { advance(id, client); });
+    }
+}
+
+void EventLoop::turnAway(Listener::Accepted& accepted) {
+    ++counters_.turnedAway;
+    SocketOutlet outlet(accepted.socket, unsent_, [] {});
+    const Exchange nothing{.requestId = requestIdFrom("")};
+    outlet.send(wireBytes(hooks_.refuse(callOf(nothing), tooManyConnections()), nothing.requestId,
+                          false, false),
+                false);
+}
+
+// The connection that asks least: one without a request before one whose request is slow; of these
+// the one that would end soonest anyway. Whoever is being answered stays.
+bool EventLoop::evict() {
+    Id slow = 0;
+    for (const auto& [deadline, id] : deadlines_.inOrder()) {
+        const Client& client = clients_.at(id);
+        const bool asks = client.phase == Phase::reading && client.reader.state() != State::idle;
+        if (client.phase == Phase::draining || (client.phase == Phase::reading && !asks)) {
+            ++counters_.evicted;
+            end(id);
+            return true;
+        }
+        if (asks && slow == 0) slow = id;
+    }
+    if (slow == 0) return false;
+    ++counters_.evicted;
+    end(slow);
+    return true;
+}
+
+// Descriptors or memory are short: makes room, and lets the machine breathe.
+void EventLoop::pauseAccepting(int error) {
+    if (counters_.acceptErrors++ % 100 == 0) spdlog::warn("accept: {}", strerror(error));
+    evict();
+    epoll_event event{.events = 0, .data = {.u64 = kListener}};
+    epoll_ctl(epoll_, EPOLL_CTL_MOD, listener_.socket(), &event);
+    acceptAgain_ = Clock::now() + kAcceptPause;
+}
+
+void EventLoop::end(Id id) {
+    const auto found = clients_.find(id);
+    if (found == clients_.end()) return;
+    Client& client = found->second;
+    deadlines_.forget(id);
+    if (client.watched) epoll_ctl(epoll_, EPOLL_CTL_DEL, client.outlet->socket(), nullptr);
+    client.outlet->breakOff();
+    clients_.erase(found);
+    counters_.open = clients_.size();
+}
+
+// --- what epoll and the workers tell
+
+void EventLoop::readLetters() {
+    eventfd_t ignored = 0;
+    eventfd_read(wake_, &ignored);
+    std::vector<Letter> letters;
+    {
+        const std::lock_guard lock(mutex_);
+        letters.swap(letters_);
+    }
+    for (const Letter& letter : letters) {
+        with(letter.id, [&](Client& client) { readLetter(letter, client); });
+    }
+}
+
+void EventLoop::readLetter(const Letter& letter, Client& client) {
+    if (!letter.answered) return flushed(letter.id, client);
+    client.keepAlive = letter.keepAlive;
+    answered(client);
+    advance(letter.id, client);
+}
+
+void EventLoop::handle(Id id, std::uint32_t events, Client& client) {
+    const bool dead = (events & (EPOLLHUP | EPOLLERR)) != 0;
+    if (client.phase == Phase::reading) return read(id, client);
+    if (dead && client.phase != Phase::serving) return end(id);
+    if (dead) {
+        client.outlet->breakOff();
+        left(client);
+        // epoll would tell it for ever. The worker's letter ends the connection.
+        epoll_ctl(epoll_, EPOLL_CTL_DEL, client.outlet->socket(), nullptr);
+        client.watched = false;
+        return deadlines_.forget(id);
+    }
+    if ((events & EPOLLRDHUP) != 0 && client.phase == Phase::serving) left(client);
+    if ((events & EPOLLOUT) != 0) return flushed(id, client);
+    if (client.phase == Phase::draining) return drain(id, client);
+    watch(id, client);
+}
+
+// It has closed its side. What is cheap it may still read; work that waits is not worth beginning.
+void EventLoop::left(Client& client) {
+    if (client.halfClosed) return;
+    client.halfClosed = true;
+    ++counters_.clientsLeft;
+    if (client.departure) client.departure->leave();
+}
+
+void EventLoop::read(Id id, Client& client) {
+    std::array<char, 16384> buffer;
+    while (client.phase == Phase::reading) {
+        const std::size_t room = std::min(client.reader.room(), buffer.size());
+        const ssize_t n = recv(client.outlet->socket(), buffer.data(), room, MSG_DONTWAIT);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0 && errno == EAGAIN) return watch(id, client);
+        if (n <= 0) return end(id);
+        client.reader.take({buffer.data(), static_cast<std::size_t>(n)});
+        advance(id, client);
+        if (clients_.count(id) == 0) return;
+    }
+}
+
+void EventLoop::drain(Id id, Client& client) {
+    std::array<char, 16384> buffer;
+    while (client.drained < kDrainBytes) {
+        const ssize_t n = recv(client.outlet->socket(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0 && errno == EAGAIN) return;
+        if (n <= 0) break;
+        client.drained += static_cast<std::size_t>(n);
+    }
+    end(id);
+}
+
+// The socket took something, or a worker has given something.
+void EventLoop::flushed(Id id, Client& client) {
+    client.outlet->flush();
+    if (client.phase == Phase::flushing) answered(client);
+    if (client.phase == Phase::serving && client.outlet->broken()) left(client);
+    advance(id, client);
+}
+
+// --- a request from its first byte to its answer
+
+// Goes on as far as can be gone without waiting, then sets what is waited for.
+void EventLoop::advance(Id id, Client& client) {
+    while (client.phase == Phase::reading) {
+        const State state = client.reader.state();
+        if (state == State::refused) {
+            refuse(client, client.reader.problem());
+        } else if (state == State::complete) {
+            begin(id, client);
+        } else {
+            break;
+        }
+    }
+    if (client.outlet->broken() && client.phase != Phase::serving) return end(id);
+    const bool bodyIsAwaited = client.phase == Phase::reading && !client.told &&
+                               client.reader.state() == State::body &&
+                               client.reader.head().expectsContinue;
+    if (bodyIsAwaited) {
+        client.told = true;
+        client.outlet->send("HTTP/1.1 100 Continue\r\n\r\n", false);
+    }
+    updateDeadline(id, client);
+    watch(id, client);
+}
+
+void EventLoop::begin(Id id, Client& client) {
+    const RequestReader& reader = client.reader;
+    auto exchange = std::make_shared<Exchange>(
+        Exchange{.head = reader.head(),
+                 .headBytes = std::string(reader.headBytes()),
+                 .body = std::string(reader.body()),
+                 .requestId = requestIdFrom(reader.head().header("X-Request-Id")),
+                 .client = client.address,
+                 .arrived = Clock::now(),
+                 .departure = std::make_shared<Departure>(),
+                 .last = !reader.head().keepAlive || closing_});
+    client.told = false;
+    client.keepAlive = !exchange->last;
+    if (const auto answer = hooks_.quick(*exchange)) {
+        return reply(client, *answer, exchange->requestId, exchange->head.method == "HEAD");
+    }
+    client.departure = exchange->departure;
+    client.halfClosed = false;
+    workers_.run([this, id, exchange, outlet = client.outlet] {
+        const bool keepAlive = hooks_.answer(*exchange, *outlet);
+        post({.id = id, .answered = true, .keepAlive = keepAlive});
+    });
+    client.phase = Phase::serving;
+}
+
+void EventLoop::refuse(Client& client, const Problem& problem) {
+    client.keepAlive = false;
+    const Exchange exchange{.head = client.reader.head(),
+                            .requestId = requestIdFrom(client.reader.head().header("X-Request-Id")),
+                            .client = client.address,
+                            .arrived = Clock::now()};
+    reply(client, hooks_.refuse(callOf(exchange), problem), exchange.requestId,
+          exchange.head.method == "HEAD");
+}
+
+void EventLoop::reply(Client& client, const Answer& answer, const std::string& requestId,
+                      bool isHead) {
+    client.outlet->send(wireBytes(answer, requestId, client.keepAlive, isHead), false);
+    answered(client);
+}
+
+// The whole answer is given; what follows depends on how much of it is taken.
+void EventLoop::answered(Client& client) {
+    client.phase = Phase::flushing;
+    client.wait = Wait::nothing;  // time for what follows counts from now
+    client.departure = nullptr;
+    if (client.outlet->pending() || client.outlet->broken()) return;
+    if (client.keepAlive) {
+        client.phase = Phase::reading;
+        client.reader.next();
+    } else {
+        client.phase = Phase::draining;
+        client.reader = RequestReader(limits_);
+        shutdown(client.outlet->socket(), SHUT_WR);
+    }
+}
+
+// --- time
+
+EventLoop::Wait EventLoop::waitOf(const Client& client) const {
+    switch (client.phase) {
+        case Phase::serving:
+        case Phase::flushing:
+            return client.outlet->pending() ? Wait::write : Wait::nothing;
+        case Phase::draining:
+            return Wait::drain;
+        case Phase::reading:
+            break;
+    }
+    const State state = client.reader.state();
+    return state == State::idle ? Wait::idle : state == State::head ? Wait::head : Wait::body;
+}
+
+milliseconds EventLoop::timeFor(Wait wait) const {
+    switch (wait) {
+        case Wait::idle:
+            return closing_ ? kLastCall : limits_.idle;
+        case Wait::head:
+            return closing_ ? std::min(kLastWord, limits_.head) : limits_.head;
+        case Wait::body:
+            return closing_ ? std::min(kLastWord, limits_.body) : limits_.body;
+        case Wait::write:
+            return limits_.write;
+        case Wait::drain:
+        case Wait::nothing:
+            break;
+    }
+    return kDrain;
+}
+
+// More of the same does not buy time, except for whoever takes an answer at a fair pace.
+void EventLoop::updateDeadline(Id id, Client& client) {
+    const Wait wait = waitOf(client);
+    const std::uint64_t sent = client.outlet->sentBytes();
+    const bool progress = wait == Wait::write && sent >= client.taken + kProgress;
+    if (wait == client.wait && !progress) return;
+    client.wait = wait;
+    client.taken = sent;
+    if (wait == Wait::nothing) return deadlines_.forget(id);
+    deadlines_.set(id, Clock::now() + timeFor(wait));
+}
+
+void EventLoop::expire() {
+    const auto now = Clock::now();
+    if (now >= acceptAgain_) {
+        acceptAgain_ = Clock::time_point::max();
+        epoll_event event{.events = EPOLLIN, .data = {.u64 = kListener}};
+        if (!closing_) epoll_ctl(epoll_, EPOLL_CTL_MOD, listener_.socket(), &event);
+    }
+    while (const auto id = deadlines_.due(now)) {
+        with(*id, [&](Client& client) { expired(*id, client); });
+    }
+}
+
+void EventLoop::expired(Id id, Client& client) {
+    const State state = client.reader.state();
+    if (client.phase == Phase::reading && state != State::idle) {
+        ++counters_.timeouts;
+        const bool head = state == State::head;
+        refuse(client,
+               requestTimeout(head ? "head" : "body", seconds(head ? limits_.head : limits_.body)));
+        return advance(id, client);
+    }
+    if (client.phase == Phase::serving) {  // of a stream
+        ++counters_.stalled;
+        client.outlet->breakOff();
+        left(client);
+        return deadlines_.forget(id);
+    }
+    if (client.phase == Phase::flushing) ++counters_.stalled;
+    end(id);
+}
+
+// --- the rest
+
+void EventLoop::watch(Id id, Client& client) {
+    std::uint32_t interest = 0;
+    switch (client.phase) {
+        case Phase::reading:
+        case Phase::draining:
+            interest = EPOLLIN;
+            break;
+        case Phase::serving:
+            if (!client.halfClosed) interest |= EPOLLRDHUP;
+            [[fallthrough]];
+        case Phase::flushing:
+            if (client.outlet->pending()) interest |= EPOLLOUT;
+            break;
+    }
+    if (client.watched && interest == client.interest) return;
+    if (!client.watched && client.phase == Phase::serving && client.outlet->broken()) return;
+    epoll_event event{.events = interest, .data = {.u64 = id}};
+    epoll_ctl(epoll_, client.watched ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, client.outlet->socket(),
+              &event);
+    client.watched = true;
+    client.interest = interest;
+}
+
+// Nobody new, and those that are here ask no more than what they have begun.
+void EventLoop::beginStopping() {
+    closing_ = true;
+    accept(kAcceptedAtEnd);  // who has connected already gets an answer
+    epoll_ctl(epoll_, EPOLL_CTL_DEL, listener_.socket(), nullptr);
+    listener_.close();
+    for (const auto& [id, client] : clients_) {
+        if (client.phase != Phase::reading) continue;
+        deadlines_.shorten(id, Clock::now() + timeFor(client.wait));
+    }
+}
+
+}  // namespace clerestory

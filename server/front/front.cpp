@@ -1,0 +1,77 @@
+#include "server/front/front.h"
+
+#include "server/front/event_loop.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+// Of descriptors: for scenes, importers, the driver and what runs without asking.
+constexpr std::size_t kOtherDescriptors = 64;
+
+// No more connections than there are descriptors, which the system lets a program raise.
+FrontLimits affordable(FrontLimits limits) {
+    rlimit files{};
+    if (getrlimit(RLIMIT_NOFILE, &files) != 0) return limits;
+    const rlim_t wanted = limits.connections + kOtherDescriptors;
+    if (files.rlim_cur < wanted) {
+        files.rlim_cur = std::min(wanted, files.rlim_max);
+        setrlimit(RLIMIT_NOFILE, &files);
+    }
+    const auto most = static_cast<std::size_t>(files.rlim_cur);
+    const std::size_t ours = std::max(most, 2 * kOtherDescriptors) - kOtherDescriptors;
+    limits.connections = std::min(limits.connections, ours);
+    return limits;
+}
+
+}  // namespace
+
+class Front::Parts {
+public:
+    Parts(const FrontOptions& options, Routes given)
+        : routes(std::move(given)),
+          limits(affordable(options.limits)),
+          listener(options.host, options.port),
+          port(listener.port()),
+          library(limits, routes.respond, routes.refuse),
+          loop(listener, limits, options.threads, hooks(), counters) {}
+
+    EventLoop::Hooks hooks() {
+        return {
+            .quick = [this](const Exchange& exchange) { return routes.quick(callOf(exchange)); },
+            .refuse = routes.refuse,
+            .answer = [this](const Exchange& exchange,
+                             Outlet& outlet) { return library.answer(exchange, outlet); }};
+    }
+
+    const Routes routes;
+    const FrontLimits limits;
+    FrontCounters counters;
+    Listener listener;
+    const int port;
+    Library library;
+    EventLoop loop;
+};
+
+Front::Front(const FrontOptions& options, Routes routes)
+    : parts_(std::make_unique<Parts>(options, std::move(routes))) {}
+Front::~Front() = default;
+
+int Front::port() const {
+    return parts_->port;
+}
+void Front::serve() {
+    parts_->loop.run();
+}
+void Front::stop() {
+    parts_->library.endStreams();
+    parts_->loop.stop();
+}
+const FrontCounters& Front::counters() const {
+    return parts_->counters;
+}
+
+}  // namespace clerestory
