@@ -70,7 +70,7 @@ Answer postComparison(Service& service, const Call& call) {
     ComparisonRequest request = comparisonRequestFrom(strictJson(call.body));
     request.frame.scene = service.library().require(request.frame.scene)->id;
     // What no table can know, a camera's name and the like, is told now and not in the job.
-    service.queue().run(patience(service, call), [frame = request.frame](Renderer& renderer) {
+    service.queue().run(turnOf(service, call), [frame = request.frame](Renderer& renderer) {
         return renderer.plan(frame).passes.size();
     });
     return accepted(service.jobs().start([&service, request](const std::string& id) {

@@ -50,6 +50,12 @@ void addServe(CLI::App& app, CommandLine& line) {
         ->check(CLI::Range(1, 4096).description(""))
         ->type_name("N")
         ->capture_default_str();
+    serve
+        ->add_option("--queue-seconds", config.queueSeconds,
+                     "predicted seconds of work that may wait; one frame always may")
+        ->check(CLI::Range(0.01, 3600.0).description(""))
+        ->type_name("SECONDS")
+        ->capture_default_str();
     serve->add_option("--deadline", config.deadlineSeconds, "seconds from request to answer")
         ->check(CLI::Range(0.001, 3600.0).description(""))
         ->type_name("SECONDS")

@@ -14,7 +14,8 @@ struct Config {
     RendererOptions renderer;
     FrontOptions http;
     SceneSources scenes;
-    std::size_t queue = 64;         // frames that may wait
+    std::size_t queue = 16;         // frames that may wait
+    double queueSeconds = 2.0;      // of predicted work that may wait
     double deadlineSeconds = 10.0;  // from a request's arrival to its answer
     std::string logLevel = "info";
 };

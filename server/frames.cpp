@@ -13,6 +13,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 
 namespace clerestory {
@@ -49,6 +50,17 @@ std::string etagOf(Service& service, const Scene& scene, const FrameRequest& req
                   static_cast<unsigned long long>(hash.high64),
                   static_cast<unsigned long long>(hash.low64));
     return tag;
+}
+
+constexpr std::uint64_t kPlanKind = 1;
+
+// Frames of one kind differ in what they look at, and so take about the same time.
+std::uint64_t kindOf(FrameRequest request) {
+    request.camera = {};
+    request.time = 0.0;
+    request.output = {};
+    const std::string text = canonicalText(request);
+    return XXH3_64bits(text.data(), text.size());
 }
 
 // If-None-Match compares weakly (RFC 9110 13.1.2), so that W/"x" names "x" too.
@@ -128,19 +140,20 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
         return answer;
     }
     const auto door = Clock::now();
-    const Drawn drawn =
-        service.queue().run(patience(service, call), [request, door, asked](Renderer& renderer) {
-            const double queueMs = millisecondsSince(door);
-            Frame frame = asked == Explain::health ? renderer.renderExamined(request)
-                                                   : renderer.render(request);
-            return Drawn{std::move(frame), queueMs, millisecondsSince(door) - queueMs};
-        });
+    const Turn turn = turnOf(service, call, kindOf(request));
+    const Drawn drawn = service.queue().run(turn, [request, door, asked](Renderer& renderer) {
+        const double queueMs = millisecondsSince(door);
+        Frame frame =
+            asked == Explain::health ? renderer.renderExamined(request) : renderer.render(request);
+        return Drawn{std::move(frame), queueMs, millisecondsSince(door) - queueMs};
+    });
     service.frameWasDrawn();
     const auto drawnAt = Clock::now();
     answer.body = encoded(drawn.frame.image, request.output);
     answer.type = mediaType(request.output.format);
     const double encodeMs = millisecondsSince(drawnAt);
-    service.metrics().frame(millisecondsSince(door) / 1000.0, drawn.frame.plan);
+    service.metrics().frame(millisecondsSince(door) / 1000.0, drawn.queueMs / 1000.0,
+                            drawn.frame.plan);
     answer.headers.emplace_back("Server-Timing",
                                 serverTiming(drawn, encodeMs, millisecondsSince(call.arrived)));
     answer.headers.emplace_back("Clerestory-Passes", compactPasses(drawn.frame.plan));
@@ -165,10 +178,22 @@ std::string contentText(Service& service, const Scene& scene, const FrameRequest
            '\n' + id.version + '\n' + id.platform;
 }
 
-std::chrono::duration<double> patience(Service& service, const Call& call) {
-    const std::chrono::duration<double> whole(service.config().deadlineSeconds);
+Turn turnOf(Service& service, const Call& call, std::uint64_t kind) {
+    std::chrono::duration<double> whole(service.config().deadlineSeconds);
+    if (const std::string text = call.header("Clerestory-Deadline"); !text.empty()) {
+        unsigned milliseconds = 0;
+        const auto [end, error] =
+            std::from_chars(text.data(), text.data() + text.size(), milliseconds);
+        if (error != std::errc() || end != text.data() + text.size() || milliseconds == 0) {
+            throw RequestError(badRequest("Clerestory-Deadline is not a number of milliseconds."));
+        }
+        whole = std::min(whole, std::chrono::duration<double>(0.001 * milliseconds));
+    }
     const std::chrono::duration<double> waited = Clock::now() - call.arrived;
-    return std::max(whole - waited, std::chrono::duration<double>(0.0));
+    return {.client = call.client,
+            .kind = kind,
+            .patience = std::max(whole - waited, std::chrono::duration<double>(0.0)),
+            .departure = call.departure};
 }
 
 void requireJsonType(const Call& call) {
@@ -200,6 +225,10 @@ Answer postFrame(Service& service, const Call& call) {
 Answer getFrame(Service& service, const Call& call) {
     auto query = call.query;
     query.erase("explain");
+    if (!service.config().http.access.linkKeyFile.empty()) {  // a link's seal, checked at the door
+        query.erase("expires");
+        query.erase("signature");
+    }
     return frame(service, call, requestFrom(bodyFromQuery(query), call));
 }
 
@@ -210,8 +239,9 @@ Answer postPlan(Service& service, const Call& call) {
     const auto scene = service.library().require(request.scene);
     request.scene = scene->id;
     const auto pick = picked(service, *scene, request);
-    const FramePlan plan = service.queue().run(
-        patience(service, call), [request](Renderer& renderer) { return renderer.plan(request); });
+    const FramePlan plan =
+        service.queue().run(turnOf(service, call, kPlanKind),
+                            [request](Renderer& renderer) { return renderer.plan(request); });
     nlohmann::ordered_json json = planJson(plan);
     if (pick) json["accuracy"] = {{"chosen", accuracyJson(pick->accuracy)}, {"words", pick->words}};
     return {.type = "application/json",

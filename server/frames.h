@@ -4,6 +4,7 @@
 #include "plan/frame_request.h"
 #include "scene/scene.h"
 #include "server/call.h"
+#include "server/render_queue.h"
 
 namespace clerestory {
 
@@ -19,8 +20,9 @@ Answer postPlan(Service& service, const Call& call);
 void requireJsonType(const Call& call);
 // A POST's query holds nothing but `explain`. Throws RequestError 422.
 void requireQuery(const Call& call, bool explainAllowed);
-// What is left of the deadline.
-std::chrono::duration<double> patience(Service& service, const Call& call);
+// How the call's work stands in line, with what is left of its deadline: the server's, or an
+// earlier one of the header Clerestory-Deadline. Throws RequestError 400 when that is no number.
+Turn turnOf(Service& service, const Call& call, std::uint64_t kind = 0);
 // All that can change a byte of the answer: the request, and what stands behind its names.
 std::string contentText(Service& service, const Scene& scene, const FrameRequest& request);
 

@@ -56,6 +56,22 @@ struct Metrics::Families {
             .Register(registry)
             .Add({}, prometheus::Histogram::BucketBoundaries{0.002, 0.005, 0.01, 0.02, 0.05, 0.1,
                                                              0.2, 0.5, 1.0, 2.0, 5.0, 10.0});
+    prometheus::Histogram& queueSeconds =
+        BuildHistogram()
+            .Name("clerestory_queue_seconds")
+            .Help("From the door of the queue to the begin of the work")
+            .Register(registry)
+            .Add({}, prometheus::Histogram::BucketBoundaries{0.001, 0.002, 0.005, 0.01, 0.02, 0.05,
+                                                             0.1, 0.2, 0.5, 1.0, 2.0, 5.0});
+    prometheus::Family<prometheus::Gauge>& connections = BuildGauge()
+                                                             .Name("clerestory_connections")
+                                                             .Help("Connections that are open")
+                                                             .Register(registry);
+    prometheus::Family<prometheus::Gauge>& connectionEvents =
+        BuildGauge()
+            .Name("clerestory_connection_events")
+            .Help("Connections since the start, by what became of them")
+            .Register(registry);
     prometheus::Gauge& queueDepth = BuildGauge()
                                         .Name("clerestory_queue_depth")
                                         .Help("Frames waiting or being drawn")
@@ -79,8 +95,9 @@ void Metrics::refused(const std::string& code) {
     families_->refusals.Add({{"reason", code}}).Increment();
 }
 
-void Metrics::frame(double seconds, const FramePlan& plan) {
+void Metrics::frame(double seconds, double queueSeconds, const FramePlan& plan) {
     families_->frameSeconds.Observe(seconds);
+    families_->queueSeconds.Observe(queueSeconds);
     for (const Pass& pass : plan.passes) {
         families_->passes.Add({{"kind", std::string(nameOf(pass.kind))}}).Increment();
     }
@@ -90,7 +107,16 @@ void Metrics::notModified() {
     families_->notModified.Increment();
 }
 
-std::string Metrics::text(std::size_t queueDepth) const {
+std::string Metrics::text(std::size_t queueDepth, const FrontCounters& front) const {
+    const std::pair<const char*, std::uint64_t> events[] = {
+        {"accepted", front.accepted},       {"evicted", front.evicted},
+        {"turnedAway", front.turnedAway},   {"acceptError", front.acceptErrors},
+        {"requestTimeout", front.timeouts}, {"answerStalled", front.stalled},
+        {"clientLeft", front.clientsLeft}};
+    for (const auto& [name, count] : events) {
+        families_->connectionEvents.Add({{"event", name}}).Set(static_cast<double>(count));
+    }
+    families_->connections.Add({}).Set(static_cast<double>(front.open));
     families_->queueDepth.Set(static_cast<double>(queueDepth));
     families_->resident.Set(residentBytes());
     std::ostringstream out;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/frame_plan.h"
+#include "server/front/counters.h"
 
 #include <memory>
 #include <string>
@@ -15,11 +16,12 @@ public:
 
     void request(const std::string& route, int status);
     void refused(const std::string& code);
-    void frame(double seconds, const FramePlan& plan);  // from the queue's door to encoded bytes
+    // From the queue's door to encoded bytes, and of that in the queue.
+    void frame(double seconds, double queueSeconds, const FramePlan& plan);
     void notModified();
 
     // Prometheus text, version 0.0.4.
-    std::string text(std::size_t queueDepth) const;
+    std::string text(std::size_t queueDepth, const FrontCounters& front) const;
 
 private:
     struct Families;

@@ -27,6 +27,17 @@ Problem notHttp() {
     return badRequest("This is not a request of HTTP/1.1.");
 }
 
+Problem unauthorized() {
+    return {.status = 401,
+            .code = "unauthorized",
+            .title = "Unauthorized",
+            .detail = "Send the server's token as Authorization: Bearer TOKEN."};
+}
+
+Problem forbidden(std::string detail) {
+    return {.status = 403, .code = "forbidden", .title = "Forbidden", .detail = std::move(detail)};
+}
+
 Problem notFound(std::string detail) {
     return {.status = 404, .code = "notFound", .title = "Not found", .detail = std::move(detail)};
 }
@@ -107,6 +118,15 @@ Problem expectationFailed() {
             .code = "expectationFailed",
             .title = "Expectation failed",
             .detail = "The only expectation known is 100-continue."};
+}
+
+Problem misdirected() {
+    return {.status = 421,
+            .code = "misdirected",
+            .title = "Misdirected request",
+            .detail =
+                "The server does not go by this name. Whoever runs it can allow one with "
+                "--allow-host."};
 }
 
 Problem invalidFields(std::vector<FieldError> errors) {

@@ -33,6 +33,8 @@ private:
 Problem notJson(std::string detail);                                 // 400
 Problem badRequest(std::string detail);                              // 400: HTTP itself
 Problem notHttp();                                                   // 400
+Problem unauthorized();                                              // 401
+Problem forbidden(std::string detail);                               // 403
 Problem notFound(std::string detail);                                // 404
 Problem methodNotAllowed(std::string allow);                         // 405
 Problem requestTimeout(const char* part, double seconds);            // 408
@@ -44,6 +46,7 @@ Problem uriTooLong(std::size_t maxPath, std::size_t maxLine);        // 414
 Problem notJsonType();                                               // 415
 Problem encodedBody();                                               // 415
 Problem expectationFailed();                                         // 417
+Problem misdirected();                                               // 421
 Problem invalidFields(std::vector<FieldError> errors);               // 422
 Problem sceneFailed(std::string detail);                             // 422
 Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders);  // 431

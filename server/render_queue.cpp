@@ -1,7 +1,5 @@
 #include "server/render_queue.h"
 
-#include "server/problem.h"
-
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -9,8 +7,8 @@
 
 namespace clerestory {
 
-RenderQueue::RenderQueue(const RendererOptions& options, std::size_t capacity)
-    : capacity_(capacity),
+RenderQueue::RenderQueue(const RendererOptions& options, const WorkLine::Limits& limits)
+    : line_(limits),
       identity_(made_.get_future().share()),
       thread_([this, options] { serve(options); }) {}
 
@@ -28,45 +26,87 @@ const RendererIdentity& RenderQueue::identity() const {
     return identity_.get();
 }
 
-void RenderQueue::post(std::function<void(Renderer&)> work) {
+void RenderQueue::post(Work work) {
     {
         const std::lock_guard lock(mutex_);
         if (ending_) return;
-        jobs_.push_back({.work = std::move(work), .counted = false});
+        posted_.push_back(std::move(work));
     }
     wake_.notify_one();
 }
 
-void RenderQueue::push(Job job) {
+RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Clock::time_point deadline,
+                          Work work)
+    : queue_(queue),
+      departure_(turn.departure),
+      id_(queue.push(turn, deadline, {std::move(work), dropped_})) {
+    if (departure_) departure_->whenLeft([this] { queue_.withdraw(id_, clientLeft()); });
+}
+
+RenderQueue::Place::~Place() {
+    if (departure_) departure_->whenLeft(nullptr);
+    queue_.withdraw(id_, internalError());  // nobody hears the reason
+}
+
+WorkLine::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job job) {
+    std::vector<Job> gone;  // freed after the lock: that wakes those who waited for them
+    WorkLine::Id id = 0;
     {
         const std::lock_guard lock(mutex_);
         if (refusing_) throw RequestError(shuttingDown());
-        if (counted_ >= capacity_) throw RequestError(queueFull(retryAfterSeconds()));
-        ++counted_;
-        jobs_.push_back(std::move(job));
+        const WorkLine::Entry entry = line_.enter({turn.client, turn.kind, deadline}, Clock::now());
+        for (const WorkLine::Id out : entry.pushedOut) gone.push_back(dropped(out, full()));
+        if (!entry.id) throw RequestError(full());
+        id = *entry.id;
+        jobs_.emplace(id, std::move(job));
     }
     wake_.notify_one();
+    return id;
+}
+
+// Takes a job that has left the line out of the table. Called with the lock held.
+RenderQueue::Job RenderQueue::dropped(WorkLine::Id id, const Problem& why) {
+    const auto found = jobs_.find(id);
+    Job job = std::move(found->second);
+    jobs_.erase(found);
+    *job.dropped = why;
+    if (jobs_.empty() && !running_) idle_.notify_all();
+    return job;
+}
+
+void RenderQueue::withdraw(WorkLine::Id id, const Problem& why) {
+    Job gone;
+    const std::lock_guard lock(mutex_);
+    if (line_.leave(id)) gone = dropped(id, why);
 }
 
 void RenderQueue::refuseNew() {
     std::unique_lock lock(mutex_);
     refusing_ = true;
-    idle_.wait(lock, [&] { return counted_ == 0; });
+    idle_.wait(lock, [&] { return jobs_.empty() && !running_; });
 }
 
-void RenderQueue::refuseLate(std::chrono::duration<double> patience) {
-    throw RequestError(overDeadline(patience.count()));
+std::optional<Problem> RenderQueue::refusalFor(const std::string& client) const {
+    const std::lock_guard lock(mutex_);
+    if (refusing_) return shuttingDown();
+    if (line_.refuses(client)) return full();
+    return std::nullopt;
 }
 
 std::size_t RenderQueue::depth() const {
     const std::lock_guard lock(mutex_);
-    return counted_;
+    return jobs_.size() + (running_ ? 1 : 0);
 }
 
-// Until half of what waits is done. Called with the lock held.
-int RenderQueue::retryAfterSeconds() const {
-    const double seconds = 0.5 * meanSeconds_ * static_cast<double>(counted_);
-    return static_cast<int>(std::clamp(std::ceil(seconds), 1.0, 60.0));
+bool RenderQueue::hasRoom() const {
+    const std::lock_guard lock(mutex_);
+    return line_.hasRoom();
+}
+
+// To come back when half of what waits is done. Called with the lock held.
+Problem RenderQueue::full() const {
+    return queueFull(
+        static_cast<int>(std::clamp(std::ceil(0.5 * line_.waitingSeconds()), 1.0, 60.0)));
 }
 
 void RenderQueue::serve(const RendererOptions& options) {
@@ -80,28 +120,47 @@ void RenderQueue::serve(const RendererOptions& options) {
     }
     std::unique_lock lock(mutex_);
     for (;;) {
-        wake_.wait(lock, [&] { return ending_ || !jobs_.empty(); });
-        if (jobs_.empty()) return;
-        Job job = std::move(jobs_.front());
-        jobs_.pop_front();
-        lock.unlock();
-        const auto start = Clock::now();
-        const bool inTime = start < job.deadline;
-        if (inTime) {
+        wake_.wait(lock, [&] { return ending_ || !posted_.empty() || !jobs_.empty(); });
+        if (!posted_.empty()) {
+            Work work = std::move(posted_.front());
+            posted_.pop_front();
+            lock.unlock();
             try {
-                job.work(*renderer);
-            } catch (const std::exception& error) {  // of post(); run() keeps its own
+                work(*renderer);
+            } catch (const std::exception& error) {
                 spdlog::error("work on the OpenGL thread failed: {}", error.what());
             }
-        }
-        job.work = nullptr;  // frees what it holds before the lock is taken again
-        const double seconds = millisecondsSince(start) / 1000.0;
-        lock.lock();
-        if (job.counted) {
-            if (--counted_ == 0) idle_.notify_all();
-            if (inTime) meanSeconds_ += 0.1 * (seconds - meanSeconds_);
+            work = nullptr;  // frees what it holds before the lock is taken again
+            lock.lock();
+        } else if (!jobs_.empty()) {
+            serveOne(*renderer, lock);
+        } else {
+            return;
         }
     }
+}
+
+// One piece of a client's work; what is past its deadline is dropped on the way.
+void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
+    std::vector<Job> gone;
+    Job job;
+    const WorkLine::Turn turn = line_.next(Clock::now());
+    for (const WorkLine::Id late : turn.late) gone.push_back(dropped(late, overDeadline(0.0)));
+    if (turn.id) {
+        running_ = true;
+        const auto found = jobs_.find(*turn.id);
+        job = std::move(found->second);
+        jobs_.erase(found);
+    }
+    lock.unlock();
+    gone.clear();
+    if (job.work) job.work(renderer);  // keeps its own exceptions
+    job.work = nullptr;
+    lock.lock();
+    if (!turn.id) return;
+    line_.finished(Clock::now());
+    running_ = false;
+    if (jobs_.empty()) idle_.notify_all();
 }
 
 }  // namespace clerestory

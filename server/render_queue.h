@@ -1,14 +1,16 @@
-// The one door to the OpenGL thread: a thread that owns the Renderer, and a bounded queue before
-// it.
+// The one door to the OpenGL thread: a thread that owns the Renderer, and a bounded, fair line
+// before it.
 //
-// Does not: know HTTP requests or scenes; retry; reorder.
+// Does not: know HTTP requests or scenes; retry.
 #pragma once
 
 #include "renderer.h"
 #include "server/clock.h"
+#include "server/departure.h"
+#include "server/problem.h"
+#include "server/work_line.h"
 
 #include <condition_variable>
-#include <deque>
 #include <functional>
 #include <future>
 #include <mutex>
@@ -16,10 +18,18 @@
 
 namespace clerestory {
 
+// How a piece of work stands in line.
+struct Turn {
+    std::string client;      // whose it is; empty: the server's own
+    std::uint64_t kind = 0;  // equal kinds take about the same time
+    std::chrono::duration<double> patience{10.0};
+    std::shared_ptr<Departure> departure;  // null: whoever waits stays
+};
+
 class RenderQueue {
 public:
     // Starts the thread and makes the Renderer in it; call identity() to wait for that.
-    RenderQueue(const RendererOptions& options, std::size_t capacity);
+    RenderQueue(const RendererOptions& options, const WorkLine::Limits& limits);
     // Finishes what was accepted.
     ~RenderQueue();
     RenderQueue(const RenderQueue&) = delete;
@@ -29,51 +39,82 @@ public:
     const RendererIdentity& identity() const;
 
     // Runs `work` on the OpenGL thread and waits for it. Work whose deadline passes while it waits
-    // is dropped. Throws RequestError: full or stopping (503), over the deadline (504); and what
-    // `work` throws. When the deadline passes in mid-work the work ends unheard, so it must own
-    // what it touches.
+    // is dropped, and so is that of a client that leaves. Throws RequestError: full, stopping or
+    // left (503), over the deadline (504); and what `work` throws. When the deadline passes in
+    // mid-work the work ends unheard, so it must own what it touches.
     template <class Work>
-    auto run(std::chrono::duration<double> patience, Work work) {
+    auto run(const Turn& turn, Work work) {
         using Result = std::invoke_result_t<Work, Renderer&>;
         auto task = std::make_shared<std::packaged_task<Result(Renderer&)>>(std::move(work));
         std::future<Result> result = task->get_future();
-        const auto deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(patience);
-        push({.deadline = deadline, .work = [task](Renderer& r) { (*task)(r); }});
-        if (result.wait_until(deadline) != std::future_status::ready) refuseLate(patience);
+        const auto deadline =
+            Clock::now() + std::chrono::duration_cast<Clock::duration>(turn.patience);
+        const Place place(*this, turn, deadline,
+                          [task = std::move(task)](Renderer& r) { (*task)(r); });
+        if (result.wait_until(deadline) != std::future_status::ready) {
+            throw RequestError(overDeadline(turn.patience.count()));
+        }
         try {
             return result.get();
-        } catch (const std::future_error&) {  // dropped in the queue at the deadline
-            refuseLate(patience);
+        } catch (const std::future_error&) {  // dropped
+            throw RequestError(place.whyDropped());
         }
     }
 
-    // The server's own work (scenes, warming): not counted in the capacity, not waited for.
+    // The server's own: a client like any other.
+    template <class Work>
+    auto run(std::chrono::duration<double> patience, Work work) {
+        return run(Turn{.patience = patience}, std::move(work));
+    }
+
+    // What everything hangs on (scenes, warming): comes first, in order, is not counted and not
+    // waited for.
     void post(std::function<void(Renderer&)> work);
+
+    // Why run() would surely refuse this client now. Does not wait.
+    std::optional<Problem> refusalFor(const std::string& client) const;
 
     // From now on run() refuses; returns when what it accepted is done.
     void refuseNew();
 
     std::size_t depth() const;  // waiting or running, of run()
-    std::size_t capacity() const { return capacity_; }
-    bool hasRoom() const { return depth() < capacity_; }
+    bool hasRoom() const;
 
 private:
+    using Work = std::function<void(Renderer&)>;
     struct Job {
-        Clock::time_point deadline = Clock::time_point::max();
-        std::function<void(Renderer&)> work;
-        bool counted = true;
+        Work work;
+        std::shared_ptr<Problem> dropped;  // why, when it is
     };
-    void push(Job job);
-    [[noreturn]] static void refuseLate(std::chrono::duration<double> patience);
-    int retryAfterSeconds() const;
-    void serve(const RendererOptions& options);
+    // From the entry to the end of run(): leaves the line when that ends early.
+    class Place {
+    public:
+        Place(RenderQueue& queue, const Turn& turn, Clock::time_point deadline, Work work);
+        ~Place();
+        Place(const Place&) = delete;
+        Place& operator=(const Place&) = delete;
+        const Problem& whyDropped() const { return *dropped_; }
 
-    const std::size_t capacity_;
+    private:
+        RenderQueue& queue_;
+        std::shared_ptr<Departure> departure_;
+        std::shared_ptr<Problem> dropped_ = std::make_shared<Problem>(internalError());
+        WorkLine::Id id_ = 0;
+    };
+
+    WorkLine::Id push(const Turn& turn, Clock::time_point deadline, Job job);
+    void withdraw(WorkLine::Id id, const Problem& why);
+    Job dropped(WorkLine::Id id, const Problem& why);
+    Problem full() const;
+    void serve(const RendererOptions& options);
+    void serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock);
+
     mutable std::mutex mutex_;
     std::condition_variable wake_, idle_;
-    std::deque<Job> jobs_;
-    std::size_t counted_ = 0;
-    double meanSeconds_ = 0.05;  // of a job, a running mean; only for Retry-After
+    WorkLine line_;
+    std::unordered_map<WorkLine::Id, Job> jobs_;  // that wait in line_
+    std::deque<Work> posted_;
+    bool running_ = false;  // something of run()
     bool refusing_ = false;
     bool ending_ = false;
     std::promise<RendererIdentity> made_;

@@ -81,7 +81,7 @@ Answer readiness(Service& service, const Call&) {
 
 Answer metrics(Service& service, const Call&) {
     return {.type = "text/plain; version=0.0.4; charset=utf-8",
-            .body = service.metrics().text(service.queue().depth())};
+            .body = service.metrics().text(service.queue().depth(), service.connections())};
 }
 
 Answer openApi(Service&, const Call&) {
@@ -162,6 +162,7 @@ Answer problemAnswer(const Problem& problem, const std::string& requestId) {
     if (problem.retryAfterSeconds > 0) {
         answer.headers.emplace_back("Retry-After", std::to_string(problem.retryAfterSeconds));
     }
+    if (problem.status == 401) answer.headers.emplace_back("WWW-Authenticate", "Bearer");
     if (!problem.allow.empty()) answer.headers.emplace_back("Allow", problem.allow);
     return answer;
 }
@@ -206,9 +207,21 @@ Answer answerTo(Service& service, const Call& call) {
     }
 }
 
+bool isOpenPath(std::string_view path) {
+    return path == "/healthz" || path == "/readyz" || pageFile(std::string(path));
+}
+
+bool isLinkedPath(std::string_view path) {
+    return path == "/v1/frames";
+}
+
 std::optional<Answer> quickAnswerTo(Service& service, const Call& call) {
     if (call.path == "/healthz") return answerTo(service, call);
-    return std::nullopt;
+    const bool draws = call.path == "/v1/frames" || call.path == "/v1/plans";
+    // A frame that the client has already costs no turn.
+    if (!draws || !call.header("If-None-Match").empty()) return std::nullopt;
+    const auto problem = service.queue().refusalFor(call.client);
+    return problem ? std::optional(answerWith(service, call, *problem)) : std::nullopt;
 }
 
 Answer answerWith(Service& service, const Call& call, const Problem& problem) {

@@ -16,6 +16,10 @@ Answer answerTo(Service& service, const Call& call);
 std::optional<Answer> quickAnswerTo(Service& service, const Call& call);
 Answer answerWith(Service& service, const Call& call, const Problem& problem);
 
+// What a token does not guard, and what a signed link opens; the path as it came.
+bool isOpenPath(std::string_view path);
+bool isLinkedPath(std::string_view path);
+
 // Path (with "{id}" for its last part) and method of every route; for /openapi.json and its test.
 std::vector<std::pair<std::string, std::string>> routePaths();
 

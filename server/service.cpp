@@ -51,13 +51,13 @@ FrontOptions frontOptions(const Config& config) {
 
 Service::Service(const Config& config)
     : config_(config),
-      http_(
-          frontOptions(config_),
-          {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
-           .respond = [this](const Call& call) { return answerTo(*this, call); },
-           .refuse = [this](const Call& call,
-                            const Problem& problem) { return answerWith(*this, call, problem); }}),
-      queue_(config_.renderer, config_.queue),
+      http_(frontOptions(config_),
+            {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
+             .respond = [this](const Call& call) { return answerTo(*this, call); },
+             .refuse = [this](const Call& call,
+                              const Problem& problem) { return answerWith(*this, call, problem); },
+             .paths = {.open = isOpenPath, .linked = isLinkedPath}}),
+      queue_(config_.renderer, {config_.queue, config_.queueSeconds}),
       library_(config_.scenes, queue_),
       streams_(kMostStreams),
       jobs_(kLongJobs) {

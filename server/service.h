@@ -32,6 +32,7 @@ public:
     RenderQueue& queue() { return queue_; }
     SceneLibrary& library() { return library_; }
     Metrics& metrics() { return metrics_; }
+    const FrontCounters& connections() const { return http_.counters(); }
     Jobs& jobs() { return jobs_; }
     Truths& truths() { return truths_; }
     Budgets& budgets() { return budgets_; }

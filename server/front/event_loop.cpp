@@ -306,7 +306,7 @@ void EventLoop::begin(Id id, Client& client) {
                  .headBytes = std::string(reader.headBytes()),
                  .body = std::string(reader.body()),
                  .requestId = requestIdFrom(reader.head().header("X-Request-Id")),
-                 .client = client.address,
+                 .client = hooks_.client(reader.head(), client.address),
                  .arrived = Clock::now(),
                  .departure = std::make_shared<Departure>(),
                  .last = !reader.head().keepAlive || closing_});

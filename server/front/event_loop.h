@@ -19,6 +19,8 @@ namespace clerestory {
 class EventLoop {
 public:
     struct Hooks {
+        // Whom a request from that address counts for.
+        std::function<std::string(const RequestHead&, const std::string& address)> client;
         // On the loop's thread, so they must not wait: the answer to what needs no worker, if it is
         // such; and the answer to what HTTP rules out.
         std::function<std::optional<Answer>(const Exchange&)> quick;

@@ -33,6 +33,7 @@ class Front::Parts {
 public:
     Parts(const FrontOptions& options, Routes given)
         : routes(std::move(given)),
+          access(options.access, routes.paths),
           limits(affordable(options.limits)),
           listener(options.host, options.port),
           port(listener.port()),
@@ -41,13 +42,25 @@ public:
 
     EventLoop::Hooks hooks() {
         return {
-            .quick = [this](const Exchange& exchange) { return routes.quick(callOf(exchange)); },
+            .client = [this](const RequestHead& head,
+                             const std::string& address) { return access.clientOf(head, address); },
+            .quick = [this](const Exchange& exchange) { return quick(exchange); },
             .refuse = routes.refuse,
             .answer = [this](const Exchange& exchange,
                              Outlet& outlet) { return library.answer(exchange, outlet); }};
     }
 
+    std::optional<Answer> quick(const Exchange& exchange) const {
+        const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+        const Call call = callOf(exchange);
+        if (const auto problem = access.refusal(exchange.head, now)) {
+            return routes.refuse(call, *problem);
+        }
+        return routes.quick(call);
+    }
+
     const Routes routes;
+    const Access access;
     const FrontLimits limits;
     FrontCounters counters;
     Listener listener;

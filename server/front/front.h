@@ -2,6 +2,7 @@
 // answers. Knows no route.
 #pragma once
 
+#include "server/front/access.h"
 #include "server/front/counters.h"
 #include "server/front/library.h"
 #include "server/front/limits.h"
@@ -13,6 +14,7 @@ struct FrontOptions {
     int port = 8080;           // 0: any free one
     std::size_t threads = 16;  // that answer at once, at most
     FrontLimits limits;
+    AccessOptions access;
 };
 
 class Front {
@@ -23,9 +25,10 @@ public:
         std::function<std::optional<Answer>(const Call&)> quick;
         Responder respond;
         Refuser refuse;
+        Access::Paths paths;
     };
 
-    // Binds; throws std::runtime_error with one line when the port is taken.
+    // Binds; throws std::runtime_error with one line when the port is taken or a secret is missing.
     Front(const FrontOptions& options, Routes routes);
     ~Front();
 

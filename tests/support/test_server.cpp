@@ -12,6 +12,7 @@ Config testConfig() {
     config.scenes.scenes = {"six-walls"};
     config.scenes.import.importer = CLERESTORY_PROGRAM;
     config.queue = 256;
+    config.queueSeconds = 60.0;
     config.deadlineSeconds = 60.0;  // sanitizers are slow
     return config;
 }
