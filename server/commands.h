@@ -12,6 +12,7 @@ int runPlan(const CommandLine& line);
 int runReference(const CommandLine& line);
 int runCompare(const CommandLine& line);
 int runSequence(const CommandLine& line);
+int runSign(const CommandLine& line);
 int runScenes();
 
 }  // namespace clerestory

@@ -1,6 +1,7 @@
 #include "server/config.h"
 
 #include "server/build_id.h"
+#include "server/config_limits.h"
 
 #include <CLI/CLI.hpp>
 
@@ -46,34 +47,12 @@ void addServe(CLI::App& app, CommandLine& line) {
                      "a folder of models; each loads when first asked for")
         ->type_name("DIR");
     addRendererFlags(*serve, config);
-    serve->add_option("--queue", config.queue, "frames that may wait")
-        ->check(CLI::Range(1, 4096).description(""))
-        ->type_name("N")
-        ->capture_default_str();
-    serve
-        ->add_option("--queue-seconds", config.queueSeconds,
-                     "predicted seconds of work that may wait; one frame always may")
-        ->check(CLI::Range(0.01, 3600.0).description(""))
-        ->type_name("SECONDS")
-        ->capture_default_str();
-    serve->add_option("--deadline", config.deadlineSeconds, "seconds from request to answer")
-        ->check(CLI::Range(0.001, 3600.0).description(""))
-        ->type_name("SECONDS")
-        ->capture_default_str();
-    serve->add_option("--max-body", config.http.limits.bodyBytes, "bytes a request body may have")
-        ->check(CLI::Range(1024, 64 * 1024).description(""))
-        ->type_name("BYTES")
-        ->capture_default_str();
-    serve
-        ->add_option("--threads", config.http.threads,
-                     "connections served at once, beside those that wait for a frame")
-        ->check(CLI::Range(4, 4096).description(""))
-        ->type_name("N")
-        ->capture_default_str();
     serve->add_option("--log-level", config.logLevel, "debug, info, warn, error or off")
         ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}).description(""))
         ->type_name("LEVEL")
         ->capture_default_str();
+    addLimitFlags(*serve, config);
+    addAccessFlags(*serve, config);
 }
 
 // What renders and plans have in common: the scene, the request, and flags for its usual fields.
@@ -236,6 +215,19 @@ void addSequence(CLI::App& app, CommandLine& line) {
         ->type_name("FOLDER");
 }
 
+void addSign(CLI::App& app, CommandLine& line) {
+    CLI::App* sign = app.add_subcommand("sign", "Sign a link to a frame for serve --link-key-file");
+    sign->callback([&line] { line.command = Command::sign; });
+    sign->add_option("link", line.sign.link, "from /v1/frames? on")->required()->type_name("LINK");
+    sign->add_option("--key-file", line.sign.keyFile, "its first line is the key")
+        ->required()
+        ->type_name("FILE");
+    sign->add_option("--valid", line.sign.validSeconds, "from now")
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{100} * 366 * 24 * 3600).description(""))
+        ->type_name("SECONDS")
+        ->capture_default_str();
+}
+
 }  // namespace
 
 std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
@@ -248,6 +240,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     addReference(app, line);
     addCompare(app, line);
     addSequence(app, line);
+    addSign(app, line);
     app.add_subcommand("scenes", "List the built-in scenes")->callback([&line] {
         line.command = Command::scenes;
     });

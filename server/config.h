@@ -46,7 +46,14 @@ struct CompareCommand {
     std::string pictures;       // a folder for error pictures; empty: none
 };
 
-enum class Command { serve, render, plan, reference, compare, sequence, scenes };
+// `clerestory sign`: a link that opens for a while.
+struct SignCommand {
+    std::string link;
+    std::string keyFile;
+    std::int64_t validSeconds = 24 * 3600;
+};
+
+enum class Command { serve, render, plan, reference, compare, sequence, scenes, sign };
 
 struct CommandLine {
     Command command = Command::serve;
@@ -54,6 +61,7 @@ struct CommandLine {
     FrameCommand frame;
     ReferenceCommand reference;
     CompareCommand compare;
+    SignCommand sign;
 };
 
 // Nothing to do any more (help was shown, or the line was wrong and one line said so): the exit

@@ -26,6 +26,8 @@ int run(const CommandLine& line) {
             return runCompare(line);
         case Command::sequence:
             return runSequence(line);
+        case Command::sign:
+            return runSign(line);
         case Command::scenes:
             return runScenes();
     }

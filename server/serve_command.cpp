@@ -19,6 +19,7 @@ int runServe(const CommandLine& line) {
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    std::signal(SIGHUP, SIG_IGN);  // a terminal that goes takes nobody with it
 
     spdlog::set_level(spdlog::level::from_str(line.config.logLevel));
     Service service(line.config);

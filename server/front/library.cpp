@@ -33,17 +33,20 @@ public:
         const std::string_view bytes(data, size);
         if (kept_.size() + size <= kKept) {
             kept_ += bytes;
-        } else if (flush(false)) {
-            gone_ = !outlet_.send(bytes, false);
+        } else if (flush()) {
+            gone_ = !outlet_.send(bytes, streamed_);
         }
         return gone_ ? -1 : static_cast<ssize_t>(size);
     }
 
-    bool flush(bool streamed) {
-        if (!kept_.empty() && !gone_) gone_ = !outlet_.send(kept_, streamed);
+    bool flush() {
+        if (!kept_.empty() && !gone_) gone_ = !outlet_.send(kept_, streamed_);
         kept_.clear();
         return !gone_;
     }
+
+    // From now on no faster than the client reads.
+    void beginStream() { streamed_ = true; }
 
     void get_remote_ip_and_port(std::string& ip, int& port) const override {
         ip = exchange_.client;
@@ -63,6 +66,7 @@ private:
     Outlet& outlet_;
     std::string_view rest_;
     std::string kept_;
+    bool streamed_ = false;
     bool gone_ = false;
 };
 
@@ -129,7 +133,7 @@ public:
                 request.headers.erase("Expect");  // the event loop has seen to it
                 if (exchange.last) request.set_header("Connection", "close");
             });
-        return stream.flush(false) && sent && !closing && !exchange.last;
+        return stream.flush() && sent && !closing && !exchange.last;
     }
 
     void endStreams() { ending_ = true; }
@@ -152,9 +156,10 @@ private:
     void giveStream(Answer& answer, httplib::Response& response) {
         const auto pieces = [this, stream = std::move(answer.stream)](std::size_t,
                                                                       httplib::DataSink& sink) {
+            serving.stream->beginStream();
             const bool whole = stream([&](std::string_view piece) {
-                return sink.write(piece.data(), piece.size()) && serving.stream->flush(true) &&
-                       !ending_;
+                return !ending_ && !serving.exchange->departure->left() &&
+                       sink.write(piece.data(), piece.size()) && serving.stream->flush();
             });
             if (whole) sink.done();
             return whole;

@@ -1,6 +1,7 @@
 // The program itself, as a person starts it.
 #include "image/encode.h"
 #include "tests/support/program.h"
+#include "tests/support/server_process.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -95,8 +96,13 @@ TEST(CommandLine, HelpIsForPeople) {
     const Outcome outcome = run("serve --help");
     EXPECT_EQ(outcome.exitCode, 0);
     for (const char* flag :
-         {"--port", "--host", "--scene", "--scenes", "--environment", "--renderer", "--queue",
-          "--deadline", "--max-body", "--threads", "--log-level"}) {
+         {"--port",         "--host",         "--scene",        "--scenes",
+          "--environment",  "--renderer",     "--queue",        "--deadline",
+          "--max-body",     "--threads",      "--log-level",    "--queue-seconds",
+          "--connections",  "--max-line",     "--max-path",     "--max-head",
+          "--max-headers",  "--head-seconds", "--body-seconds", "--write-seconds",
+          "--idle-seconds", "--allow-host",   "--token-file",   "--link-key-file",
+          "--client-header"}) {
         EXPECT_THAT(outcome.output, HasSubstr(flag));
     }
     EXPECT_EQ(run("--help").exitCode, 0);
@@ -131,67 +137,20 @@ TEST(CommandLine, MistakesAreOneLineAndExitTwo) {
     }
 }
 
-// A server as a process of its own, and the port that it says it listens on.
-class ServerProcess {
-public:
-    ServerProcess() {
-        int ends[2];
-        if (::pipe(ends) != 0) return;
-        id_ = ::fork();
-        if (id_ == 0) {
-            ::dup2(ends[1], 1);
-            ::close(ends[0]);
-            // A busy machine may take longer over a cold first frame than the usual deadline.
-            ::execl(CLERESTORY_PROGRAM, CLERESTORY_PROGRAM, "serve", "--port", "0", "--log-level",
-                    "off", "--deadline", "60", static_cast<char*>(nullptr));
-            ::_exit(127);
-        }
-        ::close(ends[1]);
-        std::string line;
-        for (char c; ::read(ends[0], &c, 1) == 1 && c != '\n';) line += c;
-        ::close(ends[0]);
-        const std::size_t colon = line.rfind(':');
-        if (colon != std::string::npos) port = std::atoi(line.c_str() + colon + 1);
-    }
-    ~ServerProcess() {
-        if (id_ > 0) end(SIGKILL);
-    }
-    void waitUntilReady() const {
-        httplib::Client client("127.0.0.1", port);
-        for (int i = 0; i < 6000; ++i) {
-            const auto ready = client.Get("/readyz");
-            if (ready && ready->status == 200) return;
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        ADD_FAILURE() << "not ready within a minute";
-    }
-    int end(int signal) {
-        ::kill(id_, signal);
-        int status = 0;
-        ::waitpid(id_, &status, 0);
-        id_ = -1;
-        return status;
-    }
-    int port = 0;
-
-private:
-    pid_t id_ = -1;
-};
-
 TEST(CommandLine, SignalsEndTheServerAfterTheFrameThatRuns) {
     for (const int signal : {SIGTERM, SIGINT}) {
-        ServerProcess server;
-        ASSERT_GT(server.port, 0);
-        server.waitUntilReady();
+        test::ServerProcess server;
+        ASSERT_GT(server.port(), 0);
+        ASSERT_TRUE(server.waitUntilReady());
         std::thread frame([&] {
-            httplib::Client client("127.0.0.1", server.port);
+            httplib::Client client("127.0.0.1", server.port());
             client.set_read_timeout(60);
             const auto result =
                 client.Post("/v1/frames", R"({"scene": "chapel"})", "application/json");
             // The signal may come before the frame was asked for.
             EXPECT_THAT(result ? result->status : 0, testing::AnyOf(200, 503));
         });
-        httplib::Client client("127.0.0.1", server.port);
+        httplib::Client client("127.0.0.1", server.port());
         for (int i = 0; i < 1000; ++i) {
             const auto metrics = client.Get("/metrics");
             if (metrics && metrics->body.find("queue_depth 1\n") != std::string::npos) break;

@@ -1,0 +1,15 @@
+// The flags of `clerestory serve` that say how much one client may ask, and who may.
+#pragma once
+
+#include "server/config.h"
+
+namespace CLI {
+class App;
+}
+
+namespace clerestory {
+
+void addLimitFlags(CLI::App& serve, Config& config);
+void addAccessFlags(CLI::App& serve, Config& config);
+
+}  // namespace clerestory

@@ -1,0 +1,31 @@
+// What is fuzzed, as functions of bytes: by libFuzzer for as long as one likes, and by the test
+// suite over a short, fixed list of mutations. They abort when something that must hold does not.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace clerestory::test {
+
+using Bytes = std::span<const std::uint8_t>;
+
+inline void require(bool holds, const char* words) {
+    if (holds) return;
+    std::fprintf(stderr, "does not hold: %s\n", words);
+    std::abort();
+}
+
+// The guard and the library behind it, over an outlet in memory: however a request is cut into
+// pieces, it is understood in the same way, within the limits, and answered once.
+void fuzzHttp(Bytes bytes);
+// The JSON reader: a checked request or a refusal in plain words, never another exception.
+void fuzzJson(Bytes bytes);
+
+std::vector<std::string> httpSeeds();
+std::vector<std::string> jsonSeeds();
+
+}  // namespace clerestory::test

@@ -1,0 +1,158 @@
+// The attacks on a real server, in short: the limits are brought down so that nobody waits for
+// them.
+#include "tests/support/attacks.h"
+#include "tests/support/overload.h"
+#include "tests/support/raw_client.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <iostream>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+const std::vector<std::string> kQuick = {"--scene",        "six-walls", "--head-seconds",  "1",
+                                         "--body-seconds", "1",         "--write-seconds", "1",
+                                         "--idle-seconds", "2"};
+
+void expectAll(const std::vector<Figure>& figures) {
+    for (const Figure& f : figures) {
+        EXPECT_TRUE(f.held) << f.row << " " << f.attack << ": " << f.figure << " (bar: " << f.bar
+                            << ")";
+    }
+}
+
+TEST(Attacks, NoneTakesTheServerOut) {
+    const ServerProcess server(kQuick);
+    ASSERT_TRUE(server.waitUntilReady());
+    const Target target{.server = server, .head = 1, .body = 1, .write = 1, .idle = 2, .crowd = 60};
+    expectAll(wrongRequests(target));
+    expectAll(pathAttacks(target));
+    expectAll(slowAttacks(target));
+    expectAll(crowds(target));
+    EXPECT_EQ(statusOf(ask(server.port(), slowFrame(), 60)), 200) << "and it still draws";
+}
+
+// C3: descriptors run out, and come back.
+TEST(Attacks, FewDescriptorsAreEnough) {
+    const ServerProcess server(kQuick, [] {
+        const rlimit few{256, 256};
+        setrlimit(RLIMIT_NOFILE, &few);
+    });
+    ASSERT_TRUE(server.waitUntilReady());
+    const Target target{.server = server, .many = 400};
+    expectAll(crowds(target));
+    EXPECT_EQ(statusOf(ask(server.port(), slowFrame(), 60)), 200);
+    // Nearly none: not even enough for the connections that it would like to have.
+    const ServerProcess tight({"--scene", "six-walls"}, [] {
+        const rlimit few{40, 40};
+        setrlimit(RLIMIT_NOFILE, &few);
+    });
+    ASSERT_TRUE(tight.waitUntilReady());
+    std::vector<RawClient> crowd;
+    for (int i = 0; i < 200; ++i) crowd.emplace_back(tight.port());
+    EXPECT_EQ(statusOf(ask(tight.port(), get("/healthz"), 10)), 200);
+    crowd.clear();
+    EXPECT_EQ(statusOf(ask(tight.port(), slowFrame(), 60)), 200);
+}
+
+// L1, L2. Times are told, not asserted.
+TEST(Overload, FourTimesTooMuchIsRefusedAtOnceAndTheRestIsDone) {
+    const ServerProcess server({"--scene", "six-walls", "--queue", "8"});
+    ASSERT_TRUE(server.waitUntilReady());
+    const Overload load = overload(server, 4.0, 3.0);
+    const int done = countOf(load.frames, 200), refused = countOf(load.frames, 503);
+    EXPECT_EQ(done + refused, static_cast<int>(load.frames.size())) << "nobody is left without one";
+    EXPECT_GT(refused, 0);
+    EXPECT_GT(done, 8);
+    for (const Shot& shot : load.frames) EXPECT_TRUE(shot.status != 503 || shot.saysWhen);
+    EXPECT_EQ(countOf(load.health, 200), static_cast<int>(load.health.size()));
+    std::cout << "one frame " << load.serviceMs << " ms; done " << done << " in 3 s, p99 "
+              << percentile(load.frames, 200, 0.99) << " ms; refused " << refused << ", p99 "
+              << percentile(load.frames, 503, 0.99) << " ms; health p99 "
+              << percentile(load.health, 200, 0.99) << " ms\n";
+}
+
+// L3.
+TEST(Overload, APoliteClientIsNotRefusedBesideAFlooder) {
+    const ServerProcess server({"--scene", "six-walls"});
+    ASSERT_TRUE(server.waitUntilReady());
+    const Flood result = flood(server, 2.0);
+    EXPECT_GT(result.beside.size(), 3u);
+    EXPECT_EQ(countOf(result.beside, 200), static_cast<int>(result.beside.size()));
+    EXPECT_GT(countOf(result.flooder, 503), 0);
+    EXPECT_GT(countOf(result.flooder, 200), 0);
+    EXPECT_EQ(countOf(result.flooder, 0), 0);
+    std::cout << "polite p99 alone " << percentile(result.alone, 200, 0.99) << " ms, beside "
+              << percentile(result.beside, 200, 0.99) << " ms\n";
+}
+
+// U1.
+TEST(Ends, UnderLoadWithEveryAnswerWhole) {
+    const Endings endings = endUnderLoad(3, {"--scene", "six-walls"});
+    EXPECT_EQ(endings.cleanExits, 3);
+    EXPECT_EQ(endings.broken, 0);
+    EXPECT_GT(endings.answered, 0);
+    std::cout << endings.answered << " answered, " << endings.refused << " refused, "
+              << endings.notReached << " not reached; slowest exit " << endings.slowestExit
+              << " s\n";
+}
+
+// U2: signals that ask for nothing.
+TEST(Ends, NotBySignalsThatMeanNothing) {
+    const ServerProcess server({"--scene", "six-walls"});
+    ASSERT_TRUE(server.waitUntilReady());
+    int failures = 0;
+    for (int i = 0; i < 50; ++i) {
+        for (const int number : {SIGHUP, SIGPIPE, SIGWINCH, SIGCHLD, SIGCONT, SIGURG}) {
+            server.signal(number);
+        }
+        failures += statusOf(ask(server.port(), slowFrame(), 60)) != 200;
+    }
+    EXPECT_EQ(failures, 0);
+}
+
+TEST(Ends, ASecondSignalIsNow) {
+    ServerProcess server({"--scene", "six-walls"});
+    ASSERT_TRUE(server.waitUntilReady());
+    RawClient busy(server.port());
+    busy.send(post("/v1/frames", R"({"scene": "chapel", "width": 2048, "height": 2048,
+                                     "accuracy": "fine"})"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    server.signal(SIGTERM);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    const auto start = std::chrono::steady_clock::now();
+    server.end(SIGTERM);
+    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 5.0);
+}
+
+// A1: a token, from the command line to the log.
+TEST(Access, ATokenGuardsEverythingButHealthAndThePage) {
+    const std::string file = std::string(CLERESTORY_TEST_OUTPUT) + "/server-token";
+    ASSERT_EQ(
+        std::system(("mkdir -p '" CLERESTORY_TEST_OUTPUT "' && echo 0123456789-secret-token > '" +
+                     file + "'")
+                        .c_str()),
+        0);
+    const ServerProcess server({"--scene", "six-walls", "--token-file", file});
+    const std::string with = "Authorization: Bearer 0123456789-secret-token\r\n";
+    for (const char* path : {"/healthz", "/", "/style.css"}) {
+        EXPECT_EQ(statusOf(ask(server.port(), get(path))), 200) << path;
+    }
+    for (const char* path : {"/v1/scenes", "/metrics", "/openapi.json", "/nothing"}) {
+        const std::string answer = ask(server.port(), get(path));
+        EXPECT_EQ(statusOf(answer), 401) << path;
+        EXPECT_EQ(headerOf(answer, "WWW-Authenticate"), "Bearer");
+        EXPECT_EQ(headerOf(answer, "Content-Type"), "application/problem+json");
+        EXPECT_NE(statusOf(ask(server.port(), get(path, with))), 401) << path;
+    }
+}
+
+}  // namespace
+}  // namespace clerestory::test

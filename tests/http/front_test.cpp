@@ -1,0 +1,352 @@
+// The front by itself, before a few answers of the test's own: connections, streams, leaving,
+// ending.
+#include "server/front/front.h"
+#include "tests/support/raw_client.h"
+
+#include <gtest/gtest.h>
+
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+
+#include <atomic>
+#include <cstring>
+#include <future>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+using std::chrono::milliseconds;
+
+template <class Condition>
+bool soon(Condition condition) {
+    for (int i = 0; i < 2000 && !condition(); ++i) std::this_thread::sleep_for(milliseconds(5));
+    return condition();
+}
+
+FrontLimits quickLimits() {
+    FrontLimits limits;
+    limits.head = milliseconds(400);
+    limits.body = milliseconds(400);
+    limits.write = milliseconds(500);
+    limits.idle = milliseconds(700);
+    return limits;
+}
+
+class ToyServer {
+public:
+    explicit ToyServer(const FrontLimits& limits = quickLimits(), std::size_t threads = 4)
+        : front_({.port = 0, .threads = threads, .limits = limits},
+                 {.quick = [](const Call& call) -> std::optional<Answer> {
+                      if (call.path != "/quick") return std::nullopt;
+                      return Answer{.type = "text/plain", .body = "quick"};
+                  },
+                  .respond = [this](const Call& call) { return respond(call); },
+                  .refuse =
+                      [](const Call& call, const Problem& problem) {
+                          return Answer{.status = problem.status,
+                                        .type = "application/problem+json",
+                                        .body = problemJson(problem, call.requestId)};
+                      },
+                  .paths = {.open = [](std::string_view) { return true; },
+                            .linked = [](std::string_view) { return false; }}}) {
+        thread_ = std::thread([this] { front_.serve(); });
+    }
+    ~ToyServer() { stop(); }
+    void stop() {
+        if (!thread_.joinable()) return;
+        release();
+        front_.stop();
+        thread_.join();
+    }
+    void stopWithoutRelease() {
+        front_.stop();
+        thread_.join();
+    }
+    void release() {
+        if (!released_.exchange(true)) gate_.set_value();
+    }
+    int port() const { return front_.port(); }
+    const FrontCounters& counters() const { return front_.counters(); }
+
+    std::atomic<int> waiting{0};      // in /wait
+    std::atomic<int> leavers{0};      // told to /wait
+    std::atomic<int> streamed{0};     // pieces of /stream that were taken
+    std::atomic<int> streamsDone{0};  // that ended
+
+private:
+    Answer respond(const Call& call) {
+        if (call.path == "/throw") throw std::runtime_error("the inside");
+        if (call.path == "/client") return {.type = "text/plain", .body = call.client};
+        if (call.path == "/big") return {.type = "image/x", .body = std::string(8 << 20, 'b')};
+        if (call.path == "/wait") return wait(call);
+        if (call.path == "/stream") return stream(call);
+        return {.type = "text/plain", .body = call.method + " " + call.path + " " + call.body};
+    }
+
+    Answer wait(const Call& call) {
+        call.departure->whenLeft([this] { ++leavers; });
+        ++waiting;
+        opened_.wait();
+        --waiting;
+        call.departure->whenLeft(nullptr);
+        return {.type = "text/plain", .body = "waited"};
+    }
+
+    // As many pieces of 64 KB as the query says, or until nobody wants more.
+    Answer stream(const Call& call) {
+        const int pieces = std::stoi(call.query.find("n")->second);
+        Answer answer{.type = "application/x-tar"};
+        answer.stream = [this, pieces](const Sink& sink) {
+            bool wanted = true;
+            for (int i = 0; i < pieces && wanted; ++i) {
+                wanted = sink(std::string(65536, static_cast<char>('a' + i % 26)));
+                streamed += wanted;
+            }
+            ++streamsDone;
+            return wanted;
+        };
+        return answer;
+    }
+
+    std::promise<void> gate_;
+    std::shared_future<void> opened_{gate_.get_future()};
+    std::atomic<bool> released_{false};
+    Front front_;
+    std::thread thread_;
+};
+
+TEST(Front, AnswersManyRequestsOnOneConnectionInOrder) {
+    ToyServer server;
+    RawClient client(server.port());
+    client.send(get("/a") + get("/quick") + post("/b", "body") + get("/c?x=1"));
+    for (const char* body : {"GET /a ", "quick", "POST /b body", "GET /c "}) {
+        std::string text;
+        // One by one, so that none takes bytes of the next.
+        while (bodyOf(text).size() < std::strlen(body)) {
+            char c = 0;
+            ASSERT_EQ(::recv(client.socket(), &c, 1, 0), 1);
+            text += c;
+        }
+        EXPECT_EQ(bodyOf(text), body);
+        EXPECT_EQ(statusOf(text), 200);
+        EXPECT_NE(headerOf(text, "Content-Security-Policy").find("frame-ancestors 'none'"),
+                  std::string::npos);
+        EXPECT_EQ(headerOf(text, "X-Content-Type-Options"), "nosniff");
+        EXPECT_FALSE(headerOf(text, "X-Request-Id").empty());
+    }
+}
+
+TEST(Front, HeadersOfTheClientAreNotBelievedAboutItself) {
+    ToyServer server;
+    EXPECT_EQ(
+        bodyOf(ask(server.port(), get("/client", "REMOTE_ADDR: 6.6.6.6\r\n"), 5, "127.0.0.9")),
+        "127.0.0.9");
+}
+
+TEST(Front, AnExceptionTellsNothingOfTheInside) {
+    ToyServer server;
+    const std::string answer = ask(server.port(), get("/throw"));
+    EXPECT_EQ(statusOf(answer), 500);
+    EXPECT_EQ(answer.find("the inside"), std::string::npos);
+    EXPECT_EQ(answer.find("EXCEPTION"), std::string::npos);
+}
+
+TEST(Front, ABodyMayAskWhetherItIsWelcome) {
+    ToyServer server;
+    RawClient client(server.port());
+    client.send(
+        "POST /b HTTP/1.1\r\nHost: localhost\r\nContent-Length: 4\r\nExpect: 100-continue\r\n\r\n");
+    EXPECT_EQ(client.receive(0.2), "HTTP/1.1 100 Continue\r\n\r\n");
+    client.send("body");
+    EXPECT_EQ(bodyOf(client.answer(5)), "POST /b body");
+}
+
+TEST(Front, OldClientsGetAnAnswerAndTheEnd) {
+    ToyServer server;
+    RawClient client(server.port());
+    client.send("GET /a HTTP/1.0\r\n\r\n");
+    const std::string answer = client.receive(5);
+    EXPECT_EQ(bodyOf(answer), "GET /a ");
+    EXPECT_EQ(headerOf(answer, "Connection"), "close");
+    RawClient streams(server.port());
+    streams.send("GET /stream?n=3 HTTP/1.0\r\n\r\n");
+    EXPECT_EQ(bodyOf(streams.receive(5)).size(), 3u * 65536u)
+        << "no chunks, which it could not read";
+}
+
+TEST(Front, AHeadHasNoBody) {
+    ToyServer server;
+    RawClient client(server.port());
+    client.send(
+        "HEAD /quick HTTP/1.1\r\nHost: localhost\r\n\r\nHEAD /a HTTP/1.1\r\nHost: "
+        "localhost\r\n\r\n");
+    const std::string both = client.receive(0.3);
+    EXPECT_EQ(both.find("quick"), std::string::npos);
+    EXPECT_EQ(both.rfind("HTTP/1.1 200"), both.find("HTTP/1.1 200", 1)) << "two answers";
+    EXPECT_TRUE(both.ends_with("\r\n\r\n"));
+}
+
+TEST(Front, AStreamIsNoFasterThanItsReader) {
+    ToyServer server;
+    RawClient client(server.port(), nullptr, 4096);
+    client.send(get("/stream?n=1000"));
+    ASSERT_TRUE(soon([&] { return server.streamed > 0; }));
+    std::this_thread::sleep_for(milliseconds(200));
+    const int ahead = server.streamed;
+    EXPECT_LT(ahead, 200) << "64 MB would be 1,000 pieces";
+    std::string all = client.receive(0.05);
+    EXPECT_TRUE(soon([&] { return server.streamed > ahead; })) << "it goes on as it is read";
+}
+
+TEST(Front, AStreamThatNobodyTakesEnds) {
+    ToyServer server;
+    RawClient client(server.port(), nullptr, 4096);
+    client.send(get("/stream?n=1000000"));
+    EXPECT_TRUE(soon([&] { return server.streamsDone == 1; }));
+    EXPECT_EQ(server.counters().stalled, 1u);
+}
+
+TEST(Front, AStreamWhoseClientLeavesEnds) {
+    ToyServer server;
+    {
+        RawClient client(server.port());
+        client.send(get("/stream?n=1000000"));
+        ASSERT_TRUE(soon([&] { return server.streamed > 2; }));
+    }
+    EXPECT_TRUE(soon([&] { return server.streamsDone == 1; }));
+}
+
+TEST(Front, WholeAnswersHoldNoWorkerWhileTheyAreTaken) {
+    ToyServer server(quickLimits(), 2);
+    std::vector<RawClient> slow;
+    for (int i = 0; i < 6; ++i) {
+        slow.emplace_back(server.port(), nullptr, 4096);
+        slow.back().send(get("/big"));
+    }
+    // Two workers, six that read nothing: the next is answered at once all the same.
+    std::this_thread::sleep_for(milliseconds(100));
+    EXPECT_EQ(bodyOf(ask(server.port(), get("/a"), 5)), "GET /a ");
+    EXPECT_TRUE(soon([&] { return server.counters().stalled == 6; })) << "given up in the end";
+}
+
+TEST(Front, AReaderAtAFairPaceGetsAllOfIt) {
+    ToyServer server;
+    RawClient client(server.port(), nullptr, 65536);
+    client.send(get("/big", "Connection: close\r\n"));
+    std::string all;
+    while (all.size() < (8u << 20)) {  // takes longer than the write limit
+        char some[32768];
+        const ssize_t n = ::recv(client.socket(), some, sizeof some, 0);
+        if (n <= 0) break;
+        all.append(some, static_cast<std::size_t>(n));
+        std::this_thread::sleep_for(milliseconds(3));
+    }
+    EXPECT_EQ(bodyOf(all).size(), 8u << 20);
+}
+
+TEST(Front, WhoeverAnswersIsToldThatTheClientLeft) {
+    ToyServer server;
+    {
+        RawClient closes(server.port()), resets(server.port()), halfCloses(server.port());
+        closes.send(get("/wait"));
+        resets.send(get("/wait"));
+        halfCloses.send(get("/wait"));
+        ASSERT_TRUE(soon([&] { return server.waiting == 3; }));
+        EXPECT_EQ(server.leavers, 0);
+        halfCloses.halfClose();
+        EXPECT_TRUE(soon([&] { return server.leavers == 1; }));
+        resets.reset();
+        EXPECT_TRUE(soon([&] { return server.leavers == 2; }));
+        server.release();
+        EXPECT_EQ(bodyOf(halfCloses.answer(5)), "waited") << "it may still be listening";
+    }
+    EXPECT_TRUE(soon([&] { return server.counters().open == 0; }));
+}
+
+TEST(Front, TheIdlestConnectionGivesWay) {
+    FrontLimits limits = quickLimits();
+    limits.connections = 16;
+    limits.idle = milliseconds(60000);
+    ToyServer server(limits);
+    std::vector<RawClient> idle;
+    for (int i = 0; i < 200; ++i) idle.emplace_back(server.port());
+    EXPECT_EQ(bodyOf(ask(server.port(), get("/a"))), "GET /a ");
+    EXPECT_LE(server.counters().open, 16u);
+    EXPECT_GE(server.counters().evicted, 184u);
+    // Those that are being answered stay, whoever comes.
+    std::vector<RawClient> busy;
+    for (int i = 0; i < 4; ++i) {
+        busy.emplace_back(server.port());
+        busy.back().send(get("/wait"));
+    }
+    ASSERT_TRUE(soon([&] { return server.waiting == 4; }));
+    for (int i = 0; i < 100; ++i) idle.emplace_back(server.port());
+    EXPECT_EQ(bodyOf(ask(server.port(), get("/quick"))), "quick");
+    server.release();
+    for (RawClient& client : busy) EXPECT_EQ(bodyOf(client.answer(5)), "waited");
+}
+
+TEST(Front, WhenEverybodyIsBeingAnsweredTheNextIsToldSo) {
+    FrontLimits limits = quickLimits();
+    limits.connections = 3;
+    ToyServer server(limits);
+    std::vector<RawClient> busy;
+    for (int i = 0; i < 3; ++i) {
+        busy.emplace_back(server.port());
+        busy.back().send(get("/wait"));
+    }
+    ASSERT_TRUE(soon([&] { return server.waiting == 3; }));
+    RawClient next(server.port());
+    const std::string answer = next.answer(5);
+    EXPECT_EQ(statusOf(answer), 503);
+    EXPECT_EQ(headerOf(answer, "Content-Type"), "application/problem+json");
+    EXPECT_EQ(server.counters().turnedAway, 1u);
+}
+
+TEST(Front, TheEndFinishesWhatRunsAndAnswersWhatHasBegunToCome) {
+    ToyServer server;
+    RawClient running(server.port()), coming(server.port()), idle(server.port());
+    running.send(get("/wait"));
+    idle.send(get("/a"));
+    idle.answer(5);
+    coming.send("GET /a HTTP/1.1\r\n");
+    ASSERT_TRUE(soon([&] { return server.waiting == 1; }));
+    std::thread stopping([&] { server.stopWithoutRelease(); });
+    EXPECT_TRUE(idle.endsWithin(5));
+    coming.send("Host: localhost\r\n\r\n");
+    const std::string answer = coming.receive(5);
+    EXPECT_EQ(bodyOf(answer), "GET /a ");
+    EXPECT_EQ(headerOf(answer, "Connection"), "close");
+    EXPECT_FALSE(RawClient(server.port()).connected());
+    server.release();
+    EXPECT_EQ(bodyOf(running.answer(5)), "waited");
+    stopping.join();
+}
+
+// U2: a thousand interrupted calls a second.
+TEST(Front, SignalsDisturbNothing) {
+    ToyServer server;
+    struct sigaction action {};
+    action.sa_handler = [](int) {};  // without SA_RESTART: calls end with EINTR
+    sigaction(SIGALRM, &action, nullptr);
+    const itimerval every{{0, 1000}, {0, 1000}};
+    setitimer(ITIMER_REAL, &every, nullptr);
+    int failures = 0;
+    RawClient client(server.port());
+    for (int i = 0; i < 1000; ++i) {
+        client.send(get(i % 2 ? "/a" : "/quick"));
+        failures += statusOf(client.answer(5)) != 200;
+    }
+    for (int i = 0; i < 20; ++i) {
+        failures += bodyOf(ask(server.port(), get("/big"), 20)).size() != (8u << 20);
+    }
+    const itimerval never{};
+    setitimer(ITIMER_REAL, &never, nullptr);
+    signal(SIGALRM, SIG_DFL);
+    EXPECT_EQ(failures, 0);
+}
+
+}  // namespace
+}  // namespace clerestory::test

@@ -1,0 +1,323 @@
+#include "tests/support/attacks.h"
+
+#include "tests/support/raw_client.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <mutex>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::string text(const char* format, double value) {
+    char buffer[64];
+    std::snprintf(buffer, sizeof buffer, format, value);
+    return buffer;
+}
+
+// So that a crowd fits into this process.
+void raiseDescriptors() {
+    rlimit files{};
+    getrlimit(RLIMIT_NOFILE, &files);
+    files.rlim_cur = files.rlim_max;
+    setrlimit(RLIMIT_NOFILE, &files);
+}
+
+const std::string kHeadBegun = "POST /v1/frames HTTP/1.1\r\nHost: localhost\r\n";
+const std::string kBodyBegun =
+    kHeadBegun + "Content-Type: application/json\r\nContent-Length: 400\r\n\r\n{";
+
+// Others' answers while a crowd drips a byte a second, and when the server has had enough of it.
+Figure drip(const Target& target, const std::string& name, const std::string& begin, double limit,
+            int count) {
+    std::vector<RawClient> crowd;
+    for (int i = 0; i < count; ++i) crowd.emplace_back(target.server.port());
+    const auto start = Clock::now();
+    for (RawClient& client : crowd) client.send(begin);
+    double worst = 0.0;
+    while (secondsSince(start) < std::min(2.0, 0.7 * limit)) {
+        for (RawClient& client : crowd) client.send(begin.back() == '{' ? " " : "X");
+        const double answer = worstAnswer(target.server.port(), 2);
+        worst = answer < 0 ? 1e9 : std::max(worst, answer);
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    int told = 0;
+    for (RawClient& client : crowd) {
+        const double left = limit + 1.5 - secondsSince(start);
+        told += statusOf(client.answer(std::max(left, 0.1))) == 408;
+    }
+    return {.row = "C1",
+            .attack = std::to_string(count) + " " + name,
+            .figure = "others " + text("%.0f ms", worst) + " at worst; " + std::to_string(told) +
+                      " of " + std::to_string(count) + " told 408 within " +
+                      text("%.1f s", limit + 1.5),
+            .bar = "others answered; all told 408 and closed",
+            .held = worst < 1000.0 && told == count};
+}
+
+Figure silence(const Target& target, int count) {
+    std::vector<RawClient> crowd;
+    for (int i = 0; i < count; ++i) {
+        crowd.emplace_back(target.server.port());
+        crowd.back().send(get("/healthz"));
+    }
+    for (RawClient& client : crowd) client.answer(5.0);
+    const double worst = worstAnswer(target.server.port());
+    const bool closed = crowd.front().endsWithin(target.idle + 1.0);
+    return {.row = "C1",
+            .attack = std::to_string(count) + " kept-alive and silent",
+            .figure = "others " + text("%.0f ms", worst) + " at worst; " +
+                      (closed ? "closed in time" : "still open"),
+            .bar = "others answered; closed at the idle limit",
+            .held = worst >= 0 && worst < 1000.0 && closed};
+}
+
+// A large answer that nobody takes. A small receive buffer keeps it from vanishing into the kernel.
+Figure slowReaders(const Target& target, int count) {
+    const std::string body =
+        R"({"scene": "six-walls", "width": 1024, "height": 1024, "output": {"format": "npy"}})";
+    std::vector<RawClient> crowd;
+    for (int i = 0; i < count; ++i) {
+        crowd.emplace_back(target.server.port(), nullptr, 4096);
+        crowd.back().send(post("/v1/frames", body, "Clerestory-Deadline: 600000\r\n"));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    const double worst = worstAnswer(target.server.port());
+    const std::string frame =
+        ask(target.server.port(), post("/v1/frames", R"({"scene": "six-walls", "width": 64,
+                                                         "height": 48})"),
+            30.0);
+    std::this_thread::sleep_for(std::chrono::duration<double>(target.write + 2.0));
+    // Closed by the server: sending must fail soon.
+    int closed = 0;
+    for (RawClient& client : crowd) {
+        bool open = client.send("x");
+        for (int i = 0; i < 20 && open; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            open = client.send("x");
+        }
+        closed += !open;
+    }
+    return {.row = "C1",
+            .attack = std::to_string(count) + " slow readers of 12 MB",
+            .figure = "others " + text("%.0f ms", worst) + " at worst, a frame " +
+                      std::to_string(statusOf(frame)) + "; closed " + std::to_string(closed),
+            .bar = "others answered; all closed at the write limit",
+            .held = worst >= 0 && worst < 1000.0 && statusOf(frame) == 200 && closed == count};
+}
+
+struct Wrong {
+    const char* row;
+    const char* name;
+    std::string request;
+    int status;
+};
+
+std::vector<Wrong> wrongOnes() {
+    const std::string head = kHeadBegun + "Content-Type: application/json\r\n";
+    const auto length = [&](const char* value) {
+        return head + "Content-Length: " + value + "\r\n\r\n{}";
+    };
+    std::string many = "GET /healthz HTTP/1.1\r\nHost: localhost\r\n";
+    for (int i = 0; i < 2000; ++i) many += "X-" + std::to_string(i) + ": 1\r\n";
+    const std::string long4000(4000, 'a');
+    return {
+        {"R4", "line without end, 1 MB", std::string(1 << 20, 'A'), 414},
+        {"R4", "request line without end", "GET /" + std::string(1 << 20, 'a'), 414},
+        {"R4", "header without end, 1 MB",
+         "GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(1 << 20, 'a'), 431},
+        {"R4", "2,000 headers", many + "\r\n", 431},
+        {"R4", "chunked body", head + "Transfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n",
+         411},
+        {"R4", "body without a length", head + "\r\n{}", 411},
+        {"R4", "gzip body", length("2\r\nContent-Encoding: gzip"), 415},
+        {"R4", "body too long", length("200000000"), 413},
+        {"R4", "path of 4,000", get("/" + long4000), 414},
+        {"R4", "path of 600", get("/" + std::string(600, 'a')), 414},
+        {"R4", "Content-Length abc", length("abc"), 400},
+        {"R4", "Content-Length 0x10", length("0x10"), 400},
+        {"R4", "Content-Length -1", length("-1"), 400},
+        {"R4", "Content-Length +2", length("+2"), 400},
+        {"R4", "Content-Length twice", length("2\r\nContent-Length: 3"), 400},
+        {"R4", "Content-Length 2, 2", length("2, 2"), 400},
+        {"R4", "length and chunks together",
+         head + "Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\nGET /x "
+                "HTTP/1.1\r\n\r\n",
+         400},
+        {"R4", "blank before a colon", kHeadBegun + "Content-Length : 2\r\n\r\n{}", 400},
+        {"R4", "folded header", kHeadBegun + "X: a\r\n b\r\n\r\n", 400},
+        {"R4", "bare line feeds", "GET /healthz HTTP/1.1\nHost: localhost\n\n", 400},
+        {"R4", "NUL in a header", kHeadBegun + std::string("X: a\0b\r\n\r\n", 10), 400},
+        {"R4", "a GET with a body", get("/healthz", "Content-Length: 5\r\n") + "GET /", 400},
+        {"R4", "two hosts", get("/healthz", "Host: localhost\r\n"), 400},
+        {"R4", "no host", "GET /healthz HTTP/1.1\r\n\r\n", 400},
+        {"R4", "unknown expectation", length("2\r\nExpect: wonders"), 417},
+        {"R5", "unknown method", "BREW /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n", 501},
+        {"R5", "HTTP/3.0", "GET /healthz HTTP/3.0\r\nHost: localhost\r\n\r\n", 505},
+        {"R7", "nonsense", "nonsense\r\n\r\n", 400},
+        {"R7", "TLS hello", std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 11), 400},
+        {"R7", "HTTP/2 preface", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 505},
+        {"R7", "SSH greeting", "SSH-2.0-OpenSSH_9.2\r\n", 0},
+        {"A2", "a name of somebody else's", "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n", 421},
+        {"A2", "a form", kHeadBegun + "Content-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}",
+         415},
+    };
+}
+
+}  // namespace
+
+double worstAnswer(int port, int tries) {
+    double worst = 0.0;
+    for (int i = 0; i < tries; ++i) {
+        for (const char* path : {"/healthz", "/v1/renderer"}) {
+            const auto start = Clock::now();
+            if (statusOf(ask(port, get(path, "Connection: close\r\n"), 10.0)) != 200) return -1.0;
+            worst = std::max(worst, 1000.0 * secondsSince(start));
+        }
+    }
+    return worst;
+}
+
+std::vector<Figure> slowAttacks(const Target& target) {
+    return {silence(target, 64),
+            drip(target, "slow heads", kHeadBegun, target.head, 8),
+            drip(target, "slow heads", kHeadBegun, target.head, target.crowd),
+            drip(target, "slow bodies", kBodyBegun, target.body, 8),
+            drip(target, "slow bodies", kBodyBegun, target.body, target.crowd),
+            slowReaders(target, 8)};
+}
+
+std::vector<Figure> wrongRequests(const Target& target) {
+    std::vector<Figure> figures;
+    const int port = target.server.port();
+    for (const Wrong& wrong : wrongOnes()) {
+        const std::size_t before = target.server.residentBytes();
+        RawClient client(port);
+        client.send(wrong.request);
+        if (wrong.status == 0) client.halfClose();  // only part of a line: nothing to answer yet
+        const std::string answer = client.receive(5.0);
+        const double rise =
+            static_cast<double>(target.server.residentBytes()) - static_cast<double>(before);
+        const bool one = answer.find("HTTP/1.1 ", 1) == std::string::npos;
+        const bool problem =
+            wrong.status == 0 || headerOf(answer, "Content-Type") == "application/problem+json";
+        figures.push_back(
+            {.row = wrong.row,
+             .attack = wrong.name,
+             .figure = std::to_string(statusOf(answer)) + ", " + text("%.2f MB", rise / 1048576.0) +
+                       (one ? "" : ", two answers") + (problem ? "" : ", no problem document"),
+             .bar = std::to_string(wrong.status) + " and closed, under 2 MB",
+             .held = statusOf(answer) == wrong.status && one && problem && rise < 2.0 * 1048576.0});
+    }
+    return figures;
+}
+
+std::vector<Figure> crowds(const Target& target) {
+    raiseDescriptors();
+    const int port = target.server.port();
+    std::vector<Figure> figures;
+    {
+        std::vector<RawClient> crowd;
+        for (int i = 0; i < target.many; ++i) crowd.emplace_back(port);
+        const auto open = std::count_if(crowd.begin(), crowd.end(),
+                                        [](const RawClient& c) { return c.connected(); });
+        const double worst = worstAnswer(port);
+        figures.push_back({.row = "C3",
+                           .attack = std::to_string(open) + " open connections",
+                           .figure = "others " + text("%.0f ms", worst) + " at worst",
+                           .bar = "others answered",
+                           .held = open == target.many && worst >= 0 && worst < 1000.0});
+    }
+    {
+        const std::size_t before = target.server.descriptors();
+        for (int i = 0; i < 300; ++i) {
+            RawClient client(port);
+            client.send(post("/v1/frames", R"({"scene": "six-walls"})").substr(0, 100));
+            client.reset();
+        }
+        for (int i = 0; i < 1000; ++i) {
+            RawClient client(port);
+            client.send("GET /healthz HTTP/1.1\r\n");
+            client.halfClose();
+        }
+        worstAnswer(port, 1);
+        std::size_t after = target.server.descriptors();
+        for (int i = 0; i < 200 && after > before; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            after = target.server.descriptors();
+        }
+        figures.push_back({.row = "C2",
+                           .attack = "300 resets, 1,000 half-closes",
+                           .figure = std::to_string(before) + " descriptors before, " +
+                                     std::to_string(after) + " after",
+                           .bar = "back to the start",
+                           .held = after <= before});
+    }
+    {
+        double worst = 0.0;
+        std::vector<std::thread> threads;
+        std::mutex mutex;
+        for (int i = 0; i < 16; ++i) {
+            threads.emplace_back([&] {
+                for (int k = 0; k < 20; ++k) {
+                    const double answer = worstAnswer(port, 1);
+                    const std::lock_guard lock(mutex);
+                    worst = answer < 0 ? 1e9 : std::max(worst, answer);
+                }
+            });
+        }
+        for (std::thread& thread : threads) thread.join();
+        figures.push_back({.row = "C3",
+                           .attack = "bursts of connections",
+                           .figure = "others " + text("%.0f ms", worst) + " at worst",
+                           .bar = "none waits for a second SYN (1,000 ms)",
+                           .held = worst < 1000.0});
+    }
+    return figures;
+}
+
+std::vector<std::string> hostilePaths() {
+    const std::vector<std::string> up = {
+        "../",    "..%2f",           "%2e%2e/",  "%2e%2e%2f", "..\\",     "..%5c", "....//", "..;/",
+        "..%00/", "%252e%252e%252f", "..%c0%af", "%c0%ae/",   "..%u2215", "./../", "/../"};
+    const std::vector<std::string> ends = {
+        "etc/passwd",     "etc/passwd%00.js", "proc/self/environ", "index.html/../x",
+        "CMakeCache.txt", "server/main.cpp",  "etc%2fpasswd"};
+    const std::vector<std::string> begins = {"/", "/v1/scenes/", "/web/", "/v1/jobs/",
+                                             "/v1/jobs/x/pictures/"};
+    std::vector<std::string> paths;
+    for (std::size_t i = 0; paths.size() < 500; ++i) {
+        const std::string& step = up[i % up.size()];
+        std::string path = begins[(i / up.size()) % begins.size()];
+        for (std::size_t k = 0; k <= i % 6; ++k) path += step;
+        paths.push_back(path + ends[(i / 7) % ends.size()]);
+    }
+    return paths;
+}
+
+std::vector<Figure> pathAttacks(const Target& target) {
+    int held = 0;
+    const std::vector<std::string> paths = hostilePaths();
+    for (const std::string& path : paths) {
+        const std::string answer = ask(target.server.port(), get(path, "Connection: close\r\n"));
+        const int status = statusOf(answer);
+        held += (status == 404 || status == 400) && answer.find("root:") == std::string::npos;
+    }
+    return {{.row = "R6",
+             .attack = std::to_string(paths.size()) + " paths that lead out",
+             .figure = std::to_string(held) + " refused",
+             .bar = "all 404 or 400",
+             .held = held == static_cast<int>(paths.size())}};
+}
+
+}  // namespace clerestory::test

@@ -1,0 +1,217 @@
+#include "tests/support/overload.h"
+
+#include "tests/support/raw_client.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <mutex>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// A request that is under way.
+struct Flight {
+    RawClient client;
+    double due = 0.0;  // seconds after the start
+    std::string answer;
+};
+
+bool whole(const std::string& answer) {
+    const std::string length = headerOf(answer, "Content-Length");
+    return statusOf(answer) > 0 && !length.empty() && bodyOf(answer).size() == std::stoul(length);
+}
+
+Shot shotOf(const std::string& answer, double milliseconds) {
+    return {.status = whole(answer) ? statusOf(answer) : 0,
+            .milliseconds = milliseconds,
+            .saysWhen = !headerOf(answer, "Retry-After").empty()};
+}
+
+// One request after the other, with pauses.
+std::vector<Shot> inTurn(int port, const std::string& request, double seconds, double pauseMs,
+                         const char* from) {
+    std::vector<Shot> shots;
+    const auto start = Clock::now();
+    while (secondsSince(start) < seconds) {
+        const auto asked = Clock::now();
+        const std::string answer = ask(port, request, 60.0, from);
+        shots.push_back(shotOf(answer, 1000.0 * secondsSince(asked)));
+        std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(pauseMs));
+    }
+    return shots;
+}
+
+std::vector<Shot> polite(int port, double seconds, double pauseMs) {
+    std::vector<Shot> all;
+    std::mutex mutex;
+    std::vector<std::thread> threads;
+    for (const char* from : {"127.0.0.11", "127.0.0.12", "127.0.0.13"}) {
+        threads.emplace_back([&, from] {
+            const std::vector<Shot> shots = inTurn(port, slowFrame(), seconds, pauseMs, from);
+            const std::lock_guard lock(mutex);
+            all.insert(all.end(), shots.begin(), shots.end());
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    return all;
+}
+
+double serviceMs(int port) {
+    std::vector<double> times;
+    for (int i = 0; i < 9; ++i) {
+        const auto asked = Clock::now();
+        ask(port, slowFrame(), 60.0);
+        times.push_back(1000.0 * secondsSince(asked));
+    }
+    std::sort(times.begin(), times.end());
+    return times[times.size() / 2];
+}
+
+}  // namespace
+
+std::string slowFrame() {
+    return post("/v1/frames", R"({"scene": "six-walls", "width": 640, "height": 480})",
+                "Connection: close\r\n");
+}
+
+std::vector<Shot> openLoop(int port, const std::string& request, double perSecond, double seconds,
+                           double patience, const char* from) {
+    std::vector<Flight> flights;
+    std::vector<Shot> shots;
+    const auto start = Clock::now();
+    const int total = std::max(1, static_cast<int>(perSecond * seconds));
+    int begun = 0;
+    char buffer[65536];
+    while (begun < total || !flights.empty()) {
+        const double now = secondsSince(start);
+        for (; begun < total && begun / perSecond <= now; ++begun) {
+            Flight flight{RawClient(port, from), begun / perSecond, ""};
+            if (flight.client.connected() && flight.client.send(request)) {
+                flights.push_back(std::move(flight));
+            } else {
+                shots.push_back({});
+            }
+        }
+        std::vector<pollfd> waits;
+        for (const Flight& flight : flights) waits.push_back({flight.client.socket(), POLLIN, 0});
+        const double next = begun < total ? begun / perSecond - secondsSince(start) : 0.1;
+        ::poll(waits.data(), waits.size(), static_cast<int>(std::clamp(1000.0 * next, 0.0, 100.0)));
+        std::vector<Flight> still;
+        for (std::size_t i = 0; i < flights.size(); ++i) {
+            Flight& flight = flights[i];
+            const bool late = secondsSince(start) > seconds + patience;
+            if (waits[i].revents == 0 && !late) {
+                still.push_back(std::move(flight));
+                continue;
+            }
+            const ssize_t n = ::recv(flight.client.socket(), buffer, sizeof buffer, MSG_DONTWAIT);
+            if (n > 0) flight.answer.append(buffer, static_cast<std::size_t>(n));
+            if (n > 0 && !whole(flight.answer)) {
+                still.push_back(std::move(flight));
+            } else {
+                shots.push_back(shotOf(flight.answer, 1000.0 * (secondsSince(start) - flight.due)));
+            }
+        }
+        flights.clear();
+        for (Flight& flight : still) flights.push_back(std::move(flight));
+    }
+    return shots;
+}
+
+double percentile(const std::vector<Shot>& shots, int status, double share) {
+    std::vector<double> times;
+    for (const Shot& shot : shots) {
+        if (shot.status == status) times.push_back(shot.milliseconds);
+    }
+    if (times.empty()) return 0.0;
+    std::sort(times.begin(), times.end());
+    return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
+}
+
+int countOf(const std::vector<Shot>& shots, int status) {
+    return static_cast<int>(std::count_if(shots.begin(), shots.end(),
+                                          [&](const Shot& shot) { return shot.status == status; }));
+}
+
+Overload overload(const ServerProcess& server, double factor, double seconds) {
+    Overload result;
+    result.serviceMs = serviceMs(server.port());
+    std::thread health([&] {
+        result.health =
+            openLoop(server.port(), get("/healthz", "Connection: close\r\n"), 20.0, seconds, 30.0);
+    });
+    result.frames =
+        openLoop(server.port(), slowFrame(), factor * 1000.0 / result.serviceMs, seconds, 60.0);
+    health.join();
+    return result;
+}
+
+Flood flood(const ServerProcess& server, double seconds) {
+    Flood result;
+    const double service = serviceMs(server.port());
+    // Three that together ask for well under half of what the server can do.
+    const double pause = 8.0 * service;
+    result.alone = polite(server.port(), seconds, pause);
+    std::thread flooder([&] {
+        result.flooder = openLoop(server.port(), slowFrame(), 4.0 * 1000.0 / service, seconds, 60.0,
+                                  "127.0.0.10");
+    });
+    result.beside = polite(server.port(), seconds, pause);
+    flooder.join();
+    return result;
+}
+
+Endings endUnderLoad(int times, const std::vector<std::string>& flags) {
+    Endings endings{.times = times};
+    for (int i = 0; i < times; ++i) {
+        ServerProcess server(flags);
+        if (server.port() == 0 || !server.waitUntilReady()) continue;
+        std::atomic<bool> signalled{false}, over{false};
+        std::mutex mutex;
+        std::vector<std::thread> clients;
+        for (int k = 0; k < 8; ++k) {
+            clients.emplace_back([&, k] {
+                const std::string request =
+                    k % 2 ? slowFrame() : get("/v1/scenes", "Connection: close\r\n");
+                while (!over) {
+                    RawClient client(server.port());
+                    const bool sent = client.connected() && client.send(request);
+                    const bool sure = sent && !signalled;  // asked before the signal
+                    const std::string answer = sent ? client.receive(60.0) : "";
+                    const std::lock_guard lock(mutex);
+                    if (whole(answer)) {
+                        (statusOf(answer) == 200 ? endings.answered : endings.refused)++;
+                    } else if (answer.empty() && !sure) {
+                        ++endings.notReached;
+                    } else {
+                        ++endings.broken;
+                    }
+                }
+            });
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(150 + 37 * (i % 7)));
+        const auto start = Clock::now();
+        signalled = true;
+        const int status = server.end(SIGTERM);
+        endings.slowestExit = std::max(endings.slowestExit, secondsSince(start));
+        endings.cleanExits += WIFEXITED(status) && WEXITSTATUS(status) == 0;
+        over = true;
+        for (std::thread& client : clients) client.join();
+    }
+    return endings;
+}
+
+}  // namespace clerestory::test

@@ -1,0 +1,53 @@
+// More than a server can do: clients that do not wait for one another, one that floods, the end
+// under load.
+#pragma once
+
+#include "tests/support/server_process.h"
+
+#include <string>
+#include <vector>
+
+namespace clerestory::test {
+
+struct Shot {
+    int status = 0;             // 0: no whole answer
+    double milliseconds = 0.0;  // from when it should have been sent
+    bool saysWhen = false;      // Retry-After
+};
+
+// Sends `perSecond` requests a second for so long, each on a connection of its own, whatever comes
+// back; waits for answers up to `patience` seconds after the last.
+std::vector<Shot> openLoop(int port, const std::string& request, double perSecond, double seconds,
+                           double patience, const char* from = nullptr);
+
+// Value below which that share of the milliseconds of shots of a status lies; 0 without any.
+double percentile(const std::vector<Shot>& shots, int status, double share);
+int countOf(const std::vector<Shot>& shots, int status);
+
+struct Overload {
+    double serviceMs = 0.0;  // of one frame alone
+    std::vector<Shot> frames, health;
+};
+// L1, L2. `queue`: what the server was started with.
+Overload overload(const ServerProcess& server, double factor, double seconds);
+
+struct Flood {
+    std::vector<Shot> alone, beside;  // of three polite clients
+    std::vector<Shot> flooder;
+};
+// L3.
+Flood flood(const ServerProcess& server, double seconds);
+
+struct Endings {
+    int times = 0, cleanExits = 0;
+    int answered = 0, refused = 0, notReached = 0;
+    int broken = 0;  // an answer that began and did not end, or none to a request before the signal
+    double slowestExit = 0;  // seconds from the signal
+};
+// U1: SIGTERM while eight clients ask for frames.
+Endings endUnderLoad(int times, const std::vector<std::string>& flags = {});
+
+// A frame that takes a while, as a request's bytes on a connection of its own.
+std::string slowFrame();
+
+}  // namespace clerestory::test
