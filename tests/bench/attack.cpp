@@ -109,6 +109,7 @@ int main(int argc, char** argv) {
     std::printf("| row | attack | figure | bar | |\n|---|---|---|---|---|\n");
     attacks(isShort);
     fewDescriptors();
+    print(failingAccepts());
     loads(4, isShort ? 3 : 20);
     loads(50, isShort ? 2 : 10);
     fairness(isShort ? 3 : 20);

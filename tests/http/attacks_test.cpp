@@ -62,6 +62,10 @@ TEST(Attacks, FewDescriptorsAreEnough) {
     EXPECT_EQ(statusOf(ask(tight.port(), slowFrame(), 60)), 200);
 }
 
+TEST(Attacks, NoErrorOfAcceptEndsTheServer) {
+    expectAll(failingAccepts());
+}
+
 // L1, L2. Times are told, not asserted.
 TEST(Overload, FourTimesTooMuchIsRefusedAtOnceAndTheRestIsDone) {
     const ServerProcess server({"--scene", "six-walls", "--queue", "8"});

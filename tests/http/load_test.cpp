@@ -1,4 +1,5 @@
 // Many clients, full queues, deadlines, the end of the server.
+#include "tests/support/raw_client.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
@@ -118,6 +119,58 @@ TEST(Load, AFramePastItsDeadlineIsNotDrawn) {
     server.service().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
     EXPECT_EQ(frames.get_future().get(), 1u) << "the dropped one was drawn";
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+}
+
+std::uint64_t framesDrawn(TestServer& server) {
+    std::promise<std::uint64_t> frames;
+    server.service().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
+    return frames.get_future().get();
+}
+
+// C2 of the failure catalogue.
+TEST(Load, AFrameWhoseClientLeftIsNotDrawn) {
+    TestServer server;
+    auto client = server.client();
+    ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    const std::uint64_t before = framesDrawn(server);
+    auto hold = server.holdRenderer();
+    std::vector<RawClient> clients;
+    for (int i = 0; i < 6; ++i) {
+        clients.emplace_back(server.service().port());
+        clients.back().send(post("/v1/frames", smallFrame()));
+    }
+    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 6; }));
+    clients[0].reset();
+    clients[1].reset();
+    clients[2].halfClose();
+    clients.pop_back();
+    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 2; }));
+    hold.reset();
+    for (const int i : {3, 4}) {
+        EXPECT_EQ(statusOf(clients[static_cast<std::size_t>(i)].answer(60)), 200);
+    }
+    EXPECT_EQ(statusOf(clients[2].answer(60)), 503) << "who only half closed is told";
+    EXPECT_EQ(framesDrawn(server), before + 2);
+    EXPECT_THAT(client.Get("/metrics")->body,
+                testing::HasSubstr("clerestory_refusals_total{reason=\"clientLeft\"} 4"));
+}
+
+TEST(Load, AClientMayHaveADeadlineOfItsOwn) {
+    TestServer server;
+    auto client = server.client();
+    ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    const std::uint64_t before = framesDrawn(server);
+    {
+        auto hold = server.holdRenderer();
+        const httplib::Headers soonEnough = {{"Clerestory-Deadline", "300"}};
+        problemOf(client.Post("/v1/frames", soonEnough, smallFrame(), "application/json"), 504);
+        EXPECT_EQ(server.service().queue().depth(), 0u) << "nobody waits for it any more";
+    }
+    EXPECT_EQ(framesDrawn(server), before);
+    for (const char* wrong : {"soon", "-1", "0", "1.5", "99999999999999999999"}) {
+        const httplib::Headers headers = {{"Clerestory-Deadline", wrong}};
+        problemOf(client.Post("/v1/frames", headers, smallFrame(), "application/json"), 400);
+    }
 }
 
 TEST(Load, StoppingFinishesWhatRunsAndRefusesTheRest) {

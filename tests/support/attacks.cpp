@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <mutex>
 #include <thread>
 
@@ -284,6 +285,28 @@ std::vector<Figure> crowds(const Target& target) {
                            .held = worst < 1000.0});
     }
     return figures;
+}
+
+std::vector<Figure> failingAccepts() {
+    const ServerProcess server({"--scene", "six-walls"}, [] {
+        ::setenv("LD_PRELOAD", CLERESTORY_FAILING_ACCEPT, 1);
+        ::setenv("ASAN_OPTIONS", "verify_asan_link_order=0", 1);
+    });
+    constexpr int kAsked = 100;
+    int answered = 0;
+    for (int i = 0; i < kAsked; ++i) {
+        answered += statusOf(ask(server.port(), get("/healthz", "Connection: close\r\n"))) == 200;
+    }
+    const std::string metrics = ask(server.port(), get("/metrics", "Connection: close\r\n"));
+    const std::string name = "clerestory_connection_events{event=\"acceptError\"} ";
+    const std::size_t at = metrics.find(name);
+    const int errors = at == std::string::npos ? 0 : std::atoi(metrics.c_str() + at + name.size());
+    return {{.row = "C3",
+             .attack = "every other accept() fails, with ten errors in turn",
+             .figure = std::to_string(answered) + " of " + std::to_string(kAsked) + " answered, " +
+                       std::to_string(errors) + " errors",
+             .bar = "all answered",
+             .held = answered == kAsked && errors >= kAsked}};
 }
 
 std::vector<std::string> hostilePaths() {

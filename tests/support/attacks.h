@@ -24,6 +24,7 @@ struct Target {
 std::vector<Figure> slowAttacks(const Target& target);    // C1
 std::vector<Figure> wrongRequests(const Target& target);  // R4, R5, R7
 std::vector<Figure> crowds(const Target& target);         // C2, C3
+std::vector<Figure> failingAccepts();                     // C3, on a server of its own
 std::vector<Figure> pathAttacks(const Target& target);    // R6
 std::vector<std::string> hostilePaths();                  // 500
 

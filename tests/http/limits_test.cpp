@@ -1,0 +1,85 @@
+// R3 of the failure catalogue: every number that a client may set, at its limits and just beyond.
+// The limits are read from the schema, so a new field is tested by being there.
+#include "server/frame_json.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <functional>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+
+// A place in the document: puts a value there, and is named by the pointer.
+struct Place {
+    std::string pointer;
+    std::function<json(json)> body = [](json value) { return value; };
+
+    Place field(const std::string& name) const {
+        return {pointer + "/" + name, [outer = body, name](json value) {
+                    return outer(json{{name, std::move(value)}});
+                }};
+    }
+    // Of that many equal elements; the first is named.
+    Place element(std::size_t count) const {
+        return {pointer + "/0",
+                [outer = body, count](json value) { return outer(json(count, std::move(value))); }};
+    }
+};
+
+bool outOfRange(const Place& place, const json& value) {
+    try {
+        frameRequestFrom(place.body(value));
+    } catch (const RequestError& error) {
+        for (const FieldError& e : error.problem().errors) {
+            if (e.pointer == place.pointer && e.detail == "is out of range") return true;
+        }
+    }
+    return false;
+}
+
+struct Pair {
+    json inside, outside;
+};
+
+std::vector<Pair> pairsOf(const json& schema) {
+    if (schema.at("type") == "integer") {
+        const auto least = schema.at("minimum").get<std::int64_t>();
+        const auto most = schema.at("maximum").get<std::int64_t>();
+        return {{least, least - 1}, {most, most + 1}};
+    }
+    const double least = schema.at("minimum"), most = schema.at("maximum");
+    return {{least, std::nextafter(least, -INFINITY)}, {most, std::nextafter(most, INFINITY)}};
+}
+
+void walk(const json& schema, const Place& place, int& pairs) {
+    for (const json& one : schema.value("oneOf", json::array())) walk(one, place, pairs);
+    const json properties = schema.value("properties", json::object());
+    for (const auto& [name, inner] : properties.items()) walk(inner, place.field(name), pairs);
+    if (schema.contains("items")) {
+        walk(schema.at("items"), place.element(schema.value("minItems", std::size_t{1})), pairs);
+    }
+    if (!schema.contains("minimum")) return;
+    for (const Pair& pair : pairsOf(schema)) {
+        EXPECT_FALSE(outOfRange(place, pair.inside)) << place.pointer << " " << pair.inside;
+        EXPECT_TRUE(outOfRange(place, pair.outside)) << place.pointer << " " << pair.outside;
+        ++pairs;
+    }
+    for (const json& never : {json(1e300), json(-1e300)}) {
+        EXPECT_TRUE(outOfRange(place, never)) << place.pointer << " " << never;
+    }
+}
+
+TEST(Limits, HoldForEveryNumberOfTheSchema) {
+    int pairs = 0;
+    walk(json(frameRequestSchema()), Place{}, pairs);
+    EXPECT_GT(pairs, 80);
+    RecordProperty("pairs", pairs);
+    std::cout << pairs << " pairs\n";
+}
+
+}  // namespace
+}  // namespace clerestory::test
