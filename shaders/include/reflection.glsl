@@ -76,6 +76,7 @@ float probeDepth(vec3 towards) {
 // the probe than the probe's own depth there. Steps grow with the distance, then the last is halved.
 const int kDepthSteps = 24;
 const int kDepthHalvings = 6;
+const float kVisible = 1.05f;  // times the depth: a texel's slope, and what the owner stands on
 vec3 depthParallax(vec3 from, vec3 along) {
     float reach = 1.0f / view.picture.w;  // the scene's diagonal
     float before = 0.0f, after = reach;
@@ -99,16 +100,25 @@ vec3 depthParallax(vec3 from, vec3 along) {
     return met ? from + along * after : along;
 }
 
+// Where the ray meets the box that the probe was drawn in. The box has the world's axes; a row vector
+// times a matrix is its transpose's product.
+vec3 boxAlong(vec3 from, vec3 towards) {
+    mat3 eyeFromWorld = mat3(view.worldFromEye[0].xyz, view.worldFromEye[1].xyz,
+                             view.worldFromEye[2].xyz);
+    vec3 inBox = eyeFromWorld * boxParallax(from * eyeFromWorld, towards * eyeFromWorld,
+                                            reflection.proxyMin.xyz, reflection.proxyMax.xyz);
+    // The sky has no parallax, and no box.
+    return textureLod(environmentMap, inBox, 0.0f).a < 0.5f * kFarShare ? inBox : towards;
+}
+
 vec3 probeAlong(vec3 position, vec3 towards, float roughness) {
     vec3 at = towards;
-    if (has(FEATURE_PARALLAX_DEPTH)) at = depthParallax(position - reflection.center.xyz, towards);
-    if (has(FEATURE_PARALLAX)) {
-        // The box has the world's axes; a row vector times a matrix is its transpose's product.
-        mat3 eyeFromWorld = mat3(view.worldFromEye[0].xyz, view.worldFromEye[1].xyz,
-                                 view.worldFromEye[2].xyz);
-        at = eyeFromWorld * boxParallax((position - reflection.center.xyz) * eyeFromWorld,
-                                        towards * eyeFromWorld, reflection.proxyMin.xyz,
-                                        reflection.proxyMax.xyz);
+    vec3 from = position - reflection.center.xyz;
+    if (has(FEATURE_PARALLAX)) at = boxAlong(from, towards);
+    if (has(FEATURE_PARALLAX_DEPTH)) {
+        // Of what stands before a place the probe's depth knows nothing when something hides it.
+        bool visible = length(from) < kVisible * probeDepth(from);
+        at = visible ? depthParallax(from, towards) : boxAlong(from, towards);
     }
     return textureLod(environmentMap, at, roughness * reflection.levels.x).rgb;
 }

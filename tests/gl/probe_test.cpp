@@ -163,6 +163,39 @@ std::vector<glm::vec3> ballPixels(const FrameRequest& r, const glm::dvec3& cente
     return pixels;
 }
 
+// A box, or the probe's own depth, moves what stands near; the sky is equally far from everywhere.
+TEST_F(Probes, ShowTheSkyWhereItIsWhateverTheirParallax) {
+    Scene scene;
+    scene.environment = "sky";
+    place(scene, sphere(1.0f, 64, addMaterial(scene, silver())));
+    glm::dmat4 floor = moved(0.0, -1.5, 0.0);
+    floor[1] = {0.0, 0.0, -1.0, 0.0};  // faces up
+    floor[2] = {0.0, 1.0, 0.0, 0.0};
+    place(scene, quad(8.0f, addMaterial(scene, unlit(glm::vec4(1.0f)))), floor);
+    FrameRequest r = lookingAt(std::move(scene), "open", {0.0, 0.5, 4.0}, {0, 0, 0});
+    r.environment.map = "sky";
+    r.accuracy.parallax = Parallax::none;
+    const Image still = renderer().render(r).image;
+    for (const Parallax parallax : {Parallax::box, Parallax::depth}) {
+        r.accuracy.parallax = parallax;
+        const Image image = renderer().render(r).image;
+        int compared = 0;
+        for (std::uint32_t y = 0; y < r.height; ++y) {
+            for (std::uint32_t x = 0; x < r.width; ++x) {
+                const Ray ray = sightOfPixel(r, x, y);
+                const auto t = meetsBall(ray, {0, 0, 0}, 1.0);
+                if (!t) continue;
+                const glm::dvec3 normal = ray.origin + *t * ray.direction;
+                if (glm::reflect(ray.direction, normal).y < 0.15) continue;
+                ++compared;
+                const double off = greatestDifference(color(image, x, y), color(still, x, y));
+                ASSERT_LT(off, 1e-3) << x << " " << y;
+            }
+        }
+        EXPECT_GT(compared, 1000);
+    }
+}
+
 TEST_F(Probes, InConstantSurroundingsShowNoSeamAtAnyRoughness) {
     for (int step = 0; step <= 10; ++step) {
         const float roughness = 0.1f * float(step);
