@@ -151,9 +151,10 @@ void EventLoop::turnAway(Listener::Accepted& accepted) {
 
 // The connection that asks least: one without a request before one whose request is slow; of these
 // the one that would end soonest anyway. Whoever is being answered stays.
-bool EventLoop::evict() {
+bool EventLoop::evict(Clock::time_point before) {
     Id slow = 0;
     for (const auto& [deadline, id] : deadlines_.inOrder()) {
+        if (deadline > before) break;
         const Client& client = clients_.at(id);
         const bool asks = client.phase == Phase::reading && client.reader.state() != State::idle;
         if (client.phase == Phase::draining || (client.phase == Phase::reading && !asks)) {
@@ -172,7 +173,9 @@ bool EventLoop::evict() {
 // Descriptors or memory are short: makes room where that helps, and lets the machine breathe.
 void EventLoop::pauseAccepting(int error) {
     if (counters_.acceptErrors++ % 100 == 0) spdlog::warn("accept: {}", strerror(error));
-    if (error == EMFILE || error == ENFILE) evict();
+    // Not who has only just come: the next one has no better claim.
+    const auto half = std::min(limits_.idle, limits_.head) / 2;
+    if (error == EMFILE || error == ENFILE) evict(Clock::now() + half);
     epoll_event event{.events = 0, .data = {.u64 = kListener}};
     epoll_ctl(epoll_, EPOLL_CTL_MOD, listener_.socket(), &event);
     acceptAgain_ = Clock::now() + kAcceptPause;

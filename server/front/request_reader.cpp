@@ -55,29 +55,29 @@ void RequestReader::skipBlankLines() {
     }
 }
 
-// Looks at new bytes only, so that a request that drips costs no more than one that pours.
+// Looks at new bytes only, so that a request that drips costs no more than one that pours; and at
+// one after the other, so that it makes no difference in which pieces they came.
 bool RequestReader::foundHead() {
     for (; scanned_ < bytes_.size(); ++scanned_) {
+        if (lines_ == 0 && scanned_ >= limits_.requestLine + 2) {
+            return refuse(uriTooLong(limits_.path, limits_.requestLine)), false;
+        }
+        if (scanned_ >= limits_.headBytes) {
+            return refuse(headTooLarge(limits_.headBytes, limits_.headers)), false;
+        }
         if (bytes_[scanned_] != '\n') continue;
         // Some read a bare LF as the end of a line and some do not: here lies smuggling.
         if (scanned_ == lineBegin_ || bytes_[scanned_ - 1] != '\r') return refuse(notHttp()), false;
         if (scanned_ - lineBegin_ == 1) {
             headEnd_ = scanned_ + 1;
-            break;
+            return true;
         }
         if (++lines_ > limits_.headers + 1) {
             return refuse(headTooLarge(limits_.headBytes, limits_.headers)), false;
         }
         lineBegin_ = scanned_ + 1;
     }
-    const std::size_t firstLine = lines_ == 0 ? bytes_.size() : 0;
-    if (firstLine > limits_.requestLine + 2) {
-        return refuse(uriTooLong(limits_.path, limits_.requestLine)), false;
-    }
-    if ((headEnd_ > 0 ? headEnd_ : bytes_.size()) > limits_.headBytes) {
-        return refuse(headTooLarge(limits_.headBytes, limits_.headers)), false;
-    }
-    return headEnd_ > 0;
+    return false;
 }
 
 void RequestReader::advance() {
