@@ -39,8 +39,9 @@ inline constexpr double kLeastWeight = 4e-4;
 double toleranceOf(Preset preset);
 
 // Relative RMSE of a curved mirror's pixels, by roughness: the environment map alone, a captured
-// cube, rays through the mesh.
-double environmentError(double roughness);
+// cube, rays through the mesh. enclosed: share of its surroundings that is not sky; see
+// enclosure.h.
+double environmentError(double roughness, double enclosed = 0.0);
 double probeError(double roughness);
 double tracedError(double roughness);
 

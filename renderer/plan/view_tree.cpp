@@ -107,7 +107,7 @@ Method ViewTree::decide(const ViewJob& job, Case about, std::span<const Candidat
     } else {
         reason += format(", %.1f ms predicted", candidates[taken].milliseconds) +
                   format(", error %.2f", candidates[taken].error) +
-                  format(" where %.2f is enough", std::min(tolerance, 1.0));
+                  format(" where %.2f is enough", std::min(tolerance, 99.0));
     }
     if (job.generation == 0) {
         plan_.decisions.push_back({std::move(about.name),

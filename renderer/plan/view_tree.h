@@ -63,6 +63,8 @@ private:
     TargetId mapTarget(const EnvironmentMap& map);  // prefiltered, resident
     void serveFlat(const ViewJob& job, SeenView& seen, Pass& pass);
     void serveGroup(const ViewJob& job, SeenView& seen, Pass& pass, const MirrorGroup& group);
+    // Share of what is around the middle of the box that is not sky; 0 in child views.
+    double enclosedAt(const ViewJob& job, const Bounds& box);
     void serveCurved(const ViewJob& job, SeenView& seen, Pass& pass);
     void serveGlass(const ViewJob& job, SeenView& seen);
     TargetId addBackFaces(const ViewJob& job, std::vector<Draw>& glass, const std::string& layer);
@@ -96,7 +98,9 @@ private:
     const ResidentMaps& resident_;
     const DeviceLimits& limits_;
     std::vector<Wall> walls_;  // of the root view
-    Bounds sceneBounds_;       // world
+    std::vector<Bounds>
+        opaqueBoxes_;     // of all clusters, relative to the root's eye; when asked for
+    Bounds sceneBounds_;  // world
     std::uint64_t sceneTriangles_;
     TargetId environmentTarget_ = kNoTarget;
     // Passes that make a map which is known by its own key, first and behind the last; ascending.

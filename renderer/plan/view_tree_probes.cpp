@@ -3,6 +3,7 @@
 // content is known by the passes that would draw it, so what is resident and still true is not
 // drawn.
 #include "plan/cost.h"
+#include "plan/enclosure.h"
 #include "plan/features.h"
 #include "plan/mirror.h"
 #include "plan/plan_hash.h"
@@ -61,14 +62,15 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
         if (job.probeGeneration == 0) continue;  // a first generation shows the fallback
         const double roughness = s.surface->roughness;
         const double faceTexels = double(point.resolution) * point.resolution;
-        std::vector<Candidate> candidates{{Method::environment, 0.0, environmentError(roughness)},
-                                          {Method::probe,
-                                           milliseconds({.triangles = 2.0 * double(sceneTriangles_),
-                                                         .pixels = 6.0 * faceTexels,
-                                                         .views = 6.0,
-                                                         .frames = kFramesOfACapture,
-                                                         .software = limits_.software}),
-                                           probeError(roughness)}};
+        std::vector<Candidate> candidates{
+            {Method::environment, 0.0, environmentError(roughness, enclosedAt(job, s.box))},
+            {Method::probe,
+             milliseconds({.triangles = 2.0 * double(sceneTriangles_),
+                           .pixels = 6.0 * faceTexels,
+                           .views = 6.0,
+                           .frames = kFramesOfACapture,
+                           .software = limits_.software}),
+             probeError(roughness)}};
         if (limits_.traces && !job.captured) {  // a captured face shows the generation before
             candidates.push_back(
                 {Method::traced,
@@ -96,6 +98,24 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
         if (a.parallax == Parallax::depth) s.features |= FEATURE_PARALLAX_DEPTH;
         s.reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
     }
+}
+
+// Of the root view alone: child views would ask for it in every one of their many frames' faces.
+double ViewTree::enclosedAt(const ViewJob& job, const Bounds& box) {
+    if (job.generation > 0) return 0.0;
+    if (opaqueBoxes_.empty()) {
+        for (const Surface& surface : stage_.surfaces) {
+            if (surface.glass != Glass::none) continue;
+            const Instance& instance = stage_.scene.instances[surface.instance];
+            const glm::dmat4 eyeFromMesh =
+                eyeFromLocal(job.view, stage_.pose.worldFromNode[instance.node]);
+            for (std::uint32_t c = 0; c < surface.clusterCount; ++c) {
+                const Cluster& cluster = stage_.scene.clusters[surface.firstCluster + c];
+                opaqueBoxes_.push_back(transformed(cluster.bounds, eyeFromMesh));
+            }
+        }
+    }
+    return enclosure(opaqueBoxes_, glm::dvec3(box.center()));
 }
 
 // A stored map instead of the surroundings, turned as its material says.
