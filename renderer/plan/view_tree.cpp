@@ -238,14 +238,14 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
         const bool solid = s.surface->glass == Glass::solid;
         const double segments = solid ? std::min(4.0, 1.0 + stage_.request.accuracy.bounces) : 2.0;
         std::vector<Candidate> candidates{
-            {Method::environment, 0.0, 0.9},
+            {Method::environment, 0.0, 2.7},
             {Method::backdrop,
              milliseconds({.pixels = kCopiedPixel * job.width * job.height + pixels,
                            .views = 1.0,
                            .software = limits_.software}),
-             !solid ? 0.02  // straight through: right but for what it mirrors
-             : stage_.request.accuracy.backFaces ? 0.75
-                                                 : 0.9}};
+             !solid ? 0.06  // straight through: right but for what it mirrors
+             : stage_.request.accuracy.backFaces ? 2.2
+                                                 : 2.7}};
         if (limits_.traces && !job.captured) {  // a captured face is small and blurred
             candidates.push_back(
                 {Method::traced,
