@@ -189,6 +189,9 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
         frame.health.push_back(
             {frame.plan.targets[i].name, counts.texels, counts.nonFinite, counts.negative});
     }
+    for (MapPicture& map : execution.maps) {
+        frame.maps.push_back({std::move(map.target), std::move(map.picture)});
+    }
     ++frames;
     return frame;
 }
@@ -199,6 +202,10 @@ Frame Renderer::render(const FrameRequest& request) {
 
 Frame Renderer::renderExamined(const FrameRequest& request) {
     return state_->frame(request, &Executor::runExamined);
+}
+
+Frame Renderer::renderWithMaps(const FrameRequest& request) {
+    return state_->frame(request, &Executor::runWithMaps);
 }
 
 void Renderer::forgetMaps() {

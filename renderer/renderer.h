@@ -48,6 +48,12 @@ struct TargetHealth {
     std::uint64_t negative = 0;   // of the others: with negative light
 };
 
+// What a frame's mirrors look at; see passes/map_pictures.h for how it lies.
+struct FrameMap {
+    std::string target;  // its name in the plan
+    Image picture;       // float32, 3 channels, linear radiance
+};
+
 struct Frame {
     Image image;
     FramePlan plan;
@@ -55,6 +61,7 @@ struct Frame {
     double planMs = 0.0;
     double readbackMs = 0.0;
     std::vector<TargetHealth> health;  // of renderExamined() only: every float target of the plan
+    std::vector<FrameMap> maps;        // of renderWithMaps() only
 };
 
 // Objects made and work asked of OpenGL since start; tests hold plans against these.
@@ -87,6 +94,8 @@ public:
     // The same frame, byte for byte, and its health: every float target is read back and looked at,
     // which takes about as long again.
     Frame renderExamined(const FrameRequest& request);
+    // The same frame, byte for byte, and the mirrored views and cubes that it reads.
+    Frame renderWithMaps(const FrameRequest& request);
 
     // Lets go of every map that outlives its frame, prefiltered environment maps and captured
     // cubes: the next frame draws anew what it needs of them. The same request gives the same

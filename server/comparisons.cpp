@@ -1,6 +1,7 @@
 #include "server/comparisons.h"
 
 #include "image/encode.h"
+#include "measures/displayed.h"
 #include "server/comparison_json.h"
 #include "server/frame_json.h"
 #include "server/frames.h"
@@ -9,6 +10,8 @@
 #include "server/service.h"
 
 #include <nlohmann/json.hpp>
+
+#include <cmath>
 
 namespace clerestory {
 namespace {
@@ -28,7 +31,13 @@ std::string truthKey(Service& service, const Scene& scene, const ComparisonReque
            '\n' + std::to_string(request.seed);
 }
 
-JobResult resultOf(const Comparison& comparison, const std::string& job) {
+// As a frame of the request would show it.
+Image shownTruth(const Truth& truth, const FrameRequest& frame) {
+    const auto factor = static_cast<float>(std::exp2(frame.exposure));
+    return quantised(displayed(truth.image.color, frame.toneMap, factor));
+}
+
+JobResult resultOf(const Comparison& comparison, const Image& truth, const std::string& job) {
     JobResult result;
     std::vector<std::string> links;
     for (const SettingResult& setting : comparison.settings) {
@@ -36,8 +45,13 @@ JobResult resultOf(const Comparison& comparison, const std::string& job) {
         links.push_back("/v1/jobs/" + job + "/pictures/" + std::to_string(links.size()));
         result.pictures.push_back({"image/png", encodePng(setting.errorPicture)});
     }
-    result.json = comparisonJson(comparison, links)
-                      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    nlohmann::ordered_json json = comparisonJson(comparison, links);
+    if (!links.empty()) {
+        json["reference"]["picture"] =
+            "/v1/jobs/" + job + "/pictures/" + std::to_string(links.size());
+        result.pictures.push_back({"image/png", encodePng(truth)});
+    }
+    result.json = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     return result;
 }
 
@@ -56,7 +70,8 @@ JobResult compared(Service& service, const ComparisonRequest& request, const std
             [&](double share) {
                 return control.proceed(kTracingShare + (1.0 - kTracingShare) * share);
             });
-        return comparison ? resultOf(*comparison, job) : JobResult{};
+        if (!comparison) return {};
+        return resultOf(*comparison, shownTruth(*truth, request.frame), job);
     } catch (const JobCancelled&) {
         return {};
     }

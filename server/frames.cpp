@@ -1,5 +1,6 @@
 #include "server/frames.h"
 
+#include "measures/displayed.h"
 #include "server/build_id.h"
 #include "server/compact_passes.h"
 #include "server/encode_answer.h"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 
 namespace clerestory {
@@ -95,24 +97,38 @@ std::string serverTiming(const Drawn& drawn, double encodeMs, double totalMs) {
     return header;
 }
 
-// The picture, then the plan with its milliseconds, and its health where that was asked for.
-void addExplanation(Answer& answer, const Frame& frame, const std::string& etag) {
-    nlohmann::ordered_json json = planJson(frame.plan, frame.passTimes);
-    if (!frame.health.empty()) json["health"] = healthJson(frame.health);
-    putExplained(answer,
-                 {.type = answer.type,
-                  .picture = std::move(answer.body),
-                  .plan = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
-                 "clerestory-" + etag.substr(1, etag.size() - 2));
+// As the frame would show it: by its exposure and its curve.
+std::string mapJpeg(const Image& radiance, const FrameRequest& request) {
+    const auto factor = static_cast<float>(std::exp2(request.exposure));
+    const Image shown = quantised(displayed(radiance, request.toneMap, factor));
+    return encodeJpeg(shown, static_cast<int>(request.output.quality), false);
 }
 
-enum class Explain { no, plan, health };
+// The picture, then the plan with its milliseconds, and its health or its maps where those were
+// asked for.
+void addExplanation(Answer& answer, const Frame& frame, const FrameRequest& request,
+                    const std::string& etag) {
+    nlohmann::ordered_json json = planJson(frame.plan, frame.passTimes);
+    if (!frame.health.empty()) json["health"] = healthJson(frame.health);
+    ExplainedFrame explained{
+        .type = answer.type,
+        .picture = std::move(answer.body),
+        .plan = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)};
+    for (const FrameMap& map : frame.maps) {
+        explained.maps.push_back({map.target, mapJpeg(map.picture, request)});
+    }
+    putExplained(answer, explained, "clerestory-" + etag.substr(1, etag.size() - 2));
+}
+
+enum class Explain { no, plan, health, maps };
 Explain explains(const Call& call) {
     const auto found = call.query.find("explain");
     if (found == call.query.end() || found->second == "0") return Explain::no;
     if (found->second == "1") return Explain::plan;
     if (found->second == "health") return Explain::health;
-    throw RequestError(invalidFields({{"/explain", "is not a known word", "0, 1 or health"}}));
+    if (found->second == "maps") return Explain::maps;
+    throw RequestError(
+        invalidFields({{"/explain", "is not a known word", "0, 1, health or maps"}}));
 }
 
 // A budget gives way to the knobs that it comes to; everything else stays as it was asked.
@@ -143,8 +159,9 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     const Turn turn = turnOf(service, call, kindOf(request));
     const Drawn drawn = service.queue().run(turn, [request, door, asked](Renderer& renderer) {
         const double queueMs = millisecondsSince(door);
-        Frame frame =
-            asked == Explain::health ? renderer.renderExamined(request) : renderer.render(request);
+        Frame frame = asked == Explain::health ? renderer.renderExamined(request)
+                      : asked == Explain::maps ? renderer.renderWithMaps(request)
+                                               : renderer.render(request);
         return Drawn{std::move(frame), queueMs, millisecondsSince(door) - queueMs};
     });
     service.frameWasDrawn();
@@ -159,11 +176,12 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     answer.headers.emplace_back("Clerestory-Passes", compactPasses(drawn.frame.plan));
     if (pick) {
         answer.headers.emplace_back("Clerestory-Accuracy", pick->words);
-        // Examining every target takes longer than the frame, and so do filters, which no curve
-        // knows.
-        if (asked != Explain::health && request.filters.empty()) service.budgets().drawn(*pick, drawn.drawMs);
+        // Examining every target takes longer than the frame, and so do taking maps away and
+        // filters, which no curve knows.
+        const bool plain = asked == Explain::no || asked == Explain::plan;
+        if (plain && request.filters.empty()) service.budgets().drawn(*pick, drawn.drawMs);
     }
-    if (explain) addExplanation(answer, drawn.frame, etag);
+    if (explain) addExplanation(answer, drawn.frame, request, etag);
     return answer;
 }
 

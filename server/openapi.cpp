@@ -49,12 +49,15 @@ ordered_json frameBody() {
 }
 
 ordered_json explainParameter() {
-    return {{"name", "explain"},
-            {"in", "query"},
-            {"description",
-             "1: a multipart/mixed answer whose second part is the plan that ran; health: and in "
-             "it how many texels of every float target are not finite or hold negative light"},
-            {"schema", {{"type", "string"}, {"enum", {"0", "1", "health"}}, {"default", "0"}}}};
+    return {
+        {"name", "explain"},
+        {"in", "query"},
+        {"description",
+         "1: a multipart/mixed answer whose second part is the plan that ran; health: and in "
+         "it how many texels of every float target are not finite or hold negative light; maps: "
+         "after it a JPEG of every mirrored view and cube that the frame reads, named by its "
+         "target; a cube as +X -X +Y above -Y +Z -Z"},
+        {"schema", {{"type", "string"}, {"enum", {"0", "1", "health", "maps"}}, {"default", "0"}}}};
 }
 
 ordered_json get(const char* summary, ordered_json responses) {

@@ -184,4 +184,13 @@ Execution Executor::runExamined(const FramePlan& plan, const Scene& scene, const
     return result;
 }
 
+Execution Executor::runWithMaps(const FramePlan& plan, const Scene& scene, const Pose& pose,
+                                const EnvironmentMap& environment, const EnvironmentMaps& maps) {
+    const std::vector<Target*> targets = begin(plan);
+    Execution result = draw(plan, targets, scene, pose, environment, maps);
+    result.maps = mapPictures(plan, targets);
+    targets_.endFrame();
+    return result;
+}
+
 }  // namespace clerestory

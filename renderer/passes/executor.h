@@ -3,6 +3,7 @@
 
 #include "image/image.h"
 #include "passes/health.h"
+#include "passes/map_pictures.h"
 #include "passes/passes.h"
 
 #include <list>
@@ -15,6 +16,7 @@ struct Execution {
     std::vector<double> passMilliseconds;  // one for each of plan.passes
     double readbackMilliseconds = 0.0;
     std::vector<TexelCounts> health;  // one for each of plan.targets, when asked for
+    std::vector<MapPicture> maps;     // when asked for
 };
 
 class Executor {
@@ -23,6 +25,9 @@ public:
                   const EnvironmentMap& environment, const EnvironmentMaps& maps);
     // The same, and looks at every float texel of every target afterwards.
     Execution runExamined(const FramePlan& plan, const Scene& scene, const Pose& pose,
+                          const EnvironmentMap& environment, const EnvironmentMaps& maps);
+    // The same, and takes away what its mirrors look at.
+    Execution runWithMaps(const FramePlan& plan, const Scene& scene, const Pose& pose,
                           const EnvironmentMap& environment, const EnvironmentMaps& maps);
     // Resident maps, for the planner.
     ResidentMaps residentMaps() const { return targets_.residentMaps(); }

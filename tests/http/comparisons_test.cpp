@@ -1,4 +1,5 @@
 // POST /v1/comparisons through the real server: a job, its figures, its pictures, and its refusals.
+#include "tests/support/compare_images.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
@@ -69,7 +70,12 @@ TEST(Comparisons, AJobTellsWhatEachSettingCostsAndHowFarItIsFromTheTruth) {
         EXPECT_EQ(picture->get_header_value("Content-Type"), "image/png");
         EXPECT_EQ(decodePng(picture->body).width, 64u);
     }
-    EXPECT_EQ(client.Get(place + "/pictures/2")->status, 404);
+    const auto truth = client.Get(result["reference"]["picture"].get<std::string>());
+    ASSERT_TRUE(truth && truth->status == 200);
+    const auto fineFrame = postJson(
+        client, "/v1/frames", smallFrame(R"("accuracy": "fine", "output": {"format": "png"})"));
+    EXPECT_LT(difference(decodePng(truth->body), decodePng(fineFrame->body), 0.0).mean, 0.06);
+    EXPECT_EQ(client.Get(place + "/pictures/3")->status, 404);
     EXPECT_EQ(client.Get(place + "/pictures/-1")->status, 404);
     EXPECT_EQ(client.Get(place + "/pictures/")->status, 404);
 }

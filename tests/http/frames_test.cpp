@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
+#include <set>
 
 namespace clerestory::test {
 namespace {
@@ -240,6 +242,40 @@ TEST(Frames, HealthCountsEveryFloatTargetWhenAskedFor) {
     const auto unasked = postJson(client, "/v1/frames?explain=1", smallFrame());
     ASSERT_TRUE(unasked);
     EXPECT_FALSE(json::parse(partsOf(*unasked)[1].second).contains("health"));
+}
+
+// What a ball in the middle of six walls of one colour each looks at is those six colours.
+TEST(Frames, MapsShowWhatTheMirrorsLookAt) {
+    auto client = sharedServer().client();
+    const std::string request = smallFrame(
+        R"("accuracy": {"curved": "probe", "probeSamples": 1}, "output": {"format": "png"})");
+    const auto plain = postJson(client, "/v1/frames", request);
+    const auto explained = postJson(client, "/v1/frames?explain=maps", request);
+    ASSERT_TRUE(plain && explained);
+    ASSERT_EQ(explained->status, 200) << explained->body;
+    EXPECT_EQ(explained->get_header_value("ETag"), "");
+    const auto parts = partsOf(*explained);
+    ASSERT_GE(parts.size(), 3u);
+    EXPECT_EQ(parts[0].second, plain->body);
+    EXPECT_EQ(parts[1].first, "application/json");
+    EXPECT_THAT(explained->body, HasSubstr("name=\"probe:"));
+    std::size_t cubes = 0;
+    for (std::size_t i = 2; i < parts.size(); ++i) {
+        EXPECT_EQ(parts[i].first, "image/jpeg");
+        const Image sheet = decodeJpeg(parts[i].second);
+        if (sheet.width * 2 != sheet.height * 3) continue;
+        std::set<std::array<int, 3>> colours;  // of the middles, coarse enough for JPEG
+        for (std::uint32_t f = 0; f < 6; ++f) {
+            const std::uint32_t edge = sheet.width / 3;
+            const std::uint8_t* p =
+                sheet.bytes() + 3 * (std::size_t{sheet.width} * (f / 3 * edge + edge / 2) +
+                                     f % 3 * edge + edge / 2);
+            colours.insert({p[0] / 40, p[1] / 40, p[2] / 40});
+        }
+        cubes += colours.size() == 6;
+    }
+    EXPECT_EQ(cubes, 1u);
+    EXPECT_EQ(partsOf(*postJson(client, "/v1/frames?explain=1", request)).size(), 2u);
 }
 
 TEST(Frames, APlanTellsHowEachReflectorIsServedAndOutOfWhat) {
