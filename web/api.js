@@ -22,10 +22,14 @@ async function problemOf(response) {
   return new Problem({ ...body, status: response.status }, retryAfter);
 }
 
-async function ask(path, options) {
+let token = "";
+// For servers that ask for one: goes with every request from now on.
+export const useToken = (given) => { token = given; };
+
+async function ask(path, { headers, ...options } = {}) {
   let response;
   try {
-    response = await fetch(path, options);
+    response = await fetch(path, { ...options, headers: { ...headers, ...(token ? { Authorization: `Bearer ${token}` } : {}) } });
     if (!response.ok) throw await problemOf(response);
   } catch (error) {
     if (error instanceof Problem) throw error;
@@ -34,9 +38,10 @@ async function ask(path, options) {
   return response;
 }
 
-const post = (path, body) => ask(path, {
-  method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body),
+const send = (method, path, body, signal) => ask(path, {
+  method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), signal,
 });
+const post = (path, body, signal) => send("POST", path, body, signal);
 
 export const getJson = async (path) => (await ask(path)).json();
 export const planOf = async (request) => (await post("v1/plans", request)).json();
@@ -52,10 +57,12 @@ export function parseServerTiming(header) {
 
 // -> the picture as a Blob; what the headers tell about it; with `explain` the plan that ran, and the maps
 // behind it where it is "maps": [{ name, blob }].
-export async function renderFrame(request, explain = "0") {
+export async function renderFrame(request, explain = "0", signal = undefined) {
   const start = performance.now();
-  const response = await post(`v1/frames${explain === "0" ? "" : `?explain=${explain}`}`, request);
-  const bytes = new Uint8Array(await response.arrayBuffer());
+  const response = await post(`v1/frames${explain === "0" ? "" : `?explain=${explain}`}`, request, signal);
+  const bytes = new Uint8Array(await response.arrayBuffer().catch(() => {
+    throw new Problem({ title: "No answer", detail: "The answer broke off." });
+  }));
   const frame = {
     milliseconds: performance.now() - start,
     timings: parseServerTiming(response.headers.get("Server-Timing") ?? ""),
@@ -80,6 +87,9 @@ export async function pixelOf({ scene, camera: { position, target }, time }, int
   return floatsOf(await (await post("v1/frames", request)).arrayBuffer())[0];
 }
 
+// Moves a view that others watch as v1/stream?view=NAME.
+export const putView = (name, request) => send("PUT", `v1/views/${encodeURIComponent(name)}`, request);
+
 // ---- long work --------------------------------------------------------------------------------
 
 export const startComparison = async (body) => (await post("v1/comparisons", body)).json();
@@ -88,6 +98,7 @@ export const cancelJob = (id) => ask(`v1/jobs/${encodeURIComponent(id)}`, { meth
 
 // A path that the server tells, below wherever the page itself lies.
 export const below = (path) => path.replace(/^\//, "");
+export const pictureAt = async (path) => (await ask(below(path))).blob();
 
 // A .glb file or the like as the body; -> the new scene's id, from its Location or its description.
 export async function uploadScene(file, type) {

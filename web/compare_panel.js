@@ -1,7 +1,7 @@
 // Accuracy against time of this view: a comparison as a job, its chart, its error pictures.
-import { Problem, below, cancelJob, jobOf, startComparison } from "./api.js";
+import { Problem, cancelJob, jobOf, pictureAt, startComparison } from "./api.js";
 import { hullOf, logAxis, settingsFor, shortNumber } from "./chart.js";
-import { $, element, svg } from "./dom.js";
+import { $, element, showBlob, svg } from "./dom.js";
 import { millisecondsWords, problemWords } from "./words.js";
 
 const kWidth = 320, kHeight = 220, kLeft = 46, kBottom = 34, kTop = 10, kRight = 12;
@@ -25,6 +25,8 @@ function chartOf(points, { off, noise }, chosen, choose) {
     svg("text", { x: -(kHeight - kBottom) / 2, y: 11, class: "middle", transform: "rotate(-90)" }, "error, relMSE"),
     ...line(off, "off", "all effects off"), ...line(noise, "off", "noise of the truth"),
     svg("polyline", { class: "hull", points: hull.map((p) => `${px(p.milliseconds)},${py(p.error)}`).join(" ") }),
+    ...points.filter((p) => p.named).map((p) =>
+      svg("text", { x: px(p.milliseconds), y: py(p.error) - 9, class: "middle" }, p.label)),
     ...points.map((p, i) => {
       const words = `${p.label}: ${millisecondsWords(p.milliseconds)}, error ${shortNumber(p.error)}`;
       const on = hull.some((h) => h.label === p.label);
@@ -35,21 +37,29 @@ function chartOf(points, { off, noise }, chosen, choose) {
     }));
 }
 
+// What a measurement depends on: everything but size, accuracy and filters.
+const viewOf = ({ width, height, accuracy, filters, ...view }) => JSON.stringify(view);
+
 export class ComparePanel {
   #job;
   #points = [];
   #lines = {};
+  #measured;  // the view that the pictures belong to
 
   // request(size) -> the view; size(width) -> a picture of its shape. use(accuracy): take it over.
-  constructor({ session, request, size, use }) {
-    Object.assign(this, { session, request, size, use });
+  // truth(path): a picture of the measured view's truth is there, or, with nothing, no longer fits.
+  constructor({ session, request, size, use, truth }) {
+    Object.assign(this, { session, request, size, use, truth });
     $("measure").addEventListener("click", () => this.#measure());
     $("measure-cancel").addEventListener("click", () => this.#job && cancelJob(this.#job).catch(() => {}));
   }
 
-  // The error pictures belong to one view.
-  viewChanged() {
+  // This view is shown now: pictures of another one go.
+  viewIs(request) {
+    if (this.#measured === undefined || this.#measured === viewOf(request)) return;
+    this.#measured = undefined;
     this.#showError(undefined);
+    this.truth(undefined);
   }
 
   async #measure() {
@@ -58,7 +68,7 @@ export class ComparePanel {
       presets: session.presets, current: session.accuracy, knobs: session.knobSchemas, sweep: $("sweep").checked,
       values: { ...session.presetValues[session.preset], ...session.knobs },
     });
-    const { output, accuracy, ...frame } = this.request(this.size(Number($("truth-edge").value)));
+    const { accuracy, filters, ...frame } = this.request(this.size(Number($("truth-edge").value)));
     this.#busy(true);
     try {
       const body = { ...frame, settings: settings.map((s) => s.accuracy), samples: Number($("truth-samples").value),
@@ -72,7 +82,11 @@ export class ComparePanel {
         await new Promise((resolve) => setTimeout(resolve, 300));
         job = await jobOf(this.#job);
       }
-      if (job.state === "done") this.#show(job.result, settings);
+      if (job.state === "done") {
+        this.#measured = viewOf(frame);
+        this.#show(job.result, settings);
+        this.viewIs(this.request(this.size(1)));
+      }
       else $("measure-words").textContent = job.state === "cancelled" ? "Cancelled." : `It failed: ${job.failure ?? ""}`;
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
@@ -91,13 +105,14 @@ export class ComparePanel {
 
   #show(result, settings) {
     this.#points = result.settings.map((s, i) => ({
-      label: settings[i]?.label ?? s.name, accuracy: settings[i]?.accuracy ?? s.accuracy,
+      label: settings[i]?.label ?? s.name, named: settings[i] && typeof settings[i].accuracy === "string" || settings[i]?.label === "as set now", accuracy: settings[i]?.accuracy ?? s.accuracy,
       milliseconds: s.milliseconds.median, error: s.error.frame.relMse, psnr: s.error.frame.psnr, flip: s.error.frame.flip,
       closedGap: s.closedGap, picture: s.errorPicture,
     }));
     this.#lines = { off: result.effectsOff.relMse, noise: result.reference.noise.relMse };
     $("measure-words").textContent = `${this.#points.length} settings, truth of ${result.reference.samples} paths a pixel in ${millisecondsWords(result.reference.milliseconds)}. Choose a point to see where it is wrong.`;
     this.#draw(undefined);
+    this.truth(result.reference.picture);
   }
 
   #draw(chosen) {
@@ -123,11 +138,12 @@ export class ComparePanel {
     this.#showError(p.picture, opacity.value);
   }
 
-  #showError(path, opacity) {
+  async #showError(path, opacity) {
     const image = $("error-picture");
-    image.hidden = !path;
+    image.hidden = true;
     if (!path) return;
-    image.src = below(path);
     image.style.opacity = opacity;
+    await showBlob(image, await pictureAt(path));
+    image.hidden = false;
   }
 }

@@ -5,7 +5,7 @@ import { controlOf, positionFor, sliderSteps, valueAt, wordsOf } from "./schema.
 // What a field means is shown in one quiet place while it is pointed at or has the focus.
 function explains(row, words) {
   if (!words) return row;
-  const tell = () => { $("hint").textContent = words; };
+  const tell = () => { $("hint").textContent = `${words[0].toUpperCase()}${words.slice(1)}.`; };
   row.addEventListener("pointerenter", tell);
   row.addEventListener("focusin", tell);
   return row;

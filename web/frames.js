@@ -1,4 +1,4 @@
-// Asks for frames: one at a time, the newest pose wins; small ones while something moves, a full one at
+// Asks for frames: one at a time, the newest pose wins, also over a full one under way; small ones while something moves, a full one at
 // rest; later again when the server is busy or away.
 import { Problem, renderFrame } from "./api.js";
 import { Latest, Pace, frameSize, patience } from "./pace.js";
@@ -11,6 +11,7 @@ const kLeastPixels = 160 * 90;
 export class Frames {
   #latest = new Latest((wish) => this.#draw(wish));
   #rest;
+  #running;  // { still, stop: AbortController } of the frame under way
   #waiting = false;
   #failures = 0;
 
@@ -31,6 +32,7 @@ export class Frames {
   moved() {
     clearTimeout(this.#rest);
     this.#rest = setTimeout(() => this.changed(), kRestMs);
+    if (this.#running?.still && !this.calm()) this.#running.stop.abort();  // nobody will see it
     this.#ask({ still: this.calm() });
   }
 
@@ -45,16 +47,22 @@ export class Frames {
   }
 
   async #draw({ still }) {
-    const request = this.requestFor(this.size(still ? undefined : this.pace.pixels), { draft: !still && this.pace.draft });
+    const full = this.size(), size = still ? full : this.size(this.pace.pixels);
+    const request = this.requestFor(size, { draft: !still && this.pace.draft, scale: size[0] / full[0] });
     if (!request) return;
+    const stop = new AbortController();
+    this.#running = { still, stop };
     try {
-      const answer = await renderFrame(request, still ? "1" : "0");
+      const answer = await renderFrame(request, still ? "1" : "0", stop.signal);
+      this.#running = undefined;
       this.#failures = 0;
       if (!still) this.pace.took(request.width * request.height, answer.milliseconds);
       await this.shown(answer, request, still);
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
-      this.#fail(problem);
+      if (!stop.signal.aborted) this.#fail(problem);
+    } finally {
+      this.#running = undefined;
     }
   }
 

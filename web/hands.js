@@ -45,7 +45,7 @@ export class Hands {
     const { stage } = this;
     const points = this.#points;
     stage.addEventListener("pointerdown", (e) => {
-      if (e.target.closest("input, button")) return;
+      if (e.target.closest("input, button, form")) return;
       stage.setPointerCapture(e.pointerId);
       points.set(e.pointerId, [e.clientX, e.clientY]);
     });

@@ -5,7 +5,7 @@ import { queryOf, requestOf, rounded } from "./links.js";
 import { defaultsOf, objectOf } from "./schema.js";
 
 // Fields with a place of their own in the page; every other one gets a control among the picture's.
-const kPlaced = ["scene", "camera", "width", "height", "time", "effects", "accuracy", "environment", "overrides",
+const kPlaced = ["scene", "camera", "width", "height", "time", "clip", "effects", "accuracy", "environment", "overrides",
                  "filters", "output"];
 
 export class Session {
@@ -15,6 +15,7 @@ export class Session {
   preset;
   knobs = {};  // beside the preset
   time = 0;
+  clip;  // of the scene's animations; none: what the server plays by itself
   filters = [];
   headingDegrees = 0;  // of the environment map, about +Y
 
@@ -41,6 +42,7 @@ export class Session {
     this.filters = [];
     this.headingDegrees = 0;
     this.time = 0;
+    this.clip = undefined;
   }
 
   // What a knob is worth now: its own value, or the preset's where the server tells it.
@@ -77,6 +79,7 @@ export class Session {
     if (this.headingDegrees) environment.rotation = [0, Math.sin(half), 0, Math.cos(half)];
     return {
       ...(this.time ? { time: this.time } : {}),
+      ...(this.clip === undefined ? {} : { clip: this.clip }),
       effects: this.effects,
       accuracy: this.accuracy,
       environment,
@@ -85,8 +88,9 @@ export class Session {
     };
   }
 
-  // size: [width, height] in pixels. draft: the cheapest accuracy, whatever is set.
-  request([width, height], { draft = false } = {}) {
+  // size: [width, height] in pixels. draft: the cheapest accuracy, whatever is set. scale: of a full
+  // frame's pixels, for filters that count in them.
+  request([width, height], { draft = false, scale = 1 } = {}) {
     const { camera } = this;
     return rounded({
       scene: this.scene.id,
@@ -95,7 +99,14 @@ export class Session {
       height,
       ...this.#fields(),
       ...(draft ? { accuracy: this.presets[0] } : {}),
+      ...(this.filters.length ? { filters: this.filters.map((filter) => this.#scaled(filter, scale)) } : {}),
     });
+  }
+
+  #scaled(filter, scale) {
+    const { properties } = this.schema.properties.filters.items;
+    return Object.fromEntries(Object.entries(filter).map(([name, value]) =>
+      [name, /^pixels/.test(properties[name]?.description) ? value * scale : value]));
   }
 
   // For the page's own address: everything but the size, which is the window's.
@@ -108,7 +119,7 @@ export class Session {
   // Takes over what such an address says; -> the scene that it names, if any. Its camera is for later,
   // when that scene is there.
   read(query) {
-    const { scene, camera, time, effects, accuracy, environment, filters, ...rest } = requestOf(query, this.schema);
+    const { scene, camera, time, clip, effects, accuracy, environment, filters, ...rest } = requestOf(query, this.schema);
     Object.assign(this.effects, effects);
     if (accuracy) {
       const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
@@ -120,6 +131,7 @@ export class Session {
     if (rotation) this.headingDegrees = Math.round((2 * Math.atan2(rotation[1], rotation[3]) * 180) / Math.PI * 10) / 10;
     if (filters) this.filters = filters;
     if (time !== undefined) this.time = time;
+    if (clip !== undefined) this.clip = clip;
     for (const name of Object.keys(this.pictureSchemas)) if (rest[name] !== undefined) this.picture[name] = rest[name];
     const placed = camera?.position && camera.target;
     return { scene, view: placed ? { yfov: 0.9, ...camera } : undefined };

@@ -1,9 +1,13 @@
 // The time slider and its play button; there only while the scene lists clips that move it.
-import { $ } from "./dom.js";
+import { $, fillSelect } from "./dom.js";
 
-// Seconds that a scene's slider spans: its longest clip, or some of what never ends.
-export const spanOf = ({ animations = [] }) =>
-  (animations.length ? Math.max(...animations.map((a) => a.duration ?? 0)) || 10 : 0);
+const kUsual = "\u0000usual";  // no clip has this name
+
+// Seconds that a scene's slider spans: the chosen clip, or the longest one.
+export function spanOf({ animations = [] }, clip) {
+  const asked = animations.filter((a) => clip === undefined || a.name === clip);
+  return asked.length ? Math.max(...asked.map((a) => a.duration ?? 0)) || 10 : 0;
+}
 
 export class TimeRow {
   #span = 0;
@@ -17,14 +21,25 @@ export class TimeRow {
       this.#set(Number($("time").value));
     });
     $("play").addEventListener("click", () => this.toggle());
+    $("clip").addEventListener("change", () => {
+      session.clip = $("clip").value === kUsual ? undefined : $("clip").value;
+      this.#span = spanOf(session.scene, session.clip);
+      $("time").max = this.#span;
+      this.#set(Math.min(session.time, this.#span));
+    });
   }
 
   sceneChanged() {
+    const { session } = this;
     this.#pause();
-    this.#span = spanOf(this.session.scene);
+    const names = (session.scene.animations ?? []).map((a) => a.name);
+    if (!names.includes(session.clip)) session.clip = undefined;
+    this.#span = spanOf(session.scene, session.clip);
     $("time-row").hidden = this.#span === 0;
+    if (this.#span === 0) session.time = 0;
+    fillSelect($("clip"), [[kUsual, "usual clip"], ...names.map((name) => [name, name])], session.clip ?? kUsual);
+    $("clip").hidden = names.length < 2 || !("clip" in session.schema.properties);
     $("time").max = this.#span;
-    if (this.#span === 0) this.session.time = 0;
     this.#show();
   }
 

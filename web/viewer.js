@@ -1,5 +1,5 @@
 // The page put together: the session, the hands on the picture, frames, panels, and the words about them.
-import { Problem, getJson, pixelOf, renderFrame, uploadScene } from "./api.js";
+import { Problem, getJson, pixelOf, putView, renderFrame, uploadScene, useToken } from "./api.js";
 import { focusOn, lensFor, lensOfPixel, pointAt, positionOf } from "./camera.js";
 import { ComparePanel } from "./compare_panel.js";
 import { controlFor, controlsFor } from "./controls.js";
@@ -20,6 +20,7 @@ import { millisecondsWords, problemWords } from "./words.js";
 const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const calm = () => reduced.matches;
 let session, frames, hands, wipe, compare, time;
+let live;  // name of the view that others watch, while they may
 
 // ---- frames ---------------------------------------------------------------------------------
 
@@ -29,13 +30,11 @@ async function shown(answer, request, still) {
   const { width, height } = request;
   $("caption").textContent = `${width} × ${height} · ${millisecondsWords(answer.milliseconds)}`;
   $("stage").classList.toggle("moving", !still);
+  compare.viewIs(frameRequest([width, height]));
   if (!still) return;
   showCost(answer, request);
-  if (wipe.on) {
-    const other = await renderFrame(wipe.right(frameRequest([width, height])));
-    await showBlob($("after"), other.blob);
-    wipe.show();
-  }
+  if (wipe.on) await wipe.showRight(frameRequest([width, height]), renderFrame);
+  if (live) await putView(live, request);
   history.replaceState(null, "", `#${session.query()}`);
 }
 
@@ -43,7 +42,6 @@ const frameRequest = (size, options) => (session.camera ? session.request(size, 
 const changed = () => frames.changed();
 function moved() {
   wipe.hide();
-  compare.viewChanged();
   frames.moved();
 }
 
@@ -172,6 +170,18 @@ function listenToCopies() {
   $("copy-json").addEventListener("click", () => copy(JSON.stringify(full(), null, 2), "the request"));
 }
 
+function listenToLive(paths) {
+  if (!paths["/v1/stream"]) return;
+  $("live-row").hidden = false;
+  $("live").addEventListener("change", () => {
+    live = $("live").checked ? `page-${Math.random().toString(36).slice(2, 8)}` : undefined;
+    $("live-words").hidden = !live;
+    if (!live) return;
+    $("live-link").href = $("live-link").textContent = new URL(`v1/stream?view=${live}`, location.href).href;
+    changed();
+  });
+}
+
 function listenToUpload(paths) {
   if (!paths["/v1/scenes"]?.post) return;
   $("upload-pick").hidden = false;
@@ -237,7 +247,7 @@ async function start() {
     Object.assign(session, { preset, knobs });
     drawKnobs();
     changed();
-  }, size: (width) => {
+  }, truth: (path) => wipe.setTruth(path), size: (width) => {
     const [w, h] = frames.size();
     return [width, Math.max(1, Math.round((width * h) / w))];
   } });
@@ -253,6 +263,7 @@ async function start() {
   tabs(document.querySelector("[role=tablist]"), () => { $("hint").textContent = ""; });
   listenToBar();
   listenToCopies();
+  listenToLive(schema.paths);
   listenToUpload(schema.paths);
   $("maps-show").addEventListener("click", () => showMaps(frameRequest(frames.size())));
   $("scene").addEventListener("change", () => chooseScene($("scene").value));
@@ -265,15 +276,32 @@ async function start() {
   await chooseScene($("scene").value, asked.view);
 }
 
+// The token lives as long as the tab.
+function askForToken() {
+  note.clear();
+  $("token-form").hidden = false;
+  $("token").value = "";
+  $("token").focus();
+}
+$("token-form").addEventListener("submit", (e) => {
+  e.preventDefault();
+  sessionStorage.setItem("token", $("token").value);
+  useToken($("token").value);
+  $("token-form").hidden = true;
+  begin();
+});
+
 // A server that is away while the page opens is asked again like any other.
 async function begin(failures = 1) {
   try {
     await start();
   } catch (problem) {
     if (!(problem instanceof Problem)) throw problem;
+    if (problem.status === 401 && !session) return askForToken();
     const seconds = problemWords(problem).waits && !session ? problem.retryAfterSeconds ?? Math.min(10, 2 ** (failures - 1)) : undefined;
     note.sayProblem(problem, seconds);
     if (seconds !== undefined) setTimeout(() => begin(failures + 1), 1000 * seconds);
   }
 }
+useToken(sessionStorage.getItem("token") ?? "");
 begin();

@@ -1,10 +1,11 @@
 // The same view with two settings, one to the left of a line and one to the right of it.
-import { $, fillSelect } from "./dom.js";
+import { pictureAt } from "./api.js";
+import { $, element, fillSelect, showBlob } from "./dom.js";
 
 // What the wipe may show on either side: [key, words]. effects: their names.
 export const wipeChoices = (presets, effects, words) => [
   ["now", "as set now"], ...presets.map((p) => [`preset:${p}`, `accuracy ${p}`]),
-  ...effects.map((e) => [`off:${e}`, `without ${words(e).toLowerCase()}`]), ["off:all", "without any effect"],
+  ...effects.map((e) => [`off:${e}`, `without ${words(e).toLowerCase()}`]), ["off:all", "all effects off"],
 ];
 
 // The same view with such a choice.
@@ -15,6 +16,8 @@ export function withChoice(request, key) {
   const effects = Object.fromEntries(Object.entries(request.effects).map(([name, on]) => [name, on && what !== "all" && name !== what]));
   return { ...request, effects };
 }
+
+const kParts = ["after", "wipe", "wipe-line", "tag-before", "tag-after"];
 
 export class Wipe {
   on = false;
@@ -35,18 +38,34 @@ export class Wipe {
     });
   }
 
+  // A picture of the view's truth, or nothing: then nobody can choose it.
+  setTruth(path) {
+    this.truth = path;
+    const right = $("wipe-with"), option = right.querySelector("[value=truth]");
+    if (path && !option) right.append(element("option", { value: "truth", textContent: "the traced truth" }));
+    if (!path && option) {
+      const chosen = right.value === "truth";
+      option.remove();
+      if (chosen) right.value = "off:all";
+    }
+  }
+
+  // Fills the right side: with the truth, or with what `draw(request)` comes to.
+  async showRight(request, draw) {
+    const right = $("wipe-with").value;
+    const blob = right === "truth" ? await pictureAt(this.truth) : (await draw(withChoice(request, right))).blob;
+    await showBlob($("after"), blob);
+    this.#show();
+  }
+
   left(request) {
     return this.on ? withChoice(request, $("before").value) : request;
   }
-  right(request) {
-    return withChoice(request, $("wipe-with").value);
-  }
-
   hide() {
-    for (const id of ["after", "wipe", "wipe-line", "tag-before", "tag-after"]) $(id).hidden = true;
+    for (const id of kParts) $(id).hidden = true;
   }
-  show() {
-    for (const id of ["after", "wipe", "wipe-line", "tag-before", "tag-after"]) $(id).hidden = false;
+  #show() {
+    for (const id of kParts) $(id).hidden = false;
     $("tag-before").textContent = $("before").selectedOptions[0].textContent;
     $("tag-after").textContent = $("wipe-with").selectedOptions[0].textContent;
   }

@@ -48,6 +48,8 @@ const kKinds = {
   environment: "environment map", prefilter: "roughness levels", levels: "smaller levels", capture: "cube faces",
   mirror: "mirrored view", surface: "surfaces", backFaces: "back faces of glass", backdrop: "copy behind glass",
   glass: "glass", channel: "numbers", toneMap: "tone mapping", edgeFilter: "smooth edges",
+  twirl: "twirl", convolve: "convolution", glowBright: "glow: what is bright", glowDown: "glow: smaller", glowUp: "glow: spread",
+  glow: "glow: put back",
 };
 export const kindWords = (kind) => kKinds[kind] ?? wordsOf(kind).toLowerCase();
 

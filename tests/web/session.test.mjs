@@ -30,6 +30,7 @@ const frame = object({
   width: { type: "integer", minimum: 1, maximum: 4096, default: 1280 },
   height: { type: "integer", minimum: 1, maximum: 4096, default: 720 },
   time: { type: "number", minimum: 0, maximum: 1e6, default: 0 },
+  clip: { type: "string", maxLength: 256 },
   effects: object({ emission: flag, refraction: flag }),
   accuracy: { oneOf: [{ type: "string", enum: ["draft", "standard"] },
                       { ...object(knobs), "x-presets": { draft: { generations: 1 }, standard: { generations: 2 } } }],
@@ -97,6 +98,13 @@ test("a session begins with the server's defaults and its scene's view", () => {
   assert.deepEqual(session().request([64, 36], { draft: true }).accuracy, "draft");
 });
 
+test("a small frame's filters count in its own pixels", () => {
+  const made = session();
+  made.filters = [{ type: "twirl", amount: 2, radius: 100 }];
+  assert.deepEqual(made.request([64, 36], { scale: 0.5 }).filters, [{ type: "twirl", amount: 2, radius: 50 }]);
+  assert.deepEqual(made.request([128, 72]).filters, made.filters);
+});
+
 test("a knob is the preset's until it is set", () => {
   const made = session();
   assert.equal(made.knobValue("generations"), 2);
@@ -117,7 +125,7 @@ test("a scene's camera looks where it says; speeds follow the scene's size", () 
 test("an address gives back the same view and settings", () => {
   const made = session();
   made.useCamera("door");
-  Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }] });
+  Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, clip: "walk", headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }] });
   made.effects.refraction = false;
   made.environment.map = "a b";
   made.picture.exposure = -1.25;
@@ -155,5 +163,6 @@ test("the wipe's sides are the same view with another accuracy or with effects o
 
 test("the time slider spans the longest clip, and is away where nothing moves", () => {
   assert.equal(spanOf({}), 0);
-  assert.equal(spanOf({ animations: [{ name: "a", duration: 2 }, { name: "b", duration: 3 }] }), 3);
+  const animations = [{ name: "a", duration: 2 }, { name: "b", duration: 3 }];
+  assert.deepEqual([spanOf({ animations }), spanOf({ animations }, "a")], [3, 2]);
 });

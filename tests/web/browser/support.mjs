@@ -1,0 +1,109 @@
+// A Clerestory server and a real Chromium for the page's tests.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { existsSync, mkdirSync } from "node:fs";
+import { createServer } from "node:net";
+import { join } from "node:path";
+import { chromium } from "playwright-core";
+
+const program = process.env.CLERESTORY_PROGRAM;
+const pictures = process.env.CLERESTORY_SCREENSHOTS;
+export const chromiumPath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
+  .find((path) => path && existsSync(path));
+
+// -> { url, stop() }; port 0 takes a free one.
+export async function serve({ port = 0, scenes = ["six-walls"], more = [] } = {}) {
+  const flags = ["serve", "--port", String(port), "--log-level", "warn", "--deadline", "60", ...scenes.flatMap((s) => ["--scene", s]), ...more];
+  const child = spawn(program, flags, { stdio: ["ignore", "pipe", "inherit"] });
+  const url = await new Promise((resolve, reject) => {
+    let said = "";
+    child.stdout.on("data", (text) => {
+      said += text;
+      const place = /http:\/\/\S+/.exec(said);
+      if (place) resolve(place[0]);
+    });
+    child.on("exit", (code) => reject(new Error(`the server ended with ${code}`)));
+  });
+  const ended = new Promise((resolve) => child.on("exit", resolve));
+  return { url, stop: () => (child.kill("SIGTERM"), ended) };
+}
+
+export async function freePort() {
+  const server = createServer().listen(0, "127.0.0.1");
+  await new Promise((resolve) => server.on("listening", resolve));
+  const { port } = server.address();
+  await new Promise((resolve) => server.close(resolve));
+  return port;
+}
+
+let browser;
+export const launch = async () => { browser = await chromium.launch({ executablePath: chromiumPath, args: ["--no-sandbox"] }); };
+export const close = () => browser?.close();
+
+const kDesk = { width: 1280, height: 800 };
+
+// A page in a context of its own, watched: what it posts, what goes wrong, where it asks.
+export class Visit {
+  frames = [];        // bodies of POST v1/frames, in order
+  foreign = [];       // requests to elsewhere
+  complaints = [];    // of the console, and uncaught errors
+  running = 0;        // frames under way
+  mostRunning = 0;
+  expected = [];      // what the console may say
+  mayRun = 1;         // at once
+
+  static async open(url, { viewport = kDesk, before, path = "", ...options } = {}) {
+    const visit = new Visit();
+    visit.context = await browser.newContext({ viewport, ...options });
+    await visit.context.grantPermissions(["clipboard-read", "clipboard-write"]);
+    visit.page = await visit.context.newPage();
+    visit.page.setDefaultTimeout(40000);
+    visit.#watch(new URL(url).origin);
+    await before?.(visit.page);
+    await visit.page.goto(url + path);
+    return visit;
+  }
+
+  #watch(origin) {
+    const { page } = this;
+    const isFrame = (request) => request.method() === "POST" && new URL(request.url()).pathname === "/v1/frames" &&
+      request.postDataJSON().width > 1;
+    page.on("request", (request) => {
+      const { protocol, origin: to } = new URL(request.url());
+      if (to !== origin && !["blob:", "data:"].includes(protocol)) this.foreign.push(request.url());
+      if (!isFrame(request)) return;
+      this.frames.push(request.postDataJSON());
+      this.mostRunning = Math.max(this.mostRunning, ++this.running);
+    });
+    for (const end of ["requestfinished", "requestfailed"]) page.on(end, (request) => isFrame(request) && --this.running);
+    page.on("pageerror", (error) => this.complaints.push(String(error)));
+    page.on("console", (message) => {
+      if (["error", "warning"].includes(message.type())) this.complaints.push(message.text());
+    });
+  }
+
+  // The full frame of what is set now has arrived: nothing runs, and nothing more is asked for.
+  async rest() {
+    await this.page.waitForFunction(() => document.querySelector("#frame").src && document.querySelector("#note").hidden &&
+      !document.querySelector("#stage").classList.contains("moving"));
+    for (let quiet = 0; quiet < 8;) {
+      const before = this.frames.length;
+      await new Promise((resolve) => setTimeout(resolve, 40));
+      quiet = this.running === 0 && this.frames.length === before ? quiet + 1 : 0;
+    }
+    return this.frames.at(-1);
+  }
+
+  async picture(name) {
+    if (!pictures) return;
+    mkdirSync(pictures, { recursive: true });
+    await this.page.screenshot({ animations: "disabled", path: join(pictures, `${name}.png`) });
+  }
+
+  async leave() {
+    await this.context.close();
+    assert.deepEqual(this.foreign, [], "requests to elsewhere");
+    assert.deepEqual(this.complaints.filter((text) => !this.expected.some((e) => e.test(text))), [], "what the console said");
+    assert.ok(this.mostRunning <= this.mayRun, "one frame at a time");
+  }
+}
