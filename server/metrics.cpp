@@ -5,6 +5,7 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
+#include <spdlog/async.h>
 
 #include <unistd.h>
 
@@ -72,6 +73,11 @@ struct Metrics::Families {
             .Name("clerestory_connection_events")
             .Help("Connections since the start, by what became of them")
             .Register(registry);
+    prometheus::Gauge& logDropped = BuildGauge()
+                                        .Name("clerestory_log_lines_dropped")
+                                        .Help("Lines of the log that nobody took in time")
+                                        .Register(registry)
+                                        .Add({});
     prometheus::Gauge& queueDepth = BuildGauge()
                                         .Name("clerestory_queue_depth")
                                         .Help("Frames waiting or being drawn")
@@ -115,6 +121,9 @@ std::string Metrics::text(std::size_t queueDepth, const FrontCounters& front) co
         {"clientLeft", front.clientsLeft}};
     for (const auto& [name, count] : events) {
         families_->connectionEvents.Add({{"event", name}}).Set(static_cast<double>(count));
+    }
+    if (const auto log = spdlog::thread_pool()) {
+        families_->logDropped.Set(static_cast<double>(log->overrun_counter()));
     }
     families_->connections.Add({}).Set(static_cast<double>(front.open));
     families_->queueDepth.Set(static_cast<double>(queueDepth));

@@ -2,6 +2,8 @@
 #include "server/commands.h"
 #include "server/service.h"
 
+#include <spdlog/async.h>
+#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <unistd.h>
@@ -11,6 +13,19 @@
 #include <iostream>
 
 namespace clerestory {
+namespace {
+
+constexpr std::size_t kLogLines = 8192;
+
+// Nobody waits for whoever reads the log: when it is not read, its oldest lines go.
+void logWithoutWaiting() {
+    spdlog::init_thread_pool(kLogLines, 1);
+    spdlog::set_default_logger(std::make_shared<spdlog::async_logger>(
+        "clerestory", std::make_shared<spdlog::sinks::stderr_sink_mt>(), spdlog::thread_pool(),
+        spdlog::async_overflow_policy::overrun_oldest));
+}
+
+}  // namespace
 
 int runServe(const CommandLine& line) {
     // Blocked before any thread begins, so that only sigwait() below takes them.
@@ -21,6 +36,7 @@ int runServe(const CommandLine& line) {
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     std::signal(SIGHUP, SIG_IGN);  // a terminal that goes takes nobody with it
 
+    logWithoutWaiting();
     spdlog::set_level(spdlog::level::from_str(line.config.logLevel));
     Service service(line.config);
     service.start();

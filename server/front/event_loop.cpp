@@ -24,7 +24,7 @@ constexpr std::uint64_t kListener = 0, kWake = 1;
 // Less than this within FrontLimits::write is no progress: else a byte a second would be.
 constexpr std::uint64_t kProgress = 4096;
 constexpr milliseconds kDrain{500};
-constexpr milliseconds kAcceptPause{20};
+constexpr milliseconds kAcceptPause{20}, kNotYetIdle{250};
 // At the end: for a request that is on its way, and for one that has begun to come.
 constexpr milliseconds kLastCall{150};
 constexpr milliseconds kLastWord{2000};
@@ -120,13 +120,16 @@ void EventLoop::accept(int most) {
     for (int i = 0; i < most; ++i) {
         Listener::Accepted accepted = listener_.accept();
         if (accepted.what == What::nobody) return;
-        if (accepted.what == What::exhausted) return pauseAccepting(accepted.error);
-        if (accepted.what == What::retry) {
+        const bool full = accepted.error == EMFILE || accepted.error == ENFILE;
+        if (accepted.what == What::exhausted && !(full && evict(kNotYetIdle))) {
+            return pauseAccepting(accepted.error);
+        }
+        if (accepted.what != What::connection) {
             ++counters_.acceptErrors;
             continue;
         }
         ++counters_.accepted;
-        if (clients_.size() >= limits_.connections && !evict()) {
+        if (clients_.size() >= limits_.connections && !evict(milliseconds(0))) {
             turnAway(accepted);
             continue;
         }
@@ -150,13 +153,15 @@ void EventLoop::turnAway(Listener::Accepted& accepted) {
 }
 
 // The connection that asks least: one without a request before one whose request is slow; of these
-// the one that would end soonest anyway. Whoever is being answered stays.
-bool EventLoop::evict(Clock::time_point before) {
+// the one that would end soonest anyway. Whoever is being answered stays, and whoever has only just
+// come: the next has no better claim.
+bool EventLoop::evict(milliseconds youngest) {
+    const auto now = Clock::now();
     Id slow = 0;
     for (const auto& [deadline, id] : deadlines_.inOrder()) {
-        if (deadline > before) break;
         const Client& client = clients_.at(id);
         const bool asks = client.phase == Phase::reading && client.reader.state() != State::idle;
+        if (now - (deadline - timeFor(client.wait)) < youngest) continue;
         if (client.phase == Phase::draining || (client.phase == Phase::reading && !asks)) {
             ++counters_.evicted;
             end(id);
@@ -170,12 +175,9 @@ bool EventLoop::evict(Clock::time_point before) {
     return true;
 }
 
-// Descriptors or memory are short: makes room where that helps, and lets the machine breathe.
+// Descriptors or memory are short: lets the machine breathe.
 void EventLoop::pauseAccepting(int error) {
     if (counters_.acceptErrors++ % 100 == 0) spdlog::warn("accept: {}", strerror(error));
-    // Not who has only just come: the next one has no better claim.
-    const auto half = std::min(limits_.idle, limits_.head) / 2;
-    if (error == EMFILE || error == ENFILE) evict(Clock::now() + half);
     epoll_event event{.events = 0, .data = {.u64 = kListener}};
     epoll_ctl(epoll_, EPOLL_CTL_MOD, listener_.socket(), &event);
     acceptAgain_ = Clock::now() + kAcceptPause;

@@ -78,7 +78,7 @@ private:
     void with(Id id, Act act);
     void accept(int most);
     void turnAway(Listener::Accepted& accepted);
-    bool evict(Clock::time_point before = Clock::time_point::max());
+    bool evict(std::chrono::milliseconds youngest);
     void pauseAccepting(int error);
     void read(Id id, Client& client);
     void advance(Id id, Client& client);

@@ -9,6 +9,7 @@
 
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <iostream>
@@ -64,6 +65,25 @@ TEST(Attacks, FewDescriptorsAreEnough) {
 
 TEST(Attacks, NoErrorOfAcceptEndsTheServer) {
     expectAll(failingAccepts());
+}
+
+// D1: a log that nobody reads holds nobody up.
+TEST(Attacks, ALogThatNobodyReadsIsDropped) {
+    static int ends[2];
+    ASSERT_EQ(::pipe(ends), 0);
+    const ServerProcess server({"--scene", "six-walls", "--log-level", "debug"},
+                               [] { ::dup2(ends[1], 2); });
+    RawClient client(server.port());
+    int answered = 0;
+    for (int i = 0; i < 12'000; ++i) {
+        client.send(get("/healthz"));
+        answered += statusOf(client.answer(10)) == 200;
+    }
+    EXPECT_EQ(answered, 12'000);
+    const std::string metrics = ask(server.port(), get("/metrics"));
+    EXPECT_THAT(metrics, testing::ContainsRegex("clerestory_log_lines_dropped [1-9]"));
+    ::close(ends[0]);
+    ::close(ends[1]);
 }
 
 // L1, L2. Times are told, not asserted.

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,10 +16,16 @@ namespace clerestory::test {
 
 ServerProcess::ServerProcess(const std::vector<std::string>& flags, void (*before)(),
                              const std::string& program) {
-    // A busy machine may take longer over a cold first frame than the usual deadline.
-    std::vector<std::string> words = {program,       "serve", "--port",     "0",
-                                      "--log-level", "off",   "--deadline", "60"};
+    std::vector<std::string> words = {program, "serve"};
     words.insert(words.end(), flags.begin(), flags.end());
+    const auto unlessGiven = [&](const char* flag, const char* value) {
+        if (std::find(flags.begin(), flags.end(), flag) != flags.end()) return;
+        words.insert(words.end(), {flag, value});
+    };
+    unlessGiven("--port", "0");
+    unlessGiven("--log-level", "off");
+    // A busy machine may take longer over a cold first frame than the usual deadline.
+    unlessGiven("--deadline", "60");
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
