@@ -13,11 +13,13 @@ export class Frames {
   #rest;
   #running;  // { still, stop: AbortController } of the frame under way
   #waiting = false;
+  #share = 1;  // of a full frame's pixels, while a full one takes longer than the server's deadline
   #failures = 0;
 
   // requestFor(size, options) -> a request, or nothing while there is no view.
   // box() -> { width, height, ratio } of the picture on the screen. calm() -> motion is unwelcome.
-  // shown(answer, request, still), failed(problem, secondsUntilAgain): what comes back.
+  // shown(answer, request, still), failed(problem, secondsUntilAgain): what comes back. A frame over the
+  // server's deadline is asked for again with half its pixels.
   constructor({ requestFor, box, calm, limits, shown, failed }) {
     Object.assign(this, { requestFor, box, calm, limits, shown, failed });
     this.pace = new Pace({ budgetMs: kMovingMs, least: kLeastPixels, most: limits.maxPixels, pixels: 320 * 180 });
@@ -31,7 +33,7 @@ export class Frames {
   // Something moves: a quick frame now, the full one when it rests.
   moved() {
     clearTimeout(this.#rest);
-    this.#rest = setTimeout(() => this.changed(), kRestMs);
+    this.#rest = setTimeout(() => this.#ask({ still: true }), kRestMs);
     if (this.#running?.still && !this.calm()) this.#running.stop.abort();  // nobody will see it
     this.#ask({ still: this.calm() });
   }
@@ -39,6 +41,7 @@ export class Frames {
   // Something was set: the full frame.
   changed() {
     clearTimeout(this.#rest);
+    this.#share = 1;
     this.#ask({ still: true });
   }
 
@@ -47,7 +50,8 @@ export class Frames {
   }
 
   async #draw({ still }) {
-    const full = this.size(), size = still ? full : this.size(this.pace.pixels);
+    const full = this.size();
+    const size = this.size(still ? this.#share * this.limits.maxPixels : this.pace.pixels);
     const request = this.requestFor(size, { draft: !still && this.pace.draft, scale: size[0] / full[0] });
     if (!request) return;
     const stop = new AbortController();
@@ -60,19 +64,24 @@ export class Frames {
       await this.shown(answer, request, still);
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
-      if (!stop.signal.aborted) this.#fail(problem);
+      if (!stop.signal.aborted) this.#fail(problem, request);
     } finally {
       this.#running = undefined;
     }
   }
 
-  #fail(problem) {
+  #fail(problem, { width, height }) {
+    if (problem.status === 504 && width * height > 2 * kLeastPixels) {
+      this.#share = (width * height) / 2 / this.limits.maxPixels;
+      this.#ask({ still: true });
+      return this.failed(problem, 0);
+    }
     if (!problemWords(problem).waits) return this.failed(problem);
     const seconds = patience(problem.retryAfterSeconds, ++this.#failures);
     this.#waiting = true;
     setTimeout(() => {
       this.#waiting = false;
-      this.changed();
+      this.#ask({ still: true });
     }, 1000 * seconds);
     this.failed(problem, seconds);
   }

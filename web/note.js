@@ -31,7 +31,7 @@ export function sayProblem(problem, seconds) {
   const { title, lines } = problemWords(problem);
   const text = lines.filter(Boolean).join("\n");
   put(title, text, "bad");
-  if (seconds === undefined) return;
+  if (!seconds) return;
   let left = Math.ceil(seconds);
   const tell = () => { $("note").querySelector("span").textContent = `${text}\nTrying again in ${left} s.`; };
   tell();

@@ -23,7 +23,7 @@ export function problemWords({ status, title, detail, errors = [] }) {
         ? { title: "The server is shutting down", lines: ["The picture comes back when it does."], waits: true }
         : { title: "The server is busy", lines: [detail], waits: true };
     case 504:
-      return { title: "This frame takes too long", lines: [detail, "A cheaper accuracy or fewer pixels would fit."], waits: false };
+      return { title: "This frame takes too long", lines: [detail, "A cheaper accuracy or fewer pixels fit."], waits: false };
     case 400:
     case 422:
       return { title: "The server refuses this request", lines: errors.length ? errors.map(fieldWords) : [detail], waits: false };

@@ -250,6 +250,24 @@ visit("a busy server is told about, waited for and asked again", {}, async (v, p
   assert.equal(refusals, 2);
 });
 
+visit("a frame over the deadline comes with fewer pixels", {}, async (v, page) => {
+  v.expected.push(/504/);
+  const full = v.frames[0].width * v.frames[0].height;
+  await page.route("**/v1/frames*", (route) => {
+    const { width, height } = route.request().postDataJSON();
+    return width * height > 0.3 * full
+      ? route.fulfill({ status: 504, contentType: "application/problem+json",
+                        body: JSON.stringify({ title: "Over the deadline", status: 504, detail: "Not done within 10 seconds." }) })
+      : route.continue();
+  });
+  await page.click("[data-field=emission] input");
+  const last = await v.rest();
+  assert.ok(last.width * last.height > 0.2 * full && last.width * last.height < 0.3 * full);
+  await page.unroute("**/v1/frames*");
+  await page.click("[data-field=emission] input");
+  assert.equal((await v.rest()).width, v.frames[0].width);
+});
+
 visit("a refusal says which field and what would be right", {}, async (v, page) => {
   v.expected.push(/422/);
   await page.evaluate(() => { document.querySelector("[data-field=map] select").append(new Option("nowhere", "nowhere")); });
