@@ -54,6 +54,7 @@ WorkLine::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job
     {
         const std::lock_guard lock(mutex_);
         if (refusing_) throw RequestError(shuttingDown());
+        if (deadline <= Clock::now()) throw RequestError(overDeadline(turn.patience.count()));
         const WorkLine::Entry entry = line_.enter({turn.client, turn.kind, deadline}, Clock::now());
         for (const WorkLine::Id out : entry.pushedOut) gone.push_back(dropped(out, full()));
         if (!entry.id) throw RequestError(full());

@@ -16,9 +16,9 @@ int missed = 0;
 
 void print(const Figure& f) {
     std::printf("| %s | %s | %s | %s | %s |\n", f.row.c_str(), f.attack.c_str(), f.figure.c_str(),
-                f.bar.c_str(), f.held ? "held" : "MISSED");
+                f.bar.c_str(), f.held && f.timely ? "held" : "MISSED");
     std::fflush(stdout);
-    missed += !f.held;
+    missed += !(f.held && f.timely);
 }
 
 void print(const std::vector<Figure>& figures) {

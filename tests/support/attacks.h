@@ -11,7 +11,8 @@ struct Figure {
     std::string attack;  // in words
     std::string figure;
     std::string bar;
-    bool held = false;
+    bool held = false;   // statuses and counts
+    bool timely = true;  // the times
 };
 
 struct Target {
@@ -19,6 +20,7 @@ struct Target {
     double head = 5.0, body = 10.0, write = 10.0, idle = 15.0;  // its limits, seconds
     int crowd = 400;                                            // connections of a slow attack
     int many = 1100;                                            // of the crowd that does nothing
+    double grace = 1.5;                                         // seconds that it may be late
 };
 
 std::vector<Figure> slowAttacks(const Target& target);    // C1
