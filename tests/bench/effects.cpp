@@ -27,9 +27,21 @@ const std::vector<Setting> kSettings = {{"base", kNone},
                                         {"environmentReflection", {false, false, false, true}},
                                         {"all four", {}}};
 
+// What the planner expects of the ways it took in the requested view: of maps a frame's share.
+double predictedMilliseconds(const FramePlan& plan) {
+    double sum = 0.0;
+    for (const Decision& d : plan.decisions) {
+        for (const Candidate& c : d.candidates) {
+            if (c.method == d.taken) sum += c.milliseconds;
+        }
+    }
+    return sum;
+}
+
 // Frames of one setting under one condition.
 struct Series {
     std::vector<double> wall, processor, plan;
+    double predictedMs = 0.0;
     std::map<std::string, std::vector<double>> kinds;
     PlanTotals totals;
 
@@ -42,6 +54,7 @@ struct Series {
         sums["readback"] = frame.readbackMs;
         for (const auto& [kind, ms] : sums) kinds[kind].push_back(ms);
         totals = clerestory::totals(frame.plan);
+        predictedMs = predictedMilliseconds(frame.plan);
     }
 };
 
@@ -62,6 +75,7 @@ struct Subject {
 
 constexpr double kStep = 0.01;  // radians from frame to frame
 constexpr int kWarmFrames = 2;
+constexpr double kLeastPrediction = 1.0;  // milliseconds; less is lost in the noise of a clock
 
 // The base frame keeps its map: all others are measured by it.
 std::vector<Series> measure(Renderer& renderer, const Subject& subject, int frames, bool redraw) {
@@ -130,6 +144,33 @@ void printKinds(const char* title, const std::vector<Series>& all) {
     }
 }
 
+// What the planner expected each effect to add, against what it added. Prices are those of one
+// reference machine with two cores of its own, so it is the spread of the ratios that tells.
+// Measured is processor time over the cores, which other programs disturb least.
+void printPredictions(const char* title, const std::vector<Series>& all) {
+    std::printf(
+        "\n%s\n\n| effects | predicted ms | measured ms | measured / predicted "
+        "|\n|---|---|---|---|\n",
+        title);
+    const double cores = static_cast<double>(sysconf(_SC_NPROCESSORS_ONLN));
+    std::vector<double> ratios;
+    for (std::size_t s = 1; s < all.size(); ++s) {
+        const double added = (median(all[s].processor) - median(all.front().processor)) / cores;
+        std::printf("| %s | %.1f | %.1f |", kSettings[s].name, all[s].predictedMs, added);
+        if (all[s].predictedMs < kLeastPrediction || added <= 0.0) {
+            std::printf(" - |\n");
+            continue;
+        }
+        ratios.push_back(added / all[s].predictedMs);
+        std::printf(" %.2f |\n", ratios.back());
+    }
+    if (ratios.empty()) return;
+    const double middle = median(ratios);
+    double worst = 1.0;
+    for (const double r : ratios) worst = std::max({worst, r / middle, middle / r});
+    std::printf("\nMedian ratio %.2f; the worst is %.2f times as far off.\n", middle, worst);
+}
+
 // An effect that nothing in view calls for: the same passes and the same bytes, on and off. Tries
 // views all round from where the camera stands, up and down. Prints what was found.
 void printUncalledFor(Renderer& renderer, const Subject& subject) {
@@ -176,6 +217,7 @@ void report(const std::string& argument, const FrameRequest& shape, int frames) 
     const std::vector<Series> redrawn = measure(renderer, subject, frames, true);
     printTotals("Camera turning, maps of earlier frames at hand:", resident);
     printTotals("Everything drawn anew in every frame, but for the base frame's map:", redrawn);
+    printPredictions("What the planner expected, against what the effects added:", resident);
     printKinds("Median milliseconds of each kind of pass, maps at hand:", resident);
     printKinds("The same, everything drawn anew:", redrawn);
     std::printf("\nFirst frame of all: base %.0f ms, all four effects %.0f ms.\n", coldBase,

@@ -1,5 +1,6 @@
 // What flat mirrors make a frame do, and what they do not: plan rules as sentences. And how ways of
 // serving reflectors are decided on.
+#include "plan/cost.h"
 #include "view_tree_support.h"
 
 #include "plan/features.h"
@@ -366,6 +367,42 @@ TEST(ViewTree, WhatTheRequestAsksForIsTakenAndEveryDecisionListsItsCandidates) {
         request.accuracy.glass = asked;
         EXPECT_THAT(takenBy("glass:"), ElementsAre(method));
     }
+}
+
+// What a way is said to take is held against the passes that follow when it is taken.
+TEST(ViewTree, APriceIsThatOfTheWorkThatFollows) {
+    Scene scene = mirrorScene();
+    placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 3), "ball");
+    FrameRequest request = forced(lookingFrom({0, 0, 9}));
+    request.accuracy.generations = 1;
+    const FramePlan plan = planOf(scene, request);
+    constexpr double kFramesOfACapture = 16.0;  // that share its price
+    int mirrors = 0, probes = 0;
+    for (const Decision& d : plan.decisions) {
+        const auto taken = std::find_if(d.candidates.begin(), d.candidates.end(),
+                                        [&](const Candidate& c) { return c.method == d.taken; });
+        Work work{.software = DeviceLimits{}.software};
+        for (const Pass& pass : plan.passes) {
+            const bool asked = pass.kind == PassKind::mirror || pass.kind == PassKind::capture;
+            if (!asked || pass.name != d.name || pass.generation != 1) continue;
+            const TargetSpec& target = plan.targets[pass.target];
+            work.triangles += static_cast<double>(totals(pass).triangles);
+            work.pixels += double(target.width) * target.height;
+            work.views += 1.0;
+        }
+        ASSERT_GT(work.views, 0.0) << d.name << "\n" << toText(plan);
+        if (d.taken == Method::mirror) {
+            ++mirrors;
+            EXPECT_NEAR(taken->milliseconds, milliseconds(work), 0.05 * milliseconds(work));
+        } else {
+            ++probes;
+            work.frames = kFramesOfACapture;
+            EXPECT_GE(taken->milliseconds, milliseconds(work));  // what culling saves is not known
+            EXPECT_LE(taken->milliseconds, 2.0 * milliseconds(work));
+        }
+    }
+    EXPECT_EQ(mirrors, 1);
+    EXPECT_EQ(probes, 1);
 }
 
 TEST(ViewTree, LeftToItselfAStricterPresetNeverTakesAWorseWay) {
