@@ -8,19 +8,18 @@ import { $, fillSelect, segments, showBlob, tabs } from "./dom.js";
 import { filtersPart } from "./filters_part.js";
 import { Frames } from "./frames.js";
 import { Hands, flyPad } from "./hands.js";
-import { curlOf, queryOf } from "./links.js";
 import { showMaps } from "./maps_panel.js";
 import * as note from "./note.js";
 import { objectOf, wordsOf } from "./schema.js";
 import { Session } from "./session.js";
+import { share } from "./share.js";
 import { TimeRow } from "./time_row.js";
 import { Wipe, wipeChoices } from "./wipe.js";
 import { millisecondsWords, problemWords } from "./words.js";
 
 const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const calm = () => reduced.matches;
-let session, frames, hands, wipe, compare, time;
-let live;  // name of the view that others watch, while they may
+let session, frames, hands, wipe, compare, time, shared;
 
 // ---- frames ---------------------------------------------------------------------------------
 
@@ -34,7 +33,7 @@ async function shown(answer, request, still) {
   if (!still) return;
   showCost(answer, request);
   if (wipe.on) await wipe.showRight(frameRequest([width, height]), renderFrame);
-  if (live) await putView(live, request);
+  if (shared.live()) await putView(shared.live(), request);
   history.replaceState(null, "", `#${session.query()}`);
 }
 
@@ -151,37 +150,6 @@ function drawView(environments) {
   controlsFor($("picture"), session.pictureSchemas, session.picture, changed);
 }
 
-async function copy(text, what) {
-  try {
-    await navigator.clipboard.writeText(text);
-    $("copied").textContent = `Copied ${what}.`;
-  } catch {
-    $("copied").textContent = text;
-  }
-}
-
-function listenToCopies() {
-  const base = new URL(".", location.href).href;
-  const full = () => frameRequest(frames.size());
-  $("copy-link").addEventListener("click", () => copy(`${base}#${session.query()}`, "a link to this page and view"));
-  $("copy-picture").addEventListener("click", () => copy(`${base}v1/frames?${queryOf(full())}`,
-    session.filters.length ? "a link to the picture, without its filters" : "a link to the picture"));
-  $("copy-curl").addEventListener("click", () => copy(curlOf(full(), base), "the command"));
-  $("copy-json").addEventListener("click", () => copy(JSON.stringify(full(), null, 2), "the request"));
-}
-
-function listenToLive(paths) {
-  if (!paths["/v1/stream"]) return;
-  $("live-row").hidden = false;
-  $("live").addEventListener("change", () => {
-    live = $("live").checked ? `page-${Math.random().toString(36).slice(2, 8)}` : undefined;
-    $("live-words").hidden = !live;
-    if (!live) return;
-    $("live-link").href = $("live-link").textContent = new URL(`v1/stream?view=${live}`, location.href).href;
-    changed();
-  });
-}
-
 function listenToUpload(paths) {
   if (!paths["/v1/scenes"]?.post) return;
   $("upload-pick").hidden = false;
@@ -262,8 +230,7 @@ async function start() {
   });
   tabs(document.querySelector("[role=tablist]"), () => { $("hint").textContent = ""; });
   listenToBar();
-  listenToCopies();
-  listenToLive(schema.paths);
+  shared = share({ session, changed, paths: schema.paths, full: () => frameRequest(frames.size()) });
   listenToUpload(schema.paths);
   $("maps-show").addEventListener("click", () => showMaps(frameRequest(frames.size())));
   $("scene").addEventListener("change", () => chooseScene($("scene").value));

@@ -1,33 +1,9 @@
-// The page in a real browser against a real server.
+// The page under people's hands, in a real browser against a real server.
 import assert from "node:assert/strict";
-import { mkdtempSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 
 import { near } from "../near.mjs";
-import { Visit, close, freePort, launch, serve } from "./support.mjs";
-
-let server;
-before(async () => {
-  [server] = await Promise.all([serve(), launch()]);
-});
-after(async () => {
-  await close();
-  await server?.stop();
-});
-
-// Opens, waits for the first full frame, runs the steps, and checks what holds everywhere.
-const visit = (name, options, steps) => test(name, { timeout: 120000 }, async () => {
-  const visited = await Visit.open(options.url ?? server.url, options);
-  if (options.rests !== false) await visited.rest();
-  await steps(visited, visited.page);
-  await visited.leave();
-});
-
-const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
-const same = (a, b) => near([...a.position, ...a.target, a.yfov], [...b.position, ...b.target, b.yfov], 1e-4);
-const text = (page, selector) => page.textContent(selector);
+import { Visit, distance, same, server, text, visit } from "./support.mjs";
 
 visit("the first frame comes with what it cost and why", {}, async (v, page) => {
   assert.equal(v.frames.length, 1);
@@ -193,22 +169,6 @@ visit("a link gives the same view and settings; so do curl and JSON", {}, async 
   await other.leave();
 });
 
-visit("a full frame that nobody will see any more is given up", {}, async (v, page) => {
-  v.mayRun = 2;  // the browser tells of the end of what was given up after the next has begun
-  let given = 0;
-  page.on("requestfailed", (request) => { given += request.url().includes("explain=1"); });
-  await page.route("**/v1/frames?explain=1", async (route) => {
-    await new Promise((resolve) => setTimeout(resolve, 800));
-    await route.continue().catch(() => {});
-  });
-  await page.focus("#stage");
-  await page.keyboard.press("ArrowLeft");
-  await page.waitForRequest((r) => r.url().includes("explain=1"));
-  await page.keyboard.press("ArrowLeft");
-  await v.rest();
-  assert.equal(given, 1);
-});
-
 visit("filters are added, ordered and taken away, and a link keeps them", {}, async (v, page) => {
   await page.selectOption("#add-filter", "twirl");
   await page.selectOption("#add-filter", "convolve");
@@ -232,86 +192,6 @@ visit("others can watch the view live", {}, async (v, page) => {
   const place = new URL(await page.getAttribute("#live-link", "href"));
   const view = await (await fetch(`${server.url}v1/views/${place.searchParams.get("view")}`)).json();
   assert.deepEqual(view.camera, v.frames.at(-1).camera);
-});
-
-visit("a busy server is told about, waited for and asked again", {}, async (v, page) => {
-  v.expected.push(/503/);
-  let refusals = 0;
-  await page.route("**/v1/frames*", (route) => (refusals++ < 1
-    ? route.fulfill({ status: 503, headers: { "Retry-After": "2" }, contentType: "application/problem+json",
-                      body: JSON.stringify({ title: "Queue full", status: 503, detail: "As many frames wait as may wait." }) })
-    : route.continue()));
-  await page.click("[data-field=emission] input");
-  await page.waitForSelector("#note:not([hidden])");
-  assert.match(await text(page, "#note"), /The server is busy.*As many frames wait.*Trying again in [12] s/s);
-  await v.picture("busy");
-  await page.click("[data-field=refraction] input");  // is not sent meanwhile
-  assert.equal((await v.rest()).effects.refraction, false);
-  assert.equal(refusals, 2);
-});
-
-visit("a frame over the deadline comes with fewer pixels", {}, async (v, page) => {
-  v.expected.push(/504/);
-  const full = v.frames[0].width * v.frames[0].height;
-  await page.route("**/v1/frames*", (route) => {
-    const { width, height } = route.request().postDataJSON();
-    return width * height > 0.3 * full
-      ? route.fulfill({ status: 504, contentType: "application/problem+json",
-                        body: JSON.stringify({ title: "Over the deadline", status: 504, detail: "Not done within 10 seconds." }) })
-      : route.continue();
-  });
-  await page.click("[data-field=emission] input");
-  const last = await v.rest();
-  assert.ok(last.width * last.height > 0.2 * full && last.width * last.height < 0.3 * full);
-  await page.unroute("**/v1/frames*");
-  await page.click("[data-field=emission] input");
-  assert.equal((await v.rest()).width, v.frames[0].width);
-});
-
-visit("a refusal says which field and what would be right", {}, async (v, page) => {
-  v.expected.push(/422/);
-  await page.evaluate(() => { document.querySelector("[data-field=map] select").append(new Option("nowhere", "nowhere")); });
-  await page.selectOption("[data-field=map] select", "nowhere");
-  await page.waitForSelector("#note.bad");
-  assert.match(await text(page, "#note"), /refuses.*\/environment\/map there is no such environment map.*one of: /s);
-});
-
-test("a server that goes away and comes back is waited for", { timeout: 120000 }, async () => {
-  const port = await freePort();
-  const first = await serve({ port });
-  const v = await Visit.open(first.url);
-  v.expected.push(/Failed to load resource|ERR_/);
-  await v.rest();
-  await first.stop();
-  await v.page.click("[data-field=emission] input");
-  await v.page.waitForSelector("#note.bad");
-  assert.match(await text(v.page, "#note"), /does not answer.*restarting.*Trying again/s);
-  const second = await serve({ port });
-  assert.equal((await v.rest()).effects.emission, false);
-  await v.leave();
-  await second.stop();
-});
-
-test("a server that asks for a token gets it with every request, pictures and all", { timeout: 120000 }, async () => {
-  const file = join(mkdtempSync(join(tmpdir(), "clerestory-")), "token");
-  writeFileSync(file, "open-sesame-to-the-chapel\n", { mode: 0o600 });
-  const guarded = await serve({ more: ["--token-file", file] });
-  const v = await Visit.open(guarded.url);
-  v.expected.push(/401/);
-  const { page } = v;
-  await page.waitForSelector("#token-form:not([hidden])");
-  assert.equal(v.frames.length, 0);
-  await page.fill("#token", "wrong");
-  await page.keyboard.press("Enter");
-  await page.waitForFunction(() => document.activeElement.id === "token" && document.querySelector("#token").value === "");
-  await page.fill("#token", "open-sesame-to-the-chapel");
-  await page.keyboard.press("Enter");
-  await v.rest();
-  await page.reload();
-  await v.rest();
-  assert.ok(!await page.isVisible("#token-form"));
-  await v.leave();
-  await guarded.stop();
 });
 
 visit("where motion is unwelcome nothing glides, and every frame is a full one", { reducedMotion: "reduce" }, async (v, page) => {
@@ -404,74 +284,3 @@ visit("the maps that mirrors look at can be seen", {}, async (v, page) => {
   await page.waitForFunction(() => [...document.querySelectorAll("#maps img")].some((i) => i.naturalWidth > 0));
   assert.match(await text(page, "#maps"), /Ball/);
 });
-
-visit("a scene says how far it is while it loads; nothing of it moves, so there is no time slider; nobody may upload",
-      {}, async (v, page) => {
-  let polls = 0;
-  await page.route("**/v1/scenes/teapots", async (route) => (polls++ < 2
-    ? route.fulfill({ json: { id: "teapots", state: "loading", stage: "cutting clusters", progress: 0.4 } }) : route.continue()));
-  await page.selectOption("#scene", "teapots");
-  await page.waitForFunction(() => document.querySelector("#note progress:not([hidden])")?.value === 0.4);
-  assert.match(await text(page, "#note"), /Loading teapots.*cutting clusters/s);
-  await page.waitForFunction(() => location.hash.includes("scene=teapots"));
-  assert.equal((await v.rest()).scene, "teapots");
-  assert.ok(!await page.isVisible("#time-row"));
-  assert.ok(!await page.isVisible("#upload-pick"));
-});
-
-visit("where a scene lists clips its time plays; where files may come they are sent", { rests: false, before: async (page) => {
-  await page.route("**/v1/scenes/six-walls", async (route) => {
-    const scene = await (await route.fetch()).json();
-    await route.fulfill({ json: { ...scene, animations: [{ name: "swing", duration: 2 }] } });
-  });
-  await page.route("**/openapi.json", async (route) => {
-    const schema = await (await route.fetch()).json();
-    schema.paths["/v1/scenes"].post = {};
-    await route.fulfill({ json: schema });
-  });
-} }, async (v, page) => {
-  await v.rest();
-  await page.click("#play");
-  await page.waitForFunction(() => Number(document.querySelector("#time").value) > 0.2);
-  await page.click("#play");
-  const { time } = await v.rest();
-  assert.ok(time > 0.2 && time < 2);
-  assert.ok(v.frames.filter((f) => f.time > 0).length > 1);
-  const sent = page.waitForRequest((r) => r.method() === "POST" && r.url().endsWith("/v1/scenes"));
-  await page.route("**/v1/scenes", async (route) => (route.request().method() === "POST"
-    ? route.fulfill({ status: 201, headers: { Location: "/v1/scenes/six-walls" }, json: { id: "six-walls" } }) : route.continue()));
-  await page.setInputFiles("#upload", { name: "box.glb", mimeType: "model/gltf-binary", buffer: Buffer.from("glTF") });
-  assert.equal((await sent).headers()["content-type"], "model/gltf-binary");
-  await v.rest();
-});
-
-test("the page forbids what it does not need", async () => {
-  const policy = (await fetch(server.url)).headers.get("Content-Security-Policy");
-  assert.match(policy, /default-src 'self'/);
-  assert.doesNotMatch(policy, /unsafe/);
-});
-
-// ---- pictures, to be looked at ------------------------------------------------------------------
-
-const looks = [
-  ["desk-light", { colorScheme: "light", viewport: { width: 1360, height: 850 } }],
-  ["desk-dark", { colorScheme: "dark", viewport: { width: 1360, height: 850 } }],
-  ["phone-light", { colorScheme: "light", viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 }],
-  ["phone-dark", { colorScheme: "dark", viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 }],
-];
-for (const [name, options] of looks) {
-  visit(`it looks well: ${name}`, { ...options, path: "#scene=chapel" }, async (v, page) => {
-    for (const tab of ["view", "accuracy", "cost", "compare", "maps"]) {
-      await page.click(`#tab-${tab}`);
-      if (tab === "maps") {
-        await page.click("#maps-show");
-        await page.waitForFunction(() => [...document.querySelectorAll("#maps img")].every((i) => i.naturalWidth > 0) &&
-          document.querySelectorAll("#maps img").length > 2);
-      }
-      await v.picture(`${name}-${tab}`);
-      const cut = await page.evaluate(() => [...document.querySelectorAll("aside button, aside label, aside h2, header label")]
-        .filter((e) => e.offsetParent && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== "inline").map((e) => e.textContent));
-      assert.deepEqual(cut, [], "words that do not fit");
-    }
-  });
-}

@@ -4,11 +4,14 @@ import { spawn } from "node:child_process";
 import { existsSync, mkdirSync } from "node:fs";
 import { createServer } from "node:net";
 import { join } from "node:path";
+import { after, before, test } from "node:test";
 import { chromium } from "playwright-core";
+
+import { near } from "../near.mjs";
 
 const program = process.env.CLERESTORY_PROGRAM;
 const pictures = process.env.CLERESTORY_SCREENSHOTS;
-export const chromiumPath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
+const chromiumPath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
   .find((path) => path && existsSync(path));
 
 // -> { url, stop() }; port 0 takes a free one.
@@ -37,8 +40,7 @@ export async function freePort() {
 }
 
 let browser;
-export const launch = async () => { browser = await chromium.launch({ executablePath: chromiumPath, args: ["--no-sandbox"] }); };
-export const close = () => browser?.close();
+const launch = async () => { browser = await chromium.launch({ executablePath: chromiumPath, args: ["--no-sandbox"] }); };
 
 const kDesk = { width: 1280, height: 800 };
 
@@ -107,3 +109,26 @@ export class Visit {
     assert.ok(this.mostRunning <= this.mayRun, "one frame at a time");
   }
 }
+
+// ---- what every file of tests begins with -------------------------------------------------------
+
+export let server;
+before(async () => {
+  [server] = await Promise.all([serve(), launch()]);
+});
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+// Opens, waits for the first full frame, runs the steps, and checks what holds everywhere.
+export const visit = (name, options, steps) => test(name, { timeout: 120000 }, async () => {
+  const visited = await Visit.open(options.url ?? server.url, options);
+  await visited.rest();
+  await steps(visited, visited.page);
+  await visited.leave();
+});
+
+export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+export const same = (a, b) => near([...a.position, ...a.target, a.yfov], [...b.position, ...b.target, b.yfov], 1e-4);
+export const text = (page, selector) => page.textContent(selector);
