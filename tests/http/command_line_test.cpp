@@ -118,6 +118,10 @@ TEST(CommandLine, MistakesAreOneLineAndExitTwo) {
                                   "serve --scene no-such-file.glb",
                                   "serve --host 256.1.1.1 --port 0",
                                   "serve --queue 0",
+                                  "serve --head-seconds 0",
+                                  "serve --port 0 --token-file no-such-file",
+                                  "serve --port 0 --link-key-file /dev/null",
+                                  "sign /v1/frames --key-file no-such-file",
                                   "render six-walls",
                                   "render no-such-scene -o x.jpg",
                                   "render six-walls -o x.gif",
@@ -161,6 +165,32 @@ TEST(CommandLine, SignalsEndTheServerAfterTheFrameThatRuns) {
         EXPECT_TRUE(WIFEXITED(status)) << "ended by a signal";
         EXPECT_EQ(WEXITSTATUS(status), 0);
     }
+}
+
+// A3 of the failure catalogue, from the command that signs to the frame.
+TEST(CommandLine, ASignedLinkShowsItsFrameAndNoOther) {
+    const std::string key = outputFile("link-key");
+    std::ofstream(key) << "0123456789abcdef-a-key\n";
+    const std::string frame = "/v1/frames?scene=six-walls&width=64&height=48";
+    const auto linkFor = [&](const std::string& target) {
+        std::string line = run("sign '" + target + "' --key-file '" + key + "'").output;
+        return line.substr(0, line.find('\n'));
+    };
+    const std::string link = linkFor(frame);
+    EXPECT_THAT(link, StartsWith(frame + "&expires="));
+    test::ServerProcess server({"--scene", "six-walls", "--link-key-file", key});
+    ASSERT_TRUE(server.waitUntilReady());
+    httplib::Client client("127.0.0.1", server.port());
+    client.set_read_timeout(60);
+    const auto shown = client.Get(link);
+    ASSERT_TRUE(shown);
+    EXPECT_EQ(shown->status, 200) << shown->body;
+    EXPECT_EQ(shown->get_header_value("Content-Type"), "image/jpeg");
+    EXPECT_EQ(client.Get(frame)->status, 403);
+    EXPECT_EQ(client.Get(link + "0")->status, 403);
+    std::string larger = link;
+    larger.replace(larger.find("width=64"), 8, "width=99");
+    EXPECT_EQ(client.Get(larger)->status, 403);
 }
 
 TEST(CommandLine, NoDriverIsOneLineAndExitTwo) {
