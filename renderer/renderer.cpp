@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <list>
 #include <map>
 
 namespace clerestory {
@@ -64,15 +65,19 @@ struct Renderer::State {
     struct Subject {
         std::shared_ptr<const Scene> scene;
         std::shared_ptr<const EnvironmentMap> environment;
-        Pose pose;
+        std::shared_ptr<const Pose> pose;
     };
+    // Moved vertices are made once for all views, passes and frames of a moment.
+    std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
+                                       std::vector<Index> clips, double time) const;
     Subject subjectOf(const FrameRequest& request) const;
     FramePlan plan(const Subject& subject, const FrameRequest& request) const {
-        return planFrame(*subject.scene, subject.pose, request, *subject.environment,
+        return planFrame(*subject.scene, *subject.pose, request, *subject.environment,
                          executor.residentMaps(), limits, environments);
     }
     Execution execute(const Subject& subject, const FramePlan& plan) {
-        return executor.run(plan, *subject.scene, subject.pose, *subject.environment, environments);
+        return executor.run(plan, *subject.scene, *subject.pose, *subject.environment,
+                            environments);
     }
 
     using Run = Execution (Executor::*)(const FramePlan&, const Scene&, const Pose&,
@@ -87,7 +92,31 @@ struct Renderer::State {
     std::string firstScene;  // what a request without a scene means
     Executor executor;
     std::uint64_t frames = 0;
+    struct Moment {
+        std::shared_ptr<const Scene> scene;
+        std::vector<Index> clips;
+        double time;
+        std::shared_ptr<const Pose> pose;
+    };
+    static constexpr std::size_t kMostMoments = 4;
+    mutable std::list<Moment> moments;  // last used first
 };
+
+std::shared_ptr<const Pose> Renderer::State::poseOf(const std::shared_ptr<const Scene>& scene,
+                                                    std::vector<Index> clips, double time) const {
+    if (clips.empty()) time = 0.0;
+    const auto found = std::find_if(moments.begin(), moments.end(), [&](const Moment& m) {
+        return m.scene == scene && m.clips == clips && m.time == time;
+    });
+    if (found != moments.end()) {
+        moments.splice(moments.begin(), moments, found);
+    } else {
+        auto pose = std::make_shared<const Pose>(poseAt(*scene, clips, time));
+        moments.push_front({scene, std::move(clips), time, std::move(pose)});
+        if (moments.size() > kMostMoments) moments.pop_back();
+    }
+    return moments.front().pose;
+}
 
 Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request) const {
     const std::string& id = request.scene.empty() ? firstScene : request.scene;
@@ -109,8 +138,10 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
                               "there is no such environment map", keysOf(environments)});
         }
     }
+    const auto clips = clipsNamed(*scene->second, request.clip);
+    if (!clips) errors.push_back(noSuchClip(*scene->second));
     if (!errors.empty()) throw InvalidRequest(std::move(errors));
-    return {scene->second, environment->second, poseAt(*scene->second, request.time)};
+    return {scene->second, environment->second, poseOf(scene->second, *clips, request.time)};
 }
 
 Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {
@@ -144,6 +175,7 @@ void Renderer::removeScene(const std::string& id) {
     const auto found = state_->scenes.find(id);
     if (found == state_->scenes.end()) return;
     state_->context.makeCurrent();
+    state_->moments.remove_if([&](const auto& m) { return m.scene == found->second; });
     state_->executor.forget(*found->second);
     state_->scenes.erase(found);
 }
@@ -174,7 +206,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
     frame.plan = plan(subject, request);
     frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 
-    Execution execution = (executor.*run)(frame.plan, *subject.scene, subject.pose,
+    Execution execution = (executor.*run)(frame.plan, *subject.scene, *subject.pose,
                                           *subject.environment, environments);
     frame.image = std::move(execution.image);
     frame.readbackMs = execution.readbackMilliseconds;
@@ -223,7 +255,7 @@ void Renderer::warm(const std::string& sceneId) {
     const State::Subject subject = state_->subjectOf(request);
 
     // From far enough away everything is in view, so every shader variant of the scene is drawn.
-    const Bounds bounds = worldBounds(*subject.scene, subject.pose);
+    const Bounds bounds = worldBounds(*subject.scene, *subject.pose);
     if (!bounds.empty()) {
         const glm::dvec3 center(bounds.center());
         const double distance = 2.0 * std::max(1e-3, static_cast<double>(bounds.diagonal()));

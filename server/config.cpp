@@ -77,6 +77,7 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
     field("--up", "camera.up", "up in the picture", "X,Y,Z");
     field("--yfov", "camera.yfov", "vertical field of view, radians", "ANGLE");
     field("--time", "time", "seconds", "SECONDS");
+    field("--clip", "clip", "which animation plays", "NAME");
     field("--accuracy", "accuracy.preset", "draft, standard or fine", "PRESET");
     field("--channel", "output.channel", "color, depth, normal, objectId or through", "NAME");
     field("--quality", "output.quality", "of a JPEG, 1 to 100", "N");

@@ -170,6 +170,18 @@ ordered_json probes(const Scene& scene, const Pose& pose) {
     return list;
 }
 
+ordered_json animations(const Scene& scene) {
+    const std::vector<Index> playing = defaultClips(scene);
+    ordered_json list = ordered_json::array();
+    for (Index i = 0; i < scene.clips.size(); ++i) {
+        const bool plays = std::find(playing.begin(), playing.end(), i) != playing.end();
+        list.push_back({{"name", scene.clips[i].name},
+                        {"duration", scene.clips[i].duration},
+                        {"default", plays}});
+    }
+    return list;
+}
+
 ordered_json cameras(const Scene& scene, const Pose& pose) {
     ordered_json list = ordered_json::array();
     for (const Camera& camera : scene.cameras) {
@@ -239,7 +251,7 @@ ordered_json sceneSummary(const SceneStatus& status, bool isDefault) {
     const Scene& scene = *status.scene;
     json["triangles"] = triangleCount(scene);
     const Pose pose = poseAt(scene, 0.0);
-    json["bounds"] = boundsJson(worldBounds(scene, pose));
+    json["bounds"] = boundsJson(lastingBounds(scene, pose));
     json["effects"] = Surfaces(scene, pose).effects();
     return json;
 }
@@ -258,6 +270,7 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
                       {"textures", scene.textures.size()},   {"images", scene.images.size()},
                       {"instances", scene.instances.size()}, {"clusters", scene.clusters.size()},
                       {"vertices", status.vertices}};
+    json["animations"] = animations(scene);
     json["cameras"] = cameras(scene, pose);
     json["lights"] = lights(scene, pose);
     const Surfaces surfaces(scene, pose);

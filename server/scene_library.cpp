@@ -255,6 +255,7 @@ static Scene described(Scene& scene) {
     std::vector<TextureImage> images = std::move(scene.images);
     std::vector<Vertex> vertices = std::move(scene.vertices);
     std::vector<std::uint32_t> indices = std::move(scene.indices);
+    std::vector<Deformation> deformations = std::move(scene.deformations);
     Scene result = scene;
     for (TextureImage& image : images) {
         std::vector<std::uint8_t> texels = std::exchange(image.texels, {});
@@ -264,6 +265,7 @@ static Scene described(Scene& scene) {
     scene.images = std::move(images);
     scene.vertices = std::move(vertices);
     scene.indices = std::move(indices);
+    scene.deformations = std::move(deformations);
     return result;
 }
 

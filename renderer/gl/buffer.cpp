@@ -52,6 +52,12 @@ void Buffer::assign(std::span<const std::byte> content) {
     fill(name_.get(), content, GL_STREAM_DRAW);
 }
 
+void Buffer::replace(std::size_t offset, std::span<const std::byte> content) {
+    glBindBuffer(GL_COPY_WRITE_BUFFER, name_.get());
+    glBufferSubData(GL_COPY_WRITE_BUFFER, static_cast<GLintptr>(offset),
+                    static_cast<GLsizeiptr>(content.size()), content.data());
+}
+
 void Buffer::bindUniform(unsigned int binding) const {
     glBindBufferBase(GL_UNIFORM_BUFFER, binding, name_.get());
 }

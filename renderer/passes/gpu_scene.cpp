@@ -159,6 +159,18 @@ GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRec
     for (const TextureImage& image : scene_->images) images_.push_back(uploaded(image));
 }
 
+void GpuScene::follow(const Pose& pose) {
+    deformed_.resize(pose.deformed.size(), 0);
+    for (std::size_t i = 0; i < pose.deformed.size(); ++i) {
+        const DeformedMesh& mesh = *pose.deformed[i];
+        if (deformed_[i] == mesh.hash) continue;
+        vertices_.replace(mesh.firstVertex * sizeof(Vertex),
+                          std::as_bytes(std::span(mesh.vertices)));
+        deformed_[i] = mesh.hash;
+        ++meshesMoved_;
+    }
+}
+
 void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features features,
                             std::uint32_t anisotropy, SamplerCache& samplers) const {
     const std::size_t count = scene_->materials.size();

@@ -78,7 +78,9 @@ GpuTracer::GpuTracer(const GpuScene& scene)
 }
 
 void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
-    const bool moved = !built_ || pose.worldFromNode != worldFromNode_;
+    std::vector<std::uint64_t> deformed;
+    for (const auto& mesh : pose.deformed) deformed.push_back(mesh->hash);
+    const bool moved = !built_ || pose.worldFromNode != worldFromNode_ || deformed != deformed_;
     const bool dressed = !built_ || plan.materialOfInstance != materialOfInstance_ ||
                          plan.materials != ownMaterials_;
     if (moved || dressed) buildHierarchy(plan, pose);
@@ -88,6 +90,7 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
         findGlass(plan);
     }
     worldFromNode_ = pose.worldFromNode;
+    deformed_ = std::move(deformed);
     materialOfInstance_ = plan.materialOfInstance;
     ownMaterials_ = plan.materials;
     lights_ = plan.lights;
@@ -113,7 +116,8 @@ void GpuTracer::findLights(const FramePlan& plan, const Pose& pose) {
         glm::dmat4 fromOrigin = pose.worldFromNode[instance.node];
         fromOrigin[3] -= glm::dvec4(origin_, 0.0);
         lightsOfInstance_.push_back(allLightsReaching(
-            plan.lights, origin_, transformed(scene.meshes[instance.mesh].bounds, fromOrigin)));
+            plan.lights, origin_,
+            transformed(boundsOf(pose, scene.meshes[instance.mesh]), fromOrigin)));
     }
 }
 

@@ -58,6 +58,7 @@ private:
     std::size_t nodeCount_ = 0, materialCount_ = 0;
     bool built_ = false;
     std::vector<glm::dmat4> worldFromNode_;
+    std::vector<std::uint64_t> deformed_;  // hashes; as Pose::deformed
     std::vector<Index> materialOfInstance_;
     std::vector<Material> ownMaterials_;
     std::vector<PlacedLight> lights_;

@@ -96,11 +96,16 @@ std::vector<Draw> depthDraws(std::vector<OrderedDraw> draws) {
 // Small clusters that follow each other (the sides of a box) are culled and drawn as one. Moves
 // `cluster` behind the last of them.
 constexpr std::uint32_t kSmallDraw = 256;  // triangles
-Cluster drawnTogether(const Scene& scene, std::uint32_t& cluster, std::uint32_t end) {
-    Cluster sum = scene.clusters[cluster++];
+Cluster drawnTogether(const Stage& stage, const Mesh& mesh, std::uint32_t& cluster,
+                      std::uint32_t end) {
+    const Scene& scene = stage.scene;
+    const auto box = [&] { return boundsOf(scene, stage.pose, mesh, cluster - mesh.firstCluster); };
+    Cluster sum = scene.clusters[cluster];
+    sum.bounds = box();
+    ++cluster;
     while (cluster < end && sum.indexCount + scene.clusters[cluster].indexCount <= 3 * kSmallDraw) {
         sum.indexCount += scene.clusters[cluster].indexCount;
-        sum.bounds.add(scene.clusters[cluster].bounds);
+        sum.bounds.add(box());
         ++cluster;
     }
     return sum;
@@ -137,7 +142,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
         if (measured != surface.instance) {
             measured = surface.instance;
             toEye = eyeFromLocal(view, stage.pose.worldFromNode[instance.node]);
-            instanceOutside = outside(frustum, transformed(mesh.bounds, toEye));
+            instanceOutside = outside(frustum, transformed(boundsOf(stage.pose, mesh), toEye));
         }
         if (instanceOutside) {
             result.culled += surface.clusterCount;
@@ -151,7 +156,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
         const std::uint32_t end = surface.firstCluster + surface.clusterCount;
         for (std::uint32_t c = surface.firstCluster; c < end;) {
             const std::uint32_t first = c;
-            const Cluster cluster = drawnTogether(scene, c, end);
+            const Cluster cluster = drawnTogether(stage, mesh, c, end);
             const Bounds box = transformed(cluster.bounds, toEye);
             if (outside(frustum, box) || clippedAway(view, box)) {
                 result.culled += c - first;

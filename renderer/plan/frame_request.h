@@ -108,6 +108,7 @@ struct FrameRequest {
     std::uint32_t width = 1280;
     std::uint32_t height = 720;
     double time = 0.0;
+    std::optional<std::string> clip;  // none: those of defaultClips(); empty: as the file has it
     Effects effects;
     Accuracy accuracy;
     EnvironmentRequest environment;
@@ -269,7 +270,11 @@ void fields(FrameRequest& r, V&& visit) {
     visit("camera", r.camera, Nested{}, "pose and lens; the scene's default view when empty");
     visit("width", r.width, Range{1, kMaxEdge}, "pixels");
     visit("height", r.height, Range{1, kMaxEdge}, "pixels");
-    visit("time", r.time, Range{0, 1e6}, "seconds");
+    visit("time", r.time, Range{0, 1e6},
+          "the moment, seconds; beyond a clip's end the clip begins anew");
+    visit("clip", r.clip, Text{256},
+          "which of the scene's animations plays; absent: the first, and those that move nothing "
+          "it moves; empty: none");
     visit("effects", r.effects, Nested{}, "a switch for each effect");
     visit("accuracy", r.accuracy, NestedPreset{}, "a preset's name, or an object of knobs");
     visit("environment", r.environment, Nested{}, "light from all around");

@@ -41,12 +41,13 @@ std::vector<Wall> wallsOf(const Stage& stage, const View& view) {
     for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
         const Surface& surface = stage.surfaces[i];
         if (surface.clusterCount != 1 || surface.glass != Glass::none) continue;
+        const Instance& instance = stage.scene.instances[surface.instance];
+        if (stage.scene.meshes[instance.mesh].deformation != kNone) continue;
         const Cluster& cluster = stage.scene.clusters[surface.firstCluster];
         const Material& material = stage.material(surface);
         if (cluster.indexCount != 6 || material.alphaMode != AlphaMode::opaque) continue;
         const auto corners = parallelogram(stage.scene, cluster.firstIndex);
         if (!corners) continue;
-        const Instance& instance = stage.scene.instances[surface.instance];
         const glm::dmat4 toEye = eyeFromLocal(view, stage.pose.worldFromNode[instance.node]);
         const auto placed = [&](const glm::dvec3& p) {
             return glm::dvec3(toEye * glm::dvec4(p, 1.0));

@@ -22,6 +22,9 @@ void addDraws(PlanHash& hash, const std::vector<Draw>& draws, const Stage& stage
         hash.add(draw.features);
         hash.add(draw.reflection);
         hash.add(stage.pose.worldFromNode[instance.node]);
+        if (const auto* mesh = deformedMesh(stage.pose, stage.scene.meshes[instance.mesh])) {
+            hash.add(mesh->hash);
+        }
         for (std::uint32_t i = 0; i < draw.lights.count; ++i) hash.add(draw.lights.indices[i]);
     }
 }

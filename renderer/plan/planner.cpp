@@ -129,6 +129,13 @@ void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId color) {
 
 }  // namespace
 
+FieldError noSuchClip(const Scene& scene) {
+    std::string names;
+    for (const Clip& clip : scene.clips) names += (names.empty() ? "one of: " : ", ") + clip.name;
+    return {"/clip", "the scene has no animation of this name",
+            names.empty() ? "none: nothing in the scene moves" : names};
+}
+
 FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& request,
                     const EnvironmentMap& environment, const ResidentMaps& resident,
                     const DeviceLimits& limits, const EnvironmentMaps& maps) {
@@ -146,7 +153,7 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
     plan.environmentIntensity = static_cast<float>(request.environment.intensity);
     plan.environmentSamples = request.accuracy.environmentSamples;
     plan.probeSamples = request.accuracy.probeSamples;
-    const double diagonal = worldBounds(scene, pose).diagonal();
+    const double diagonal = lastingBounds(scene, pose).diagonal();
     plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
     const auto& [x, y, z, w] = request.environment.rotation;
     const glm::dmat3 worldFromMap = glm::mat3_cast(glm::normalize(glm::dquat(w, x, y, z)));

@@ -25,6 +25,9 @@ struct ResidentMaps {
     std::map<std::uint64_t, std::uint64_t> keyUnder = {};
 };
 
+// What there is to say when a request names a clip that the scene does not have.
+FieldError noSuchClip(const Scene& scene);
+
 // Every map that is loaded, by name: materials may refer to one.
 using EnvironmentMaps = std::map<std::string, std::shared_ptr<const EnvironmentMap>>;
 

@@ -168,7 +168,7 @@ glm::dmat4 orthographic(double halfWidth, double halfHeight, double znear, doubl
 View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
                    std::uint32_t width, std::uint32_t height) {
     const PlacedCamera placed = placedCamera(camera, scene, pose);
-    const Bounds bounds = worldBounds(scene, pose);
+    const Bounds bounds = lastingBounds(scene, pose);
     const double diagonal =
         bounds.empty() ? 1.0 : std::max(1e-6, static_cast<double>(bounds.diagonal()));
     const double aspect = static_cast<double>(width) / height;

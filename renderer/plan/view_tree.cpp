@@ -38,7 +38,7 @@ ViewTree::ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& en
       maps_(maps),
       resident_(resident),
       limits_(limits),
-      sceneBounds_(worldBounds(stage.scene, stage.pose)),
+      sceneBounds_(lastingBounds(stage.scene, stage.pose)),
       sceneTriangles_(triangleCount(stage.scene)) {}
 
 namespace {
@@ -209,7 +209,7 @@ SeenView ViewTree::add(const ViewJob& job) {
 // All of what the surface is a part of, relative to the eye.
 Bounds ViewTree::bodyOf(const ViewJob& job, const SeenSurface& seen) const {
     const Instance& instance = stage_.scene.instances[seen.surface->instance];
-    return transformed(stage_.scene.meshes[instance.mesh].bounds,
+    return transformed(boundsOf(stage_.pose, stage_.scene.meshes[instance.mesh]),
                        eyeFromLocal(job.view, stage_.pose.worldFromNode[instance.node]));
 }
 

@@ -162,7 +162,8 @@ CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
     glm::dmat4 nodeFromMesh = stage_.pose.worldFromNode[instance.node];
     const glm::dvec3 node(nodeFromMesh[3]);
     nodeFromMesh[3] = {0.0, 0.0, 0.0, 1.0};
-    const Bounds box = transformed(scene.meshes[instance.mesh].bounds, nodeFromMesh);
+    const Bounds box =
+        transformed(boundsOf(stage_.pose, scene.meshes[instance.mesh]), nodeFromMesh);
     point.name = "probe:" + nameOf(scene, surface);
     point.center = node + glm::dvec3(box.center());
     point.id = surface.instance;
@@ -290,6 +291,7 @@ std::uint64_t ViewTree::circumstancesOf(const CapturePoint& point, std::uint32_t
     hash.add(stage_.dressingHash);
     hash.add(environment_.contentHash);
     for (const glm::dmat4& m : stage_.pose.worldFromNode) hash.add(m);
+    for (const auto& deformed : stage_.pose.deformed) hash.add(deformed->hash);
     hash.add(plan_.mapFromWorld);
     hash.add(plan_.environmentIntensity);
     hash.add(plan_.anisotropy);

@@ -1,6 +1,7 @@
 // From a request to a picture: what to trace, pixels to threads, two halves to a noise floor.
 #include "reference/reference.h"
 
+#include "plan/planner.h"
 #include "plan/view.h"
 #include "reference/camera.h"
 #include "reference/path.h"
@@ -24,6 +25,7 @@ void check(const ReferenceRequest& r) {
     if (std::vector<FieldError> errors = problems(r.scene, r.frame.overrides); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
     }
+    if (!clipsNamed(r.scene, r.frame.clip)) throw InvalidRequest({noSuchClip(r.scene)});
     if (r.samples < 2 || r.samples > kMostReferenceSamples) {
         throw std::invalid_argument("samples must be 2 to " +
                                     std::to_string(kMostReferenceSamples));
@@ -198,7 +200,7 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
     check(request);
     if (progress && !progress(0.0)) return std::nullopt;
     const FrameRequest& frame = request.frame;
-    const Pose pose = poseAt(request.scene, frame.time);
+    const Pose pose = poseAt(request.scene, *clipsNamed(request.scene, frame.clip), frame.time);
     const View view = requestedView(frame.camera, request.scene, pose, frame.width, frame.height);
     const Dressing dressing = dressed(request.scene, frame.overrides);
     const auto& [x, y, z, w] = frame.environment.rotation;

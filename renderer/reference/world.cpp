@@ -19,8 +19,8 @@ bool inReach(const glm::dvec3& p) {
 glm::dvec3 middleOf(const Scene& scene, const Pose& pose, double& diagonal) {
     Bounds all;
     for (const Instance& instance : scene.instances) {
-        const Bounds box =
-            transformed(scene.meshes[instance.mesh].bounds, pose.worldFromNode[instance.node]);
+        const Bounds box = transformed(boundsOf(pose, scene.meshes[instance.mesh]),
+                                       pose.worldFromNode[instance.node]);
         if (inReach(box.min) && inReach(box.max)) all.add(box);
     }
     diagonal = all.empty() ? 1.0 : std::max(1e-9, double(all.diagonal()));
@@ -36,6 +36,7 @@ glm::dmat3 cofactors(const glm::dmat3& m) {
 
 World::World(const Scene& scene, const Pose& pose, const Dressing& dressing, const Effects& effects)
     : scene_(scene),
+      pose_(pose),
       dressing_(dressing),
       emission_(effects.emission),
       refraction_(effects.refraction),
@@ -77,6 +78,7 @@ void World::addSurface(std::uint32_t s) {
     const Material& material = materialOf(surface);
     // A solid is left through its faces' backs.
     const bool bothSides = material.doubleSided || surface.glass == Glass::solid;
+    const MeshVertices vertices = verticesIn(surface);
     for (std::uint32_t k = 0; k < surface.clusterCount; ++k) {
         const Cluster& cluster = scene_.clusters[surface.firstCluster + k];
         for (std::uint32_t j = 0; j + 2 < cluster.indexCount; j += 3) {
@@ -85,7 +87,7 @@ void World::addSurface(std::uint32_t s) {
                        .side = bothSides ? 0 : static_cast<std::int32_t>(placing.turning)};
             bool sound = true;
             for (int corner = 0; corner < 3; ++corner) {
-                const Vertex& v = scene_.vertices[scene_.indices[t.firstIndex + corner]];
+                const Vertex& v = vertices[scene_.indices[t.firstIndex + corner]];
                 const glm::dvec3 p(placing.worldFromMesh * glm::dvec4(v.position, 1.0));
                 sound = sound && inReach(p);
                 (corner == 0 ? t.a : corner == 1 ? t.b : t.c) = glm::vec3(p);
@@ -102,9 +104,10 @@ bool World::meets(std::uint32_t number, double weightB, double weightC, bool see
     if (t.side != 0 && seenTurning != (t.side > 0)) return false;
     const Material& m = materialOf(surfaces_[t.surface]);
     if (m.alphaMode != AlphaMode::mask) return true;
-    const Vertex& a = scene_.vertices[scene_.indices[t.firstIndex]];
-    const Vertex& b = scene_.vertices[scene_.indices[t.firstIndex + 1]];
-    const Vertex& c = scene_.vertices[scene_.indices[t.firstIndex + 2]];
+    const MeshVertices vertices = verticesIn(surfaces_[t.surface]);
+    const Vertex& a = vertices[scene_.indices[t.firstIndex]];
+    const Vertex& b = vertices[scene_.indices[t.firstIndex + 1]];
+    const Vertex& c = vertices[scene_.indices[t.firstIndex + 2]];
     const double color =
         a.color.w * (1.0 - weightB - weightC) + b.color.w * weightB + c.color.w * weightC;
     const double coverage =
@@ -115,9 +118,10 @@ bool World::meets(std::uint32_t number, double weightB, double weightC, bool see
 Point World::pointAt(const Hit& hit, const glm::dvec3& along) const {
     const Triangle& t = triangles_[hit.triangle];
     const double wb = hit.weightB, wc = hit.weightC, wa = 1.0 - wb - wc;
-    const Vertex& a = scene_.vertices[scene_.indices[t.firstIndex]];
-    const Vertex& b = scene_.vertices[scene_.indices[t.firstIndex + 1]];
-    const Vertex& c = scene_.vertices[scene_.indices[t.firstIndex + 2]];
+    const MeshVertices vertices = verticesIn(surfaces_[t.surface]);
+    const Vertex& a = vertices[scene_.indices[t.firstIndex]];
+    const Vertex& b = vertices[scene_.indices[t.firstIndex + 1]];
+    const Vertex& c = vertices[scene_.indices[t.firstIndex + 2]];
 
     Point p{.triangle = hit.triangle, .surface = &surfaces_[t.surface]};
     p.instance = p.surface->instance;

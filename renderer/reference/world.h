@@ -103,7 +103,12 @@ private:
     void gather();
     void addSurface(std::uint32_t surface);
 
+    MeshVertices verticesIn(const Surface& surface) const {
+        return verticesOf(scene_, pose_, scene_.meshes[scene_.instances[surface.instance].mesh]);
+    }
+
     const Scene& scene_;
+    const Pose& pose_;
     const Dressing& dressing_;
     bool emission_ = true, refraction_ = true;
     std::vector<Surface> surfaces_;

@@ -74,13 +74,14 @@ std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const Dr
         const float side =
             sideOf(dressing.material(scene, dressing.materialOf(scene, i)), worldFromModel);
         const Mesh& mesh = scene.meshes[instance.mesh];
+        const MeshVertices vertices = verticesOf(scene, pose, mesh);
         for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
             const Cluster& cluster = scene.clusters[mesh.firstCluster + k];
             for (std::uint32_t j = 0; j < cluster.indexCount; j += 3) {
                 const std::uint32_t first = cluster.firstIndex + j;
                 glm::vec3 corners[3];
                 for (int corner = 0; corner < 3; ++corner) {
-                    const glm::vec3& p = scene.vertices[scene.indices[first + corner]].position;
+                    const glm::vec3& p = vertices[scene.indices[first + corner]].position;
                     corners[corner] =
                         glm::vec3(glm::dvec3(worldFromModel * glm::dvec4(p, 1.0)) - origin);
                 }
@@ -233,8 +234,8 @@ private:
 glm::dvec3 middleOf(const Scene& scene, const Pose& pose) {
     Bounds bounds;
     for (const Instance& instance : scene.instances) {
-        const Bounds box =
-            transformed(scene.meshes[instance.mesh].bounds, pose.worldFromNode[instance.node]);
+        const Bounds box = transformed(boundsOf(pose, scene.meshes[instance.mesh]),
+                                       pose.worldFromNode[instance.node]);
         if (inReach(box.min) && inReach(box.max)) bounds.add(box);
     }
     if (bounds.empty()) return glm::dvec3(0.0);

@@ -75,8 +75,10 @@ std::vector<Triangle> soundTriangles(Scene& scene, const MeshDraft& draft) {
     return kept;
 }
 
-// Keeps only the vertices that triangles use, in their old order.
-void compact(std::vector<Vertex>& vertices, std::vector<Triangle>& triangles) {
+// Keeps only the vertices that triangles use, in their old order. Returns where each was.
+std::vector<std::uint32_t> compact(std::vector<Vertex>& vertices,
+                                   std::vector<Triangle>& triangles) {
+    std::vector<std::uint32_t> sources;
     std::vector<std::uint32_t> place(vertices.size(), kNone);
     for (const Triangle& t : triangles) {
         for (const std::uint32_t v : t.corner) place[v] = 0;
@@ -85,12 +87,14 @@ void compact(std::vector<Vertex>& vertices, std::vector<Triangle>& triangles) {
     for (std::size_t v = 0; v < vertices.size(); ++v) {
         if (place[v] == kNone) continue;
         vertices[used] = vertices[v];
+        sources.push_back(static_cast<std::uint32_t>(v));
         place[v] = used++;
     }
     vertices.resize(used);
     for (Triangle& t : triangles) {
         for (std::uint32_t& v : t.corner) v = place[v];
     }
+    return sources;
 }
 
 void makeNormals(Scene& scene, MeshDraft& draft, const std::vector<Triangle>& triangles) {
@@ -222,7 +226,7 @@ void cut(Scene& scene, const std::vector<Vertex>& vertices, Triangle* first, Tri
 
 // Flat parts first, largest first, then everything else, each in clusters of its own.
 void cutIntoParts(Scene& scene, Mesh& mesh, const std::vector<Vertex>& vertices,
-                  std::vector<Triangle>& triangles) {
+                  std::vector<Triangle>& triangles, bool deforms) {
     const auto firstVertex = static_cast<std::uint32_t>(scene.vertices.size());
     const auto clusters = [&] { return static_cast<std::uint32_t>(scene.clusters.size()); };
     std::vector<Corners> corners;
@@ -233,7 +237,9 @@ void cutIntoParts(Scene& scene, Mesh& mesh, const std::vector<Vertex>& vertices,
     mesh.firstFlatPart = static_cast<std::uint32_t>(scene.flatParts.size());
     std::vector<bool> inPart(triangles.size());
     std::vector<Triangle> chosen;
-    for (const FlatGroup& group : flatGroups(vertices, corners)) {
+    const std::vector<FlatGroup> groups =
+        deforms ? std::vector<FlatGroup>{} : flatGroups(vertices, corners);
+    for (const FlatGroup& group : groups) {
         chosen.clear();
         for (const std::uint32_t t : group.triangles) {
             chosen.push_back(triangles[t]);
@@ -261,31 +267,40 @@ void cutIntoParts(Scene& scene, Mesh& mesh, const std::vector<Vertex>& vertices,
 
 // Numbers vertices as the indices come to them, so that a driver that reads them in that order
 // walks through memory (Sponza on the software rasteriser: 3 ms of 110).
-void numberByFirstUse(std::vector<Vertex>& vertices, std::span<std::uint32_t> indices,
-                      std::uint32_t firstVertex) {
+void numberByFirstUse(std::vector<Vertex>& vertices, std::vector<std::uint32_t>& sources,
+                      std::span<std::uint32_t> indices, std::uint32_t firstVertex) {
     std::vector<std::uint32_t> place(vertices.size(), kNone);
     std::vector<Vertex> ordered;
+    std::vector<std::uint32_t> orderedSources;
     ordered.reserve(vertices.size());
+    orderedSources.reserve(vertices.size());
     for (std::uint32_t& index : indices) {
         std::uint32_t& to = place[index - firstVertex];
         if (to == kNone) {
             to = static_cast<std::uint32_t>(ordered.size());
             ordered.push_back(vertices[index - firstVertex]);
+            orderedSources.push_back(sources[index - firstVertex]);
         }
         index = firstVertex + to;
     }
     vertices = std::move(ordered);
+    sources = std::move(orderedSources);
 }
 
 }  // namespace
 
 Index addMesh(Scene& scene, MeshDraft draft) {
+    std::vector<std::uint32_t> sources;
+    return addMesh(scene, std::move(draft), sources);
+}
+
+Index addMesh(Scene& scene, MeshDraft draft, std::vector<std::uint32_t>& sources) {
     std::vector<Triangle> triangles = soundTriangles(scene, draft);
     if (triangles.empty()) {
         warn(scene, draft, "emptyMesh", "no triangle is left; the mesh was dropped", 1);
         return kNone;
     }
-    compact(draft.vertices, triangles);
+    sources = compact(draft.vertices, triangles);
     makeNormals(scene, draft, triangles);
     makeTangents(draft, triangles);
     mendAttributes(scene, draft);
@@ -301,8 +316,8 @@ Index addMesh(Scene& scene, MeshDraft draft) {
     mesh.hasColors = std::any_of(draft.vertices.begin(), draft.vertices.end(),
                                  [](const Vertex& v) { return v.color != glm::vec4(1.0f); });
     const std::size_t firstIndex = scene.indices.size();
-    cutIntoParts(scene, mesh, draft.vertices, triangles);
-    numberByFirstUse(draft.vertices, std::span(scene.indices).subspan(firstIndex),
+    cutIntoParts(scene, mesh, draft.vertices, triangles, draft.deforms);
+    numberByFirstUse(draft.vertices, sources, std::span(scene.indices).subspan(firstIndex),
                      static_cast<std::uint32_t>(scene.vertices.size()));
     scene.vertices.insert(scene.vertices.end(), draft.vertices.begin(), draft.vertices.end());
     scene.meshes.push_back(std::move(mesh));

@@ -14,6 +14,7 @@ struct MeshDraft {
     bool hasNormals = false;
     bool hasTangents = false;
     bool hasTexCoords = false;
+    bool deforms = false;  // no part of it stays flat
 };
 
 // Drops triangles that are degenerate, out of range or non-finite; makes normals (area weighted,
@@ -22,6 +23,9 @@ struct MeshDraft {
 // kClusterTriangles. Each repair is one ImportWarning with a count. Returns kNone, with a warning,
 // when no triangle is left.
 Index addMesh(Scene& scene, MeshDraft draft);
+// The same, and tells of each of the mesh's vertices, which are the scene's last, which of the
+// draft's it was.
+Index addMesh(Scene& scene, MeshDraft draft, std::vector<std::uint32_t>& sources);
 
 // Adds a node and returns its index.
 Index addNode(Scene& scene, std::string name, const glm::dmat4& parentFromLocal = glm::dmat4(1.0),

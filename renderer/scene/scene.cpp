@@ -1,4 +1,5 @@
-// Moments, bounds and identity of a scene. Its checks are in scene_problems.cpp.
+// Default view and identity of a scene. Its moments are in pose.cpp, its checks in
+// scene_problems.cpp.
 #include "scene/scene.h"
 
 #define XXH_INLINE_ALL
@@ -83,27 +84,45 @@ void addMaterial(Hasher& h, const Material& m) {
     h.add(m.unlit);
 }
 
+void addMotion(Hasher& h, const Scene& scene) {
+    for (const Clip& clip : scene.clips) {
+        h.add(clip.name);
+        h.add(clip.duration);
+        for (const Track& c : clip.tracks) {
+            h.add(c.moved);
+            h.add(c.target);
+            h.add(c.interpolation);
+            h.addArray(c.times);
+            h.addArray(c.values);
+        }
+    }
+    for (const MovingNode& n : scene.movingNodes) {
+        h.add(n.node);
+        h.add(n.rest.translation);
+        h.add(n.rest.rotation);
+        h.add(n.rest.scale);
+    }
+    for (const MorphWeights& w : scene.morphWeights) {
+        h.add(w.node);
+        h.addArray(w.rest);
+    }
+    for (const Skin& s : scene.skins) {
+        h.addArray(s.joints);
+        for (const glm::dmat4& m : s.jointFromMesh) h.add(m);
+    }
+    for (const Deformation& d : scene.deformations) {
+        for (const std::uint32_t v : {d.mesh, d.firstVertex, d.skin, d.weights, d.perVertex}) {
+            h.add(v);
+        }
+        h.addArray(d.base);
+        h.addArray(d.influences);
+        h.addArray(d.firstDelta);
+        h.addArray(d.deltas);
+        h.add(d.flatNormals);
+    }
+}
+
 }  // namespace
-
-Pose poseAt(const Scene& scene, double /*time*/) {
-    Pose pose;
-    pose.worldFromNode.reserve(scene.nodes.size());
-    for (const Node& node : scene.nodes) {
-        const glm::dmat4 parent =
-            node.parent == kNone ? glm::dmat4(1.0) : pose.worldFromNode[node.parent];
-        pose.worldFromNode.push_back(parent * node.parentFromLocal);
-    }
-    return pose;
-}
-
-Bounds worldBounds(const Scene& scene, const Pose& pose) {
-    Bounds bounds;
-    for (const Instance& instance : scene.instances) {
-        bounds.add(
-            transformed(scene.meshes[instance.mesh].bounds, pose.worldFromNode[instance.node]));
-    }
-    return bounds;
-}
 
 std::uint64_t triangleCount(const Scene& scene) {
     std::uint64_t triangles = 0;
@@ -133,7 +152,7 @@ DefaultView defaultView(const Scene& scene) {
     if (scene.defaultView) return *scene.defaultView;
     DefaultView view;
     const Pose pose = poseAt(scene, 0.0);
-    const Bounds bounds = worldBounds(scene, pose);
+    const Bounds bounds = lastingBounds(scene, pose);
     for (const Camera& camera : scene.cameras) {
         if (const auto through = viewThrough(camera, pose, bounds)) return *through;
     }
@@ -177,6 +196,7 @@ void updateContentHash(Scene& scene) {
         h.add(m.material);
         h.add(m.bounds);
         h.add(m.hasColors);
+        h.add(m.deformation);
     }
     for (const Material& m : scene.materials) addMaterial(h, m);
     for (const TextureImage& i : scene.images) {
@@ -224,6 +244,7 @@ void updateContentHash(Scene& scene) {
         h.add(p.resolution);
         h.add(p.zfar);
     }
+    addMotion(h, scene);
     if (scene.defaultView) {
         h.add(scene.defaultView->position);
         h.add(scene.defaultView->target);

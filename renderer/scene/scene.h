@@ -1,34 +1,28 @@
 // What exists: meshes, materials, lights, cameras. A plain value of indices, fixed after loading;
-// poseAt(scene, time) gives a moment of it. Metres, radians, seconds, linear colours; right-handed,
+// poseAt(scene, ...) gives a moment of it. Metres, radians, seconds, linear colours; right-handed,
 // +Y up, cameras and lights look down their own -Z (glTF 2.0).
 //
 // Does not: read files (scene/import), decide what is drawn (plan), know OpenGL.
 #pragma once
 
+#include "scene/animation/clip.h"
+#include "scene/animation/deformation.h"
 #include "scene/bounds.h"
 #include "scene/material.h"
 #include "scene/plane.h"
+#include "scene/vertex.h"
 
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace clerestory {
-
-// Every vertex is complete: what a file lacks was made or set to a neutral value by addMesh().
-struct Vertex {
-    glm::vec3 position{0.0f};
-    glm::vec3 normal{0.0f, 0.0f, 1.0f};         // unit
-    glm::vec4 tangent{1.0f, 0.0f, 0.0f, 1.0f};  // unit; w is the sign of the bitangent
-    glm::vec2 texCoord0{0.0f};
-    glm::vec2 texCoord1{0.0f};
-    glm::vec4 color{1.0f};  // linear, multiplies baseColor
-};
-static_assert(sizeof(Vertex) == 72);
 
 // At most kClusterTriangles triangles that lie together in space, so that culling and early depth
 // tests work on large meshes too. Clusters of one mesh follow each other in Scene::indices.
@@ -62,10 +56,11 @@ struct Mesh {
     std::uint32_t firstFlatPart = 0;  // in Scene::flatParts, largest first; their clusters are the
     std::uint32_t flatPartCount = 0;  // mesh's first, in the same order
     std::uint32_t triangles = 0;
-    double area = 0.0;       // mesh space, square metres
-    Index material = 0;      // what its instances have unless they are given another
-    Bounds bounds;           // mesh space
-    bool hasColors = false;  // some vertex colour is not white
+    double area = 0.0;          // mesh space, square metres
+    Index material = 0;         // what its instances have unless they are given another
+    Bounds bounds;              // mesh space; of a deforming mesh: at rest
+    bool hasColors = false;     // some vertex colour is not white
+    Index deformation = kNone;  // in Scene::deformations
 };
 
 // A node's parent stands before it in Scene::nodes.
@@ -149,6 +144,12 @@ struct Scene {
     std::vector<Light> lights;
     std::vector<Camera> cameras;
     std::vector<Probe> probes;
+    std::vector<Clip> clips;
+    std::vector<MovingNode> movingNodes;
+    std::vector<MorphWeights> morphWeights;
+    std::vector<Skin> skins;
+    std::vector<Deformation> deformations;
+    Bounds reach;  // world; of everything that moves, wherever clips put it; see finishMotion()
     std::optional<DefaultView> defaultView;
     std::string environment = "sky";  // the map used when a request names none
     std::vector<ImportWarning> warnings;
@@ -157,11 +158,57 @@ struct Scene {
 // Where everything is at one moment.
 struct Pose {
     std::vector<glm::dmat4> worldFromNode;
+    // As Scene::deformations; shared, because a pose is copied about. Empty where nothing deforms.
+    std::vector<std::shared_ptr<const DeformedMesh>> deformed;
 };
+
+// As the file has it: no clip plays.
+Pose restPose(const Scene& scene);
+// While the clips play, in order, each from its own start; see localTime(). time: seconds.
+Pose poseAt(const Scene& scene, std::span<const Index> clips, double time);
+// While defaultClips() play.
 Pose poseAt(const Scene& scene, double time);
 
-// World box of all instances; empty for an empty scene.
+// The first clip, and of the others those that move nothing which the ones before them move: of
+// several ways to walk the first, of a mobile's parts all.
+std::vector<Index> defaultClips(const Scene& scene);
+// The clip of that name, none for the empty name, the default ones without a name. Nothing when
+// the scene has no such clip.
+std::optional<std::vector<Index>> clipsNamed(const Scene& scene,
+                                             const std::optional<std::string>& name);
+
+// What some clip moves: for each node, and for each instance, that its node moves or its mesh
+// deforms.
+std::vector<bool> nodesThatMove(const Scene& scene);
+std::vector<bool> instancesThatMove(const Scene& scene);
+
+// Puts the vertices, boxes and areas of deforming meshes at rest, and sets Scene::reach from a few
+// moments of every clip. Whoever makes a scene with clips calls it at the end.
+void finishMotion(Scene& scene);
+
+// A mesh's vertices at one moment, by the numbers that stand in Scene::indices.
+class MeshVertices {
+public:
+    MeshVertices(std::span<const Vertex> vertices, std::uint32_t first)
+        : vertices_(vertices), first_(first) {}
+    const Vertex& operator[](std::uint32_t index) const { return vertices_[index - first_]; }
+
+private:
+    std::span<const Vertex> vertices_;
+    std::uint32_t first_;
+};
+MeshVertices verticesOf(const Scene& scene, const Pose& pose, const Mesh& mesh);
+// Mesh space. `cluster`: of the mesh's, from 0.
+const Bounds& boundsOf(const Pose& pose, const Mesh& mesh);
+const Bounds& boundsOf(const Scene& scene, const Pose& pose, const Mesh& mesh,
+                       std::uint32_t cluster);
+// Nothing for a mesh that does not deform.
+const DeformedMesh* deformedMesh(const Pose& pose, const Mesh& mesh);
+
+// World box of all instances at this moment; empty for an empty scene.
 Bounds worldBounds(const Scene& scene, const Pose& pose);
+// The same for any moment: what is measured in shares of the scene does not change with time.
+Bounds lastingBounds(const Scene& scene, const Pose& pose);
 
 // Triangles as drawn: each instance counts.
 std::uint64_t triangleCount(const Scene& scene);

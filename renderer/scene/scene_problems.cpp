@@ -1,6 +1,8 @@
 // The check between whoever made a scene and everybody who trusts it.
 #include "scene/scene.h"
 
+#include "scene/motion_problems.h"
+
 #include <cmath>
 
 namespace clerestory {
@@ -32,6 +34,7 @@ public:
         materials();
         pictures();
         placement();
+        if (problems_.empty()) problems_ = motionProblems(scene_);
         return std::move(problems_);
     }
 

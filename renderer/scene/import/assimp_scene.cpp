@@ -283,7 +283,7 @@ private:
             return 1.0 / (4.0 * kPi);
         }
         const auto diagonal =
-            static_cast<double>(worldBounds(scene_, poseAt(scene_, 0.0)).diagonal());
+            static_cast<double>(worldBounds(scene_, restPose(scene_)).diagonal());
         const double metres = diagonal > 0.0 && std::isfinite(diagonal) ? diagonal / 2.0 : 1.0;
         const double units = metres / metresPerUnit_;
         const double attenuation = light.mAttenuationConstant + light.mAttenuationLinear * units +

@@ -3,6 +3,9 @@
 #include "scene/import/scene_cleaning.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
 
 namespace clerestory {
 namespace {
@@ -13,18 +16,28 @@ glm::vec3 threeOf(const Numbers& numbers, std::size_t i) {
 }
 
 // glTF 2.0, 3.7.2.1: without normals every triangle is flat, so no two of them share a vertex.
-void separateTriangles(MeshDraft& draft) {
+// Returns which vertex each was.
+std::vector<std::uint32_t> separateTriangles(MeshDraft& draft) {
     std::vector<Vertex> vertices;
+    std::vector<std::uint32_t> sources;
     vertices.reserve(draft.indices.size());
     for (std::uint32_t& i : draft.indices) {
         if (i < draft.vertices.size()) {
             vertices.push_back(draft.vertices[i]);
+            sources.push_back(i);
             i = static_cast<std::uint32_t>(vertices.size() - 1);
         } else {
             i = kNone;  // addMesh() counts it
         }
     }
     draft.vertices = std::move(vertices);
+    return sources;
+}
+
+std::vector<std::uint32_t> counted(std::size_t count) {
+    std::vector<std::uint32_t> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), 0u);
+    return numbers;
 }
 
 }  // namespace
@@ -41,6 +54,11 @@ const std::vector<Index>& GltfMeshes::meshes(Index gltfMesh) {
 }
 
 std::vector<Index> GltfMeshes::posedMeshes(Index gltfMesh, const RestPose& pose) {
+    return deformingMeshes(gltfMesh, pose, {});
+}
+
+std::vector<Index> GltfMeshes::deformingMeshes(Index gltfMesh, const RestPose& pose,
+                                               const Movers& movers) {
     const Json& mesh = document_.item("meshes", gltfMesh);
     const Json& primitives = array(mesh, "primitives");
     std::string name = text(mesh, "name");
@@ -50,7 +68,7 @@ std::vector<Index> GltfMeshes::posedMeshes(Index gltfMesh, const RestPose& pose)
     std::vector<Index> result;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
         const std::string part = primitives.size() > 1 ? " " + std::to_string(i) : "";
-        const Index added = add(element(primitives, i, "primitives"), name + part, pose);
+        const Index added = add(element(primitives, i, "primitives"), name + part, pose, movers);
         if (added != kNone) {
             result.push_back(added);
         }
@@ -108,7 +126,8 @@ std::vector<std::uint32_t> GltfMeshes::triangles(const Json& primitive, std::siz
     return list;
 }
 
-Index GltfMeshes::add(const Json& primitive, const std::string& name, const RestPose& pose) {
+Index GltfMeshes::add(const Json& primitive, const std::string& name, const RestPose& pose,
+                      const Movers& movers) {
     const Json& attributes = object(primitive, "attributes");
     const Index positionAccessor = indexAt(attributes, "POSITION");
     if (positionAccessor == kNone) {
@@ -149,16 +168,120 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
     }
     morph(primitive, pose, draft);
     skin(attributes, pose, draft);
-    if (!draft.hasNormals) {
-        separateTriangles(draft);
-    }
+    const bool flatNormals = !draft.hasNormals;
+    std::vector<std::uint32_t> fileVertexOf =
+        flatNormals ? separateTriangles(draft) : counted(count);
     draft.material = indexAt(primitive, "material");
     if (draft.material == kNone) {
         draft.material = defaultMaterial_;
     } else if (draft.material >= defaultMaterial_) {
         malformed("there is no material number " + std::to_string(draft.material));
     }
-    return addMesh(scene_, std::move(draft));
+    if (!movers.any()) return addMesh(scene_, std::move(draft));
+    draft.deforms = true;
+    std::vector<std::uint32_t> sources;
+    const Index mesh = addMesh(scene_, std::move(draft), sources);
+    if (mesh == kNone) return kNone;
+    for (std::uint32_t& source : sources) source = fileVertexOf[source];
+    addDeformation(primitive, count, sources, movers, flatNormals);
+    return mesh;
+}
+
+// Of the mesh that was added last.
+void GltfMeshes::addDeformation(const Json& primitive, std::size_t fileVertices,
+                                const std::vector<std::uint32_t>& fileVertexOf,
+                                const Movers& movers, bool flatNormals) {
+    const std::size_t count = fileVertexOf.size();
+    Deformation d{.mesh = static_cast<Index>(scene_.meshes.size() - 1),
+                  .firstVertex = static_cast<std::uint32_t>(scene_.vertices.size() - count),
+                  .skin = movers.skin,
+                  .weights = movers.weights,
+                  .flatNormals = flatNormals};
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vertex& v = scene_.vertices[d.firstVertex + i];
+        d.base.push_back({v.position, v.normal, v.tangent});
+    }
+    if (d.skin != kNone) {
+        addInfluences(object(primitive, "attributes"), fileVertices, fileVertexOf, d);
+    }
+    if (d.weights != kNone) addTargets(primitive, fileVertices, fileVertexOf, d);
+    scene_.meshes.back().deformation = static_cast<Index>(scene_.deformations.size());
+    scene_.deformations.push_back(std::move(d));
+}
+
+void GltfMeshes::addInfluences(const Json& attributes, std::size_t fileVertices,
+                               const std::vector<std::uint32_t>& fileVertexOf, Deformation& d) {
+    const std::size_t jointCount = scene_.skins[d.skin].joints.size();
+    const std::string& name = scene_.meshes.back().name;
+    struct Set {
+        Numbers shares;
+        std::vector<std::uint32_t> joints;
+    };
+    std::vector<Set> sets;
+    for (const char* number : {"0", "1"}) {
+        const Index accessor = indexAt(attributes, (std::string("JOINTS_") + number).c_str());
+        if (accessor == kNone) break;
+        const std::string shares = std::string("WEIGHTS_") + number;
+        Set set{attribute(attributes, shares.c_str(), fileVertices, name),
+                document_.integers(accessor)};
+        if (set.shares.components != 4 || set.joints.size() != 4 * fileVertices) break;
+        sets.push_back(std::move(set));
+    }
+    if (sets.empty()) {
+        scene_.warnings.push_back(
+            {"badAttribute", name, "joints and weights do not fit; the first joint moves all"});
+    }
+    d.perVertex = 4 * static_cast<std::uint32_t>(std::max<std::size_t>(1, sets.size()));
+    for (const std::uint32_t v : fileVertexOf) {
+        const std::size_t first = d.influences.size();
+        double sum = 0.0;
+        for (const Set& set : sets) {
+            for (std::size_t k = 0; k < 4; ++k) {
+                const std::uint32_t joint = set.joints[4 * v + k];
+                const float share = set.shares.at(v)[k];
+                const bool counts = share > 0.0f && std::isfinite(share) && joint < jointCount;
+                d.influences.push_back(counts ? Influence{joint, share} : Influence{});
+                sum += counts ? double{share} : 0.0;
+            }
+        }
+        d.influences.resize(first + d.perVertex);
+        if (!(sum > 0.0)) d.influences[first] = {0, 1.0f};
+        for (std::size_t k = first; sum > 0.0 && k < d.influences.size(); ++k) {
+            d.influences[k].share = static_cast<float>(d.influences[k].share / sum);
+        }
+    }
+}
+
+void GltfMeshes::addTargets(const Json& primitive, std::size_t fileVertices,
+                            const std::vector<std::uint32_t>& fileVertexOf, Deformation& d) {
+    const Json& targets = array(primitive, "targets");
+    const std::string& name = scene_.meshes.back().name;
+    const std::size_t most = scene_.morphWeights[d.weights].rest.size();
+    d.firstDelta.push_back(0);
+    for (std::size_t t = 0; t < std::min(targets.size(), most); ++t) {
+        const Json& target = element(targets, t, "targets");
+        const Numbers positions = attribute(target, "POSITION", fileVertices, name);
+        const Numbers normals = attribute(target, "NORMAL", fileVertices, name);
+        // Of a target, a tangent has three numbers: its side does not move.
+        const Index tangentAccessor = indexAt(target, "TANGENT");
+        Numbers tangents = tangentAccessor == kNone ? Numbers{} : document_.floats(tangentAccessor);
+        if (tangents.components != 3 || tangents.count() != fileVertices) tangents = {};
+        const auto at = [](const Numbers& from, std::size_t i) {
+            const glm::vec3 v = from.count() > 0 ? threeOf(from, i) : glm::vec3(0.0f);
+            const bool held = std::abs(v.x) <= kGreatestKey && std::abs(v.y) <= kGreatestKey &&
+                              std::abs(v.z) <= kGreatestKey;
+            return held ? v : glm::vec3(0.0f);
+        };
+        for (std::uint32_t i = 0; i < fileVertexOf.size(); ++i) {
+            const std::uint32_t v = fileVertexOf[i];
+            const MorphDelta delta{i, at(positions, v), at(normals, v), at(tangents, v)};
+            const glm::vec3 none(0.0f);
+            if (delta.position != none || delta.normal != none || delta.tangent != none) {
+                d.deltas.push_back(delta);
+            }
+        }
+        d.firstDelta.push_back(static_cast<std::uint32_t>(d.deltas.size()));
+    }
 }
 
 void GltfMeshes::morph(const Json& primitive, const RestPose& pose, MeshDraft& draft) {

@@ -16,6 +16,13 @@ struct RestPose {
     std::vector<double> morphWeights;
 };
 
+// What moves a mesh, as places in the scene's lists.
+struct Movers {
+    Index skin = kNone;
+    Index weights = kNone;
+    bool any() const { return skin != kNone || weights != kNone; }
+};
+
 class GltfMeshes {
 public:
     // The scene's last material must be glTF's default one.
@@ -25,9 +32,19 @@ public:
     const std::vector<Index>& meshes(Index gltfMesh);
     // The same in a pose of its own, so never shared.
     std::vector<Index> posedMeshes(Index gltfMesh, const RestPose& pose);
+    // The same, with a Deformation each. Their vertices are not at rest before finishMotion().
+    std::vector<Index> deformingMeshes(Index gltfMesh, const RestPose& pose, const Movers& movers);
 
 private:
-    Index add(const Json& primitive, const std::string& name, const RestPose& pose);
+    Index add(const Json& primitive, const std::string& name, const RestPose& pose,
+              const Movers& movers);
+    void addDeformation(const Json& primitive, std::size_t fileVertices,
+                        const std::vector<std::uint32_t>& fileVertexOf, const Movers& movers,
+                        bool flatNormals);
+    void addInfluences(const Json& attributes, std::size_t fileVertices,
+                       const std::vector<std::uint32_t>& fileVertexOf, Deformation& deformation);
+    void addTargets(const Json& primitive, std::size_t fileVertices,
+                    const std::vector<std::uint32_t>& fileVertexOf, Deformation& deformation);
     std::vector<std::uint32_t> triangles(const Json& primitive, std::size_t vertexCount,
                                          const std::string& name);
     Numbers attribute(const Json& attributes, const char* key, std::size_t count,

@@ -3,6 +3,7 @@
 
 #include "scene/import/gltf_material.h"
 #include "scene/import/gltf_mesh.h"
+#include "scene/import/gltf_motion.h"
 #include "scene/import/scene_cleaning.h"
 #include "scene/import/side_file.h"
 
@@ -77,11 +78,13 @@ public:
         GltfMaterials(document_, textures_, scene_).read();
         report(progress, "meshes", 0.1);
         readNodes();
-        pose_ = poseAt(scene_, 0.0);
+        motion_.readClips();
+        pose_ = restPose(scene_);
         GltfMeshes meshes(document_, scene_, limits_);
         for (const auto& [gltfNode, node] : visited_) {
-            hangOn(document_.item("nodes", gltfNode), node, meshes);
+            hangOn(gltfNode, node, meshes);
         }
+        finishMotion(scene_);
         report(progress, "textures", 0.3);
         textures_.finish(scene_, progress);
         return std::move(scene_);
@@ -127,7 +130,7 @@ private:
             const Json& nodes = array(json, "nodes");
             std::vector<bool> isChild(nodes.size(), false);
             for (std::size_t i = 0; i < nodes.size(); ++i) {
-                for (const Index child : indices(element(nodes, i, "nodes"), "children")) {
+                for (const Index child : indexList(element(nodes, i, "nodes"), "children")) {
                     if (child < isChild.size()) isChild[child] = true;
                 }
             }
@@ -137,18 +140,7 @@ private:
             return roots;
         }
         const Index chosen = json.contains("scene") ? indexAt(json, "scene") : 0;
-        return indices(document_.item("scenes", chosen), "nodes");
-    }
-
-    static std::vector<Index> indices(const Json& parent, const char* key) {
-        std::vector<Index> result;
-        for (const Json& value : array(parent, key)) {
-            if (!value.is_number_unsigned() || value.get<std::uint64_t>() >= kNone) {
-                malformed("\"" + std::string(key) + "\" holds something that is no index");
-            }
-            result.push_back(value.get<Index>());
-        }
-        return result;
+        return indexList(document_.item("scenes", chosen), "nodes");
     }
 
     // Depth first, parents before children. glTF's nodes are a forest: one that is reached twice is
@@ -176,7 +168,7 @@ private:
                 addCheckedNode(text(json, "name"), parentFromLocal(json), visit.parent);
             nodeOf_[visit.gltfNode] = node;
             visited_.emplace_back(visit.gltfNode, node);
-            push(indices(json, "children"), node);
+            push(indexList(json, "children"), node);
         }
     }
 
@@ -188,10 +180,11 @@ private:
         return addNode(scene_, std::move(name), local, parent);
     }
 
-    void hangOn(const Json& json, Index node, GltfMeshes& meshes) {
+    void hangOn(Index gltfNode, Index node, GltfMeshes& meshes) {
+        const Json& json = document_.item("nodes", gltfNode);
         if (json.contains("extras")) readNodeExtras(json["extras"], node, scene_);
         if (const Index mesh = indexAt(json, "mesh"); mesh != kNone) {
-            addInstances(json, node, mesh, meshes);
+            addInstances(gltfNode, node, mesh, meshes);
         }
         if (const Index camera = indexAt(json, "camera"); camera != kNone) {
             addCamera(document_.item("cameras", camera), node);
@@ -204,12 +197,15 @@ private:
         }
     }
 
-    void addInstances(const Json& json, Index node, Index mesh, GltfMeshes& meshes) {
+    void addInstances(Index gltfNode, Index node, Index mesh, GltfMeshes& meshes) {
+        const Json& json = document_.item("nodes", gltfNode);
         const Json& gltfMesh = document_.item("meshes", mesh);
+        Movers movers{.weights = motion_.weightsOf(gltfNode)};
         RestPose pose;
         const Json& weights =
             json.contains("weights") ? array(json, "weights") : array(gltfMesh, "weights");
         for (const Json& weight : weights) {
+            if (movers.weights != kNone) break;
             pose.morphWeights.push_back(weight.is_number() ? weight.get<double>() : 0.0);
         }
         const bool morphed = std::any_of(pose.morphWeights.begin(), pose.morphWeights.end(),
@@ -217,11 +213,16 @@ private:
         const Index skin = indexAt(json, "skin");
         if (skin != kNone) {
             // A skinned mesh stands where its joints are, not where its node is.
-            pose.worldFromBind = worldFromBind(document_.item("skins", skin));
+            const Json& skinJson = document_.item("skins", skin);
+            if (motion_.moves(skinJson) || movers.any())
+                movers.skin = motion_.addSkin(skinJson);
+            else
+                pose.worldFromBind = worldFromBind(skinJson);
             node = addCheckedNode(text(json, "name") + " (skinned)", glm::dmat4(1.0), kNone);
         }
-        const std::vector<Index> parts =
-            skin != kNone || morphed ? meshes.posedMeshes(mesh, pose) : meshes.meshes(mesh);
+        const std::vector<Index> parts = movers.any() ? meshes.deformingMeshes(mesh, pose, movers)
+                                         : skin != kNone || morphed ? meshes.posedMeshes(mesh, pose)
+                                                                    : meshes.meshes(mesh);
         for (const Index place : copies(json, node)) {
             for (const Index part : parts) {
                 if (scene_.instances.size() >= 4 * limits_.maxNodes) {
@@ -268,27 +269,13 @@ private:
         return nodes;
     }
 
-    std::vector<glm::dmat4> worldFromBind(const Json& skin) {
+    std::vector<glm::dmat4> worldFromBind(const Json& json) {
+        const GltfSkin skin = gltfSkin(document_, json, nodeOf_);
         std::vector<glm::dmat4> matrices;
-        const std::vector<Index> joints = indices(skin, "joints");
-        Numbers bindFromMesh;
-        if (const Index accessor = indexAt(skin, "inverseBindMatrices"); accessor != kNone) {
-            bindFromMesh = document_.floats(accessor);
-        }
-        for (std::size_t i = 0; i < joints.size(); ++i) {
-            const Index node = joints[i] < nodeOf_.size() ? nodeOf_[joints[i]] : kNone;
-            glm::dmat4 matrix = node != kNone ? pose_.worldFromNode[node] : glm::dmat4(1.0);
-            if (bindFromMesh.components == 16 && i < bindFromMesh.count()) {
-                glm::dmat4 inverseBind(1.0);
-                for (int k = 0; k < 16; ++k) {
-                    inverseBind[k / 4][k % 4] = static_cast<double>(bindFromMesh.at(i)[k]);
-                }
-                matrix = matrix * inverseBind;
-            }
-            matrices.push_back(matrix);
-        }
-        if (matrices.empty()) {
-            malformed("a skin has no joints");
+        for (std::size_t i = 0; i < skin.joints.size(); ++i) {
+            const Index node = skin.joints[i];
+            const glm::dmat4 world = node != kNone ? pose_.worldFromNode[node] : glm::dmat4(1.0);
+            matrices.push_back(world * skin.jointFromMesh[i]);
         }
         return matrices;
     }
@@ -340,6 +327,7 @@ private:
     Scene scene_;
     std::vector<Index> nodeOf_;                     // by glTF node
     std::vector<std::pair<Index, Index>> visited_;  // glTF node, scene node
+    GltfMotion motion_{document_, scene_, nodeOf_};
     Pose pose_;
 };
 

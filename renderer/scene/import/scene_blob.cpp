@@ -17,13 +17,15 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 3;
+    std::uint32_t version = 4;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
 template <class T>
-constexpr bool kFlat = std::is_arithmetic_v<T> || std::is_same_v<T, Vertex> ||
-                       std::is_same_v<T, Cluster> || std::is_same_v<T, Instance>;
+constexpr bool kFlat =
+    std::is_arithmetic_v<T> || std::is_same_v<T, Vertex> || std::is_same_v<T, Cluster> ||
+    std::is_same_v<T, Instance> || std::is_same_v<T, BaseVertex> || std::is_same_v<T, Influence> ||
+    std::is_same_v<T, MorphDelta>;
 template <class T>
 struct FlatVector : std::false_type {};
 template <class T, glm::qualifier Q, int N>
@@ -32,6 +34,10 @@ struct FlatVector<glm::vec<N, T, Q>> : std::true_type {};
 template <class A>
 void fields(A& a, glm::dquat& q) {
     a(q.x), a(q.y), a(q.z), a(q.w);
+}
+template <class A>
+void fields(A& a, glm::dmat4& m) {
+    for (int column = 0; column < 4; ++column) a(m[column]);
 }
 template <class A>
 void fields(A& a, TextureImage& i) {
@@ -71,12 +77,11 @@ template <class A>
 void fields(A& a, Mesh& m) {
     a(m.name), a(m.firstCluster), a(m.clusterCount), a(m.firstFlatPart), a(m.flatPartCount);
     a(m.triangles), a(m.area), a(m.material), a(m.bounds);
-    a(m.hasColors);
+    a(m.hasColors), a(m.deformation);
 }
 template <class A>
 void fields(A& a, Node& n) {
-    a(n.name), a(n.parent);
-    for (int column = 0; column < 4; ++column) a(n.parentFromLocal[column]);
+    a(n.name), a(n.parent), a(n.parentFromLocal);
 }
 template <class A>
 void fields(A& a, Light& l) {
@@ -92,6 +97,32 @@ void fields(A& a, Probe& p) {
     a(p.name), a(p.node), a(p.position), a(p.size), a(p.resolution), a(p.zfar);
 }
 template <class A>
+void fields(A& a, Track& c) {
+    a(c.moved, Moved::weights), a(c.target), a(c.interpolation, Interpolation::cubicSpline);
+    a(c.times), a(c.values);
+}
+template <class A>
+void fields(A& a, Clip& c) {
+    a(c.name), a(c.duration), a(c.tracks);
+}
+template <class A>
+void fields(A& a, MovingNode& n) {
+    a(n.node), a(n.rest.translation), a(n.rest.rotation), a(n.rest.scale);
+}
+template <class A>
+void fields(A& a, MorphWeights& w) {
+    a(w.node), a(w.rest);
+}
+template <class A>
+void fields(A& a, Skin& s) {
+    a(s.joints), a(s.jointFromMesh);
+}
+template <class A>
+void fields(A& a, Deformation& d) {
+    a(d.mesh), a(d.firstVertex), a(d.base), a(d.skin), a(d.weights), a(d.perVertex);
+    a(d.influences), a(d.firstDelta), a(d.deltas), a(d.flatNormals);
+}
+template <class A>
 void fields(A& a, DefaultView& v) {
     a(v.position), a(v.target), a(v.yfov);
 }
@@ -104,7 +135,8 @@ void fields(A& a, Scene& s) {
     a(s.id), a(s.title), a(s.contentHash), a(s.vertices), a(s.indices), a(s.clusters),
         a(s.flatParts);
     a(s.meshes), a(s.materials), a(s.images), a(s.textures), a(s.nodes), a(s.instances);
-    a(s.lights), a(s.cameras), a(s.probes), a(s.defaultView), a(s.environment), a(s.warnings);
+    a(s.lights), a(s.cameras), a(s.probes), a(s.clips), a(s.movingNodes), a(s.morphWeights);
+    a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView), a(s.environment), a(s.warnings);
 }
 
 struct HashDeleter {

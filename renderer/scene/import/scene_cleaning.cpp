@@ -110,7 +110,7 @@ void thickenFlatNodes(Scene& scene) {
 }
 
 void dropSingularInstances(Scene& scene) {
-    const Pose pose = poseAt(scene, 0.0);
+    const Pose pose = restPose(scene);
     std::vector<std::uint64_t> dropped(scene.nodes.size(), 0);
     std::erase_if(scene.instances, [&](const Instance& instance) {
         const bool drop = singular(pose.worldFromNode[instance.node]);

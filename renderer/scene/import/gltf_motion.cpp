@@ -1,0 +1,244 @@
+#include "scene/import/gltf_motion.h"
+
+#include "scene/import/import.h"
+#include "scene/import/scene_cleaning.h"
+#include "scene/mesh_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+// Of all channels together; a small file could ask for one long list many times.
+constexpr std::uint64_t kMostNumbers = 64'000'000;
+
+constexpr const char* kBadAnimation = "badAnimation";
+
+bool finite(const glm::dmat4& m) {
+    for (int i = 0; i < 16; ++i) {
+        if (!(std::abs(m[i / 4][i % 4]) < 1e30)) return false;
+    }
+    return true;
+}
+
+// A matrix taken apart; what it shears is lost.
+Transform partsOf(const glm::dmat4& m) {
+    Transform t{.translation = glm::dvec3(m[3])};
+    glm::dmat3 axes(m);
+    for (int i = 0; i < 3; ++i) {
+        t.scale[i] = glm::length(axes[i]);
+        axes[i] = t.scale[i] > 0.0 ? axes[i] / t.scale[i] : glm::dmat3(1.0)[i];
+    }
+    if (glm::determinant(axes) < 0.0) {
+        t.scale.x = -t.scale.x;
+        axes[0] = -axes[0];
+    }
+    const glm::dquat q = glm::quat_cast(axes);
+    if (glm::length(q) > 1e-6) t.rotation = glm::normalize(q);
+    return t;
+}
+
+}  // namespace
+
+std::vector<Index> indexList(const Json& parent, const char* key) {
+    std::vector<Index> result;
+    for (const Json& value : array(parent, key)) {
+        if (!value.is_number_unsigned() || value.get<std::uint64_t>() >= kNone) {
+            malformed("\"" + std::string(key) + "\" holds something that is no index");
+        }
+        result.push_back(value.get<Index>());
+    }
+    return result;
+}
+
+Transform transformOf(const Json& node) {
+    const Json& list = array(node, "matrix");
+    if (list.size() == 16) {
+        glm::dmat4 m(1.0);
+        for (int i = 0; i < 16; ++i) {
+            const Json& value = list[static_cast<std::size_t>(i)];
+            m[i / 4][i % 4] = value.is_number() ? value.get<double>() : 0.0;
+        }
+        return partsOf(m);
+    }
+    Transform t{.translation = numbers<3>(node, "translation", glm::dvec3(0.0)),
+                .scale = numbers<3>(node, "scale", glm::dvec3(1.0))};
+    const glm::dvec4 xyzw = numbers<4>(node, "rotation", glm::dvec4(0.0, 0.0, 0.0, 1.0));
+    const double length = glm::length(xyzw);
+    if (length > 0.0 && std::isfinite(length)) {
+        t.rotation = glm::dquat(xyzw.w, xyzw.x, xyzw.y, xyzw.z) / length;
+    }
+    return t;
+}
+
+GltfSkin gltfSkin(GltfDocument& document, const Json& skin, const std::vector<Index>& nodeOf) {
+    GltfSkin result;
+    Numbers jointFromMesh;
+    if (const Index accessor = indexAt(skin, "inverseBindMatrices"); accessor != kNone) {
+        jointFromMesh = document.floats(accessor);
+    }
+    for (const Index joint : indexList(skin, "joints")) {
+        const std::size_t i = result.joints.size();
+        result.joints.push_back(joint < nodeOf.size() ? nodeOf[joint] : kNone);
+        glm::dmat4 matrix(1.0);
+        if (jointFromMesh.components == 16 && i < jointFromMesh.count()) {
+            for (int k = 0; k < 16; ++k) {
+                matrix[k / 4][k % 4] = static_cast<double>(jointFromMesh.at(i)[k]);
+            }
+        }
+        result.jointFromMesh.push_back(finite(matrix) ? matrix : glm::dmat4(1.0));
+    }
+    if (result.joints.empty()) malformed("a skin has no joints");
+    return result;
+}
+
+void GltfMotion::readClips() {
+    const Json& animations = array(document_.json(), "animations");
+    for (std::size_t i = 0; i < animations.size(); ++i) {
+        readClip(element(animations, i, "animations"), i);
+    }
+    nodeMoves_ = nodesThatMove(scene_);
+}
+
+std::string GltfMotion::uniqueName(const Json& animation, std::size_t number) {
+    std::string name = cleanText(text(animation, "name"));
+    if (name.empty()) name = "clip " + std::to_string(number + 1);
+    // With room for the number within what cleanText() leaves.
+    if (names_.contains(name)) {
+        name = cleanText(name.substr(0, 150) + " " + std::to_string(number + 1));
+    }
+    while (!names_.insert(name).second) name += "'";
+    return name;
+}
+
+void GltfMotion::readClip(const Json& animation, std::size_t number) {
+    Clip clip{.name = uniqueName(animation, number)};
+    std::uint64_t dropped = 0;
+    movedByClip_.clear();
+    const Json& channels = array(animation, "channels");
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+        try {
+            dropped += addTrack(animation, element(channels, i, "channels"), clip) ? 0 : 1;
+        } catch (const ImportError& error) {
+            if (error.reason() != ImportError::Reason::malformed) throw;
+            ++dropped;
+        }
+    }
+    if (dropped > 0) {
+        scene_.warnings.push_back(
+            {kBadAnimation, clip.name,
+             "channels that move nothing of the scene, or whose keys are out of order or not "
+             "numbers, were left out",
+             dropped});
+    }
+    for (const Track& c : clip.tracks) {
+        clip.duration = std::max(clip.duration, double{c.times.back()});
+    }
+    if (!clip.tracks.empty()) scene_.clips.push_back(std::move(clip));
+}
+
+bool GltfMotion::addTrack(const Json& animation, const Json& json, Clip& clip) {
+    const Json& sampler =
+        element(array(animation, "samplers"), indexAt(json, "sampler"), "samplers");
+    const std::string word = text(sampler, "interpolation");
+    Track track{.interpolation = word == "STEP"          ? Interpolation::step
+                                 : word == "CUBICSPLINE" ? Interpolation::cubicSpline
+                                                         : Interpolation::linear};
+    // Everything that is read is thrown away again when the target is none.
+    const Numbers times = document_.floats(indexAt(sampler, "input"));
+    Numbers values = document_.floats(indexAt(sampler, "output"));
+    numbers_ += times.values.size() + values.values.size();
+    if (numbers_ > kMostNumbers) {
+        throw ImportError(ImportError::Reason::limit, "the animations hold too many numbers");
+    }
+    track.times = times.values;
+    track.values = std::move(values.values);
+    const std::string path = text(object(json, "target"), "path");
+    track.moved = path == "rotation"  ? Moved::rotation
+                  : path == "scale"   ? Moved::scale
+                  : path == "weights" ? Moved::weights
+                                      : Moved::translation;
+    const bool known = path == "translation" || track.moved != Moved::translation;
+    if (!known || times.components != 1) return false;
+    track.target = 0;
+    if (!sound(track, 1)) return false;  // before anything is made for it
+    if (!setTarget(object(json, "target"), track)) return false;
+    if (!movedByClip_.insert({track.moved, track.target}).second) return false;
+    clip.tracks.push_back(std::move(track));
+    return true;
+}
+
+bool GltfMotion::setTarget(const Json& target, Track& track) {
+    const Index node = indexAt(target, "node");
+    if (node >= nodeOf_.size() || nodeOf_[node] == kNone) return false;
+    if (track.moved != Moved::weights) {
+        track.target = movingNode(node);
+        return track.target != kNone;
+    }
+    const Index known = weightsOf(node);
+    track.target = known != kNone ? known : morphWeights(node);
+    return track.target != kNone &&
+           track.components() == scene_.morphWeights[track.target].rest.size();
+}
+
+Index GltfMotion::movingNode(Index gltfNode) {
+    const Index node = nodeOf_[gltfNode];
+    if (const auto known = movingAt_.find(node); known != movingAt_.end()) return known->second;
+    const Transform rest = transformOf(document_.item("nodes", gltfNode));
+    if (!finite(matrixOf(rest))) return kNone;
+    // What vanishes at rest comes back: it must not be taken for something broken.
+    if (rest.scale.x * rest.scale.y * rest.scale.z == 0.0) {
+        scene_.nodes[node].parentFromLocal = matrixOf(rest);
+    }
+    scene_.movingNodes.push_back({node, rest});
+    return movingAt_[node] = static_cast<Index>(scene_.movingNodes.size() - 1);
+}
+
+Index GltfMotion::weightsOf(Index gltfNode) const {
+    const auto known = weightsAt_.find(nodeOf_[gltfNode]);
+    return known == weightsAt_.end() ? kNone : known->second;
+}
+
+Index GltfMotion::morphWeights(Index gltfNode) {
+    const Json& json = document_.item("nodes", gltfNode);
+    const Json& mesh = document_.item("meshes", indexAt(json, "mesh"));
+    std::size_t targets = 0;
+    const Json& primitives = array(mesh, "primitives");
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+        targets = std::max(targets, array(element(primitives, i, "primitives"), "targets").size());
+    }
+    if (targets == 0) return kNone;
+    MorphWeights weights{.node = nodeOf_[gltfNode], .rest = std::vector<float>(targets, 0.0f)};
+    const Json& rest = json.contains("weights") ? array(json, "weights") : array(mesh, "weights");
+    for (std::size_t i = 0; i < std::min(targets, rest.size()); ++i) {
+        const double weight = rest[i].is_number() ? rest[i].get<double>() : 0.0;
+        if (std::abs(weight) <= double{kGreatestKey}) {
+            weights.rest[i] = static_cast<float>(weight);
+        }
+    }
+    const Index place = static_cast<Index>(scene_.morphWeights.size());
+    scene_.morphWeights.push_back(std::move(weights));
+    return weightsAt_[nodeOf_[gltfNode]] = place;
+}
+
+bool GltfMotion::moves(const Json& skin) const {
+    const std::vector<Index> joints = indexList(skin, "joints");
+    return std::any_of(joints.begin(), joints.end(), [&](Index joint) {
+        return joint < nodeOf_.size() && nodeOf_[joint] != kNone && nodeMoves_[nodeOf_[joint]];
+    });
+}
+
+Index GltfMotion::addSkin(const Json& json) {
+    GltfSkin read = gltfSkin(document_, json, nodeOf_);
+    // A joint that is not in the scene moves nothing: its vertices stay where the mesh has them.
+    for (std::size_t i = 0; i < read.joints.size(); ++i) {
+        if (read.joints[i] != kNone) continue;
+        if (stillNode_ == kNone) stillNode_ = addNode(scene_, "");
+        read.joints[i] = stillNode_;
+    }
+    scene_.skins.push_back({std::move(read.joints), std::move(read.jointFromMesh)});
+    return static_cast<Index>(scene_.skins.size() - 1);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,279 @@
+// Moments of a scene: clips sampled, nodes placed, vertices moved.
+#include "scene/scene.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+// Products of many scales along a deep tree could leave what a double holds.
+bool inReach(const glm::dmat4& m) {
+    constexpr double kFarthest = 1e30;
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row) {
+            if (!(std::abs(m[column][row]) < kFarthest)) return false;
+        }
+    }
+    return true;
+}
+
+// What the clips say at one moment.
+struct Sampled {
+    std::vector<Transform> transforms;  // of Scene::movingNodes
+    std::vector<bool> touched;          // of them, those that a clip moves
+    std::vector<std::vector<double>> weights;
+};
+
+void apply(const Track& track, double time, Sampled& sampled) {
+    if (track.moved == Moved::weights) {
+        std::vector<double>& weights = sampled.weights[track.target];
+        std::vector<double> values(track.components());
+        sample(track, time, values);
+        std::copy_n(values.begin(), std::min(values.size(), weights.size()), weights.begin());
+        return;
+    }
+    std::array<double, 4> v{};
+    sample(track, time, v);
+    Transform& t = sampled.transforms[track.target];
+    sampled.touched[track.target] = true;
+    if (track.moved == Moved::translation) t.translation = {v[0], v[1], v[2]};
+    if (track.moved == Moved::rotation) t.rotation = glm::dquat(v[3], v[0], v[1], v[2]);
+    if (track.moved == Moved::scale) t.scale = {v[0], v[1], v[2]};
+}
+
+Sampled sampledAt(const Scene& scene, std::span<const Index> clips, double time) {
+    Sampled sampled;
+    sampled.touched.assign(scene.movingNodes.size(), false);
+    for (const MovingNode& node : scene.movingNodes) sampled.transforms.push_back(node.rest);
+    for (const MorphWeights& w : scene.morphWeights) {
+        sampled.weights.emplace_back(w.rest.begin(), w.rest.end());
+    }
+    for (const Index clip : clips) {
+        const double local = localTime(scene.clips[clip], time);
+        for (const Track& track : scene.clips[clip].tracks) {
+            apply(track, local, sampled);
+        }
+    }
+    return sampled;
+}
+
+std::vector<glm::dmat4> placedNodes(const Scene& scene, const Sampled& sampled) {
+    std::vector<Index> movingAt(scene.movingNodes.empty() ? 0 : scene.nodes.size(), kNone);
+    for (Index i = 0; i < scene.movingNodes.size(); ++i) {
+        if (sampled.touched[i]) movingAt[scene.movingNodes[i].node] = i;
+    }
+    std::vector<glm::dmat4> worldFromNode;
+    worldFromNode.reserve(scene.nodes.size());
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
+        const Node& node = scene.nodes[i];
+        const bool moved = !movingAt.empty() && movingAt[i] != kNone;
+        const glm::dmat4 local =
+            moved ? matrixOf(sampled.transforms[movingAt[i]]) : node.parentFromLocal;
+        const glm::dmat4 parent =
+            node.parent == kNone ? glm::dmat4(1.0) : worldFromNode[node.parent];
+        const glm::dmat4 world = parent * local;
+        worldFromNode.push_back(inReach(world) ? world : parent);
+    }
+    return worldFromNode;
+}
+
+void setBounds(const Scene& scene, const Mesh& mesh, DeformedMesh& deformed) {
+    for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
+        const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
+        Bounds box;
+        for (std::uint32_t i = 0; i < cluster.indexCount; ++i) {
+            const std::uint32_t index = scene.indices[cluster.firstIndex + i];
+            box.add(deformed.vertices[index - deformed.firstVertex].position);
+        }
+        deformed.clusters.push_back(box);
+        deformed.bounds.add(box);
+    }
+}
+
+std::shared_ptr<const DeformedMesh> deformedAt(const Scene& scene, const Deformation& d,
+                                               const Sampled& sampled,
+                                               const std::vector<glm::dmat4>& worldFromNode) {
+    std::vector<glm::dmat4> worldFromJointBind;
+    if (d.skin != kNone) {
+        const Skin& skin = scene.skins[d.skin];
+        for (std::size_t j = 0; j < skin.joints.size(); ++j) {
+            worldFromJointBind.push_back(worldFromNode[skin.joints[j]] * skin.jointFromMesh[j]);
+        }
+    }
+    std::span<const double> weights;
+    if (d.weights != kNone) weights = sampled.weights[d.weights];
+    auto result = std::make_shared<DeformedMesh>();
+    result->firstVertex = d.firstVertex;
+    const auto rest = std::span(scene.vertices).subspan(d.firstVertex, d.base.size());
+    deform(d, weights, worldFromJointBind, rest, result->vertices);
+    const Mesh& mesh = scene.meshes[d.mesh];
+    if (d.flatNormals) {
+        const Cluster& first = scene.clusters[mesh.firstCluster];
+        flattenNormals(std::span(scene.indices).subspan(first.firstIndex, 3 * mesh.triangles),
+                       d.firstVertex, result->vertices);
+    }
+    setBounds(scene, mesh, *result);
+    result->hash = XXH3_64bits(result->vertices.data(), result->vertices.size() * sizeof(Vertex));
+    return result;
+}
+
+Pose poseOf(const Scene& scene, const Sampled& sampled) {
+    Pose pose{.worldFromNode = placedNodes(scene, sampled)};
+    for (const Deformation& d : scene.deformations) {
+        pose.deformed.push_back(deformedAt(scene, d, sampled, pose.worldFromNode));
+    }
+    return pose;
+}
+
+// What a clip moves, as pairs of what and which.
+std::vector<std::pair<bool, Index>> targetsOf(const Clip& clip) {
+    std::vector<std::pair<bool, Index>> targets;
+    for (const Track& c : clip.tracks) targets.push_back({c.moved == Moved::weights, c.target});
+    std::sort(targets.begin(), targets.end());
+    return targets;
+}
+
+}  // namespace
+
+Pose restPose(const Scene& scene) {
+    return poseAt(scene, {}, 0.0);
+}
+
+Pose poseAt(const Scene& scene, std::span<const Index> clips, double time) {
+    return poseOf(scene, sampledAt(scene, clips, time));
+}
+
+Pose poseAt(const Scene& scene, double time) {
+    return poseAt(scene, defaultClips(scene), time);
+}
+
+std::vector<Index> defaultClips(const Scene& scene) {
+    std::vector<Index> chosen;
+    std::vector<std::pair<bool, Index>> taken;
+    for (Index i = 0; i < scene.clips.size(); ++i) {
+        const auto targets = targetsOf(scene.clips[i]);
+        const bool apart = std::none_of(targets.begin(), targets.end(), [&](const auto& target) {
+            return std::binary_search(taken.begin(), taken.end(), target);
+        });
+        if (!apart) continue;
+        chosen.push_back(i);
+        taken.insert(taken.end(), targets.begin(), targets.end());
+        std::sort(taken.begin(), taken.end());
+    }
+    return chosen;
+}
+
+std::optional<std::vector<Index>> clipsNamed(const Scene& scene,
+                                             const std::optional<std::string>& name) {
+    if (!name) return defaultClips(scene);
+    if (name->empty()) return std::vector<Index>{};
+    for (Index i = 0; i < scene.clips.size(); ++i) {
+        if (scene.clips[i].name == *name) return std::vector{i};
+    }
+    return std::nullopt;
+}
+
+std::vector<bool> nodesThatMove(const Scene& scene) {
+    std::vector<bool> moves(scene.nodes.size(), false);
+    for (const MovingNode& node : scene.movingNodes) moves[node.node] = true;
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
+        const Index parent = scene.nodes[i].parent;
+        if (parent != kNone && moves[parent]) moves[i] = true;
+    }
+    return moves;
+}
+
+std::vector<bool> instancesThatMove(const Scene& scene) {
+    const std::vector<bool> nodes = nodesThatMove(scene);
+    std::vector<bool> moves;
+    for (const Instance& instance : scene.instances) {
+        moves.push_back(nodes[instance.node] || scene.meshes[instance.mesh].deformation != kNone);
+    }
+    return moves;
+}
+
+namespace {
+
+void settleAtRest(Scene& scene, const Pose& rest) {
+    for (std::size_t i = 0; i < scene.deformations.size(); ++i) {
+        const DeformedMesh& deformed = *rest.deformed[i];
+        std::copy(deformed.vertices.begin(), deformed.vertices.end(),
+                  scene.vertices.begin() + deformed.firstVertex);
+        Mesh& mesh = scene.meshes[scene.deformations[i].mesh];
+        mesh.bounds = deformed.bounds;
+        mesh.area = 0.0;
+        for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
+            Cluster& cluster = scene.clusters[mesh.firstCluster + c];
+            cluster.bounds = deformed.clusters[c];
+            for (std::uint32_t k = 0; k + 2 < cluster.indexCount; k += 3) {
+                const auto corner = [&](std::uint32_t which) {
+                    return glm::dvec3(
+                        scene.vertices[scene.indices[cluster.firstIndex + k + which]].position);
+                };
+                mesh.area +=
+                    0.5 * glm::length(glm::cross(corner(1) - corner(0), corner(2) - corner(0)));
+            }
+        }
+    }
+}
+
+}  // namespace
+
+void finishMotion(Scene& scene) {
+    settleAtRest(scene, restPose(scene));
+    scene.reach = {};
+    if (scene.clips.empty()) return;
+    // Enough for a box that tells how large the scene is; nothing is culled by it.
+    constexpr int kMoments = 8;
+    scene.reach.add(worldBounds(scene, restPose(scene)));
+    for (Index clip = 0; clip < scene.clips.size(); ++clip) {
+        for (int i = 0; i < kMoments; ++i) {
+            const double time = scene.clips[clip].duration * i / kMoments;
+            scene.reach.add(worldBounds(scene, poseAt(scene, std::span(&clip, 1), time)));
+        }
+    }
+}
+
+const DeformedMesh* deformedMesh(const Pose& pose, const Mesh& mesh) {
+    return mesh.deformation < pose.deformed.size() ? pose.deformed[mesh.deformation].get()
+                                                   : nullptr;
+}
+
+MeshVertices verticesOf(const Scene& scene, const Pose& pose, const Mesh& mesh) {
+    if (const DeformedMesh* deformed = deformedMesh(pose, mesh)) {
+        return {deformed->vertices, deformed->firstVertex};
+    }
+    return {scene.vertices, 0};
+}
+
+const Bounds& boundsOf(const Pose& pose, const Mesh& mesh) {
+    const DeformedMesh* deformed = deformedMesh(pose, mesh);
+    return deformed ? deformed->bounds : mesh.bounds;
+}
+
+const Bounds& boundsOf(const Scene& scene, const Pose& pose, const Mesh& mesh,
+                       std::uint32_t cluster) {
+    const DeformedMesh* deformed = deformedMesh(pose, mesh);
+    return deformed ? deformed->clusters[cluster]
+                    : scene.clusters[mesh.firstCluster + cluster].bounds;
+}
+
+Bounds worldBounds(const Scene& scene, const Pose& pose) {
+    Bounds bounds;
+    for (const Instance& instance : scene.instances) {
+        bounds.add(transformed(boundsOf(pose, scene.meshes[instance.mesh]),
+                               pose.worldFromNode[instance.node]));
+    }
+    return bounds;
+}
+
+Bounds lastingBounds(const Scene& scene, const Pose& pose) {
+    return scene.reach.empty() ? worldBounds(scene, pose) : scene.reach;
+}
+
+}  // namespace clerestory
