@@ -279,6 +279,7 @@ RendererCounters Renderer::counters() const {
     return {.frames = state_->frames,
             .drawCalls = drawn.drawCalls,
             .triangles = drawn.triangles,
+            .meshesMoved = drawn.meshesMoved,
             .texturesMade = made.textures,
             .framebuffersMade = made.framebuffers,
             .programsMade = made.programs,

@@ -67,6 +67,7 @@ struct Frame {
 // Objects made and work asked of OpenGL since start; tests hold plans against these.
 struct RendererCounters {
     std::uint64_t frames = 0, drawCalls = 0, triangles = 0;
+    std::uint64_t meshesMoved = 0;  // whose vertices were uploaded anew, because they deform
     std::uint64_t texturesMade = 0, framebuffersMade = 0, programsMade = 0, buffersMade = 0;
 };
 

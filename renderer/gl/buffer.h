@@ -10,7 +10,7 @@ namespace clerestory::gl {
 
 class Buffer {
 public:
-    // Filled once; parts of it may change.
+    // Filled once, never changed.
     explicit Buffer(std::span<const std::byte> content);
     // Filled anew, as a whole and in any size, by assign().
     Buffer();
@@ -18,7 +18,7 @@ public:
     ~Buffer();
 
     void assign(std::span<const std::byte> content);
-    // A part of what it holds, from `offset` in bytes on; its size stays.
+    // A part of what assign() has filled, from `offset` in bytes on; the size stays.
     void replace(std::size_t offset, std::span<const std::byte> content);
     void bindUniform(unsigned int binding) const;
     void bindUniform(unsigned int binding, std::size_t offset, std::size_t size) const;

@@ -145,7 +145,7 @@ Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targ
                          const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
                          const EnvironmentMaps& maps) {
     Execution result;
-    scenes_.at(&scene).follow(pose);
+    resources_.counters.meshesMoved += scenes_.at(&scene).follow(pose);
     for (const Pass& pass : plan.passes) {
         const Clock::time_point start = Clock::now();
         const auto named = maps.find(pass.map);

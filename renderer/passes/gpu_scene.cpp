@@ -53,6 +53,14 @@ gl::Texture uploaded(const TextureImage& image) {
     return texture;
 }
 
+gl::Buffer vertexBuffer(const Scene& scene) {
+    const auto content = std::as_bytes(std::span(scene.vertices));
+    if (scene.deformations.empty()) return gl::Buffer(content);
+    gl::Buffer changing;
+    changing.assign(content);
+    return changing;
+}
+
 gl::VertexArray vertexArrayOf(const gl::Buffer& vertices, const gl::Buffer& indices,
                               const gl::Buffer& drawRecords) {
     std::vector<gl::Attribute> attributes;
@@ -151,7 +159,7 @@ void MaterialBlocks::bind(std::size_t place) const {
 
 GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords)
     : scene_(std::move(scene)),
-      vertices_(std::as_bytes(std::span(scene_->vertices))),
+      vertices_(vertexBuffer(*scene_)),
       indices_(std::as_bytes(std::span(scene_->indices))),
       vertexArray_(vertexArrayOf(vertices_, indices_, drawRecords)) {
     materials_.assign(scene_->materials);
@@ -159,7 +167,8 @@ GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRec
     for (const TextureImage& image : scene_->images) images_.push_back(uploaded(image));
 }
 
-void GpuScene::follow(const Pose& pose) {
+std::uint64_t GpuScene::follow(const Pose& pose) {
+    std::uint64_t moved = 0;
     deformed_.resize(pose.deformed.size(), 0);
     for (std::size_t i = 0; i < pose.deformed.size(); ++i) {
         const DeformedMesh& mesh = *pose.deformed[i];
@@ -167,8 +176,9 @@ void GpuScene::follow(const Pose& pose) {
         vertices_.replace(mesh.firstVertex * sizeof(Vertex),
                           std::as_bytes(std::span(mesh.vertices)));
         deformed_[i] = mesh.hash;
-        ++meshesMoved_;
+        ++moved;
     }
+    return moved;
 }
 
 void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features features,

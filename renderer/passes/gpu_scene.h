@@ -44,9 +44,9 @@ public:
     // Uploads everything. `drawRecords` feeds the per-draw attributes and must outlive this.
     GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords);
 
-    // Uploads the vertices of what deforms where they are not those of the last time.
-    void follow(const Pose& pose);
-    std::uint64_t meshesMoved() const { return meshesMoved_; }  // by follow(), since it was made
+    // Uploads the vertices of what deforms where they are not those of the last time. Returns of
+    // how many meshes.
+    std::uint64_t follow(const Pose& pose);
 
     const Scene& scene() const { return *scene_; }
     const gl::VertexArray& vertexArray() const { return vertexArray_; }
@@ -65,7 +65,6 @@ private:
     MaterialBlocks materials_;
     std::vector<gl::Texture> images_;
     std::vector<std::uint64_t> deformed_;  // hashes of what the buffer holds; as Pose::deformed
-    std::uint64_t meshesMoved_ = 0;
 };
 
 }  // namespace clerestory

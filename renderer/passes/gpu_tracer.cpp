@@ -83,7 +83,7 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
     const bool moved = !built_ || pose.worldFromNode != worldFromNode_ || deformed != deformed_;
     const bool dressed = !built_ || plan.materialOfInstance != materialOfInstance_ ||
                          plan.materials != ownMaterials_;
-    if (moved || dressed) buildHierarchy(plan, pose);
+    if (moved || dressed) buildHierarchy(plan, pose, dressed);
     if (moved || plan.lights != lights_) findLights(plan, pose);
     if (dressed) {
         fillMaterials(plan);
@@ -97,8 +97,15 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
     built_ = true;
 }
 
-void GpuTracer::buildHierarchy(const FramePlan& plan, const Pose& pose) {
-    Bvh bvh = buildBvh(scene_.scene(), pose, dressingOf(plan));
+void GpuTracer::buildHierarchy(const FramePlan& plan, const Pose& pose, bool dressed) {
+    const Scene& scene = scene_.scene();
+    const Dressing dressing = dressingOf(plan);
+    if (scene.clips.empty()) return uploadHierarchy(buildBvh(scene, pose, dressing));
+    if (dressed) still_ = buildStill(scene, pose, dressing);
+    uploadHierarchy(joined(still_, buildMoving(scene, pose, dressing, still_)));
+}
+
+void GpuTracer::uploadHierarchy(Bvh bvh) {
     // One that no ray meets: no buffer is empty.
     if (bvh.nodes.empty()) bvh.nodes.push_back({glm::vec3(1.0f), 0.0f, glm::vec3(-1.0f), -1.0f});
     if (bvh.triangles.empty()) bvh.triangles.emplace_back();

@@ -38,7 +38,8 @@ public:
     std::uint64_t bytes() const;
 
 private:
-    void buildHierarchy(const FramePlan& plan, const Pose& pose);
+    void buildHierarchy(const FramePlan& plan, const Pose& pose, bool dressed);
+    void uploadHierarchy(Bvh bvh);
     void findLights(const FramePlan& plan, const Pose& pose);
     void fillMaterials(const FramePlan& plan);
     void findGlass(const FramePlan& plan);
@@ -57,6 +58,7 @@ private:
     glm::dvec3 origin_{0.0};
     std::size_t nodeCount_ = 0, materialCount_ = 0;
     bool built_ = false;
+    Bvh still_;  // of a scene in which something moves: the part that does not
     std::vector<glm::dmat4> worldFromNode_;
     std::vector<std::uint64_t> deformed_;  // hashes; as Pose::deformed
     std::vector<Index> materialOfInstance_;

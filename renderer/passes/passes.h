@@ -13,6 +13,7 @@ namespace clerestory {
 
 struct DrawCounters {
     std::uint64_t drawCalls = 0, triangles = 0;  // of the scene; full-screen triangles not counted
+    std::uint64_t meshesMoved = 0;  // see GpuScene::follow()
 };
 
 // What passes share from frame to frame.

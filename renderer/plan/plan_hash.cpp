@@ -11,6 +11,16 @@ void addView(PlanHash& hash, const View& view) {
     hash.add(view.clipPlane.value_or(glm::dvec4(0.0)));
 }
 
+void addLight(PlanHash& hash, const PlacedLight& light) {
+    hash.add(light.kind);
+    hash.add(light.position);
+    hash.add(light.toLight);
+    hash.add(light.intensity);
+    hash.add(light.range);
+    hash.add(light.cosInner);
+    hash.add(light.cosOuter);
+}
+
 void addDraws(PlanHash& hash, const std::vector<Draw>& draws, const Stage& stage) {
     hash.add(draws.size());
     for (const Draw& draw : draws) {
@@ -25,8 +35,18 @@ void addDraws(PlanHash& hash, const std::vector<Draw>& draws, const Stage& stage
         if (const auto* mesh = deformedMesh(stage.pose, stage.scene.meshes[instance.mesh])) {
             hash.add(mesh->hash);
         }
-        for (std::uint32_t i = 0; i < draw.lights.count; ++i) hash.add(draw.lights.indices[i]);
+        hash.add(draw.lights.count);
+        for (std::uint32_t i = 0; i < draw.lights.count; ++i) {
+            addLight(hash, stage.lights[draw.lights.indices[i]]);
+        }
     }
+}
+
+// For rays, which meet whatever there is.
+void addEverything(PlanHash& hash, const Stage& stage) {
+    for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
+    for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
+    for (const PlacedLight& light : stage.lights) addLight(hash, light);
 }
 
 void addTarget(PlanHash& hash, const TargetSpec& target) {
@@ -35,16 +55,6 @@ void addTarget(PlanHash& hash, const TargetSpec& target) {
     hash.add(target.height);
     hash.add(target.levels);
     hash.add(target.samples);
-}
-
-void addLight(PlanHash& hash, const PlacedLight& light) {
-    hash.add(light.kind);
-    hash.add(light.position);
-    hash.add(light.toLight);
-    hash.add(light.intensity);
-    hash.add(light.range);
-    hash.add(light.cosInner);
-    hash.add(light.cosOuter);
 }
 
 }  // namespace
@@ -66,13 +76,13 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
     hash.add(plan.mapFromWorld);
     hash.add(plan.environmentIntensity);
     hash.add(plan.anisotropy);
-    for (const PlacedLight& light : plan.lights) addLight(hash, light);
     for (const std::size_t i : passes) {
         const Pass& pass = plan.passes[i];
         hash.add(pass.kind);
         if (pass.kind == PassKind::prefilter) hash.add(plan.probeSamples);
         hash.add(pass.face);
         hash.add(pass.sky);
+        if (traces(pass)) addEverything(hash, stage);
         addTarget(hash, plan.targets[pass.target]);
         for (const TargetId read : pass.reads) {
             // A map that outlives the frame is known by its key, others by the passes above.

@@ -38,6 +38,7 @@ ViewTree::ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& en
       maps_(maps),
       resident_(resident),
       limits_(limits),
+      moves_(stage.scene.clips.empty() ? std::vector<bool>{} : instancesThatMove(stage.scene)),
       sceneBounds_(lastingBounds(stage.scene, stage.pose)),
       sceneTriangles_(triangleCount(stage.scene)) {}
 
@@ -167,9 +168,28 @@ bool ViewTree::hidden(const ViewJob& job, const std::string& name, Effect effect
     return wall != nullptr;
 }
 
+std::vector<std::size_t> ViewTree::hiddenFrom(const ViewJob& job) const {
+    std::vector<std::size_t> hidden = job.hidden;
+    if (moves_.empty() || !job.captured) return hidden;
+    std::vector<Wall> walls = wallsOf(stage_, job.view);
+    std::erase_if(walls, [&](const Wall& wall) {
+        return std::binary_search(hidden.begin(), hidden.end(), wall.surface);
+    });
+    for (std::size_t i = 0; i < stage_.surfaces.size() && !walls.empty(); ++i) {
+        const Instance& instance = stage_.scene.instances[stage_.surfaces[i].instance];
+        if (!moves_[stage_.surfaces[i].instance]) continue;
+        const Bounds box =
+            transformed(boundsOf(stage_.pose, stage_.scene.meshes[instance.mesh]),
+                        eyeFromLocal(job.view, stage_.pose.worldFromNode[instance.node]));
+        if (hiding(walls, job.view, box) != nullptr) hidden.push_back(i);
+    }
+    std::sort(hidden.begin(), hidden.end());
+    return hidden;
+}
+
 SeenView ViewTree::add(const ViewJob& job) {
     if (job.generation == 0) walls_ = wallsOf(stage_, job.view);
-    SeenView seen = seenFrom(stage_, job.view, job.hidden);
+    SeenView seen = seenFrom(stage_, job.view, hiddenFrom(job));
     Pass pass{.kind = job.kind,
               .name = job.name,
               .effect = job.effect,

@@ -86,6 +86,9 @@ private:
         std::optional<Method> forced;
     };
     Method decide(const ViewJob& job, Case about, std::span<const Candidate> candidates);
+    // What the job hides already, and what moves behind a wall of its view: a map stays true
+    // whatever happens where nobody can see it.
+    std::vector<std::size_t> hiddenFrom(const ViewJob& job) const;
     // True, and told, when nobody can see the surface behind a wall of the root view.
     bool hidden(const ViewJob& job, const std::string& name, Effect effect, const Bounds& box);
     void skip(const ViewJob& job, std::string name, Effect effect, std::string reason);
@@ -100,7 +103,8 @@ private:
     std::vector<Wall> walls_;  // of the root view
     std::vector<Bounds>
         opaqueBoxes_;     // of all clusters, relative to the root's eye; when asked for
-    Bounds sceneBounds_;  // world
+    std::vector<bool> moves_;  // of each instance; empty when nothing does
+    Bounds sceneBounds_;       // world, of any moment
     std::uint64_t sceneTriangles_;
     TargetId environmentTarget_ = kNoTarget;
     // Passes that make a map which is known by its own key, first and behind the last; ascending.

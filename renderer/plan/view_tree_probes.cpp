@@ -109,9 +109,11 @@ double ViewTree::enclosedAt(const ViewJob& job, const Bounds& box) {
             const Instance& instance = stage_.scene.instances[surface.instance];
             const glm::dmat4 eyeFromMesh =
                 eyeFromLocal(job.view, stage_.pose.worldFromNode[instance.node]);
+            const Mesh& mesh = stage_.scene.meshes[instance.mesh];
+            const std::uint32_t first = surface.firstCluster - mesh.firstCluster;
             for (std::uint32_t c = 0; c < surface.clusterCount; ++c) {
-                const Cluster& cluster = stage_.scene.clusters[surface.firstCluster + c];
-                opaqueBoxes_.push_back(transformed(cluster.bounds, eyeFromMesh));
+                const Bounds& cluster = boundsOf(stage_.scene, stage_.pose, mesh, first + c);
+                opaqueBoxes_.push_back(transformed(cluster, eyeFromMesh));
             }
         }
     }

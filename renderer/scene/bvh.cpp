@@ -63,12 +63,13 @@ float sideOf(const Material& material, const glm::dmat4& worldFromModel) {
     return glm::determinant(glm::dmat3(worldFromModel)) < 0.0 ? -1.0f : 1.0f;
 }
 
+// Of the instances that `chosen` says; at most `most`.
 std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const Dressing& dressing,
-                                  const glm::dvec3& origin, std::uint64_t& dropped) {
+                                  const glm::dvec3& origin, const std::vector<bool>& chosen,
+                                  std::uint64_t most, std::uint64_t& dropped) {
     std::vector<BvhTriangle> triangles;
-    triangles.reserve(std::min(triangleCount(scene), kMostBvhTriangles));
-    std::vector<glm::vec3> placed;
     for (Index i = 0; i < scene.instances.size(); ++i) {
+        if (!chosen[i]) continue;
         const Instance& instance = scene.instances[i];
         const glm::dmat4& worldFromModel = pose.worldFromNode[instance.node];
         const float side =
@@ -86,7 +87,7 @@ std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const Dr
                         glm::vec3(glm::dvec3(worldFromModel * glm::dvec4(p, 1.0)) - origin);
                 }
                 const auto& [a, b, c] = corners;
-                if (triangles.size() == kMostBvhTriangles || first / 3 >= kExactWholeNumbers ||
+                if (triangles.size() == most || first / 3 >= kExactWholeNumbers ||
                     i >= kExactWholeNumbers || !inReach(a) || !inReach(b) || !inReach(c) ||
                     !hasArea(a, b, c)) {
                     ++dropped;
@@ -108,7 +109,8 @@ struct Split {
 
 class Builder {
 public:
-    Builder(const std::vector<BvhTriangle>& triangles, Bvh& bvh)
+    // farthest: a coordinate that rays may reach, where that is more than those of the triangles.
+    Builder(const std::vector<BvhTriangle>& triangles, float farthest, Bvh& bvh)
         : triangles_(triangles), bvh_(bvh) {
         Box all;
         items_.reserve(triangles.size());
@@ -122,7 +124,7 @@ public:
         const glm::vec3 greatest = glm::max(glm::abs(all.low), glm::abs(all.high));
         // As much as a float's rounding moves a ray at the scene's far end: boxes and triangles are
         // tested by different sums.
-        slack_ = 4e-7f * std::max({greatest.x, greatest.y, greatest.z});
+        slack_ = 4e-7f * std::max({greatest.x, greatest.y, greatest.z, farthest});
         bvh.nodes.reserve(triangles.size());
         bvh.triangles.reserve(triangles.size());
         build(0, static_cast<std::uint32_t>(items_.size()), 0);
@@ -244,13 +246,77 @@ glm::dvec3 middleOf(const Scene& scene, const Pose& pose) {
 
 }  // namespace
 
-Bvh buildBvh(const Scene& scene, const Pose& pose, const Dressing& dressing) {
+namespace {
+
+// What the parts of one tree share: it does not change with time.
+struct Frame {
+    glm::dvec3 origin{0.0};
+    float farthest = 0.0f;  // the greatest coordinate of what moves and what does not
+};
+
+Frame frameOf(const Scene& scene, const Pose& pose) {
+    const Bounds& reach = scene.reach;
+    if (reach.empty() || !inReach(reach.min) || !inReach(reach.max)) {
+        return {middleOf(scene, pose), 0.0f};
+    }
+    const glm::vec3 half = 0.5f * reach.extent();
+    return {0.5 * (glm::dvec3(reach.min) + glm::dvec3(reach.max)),
+            std::max({half.x, half.y, half.z})};
+}
+
+Bvh built(const Scene& scene, const Pose& pose, const Dressing& dressing, const Frame& frame,
+          const std::vector<bool>& chosen, std::uint64_t most) {
     Bvh bvh;
-    bvh.origin = middleOf(scene, pose);
+    bvh.origin = frame.origin;
     const std::vector<BvhTriangle> triangles =
-        gathered(scene, pose, dressing, bvh.origin, bvh.dropped);
-    if (!triangles.empty()) Builder(triangles, bvh);
+        gathered(scene, pose, dressing, bvh.origin, chosen, most, bvh.dropped);
+    if (!triangles.empty()) Builder(triangles, frame.farthest, bvh);
     return bvh;
+}
+
+void append(Bvh& to, const Bvh& part) {
+    const auto nodes = static_cast<float>(to.nodes.size());
+    const auto triangles = static_cast<float>(kBvhLeafCount * to.triangles.size());
+    for (BvhNode node : part.nodes) {
+        node.skip += nodes;
+        if (node.leaf >= 0.0f) node.leaf += triangles;
+        to.nodes.push_back(node);
+    }
+    to.triangles.insert(to.triangles.end(), part.triangles.begin(), part.triangles.end());
+    to.dropped += part.dropped;
+}
+
+}  // namespace
+
+Bvh buildStill(const Scene& scene, const Pose& pose, const Dressing& dressing) {
+    std::vector<bool> chosen = instancesThatMove(scene);
+    chosen.flip();
+    return built(scene, pose, dressing, frameOf(scene, pose), chosen, kMostBvhTriangles);
+}
+
+Bvh buildMoving(const Scene& scene, const Pose& pose, const Dressing& dressing, const Bvh& still) {
+    Frame frame = frameOf(scene, pose);
+    frame.origin = still.origin;
+    return built(scene, pose, dressing, frame, instancesThatMove(scene),
+                 kMostBvhTriangles - still.triangles.size());
+}
+
+Bvh joined(const Bvh& still, const Bvh& moving) {
+    if (moving.nodes.empty()) return still;
+    if (still.nodes.empty()) return moving;
+    Bvh both;
+    both.origin = still.origin;
+    const BvhNode &a = still.nodes.front(), &b = moving.nodes.front();
+    both.nodes.push_back({glm::min(a.low, b.low), 0.0f, glm::max(a.high, b.high), -1.0f});
+    append(both, still);
+    append(both, moving);
+    both.nodes.front().skip = static_cast<float>(both.nodes.size());
+    return both;
+}
+
+Bvh buildBvh(const Scene& scene, const Pose& pose, const Dressing& dressing) {
+    const Bvh still = buildStill(scene, pose, dressing);
+    return joined(still, buildMoving(scene, pose, dressing, still));
 }
 
 namespace {

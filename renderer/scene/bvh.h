@@ -1,7 +1,11 @@
 // A bounding volume hierarchy over the triangles of a posed scene, for rays. Pure; laid out so that
 // shaders walk it through texture buffers without a stack.
 //
-// Does not: shade, know OpenGL, follow a moving scene (build it anew).
+// Of a scene with clips it has two parts under one root, what no clip moves and what some does, so
+// that from one moment to the next only the second is built. What a ray meets is the same however
+// often that was done: nothing is fitted to an earlier moment.
+//
+// Does not: shade, know OpenGL.
 #pragma once
 
 #include "scene/dressing.h"
@@ -53,6 +57,14 @@ struct Bvh {
 // last first.
 inline constexpr std::uint64_t kMostBvhTriangles = 2'000'000;
 Bvh buildBvh(const Scene& scene, const Pose& pose, const Dressing& dressing = {});
+
+// The same in two steps, for who keeps the first: buildBvh() is the two joined. The
+// pose of the first may be of any moment. A scene in which nothing moves is all still.
+Bvh buildStill(const Scene& scene, const Pose& pose, const Dressing& dressing = {});
+Bvh buildMoving(const Scene& scene, const Pose& pose, const Dressing& dressing, const Bvh& still);
+// One root over both; the still part's nodes stand behind it, then the others. Of a part that is
+// empty nothing is left, not even the root.
+Bvh joined(const Bvh& still, const Bvh& moving);
 
 struct BvhHit {
     float distance = 0.0f;     // in units of the direction's length

@@ -91,7 +91,7 @@ void addMotion(Hasher& h, const Scene& scene) {
         for (const Track& c : clip.tracks) {
             h.add(c.moved);
             h.add(c.target);
-            h.add(c.interpolation);
+            h.add(c.between);
             h.addArray(c.times);
             h.addArray(c.values);
         }

@@ -47,7 +47,9 @@ json settled(httplib::Client& client, const std::string& id) {
 
 TEST(Scenes, TheListHoldsTheBuiltInOnesAndTheDefault) {
     auto client = sharedServer().client();
-    for (const char* id : {"chapel", "six-walls", "orbiting-cubes", "teapots"}) settled(client, id);
+    for (const char* id : {"chapel", "six-walls", "orbiting-cubes", "teapots", "meadow"}) {
+        settled(client, id);
+    }
     const json list = jsonAt(client, "/v1/scenes")["scenes"];
     std::vector<std::string> ids;
     for (const json& scene : list) {

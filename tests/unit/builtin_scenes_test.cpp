@@ -119,7 +119,7 @@ TEST_P(BuiltinScenes, IsSoundAndTheSameEveryTime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BuiltinScenes,
-                         testing::Values("chapel", "six-walls", "orbiting-cubes", "teapots"),
+                         testing::Values("chapel", "six-walls", "orbiting-cubes", "teapots", "meadow"),
                          [](const auto& row) {
                              std::string name = row.param;
                              std::replace(name.begin(), name.end(), '-', '_');

@@ -50,7 +50,7 @@ glm::dmat4 matrixOf(const Transform& t) {
 }
 
 std::size_t Track::components() const {
-    const std::size_t parts = interpolation == Interpolation::cubicSpline ? 3 : 1;
+    const std::size_t parts = between == Between::cubicSpline ? 3 : 1;
     return times.empty() ? 0 : values.size() / (parts * times.size());
 }
 
@@ -62,7 +62,7 @@ double localTime(const Clip& clip, double time) {
 void sample(const Track& track, double time, std::span<double> out) {
     const std::vector<float>& times = track.times;
     const std::size_t n = track.components();
-    const bool cubic = track.interpolation == Interpolation::cubicSpline;
+    const bool cubic = track.between == Between::cubicSpline;
     const bool turns = track.moved == Moved::rotation;
     const std::size_t stride = cubic ? 3 * n : n;
     // Of key k: part 0 is the tangent that comes in, 1 the value, 2 the tangent that goes out.
@@ -74,7 +74,7 @@ void sample(const Track& track, double time, std::span<double> out) {
     const auto next = static_cast<std::size_t>(after - times.begin());
     const std::size_t k = next > 0 ? next - 1 : 0;
     const bool between = next > 0 && next < times.size();
-    if (!between || track.interpolation == Interpolation::step) {
+    if (!between || track.between == Between::step) {
         std::copy(part(k, 1), part(k, 1) + n, out.begin());
         if (turns) normalise(out);
         return;
@@ -99,7 +99,7 @@ void sample(const Track& track, double time, std::span<double> out) {
 
 bool sound(const Track& track, std::size_t targets) {
     const auto held = [](float v) { return std::abs(v) <= kGreatestKey; };  // false for a NaN
-    const std::size_t parts = track.interpolation == Interpolation::cubicSpline ? 3 : 1;
+    const std::size_t parts = track.between == Between::cubicSpline ? 3 : 1;
     const std::size_t keys = track.times.size(), n = track.components();
     return track.target < targets && keys > 0 && n > 0 && track.values.size() == keys * parts * n &&
            (track.moved == Moved::weights || n == fixedComponents(track.moved)) &&

@@ -38,13 +38,14 @@ struct MorphWeights {
     std::vector<float> rest;
 };
 
-enum class Interpolation : std::uint32_t { step, linear, cubicSpline };
+// What happens between two keys.
+enum class Between : std::uint32_t { step, linear, cubicSpline };
 enum class Moved : std::uint32_t { translation, rotation, scale, weights };
 
 struct Track {
     Moved moved = Moved::translation;
     Index target = 0;  // into Scene::movingNodes; of weights, into Scene::morphWeights
-    Interpolation interpolation = Interpolation::linear;
+    Between between = Between::linear;
     std::vector<float> times;  // seconds, from 0, ascending, at least one
     // For each time its numbers: 3, 4 (unit x y z w) or as many as there are weights. Of a cubic
     // spline three times as many: the tangent that comes in, the value, the tangent that goes out;

@@ -17,6 +17,7 @@ const std::vector<Entry>& entries() {
         {{"six-walls", "Six walls"}, sixWalls},
         {{"orbiting-cubes", "Orbiting cubes"}, orbitingCubes},
         {{"teapots", "Teapots"}, teapots},
+        {{"meadow", "Meadow"}, meadow},
     };
     return list;
 }

@@ -1,6 +1,7 @@
 // Six walls, orbiting cubes, teapots.
 #include "scene/builtin/small_scenes.h"
 
+#include "scene/builtin/motion.h"
 #include "scene/builtin/pictures.h"
 #include "scene/builtin/shapes.h"
 
@@ -128,6 +129,13 @@ Scene orbitingCubes() {
     shapes::addSphere(ball, {}, 1.0f, 128);
     shapes::place(scene, std::move(ball), glm::translate(glm::dmat4(1.0), {0, 1.25, 0}));
 
+    // Every second one grows while the others shrink; at time 0 all are of one size.
+    constexpr double kOrbit = 16.0, kPulse = 2.0;  // seconds
+    const Index wheel = addNode(scene, "wheel");
+    Clip orbit{"orbit",
+               kOrbit,
+               {motion::turning(scene, motion::mayMove(scene, wheel, {}), {0, 1, 0}, 1, kOrbit)}};
+    Clip pulse{"pulse", kPulse, {}};
     const glm::vec3 colors[8] = {
         {0.80f, 0.10f, 0.08f}, {0.90f, 0.42f, 0.05f}, {0.92f, 0.76f, 0.10f}, {0.25f, 0.62f, 0.16f},
         {0.08f, 0.55f, 0.55f}, {0.10f, 0.28f, 0.75f}, {0.40f, 0.16f, 0.66f}, {0.80f, 0.20f, 0.50f}};
@@ -136,10 +144,19 @@ Scene orbitingCubes() {
         const std::string name = "cube " + std::to_string(i + 1);
         MeshDraft cube = shapes::draft(name, dielectric(scene, name, colors[i], 0.35f));
         shapes::addBox(cube, glm::vec3(-0.4f), glm::vec3(0.4f));
-        const glm::dmat4 turned = glm::rotate(glm::dmat4(1.0), angle, {0, 1, 0});
-        shapes::place(scene, std::move(cube),
-                      turned * glm::translate(glm::dmat4(1.0), {0, 0.9 + 0.35 * (i % 2), 2.6}));
+        const glm::dquat turned = glm::angleAxis(angle, glm::dvec3(0, 1, 0));
+        const Index node = addNode(scene, name, glm::dmat4(1.0), wheel);
+        const Index moves = motion::mayMove(
+            scene, node,
+            {.translation = turned * glm::dvec3(0, 0.9 + 0.35 * (i % 2), 2.6), .rotation = turned});
+        addInstance(scene, node, addMesh(scene, std::move(cube)));
+        pulse.tracks.push_back(motion::repeating(Moved::scale, moves, kPulse, 16, [i](double t) {
+            const double swing = 0.35 * std::sin(glm::two_pi<double>() * t / kPulse);
+            return motion::numbers(glm::dvec3(1.0 + (i % 2 ? -swing : swing)));
+        }));
     }
+    scene.clips = {orbit, pulse};
+    finishMotion(scene);
     scene.defaultView = DefaultView{{4.2, 3.0, 5.6}, {0, 0.9, 0}, 0.75};
     return scene;
 }

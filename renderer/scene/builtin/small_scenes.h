@@ -20,8 +20,11 @@ inline constexpr std::array<glm::vec3, 6> kSixWallsRadiance = {{
 }};
 Scene sixWalls();
 
-// A mirrored ball with eight cubes round it.
+// A mirrored ball with eight cubes that pulsate and go round it: clips "orbit" and "pulse".
 Scene orbitingCubes();
+
+// What moves and is mirrored: a flag, a fox that walks, lanterns that circle a ball.
+Scene meadow();
 
 // Teapots of different stuff on a table under soft boxes.
 Scene teapots();

@@ -142,9 +142,9 @@ bool GltfMotion::addTrack(const Json& animation, const Json& json, Clip& clip) {
     const Json& sampler =
         element(array(animation, "samplers"), indexAt(json, "sampler"), "samplers");
     const std::string word = text(sampler, "interpolation");
-    Track track{.interpolation = word == "STEP"          ? Interpolation::step
-                                 : word == "CUBICSPLINE" ? Interpolation::cubicSpline
-                                                         : Interpolation::linear};
+    Track track{.between = word == "STEP"          ? Between::step
+                                 : word == "CUBICSPLINE" ? Between::cubicSpline
+                                                         : Between::linear};
     // Everything that is read is thrown away again when the target is none.
     const Numbers times = document_.floats(indexAt(sampler, "input"));
     Numbers values = document_.floats(indexAt(sampler, "output"));

@@ -98,7 +98,7 @@ void fields(A& a, Probe& p) {
 }
 template <class A>
 void fields(A& a, Track& c) {
-    a(c.moved, Moved::weights), a(c.target), a(c.interpolation, Interpolation::cubicSpline);
+    a(c.moved, Moved::weights), a(c.target), a(c.between, Between::cubicSpline);
     a(c.times), a(c.values);
 }
 template <class A>
