@@ -11,7 +11,7 @@
 namespace clerestory {
 namespace {
 
-// Products of many scales along a deep tree could leave what a double holds.
+// Products of many moving scales along a deep tree could leave what a double holds.
 bool inReach(const glm::dmat4& m) {
     constexpr double kFarthest = 1e30;
     for (int column = 0; column < 4; ++column) {
@@ -77,7 +77,7 @@ std::vector<glm::dmat4> placedNodes(const Scene& scene, const Sampled& sampled) 
         const glm::dmat4 parent =
             node.parent == kNone ? glm::dmat4(1.0) : worldFromNode[node.parent];
         const glm::dmat4 world = parent * local;
-        worldFromNode.push_back(inReach(world) ? world : parent);
+        worldFromNode.push_back(!moved || inReach(world) ? world : parent);
     }
     return worldFromNode;
 }
