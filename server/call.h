@@ -34,7 +34,8 @@ struct Answer {
     std::string type;
     std::string body;
     std::vector<std::pair<std::string, std::string>> headers;
-    std::string route;  // the table's row, for the metrics
+    std::string route;    // the table's row, for the metrics
+    std::string problem;  // the code of the problem that it tells, if it does
     // Instead of a body: what is sent as it comes, chunked. Called once, on the connection's own
     // thread; whoever writes ends when the sink says so, or when the service stops. False: it broke
     // off, and the connection ends without the last chunk, so that the client knows.

@@ -28,6 +28,7 @@ void addRendererFlags(CLI::App& command, Config& config) {
 void addServe(CLI::App& app, CommandLine& line) {
     Config& config = line.config;
     CLI::App* serve = app.add_subcommand("serve", "Serve frames over HTTP");
+    config.singleProcess = false;
     serve->callback([&line] { line.command = Command::serve; });
     serve->add_option("--port", config.http.port, "port; 0 takes a free one")
         ->check(CLI::Range(0, 65535).description(""))
@@ -53,6 +54,7 @@ void addServe(CLI::App& app, CommandLine& line) {
         ->capture_default_str();
     addLimitFlags(*serve, config);
     addAccessFlags(*serve, config);
+    addWorkerFlags(*serve, config);
 }
 
 // What renders and plans have in common: the scene, the request, and flags for its usual fields.
@@ -255,6 +257,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
                   << " (see clerestory --help)\n";
         return 2;
     }
+    line.config.workers.program.arguments.assign(argv + std::min(argc, 2), argv + argc);
     return std::nullopt;
 }
 

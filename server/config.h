@@ -3,6 +3,7 @@
 
 #include "server/front/front.h"
 #include "server/scene_library.h"
+#include "server/worker/supervisor.h"
 
 #include "reference/reference.h"
 
@@ -18,6 +19,11 @@ struct Config {
     double queueSeconds = 2.0;      // of predicted work that may wait
     double deadlineSeconds = 10.0;  // from a request's arrival to its answer
     std::string logLevel = "info";
+    // The renderer in this process; otherwise in workers, which `workers` says how to start.
+    bool singleProcess = true;
+    SupervisorOptions workers;
+    double hangSeconds = 60.0;  // a worker that draws one thing for longer is ended
+    std::uint64_t workerMemoryBytes = 8ull << 30;  // address space; 0: any
 };
 
 // `clerestory render`, `plan`, `reference`, `compare` and `sequence`: without a server.

@@ -89,4 +89,30 @@ void addAccessFlags(CLI::App& serve, Config& config) {
         ->group("Access");
 }
 
+void addWorkerFlags(CLI::App& serve, Config& config) {
+    const char* group = "Renderer process";
+    serve
+        .add_flag_callback(
+            "--single-process", [&config] { config.singleProcess = true; },
+            "render in the server's own process, for debuggers")
+        ->group(group);
+    serve
+        .add_flag_callback(
+            "--no-standby", [&config] { config.workers.standby = false; },
+            "keep no second renderer warm: less memory, a slower restart")
+        ->group(group);
+    serve
+        .add_option("--worker-memory", config.workerMemoryBytes,
+                    "bytes of address space of a renderer; 0: any")
+        ->transform(CLI::AsSizeValue(false).description(""))
+        ->type_name("BYTES")
+        ->group(group)
+        ->capture_default_str();
+    serve.add_option("--hang", config.hangSeconds, "seconds on one frame that end a renderer")
+        ->check(CLI::Range(1.0, 86400.0).description(""))
+        ->type_name("SECONDS")
+        ->group(group)
+        ->capture_default_str();
+}
+
 }  // namespace clerestory

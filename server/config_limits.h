@@ -1,4 +1,5 @@
-// The flags of `clerestory serve` that say how much one client may ask, and who may.
+// The flags of `clerestory serve` that say how much one client may ask, who may, and what the
+// renderer's process may take.
 #pragma once
 
 #include "server/config.h"
@@ -11,5 +12,6 @@ namespace clerestory {
 
 void addLimitFlags(CLI::App& serve, Config& config);
 void addAccessFlags(CLI::App& serve, Config& config);
+void addWorkerFlags(CLI::App& serve, Config& config);
 
 }  // namespace clerestory

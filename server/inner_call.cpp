@@ -1,7 +1,7 @@
 #include "server/inner_call.h"
 
-#include "server/routes.h"
-#include "server/service.h"
+#include "server/server.h"
+#include "server/server_routes.h"
 
 #include <nlohmann/json.hpp>
 
@@ -16,7 +16,7 @@ bool passes(int status) {
     return status == 503 || status == 429 || status == 409;
 }
 
-Answer frame(Service& service, const std::string& body, const std::string& requestId,
+Answer frame(Server& server, const std::string& body, const std::string& requestId,
              bool explained) {
     const auto begun = Clock::now();
     while (true) {
@@ -29,10 +29,10 @@ Answer frame(Service& service, const std::string& body, const std::string& reque
                       return std::string_view(name) == "Content-Type" ? "application/json" : "";
                   }};
         if (explained) call.query.emplace("explain", "1");
-        Answer answer = answerTo(service, call);
+        Answer answer = answerTo(server, call);
         if (answer.status == 200) return answer;
         const bool again =
-            passes(answer.status) && !service.stopping() && Clock::now() - begun < kPatience;
+            passes(answer.status) && !server.stopping() && Clock::now() - begun < kPatience;
         if (!again) throw InnerFailure(std::move(answer.body));
         std::this_thread::sleep_for(kBetweenTries);
     }
@@ -46,12 +46,12 @@ Answer InnerFailure::answer() const {
             .body = problem_};
 }
 
-ExplainedFrame explainedFrame(Service& service, const std::string& body,
+ExplainedFrame explainedFrame(Server& server, const std::string& body,
                               const std::string& requestId) {
-    return explainedIn(frame(service, body, requestId, true));
+    return explainedIn(frame(server, body, requestId, true));
 }
-Answer plainFrame(Service& service, const std::string& body, const std::string& requestId) {
-    return frame(service, body, requestId, false);
+Answer plainFrame(Server& server, const std::string& body, const std::string& requestId) {
+    return frame(server, body, requestId, false);
 }
 
 }  // namespace clerestory

@@ -8,7 +8,7 @@
 
 namespace clerestory {
 
-class Service;
+class Server;
 
 // The frame was refused for good.
 class InnerFailure : public std::runtime_error {
@@ -24,8 +24,8 @@ private:
 
 // Both take the body of a POST /v1/frames; at a full queue, or while the scene loads, they try
 // again for a while. Throw InnerFailure; also when the service stops.
-ExplainedFrame explainedFrame(Service& service, const std::string& body,
+ExplainedFrame explainedFrame(Server& server, const std::string& body,
                               const std::string& requestId);
-Answer plainFrame(Service& service, const std::string& body, const std::string& requestId);
+Answer plainFrame(Server& server, const std::string& body, const std::string& requestId);
 
 }  // namespace clerestory

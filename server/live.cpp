@@ -4,7 +4,7 @@
 #include "server/frames.h"
 #include "server/inner_call.h"
 #include "server/live_views.h"
-#include "server/service.h"
+#include "server/server.h"
 
 #include <spdlog/spdlog.h>
 
@@ -45,8 +45,8 @@ void requireJpeg(const json& body) {
     throw RequestError(invalidFields({{"/output", "is not a JPEG of colour", "format jpeg"}}));
 }
 
-std::shared_ptr<LiveView> viewNamed(Service& service, const std::string& name) {
-    auto view = service.views().find(name);
+std::shared_ptr<LiveView> viewNamed(Server& server, const std::string& name) {
+    auto view = server.views().find(name);
     if (!view) {
         throw RequestError(
             notFound("There is no live view of this name; PUT /v1/views/NAME makes one."));
@@ -69,7 +69,7 @@ struct Wish {
     bool play = false;           // the request's time runs
 };
 
-Wish wishFrom(Service& service, const Call& call) {
+Wish wishFrom(Server& server, const Call& call) {
     auto query = call.query;
     Wish wish;
     std::vector<FieldError> errors;
@@ -91,7 +91,7 @@ Wish wishFrom(Service& service, const Call& call) {
     }
     if (!errors.empty()) throw RequestError(invalidFields(std::move(errors)));
     if (name) {
-        wish.view = viewNamed(service, *name);
+        wish.view = viewNamed(server, *name);
     } else {
         json body = bodyFromQuery(query);
         requireJpeg(body);
@@ -103,9 +103,9 @@ Wish wishFrom(Service& service, const Call& call) {
 
 class Stream {
 public:
-    Stream(Service& service, Wish wish, std::string requestId)
-        : service_(service),
-          slot_(service.streams().take()),
+    Stream(Server& server, Wish wish, std::string requestId)
+        : server_(server),
+          slot_(server.streams().take()),
           wish_(std::move(wish)),
           requestId_(std::move(requestId)) {}
 
@@ -121,7 +121,7 @@ public:
         }
         const std::string text = body.dump();
         picture_ =
-            wish_.view->picture(text, [&] { return plainFrame(service_, text, requestId_).body; });
+            wish_.view->picture(text, [&] { return plainFrame(server_, text, requestId_).body; });
         version_ = shown.version;
     }
 
@@ -137,7 +137,7 @@ public:
         const auto interval = std::chrono::duration_cast<Clock::duration>(
             std::chrono::duration<double>(1.0 / wish_.rate));
         bool there = send(sink);
-        while (there && !service_.stopping()) {
+        while (there && !server_.stopping()) {
             std::this_thread::sleep_until(std::min(sent_ + interval, Clock::now() + kLooksUp));
             if (Clock::now() < sent_ + interval) continue;
             const auto again = sent_ + (settled_ ? Clock::duration(kStill) : kSettled);
@@ -166,7 +166,7 @@ private:
         }
     }
 
-    Service& service_;
+    Server& server_;
     std::shared_ptr<void> slot_;
     Wish wish_;
     std::string requestId_;
@@ -178,25 +178,25 @@ private:
 
 }  // namespace
 
-Answer putView(Service& service, const Call& call) {
+Answer putView(Server& server, const Call& call) {
     const std::string name = nameIn(call);
     requireJsonType(call);
     requireQuery(call, false);
     json body = strictJson(call.body);
     requireJpeg(body);
-    service.views().make(name)->put(std::move(body));
+    server.views().make(name)->put(std::move(body));
     return {.status = 204};
 }
 
-Answer getView(Service& service, const Call& call) {
+Answer getView(Server& server, const Call& call) {
     requireQuery(call, false);
     return {.type = "application/json",
-            .body = viewNamed(service, nameIn(call))->shown().body.dump(),
+            .body = viewNamed(server, nameIn(call))->shown().body.dump(),
             .headers = {{"Cache-Control", "no-store"}}};
 }
 
-Answer getStream(Service& service, const Call& call) {
-    auto stream = std::make_shared<Stream>(service, wishFrom(service, call), call.requestId);
+Answer getStream(Server& server, const Call& call) {
+    auto stream = std::make_shared<Stream>(server, wishFrom(server, call), call.requestId);
     try {
         stream->draw();  // what is wrong with it still has a status
     } catch (const InnerFailure& failure) {

@@ -6,10 +6,10 @@
 
 namespace clerestory {
 
-class Service;
+class Server;
 
-Answer putView(Service& service, const Call& call);
-Answer getView(Service& service, const Call& call);
-Answer getStream(Service& service, const Call& call);
+Answer putView(Server& server, const Call& call);
+Answer getView(Server& server, const Call& call);
+Answer getStream(Server& server, const Call& call);
 
 }  // namespace clerestory

@@ -1,6 +1,7 @@
 // The program: reads the command line and runs one command. Failures end here, as one line.
 #include "server/commands.h"
 #include "server/problem.h"
+#include "server/worker/worker.h"
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -44,9 +45,14 @@ int complain(const std::string& words) {
 int main(int argc, char** argv) {
     // Not in the help: importScene() starts it.
     if (argc > 1 && std::strcmp(argv[1], "import-child") == 0) return importChildMain(argc, argv);
+    // Nor this, which a server starts with its own words.
+    const bool isWorker = argc > 1 && std::strcmp(argv[1], kWorkerCommand) == 0;
+    char serve[] = "serve";
+    if (isWorker) argv[1] = serve;
     CommandLine line;
     if (const auto done = parseCommandLine(argc, argv, line)) return *done;
     spdlog::set_default_logger(spdlog::stderr_logger_mt("clerestory"));
+    if (isWorker) return runWorker(line.config);
     try {
         return run(line);
     } catch (const RequestError& error) {

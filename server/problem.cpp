@@ -212,6 +212,23 @@ Problem streamsFull() {
             .retryAfterSeconds = 10};
 }
 
+Problem noWorker() {
+    return {.status = 503,
+            .code = "noWorker",
+            .title = "No renderer",
+            .detail = "The renderer ended and another one starts. Ask again later.",
+            .retryAfterSeconds = 2};
+}
+
+Problem quarantined() {
+    return {.status = 422,
+            .code = "quarantined",
+            .title = "Quarantined",
+            .detail =
+                "The renderer ended more than once while it worked on this very request, "
+                "which is refused for ten minutes. Please report it."};
+}
+
 Problem shuttingDown() {
     return {.status = 503,
             .code = "shuttingDown",

@@ -48,6 +48,7 @@ Problem encodedBody();                                               // 415
 Problem expectationFailed();                                         // 417
 Problem misdirected();                                               // 421
 Problem invalidFields(std::vector<FieldError> errors);               // 422
+Problem quarantined();                                               // 422
 Problem sceneFailed(std::string detail);                             // 422
 Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders);  // 431
 Problem notImplemented();                                            // 501
@@ -57,6 +58,7 @@ Problem tooManyConnections();                                        // 503
 Problem streamsFull();                                               // 503
 Problem queueFull(int retryAfterSeconds);                            // 503
 Problem jobsFull();                                                  // 503
+Problem noWorker();                                                  // 503
 Problem shuttingDown();                                              // 503
 Problem notReady(std::string detail);                                // 503
 Problem overDeadline(double seconds);                                // 504

@@ -125,6 +125,7 @@ void RenderQueue::serve(const RendererOptions& options) {
         if (!posted_.empty()) {
             Work work = std::move(posted_.front());
             posted_.pop_front();
+            workingSince_ = Clock::now();
             lock.unlock();
             try {
                 work(*renderer);
@@ -133,12 +134,19 @@ void RenderQueue::serve(const RendererOptions& options) {
             }
             work = nullptr;  // frees what it holds before the lock is taken again
             lock.lock();
+            workingSince_.reset();
         } else if (!jobs_.empty()) {
             serveOne(*renderer, lock);
         } else {
             return;
         }
     }
+}
+
+std::chrono::duration<double> RenderQueue::workingFor() const {
+    const std::lock_guard lock(mutex_);
+    if (!workingSince_) return std::chrono::duration<double>(0.0);
+    return Clock::now() - *workingSince_;
 }
 
 // One piece of a client's work; what is past its deadline is dropped on the way.
@@ -149,6 +157,7 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     for (const WorkLine::Id late : turn.late) gone.push_back(dropped(late, overDeadline(0.0)));
     if (turn.id) {
         running_ = true;
+        workingSince_ = Clock::now();
         const auto found = jobs_.find(*turn.id);
         job = std::move(found->second);
         jobs_.erase(found);
@@ -158,6 +167,7 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     if (job.work) job.work(renderer);  // keeps its own exceptions
     job.work = nullptr;
     lock.lock();
+    workingSince_.reset();
     if (!turn.id) return;
     line_.finished(Clock::now());
     running_ = false;

@@ -77,6 +77,9 @@ public:
     // From now on run() refuses; returns when what it accepted is done.
     void refuseNew();
 
+    // How long the OpenGL thread has been at what it does now; 0 when it waits.
+    std::chrono::duration<double> workingFor() const;
+
     std::size_t depth() const;  // waiting or running, of run()
     bool hasRoom() const;
 
@@ -115,6 +118,7 @@ private:
     std::unordered_map<WorkLine::Id, Job> jobs_;  // that wait in line_
     std::deque<Work> posted_;
     bool running_ = false;  // something of run()
+    std::optional<Clock::time_point> workingSince_;
     bool refusing_ = false;
     bool ending_ = false;
     std::promise<RendererIdentity> made_;

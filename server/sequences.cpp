@@ -5,7 +5,7 @@
 #include "server/frames.h"
 #include "server/inner_call.h"
 #include "server/sequence_files.h"
-#include "server/service.h"
+#include "server/server.h"
 
 #include <spdlog/spdlog.h>
 
@@ -24,7 +24,7 @@ struct Outcome {
 
 // Outlives the route: the stream runs when its answer is already on the way.
 struct Run {
-    Service& service;
+    Server& server;
     Sequence sequence;
     std::string requestId;
     bool multipart = false;
@@ -33,8 +33,7 @@ struct Run {
     Outcome frame(std::size_t index) const {
         try {
             return {.files = filesOf(sequence, index, [&](const json& body) {
-                        const ExplainedFrame frame =
-                            explainedFrame(service, body.dump(), requestId);
+                        const ExplainedFrame frame = explainedFrame(server, body.dump(), requestId);
                         return MadeFrame{frame.picture, frame.type,
                                          nlohmann::ordered_json::parse(frame.plan)};
                     })};
@@ -61,7 +60,7 @@ struct Run {
             }
             if (!next.valid()) break;
             outcome = next.get();
-            if (service.stopping()) return false;
+            if (server.stopping()) return false;
         }
         const SequenceFile file = manifest.file();
         return archive.add(file.name, file.type, file.bytes) && archive.end();
@@ -74,14 +73,14 @@ bool wantsMultipart(const Call& call) {
 
 }  // namespace
 
-Answer postSequence(Service& service, const Call& call) {
+Answer postSequence(Server& server, const Call& call) {
     requireJsonType(call);
     requireQuery(call, false);
-    auto run = std::make_shared<Run>(Run{.service = service,
+    auto run = std::make_shared<Run>(Run{.server = server,
                                          .sequence = sequenceFrom(strictJson(call.body)),
                                          .requestId = call.requestId,
                                          .multipart = wantsMultipart(call),
-                                         .slot = service.streams().take()});
+                                         .slot = server.streams().take()});
     // What is wrong with the first frame is mostly wrong with all: it still has a status.
     auto first = std::make_shared<Outcome>(run->frame(run->sequence.first));
     if (first->failure) return first->failure->answer();

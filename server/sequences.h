@@ -8,8 +8,8 @@
 
 namespace clerestory {
 
-class Service;
+class Server;
 
-Answer postSequence(Service& service, const Call& call);
+Answer postSequence(Server& server, const Call& call);
 
 }  // namespace clerestory

@@ -1,6 +1,6 @@
 // `clerestory serve`: from start to the signal that ends it.
 #include "server/commands.h"
-#include "server/service.h"
+#include "server/server.h"
 
 #include <spdlog/async.h>
 #include <spdlog/sinks/stdout_sinks.h>
@@ -38,9 +38,9 @@ int runServe(const CommandLine& line) {
 
     logWithoutWaiting();
     spdlog::set_level(spdlog::level::from_str(line.config.logLevel));
-    Service service(line.config);
-    service.start();
-    std::cout << "Clerestory listens on http://" << line.config.http.host << ":" << service.port()
+    Server server(line.config);
+    server.start();
+    std::cout << "Clerestory listens on http://" << line.config.http.host << ":" << server.port()
               << "/" << std::endl;
 
     int signal = 0;
@@ -48,9 +48,9 @@ int runServe(const CommandLine& line) {
     spdlog::info("stopping: running frames finish");
     // A second signal ends the program at once.
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
-    service.stop();
+    server.stop();
     // Everybody is answered; the importer is a child that ends with this process.
-    if (service.library().importing()) std::_Exit(0);
+    if (server.service() && server.service()->library().importing()) std::_Exit(0);
     return 0;
 }
 

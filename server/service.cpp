@@ -1,7 +1,5 @@
 #include "server/service.h"
 
-#include "server/routes.h"
-
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -13,7 +11,6 @@ namespace {
 const char* const kCanary = "(canary)";
 // That may wait or run; each can take minutes.
 constexpr std::size_t kLongJobs = 8;
-constexpr std::size_t kMostStreams = 16;
 constexpr std::chrono::seconds kCanaryLasts{3};
 constexpr std::chrono::seconds kCanaryPatience{2};
 
@@ -40,45 +37,15 @@ FrameRequest canaryRequest() {
     return request;
 }
 
-// Every frame that waits and every stream holds a thread; the others must not wait for it.
-FrontOptions frontOptions(const Config& config) {
-    FrontOptions options = config.http;
-    options.threads += config.queue + kMostStreams;
-    return options;
-}
-
 }  // namespace
 
 Service::Service(const Config& config)
     : config_(config),
-      http_(frontOptions(config_),
-            {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
-             .respond = [this](const Call& call) { return answerTo(*this, call); },
-             .refuse = [this](const Call& call,
-                              const Problem& problem) { return answerWith(*this, call, problem); },
-             .paths = {.open = isOpenPath, .linked = isLinkedPath}}),
       queue_(config_.renderer, {config_.queue, config_.queueSeconds}),
       library_(config_.scenes, queue_),
-      streams_(kMostStreams),
       jobs_(kLongJobs) {
     queue_.identity();  // throws when there is no driver
     queue_.post([](Renderer& renderer) { renderer.addScene(canaryScene()); });
-}
-
-Service::~Service() {
-    stop();
-}
-
-void Service::start() {
-    listener_ = std::thread([this] { http_.serve(); });
-}
-
-void Service::stop() {
-    if (!listener_.joinable()) return;
-    stopping_ = true;
-    queue_.refuseNew();
-    http_.stop();
-    listener_.join();
 }
 
 void Service::frameWasDrawn() {

@@ -2,7 +2,7 @@
 #include "tests/support/test_server.h"
 
 #include "comparison/comparison_request.h"
-#include "server/routes.h"
+#include "server/server_routes.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

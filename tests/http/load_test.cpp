@@ -208,7 +208,7 @@ TEST(Load, StoppingFinishesWhatRunsAndRefusesTheRest) {
 
 TEST(Load, ATakenPortIsOneClearLine) {
     Config config = testConfig();
-    config.http.port = sharedServer().service().port();
+    config.http.port = sharedServer().server().port();
     try {
         TestServer second(config);
         FAIL() << "two servers on one port";

@@ -303,7 +303,7 @@ std::string rawAnswer(int port, const std::string& request) {
 }
 
 TEST(Refusals, RequestsThatAreNotHttpGetOneAnswerAndTheDoor) {
-    const int port = sharedServer().service().port();
+    const int port = sharedServer().server().port();
     const auto status = [&](const std::string& request) {
         const std::string answer = rawAnswer(port, request);
         EXPECT_EQ(answer.find("HTTP/1.1 ", 1), std::string::npos) << "one answer only: " << answer;

@@ -18,18 +18,18 @@ Config testConfig() {
 }
 
 TestServer::TestServer(const Config& config)
-    : service_((spdlog::set_level(spdlog::level::off), config)) {
-    service_.start();
+    : server_((spdlog::set_level(spdlog::level::off), config)) {
+    server_.start();
 }
 
 TestServer::~TestServer() {
     std::promise<std::vector<std::string>> messages;
-    service_.queue().post([&](Renderer& r) { messages.set_value(r.driverMessages()); });
+    service().queue().post([&](Renderer& r) { messages.set_value(r.driverMessages()); });
     for (const std::string& message : messages.get_future().get()) ADD_FAILURE() << message;
 }
 
 httplib::Client TestServer::client() const {
-    httplib::Client client("127.0.0.1", service_.port());
+    httplib::Client client("127.0.0.1", server_.port());
     client.set_keep_alive(true);
     client.set_tcp_nodelay(true);
     client.set_read_timeout(120);
@@ -39,7 +39,7 @@ httplib::Client TestServer::client() const {
 std::shared_ptr<void> TestServer::holdRenderer() {
     auto released = std::make_shared<std::promise<void>>();
     auto held = std::make_shared<std::promise<void>>();
-    service_.queue().post([held, future = released->get_future().share()](Renderer&) {
+    service().queue().post([held, future = released->get_future().share()](Renderer&) {
         held->set_value();
         future.wait();
     });

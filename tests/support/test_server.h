@@ -2,7 +2,7 @@
 #pragma once
 
 #include "image/encode.h"
-#include "server/service.h"
+#include "server/server.h"
 
 #include <httplib.h>
 #include <nlohmann/json.hpp>
@@ -18,15 +18,16 @@ class TestServer {
 public:
     explicit TestServer(const Config& config = testConfig());
     ~TestServer();  // expects that the driver had nothing to say
-    Service& service() { return service_; }
+    Server& server() { return server_; }
+    Service& service() { return *server_.service(); }
     httplib::Client client() const;
-    void stop() { service_.stop(); }
+    void stop() { server_.stop(); }
 
     // Keeps the OpenGL thread busy until the returned object goes.
     std::shared_ptr<void> holdRenderer();
 
 private:
-    Service service_;
+    Server server_;
 };
 
 // One for all tests of a program that change nothing in it.

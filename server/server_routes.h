@@ -1,4 +1,5 @@
-// URL -> handler: the table of contents of the API, and the one try at its edge.
+// URL -> handler, for everything: what the server answers itself, and what it asks of whoever
+// draws. Logs and counts every answer.
 #pragma once
 
 #include "server/call.h"
@@ -8,13 +9,13 @@
 
 namespace clerestory {
 
-class Service;
+class Server;
 
 // Never throws.
-Answer answerTo(Service& service, const Call& call);
+Answer answerTo(Server& server, const Call& call);
 // For the thread that serves every connection: waits for nobody. Nothing for what takes longer.
-std::optional<Answer> quickAnswerTo(Service& service, const Call& call);
-Answer answerWith(Service& service, const Call& call, const Problem& problem);
+std::optional<Answer> quickAnswerTo(Server& server, const Call& call);
+Answer answerWith(Server& server, const Call& call, const Problem& problem);
 
 // What a token does not guard, and what a signed link opens; the path as it came.
 bool isOpenPath(std::string_view path);

@@ -1,0 +1,61 @@
+#include "server/server.h"
+
+#include "server/server_routes.h"
+#include "server/service_routes.h"
+
+namespace clerestory {
+namespace {
+
+constexpr std::size_t kMostStreams = 16;
+
+// Every frame that waits and every stream holds a thread; the others must not wait for it.
+FrontOptions frontOptions(const Config& config) {
+    FrontOptions options = config.http;
+    options.threads += config.queue + kMostStreams;
+    return options;
+}
+
+}  // namespace
+
+Server::Server(const Config& config)
+    : streams_(kMostStreams),
+      http_(frontOptions(config),
+            {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
+             .respond = [this](const Call& call) { return answerTo(*this, call); },
+             .refuse = [this](const Call& call,
+                              const Problem& problem) { return answerWith(*this, call, problem); },
+             .paths = {.open = isOpenPath, .linked = isLinkedPath}}) {
+    if (config.singleProcess) {
+        service_ = std::make_unique<Service>(config);
+    } else {
+        supervisor_ = std::make_unique<Supervisor>(config.workers);
+    }
+}
+
+Server::~Server() {
+    stop();
+}
+
+void Server::start() {
+    listener_ = std::thread([this] { http_.serve(); });
+}
+
+void Server::stop() {
+    if (!listener_.joinable()) return;
+    stopping_ = true;
+    if (service_) service_->refuseNew();
+    http_.stop();
+    listener_.join();
+}
+
+Answer Server::ask(const Call& call) {
+    if (service_) return answerTo(*service_, call);
+    if (stopping_) throw RequestError(shuttingDown());
+    return supervisor_->ask(call);
+}
+
+std::optional<Problem> Server::refusalFor(const Call& call) const {
+    return service_ ? service_->queue().refusalFor(call.client) : std::nullopt;
+}
+
+}  // namespace clerestory

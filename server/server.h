@@ -1,0 +1,57 @@
+// The running server: the way in, whoever draws behind it, and what needs no renderer.
+#pragma once
+
+#include "server/live_views.h"
+#include "server/request_metrics.h"
+#include "server/service.h"
+#include "server/streams.h"
+#include "server/worker/supervisor.h"
+
+#include <thread>
+
+namespace clerestory {
+
+class Server {
+public:
+    // Port and renderer stand when this returns; nobody is answered before start(). Throws
+    // std::runtime_error with one line for people.
+    explicit Server(const Config& config);
+    ~Server();
+    Server(const Server&) = delete;
+    Server& operator=(const Server&) = delete;
+
+    void start();
+    // Refuses new frames (503) while those it has are finished, then closes the port.
+    void stop();
+    // Whoever sends for longer than a frame takes looks at it now and then.
+    bool stopping() const { return stopping_; }
+
+    // The answer of whoever draws, in this process or in another. Throws RequestError when there is
+    // nobody, or the server stops.
+    Answer ask(const Call& call);
+    // Why it would surely be refused now, as far as that is known without asking. Does not wait.
+    std::optional<Problem> refusalFor(const Call& call) const;
+
+    int port() const { return http_.port(); }
+    RequestMetrics& metrics() { return metrics_; }
+    const FrontCounters& connections() const { return http_.counters(); }
+    Streams& streams() { return streams_; }
+    LiveViews& views() { return views_; }
+
+    // Null when it lives in a worker.
+    Service* service() { return service_.get(); }
+    // Null when the service lives here.
+    Supervisor* supervisor() { return supervisor_.get(); }
+
+private:
+    RequestMetrics metrics_;
+    Streams streams_;
+    LiveViews views_;
+    std::atomic<bool> stopping_{false};
+    Front http_;  // binds before there is a renderer: a taken port is known at once
+    std::unique_ptr<Service> service_;
+    std::unique_ptr<Supervisor> supervisor_;
+    std::thread listener_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,116 @@
+#include "server/server_routes.h"
+
+#include "server/live.h"
+#include "server/openapi.h"
+#include "server/page.h"
+#include "server/route_table.h"
+#include "server/sequences.h"
+#include "server/server.h"
+#include "server/service_routes.h"
+
+#include <spdlog/spdlog.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+Answer health(Server&, const Call&) {
+    return {.type = "application/json", .body = R"({"status":"alive"})"};
+}
+
+Answer metrics(Server& server, const Call& call) {
+    std::string text = server.metrics().text(server.connections(), server.supervisor());
+    try {
+        const Answer drawn = server.ask(call);
+        if (drawn.status == 200) text += drawn.body;
+    } catch (const RequestError&) {
+        // Nobody draws now; that is told in what stands already.
+    }
+    return {.type = kMetricsType, .body = text};
+}
+
+Answer openApi(Server&, const Call&) {
+    return {.type = "application/json", .body = openApiDocument().dump()};
+}
+
+constexpr Route<Server> kRoutes[] = {
+    {"/v1/sequences", "POST", postSequence},
+    {"/v1/views/{name}", "PUT", putView},
+    {"/v1/views/{name}", "GET", getView},
+    {"/v1/stream", "GET", getStream},
+    {"/healthz", "GET", health},
+    {"/metrics", "GET", metrics},
+    {"/openapi.json", "GET", openApi},
+};
+
+Answer anybodys(Server& server, const Call& call, std::string& route) {
+    if (auto answer = routed<Server>(kRoutes, server, call, route)) return *std::move(answer);
+    if (pageFile(call.path)) {
+        route = "page";
+        return call.method == "GET" ? *pageFile(call.path) : otherMethod(call, "GET, HEAD");
+    }
+    Answer answer = server.ask(call);
+    route = answer.route;
+    return answer;
+}
+
+// A log line is one line, whatever the client sent.
+std::string plain(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, '?');
+    return text;
+}
+
+Answer finished(Server& server, const Call& call, Answer answer, const std::string& route) {
+    answer.route = route.empty() ? "other" : route;
+    server.metrics().request(answer.route, answer.status);
+    if (!answer.problem.empty()) server.metrics().refused(answer.problem);
+    const bool chatter = answer.route == "/healthz" || answer.route == "/readyz" ||
+                         answer.route == "/metrics" || answer.route == "page";
+    spdlog::log(chatter ? spdlog::level::debug : spdlog::level::info,
+                "{} {} {} {} bytes {:.1f} ms {}", call.method, plain(call.path), answer.status,
+                answer.body.size(), millisecondsSince(call.arrived), call.requestId);
+    return answer;
+}
+
+}  // namespace
+
+Answer answerTo(Server& server, const Call& call) {
+    std::string route;
+    Answer answer = guarded(call, [&] { return anybodys(server, call, route); });
+    return finished(server, call, std::move(answer), route);
+}
+
+std::optional<Answer> quickAnswerTo(Server& server, const Call& call) {
+    if (call.path == "/healthz") return answerTo(server, call);
+    const bool draws = call.path == "/v1/frames" || call.path == "/v1/plans";
+    // A frame that the client has already costs no turn.
+    if (!draws || !call.header("If-None-Match").empty()) return std::nullopt;
+    const auto problem = server.refusalFor(call);
+    return problem ? std::optional(answerWith(server, call, *problem)) : std::nullopt;
+}
+
+Answer answerWith(Server& server, const Call& call, const Problem& problem) {
+    return finished(server, call, problemAnswer(problem, call.requestId), "");
+}
+
+bool isOpenPath(std::string_view path) {
+    return path == "/healthz" || path == "/readyz" || pageFile(std::string(path));
+}
+
+bool isLinkedPath(std::string_view path) {
+    return path == "/v1/frames";
+}
+
+std::vector<std::pair<std::string, std::string>> routePaths() {
+    auto paths = serviceRoutePaths();
+    for (const auto& row : kRoutes) {
+        const std::pair<std::string, std::string> path(row.path, row.method);
+        if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
+    }
+    return paths;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,111 @@
+#include "server/service_routes.h"
+
+#include "server/build_id.h"
+#include "server/comparisons.h"
+#include "server/frames.h"
+#include "server/job_routes.h"
+#include "server/route_table.h"
+#include "server/scene_json.h"
+#include "server/service.h"
+
+#include <nlohmann/json.hpp>
+
+namespace clerestory {
+namespace {
+
+using nlohmann::ordered_json;
+
+Answer jsonAnswer(const ordered_json& json) {
+    return {.type = "application/json",
+            .body = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace)};
+}
+
+Answer listScenes(Service& service, const Call&) {
+    ordered_json list = ordered_json::array();
+    for (const SceneStatus& status : service.library().all()) {
+        list.push_back(sceneSummary(status, status.id == service.library().defaultId()));
+    }
+    return jsonAnswer({{"scenes", std::move(list)}});
+}
+
+Answer describeScene(Service& service, const Call& call) {
+    const std::string id = call.path.substr(call.path.rfind('/') + 1);
+    const SceneStatus status = service.library().find(id);
+    return jsonAnswer(sceneDetails(status, status.id == service.library().defaultId()));
+}
+
+Answer describeRenderer(Service& service, const Call&) {
+    const RendererIdentity& id = service.queue().identity();
+    const Config& config = service.config();
+    return jsonAnswer({{"vendor", id.vendor},
+                       {"renderer", id.renderer},
+                       {"version", id.version},
+                       {"shadingLanguage", id.shadingLanguage},
+                       {"platform", id.platform},
+                       {"software", id.software},
+                       {"clipControl", id.clipControl},
+                       {"timerQueriesTrusted", id.timerQueriesTrusted},
+                       {"maxSamples", id.maxSamples},
+                       {"maxAnisotropy", id.maxAnisotropy},
+                       {"maxTextureSize", id.maxTextureSize},
+                       {"environments", service.library().environmentNames()},
+                       {"threads", std::thread::hardware_concurrency()},
+                       {"limits",
+                        {{"edge", kMaxEdge},
+                         {"pixels", kMaxPixels},
+                         {"bodyBytes", config.http.limits.bodyBytes},
+                         {"queue", config.queue},
+                         {"deadlineSeconds", config.deadlineSeconds}}},
+                       {"program", {{"version", versionText()}, {"build", buildId()}}}});
+}
+
+Answer readiness(Service& service, const Call&) {
+    if (!service.queue().hasRoom()) throw RequestError(notReady("The queue is full."));
+    const SceneState first = service.library().find(service.library().defaultId()).state;
+    if (first != SceneState::ready) {
+        throw RequestError(notReady("The default scene is " + std::string(nameOf(first)) + "."));
+    }
+    service.checkCanary();
+    return jsonAnswer({{"status", "ready"}});
+}
+
+// The front adds what it counts itself.
+Answer metrics(Service& service, const Call&) {
+    return {.type = kMetricsType, .body = service.metrics().text(service.queue().depth())};
+}
+
+constexpr Route<Service> kRoutes[] = {
+    {"/v1/frames", "POST", postFrame},
+    {"/v1/frames", "GET", getFrame},
+    {"/v1/plans", "POST", postPlan},
+    {"/v1/comparisons", "POST", postComparison},
+    {"/v1/jobs/{id}", "GET", getJob},
+    {"/v1/jobs/{id}", "DELETE", cancelJob},
+    {"/v1/jobs/{id}/pictures/{number}", "GET", getJobPicture},
+    {"/v1/scenes", "GET", listScenes},
+    {"/v1/scenes/{id}", "GET", describeScene},
+    {"/v1/renderer", "GET", describeRenderer},
+    {"/readyz", "GET", readiness},
+    {"/metrics", "GET", metrics},
+};
+
+}  // namespace
+
+Answer answerTo(Service& service, const Call& call) {
+    std::string route;
+    Answer answer = guarded(call, [&] {
+        auto found = routed<Service>(kRoutes, service, call, route);
+        if (!found) throw RequestError(notFound("There is nothing at this path."));
+        return *std::move(found);
+    });
+    answer.route = route;
+    return answer;
+}
+
+std::vector<std::pair<std::string, std::string>> serviceRoutePaths() {
+    std::vector<std::pair<std::string, std::string>> paths;
+    for (const auto& row : kRoutes) paths.emplace_back(row.path, row.method);
+    return paths;
+}
+
+}  // namespace clerestory

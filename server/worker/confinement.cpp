@@ -1,0 +1,69 @@
+#include "server/worker/confinement.h"
+
+#include <seccomp.h>
+#include <spdlog/spdlog.h>
+
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+
+namespace clerestory {
+namespace {
+
+// Sanitizers reserve terabytes.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
+// Refused with "permission denied", so that a driver which tries goes on without.
+bool forbidNetwork() {
+    scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
+    if (!filter) return false;
+    bool made = true;
+    const auto forbid = [&](int call, auto... conditions) {
+        made = made && seccomp_rule_add(filter, SCMP_ACT_ERRNO(EACCES), call, sizeof...(conditions),
+                                        conditions...) == 0;
+    };
+    // Pipes within the machine stay: the driver may talk to a display.
+    forbid(SCMP_SYS(socket), SCMP_A0(SCMP_CMP_NE, AF_UNIX));
+    forbid(SCMP_SYS(ptrace));
+    forbid(SCMP_SYS(process_vm_readv));
+    forbid(SCMP_SYS(process_vm_writev));
+    forbid(SCMP_SYS(mount));
+    forbid(SCMP_SYS(bpf));
+    forbid(SCMP_SYS(kexec_load));
+    forbid(SCMP_SYS(init_module));
+    forbid(SCMP_SYS(finit_module));
+    made = made && seccomp_load(filter) == 0;
+    seccomp_release(filter);
+    return made;
+}
+
+}  // namespace
+
+void endWithParent() {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+}
+
+void confine(std::uint64_t addressSpaceBytes) {
+    const rlimit none{0, 0};
+    setrlimit(RLIMIT_CORE, &none);
+    if (addressSpaceBytes > 0 && !kSanitized) {
+        // The soft limit: the importer, which is a child, may have a larger one.
+        rlimit space{};
+        getrlimit(RLIMIT_AS, &space);
+        space.rlim_cur = std::min<rlim_t>(addressSpaceBytes, space.rlim_max);
+        setrlimit(RLIMIT_AS, &space);
+    }
+    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || !forbidNetwork()) {
+        spdlog::warn("the render worker runs without a filter of system calls");
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,33 @@
+#include "server/worker/quarantine.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+
+namespace clerestory {
+
+std::uint64_t fingerprintOf(const Call& call) {
+    std::string text = call.method + '\n' + call.path + '\n';
+    for (const auto& [name, value] : call.query) text += name + '=' + value + '\n';
+    text += '\n' + call.body;
+    return XXH3_64bits(text.data(), text.size());
+}
+
+void Quarantine::add(std::uint64_t fingerprint, Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    if (until_.size() >= kMost) {
+        until_.erase(
+            std::min_element(until_.begin(), until_.end(),
+                             [](const auto& a, const auto& b) { return a.second < b.second; }));
+    }
+    until_[fingerprint] = now + kLasts;
+}
+
+bool Quarantine::holds(std::uint64_t fingerprint, Clock::time_point now) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = until_.find(fingerprint);
+    return found != until_.end() && now < found->second;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,146 @@
+#include "server/worker/supervisor.h"
+
+#include "server/problem.h"
+
+#include <spdlog/spdlog.h>
+
+namespace clerestory {
+namespace {
+
+// How long a call waits for a worker while one starts.
+constexpr std::chrono::seconds kPatience{5};
+// After a worker that ended before it answered anything, so that a machine on which none can live
+// is not kept busy with starting them.
+constexpr std::chrono::seconds kBetweenStarts{2};
+// A suspect is guilty when so many workers crash while it is alone with them; or end in any way,
+// for who takes all memory has them killed from outside.
+constexpr int kMostCrashes = 2, kMostEnds = 8;
+// How soon the end of a worker is seen that nobody asked anything.
+constexpr std::chrono::seconds kLooksUp{1};
+
+}  // namespace
+
+Supervisor::Supervisor(const SupervisorOptions& options) : options_(options) {
+    keeper_ = std::thread([this] { keep(); });
+    try {
+        first_.get_future().get();
+    } catch (...) {
+        keeper_.join();
+        throw;
+    }
+}
+
+Supervisor::~Supervisor() {
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+    }
+    changed_.notify_all();
+    keeper_.join();
+}
+
+// The keeper's thread.
+void Supervisor::keep() {
+    try {
+        Worker worker = started();
+        const std::lock_guard lock(mutex_);
+        active_ = std::move(worker);
+    } catch (...) {
+        first_.set_exception(std::current_exception());
+        return;
+    }
+    first_.set_value();
+    std::unique_lock lock(mutex_);
+    while (!ending_) {
+        if (active_ && !active_->alive()) lost(active_);
+        if (standby_ && !standby_->alive()) standby_ = nullptr;
+        if (active_ && (standby_ || !options_.standby)) {
+            changed_.wait_for(lock, kLooksUp);
+            continue;
+        }
+        lock.unlock();
+        Worker worker;
+        try {
+            worker = started();
+        } catch (const std::exception& error) {
+            spdlog::error("no new render worker: {}", error.what());
+        }
+        lock.lock();
+        if (!worker) {
+            changed_.wait_for(lock, kBetweenStarts, [&] { return ending_; });
+            continue;
+        }
+        (active_ ? standby_ : active_) = std::move(worker);
+        changed_.notify_all();
+    }
+}
+
+Supervisor::Worker Supervisor::started() {
+    auto worker = std::make_shared<WorkerProcess>(options_.program);
+    ++counters_.started;
+    worker->awaitStanding();
+    return worker;
+}
+
+// The worker that answers, once there is one; null when there is none until then.
+Supervisor::Worker Supervisor::active(Clock::time_point until) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_until(lock, until, [&] { return active_ || ending_; });
+    return active_;
+}
+
+void Supervisor::ended(const Worker& worker) {
+    const std::lock_guard lock(mutex_);
+    if (worker == active_) lost(worker);  // otherwise somebody else has seen it too
+}
+
+// With the lock held. By value: active_ changes.
+void Supervisor::lost(Worker worker) {
+    ++counters_.ended;
+    if (worker->wasSilent()) ++counters_.silent;
+    spdlog::error("the render worker {} ended{}", worker->id(),
+                  worker->wasSilent() ? ": it said nothing any more" : "");
+    active_ = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
+    standby_ = nullptr;
+    changed_.notify_all();
+}
+
+std::optional<Answer> Supervisor::askAlone(const Call& call, std::uint64_t fingerprint) {
+    const Gate::Entry entry = gate_.enterAlone();
+    for (int crashes = 0, ends = 0; crashes < kMostCrashes && ends < kMostEnds; ++ends) {
+        if (call.departure && call.departure->left()) return std::nullopt;
+        const Worker worker = active(Clock::now() + kPatience);
+        if (!worker) return std::nullopt;
+        ++counters_.askedAgain;
+        if (auto answer = worker->ask(call)) return answer;
+        if (!worker->wasKilled()) ++crashes;
+        ended(worker);
+    }
+    quarantine_.add(fingerprint, Clock::now());
+    ++counters_.quarantined;
+    throw RequestError(quarantined());
+}
+
+Answer Supervisor::ask(const Call& call) {
+    const std::uint64_t fingerprint = fingerprintOf(call);
+    if (quarantine_.holds(fingerprint, Clock::now())) {
+        ++counters_.quarantined;
+        throw RequestError(quarantined());
+    }
+    {
+        const Gate::Entry entry = gate_.enter();
+        const Worker worker = active(Clock::now() + kPatience);
+        if (!worker) throw RequestError(noWorker());
+        if (auto answer = worker->ask(call)) return *std::move(answer);
+        ended(worker);
+    }
+    if (auto answer = askAlone(call, fingerprint)) return *std::move(answer);
+    throw RequestError(noWorker());
+}
+
+std::pair<pid_t, pid_t> Supervisor::processes() const {
+    const std::lock_guard lock(mutex_);
+    return {active_ ? active_->id() : 0, standby_ ? standby_->id() : 0};
+}
+
+}  // namespace clerestory

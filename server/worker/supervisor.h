@@ -1,0 +1,66 @@
+// Keeps render workers: one that answers, one that is warm and waits for its turn. When the first
+// ends, the second takes its place and answers what was asked of the first. Thread-safe.
+//
+// A call that was pending when a worker ended is a suspect: it is asked again, alone, so that what
+// happens then is its own doing. Who ends a worker twice in that way is refused for a while.
+#pragma once
+
+#include "server/worker/gate.h"
+#include "server/worker/quarantine.h"
+#include "server/worker/worker_process.h"
+
+namespace clerestory {
+
+struct SupervisorOptions {
+    WorkerProgram program;
+    bool standby = true;
+};
+
+// For the metrics; since the start.
+struct SupervisorCounters {
+    std::atomic<std::uint64_t> started{0};
+    std::atomic<std::uint64_t> ended{0};        // not by us
+    std::atomic<std::uint64_t> silent{0};       // of those: killed because they said nothing
+    std::atomic<std::uint64_t> askedAgain{0};   // calls
+    std::atomic<std::uint64_t> quarantined{0};  // calls refused for what they did before
+};
+
+class Supervisor {
+public:
+    // Returns when the first worker stands. Throws std::runtime_error with the worker's own words
+    // when it cannot.
+    explicit Supervisor(const SupervisorOptions& options);
+    ~Supervisor();  // kills them
+    Supervisor(const Supervisor&) = delete;
+    Supervisor& operator=(const Supervisor&) = delete;
+
+    // The worker's answer. Throws RequestError: quarantined (422), no worker stands (503).
+    Answer ask(const Call& call);
+
+    const SupervisorCounters& counters() const { return counters_; }
+    // Of the worker that answers and of the one that waits; 0 where there is none.
+    std::pair<pid_t, pid_t> processes() const;
+
+private:
+    using Worker = std::shared_ptr<WorkerProcess>;
+    void keep();
+    Worker started();
+    Worker active(Clock::time_point until);
+    void ended(const Worker& worker);
+    void lost(Worker worker);
+    std::optional<Answer> askAlone(const Call& call, std::uint64_t fingerprint);
+
+    const SupervisorOptions options_;
+    SupervisorCounters counters_;
+    Quarantine quarantine_;
+    Gate gate_;  // a suspect is alone in it
+
+    mutable std::mutex mutex_;
+    mutable std::condition_variable changed_;
+    Worker active_, standby_;
+    bool ending_ = false;
+    std::promise<void> first_;
+    std::thread keeper_;  // starts every worker: they end when the thread that started them does
+};
+
+}  // namespace clerestory

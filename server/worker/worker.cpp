@@ -1,0 +1,127 @@
+#include "server/worker/worker.h"
+
+#include "server/front/worker_pool.h"
+#include "server/service.h"
+#include "server/service_routes.h"
+#include "server/worker/call_wire.h"
+#include "server/worker/confinement.h"
+#include "server/worker/message_pipe.h"
+
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdlib>
+
+namespace clerestory {
+namespace {
+
+constexpr std::chrono::milliseconds kBeat{200};
+
+// Says that this process lives; and ends it when the renderer works on one thing for too long,
+// which no thread of a process can end.
+class Beating {
+public:
+    Beating(MessagePipe& pipe, std::chrono::duration<double> longest)
+        : thread_([this, &pipe, longest] {
+              std::unique_lock lock(mutex_);
+              while (!ending_) {
+                  if (service_ && service_->queue().workingFor() > longest) {
+                      spdlog::critical("the renderer worked on one thing for {:.0f} s",
+                                       longest.count());
+                      std::_Exit(3);
+                  }
+                  pipe.send({.kind = MessageKind::beat});
+                  wake_.wait_for(lock, kBeat, [&] { return ending_; });
+              }
+          }) {}
+    ~Beating() {
+        {
+            const std::lock_guard lock(mutex_);
+            ending_ = true;
+        }
+        wake_.notify_all();
+        thread_.join();
+    }
+    Beating(const Beating&) = delete;
+    Beating& operator=(const Beating&) = delete;
+
+    void watch(Service& service) {
+        const std::lock_guard lock(mutex_);
+        service_ = &service;
+    }
+
+private:
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    Service* service_ = nullptr;
+    bool ending_ = false;
+    std::thread thread_;
+};
+
+// The calls that are being answered, so that one can be taken back.
+class Departures {
+public:
+    std::shared_ptr<Departure> add(std::uint64_t id) {
+        const std::lock_guard lock(mutex_);
+        return list_[id] = std::make_shared<Departure>();
+    }
+    void remove(std::uint64_t id) {
+        const std::lock_guard lock(mutex_);
+        list_.erase(id);
+    }
+    void leave(std::uint64_t id) {
+        std::shared_ptr<Departure> found;
+        {
+            const std::lock_guard lock(mutex_);
+            const auto place = list_.find(id);
+            if (place != list_.end()) found = place->second;
+        }
+        if (found) found->leave();
+    }
+
+private:
+    std::mutex mutex_;
+    std::unordered_map<std::uint64_t, std::shared_ptr<Departure>> list_;
+};
+
+void serve(Service& service, MessagePipe& pipe, std::size_t threads) {
+    Departures departures;
+    WorkerPool pool(threads);
+    while (auto message = pipe.receive()) {
+        if (message->kind == MessageKind::cancel) departures.leave(message->id);
+        if (message->kind != MessageKind::call) continue;
+        Call call = unpackedCall(message->bytes);
+        call.departure = departures.add(message->id);
+        pool.run([&service, &pipe, &departures, id = message->id, call = std::move(call)] {
+            const Answer answer = answerTo(service, call);
+            departures.remove(id);
+            pipe.send({.kind = MessageKind::answer, .id = id, .bytes = packed(answer)});
+        });
+    }
+    // The front has ended, and with it everybody who waits for an answer.
+    std::_Exit(0);
+}
+
+}  // namespace
+
+int runWorker(const Config& config) {
+    endWithParent();
+    std::signal(SIGINT, SIG_IGN);  // the front alone is told to stop
+    std::signal(SIGTERM, SIG_IGN);
+    spdlog::set_level(spdlog::level::from_str(config.logLevel));
+    MessagePipe pipe(kWorkerSocket);
+    Beating beating(pipe, std::chrono::duration<double>(config.hangSeconds));
+    try {
+        confine(config.workerMemoryBytes);
+        Service service(config);
+        beating.watch(service);
+        pipe.send({.kind = MessageKind::standing});
+        serve(service, pipe, config.queue + config.http.threads);
+    } catch (const std::exception& error) {
+        pipe.send({.kind = MessageKind::failed, .bytes = error.what()});
+    }
+    // What a half-made service holds is not worth an orderly end.
+    std::_Exit(2);
+}
+
+}  // namespace clerestory

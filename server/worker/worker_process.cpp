@@ -1,0 +1,180 @@
+#include "server/worker/worker_process.h"
+
+#include "server/worker/call_wire.h"
+#include "server/worker/worker.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+
+extern char** environ;
+
+namespace clerestory {
+namespace {
+
+std::runtime_error failure(const char* what) {
+    return std::runtime_error(std::string("the render worker: ") + what + " failed");
+}
+
+// The worker's end of the pipe becomes kWorkerSocket; no other descriptor reaches it but the
+// standard streams, so that its log joins ours.
+pid_t spawned(const WorkerProgram& worker, int socket) {
+    const std::filesystem::path program =
+        worker.file.empty() ? std::filesystem::path("/proc/self/exe") : worker.file;
+    std::vector<std::string> words = {"clerestory", kWorkerCommand};
+    words.insert(words.end(), worker.arguments.begin(), worker.arguments.end());
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, socket, kWorkerSocket);
+    posix_spawn_file_actions_addclosefrom_np(&actions, kWorkerSocket + 1);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t none;
+    sigemptyset(&none);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    // Ctrl-C at a terminal is for the front alone, which still needs its workers then.
+    posix_spawnattr_setpgroup(&attributes, 0);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
+    pid_t id = -1;
+    const int status =
+        posix_spawn(&id, program.c_str(), &actions, &attributes, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&attributes);
+    if (status != 0) throw failure("starting it");
+    return id;
+}
+
+}  // namespace
+
+WorkerProcess::WorkerProcess(const WorkerProgram& program) : silence_(program.silence) {
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw failure("a socket");
+    pipe_ = std::make_unique<MessagePipe>(ends[0]);
+    // dup2 onto the same number would keep close-on-exec.
+    const int far = fcntl(ends[1], F_DUPFD_CLOEXEC, kWorkerSocket + 1);
+    close(ends[1]);
+    if (far < 0) throw failure("a descriptor");
+    try {
+        id_ = spawned(program, far);
+    } catch (...) {
+        close(far);
+        throw;
+    }
+    close(far);
+    listener_ = std::thread([this] { listen(); });
+    watcher_ = std::thread([this] { watch(); });
+}
+
+WorkerProcess::~WorkerProcess() {
+    pipe_->shut();
+    listener_.join();
+    watcher_.join();
+}
+
+void WorkerProcess::awaitStanding() {
+    stands_.get();
+}
+
+std::optional<Answer> WorkerProcess::ask(const Call& call) {
+    std::future<std::optional<Answer>> answer;
+    std::uint64_t id = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        if (ended_) return std::nullopt;
+        id = nextId_++;
+        answer = waiting_[id].get_future();
+    }
+    pipe_->send({.kind = MessageKind::call, .id = id, .bytes = packed(call)});
+    if (call.departure) {
+        call.departure->whenLeft([this, id] { pipe_->trySend(MessageKind::cancel, id); });
+    }
+    auto result = answer.get();
+    if (call.departure) call.departure->whenLeft(nullptr);
+    return result;
+}
+
+// The listener's thread: until the worker ends, which closes its end, or somebody shuts ours.
+void WorkerProcess::listen() {
+    bool sound = true;
+    while (sound) {
+        auto message = pipe_->receive();
+        if (!message) break;
+        sound = heard(*message);
+    }
+    end(!sound);
+}
+
+// False for what no worker of ours says.
+bool WorkerProcess::heard(const Message& message) {
+    std::promise<std::optional<Answer>> promise;
+    {
+        const std::lock_guard lock(mutex_);
+        lastHeard_ = Clock::now();
+        if (message.kind == MessageKind::failed) lastWords_ = message.bytes;
+        if (message.kind == MessageKind::answer) {
+            const auto found = waiting_.find(message.id);
+            if (found == waiting_.end()) return false;  // it answers twice
+            promise = std::move(found->second);
+            waiting_.erase(found);
+        }
+    }
+    if (message.kind == MessageKind::standing) {
+        if (stands_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return false;
+        standing_.set_value();
+    }
+    if (message.kind != MessageKind::answer) return true;
+    try {
+        promise.set_value(unpackedAnswer(message.bytes));
+        return true;
+    } catch (const std::runtime_error&) {
+        const std::lock_guard lock(mutex_);
+        waiting_.emplace(message.id, std::move(promise));  // with the others that it leaves behind
+        return false;
+    }
+}
+
+void WorkerProcess::end(bool byUs) {
+    kill(id_, SIGKILL);
+    pipe_->shut();
+    int status = 0;
+    while (waitpid(id_, &status, 0) < 0 && errno == EINTR) {
+    }
+    killed_ = !byUs && !silent_ && WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
+    std::unordered_map<std::uint64_t, std::promise<std::optional<Answer>>> unanswered;
+    {
+        const std::lock_guard lock(mutex_);
+        ended_ = true;
+        unanswered.swap(waiting_);
+    }
+    ending_.notify_all();
+    for (auto& [id, promise] : unanswered) promise.set_value(std::nullopt);
+    if (stands_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+        standing_.set_exception(std::make_exception_ptr(std::runtime_error(
+            lastWords_.empty() ? "the render worker ended before it stood" : lastWords_)));
+    }
+}
+
+// The watcher's thread: a worker that does not even beat is stopped, or so starved that another one
+// is better.
+void WorkerProcess::watch() {
+    std::unique_lock lock(mutex_);
+    while (!ended_) {
+        ending_.wait_for(lock, silence_ / 8, [&] { return ended_.load(); });
+        if (!ended_ && Clock::now() - lastHeard_ > silence_) {
+            silent_ = true;
+            pipe_->shut();
+        }
+    }
+}
+
+}  // namespace clerestory

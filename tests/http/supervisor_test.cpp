@@ -1,0 +1,322 @@
+// Workers that end in the middle of their work, as often as we like: this very program plays the
+// worker, and crashes or stops on the word.
+#include "server/worker/supervisor.h"
+#include "server/worker/call_wire.h"
+#include "server/worker/gate.h"
+#include "server/worker/worker.h"
+
+#include "server/problem.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <future>
+
+#include <unistd.h>
+
+namespace clerestory::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+// ---- the worker that this program plays ----------------------------------------------------
+
+void beatFor(MessagePipe& pipe, std::chrono::milliseconds time) {
+    for (const auto end = Clock::now() + time; Clock::now() < end;) {
+        pipe.send({.kind = MessageKind::beat});
+        std::this_thread::sleep_for(10ms);
+    }
+}
+
+int playWorker(int argc, char** argv) {
+    MessagePipe pipe(kWorkerSocket);
+    if (argc > 2 && std::strcmp(argv[2], "unable") == 0) {
+        pipe.send({.kind = MessageKind::failed, .bytes = "no driver here"});
+        return 2;
+    }
+    pipe.send({.kind = MessageKind::standing});
+    std::thread([&pipe] { beatFor(pipe, 1h); }).detach();
+    std::set<std::uint64_t> cancelled;
+    std::mutex mutex;
+    while (auto message = pipe.receive()) {
+        if (message->kind == MessageKind::cancel) {
+            const std::lock_guard lock(mutex);
+            cancelled.insert(message->id);
+            continue;
+        }
+        std::thread([&, id = message->id, call = unpackedCall(message->bytes)] {
+            const std::string& word = call.body;
+            if (word == "crash") std::abort();
+            if (word == "stop") raise(SIGSTOP);
+            if (word.starts_with("once ")) {  // crashes the first worker that is told
+                const std::string mark = word.substr(5);
+                if (access(mark.c_str(), F_OK) != 0) {
+                    std::ofstream(mark) << "x";
+                    std::abort();
+                }
+            }
+            if (word == "nonsense") {
+                pipe.send({.kind = MessageKind::answer, .id = id, .bytes = "?"});
+                return;
+            }
+            if (word == "until cancelled") {
+                for (;; std::this_thread::sleep_for(1ms)) {
+                    const std::lock_guard lock(mutex);
+                    if (cancelled.contains(id)) break;
+                }
+            }
+            if (word == "slow") std::this_thread::sleep_for(100ms);
+            pipe.send({.kind = MessageKind::answer,
+                       .id = id,
+                       .bytes = packed(Answer{.body = word + " by " + std::to_string(getpid())})});
+        }).detach();
+    }
+    std::_Exit(0);
+}
+
+// ---- the tests -----------------------------------------------------------------------------
+
+SupervisorOptions options(const char* word = "able", bool standby = true) {
+    return {.program = {.file = {}, .arguments = {word}, .silence = 500ms}, .standby = standby};
+}
+
+Call callWith(const std::string& body) {
+    return {.method = "POST", .path = "/v1/frames", .body = body, .arrived = Clock::now()};
+}
+
+std::string refusalOf(Supervisor& supervisor, const std::string& body) {
+    try {
+        return "answered: " + supervisor.ask(callWith(body)).body;
+    } catch (const RequestError& error) {
+        return error.problem().code;
+    }
+}
+
+void awaitBoth(const Supervisor& supervisor) {
+    for (int i = 0; i < 1000 && supervisor.processes().second == 0; ++i) {
+        std::this_thread::sleep_for(10ms);
+    }
+    ASSERT_NE(supervisor.processes().second, 0);
+}
+
+std::string freshMark(const char* name) {
+    std::filesystem::create_directories(CLERESTORY_TEST_OUTPUT);
+    const std::string mark = std::string(CLERESTORY_TEST_OUTPUT) + "/" + name;
+    std::remove(mark.c_str());
+    return mark;
+}
+
+TEST(CallWire, ComesBackAsItWas) {
+    Call call{.method = "GET",
+              .path = "/v1/frames",
+              .query = {{"eye", "1,2,3"}, {"eye", ""}},
+              .body = std::string("\0{}", 3),
+              .requestId = "id-1",
+              .arrived = Clock::now(),
+              .header = [](const char* name) { return std::string("h:") + name; },
+              .client = "10.0.0.1"};
+    const Call back = unpackedCall(packed(call));
+    EXPECT_EQ(back.method, call.method);
+    EXPECT_EQ(back.path, call.path);
+    EXPECT_EQ(back.query, call.query);
+    EXPECT_EQ(back.body, call.body);
+    EXPECT_EQ(back.requestId, call.requestId);
+    EXPECT_EQ(back.arrived, call.arrived);
+    EXPECT_EQ(back.client, call.client);
+    EXPECT_EQ(back.header("Accept"), "h:Accept");
+    EXPECT_EQ(back.header("Authorization"), "") << "no worker needs it";
+
+    const Answer answer{.status = 422,
+                        .type = "image/jpeg",
+                        .body = std::string(100'000, 'x'),
+                        .headers = {{"ETag", "\"1\""}},
+                        .route = "/v1/frames",
+                        .problem = "code"};
+    const Answer again = unpackedAnswer(packed(answer));
+    EXPECT_EQ(again.status, answer.status);
+    EXPECT_EQ(again.type, answer.type);
+    EXPECT_EQ(again.body, answer.body);
+    EXPECT_EQ(again.headers, answer.headers);
+    EXPECT_EQ(again.route, answer.route);
+    EXPECT_EQ(again.problem, answer.problem);
+}
+
+TEST(CallWire, EveryCutAndEveryFlippedByteIsRefusedOrRead) {
+    const std::string bytes = packed(callWith(R"({"scene":"six-walls"})"));
+    for (std::size_t n = 0; n < bytes.size(); ++n) {
+        EXPECT_THROW(unpackedCall(bytes.substr(0, n)), std::runtime_error) << n;
+        for (const int flip : {1, 0x80, 0xff}) {
+            std::string other = bytes;
+            other[n] = static_cast<char>(other[n] ^ flip);
+            try {
+                unpackedCall(other);
+            } catch (const std::runtime_error&) {
+            }
+        }
+    }
+}
+
+TEST(Gate, WhoWantsToBeAloneIsAloneAndNotStarved) {
+    Gate gate;
+    std::atomic<int> inside{0};
+    std::atomic<bool> ending{false}, wasAlone{false};
+    std::vector<std::thread> crowd;
+    for (int i = 0; i < 8; ++i) {
+        crowd.emplace_back([&] {
+            while (!ending) {
+                const Gate::Entry entry = gate.enter();
+                ++inside;
+                std::this_thread::sleep_for(1ms);
+                --inside;
+            }
+        });
+    }
+    {
+        std::this_thread::sleep_for(20ms);
+        const Gate::Entry entry = gate.enterAlone();
+        wasAlone = inside == 0;
+        std::this_thread::sleep_for(20ms);
+        wasAlone = wasAlone && inside == 0;
+    }
+    ending = true;
+    for (std::thread& one : crowd) one.join();
+    EXPECT_TRUE(wasAlone);
+}
+
+TEST(Supervisor, AnswersThroughItsWorker) {
+    Supervisor supervisor(options());
+    const std::string answer = supervisor.ask(callWith("hello")).body;
+    EXPECT_EQ(answer, "hello by " + std::to_string(supervisor.processes().first));
+}
+
+TEST(Supervisor, SaysWhyNoWorkerCanStart) {
+    try {
+        Supervisor supervisor(options("unable"));
+        FAIL();
+    } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "no driver here");
+    }
+}
+
+TEST(Supervisor, TheStandbyAnswersWhatTheFirstDidNot) {
+    Supervisor supervisor(options());
+    awaitBoth(supervisor);
+    const auto [first, second] = supervisor.processes();
+    std::vector<std::future<std::string>> answers;
+    for (int i = 0; i < 20; ++i) {
+        answers.push_back(
+            std::async(std::launch::async, [&] { return supervisor.ask(callWith("slow")).body; }));
+    }
+    std::this_thread::sleep_for(30ms);
+    kill(first, SIGKILL);
+    for (auto& answer : answers) EXPECT_EQ(answer.get(), "slow by " + std::to_string(second));
+    awaitBoth(supervisor);
+    EXPECT_EQ(supervisor.processes().first, second);
+    EXPECT_EQ(supervisor.counters().ended, 1u);
+    EXPECT_EQ(supervisor.counters().askedAgain, 20u);
+}
+
+TEST(Supervisor, WithoutStandbyANewWorkerAnswers) {
+    Supervisor supervisor(options("able", false));
+    const std::string mark = freshMark("crashed-once");
+    EXPECT_THAT(supervisor.ask(callWith("once " + mark)).body, testing::HasSubstr("once"));
+    EXPECT_EQ(supervisor.processes().second, 0);
+}
+
+TEST(Supervisor, AStoppedWorkerIsReplaced) {
+    Supervisor supervisor(options());
+    awaitBoth(supervisor);
+    kill(supervisor.processes().first, SIGSTOP);
+    EXPECT_THAT(supervisor.ask(callWith("hello")).body, testing::StartsWith("hello by "));
+    EXPECT_EQ(supervisor.counters().silent, 1u);
+}
+
+TEST(Supervisor, AWorkerThatEndsWhileNobodyAsksIsReplacedToo) {
+    Supervisor supervisor(options());
+    awaitBoth(supervisor);
+    const auto [first, second] = supervisor.processes();
+    kill(first, SIGKILL);
+    for (int i = 0; i < 500 && supervisor.processes().first != second; ++i) {
+        std::this_thread::sleep_for(10ms);
+    }
+    EXPECT_EQ(supervisor.processes().first, second);
+    awaitBoth(supervisor);
+}
+
+TEST(Supervisor, WhoCrashesEveryWorkerIsRefusedAndNobodyElse) {
+    Supervisor supervisor(options());
+    std::vector<std::future<std::string>> others;
+    for (int i = 0; i < 10; ++i) {
+        others.push_back(std::async(std::launch::async, [&, i] {
+            return refusalOf(supervisor, "slow").substr(0, 9) + std::to_string(i);
+        }));
+    }
+    std::this_thread::sleep_for(20ms);
+    EXPECT_EQ(refusalOf(supervisor, "crash"), "quarantined");
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(others[i].get(), "answered:" + std::to_string(i));
+    const std::uint64_t ended = supervisor.counters().ended;
+    EXPECT_EQ(refusalOf(supervisor, "crash"), "quarantined");
+    EXPECT_EQ(supervisor.counters().ended, ended) << "no worker is spent on it again";
+    EXPECT_THAT(refusalOf(supervisor, "hello"), testing::StartsWith("answered: hello"));
+}
+
+TEST(Supervisor, NonsenseFromAWorkerIsItsEnd) {
+    Supervisor supervisor(options());
+    EXPECT_EQ(refusalOf(supervisor, "nonsense"), "quarantined");
+    EXPECT_THAT(refusalOf(supervisor, "hello"), testing::StartsWith("answered: hello"));
+}
+
+TEST(Supervisor, AClientThatLeavesIsToldToTheWorker) {
+    Supervisor supervisor(options());
+    Call call = callWith("until cancelled");
+    call.departure = std::make_shared<Departure>();
+    auto answer = std::async(std::launch::async, [&] { return supervisor.ask(call).body; });
+    EXPECT_EQ(answer.wait_for(50ms), std::future_status::timeout);
+    call.departure->leave();
+    EXPECT_THAT(answer.get(), testing::StartsWith("until cancelled"));
+}
+
+TEST(Supervisor, AHundredKillsLoseNothing) {
+    Supervisor supervisor(options());
+    std::atomic<bool> ending{false};
+    std::atomic<int> answered{0}, lost{0};
+    std::vector<std::thread> clients;
+    for (int i = 0; i < 4; ++i) {
+        clients.emplace_back([&, i] {
+            for (int n = 0; !ending; ++n) {
+                const std::string body = std::to_string(i) + "/" + std::to_string(n);
+                try {
+                    const bool right = supervisor.ask(callWith(body)).body.starts_with(body + " ");
+                    ++(right ? answered : lost);
+                } catch (const RequestError&) {
+                    ++lost;
+                }
+            }
+        });
+    }
+    for (int i = 0; i < 100; ++i) {
+        awaitBoth(supervisor);
+        kill(supervisor.processes().first, SIGKILL);
+        std::this_thread::sleep_for(5ms);
+    }
+    ending = true;
+    for (std::thread& client : clients) client.join();
+    EXPECT_EQ(lost, 0);
+    EXPECT_GT(answered, 100);
+    EXPECT_GE(supervisor.counters().ended, 50u);
+}
+
+}  // namespace
+}  // namespace clerestory::test
+
+int main(int argc, char** argv) {
+    if (argc > 1 && std::strcmp(argv[1], clerestory::kWorkerCommand) == 0) {
+        return clerestory::test::playWorker(argc, argv);
+    }
+    testing::InitGoogleTest(&argc, argv);
+    return RUN_ALL_TESTS();
+}

@@ -1,0 +1,150 @@
+// The renderer in a process of its own: the same bytes, and nothing lost when it ends.
+#include "tests/support/test_server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include <sys/wait.h>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+Config workerConfig() {
+    Config config = testConfig();
+    config.singleProcess = false;
+    config.workers.program.file = CLERESTORY_PROGRAM;
+    config.workers.program.arguments = {"--scene", "six-walls", "--log-level", "off",
+                                        "--queue", "256",       "--deadline",  "60"};
+    return config;
+}
+
+class WorkerServer : public testing::Test {
+protected:
+    void SetUp() override { server.start(); }
+    httplib::Client client() const {
+        httplib::Client client("127.0.0.1", server.port());
+        client.set_keep_alive(true);
+        client.set_tcp_nodelay(true);
+        client.set_read_timeout(120);
+        return client;
+    }
+    pid_t worker() { return server.supervisor()->processes().first; }
+    void awaitStandby() {
+        for (int i = 0; i < 3000 && server.supervisor()->processes().second == 0; ++i) {
+            std::this_thread::sleep_for(10ms);
+        }
+    }
+    Server server{workerConfig()};
+};
+
+std::string frameBody(int i) {
+    return smallFrame(R"("camera": {"position": [)" + std::to_string(0.01 * i) +
+                      R"(, 1, 2], "target": [0, 1, 0]})");
+}
+
+TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
+    auto there = client();
+    auto here = sharedServer().client();
+    for (const std::string& body :
+         {smallFrame(), smallFrame(R"("output": {"format": "npy", "channel": "depth"})"),
+          smallFrame(R"("accuracy": "fine", "output": {"format": "png"})")}) {
+        const auto a = postJson(there, "/v1/frames", body), b = postJson(here, "/v1/frames", body);
+        ASSERT_EQ(a->status, 200) << a->body;
+        EXPECT_EQ(a->body, b->body);
+        EXPECT_EQ(a->get_header_value("ETag"), b->get_header_value("ETag"));
+        EXPECT_EQ(a->get_header_value("Clerestory-Passes"),
+                  b->get_header_value("Clerestory-Passes"));
+    }
+    for (const char* path : {"/v1/scenes", "/v1/scenes/six-walls", "/openapi.json"}) {
+        EXPECT_EQ(there.Get(path)->body, here.Get(path)->body) << path;
+    }
+    for (const char* body : {"{", R"({"width": 0, "widht": 3})", R"({"scene": "nobody"})"}) {
+        const auto a = postJson(there, "/v1/frames", body), b = postJson(here, "/v1/frames", body);
+        EXPECT_EQ(a->status, b->status);
+        const json one = json::parse(a->body), other = json::parse(b->body);
+        EXPECT_EQ(one["errors"], other["errors"]);
+        EXPECT_EQ(one["detail"], other["detail"]);
+    }
+    EXPECT_EQ(there.Get("/nothing")->status, 404);
+    EXPECT_EQ(there.Get("/v1/plans")->status, 405);
+    EXPECT_EQ(there.Get("/healthz")->status, 200);
+    EXPECT_EQ(there.Get("/readyz")->status, 200);
+    const std::string metrics = there.Get("/metrics")->body;
+    EXPECT_THAT(metrics, testing::HasSubstr("clerestory_passes_total"));
+    EXPECT_THAT(metrics, testing::HasSubstr("clerestory_workers{role=\"active\"} 1"));
+}
+
+TEST_F(WorkerServer, KillsInMidFrameLoseNothing) {
+    auto calm = client();
+    std::vector<std::string> expected;
+    for (int i = 0; i < 8; ++i) {
+        expected.push_back(postJson(calm, "/v1/frames", frameBody(i))->body);
+    }
+    std::atomic<bool> ending{false};
+    std::atomic<int> right{0}, wrong{0};
+    std::vector<std::thread> clients;
+    for (int c = 0; c < 4; ++c) {
+        clients.emplace_back([&, c] {
+            auto own = client();
+            for (int n = c; !ending; n = (n + 3) % 8) {
+                const auto result = postJson(own, "/v1/frames", frameBody(n));
+                ++(result && result->status == 200 && result->body == expected[n] ? right : wrong);
+            }
+        });
+    }
+    constexpr int kKills = 6;
+    for (int i = 0; i < kKills; ++i) {
+        awaitStandby();
+        kill(worker(), SIGKILL);
+        std::this_thread::sleep_for(100ms);
+    }
+    ending = true;
+    for (std::thread& one : clients) one.join();
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(right, kKills);
+    EXPECT_GE(server.supervisor()->counters().ended, static_cast<std::uint64_t>(kKills));
+}
+
+TEST_F(WorkerServer, ASequenceGoesOnOverAKill) {
+    awaitStandby();
+    json frames = json::array();
+    for (int i = 0; i < 30; ++i) frames.push_back(json::parse(frameBody(i)));
+    std::string got;
+    std::thread reader([&] {
+        auto own = client();
+        got = own.Post("/v1/sequences", {{"Accept", "multipart/mixed"}},
+                       json{{"frames", frames}}.dump(), "application/json")
+                  ->body;
+    });
+    std::this_thread::sleep_for(50ms);
+    kill(worker(), SIGKILL);
+    reader.join();
+    const std::size_t manifest = got.find("manifest.json");
+    ASSERT_NE(manifest, std::string::npos);
+    EXPECT_NE(got.find("\"failures\": 0", manifest), std::string::npos);
+}
+
+TEST_F(WorkerServer, NoWorkerOutlivesItsServer) {
+    awaitStandby();
+    const auto [first, second] = server.supervisor()->processes();
+    server.stop();
+    EXPECT_EQ(kill(first, 0), 0) << "it answers until the server goes";
+    ASSERT_NE(second, 0);
+}
+
+TEST(WorkerLimits, AWorkerWithoutRoomFailsCleanlyAndIsNotOurEnd) {
+    Config config = workerConfig();
+    config.workers.program.arguments.insert(config.workers.program.arguments.end(),
+                                            {"--worker-memory", "200MB"});
+    EXPECT_THROW(Server server(config), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace clerestory::test
