@@ -1,5 +1,6 @@
 #include "server/service_routes.h"
 
+#include "scene/import/import_jail.h"
 #include "server/build_id.h"
 #include "server/comparisons.h"
 #include "server/frames.h"
@@ -37,26 +38,29 @@ Answer describeScene(Service& service, const Call& call) {
 Answer describeRenderer(Service& service, const Call&) {
     const RendererIdentity& id = service.queue().identity();
     const Config& config = service.config();
-    return jsonAnswer({{"vendor", id.vendor},
-                       {"renderer", id.renderer},
-                       {"version", id.version},
-                       {"shadingLanguage", id.shadingLanguage},
-                       {"platform", id.platform},
-                       {"software", id.software},
-                       {"clipControl", id.clipControl},
-                       {"timerQueriesTrusted", id.timerQueriesTrusted},
-                       {"maxSamples", id.maxSamples},
-                       {"maxAnisotropy", id.maxAnisotropy},
-                       {"maxTextureSize", id.maxTextureSize},
-                       {"environments", service.library().environmentNames()},
-                       {"threads", std::thread::hardware_concurrency()},
-                       {"limits",
-                        {{"edge", kMaxEdge},
-                         {"pixels", kMaxPixels},
-                         {"bodyBytes", config.http.limits.bodyBytes},
-                         {"queue", config.queue},
-                         {"deadlineSeconds", config.deadlineSeconds}}},
-                       {"program", {{"version", versionText()}, {"build", buildId()}}}});
+    const JailSupport jail = jailSupport();
+    return jsonAnswer(
+        {{"vendor", id.vendor},
+         {"renderer", id.renderer},
+         {"version", id.version},
+         {"shadingLanguage", id.shadingLanguage},
+         {"platform", id.platform},
+         {"software", id.software},
+         {"clipControl", id.clipControl},
+         {"timerQueriesTrusted", id.timerQueriesTrusted},
+         {"maxSamples", id.maxSamples},
+         {"maxAnisotropy", id.maxAnisotropy},
+         {"maxTextureSize", id.maxTextureSize},
+         {"environments", service.library().environmentNames()},
+         {"threads", std::thread::hardware_concurrency()},
+         {"limits",
+          {{"edge", kMaxEdge},
+           {"pixels", kMaxPixels},
+           {"bodyBytes", config.http.limits.bodyBytes},
+           {"queue", config.queue},
+           {"deadlineSeconds", config.deadlineSeconds}}},
+         {"importer", {{"landlock", jail.landlock}, {"systemCallFilter", jail.systemCallFilter}}},
+         {"program", {{"version", versionText()}, {"build", buildId()}}}});
 }
 
 Answer readiness(Service& service, const Call&) {

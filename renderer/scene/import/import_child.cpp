@@ -1,6 +1,7 @@
 // The child's side: limits first, then the import, then what it made into the file it was given.
 #include "scene/import/environment_blob.h"
 #include "scene/import/import.h"
+#include "scene/import/import_jail.h"
 #include "scene/import/import_wire.h"
 #include "scene/import/scene_blob.h"
 
@@ -46,7 +47,13 @@ void confine(const ImportLimits& limits) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they reserve terabytes
     limit(RLIMIT_AS, limits.addressSpaceBytes);
 #endif
-    prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+}
+
+// What may be read: the folder of six pictures, or the one that the file lies in.
+std::filesystem::path folderOf(const std::filesystem::path& file) {
+    std::error_code error;
+    if (std::filesystem::is_directory(file, error)) return file;
+    return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
 
 }  // namespace
@@ -73,6 +80,7 @@ int importChildMain(int argc, char** argv) {
     }
     const ImportLimits limits = decodedLimits(options["--limits"]);
     confine(limits);
+    enterJail(folderOf(file));
     const auto tell = [&](const std::string& line) {
         writeAll(progress, line.data(), line.size());
     };

@@ -1,0 +1,133 @@
+// deploy/haproxy.cfg as it stands, before three servers: one is killed under load, and nobody
+// notices but the proxy.
+#include "tests/support/raw_client.h"
+#include "tests/support/server_process.h"
+
+#include <gtest/gtest.h>
+#include <httplib.h>
+#include <nlohmann/json.hpp>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <map>
+#include <memory>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+int freePort() {
+    const int s = socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    bind(s, reinterpret_cast<sockaddr*>(&address), size);
+    getsockname(s, reinterpret_cast<sockaddr*>(&address), &size);
+    close(s);
+    return ntohs(address.sin_port);
+}
+
+class Proxy {
+public:
+    Proxy(const char* program, int port, const std::vector<int>& servers) {
+        setenv("CLERESTORY_BIND", ("127.0.0.1:" + std::to_string(port)).c_str(), 1);
+        for (std::size_t i = 0; i < servers.size(); ++i) {
+            setenv(("CLERESTORY_" + std::to_string(i + 1)).c_str(),
+                   ("127.0.0.1:" + std::to_string(servers[i])).c_str(), 1);
+        }
+        std::string words[] = {program, "-db", "-q", "-f",
+                               CLERESTORY_SOURCE_DIR "/deploy/haproxy.cfg"};
+        char* arguments[] = {words[0].data(), words[1].data(), words[2].data(),
+                             words[3].data(), words[4].data(), nullptr};
+        posix_spawn(&id_, program, nullptr, nullptr, arguments, environ);
+    }
+    ~Proxy() {
+        kill(id_, SIGKILL);
+        waitpid(id_, nullptr, 0);
+    }
+    Proxy(const Proxy&) = delete;
+    Proxy& operator=(const Proxy&) = delete;
+
+private:
+    pid_t id_ = -1;
+};
+
+std::string body(int i) {
+    // The scene's name chooses the server, so that all three have some.
+    const char* scenes[] = {"six-walls", "orbiting-cubes", "teapots"};
+    return R"({"scene": ")" + std::string(scenes[i % 3]) +
+           R"(", "width": 48, "height": 32, "exposure": )" + std::to_string(i % 7) + "}";
+}
+
+TEST(Haproxy, AServerThatIsKilledUnderLoadCostsNobodyAnything) {
+    const char* program = "/usr/sbin/haproxy";
+    if (access(program, X_OK) != 0) GTEST_SKIP() << "haproxy is not installed";
+    const std::vector<std::string> flags = {"--scene", "six-walls", "--no-standby"};
+    std::vector<std::unique_ptr<ServerProcess>> servers;
+    std::vector<int> ports;
+    for (int i = 0; i < 3; ++i) {
+        servers.push_back(std::make_unique<ServerProcess>(flags));
+        ports.push_back(servers.back()->port());
+    }
+    for (const auto& server : servers) ASSERT_TRUE(server->waitUntilReady());
+    const int port = freePort();
+    const Proxy proxy(program, port, ports);
+
+    std::map<std::string, std::string> expected;
+    httplib::Client direct("127.0.0.1", ports[0]);
+    direct.set_read_timeout(60);
+    for (int i = 0; i < 21; ++i) {
+        const auto result = direct.Post("/v1/frames", body(i), "application/json");
+        ASSERT_TRUE(result && result->status == 200);
+        expected[body(i)] = result->body;
+    }
+    // The proxy has seen its servers.
+    for (int i = 0; i < 100; ++i) {
+        httplib::Client probe("127.0.0.1", port);
+        const auto result = probe.Get("/readyz");
+        if (result && result->status == 200) break;
+        std::this_thread::sleep_for(100ms);
+    }
+
+    std::atomic<bool> ending{false};
+    std::atomic<int> right{0}, wrong{0};
+    std::vector<std::thread> clients;
+    for (int c = 0; c < 4; ++c) {
+        clients.emplace_back([&, c] {
+            httplib::Client client("127.0.0.1", port);
+            client.set_keep_alive(true);
+            client.set_read_timeout(60);
+            for (int n = c; !ending; ++n) {
+                const auto result = client.Post("/v1/frames", body(n), "application/json");
+                const bool equal =
+                    result && result->status == 200 && result->body == expected.at(body(n));
+                ++(equal ? right : wrong);
+                if (!equal && result) ADD_FAILURE() << result->status << " " << result->body;
+            }
+        });
+    }
+    std::this_thread::sleep_for(1500ms);
+    const int before = right;
+    for (int victim = 0; victim < 2; ++victim) {
+        servers[victim]->signal(SIGKILL);
+        std::this_thread::sleep_for(2500ms);
+    }
+    ending = true;
+    for (std::thread& client : clients) client.join();
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(before, 10);
+    EXPECT_GT(right, before + 10);
+}
+
+}  // namespace
+}  // namespace clerestory::test
