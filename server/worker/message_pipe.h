@@ -14,6 +14,7 @@ enum class MessageKind : std::uint32_t {
     beat,      // worker to front, every so often: it lives
     answer,    // worker to front: a packed Answer
     standing,  // worker to front: calls are answered from now on
+    warm,      // worker to front: its first scene can be drawn at once
     failed     // worker to front: why it cannot start, in words for people; then it ends
 };
 

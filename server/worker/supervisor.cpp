@@ -17,6 +17,7 @@ constexpr std::chrono::seconds kBetweenStarts{2};
 constexpr int kMostCrashes = 2, kMostEnds = 8;
 // How soon the end of a worker is seen that nobody asked anything.
 constexpr std::chrono::seconds kLooksUp{1};
+constexpr std::chrono::milliseconds kWarmingLooksUp{50};
 
 }  // namespace
 
@@ -56,6 +57,10 @@ void Supervisor::keep() {
         if (standby_ && !standby_->alive()) standby_ = nullptr;
         if (active_ && (standby_ || !options_.standby)) {
             changed_.wait_for(lock, kLooksUp);
+            continue;
+        }
+        if (active_ && !active_->warm()) {  // the second must not slow down the first
+            changed_.wait_for(lock, kWarmingLooksUp);
             continue;
         }
         lock.unlock();

@@ -17,20 +17,22 @@ namespace {
 
 constexpr std::chrono::milliseconds kBeat{200};
 
-// Says that this process lives; and ends it when the renderer works on one thing for too long,
-// which no thread of a process can end.
+// Says that this process lives, and is warm; and ends it when the renderer works on one thing for
+// too long, which no thread of a process can end.
 class Beating {
 public:
     Beating(MessagePipe& pipe, std::chrono::duration<double> longest)
         : thread_([this, &pipe, longest] {
               std::unique_lock lock(mutex_);
+              bool warm = false;
               while (!ending_) {
                   if (service_ && service_->queue().workingFor() > longest) {
                       spdlog::critical("the renderer worked on one thing for {:.0f} s",
                                        longest.count());
                       std::_Exit(3);
                   }
-                  pipe.send({.kind = MessageKind::beat});
+                  warm = warm || (service_ && firstSceneDone());
+                  pipe.send({.kind = warm ? MessageKind::warm : MessageKind::beat});
                   wake_.wait_for(lock, kBeat, [&] { return ending_; });
               }
           }) {}
@@ -51,6 +53,11 @@ public:
     }
 
 private:
+    bool firstSceneDone() const {
+        const SceneState state = service_->library().find(service_->library().defaultId()).state;
+        return state == SceneState::ready || state == SceneState::failed;
+    }
+
     std::mutex mutex_;
     std::condition_variable wake_;
     Service* service_ = nullptr;

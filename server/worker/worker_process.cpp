@@ -128,6 +128,7 @@ bool WorkerProcess::heard(const Message& message) {
             waiting_.erase(found);
         }
     }
+    if (message.kind == MessageKind::warm) warm_ = true;
     if (message.kind == MessageKind::standing) {
         if (stands_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return false;
         standing_.set_value();

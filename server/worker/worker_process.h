@@ -38,6 +38,7 @@ public:
     // Nothing: it ended before it answered.
     std::optional<Answer> ask(const Call& call);
 
+    bool warm() const { return warm_; }  // its first scene can be drawn at once
     bool alive() const { return !ended_; }
     bool wasSilent() const { return silent_; }  // killed for that
     // Ended by a signal that nobody can send to himself by mistake, and that we did not send.
@@ -60,7 +61,7 @@ private:
     std::unordered_map<std::uint64_t, std::promise<std::optional<Answer>>> waiting_;
     std::uint64_t nextId_ = 1;
     std::string lastWords_;
-    std::atomic<bool> ended_{false}, silent_{false}, killed_{false};
+    std::atomic<bool> ended_{false}, warm_{false}, silent_{false}, killed_{false};
     Clock::time_point lastHeard_ = Clock::now();
     std::thread listener_, watcher_;
 };

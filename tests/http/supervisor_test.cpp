@@ -39,6 +39,7 @@ int playWorker(int argc, char** argv) {
         return 2;
     }
     pipe.send({.kind = MessageKind::standing});
+    pipe.send({.kind = MessageKind::warm});
     std::thread([&pipe] { beatFor(pipe, 1h); }).detach();
     std::set<std::uint64_t> cancelled;
     std::mutex mutex;

@@ -1,0 +1,187 @@
+// Prints what the end of a renderer, of all of them and of the server itself costs those who wait,
+// each figure beside its bar: scripts/chaos
+#include "tests/bench/statistics.h"
+#include "tests/support/raw_client.h"
+#include "tests/support/server_process.h"
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+namespace {
+
+using namespace clerestory::test;
+using clerestory::bench::percentile;
+using clerestory::bench::Stopwatch;
+using namespace std::chrono_literals;
+
+int missed = 0;
+
+void print(const char* row, const std::string& what, const char* format, double figure, double bar,
+           const char* barText) {
+    char text[96];
+    std::snprintf(text, sizeof text, format, figure);
+    const bool held = figure <= bar;
+    std::printf("| %s | %s | %s | %s | %s |\n", row, what.c_str(), text, barText,
+                held ? "held" : "MISSED");
+    std::fflush(stdout);
+    missed += !held;
+}
+
+std::string wordsOf(pid_t id) {
+    std::ifstream file("/proc/" + std::to_string(id) + "/cmdline");
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+// The oldest first, which is the one that answers.
+std::vector<pid_t> workersOf(pid_t server) {
+    std::vector<pid_t> list;
+    std::error_code error;
+    const std::filesystem::path tasks = "/proc/" + std::to_string(server) + "/task";
+    for (const auto& task : std::filesystem::directory_iterator(tasks, error)) {
+        std::ifstream children(task.path() / "children");
+        for (pid_t id = 0; children >> id;) {
+            if (wordsOf(id).find("worker") != std::string::npos) list.push_back(id);
+        }
+    }
+    std::sort(list.begin(), list.end());
+    return list;
+}
+
+double metric(int port, const std::string& name) {
+    const std::string text = ask(port, get("/metrics", "Connection: close\r\n"));
+    const std::size_t at = text.find("\n" + name + " ");
+    return at == std::string::npos ? -1.0 : std::atof(text.c_str() + at + name.size() + 2);
+}
+
+void awaitBoth(const ServerProcess& server) {
+    for (int i = 0; i < 3000; ++i) {
+        if (metric(server.port(), "clerestory_workers{role=\"standby\"}") == 1 &&
+            metric(server.port(), "clerestory_workers{role=\"active\"}") == 1) {
+            return;
+        }
+        std::this_thread::sleep_for(20ms);
+    }
+}
+
+std::string frameOf(int i) {
+    return R"({"scene": "six-walls", "width": 320, "height": 240, "exposure": )" +
+           std::to_string(i % 8) + "}";
+}
+
+// Four clients that ask for frames all the time, and know what each must be.
+class Clients {
+public:
+    explicit Clients(int port) {
+        for (int i = 0; i < 8; ++i) {
+            expected_.push_back(std::string(bodyOf(ask(port, post("/v1/frames", frameOf(i)), 60))));
+        }
+        for (int c = 0; c < 4; ++c) threads_.emplace_back([this, c, port] { run(c, port); });
+    }
+    ~Clients() { end(); }
+    void end() {
+        ending_ = true;
+        for (std::thread& thread : threads_) thread.join();
+        threads_.clear();
+    }
+    std::vector<double> times() {
+        const std::lock_guard lock(mutex_);
+        return std::exchange(times_, {});
+    }
+    int wrong() const { return wrong_; }
+
+private:
+    void run(int n, int port) {
+        RawClient client(port);
+        for (; !ending_; ++n) {
+            const Stopwatch watch;
+            client.send(post("/v1/frames", frameOf(n)));
+            const std::string answer = client.answer(120);
+            const bool right = statusOf(answer) == 200 && bodyOf(answer) == expected_[n % 8];
+            if (!right) ++wrong_;
+            const std::lock_guard lock(mutex_);
+            times_.push_back(watch.milliseconds());
+        }
+    }
+    std::vector<std::string> expected_;
+    std::vector<std::thread> threads_;
+    std::mutex mutex_;
+    std::vector<double> times_;
+    std::atomic<bool> ending_{false};
+    std::atomic<int> wrong_{0};
+};
+
+// The slowest answer about each of so many signals to the worker that answers.
+void strike(const char* row, const char* what, int number, int times, double barMs,
+            const char* barText, bool standby) {
+    std::vector<std::string> flags = {"--scene", "six-walls"};
+    if (!standby) flags.push_back("--no-standby");
+    const ServerProcess server(flags);
+    server.waitUntilReady();
+    Clients clients(server.port());
+    std::vector<double> slowest;
+    for (int i = 0; i < times; ++i) {
+        if (standby) {
+            awaitBoth(server);
+        } else {
+            server.waitUntilReady();
+        }
+        std::this_thread::sleep_for(100ms);
+        const auto workers = workersOf(server.id());
+        if (workers.empty()) continue;
+        clients.times();
+        kill(workers.front(), number);
+        std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(1.2 * barMs));
+        const std::vector<double> about = clients.times();
+        slowest.push_back(percentile(about, 1.0));
+    }
+    clients.end();
+    const std::string name = std::to_string(times) + " x " + what;
+    print(row, name + ": slowest answer, p99", "%.0f ms", percentile(slowest, 0.99), barMs,
+          barText);
+    print(row, name + ": slowest answer, median", "%.0f ms", percentile(slowest, 0.5), barMs,
+          barText);
+    print(row, name + ": frames lost or wrong", "%.0f", clients.wrong(), 0, "0");
+}
+
+void frontKilled(int times) {
+    std::vector<double> back;
+    int stray = 0;
+    for (int i = 0; i < times; ++i) {
+        std::vector<pid_t> workers;
+        {
+            ServerProcess server({"--scene", "six-walls"});
+            server.waitUntilReady();
+            workers = workersOf(server.id());
+        }
+        std::this_thread::sleep_for(100ms);
+        for (const pid_t id : workers) stray += kill(id, 0) == 0;
+        const Stopwatch watch;
+        const ServerProcess again({"--scene", "six-walls"});
+        again.waitUntilReady();
+        back.push_back(watch.milliseconds());
+    }
+    const std::string name = std::to_string(times) + " x server killed";
+    print("U3", name + ": processes left behind", "%.0f", stray, 0, "0");
+    print("U3", name + ": serving again, median", "%.0f ms", percentile(back, 0.5), 1000,
+          "1000 ms");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const bool isShort = argc > 1 && std::strcmp(argv[1], "--short") == 0;
+    std::printf("| row | what | figure | bar | |\n|---|---|---|---|---|\n");
+    strike("G1", "worker killed, warm standby", SIGKILL, isShort ? 5 : 100, 250, "250 ms", true);
+    strike("G1", "worker killed, no standby", SIGKILL, isShort ? 3 : 20, 2000, "2000 ms", false);
+    strike("G2", "worker stopped", SIGSTOP, isShort ? 2 : 20, 3250, "silence 3000 ms + 250 ms",
+           true);
+    frontKilled(isShort ? 3 : 20);
+    std::printf("\n%d missed; load average %.1f\n", missed, clerestory::bench::loadAverage());
+    return 0;
+}
