@@ -136,7 +136,7 @@ TEST(Load, AFrameWhoseClientLeftIsNotDrawn) {
     auto hold = server.holdRenderer();
     std::vector<RawClient> clients;
     for (int i = 0; i < 6; ++i) {
-        clients.emplace_back(server.service().port());
+        clients.emplace_back(server.server().port());
         clients.back().send(post("/v1/frames", smallFrame()));
     }
     ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 6; }));
