@@ -170,7 +170,7 @@ void WorkerProcess::end(bool byUs) {
 void WorkerProcess::watch() {
     std::unique_lock lock(mutex_);
     while (!ended_) {
-        ending_.wait_for(lock, silence_ / 8, [&] { return ended_.load(); });
+        ending_.wait_for(lock, silence_ / 30, [&] { return ended_.load(); });
         if (!ended_ && Clock::now() - lastHeard_ > silence_) {
             silent_ = true;
             pipe_->shut();

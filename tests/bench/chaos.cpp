@@ -39,6 +39,14 @@ std::string wordsOf(pid_t id) {
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
+// A process that has ended stays in the table until somebody asks how.
+bool lives(pid_t id) {
+    std::ifstream file("/proc/" + std::to_string(id) + "/stat");
+    const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    const std::size_t at = text.rfind(") ");
+    return at != std::string::npos && text[at + 2] != 'Z';
+}
+
 // The oldest first, which is the one that answers.
 std::vector<pid_t> workersOf(pid_t server) {
     std::vector<pid_t> list;
@@ -161,7 +169,7 @@ void frontKilled(int times) {
             workers = workersOf(server.id());
         }
         std::this_thread::sleep_for(100ms);
-        for (const pid_t id : workers) stray += kill(id, 0) == 0;
+        for (const pid_t id : workers) stray += lives(id);
         const Stopwatch watch;
         const ServerProcess again({"--scene", "six-walls"});
         again.waitUntilReady();
