@@ -38,6 +38,16 @@ json valueFrom(const std::string& text, const T*, const Range&) {
     }
 }
 
+json valueFrom(const std::string& text, const Quaternion*, const Rotation&) {
+    json list = json::array();
+    for (std::size_t begin = 0; begin <= text.size() && list.size() < 10;) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        list.push_back(numberOr(std::string_view(text).substr(begin, end - begin)));
+        begin = end + 1;
+    }
+    return list;
+}
+
 template <class T>
 json valueFrom(const std::string& text, const T*, const Flag&) {
     if (text == "1" || text == "true") return true;
@@ -165,7 +175,10 @@ nlohmann::ordered_json frameQueryParameters() {
                                             {"in", "query"},
                                             {"description", std::move(description)},
                                             {"schema", std::move(at)}};
-        if (parameter["schema"].value("type", "") == "array") {
+        const nlohmann::ordered_json& shape = parameter["schema"].contains("oneOf")
+                                                  ? parameter["schema"]["oneOf"][0]
+                                                  : parameter["schema"];
+        if (shape.value("type", "") == "array") {
             parameter["style"] = "form";
             parameter["explode"] = false;
         }

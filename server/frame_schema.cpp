@@ -30,6 +30,16 @@ ordered_json schemaOf(const T*, const Range& range) {
                 {"maxItems", components<T>}};
     }
 }
+ordered_json schemaOf(const Quaternion*, const Rotation&) {
+    ordered_json forms = ordered_json::array();
+    for (const int count : {4, 9, 3}) {
+        forms.push_back({{"type", "array"},
+                         {"items", {{"type", "number"}}},
+                         {"minItems", count},
+                         {"maxItems", count}});
+    }
+    return {{"oneOf", std::move(forms)}};
+}
 template <class T>
 ordered_json schemaOf(const T*, const Text& text) {
     return {{"type", "string"}, {"maxLength", text.maxLength}};

@@ -26,6 +26,9 @@ ordered_json member(E value, const Choice<E>& choice) {
 }
 template <class T>
 ordered_json member(const T& value, const Range& range);
+ordered_json member(const Quaternion& value, const Rotation&) {
+    return ordered_json(value);
+}
 template <class E, std::size_t N>
 ordered_json member(const std::variant<E, std::array<double, N>>& value,
                     const ChoiceOrNumbers<E>& kind) {

@@ -165,6 +165,9 @@ ordered_json probes(const Scene& scene, const Pose& pose) {
         if (probe.node != kNone) entry["node"] = scene.nodes[probe.node].name;
         if (probe.resolution > 0) entry["resolution"] = probe.resolution;
         if (probe.zfar > 0.0) entry["zfar"] = probe.zfar;
+        if (probe.blur.changes()) {
+            entry["blur"] = {{"size", probe.blur.size}, {"stdev", probe.blur.stdev}};
+        }
         list.push_back(std::move(entry));
     }
     return list;
@@ -266,6 +269,8 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
                            {"target", vector3(view.target)},
                            {"yfov", view.yfov}};
     json["environment"] = scene.environment;
+    const glm::dquat& turn = scene.environmentRotation;
+    json["environmentRotation"] = {turn.x, turn.y, turn.z, turn.w};
     json["counts"] = {{"meshes", scene.meshes.size()},       {"materials", scene.materials.size()},
                       {"textures", scene.textures.size()},   {"images", scene.images.size()},
                       {"instances", scene.instances.size()}, {"clusters", scene.clusters.size()},

@@ -202,6 +202,7 @@ Scene SceneLibrary::whole(const std::string& id) {
     }
     Scene scene = file.empty() ? makeBuiltinScene(id).value() : importScene(file, import_);
     scene.id = id;
+    requireLight(scene);
     return scene;
 }
 
@@ -319,7 +320,17 @@ Scene SceneLibrary::made(Entry& entry) {
         });
     }
     scene.id = entry.status.id;
+    requireLight(scene);
     return scene;
+}
+
+// A side file may name a map that this server was not started with.
+void SceneLibrary::requireLight(Scene& scene) const {
+    if (environment(scene.environment)) return;
+    scene.warnings.push_back({"unknownEnvironment", scene.environment,
+                              "no environment map of that name is loaded; 'sky' lights the scene"});
+    scene.environment = "sky";
+    updateContentHash(scene);
 }
 
 }  // namespace clerestory

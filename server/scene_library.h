@@ -89,6 +89,7 @@ private:
     Entry& entryFor(const std::string& id);
     void loadAll();
     void load(Entry& entry);
+    void requireLight(Scene& scene) const;
     Scene made(Entry& entry);
 
     RenderQueue& queue_;

@@ -1,6 +1,7 @@
 // Prefilters an environment map: level k of the target holds the light that a GGX lobe of roughness
 // k / (levels - 1) gathers about each direction.
 #include "passes/blocks.h"
+#include "passes/blur_turns.h"
 #include "passes/environment_samples.h"
 #include "passes/passes.h"
 
@@ -17,6 +18,13 @@ constexpr glm::vec3 kFaceAxes[6][3] = {
 };
 
 const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
+
+void setFace(blocks::PrefilterBlock& block, std::uint32_t face, float texels) {
+    for (int axis = 0; axis < 3; ++axis) {
+        // w: from the target's pixels to -1..1, before 1 is taken away.
+        block.faceAxes[axis] = glm::vec4(kFaceAxes[face][axis], 2.0f / texels);
+    }
+}
 
 void prefilter(PassResources& resources, const PassInput& input, const gl::Texture& source,
                std::uint32_t samplesPerTexel) {
@@ -38,10 +46,7 @@ void prefilter(PassResources& resources, const PassInput& input, const gl::Textu
         block.counts.x = static_cast<int>(samples.size());
         std::copy(samples.begin(), samples.end(), block.samples);
         for (std::uint32_t face = 0; face < 6; ++face) {
-            for (int axis = 0; axis < 3; ++axis) {
-                // w: from the target's pixels to -1..1, before 1 is taken away.
-                block.faceAxes[axis] = glm::vec4(kFaceAxes[face][axis], 2.0f / texels);
-            }
+            setFace(block, face, texels);
             resources.prefilterBlock.assign(blocks::bytesOf(block));
             resources.prefilterBlock.bindUniform(BINDING_PREFILTER);
             input.target().face(level, face).bind();
@@ -51,6 +56,29 @@ void prefilter(PassResources& resources, const PassInput& input, const gl::Textu
 }
 
 }  // namespace
+
+void runGaussianPass(PassResources& resources, const PassInput& input) {
+    const TargetSpec& spec = input.target().spec();
+    const gl::Texture& source =
+        input.pass.reads.empty() ? input.environment->source : input.read(0).texture();
+    gl::apply(gl::State{});
+    gl::apply(gl::Facing{.cullBack = false});
+    source.bind(UNIT_SOURCE);
+    resources.samplers.sampler({}).bind(UNIT_SOURCE);
+    resources.shaders.program({"fullscreen.vert", "map_blur.frag"}).use();
+    resources.noVertices.bind();
+    const std::vector<glm::vec4> turns = blurTurns(input.pass.blur, spec.width);
+    blocks::PrefilterBlock block{};
+    block.counts = {static_cast<int>(turns.size()), static_cast<int>(input.pass.axis), 0, 0};
+    std::copy(turns.begin(), turns.end(), block.samples);
+    for (std::uint32_t face = 0; face < 6; ++face) {
+        setFace(block, face, static_cast<float>(spec.width));
+        resources.prefilterBlock.assign(blocks::bytesOf(block));
+        resources.prefilterBlock.bindUniform(BINDING_PREFILTER);
+        input.target().face(0, face).bind();
+        gl::drawTriangle();
+    }
+}
 
 void runEnvironmentPass(PassResources& resources, const PassInput& input) {
     prefilter(resources, input, input.environment->source, input.plan.environmentSamples);

@@ -61,6 +61,9 @@ void Executor::runPass(const PassInput& input) {
             runPrefilterPass(resources_, input);
             targets_.markResident(input.target());
             break;
+        case PassKind::gaussian:
+            runGaussianPass(resources_, input);
+            break;
         case PassKind::levels:
             runLevelsPass(input);
             break;
@@ -150,8 +153,9 @@ Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targ
         const Clock::time_point start = Clock::now();
         const auto named = maps.find(pass.map);
         const EnvironmentMap& map = named == maps.end() ? environment : *named->second;
-        const bool needsMap =
-            pass.kind == PassKind::environment || pass.sky || pass.environment != kNoTarget;
+        const bool needsMap = pass.kind == PassKind::environment || pass.sky ||
+                              pass.environment != kNoTarget ||
+                              (pass.kind == PassKind::gaussian && pass.reads.empty());
         PassInput input{.plan = plan,
                         .pass = pass,
                         .targets = targets,

@@ -47,6 +47,7 @@ struct PassInput {
 
 void runEnvironmentPass(PassResources& resources, const PassInput& input);
 void runPrefilterPass(PassResources& resources, const PassInput& input);
+void runGaussianPass(PassResources& resources, const PassInput& input);
 void runLevelsPass(const PassInput& input);
 // Of kinds surface, mirror and capture.
 void runSurfacePass(PassResources& resources, const PassInput& input);

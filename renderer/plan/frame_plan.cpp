@@ -63,6 +63,8 @@ std::string_view nameOf(PassKind kind) {
             return "environment";
         case PassKind::prefilter:
             return "prefilter";
+        case PassKind::gaussian:
+            return "gaussian";
         case PassKind::levels:
             return "levels";
         case PassKind::capture:

@@ -126,6 +126,7 @@ struct ReflectedPicture {
 enum class PassKind {
     environment,  // prefilters an environment map into a resident cube
     prefilter,    // the same for a captured cube
+    gaussian,     // blurs a stored or captured cube about one of its axes
     levels,       // averages a picture into its smaller levels
     capture,      // one face of a probe's cube: as surface
     mirror,       // what a flat mirror shows: as surface, from the mirrored eye
@@ -166,6 +167,8 @@ struct Pass {
     std::vector<Draw> blendedDraws;  // far to near
     bool sky = false;
     PictureFilter filter;
+    MapBlur blur;            // gaussian: in all
+    std::uint32_t axis = 0;  // gaussian: 0 to 2, of the cube
     std::string reason;
     bool operator==(const Pass&) const = default;
 };

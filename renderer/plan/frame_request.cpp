@@ -127,9 +127,8 @@ std::vector<FieldError> problems(const FrameRequest& request) {
         errors.push_back({"/width", "width x height is too large",
                           "at most " + std::to_string(kMaxPixels) + " pixels"});
     }
-    if (std::abs(length(request.environment.rotation) - 1.0) > kUnitTolerance) {
-        errors.push_back(
-            {"/environment/rotation", "is not a unit quaternion", "x y z w with length 1"});
+    if (request.environment.rotation && !isUnit(*request.environment.rotation)) {
+        errors.push_back({"/environment/rotation", "is not a rotation", kRotationForms});
     }
     const std::vector<FieldError> ofFilters = problems(request.filters);
     errors.insert(errors.end(), ofFilters.begin(), ofFilters.end());

@@ -89,8 +89,8 @@ struct Accuracy {
 Accuracy accuracyOf(Preset preset);
 
 struct EnvironmentRequest {
-    std::optional<std::string> map;              // none: the scene's own
-    std::array<double, 4> rotation{0, 0, 0, 1};  // world from map, x y z w
+    std::optional<std::string> map;      // none: the scene's own
+    std::optional<Quaternion> rotation;  // world from map; none: the scene's own
     double intensity = 1.0;
     bool visible = true;  // false: the background is black, light stays
 };
@@ -234,7 +234,10 @@ void fields(Accuracy& a, V&& visit) {
 template <class V>
 void fields(EnvironmentRequest& e, V&& visit) {
     visit("map", e.map, Text{128}, "name of an environment map; the scene's own when absent");
-    visit("rotation", e.rotation, Range{-1e3, 1e3}, "world from map, unit quaternion x y z w");
+    visit(
+        "rotation", e.rotation, Rotation{},
+        "world from map: quaternion x y z w, matrix of 9 (column-major), or radians about X, then "
+        "Y, then Z; the scene's own when absent");
     visit("intensity", e.intensity, Range{0, 1e4}, "factor on the map's light");
     visit("visible", e.visible, Flag{}, "false: lights the scene but is not drawn behind it");
 }

@@ -80,6 +80,11 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
         const Pass& pass = plan.passes[i];
         hash.add(pass.kind);
         if (pass.kind == PassKind::prefilter) hash.add(plan.probeSamples);
+        if (pass.kind == PassKind::gaussian) {
+            hash.add(pass.blur.size);
+            hash.add(pass.blur.stdev);
+            hash.add(pass.axis);
+        }
         hash.add(pass.face);
         hash.add(pass.sky);
         if (traces(pass)) addEverything(hash, stage);

@@ -155,15 +155,13 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
     plan.probeSamples = request.accuracy.probeSamples;
     const double diagonal = lastingBounds(scene, pose).diagonal();
     plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
-    const auto& [x, y, z, w] = request.environment.rotation;
-    const glm::dmat3 worldFromMap = glm::mat3_cast(glm::normalize(glm::dquat(w, x, y, z)));
-    plan.mapFromWorld = glm::transpose(worldFromMap);
+    const glm::dmat3 fromMap = worldFromMap(request, scene);
+    plan.mapFromWorld = glm::transpose(fromMap);
 
     const View view = requestedView(request.camera, scene, pose, request.width, request.height);
     const bool color = request.output.channel == Channel::color;
     if (color) {
-        plan.lights =
-            placedLights(scene, pose, environment, worldFromMap, plan.environmentIntensity);
+        plan.lights = placedLights(scene, pose, environment, fromMap, plan.environmentIntensity);
     }
     const Dressing dressing = dressed(scene, request.overrides);
     plan.materials = dressing.own;

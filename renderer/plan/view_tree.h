@@ -39,6 +39,7 @@ struct CapturePoint {
     double znear = 0.0;
     std::optional<double> zfar;
     std::uint32_t resolution = 0;
+    MapBlur blur;
     bool placed = false;
     Index id = 0;                     // the owner's instance, or the place in Scene::probes
     std::vector<std::size_t> hidden;  // of Stage::surfaces
@@ -57,10 +58,17 @@ private:
     // Flat mirrors that lie in one plane and face the view share one picture.
     struct MirrorGroup;
     struct Snapshot;
-    using ProbeKey = std::tuple<bool, Index, std::uint32_t>;  // placed, id, generation
+    // placed, id, generation, blur
+    using ProbeKey = std::tuple<bool, Index, std::uint32_t, std::uint32_t, double>;
+    using MapKey = std::tuple<std::string, std::uint32_t, double>;  // name, blur
 
     TargetId environmentTarget();
-    TargetId mapTarget(const EnvironmentMap& map);  // prefiltered, resident
+    TargetId mapTarget(const EnvironmentMap& map,
+                       const MapBlur& blur = {});  // prefiltered, resident
+    // Appends the passes that blur `source`, a captured cube, or, without one, the stored `map`.
+    // Returns the target that holds the result with all its levels.
+    TargetId addBlur(const std::string& name, const MapBlur& blur, std::uint32_t faceSize,
+                     std::uint32_t generation, TargetId source, const std::string& map = {});
     void serveFlat(const ViewJob& job, SeenView& seen, Pass& pass);
     void serveGroup(const ViewJob& job, SeenView& seen, Pass& pass, const MirrorGroup& group);
     // Share of what is around the middle of the box that is not sky; 0 in child views.
@@ -97,7 +105,7 @@ private:
     const Stage& stage_;
     const EnvironmentMap& environment_;
     const EnvironmentMaps& maps_;
-    std::map<std::string, TargetId> mapTargets_;
+    std::map<MapKey, TargetId> mapTargets_;
     const ResidentMaps& resident_;
     const DeviceLimits& limits_;
     std::vector<Wall> walls_;  // of the root view

@@ -78,7 +78,8 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
                  tracedError(roughness)});
         }
         std::optional<Method> forced = methodAsked(a.curved, Method::probe);
-        if (point.placed) forced = Method::probe;  // asked for by name
+        // Asked for by name, or by what only a cube can be: blurred.
+        if (point.placed || point.blur.changes()) forced = Method::probe;
         const Method method =
             decide(job, {name, Effect::environmentReflection, share, weight, forced}, candidates);
         if (method == Method::traced) s.features |= FEATURE_TRACED_REFLECTION;
@@ -131,7 +132,7 @@ bool ViewTree::serveFromMap(const ViewJob& job, SeenSurface& s, Pass& pass) {
     }
     const glm::dmat3 worldFromOwn = glm::mat3_cast(glm::normalize(material.environmentRotation));
     pass.reflections.push_back(
-        {.target = mapTarget(*found->second),
+        {.target = mapTarget(*found->second, material.mapBlur),
          .ownFromMap = glm::transpose(worldFromOwn) * glm::transpose(plan_.mapFromWorld)});
     pass.reads.push_back(pass.reflections.back().target);
     s.features |= FEATURE_MAP;
@@ -145,6 +146,7 @@ CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
     const std::string& named = stage_.material(surface).probe;
     const auto placed = std::find_if(scene.probes.begin(), scene.probes.end(),
                                      [&](const Probe& p) { return p.name == named; });
+    const MapBlur& asked = stage_.material(surface).mapBlur;
     CapturePoint point;
     if (!named.empty() && placed != scene.probes.end()) {
         const glm::dvec4 middle(placed->position, 1.0);
@@ -157,6 +159,8 @@ CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
         point.znear = point.radius = 0.5 * placed->size;
         if (placed->zfar > point.znear) point.zfar = placed->zfar;
         point.resolution = placed->resolution > 0 ? placed->resolution : a.probeSize;
+        point.blur = placed->blur;
+        if (asked.changes()) point.blur = asked;
         return point;
     }
     const Instance& instance = scene.instances[surface.instance];
@@ -169,6 +173,7 @@ CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
     point.name = "probe:" + nameOf(scene, surface);
     point.center = node + glm::dvec3(box.center());
     point.id = surface.instance;
+    point.blur = asked;
     point.radius = 0.5 * double(box.diagonal());
     point.znear = kNearShare * point.radius;
     double roughness = surface.roughness;  // of the smoothest that reads the cube
@@ -187,12 +192,12 @@ CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
 struct ViewTree::Snapshot {
     std::size_t passes, targets, skipped, decisions, keyedPasses;
     TargetId environment;
-    std::map<std::string, TargetId> maps;
+    std::map<MapKey, TargetId> maps;
     std::map<ProbeKey, TargetId> probes;
 };
 
 TargetId ViewTree::probe(const CapturePoint& point, std::uint32_t generation) {
-    const ProbeKey memo{point.placed, point.id, generation};
+    const ProbeKey memo{point.placed, point.id, generation, point.blur.size, point.blur.stdev};
     if (const auto it = probes_.find(memo); it != probes_.end()) return it->second;
 
     TargetSpec spec{.name = point.name,
@@ -243,19 +248,24 @@ TargetId ViewTree::probe(const CapturePoint& point, std::uint32_t generation) {
              .probeGeneration = generation - 1,
              .hidden = point.hidden});
     }
-    plan_.passes.push_back({.kind = PassKind::levels,
-                            .name = point.name + ":levels",
-                            .effect = Effect::environmentReflection,
-                            .generation = generation,
-                            .target = captured,
-                            .reason = "filtered samples read it blurred"});
+    TargetId filtered = captured;
+    if (point.blur.changes()) {
+        filtered = addBlur(point.name, point.blur, point.resolution, generation, captured);
+    } else {
+        plan_.passes.push_back({.kind = PassKind::levels,
+                                .name = point.name + ":levels",
+                                .effect = Effect::environmentReflection,
+                                .generation = generation,
+                                .target = captured,
+                                .reason = "filtered samples read it blurred"});
+    }
     const TargetId target = addTarget(spec);
     plan_.passes.push_back({.kind = PassKind::prefilter,
                             .name = point.name + ":prefilter",
                             .effect = Effect::environmentReflection,
                             .generation = generation,
                             .target = target,
-                            .reads = {captured},
+                            .reads = {filtered},
                             .reason = "a lobe for each roughness"});
     // Of its own passes alone: whether a map that they read was drawn for them, for another or in
     // an earlier frame must not count.
@@ -317,6 +327,8 @@ std::uint64_t ViewTree::circumstancesOf(const CapturePoint& point, std::uint32_t
     hash.add(point.placed);
     hash.add(point.id);
     hash.add(point.resolution);
+    hash.add(point.blur.size);
+    hash.add(point.blur.stdev);
     hash.add(generation);
     return hash.value();
 }

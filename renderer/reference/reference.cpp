@@ -1,6 +1,7 @@
 // From a request to a picture: what to trace, pixels to threads, two halves to a noise floor.
 #include "reference/reference.h"
 
+#include "plan/lighting.h"
 #include "plan/planner.h"
 #include "plan/view.h"
 #include "reference/camera.h"
@@ -203,11 +204,10 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
     const Pose pose = poseAt(request.scene, *clipsNamed(request.scene, frame.clip), frame.time);
     const View view = requestedView(frame.camera, request.scene, pose, frame.width, frame.height);
     const Dressing dressing = dressed(request.scene, frame.overrides);
-    const auto& [x, y, z, w] = frame.environment.rotation;
-    const glm::dmat3 worldFromMap = glm::mat3_cast(glm::normalize(glm::dquat(w, x, y, z)));
 
     const World world(request.scene, pose, dressing, frame.effects);
-    const Lighting lighting = lightingOf(request, pose, world.origin(), worldFromMap);
+    const Lighting lighting =
+        lightingOf(request, pose, world.origin(), worldFromMap(frame, request.scene));
     const PathTracer tracer(world, lighting, frame.effects, request.mode);
 
     const std::uint32_t threads =

@@ -19,6 +19,7 @@ struct Text {
 };
 struct Flag {};
 struct Nested {};        // a struct with fields() of its own
+struct Rotation {};      // a Quaternion, given in any form of scene/rotation.h
 struct NestedPreset {};  // the same, which may also be given as the name of its preset
 struct NestedList {      // a list of such structs
     std::size_t most;

@@ -1,6 +1,8 @@
 // Surfaces in glTF 2.0's words (KHR_materials_* included). Colours and factors are linear.
 #pragma once
 
+#include "scene/map_blur.h"
+
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
@@ -98,6 +100,7 @@ struct Material {
     std::string probe;           // name of the Scene::probes it reflects; empty: one of its own
     std::string environmentMap;  // name of a loaded map that it reflects instead of the scene
     glm::dquat environmentRotation{1.0, 0.0, 0.0, 0.0};  // world from that map; unit
+    MapBlur mapBlur;  // of the map that it reflects, stored or captured
 
     std::string extras;  // what the file's maker noted beside it: compact JSON, empty when nothing
 

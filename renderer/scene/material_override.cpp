@@ -10,13 +10,6 @@
 namespace clerestory {
 namespace {
 
-// How far from 1 a unit quaternion may be: somebody's rounding to float.
-constexpr double kUnitTolerance = 1e-3;
-
-double length(const std::array<double, 4>& q) {
-    return std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-}
-
 template <class Named>
 std::vector<std::string_view> namesOf(const std::vector<Named>& things) {
     std::vector<std::string_view> names;
@@ -95,6 +88,7 @@ void apply(const Scene& scene, const MaterialOverride& from, Material& to) {
     set(from.reflection, to.reflection);
     set(from.probe, to.probe);
     set(from.environmentMap, to.environmentMap);
+    set(from.mapBlur, to.mapBlur);
     if (from.environmentRotation) {
         const auto& q = *from.environmentRotation;
         to.environmentRotation = glm::normalize(glm::dquat(q[3], q[0], q[1], q[2]));
@@ -127,10 +121,8 @@ std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialO
         requireName("material", o.material, materials);
         requireName("node", o.node, nodes);
         if (o.probe != "") requireName("probe", o.probe, probes);
-        if (o.environmentRotation &&
-            !(std::abs(length(*o.environmentRotation) - 1.0) <= kUnitTolerance)) {
-            errors.push_back(
-                {at + "/environmentRotation", "is not a unit quaternion", "x y z w with length 1"});
+        if (o.environmentRotation && !isUnit(*o.environmentRotation)) {
+            errors.push_back({at + "/environmentRotation", "is not a rotation", kRotationForms});
         }
     }
     return errors;

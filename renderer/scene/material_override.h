@@ -3,6 +3,7 @@
 
 #include "scene/dressing.h"
 #include "scene/fields.h"
+#include "scene/rotation.h"
 
 #include <array>
 #include <optional>
@@ -30,7 +31,8 @@ struct MaterialOverride {
     std::optional<Reflection> reflection;
     std::optional<std::string> probe;
     std::optional<std::string> environmentMap;
-    std::optional<std::array<double, 4>> environmentRotation;  // x y z w
+    std::optional<Quaternion> environmentRotation;
+    std::optional<MapBlur> mapBlur;
 };
 
 inline Choice<Reflection> reflectionChoice() {
@@ -61,8 +63,12 @@ void fields(MaterialOverride& o, V&& visit) {
     visit("probe", o.probe, Text{128}, "a probe of the scene that it reflects; empty: its own");
     visit("environmentMap", o.environmentMap, Text{128},
           "a loaded environment map that it reflects instead of the scene; empty: none");
-    visit("environmentRotation", o.environmentRotation, Range{-1e3, 1e3},
-          "world from that map, unit quaternion x y z w");
+    visit(
+        "environmentRotation", o.environmentRotation, Rotation{},
+        "world from that map: quaternion x y z w, matrix of 9 (column-major), or radians about X, "
+        "then Y, then Z");
+    visit("mapBlur", o.mapBlur, Nested{},
+          "Gaussian blur of the map that it reflects, stored or captured");
 }
 
 // Every field that is set; the textures whose place it takes go, the mean of what they also held

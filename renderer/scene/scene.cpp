@@ -79,6 +79,8 @@ void addMaterial(Hasher& h, const Material& m) {
     h.add(m.probe);
     h.add(m.environmentMap);
     h.add(m.environmentRotation);
+    h.add(m.mapBlur.size);
+    h.add(m.mapBlur.stdev);
     h.add(m.alphaMode);
     h.add(m.doubleSided);
     h.add(m.unlit);
@@ -243,6 +245,8 @@ void updateContentHash(Scene& scene) {
         h.add(p.size);
         h.add(p.resolution);
         h.add(p.zfar);
+        h.add(p.blur.size);
+        h.add(p.blur.stdev);
     }
     addMotion(h, scene);
     if (scene.defaultView) {
@@ -251,6 +255,7 @@ void updateContentHash(Scene& scene) {
         h.add(scene.defaultView->yfov);
     }
     h.add(scene.environment);
+    h.add(scene.environmentRotation);
     scene.contentHash = h.value();
 }
 

@@ -87,6 +87,7 @@ struct Probe {
     double size = 1.0;             // edge of the cube, metres; half of it is the near distance
     std::uint32_t resolution = 0;  // edge of a face, texels; 0: as the request's accuracy has it
     double zfar = 0.0;             // metres; 0: infinite
+    MapBlur blur;                  // unless a material asks for another
 };
 
 enum class LightKind : std::uint32_t { point, spot, directional };
@@ -151,7 +152,8 @@ struct Scene {
     std::vector<Deformation> deformations;
     Bounds reach;  // world; of everything that moves, wherever clips put it; see finishMotion()
     std::optional<DefaultView> defaultView;
-    std::string environment = "sky";  // the map used when a request names none
+    std::string environment = "sky";                     // the map used when a request names none
+    glm::dquat environmentRotation{1.0, 0.0, 0.0, 0.0};  // world from map, likewise; unit
     std::vector<ImportWarning> warnings;
 };
 

@@ -25,6 +25,13 @@ bool finite(const glm::dmat4& m) {
     return finite(m[0]) && finite(m[1]) && finite(m[2]) && finite(m[3]);
 }
 
+bool unitQuaternion(const glm::dquat& q) {
+    return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < 1e-6;
+}
+bool sound(const MapBlur& blur) {
+    return blur.size <= kLargestBlur && blur.stdev >= 0.0 && blur.stdev <= kLargestBlur;
+}
+
 class Check {
 public:
     explicit Check(const Scene& scene) : scene_(scene) {}
@@ -120,9 +127,9 @@ private:
                         notNegative(m.attenuationColor) && finite(m.attenuationDistance) &&
                         m.attenuationDistance >= 0.0f,
                     "a material's volume is out of range", i);
-            const glm::dquat& q = m.environmentRotation;
-            require(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < 1e-6,
+            require(unitQuaternion(m.environmentRotation),
                     "a material's environment rotation is no unit quaternion", i);
+            require(sound(m.mapBlur), "a material's blur is out of range", i);
             for (const TextureSlot* s : {&m.baseColorTexture, &m.metallicRoughnessTexture,
                                          &m.normalTexture, &m.occlusionTexture, &m.emissiveTexture,
                                          &m.transmissionTexture, &m.thicknessTexture}) {
@@ -187,9 +194,12 @@ private:
         for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
             const Probe& p = scene_.probes[i];
             require((p.node == kNone || hasNode(p.node)) && finite(p.position) && finite(p.size) &&
-                        p.size > 0.0 && finite(p.zfar) && p.zfar >= 0.0 && p.resolution <= 4096,
+                        p.size > 0.0 && finite(p.zfar) && p.zfar >= 0.0 && p.resolution <= 4096 &&
+                        sound(p.blur),
                     "a probe is out of range", i);
         }
+        require(unitQuaternion(scene_.environmentRotation),
+                "the environment's rotation is no unit quaternion", 0);
         if (scene_.defaultView) {
             const DefaultView& v = *scene_.defaultView;
             require(finite(v.position) && finite(v.target) && v.position != v.target &&

@@ -25,8 +25,9 @@ BLOCK_END(material)
 
 BLOCK_BEGIN(PrefilterBlock, BINDING_PREFILTER)
     vec4 faceAxes[3];  // the face's normal, and its directions of growing s and t
-    ivec4 counts;      // samples
-    vec4 samples[PREFILTER_SAMPLES];  // toLight about +Z; w: level of the source
+    ivec4 counts;      // samples; axis of a blur
+    // toLight about +Z; w: level of the source. Of a blur: cosine and sine of a turn, its weight.
+    vec4 samples[PREFILTER_SAMPLES];
 BLOCK_END(prefilter)
 
 BLOCK_BEGIN(ReflectionBlock, BINDING_REFLECTION)

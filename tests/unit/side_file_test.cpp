@@ -101,7 +101,7 @@ TEST_F(SideFile, ExtrasSayTheSame) {
 TEST_F(SideFile, WrongExtrasAreWarnings) {
     for (const char* extras :
          {R"({"reflection": "chrome"})", R"({"reflection": 1})",
-          R"({"environmentRotation": [0, 0, 0, 0]})", R"({"environmentRotation": [0, 0, 1]})",
+          R"({"environmentRotation": [0, 0, 0, 0]})", R"({"environmentRotation": [0, 1]})",
           R"({"environmentMap": null})"}) {
         const Scene scene = load("", extras);
         EXPECT_NE(warning(scene, "badExtras"), nullptr) << extras;

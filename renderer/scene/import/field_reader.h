@@ -4,6 +4,7 @@
 #pragma once
 
 #include "scene/field_values.h"
+#include "scene/rotation.h"
 #include "scene/spelling.h"
 
 #include <nlohmann/json.hpp>
@@ -117,6 +118,24 @@ private:
             return std::nullopt;
         }
         return read;
+    }
+
+    void member(const nlohmann::json& value, Quaternion& target, const Rotation&,
+                const std::string& pointer) {
+        const Range numbers{-1e3, 1e3};
+        std::vector<double> read;
+        if (value.is_array() && value.size() <= 9) {
+            for (std::size_t i = 0; i < value.size(); ++i) {
+                const auto one =
+                    number<double>(value[i], numbers, pointer + "/" + std::to_string(i));
+                if (!one) return;
+                read.push_back(*one);
+            }
+        }
+        if (const auto rotation = rotationFrom(read))
+            target = *rotation;
+        else
+            refuse(pointer, value.is_array() ? "is not a rotation" : typed(value), kRotationForms);
     }
 
     void member(const nlohmann::json& value, std::string& target, const Text& kind,

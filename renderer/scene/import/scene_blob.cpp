@@ -17,7 +17,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 4;
+    std::uint32_t version = 5;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -55,6 +55,10 @@ void fields(A& a, TextureSlot& s) {
     a(s.texture), a(s.texCoord), a(s.offset), a(s.scale), a(s.rotation);
 }
 template <class A>
+void fields(A& a, MapBlur& b) {
+    a(b.size), a(b.stdev);
+}
+template <class A>
 void fields(A& a, Material& m) {
     a(m.name), a(m.baseColor), a(m.baseColorTexture), a(m.metallic), a(m.roughness);
     a(m.metallicRoughnessTexture), a(m.normalTexture), a(m.normalScale), a(m.occlusionTexture);
@@ -63,7 +67,7 @@ void fields(A& a, Material& m) {
     a(m.ior), a(m.specular), a(m.specularColor), a(m.transmission), a(m.transmissionTexture);
     a(m.thickness), a(m.thicknessTexture), a(m.attenuationColor), a(m.attenuationDistance);
     a(m.reflection, Reflection::mirror), a(m.probe), a(m.environmentMap);
-    a(m.environmentRotation), a(m.extras);
+    a(m.environmentRotation), a(m.mapBlur), a(m.extras);
 }
 template <class A>
 void fields(A& a, Bounds& b) {
@@ -94,7 +98,7 @@ void fields(A& a, Camera& c) {
 }
 template <class A>
 void fields(A& a, Probe& p) {
-    a(p.name), a(p.node), a(p.position), a(p.size), a(p.resolution), a(p.zfar);
+    a(p.name), a(p.node), a(p.position), a(p.size), a(p.resolution), a(p.zfar), a(p.blur);
 }
 template <class A>
 void fields(A& a, Track& c) {
@@ -136,7 +140,8 @@ void fields(A& a, Scene& s) {
         a(s.flatParts);
     a(s.meshes), a(s.materials), a(s.images), a(s.textures), a(s.nodes), a(s.instances);
     a(s.lights), a(s.cameras), a(s.probes), a(s.clips), a(s.movingNodes), a(s.morphWeights);
-    a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView), a(s.environment), a(s.warnings);
+    a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView), a(s.environment);
+    a(s.environmentRotation), a(s.warnings);
 }
 
 struct HashDeleter {

@@ -17,6 +17,7 @@ struct ProbeFields {
     double size = 1.0;
     std::uint32_t resolution = 0;
     double zfar = 0.0;
+    MapBlur blur;
 };
 
 template <class V>
@@ -27,17 +28,31 @@ void fields(ProbeFields& p, V&& visit) {
     visit("size", p.size, Range{1e-9, 1e9}, "edge of its imaginary cube, metres");
     visit("resolution", p.resolution, Range{0, 4096}, "edge of a face, texels; 0: the request's");
     visit("zfar", p.zfar, Range{0, 1e12}, "farthest it sees, metres; 0: infinite");
+    visit("blur", p.blur, Nested{}, "Gaussian blur of what it captured");
+}
+
+struct EnvironmentFields {
+    std::optional<std::string> map;
+    std::optional<Quaternion> rotation;
+};
+
+template <class V>
+void fields(EnvironmentFields& e, V&& visit) {
+    visit("map", e.map, Text{128}, "the map that lights the scene unless a request names one");
+    visit("rotation", e.rotation, Rotation{}, "world from map, unless a request says another");
 }
 
 struct SideFile {
     std::vector<MaterialOverride> overrides;
     std::vector<ProbeFields> probes;
+    EnvironmentFields environment;
 };
 
 template <class V>
 void fields(SideFile& s, V&& visit) {
     visit("overrides", s.overrides, NestedList{1000}, "as in a request, but for good");
     visit("probes", s.probes, NestedList{100}, "placed probes");
+    visit("environment", s.environment, Nested{}, "light from all around");
 }
 
 // What a glTF material may say of itself.
@@ -50,7 +65,7 @@ void fields(MaterialNotes& n, V&& visit) {
     fields(n.fields, [&](const char* name, auto& member, const auto& kind, const char* words) {
         const std::string_view word = name;
         if (word == "reflection" || word == "probe" || word == "environmentMap" ||
-            word == "environmentRotation") {
+            word == "environmentRotation" || word == "mapBlur") {
             visit(name, member, kind, words);
         }
     });
@@ -82,7 +97,8 @@ void addProbe(Scene& scene, const ProbeFields& from, Index node, const char* cod
                             .position = from.position,
                             .size = from.size,
                             .resolution = from.resolution,
-                            .zfar = from.zfar});
+                            .zfar = from.zfar,
+                            .blur = from.blur});
 }
 
 constexpr const char* kSideFile = "sideFile";
@@ -121,6 +137,10 @@ bool applySideFile(Scene& scene, const SceneFolder& folder, const std::string& m
         };
         if (names("environmentRotation")) o.environmentRotation.reset();
         if (names("probe")) o.probe.reset();
+    }
+    if (side.environment.map) scene.environment = *side.environment.map;
+    if (const auto& q = side.environment.rotation) {
+        scene.environmentRotation = glm::normalize(glm::dquat((*q)[3], (*q)[0], (*q)[1], (*q)[2]));
     }
     warn(scene, kSideFile, name, errors);
     dressForGood(scene, side.overrides);

@@ -1,0 +1,28 @@
+// A Gaussian blur that a captured or stored map asks for.
+#pragma once
+
+#include "scene/fields.h"
+
+#include <cstdint>
+
+namespace clerestory {
+
+// Over 2 size + 1 texels along each direction, weights that fall with the standard deviation, both
+// in texels in the middle of a face. None where either is 0.
+struct MapBlur {
+    std::uint32_t size = 0;
+    double stdev = 0.0;
+    bool changes() const { return size > 0 && stdev > 0.0; }
+    bool operator==(const MapBlur&) const = default;
+};
+
+inline constexpr std::uint32_t kLargestBlur = 64;
+
+template <class V>
+void fields(MapBlur& b, V&& visit) {
+    visit("size", b.size, Range{0, kLargestBlur},
+          "half-width of the kernel, texels: 2 size + 1 along each direction; 0: none");
+    visit("stdev", b.stdev, Range{0, kLargestBlur}, "standard deviation, texels; 0: none");
+}
+
+}  // namespace clerestory
