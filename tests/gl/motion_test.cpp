@@ -162,6 +162,48 @@ TEST_F(MovingPictures, NothingChangesButWhatMovedAndItsReflection) {
     renderer().removeScene("moving");
 }
 
+TEST_F(MovingPictures, AllEightCubesAreInTheMirroredBallAtEveryMoment) {
+    Scene scene = *makeBuiltinScene("orbiting-cubes");
+    scene.id = "cubes";
+    float ball = 0.0f;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const std::string& name = scene.nodes[scene.instances[i].node].name;
+        if (name == "mirrored ball") ball = static_cast<float>(i + 1);
+    }
+    renderer().addScene(std::move(scene));
+    // From above no cube stands before the ball, nor so far behind it that its image is thinner
+    // than a pixel.
+    FrameRequest r = small("cubes");
+    r.width = 320;
+    r.height = 180;
+    r.camera.position = glm::dvec3(0.0, 9.0, 0.0);
+    r.camera.target = glm::dvec3(0.0, 1.25, 0.0);
+    for (const double time : {0.0, 0.6, 5.3}) {
+        r.time = time;
+        r.output.channel = Channel::objectId;
+        const Image ids = renderer().render(r).image;
+        r.output.channel = Channel::color;
+        const Image plain = renderer().render(r).image;
+        for (int i = 1; i <= 8; ++i) {
+            // That cube glows: where the ball turns brighter, the ball shows it.
+            FrameRequest lit = r;
+            lit.overrides = {{.material = "cube " + std::to_string(i),
+                              .emissive = glm::dvec3(1.0),
+                              .emissiveStrength = 50.0}};
+            const Image glowing = renderer().render(lit).image;
+            std::size_t shown = 0;
+            for (std::uint32_t y = 0; y < r.height; ++y) {
+                for (std::uint32_t x = 0; x < r.width; ++x) {
+                    const bool onBall = number(ids, x, y) == ball;
+                    shown += onBall && color(glowing, x, y).g > color(plain, x, y).g + 10.0f;
+                }
+            }
+            EXPECT_GE(shown, 8u) << "cube " << i << " at " << time << " s";
+        }
+    }
+    renderer().removeScene("cubes");
+}
+
 TEST_F(MovingPictures, OnlyWhatMovedIsUploaded) {
     renderer().addScene(meadowAs("moving"));
     const auto uploadsOf = [&](const FrameRequest& r) {
