@@ -1,5 +1,7 @@
 #include "server/worker/confinement.h"
 
+#include "scene/import/sanitizer.h"
+
 #include <seccomp.h>
 #include <spdlog/spdlog.h>
 
@@ -13,13 +15,6 @@
 
 namespace clerestory {
 namespace {
-
-// Sanitizers reserve terabytes.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 // Refused with "permission denied", so that a driver which tries goes on without.
 bool forbidNetwork() {

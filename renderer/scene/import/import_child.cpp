@@ -3,6 +3,7 @@
 #include "scene/import/import.h"
 #include "scene/import/import_jail.h"
 #include "scene/import/import_wire.h"
+#include "scene/import/sanitizer.h"
 #include "scene/import/scene_blob.h"
 
 #include <sys/prctl.h>
@@ -44,9 +45,7 @@ void confine(const ImportLimits& limits) {
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.cpu.count()));
     limit(RLIMIT_NOFILE, 64);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they reserve terabytes
-    limit(RLIMIT_AS, limits.addressSpaceBytes);
-#endif
+    if (!kSanitized) limit(RLIMIT_AS, limits.addressSpaceBytes);
 }
 
 // What may be read: the folder of six pictures, or the one that the file lies in.

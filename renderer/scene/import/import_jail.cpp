@@ -1,5 +1,7 @@
 #include "scene/import/import_jail.h"
 
+#include "scene/import/sanitizer.h"
+
 #include <linux/landlock.h>
 #include <seccomp.h>
 
@@ -13,13 +15,6 @@
 
 namespace clerestory {
 namespace {
-
-// Sanitizers make calls of their own.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 int landlockAbi() {
     const long abi =
