@@ -1,11 +1,10 @@
 // `bench_start CLERESTORY [FLAG...]`: from the start of `clerestory serve` to its first answered
 // frame of the chapel over HTTP, several times; and its memory then.
 #include "statistics.h"
+#include "tests/support/free_port.h"
 
-#include <arpa/inet.h>
 #include <httplib.h>
 #include <spawn.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,18 +17,6 @@ extern char** environ;
 
 namespace clerestory::bench {
 namespace {
-
-int freePort() {
-    const int s = socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t length = sizeof address;
-    bind(s, reinterpret_cast<sockaddr*>(&address), length);
-    getsockname(s, reinterpret_cast<sockaddr*>(&address), &length);
-    close(s);
-    return ntohs(address.sin_port);
-}
 
 std::string statusLine(pid_t pid, const std::string& key) {
     std::ifstream file("/proc/" + std::to_string(pid) + "/status");
@@ -46,7 +33,7 @@ struct Start {
 };
 
 Start startOnce(std::vector<std::string> command) {
-    const int port = freePort();
+    const int port = test::freePort();
     command.insert(command.begin() + 1,
                    {"serve", "--port", std::to_string(port), "--log-level", "error"});
     std::vector<char*> arguments;

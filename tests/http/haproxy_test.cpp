@@ -1,5 +1,6 @@
 // deploy/haproxy.cfg as it stands, before three servers: one is killed under load, and nobody
 // notices but the proxy.
+#include "tests/support/free_port.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
 
@@ -7,10 +8,7 @@
 #include <httplib.h>
 #include <nlohmann/json.hpp>
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <spawn.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,18 +22,6 @@ namespace clerestory::test {
 namespace {
 
 using namespace std::chrono_literals;
-
-int freePort() {
-    const int s = socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    bind(s, reinterpret_cast<sockaddr*>(&address), size);
-    getsockname(s, reinterpret_cast<sockaddr*>(&address), &size);
-    close(s);
-    return ntohs(address.sin_port);
-}
 
 class Proxy {
 public:
