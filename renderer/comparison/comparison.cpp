@@ -3,6 +3,7 @@
 #include "image/encode.h"
 #include "measures/displayed.h"
 #include "measures/error_picture.h"
+#include "measures/percentile.h"
 #include "scene/material_override.h"
 
 #include <algorithm>
@@ -10,14 +11,6 @@
 
 namespace clerestory {
 namespace {
-
-// The value below which `share` of the measurements lie.
-double percentile(std::vector<double> values, double share) {
-    if (values.empty()) return 0.0;
-    std::sort(values.begin(), values.end());
-    const auto last = static_cast<double>(values.size() - 1);
-    return values[static_cast<std::size_t>(std::lround(share * last))];
-}
 
 FrameRequest inChannel(FrameRequest request, Channel channel) {
     request.output = {.format = OutputFormat::npy, .channel = channel};
@@ -122,7 +115,7 @@ public:
             last = steps_.draw(request);
             warm.push_back(last.milliseconds);
         }
-        result.medianMs = percentile(warm, 0.5);
+        result.medianMs = median(warm);
         result.p95Ms = percentile(warm, 0.95);
         result.totals = totals(last.plan);
         for (const Decision& d : last.plan.decisions) {

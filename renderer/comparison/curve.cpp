@@ -1,5 +1,7 @@
 #include "comparison/curve.h"
 
+#include "measures/percentile.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -93,8 +95,7 @@ std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& t
         draw(whole);  // compiles programs and draws the maps that stay
         std::vector<double> warm;
         for (int k = 0; k < kWarmFrames; ++k) warm.push_back(draw(whole).milliseconds);
-        std::sort(warm.begin(), warm.end());
-        point.milliseconds = warm[warm.size() / 2];
+        point.milliseconds = median(warm);
         curve.points.push_back(point);
     }
     curve.relMseNoise = relMseNoise(*truth);

@@ -1,25 +1,16 @@
-// Medians and percentiles of measured milliseconds.
+// What benchmarks measure with: clocks, and percentiles of what they told.
 #pragma once
 
-#include <algorithm>
+#include "measures/percentile.h"
+
 #include <chrono>
-#include <cmath>
 #include <cstdlib>
 #include <ctime>
-#include <vector>
 
 namespace clerestory::bench {
 
-// The value below which `share` (0..1) of the measurements lie; 0 for none.
-inline double percentile(std::vector<double> values, double share) {
-    if (values.empty()) return 0.0;
-    std::sort(values.begin(), values.end());
-    const auto last = static_cast<double>(values.size() - 1);
-    return values[static_cast<std::size_t>(std::lround(share * last))];
-}
-inline double median(const std::vector<double>& values) {
-    return percentile(values, 0.5);
-}
+using clerestory::median;
+using clerestory::percentile;
 
 class Stopwatch {
 public:

@@ -1,5 +1,6 @@
 #include "tests/support/overload.h"
 
+#include "measures/percentile.h"
 #include "tests/support/raw_client.h"
 
 #include <poll.h>
@@ -136,9 +137,7 @@ double percentile(const std::vector<Shot>& shots, int status, double share) {
     for (const Shot& shot : shots) {
         if (shot.status == status) times.push_back(shot.milliseconds);
     }
-    if (times.empty()) return 0.0;
-    std::sort(times.begin(), times.end());
-    return times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))];
+    return clerestory::percentile(std::move(times), share);
 }
 
 int countOf(const std::vector<Shot>& shots, int status) {
