@@ -1,7 +1,7 @@
 // Captured cubes: against arithmetic in a room of known walls, against ordinary cameras, and what
 // they cost.
 #include "room.h"
-#include "sight.h"
+#include "six_pictures.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -92,35 +92,7 @@ TEST_F(Probes, AreTheSixPicturesOfAnOrdinaryCameraInTheirMiddle) {
     FrameRequest direct = request(surroundings(), "direct", center);
     direct.width = direct.height = 256;
     direct.environment.map = "white";  // lights the paint; no lamps, which a mirror shows by itself
-    std::vector<FrameRequest> cameras;
-    std::vector<Image> pictures;
-    for (int i = 0; i < 6; ++i) {
-        glm::dvec3 towards(0.0);
-        towards[i / 2] = i % 2 ? -1.0 : 1.0;
-        direct.camera.target = center + towards;
-        direct.camera.up = i / 2 == 1 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
-        cameras.push_back(direct);
-        pictures.push_back(renderer().render(direct).image);
-    }
-    // The nearest pixel of the picture that direction lies in; none where its neighbours differ.
-    const auto seenAlong = [&](const glm::dvec3& d) -> std::optional<glm::vec3> {
-        const glm::dvec3 a = glm::abs(d);
-        const int axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
-        const std::size_t face = 2 * axis + (d[axis] < 0.0);
-        const FrameRequest& c = cameras[face];
-        const glm::dmat3 worldFromView(
-            worldFromLookAt(*c.camera.position, *c.camera.target, *c.camera.up));
-        const glm::dvec3 v = glm::transpose(worldFromView) * d;
-        const int x = int((0.5 - 0.5 * v.x / v.z) * 256.0),
-                  y = int((0.5 + 0.5 * v.y / v.z) * 256.0);
-        if (x < 1 || y < 1 || x > 254 || y > 254) return std::nullopt;
-        const glm::vec3 middle = color(pictures[face], x, y);
-        for (int i = 0; i < 9; ++i) {
-            const glm::vec3 other = color(pictures[face], x + i % 3 - 1, y + i / 3 - 1);
-            if (greatestDifference(middle, other) > 0.01) return std::nullopt;
-        }
-        return middle;
-    };
+    const SixPictures around(direct, center);
 
     Scene scene = surroundings();
     place(scene, sphere(0.02f, 96, addMaterial(scene, silver())),
@@ -138,7 +110,7 @@ TEST_F(Probes, AreTheSixPicturesOfAnOrdinaryCameraInTheirMiddle) {
                 const auto t = meetsBall(ray, center, 0.02);
                 if (!t || !meetsBall(ray, center, 0.019)) continue;
                 const glm::dvec3 n = glm::normalize(ray.origin + *t * ray.direction - center);
-                const auto expected = seenAlong(glm::reflect(ray.direction, n));
+                const auto expected = around.along(glm::reflect(ray.direction, n));
                 if (!expected) continue;
                 ++compared;
                 off += greatestDifference(color(image, x, y), *expected) > 0.02;
