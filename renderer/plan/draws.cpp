@@ -123,6 +123,27 @@ double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
     return shareOf(view, rects, seen.box, area, transformed(part.plane(), toEye));
 }
 
+// What rays through it read.
+Features featuresOfGlass(const Stage& stage) {
+    Features all = 0;
+    const auto map = [&](const TextureSlot& slot, Features bit) {
+        if (!slot.present()) return;
+        all |= bit;
+        if (slot.transformed()) all |= FEATURE_TEXTURE_TRANSFORM;
+        if (slot.texCoord == 1) all |= FEATURE_SECOND_TEXCOORD;
+    };
+    for (const Surface& surface : stage.surfaces) {
+        if (surface.glass == Glass::none) continue;
+        const Material& material = stage.material(surface);
+        all |= FEATURE_GLASS;
+        map(material.transmissionTexture, FEATURE_TRANSMISSION_MAP);
+        // A body is as thick as rays find it.
+        const bool thick = surface.glass == Glass::pane && material.thickness > 0.0f;
+        if (thick) map(material.thicknessTexture, FEATURE_THICKNESS_MAP);
+    }
+    return all;
+}
+
 }  // namespace
 
 SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden) {
@@ -193,15 +214,8 @@ Features featuresOfAll(const Stage& stage) {
             stage.dressing.material(stage.scene, stage.dressing.materialOf(stage.scene, i));
         all |= materialFeatures(material, stage.scene.meshes[stage.scene.instances[i].mesh],
                                 stage.request.effects);
-        if (stage.request.effects.refraction && material.transmission > 0.0f) {
-            all |= FEATURE_GLASS;
-            const TextureSlot& slot = material.transmissionTexture;
-            if (slot.present()) all |= FEATURE_TRANSMISSION_MAP;
-            if (slot.present() && slot.transformed()) all |= FEATURE_TEXTURE_TRANSFORM;
-            if (slot.present() && slot.texCoord == 1) all |= FEATURE_SECOND_TEXCOORD;
-        }
     }
-    return all;
+    return stage.request.effects.refraction ? all | featuresOfGlass(stage) : all;
 }
 
 DrawLists drawLists(const SeenView& view, Features common) {

@@ -243,7 +243,9 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
         Features features = solid ? FEATURE_SOLID : 0;
         const Material& material = stage_.material(*s.surface);
         if (material.transmissionTexture.present()) features |= FEATURE_TRANSMISSION_MAP;
-        if (solid && material.thicknessTexture.present()) features |= FEATURE_THICKNESS_MAP;
+        if (material.thickness > 0.0f && material.thicknessTexture.present()) {
+            features |= FEATURE_THICKNESS_MAP;
+        }
         for (const TextureSlot* slot :
              {&material.transmissionTexture, &material.thicknessTexture}) {
             if (slot->present() && slot->transformed()) features |= FEATURE_TEXTURE_TRANSFORM;

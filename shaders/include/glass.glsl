@@ -187,6 +187,12 @@ float paneShift(float cosTheta, float ior, float thickness) {
     return thickness * sqrt((1.0f - c) * (1.0f + c)) * (1.0f - c / sqrt(g2));
 }
 
+// From where a ray meets a pane to where the line that it leaves along crosses the same face.
+vec3 asideInPane(vec3 incident, vec3 normal, Crossing way, float thickness) {
+    float straight = max(thickness, 0.0f) / max(-dot(incident, normal), 1e-3f);
+    return way.total ? vec3(0.0f) : way.offset - incident * straight;
+}
+
 // Through a ball of diameter `thickness` that the surface is a part of: exact for balls, the cheap
 // stand-in for any solid. normal: against the ray, at the entry. The second angle equals the first
 // (the triangle of centre, entry and exit has two equal sides), so a ray that enters also leaves.

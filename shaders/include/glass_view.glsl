@@ -155,13 +155,16 @@ GlassLight tracedGlassLight(Surface s, vec3 position, Glass g) {
     vec3 clear = absorption(material.attenuation.rgb, material.glass.w,
                             has(FEATURE_SOLID) ? length(position) : way.path);
     GlassShares shares = paneShares(fresnel, clear);
-    float lobe = 0.0f;
+    vec3 aside = asideInPane(incident, s.normal, way, g.thickness);
+    vec3 through = incident;
     if (has(FEATURE_SOLID)) {
         shares.reflected = vec3(fresnel);
         shares.transmitted = vec3(1.0f - fresnel);
-        lobe = glassSpread(s.roughness * s.roughness, c, g.ior);
+        aside = vec3(0.0f);
+        through = bent.direction;
     }
-    GlassRays rays = tracedThrough(s, position, has(FEATURE_SOLID) ? bent.direction : incident, lobe);
+    float lobe = glassSpread(s.roughness * s.roughness, c, g.ior);
+    GlassRays rays = tracedThrough(s, position, aside, through, lobe);
     vec3 seen = shares.reflected * rays.mirrored +
                 shares.transmitted * (inside ? vec3(1.0f) : g.tint) * rays.through;
     if (inside) seen *= clear;

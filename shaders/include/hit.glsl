@@ -210,6 +210,9 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     if (hitHas(FEATURE_TRANSMISSION_MAP)) {
         p.glass.x *= slotAtHit(m, SLOT_TRANSMISSION, uv, footprint, false).r;
     }
+    if (hitHas(FEATURE_THICKNESS_MAP)) {
+        p.glass.z *= slotAtHit(m, SLOT_THICKNESS, uv, footprint, false).g;
+    }
 
     MaterialPoint point;
     point.baseColor = texelFetch(traceMaterials, m);

@@ -122,10 +122,12 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         vec3 normal = dot(m.normal, along) < 0.0f ? m.normal : p.faceNormal;
         float alpha = m.roughness * m.roughness;
         vec3 next = along;
+        vec3 aside = vec3(0.0f);
         bool crosses = true;  // goes on behind the face
         if (hitHas(FEATURE_GLASS)) {
             float c = -dot(along, normal);
-            float eta = p.front ? p.glass.y : 1.0f / p.glass.y;
+            bool leaves = solid && !p.front;  // a pane has no inside
+            float eta = leaves ? 1.0f / p.glass.y : p.glass.y;
             float fresnel = fresnelOfBody(c, eta, m.specular);
             vec3 mirrored = mirroredAt(along, normal, p.faceNormal);
             Refraction bent = refracted(along, normal, eta);
@@ -139,16 +141,19 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
                 crosses = !bent.total && fresnel <= 0.5f;
                 next = crosses ? bent.direction : mirrored;
             }
+            if (pane) aside = asideInPane(along, normal, way, p.glass.z);
             if (solid || pane) {
-                // The stronger of the two ways is followed; the other one sees the environment.
-                vec3 tint = p.front || pane ? m.baseColor.rgb : vec3(1.0f);
-                vec3 through = shares.transmitted * tint;
-                vec3 other = crosses ? mirrored : bent.direction;
+                // The stronger of the two ways is followed. Of what is outside the other one sees the
+                // environment; what turns back inside leaves elsewhere, and is counted as if it left
+                // with the rest.
                 float part = coverage * clarity;
-                sum += weight * part * (crosses ? shares.reflected : through) *
-                       environmentAtEnd(other, cone);
-                weight *= part * (crosses ? through : shares.reflected) + (1.0f - coverage);
-                cone.lobe += solid ? glassSpread(alpha, c, p.glass.y) : 0.0f;
+                vec3 tint = leaves ? vec3(1.0f) : m.baseColor.rgb;
+                vec3 through = shares.transmitted * tint;
+                vec3 followed = leaves ? vec3(1.0f) : crosses ? through : shares.reflected;
+                vec3 left = leaves ? vec3(0.0f) : crosses ? shares.reflected : through;
+                sum += weight * part * left * environmentAtEnd(crosses ? mirrored : bent.direction, cone);
+                weight *= part * followed + (1.0f - coverage);
+                cone.lobe += glassSpread(alpha, c, p.glass.y);
                 float turn = p.curvature * cone.width;  // of the normal over the cone
                 cone.pixel += solid ? (crosses ? abs(eta - 1.0f) : 2.0f) * turn : 0.0f;
             }
@@ -168,7 +173,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         going = (turned && turns >= 0) || passed;
         // Nothing more to meet, or no turn left: the rest is the environment's.
         if (!going && (turned || !met)) sum += weight * environmentAtEnd(next, cone);
-        start = beside(p.place, crosses ? -p.faceNormal : p.faceNormal, p.reach);
+        start = beside(p.place + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;
     } while (going);
     return sum;
@@ -216,12 +221,12 @@ vec3 tracedReflection(Surface s, vec3 position) {
     return tracedRadiance(startBeside(position, face), towards, coneAt(position, towards, lobe));
 }
 
-// Clear glass: the mirrored ray first, then the one that goes through.
+// Clear glass: the mirrored ray first, then the one that goes through, and starts so far `aside`.
 struct GlassRays {
     vec3 mirrored;
     vec3 through;
 };
-GlassRays tracedThrough(Surface s, vec3 position, vec3 inside, float lobe) {
+GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
     vec3 face = faceNormalAt(position, s.toEye, s.normal);
     vec3 towards = mirroredAt(-s.toEye, s.normal, face);
     GlassRays rays = GlassRays(vec3(0.0f), vec3(0.0f));
@@ -230,7 +235,8 @@ GlassRays tracedThrough(Surface s, vec3 position, vec3 inside, float lobe) {
     int ray = 0;
     do {  // one loop, so that the path stands in the program once
         bool first = ray == 0;
-        vec3 radiance = tracedRadiance(startBeside(position, first ? face : -face),
+        vec3 start = startBeside(position, first ? face : -face);
+        vec3 radiance = tracedRadiance(first ? start : start + worldAxes(aside),
                                        first ? towards : inside,
                                        RayCone(mirroredCone.width,
                                                first ? mirroredCone.pixel : insideCone.pixel,

@@ -235,8 +235,9 @@ TEST(TracedLight, aGlassBallBendsRaysAsSnellSays) {
             const double theta = std::acos(cosine), inner = std::asin(std::sin(theta) / kIor);
             ASSERT_NEAR(std::acos(std::min(1.0, glm::dot(out, d))), 2.0 * (theta - inner), 1e-6);
 
-            const double f = fresnelOnce(cosine, kIor);
-            const double through = (1.0 - f) * (1.0 - f);
+            // What turns back at the exit is counted as if it left there, as glass over a backdrop
+            // has it.
+            const double through = 1.0 - fresnelOnce(cosine, kIor);
             const glm::vec3 c = color(image, x, y) / static_cast<float>(through);
             const glm::dvec3 there((double{c.x} - 0.5) * 2.0 * kHalf,
                                    (double{c.y} - 0.5) * 2.0 * kHalf, -kBehind);

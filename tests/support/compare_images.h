@@ -17,7 +17,7 @@ struct Tolerance {
     double shareOver = 0.0;  // of all pixels, that may have a sample beyond the bound
 };
 inline const Tolerance kExact{"exact", 0.0, 0.0};
-inline const Tolerance kRounding{"rounding", 1.0 / 255.0, 0.0};
+inline const Tolerance kRounding{"rounding", 1.0 / 255.0 + 1e-9, 0.0};  // one code
 inline const Tolerance kEdges{"edges", 5.0 / 255.0, 0.001};
 
 struct Difference {

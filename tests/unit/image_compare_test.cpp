@@ -44,7 +44,11 @@ TEST(ImageCompare, OneChangedSampleIsMeasuredAndFound) {
 }
 
 TEST(ImageCompare, RoundingAllowsOneCodeEverywhereAndNotTwo) {
-    EXPECT_TRUE(imagesMatch(grey(4, 4, 101), grey(4, 4, 100), kRounding));
+    for (int code = 1; code < 256; ++code) {
+        const auto next = static_cast<std::uint8_t>(code),
+                   one = static_cast<std::uint8_t>(code - 1);
+        EXPECT_TRUE(imagesMatch(grey(4, 4, next), grey(4, 4, one), kRounding)) << code;
+    }
     EXPECT_FALSE(imagesMatch(grey(4, 4, 101), grey(4, 4, 100), kExact));
     Image changed = grey(4, 4, 100);
     changed.bytes()[0] = 102;

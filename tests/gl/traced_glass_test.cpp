@@ -1,0 +1,153 @@
+// Glass along traced paths: panes are panes from both sides, nothing of the sky gets into a dark
+// room, and what a sheet's textures say holds where rays meet it.
+#include "../support/compare_images.h"
+#include "glass_truth.h"
+#include "trace_support.h"
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target, double yfov) {
+    FrameRequest r;
+    r.width = r.height = 96;
+    r.camera.position = eye;
+    r.camera.target = target;
+    r.camera.yfov = yfov;
+    r.output.format = OutputFormat::npy;
+    r.accuracy.glass = GlassMethod::traced;
+    r.accuracy.planar = PlanarMethod::environment;
+    return r;
+}
+
+Image picture(Scene scene, const FrameRequest& r) {
+    Workbench& bench = workbench();
+    bench.show(std::move(scene));
+    return bench.run(bench.plan(r));
+}
+
+}  // namespace
+
+// A ball of no thickness is two panes one behind the other, whatever the angle: from within, too,
+// nothing is totally reflected.
+TEST(TracedGlass, AThinBallIsTwoPanesUpToItsRim) {
+    for (const float ior : {1.1f, 1.5f, 2.0f}) {
+        Scene scene;
+        scene.environment = "black";
+        place(scene, quad(40.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -30));
+        Material thin = clearGlass(ior);
+        thin.doubleSided = true;
+        place(scene, sphere(1.0f, 96, addMaterial(scene, thin)));
+        const FrameRequest r = shot({0, 0, 10}, {0, 0, 0}, 0.21);
+        const Image image = picture(std::move(scene), r);
+        int compared = 0, beyondCritical = 0;
+        for (std::uint32_t y = 0; y < r.height; ++y) {
+            for (std::uint32_t x = 0; x < r.width; ++x) {
+                const Ray ray = sightOfPixel(r, x, y);
+                const auto t = meetsBall(ray, {0, 0, 0}, 1.0);
+                if (!t) continue;
+                const glm::dvec3 normal = ray.origin + *t * ray.direction;
+                const double cosine = -glm::dot(ray.direction, normal);
+                // At the silhouette flat triangles tell, and some mirrored rays meet the lamp.
+                const bool dark = glm::reflect(ray.direction, normal).z > 0.05;
+                if (cosine < 0.25 || !dark) continue;
+                const double once = paneTransmits(cosine, double{ior});
+                ++compared;
+                beyondCritical += std::sqrt(1.0 - cosine * cosine) > 1.0 / double{ior};
+                ASSERT_NEAR(color(image, x, y).g, once * once, 4e-3)
+                    << x << " " << y << ", index " << ior;
+            }
+        }
+        EXPECT_GT(compared, 2000);
+        if (ior > 1.45f) {
+            EXPECT_GT(beyondCritical, 100);
+        }
+    }
+}
+
+// Between dark walls, under a sky that is ten times as bright: what turns back within a body leaves
+// it into the room, and nothing of the sky is seen.
+TEST(TracedGlass, InADarkRoomShowsNothingOfTheSky) {
+    constexpr float kDark = 0.1f;
+    for (const bool ball : {true, false}) {
+        Scene scene;
+        scene.environment = "white";
+        const Index wall = addMaterial(scene, glowing(glm::vec3(kDark)));
+        for (int axis = 0; axis < 3; ++axis) {
+            for (const double side : {-5.0, 5.0}) {
+                glm::dmat4 m(0.0);
+                m[0][(axis + 1) % 3] = m[1][(axis + 2) % 3] = m[2][axis] = m[3][3] = 1.0;
+                m[3][axis] = side;
+                place(scene, quad(5.0f, wall), m);
+            }
+        }
+        Material glass = clearGlass(1.5f);
+        glass.thickness = 2.0f;
+        const Index m = addMaterial(scene, glass);
+        if (ball) place(scene, sphere(1.0f, 48, m));
+        if (!ball) place(scene, cube(0.9f, m), glm::rotate(tilted(0, 30), 0.5, {1, 0, 0}));
+        FrameRequest r = shot({0.3, 0.4, 4}, {0, 0, 0}, 0.6);
+        r.accuracy.bounces = 16;
+        const Image image = picture(std::move(scene), r);
+        for (std::uint32_t y = 0; y < r.height; ++y) {
+            for (std::uint32_t x = 0; x < r.width; ++x) {
+                const Ray ray = sightOfPixel(r, x, y);
+                // At the silhouette flat triangles tell.
+                const bool rim =
+                    ball && meetsBall(ray, {0, 0, 0}, 1.0) && !meetsBall(ray, {0, 0, 0}, 0.97);
+                if (rim) continue;
+                ASSERT_NEAR(color(image, x, y).g, kDark, 1e-3f) << x << " " << y;
+            }
+        }
+    }
+}
+
+// Green of a thickness texture is how thick a sheet is there: seen directly against its backdrop,
+// in a mirror that was drawn, and in one that was traced.
+TEST(TracedGlass, ASheetsThicknessTextureHoldsWhereverItIsSeen) {
+    Material sheet = clearGlass(1.5f);
+    sheet.doubleSided = true;
+    sheet.thickness = 0.1f;
+    sheet.attenuationColor = {0.5f, 0.9f, 0.2f};
+    sheet.attenuationDistance = 0.1f;
+    Scene scene;
+    scene.environment = "black";
+    place(scene, quad(6.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -2));
+    sheet.thicknessTexture.texture = addTexture2x2(
+        scene, {glm::u8vec4(0, 0, 0, 255), {0, 85, 0, 255}, {0, 170, 0, 255}, {0, 255, 0, 255}},
+        Wrap::repeat);
+    scene.images.back().colorSpace = ColorSpace::linear;
+    place(scene, quad(0.9f, addMaterial(scene, sheet)), moved(0, 0, -0.5));
+    Scene withMirror = scene;
+    glm::dmat4 turned = moved(0.2, 0.1, 3.2);
+    turned[0][0] = turned[2][2] = -1.0;
+    place(withMirror, quad(0.9f, addMaterial(withMirror, mirrorMetal())), turned);
+
+    FrameRequest direct = shot({0, 0, 2}, {0, 0, -0.5}, 0.9);
+    Workbench& bench = workbench();
+    bench.show(std::move(scene));
+    for (const GlassMethod method : {GlassMethod::backdrop, GlassMethod::traced}) {
+        direct.accuracy.glass = method;
+        const Image image = bench.run(bench.plan(direct));
+        for (int square = 0; square < 4; ++square) {
+            const std::uint32_t x = square % 2 ? 60 : 35, y = square / 2 ? 60 : 35;
+            const double cosine = -sightOfPixel(direct, x, y).direction.z;
+            const double path = 0.1 * square / 3.0 / cosineInside(cosine, 1.5);
+            for (int c = 0; c < 3; ++c) {
+                const double clear = std::pow(double{sheet.attenuationColor[c]}, path / 0.1);
+                EXPECT_NEAR(color(image, x, y)[c], paneTransmits(cosine, 1.5, clear), 3e-3)
+                    << square << " " << int(method);
+            }
+        }
+    }
+    bench.show(std::move(withMirror));
+    FrameRequest mirrored = shot({0, 0, 2}, {0.1, 0.05, 3.2}, 0.9);
+    mirrored.output.format = OutputFormat::png;
+    mirrored.accuracy.glass = GlassMethod::backdrop;
+    mirrored.accuracy.generations = 1;
+    mirrored.accuracy.planar = PlanarMethod::mirror;
+    const Image drawn = bench.run(bench.plan(mirrored));
+    mirrored.accuracy.planar = PlanarMethod::traced;
+    EXPECT_TRUE(imagesMatch(bench.run(bench.plan(mirrored)), drawn, kEdges));
+}
