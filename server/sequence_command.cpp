@@ -59,12 +59,13 @@ Sequence sequenceOf(const FrameCommand& command) {
 
 int runSequence(const CommandLine& line) {
     const Sequence sequence = sequenceOf(line.frame);
-    Scene scene = sceneFor(line.frame.scene);
+    Scene scene = sceneFor(line.frame.scene, line.config.scenes.import);
     const fs::path folder = line.frame.output;
     claim(folder, json{{"build", buildId()},
                        {"scene", scene.contentHash},
                        {"channels", channelsJson(sequence.channels)},
-                       {"frames", sequence.frames}}
+                       {"common", sequence.common},
+                       {"frames", sequence.own}}
                       .dump(1, ' ', false, json::error_handler_t::replace));
     scene.id = "scene";
     FrameRequest lighting;  // a map that the line brings lights every frame that names none
@@ -88,7 +89,7 @@ int runSequence(const CommandLine& line) {
     ProgressLine progress("drawing");
     Manifest manifest;
     std::size_t there = 0;
-    for (std::size_t i = sequence.first; i < sequence.frames.size(); ++i) {
+    for (std::size_t i = sequence.first; i < sequence.count(); ++i) {
         const std::string last = frameStem(i) + ".json";
         if (fs::exists(folder / last)) {
             ++there;
@@ -100,11 +101,11 @@ int runSequence(const CommandLine& line) {
             }
         }
         progress.show(static_cast<double>(i + 1 - sequence.first) /
-                      static_cast<double>(sequence.frames.size() - sequence.first));
+                      static_cast<double>(sequence.count() - sequence.first));
     }
     progress.end();
     write(folder, manifest.file());
-    std::cout << sequence.frames.size() - sequence.first << " frames in " << folder.string();
+    std::cout << sequence.count() - sequence.first << " frames in " << folder.string();
     if (there > 0) std::cout << ", " << there << " of them there already";
     std::cout << "\n";
     return 0;

@@ -48,7 +48,7 @@ std::string frameStem(std::size_t index) {
 
 std::vector<SequenceFile> filesOf(const Sequence& sequence, std::size_t index,
                                   const FrameMaker& make) {
-    const json& frame = sequence.frames.at(index);
+    const json frame = sequence.frame(index);
     const std::string stem = frameStem(index);
     std::vector<SequenceFile> files;
     ordered_json about = {{"index", index},

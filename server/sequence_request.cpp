@@ -2,10 +2,14 @@
 
 #include "scene/import/field_reader.h"
 
+#include <algorithm>
+
 namespace clerestory {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::size_t kEnoughErrors = 64;
 
 json cameraJson(const CameraRequest& camera) {
     FrameRequest frame;
@@ -14,9 +18,9 @@ json cameraJson(const CameraRequest& camera) {
 }
 
 // The frame's own fields, for each frame.
-json ownFields(const json& body, const SequenceRequest& request) {
-    if (!request.path) return body.value("frames", json::array());
-    json list = json::array();
+std::vector<json> ownFields(const json& body, const SequenceRequest& request) {
+    std::vector<json> list;
+    if (!request.path) return body.value("frames", list);
     for (const PathFrame& frame : framesOf(*request.path)) {
         list.push_back({{"time", frame.time}, {"camera", cameraJson(frame.camera)}});
     }
@@ -66,30 +70,39 @@ Sequence sequenceFrom(const json& body) {
     SequenceRequest request;
     FieldReader(errors).object(body, request, "");
     if (errors.empty()) checkWhole(body, request, errors);
+    errors.resize(std::min(errors.size(), kEnoughErrors));
     if (!errors.empty()) refuse(std::move(errors));
 
-    Sequence sequence{.channels = request.channels, .first = request.first};
-    const json common = body.value("common", json::object());
-    for (const json& own : ownFields(body, request)) {
-        json frame = common;
-        for (const auto& [name, value] : own.items()) frame[name] = value;
+    Sequence sequence{.common = body.value("common", json::object()),
+                      .own = ownFields(body, request),
+                      .channels = request.channels,
+                      .first = request.first};
+    if (sequence.common.dump().size() > kMostSequenceText / sequence.count()) {
+        refuse({{"/common", "is too long for so many frames",
+                 std::to_string(kMostSequenceText / sequence.count()) + " bytes"}});
+    }
+    for (std::size_t i = 0; i < sequence.count(); ++i) {
         try {
-            frameRequestFrom(frame);
+            frameRequestFrom(sequence.frame(i));
         } catch (const RequestError& error) {
-            const std::string place =
-                request.path ? "/common" : "/frames/" + std::to_string(sequence.frames.size());
+            const std::string place = request.path ? "/common" : "/frames/" + std::to_string(i);
             append(errors, place, error.problem().errors);
         }
         // One mistake in what is common is one in every frame; nobody reads ten thousand.
-        if (errors.size() > 64) refuse(std::move(errors));
-        sequence.frames.push_back(std::move(frame));
+        if (errors.size() > kEnoughErrors) refuse(std::move(errors));
     }
-    if (sequence.first >= sequence.frames.size()) {
-        errors.push_back({"/first", "is behind the last frame",
-                          "0 to " + std::to_string(sequence.frames.size() - 1)});
+    if (sequence.first >= sequence.count()) {
+        errors.push_back(
+            {"/first", "is behind the last frame", "0 to " + std::to_string(sequence.count() - 1)});
     }
     if (!errors.empty()) refuse(std::move(errors));
     return sequence;
+}
+
+json Sequence::frame(std::size_t index) const {
+    json frame = common;
+    for (const auto& [name, value] : own.at(index).items()) frame[name] = value;
+    return frame;
 }
 
 json channelsJson(const SequenceChannels& channels) {

@@ -44,11 +44,18 @@ void fields(SequenceRequest& s, V&& visit) {
           "the frame to begin with, to go on where an answer broke off");
 }
 
-// Whole frames: bodies of POST /v1/frames, without the channel.
+// Of the common fields' text in all frames together: what checking a sequence may take.
+inline constexpr std::size_t kMostSequenceText = 256 * 1024 * 1024;
+
 struct Sequence {
-    std::vector<nlohmann::json> frames;
+    nlohmann::json common;
+    std::vector<nlohmann::json> own;  // each frame's
     SequenceChannels channels;
     std::size_t first = 0;
+
+    std::size_t count() const { return own.size(); }
+    // A whole frame: the body of a POST /v1/frames, without the channel.
+    nlohmann::json frame(std::size_t index) const;
 };
 
 // Throws RequestError (422) that names every wrong field.

@@ -47,7 +47,7 @@ struct Run {
         Manifest manifest;
         for (std::size_t i = sequence.first;; ++i) {
             std::future<Outcome> next;
-            if (i + 1 < sequence.frames.size()) {
+            if (i + 1 < sequence.count()) {
                 next = std::async(std::launch::async, [this, i] { return frame(i + 1); });
             }
             if (outcome.failure) {
@@ -77,10 +77,10 @@ Answer postSequence(Server& server, const Call& call) {
     requireJsonType(call);
     requireQuery(call, false);
     auto run = std::make_shared<Run>(Run{.server = server,
-                                         .sequence = sequenceFrom(strictJson(call.body)),
                                          .requestId = call.requestId,
                                          .multipart = wantsMultipart(call),
                                          .slot = server.streams().take()});
+    run->sequence = sequenceFrom(strictJson(call.body));
     // What is wrong with the first frame is mostly wrong with all: it still has a status.
     auto first = std::make_shared<Outcome>(run->frame(run->sequence.first));
     if (first->failure) return first->failure->answer();

@@ -21,8 +21,8 @@ using std::chrono::milliseconds;
 using State = RequestReader::State;
 
 constexpr std::uint64_t kListener = 0, kWake = 1;
-// Less than this within FrontLimits::write is no progress: else a byte a second would be.
-constexpr std::uint64_t kProgress = 4096;
+// Less than this within FrontLimits::write or body is no progress: else a byte a second would be.
+constexpr std::uint64_t kProgress = 4096, kBodyProgress = 512 * 1024;
 constexpr milliseconds kDrain{500};
 constexpr milliseconds kAcceptPause{20}, kNotYetIdle{250};
 // At the end: for a request that is on its way, and for one that has begun to come.
@@ -190,6 +190,7 @@ void EventLoop::end(Id id) {
     deadlines_.forget(id);
     if (client.watched) epoll_ctl(epoll_, EPOLL_CTL_DEL, client.outlet->socket(), nullptr);
     client.outlet->breakOff();
+    largeBodies_ -= client.large;
     clients_.erase(found);
     counters_.open = clients_.size();
 }
@@ -275,14 +276,19 @@ milliseconds EventLoop::timeFor(Wait wait) const {
     return kDrain;
 }
 
-// More of the same does not buy time, except for whoever takes an answer at a fair pace.
+// More of the same does not buy time, except for whoever takes an answer, or sends a large body, at
+// a fair pace.
 void EventLoop::updateDeadline(Id id, Client& client) {
     const Wait wait = waitOf(client);
-    const std::uint64_t sent = client.outlet->sentBytes();
-    const bool progress = wait == Wait::write && sent >= client.taken + kProgress;
+    const bool writes = wait == Wait::write, reads = wait == Wait::body;
+    const std::uint64_t moved = writes  ? client.outlet->sentBytes()
+                                : reads ? client.reader.bodyBytes()
+                                        : 0;
+    const bool progress =
+        (writes || reads) && moved >= client.moved + (writes ? kProgress : kBodyProgress);
     if (wait == client.wait && !progress) return;
     client.wait = wait;
-    client.taken = sent;
+    client.moved = moved;
     if (wait == Wait::nothing) return deadlines_.forget(id);
     deadlines_.set(id, Clock::now() + timeFor(wait));
 }

@@ -24,9 +24,11 @@ public:
         // On the loop's thread, so they must not wait: the answer to what needs no worker, if it is
         // such; and the answer to what HTTP rules out.
         std::function<std::optional<Answer>(const Exchange&)> quick;
+        // Why a large body need not come at all.
+        std::function<std::optional<Problem>(const RequestHead&)> admit;
         std::function<Answer(const Call&, const Problem&)> refuse;
         // On a worker's thread; true when the connection may carry another. Must not throw.
-        std::function<bool(const Exchange&, Outlet&)> answer;
+        std::function<bool(Exchange&, Outlet&)> answer;
     };
 
     EventLoop(Listener& listener, const FrontLimits& limits, std::size_t threads, Hooks hooks,
@@ -55,7 +57,8 @@ private:
         std::shared_ptr<Departure> departure;  // of the exchange that is served
         Phase phase = Phase::reading;
         Wait wait = Wait::nothing;
-        std::uint64_t taken = 0;  // bytes of answers, at the last progress
+        std::uint64_t moved = 0;  // bytes of what is waited for, at the last progress
+        std::size_t large = 0;    // of largeBodies_: its own
         std::uint32_t interest = 0;
         bool watched = false;
         bool halfClosed = false;
@@ -85,6 +88,7 @@ private:
     void begin(Id id, Client& client);
     void reply(Client& client, const Answer& answer, const std::string& requestId, bool isHead);
     void refuse(Client& client, const Problem& problem);
+    std::optional<Problem> refusalOfBody(Client& client);
     void answered(Client& client);
     void flushed(Id id, Client& client);
     void drain(Id id, Client& client);
@@ -104,6 +108,7 @@ private:
     const Hooks hooks_;
     FrontCounters& counters_;
     UnsentBytes unsent_;
+    std::size_t largeBodies_ = 0;  // bytes, coming or being answered
     int epoll_ = -1;
     int wake_ = -1;
     std::atomic<bool> stopping_{false};

@@ -62,6 +62,8 @@ void EventLoop::advance(Id id, Client& client) {
             refuse(client, client.reader.problem());
         } else if (state == State::complete) {
             begin(id, client);
+        } else if (const auto problem = refusalOfBody(client)) {
+            refuse(client, *problem);
         } else {
             break;
         }
@@ -83,7 +85,7 @@ void EventLoop::begin(Id id, Client& client) {
     auto exchange = std::make_shared<Exchange>(
         Exchange{.head = reader.head(),
                  .headBytes = std::string(reader.headBytes()),
-                 .body = std::string(reader.body()),
+                 .body = client.reader.takeBody(),
                  .requestId = requestIdFrom(reader.head().header("X-Request-Id")),
                  .client = hooks_.client(reader.head(), client.address),
                  .arrived = Clock::now(),
@@ -113,6 +115,21 @@ void EventLoop::refuse(Client& client, const Problem& problem) {
           exchange.head.method == "HEAD");
 }
 
+// Of a large body, before it comes: who may not send it, and whoever it would be too much of.
+std::optional<Problem> EventLoop::refusalOfBody(Client& client) {
+    const RequestReader& reader = client.reader;
+    if (reader.state() != State::body || client.large > 0) return std::nullopt;
+    const std::size_t size = reader.head().contentLength;
+    if (size <= limits_.bodyBytes) return std::nullopt;
+    if (auto problem = hooks_.admit(reader.head())) return problem;
+    if (size > limits_.largeBytes - std::min(limits_.largeBytes, largeBodies_)) {
+        return bodiesFull();
+    }
+    client.large = size;
+    largeBodies_ += size;
+    return std::nullopt;
+}
+
 void EventLoop::reply(Client& client, const Answer& answer, const std::string& requestId,
                       bool isHead) {
     client.outlet->send(wireBytes(answer, requestId, client.keepAlive, isHead), false);
@@ -124,6 +141,7 @@ void EventLoop::answered(Client& client) {
     client.phase = Phase::flushing;
     client.wait = Wait::nothing;  // time for what follows counts from now
     client.departure = nullptr;
+    largeBodies_ -= std::exchange(client.large, 0);
     if (client.outlet->pending() || client.outlet->broken()) return;
     if (client.keepAlive) {
         client.phase = Phase::reading;

@@ -9,7 +9,7 @@ namespace clerestory {
 struct Exchange {
     RequestHead head;
     std::string headBytes;  // with the blank line
-    std::string body;
+    std::string body;       // moved on to whoever answers
     std::string requestId;
     std::string client;  // for fair shares; no two clients of one address are told apart
     Clock::time_point arrived;

@@ -45,17 +45,20 @@ public:
             .client = [this](const RequestHead& head,
                              const std::string& address) { return access.clientOf(head, address); },
             .quick = [this](const Exchange& exchange) { return quick(exchange); },
+            .admit = [this](const RequestHead& head) { return refusal(head); },
             .refuse = routes.refuse,
-            .answer = [this](const Exchange& exchange,
+            .answer = [this](Exchange& exchange,
                              Outlet& outlet) { return library.answer(exchange, outlet); }};
     }
 
+    std::optional<Problem> refusal(const RequestHead& head) const {
+        return access.refusal(
+            head, std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()));
+    }
+
     std::optional<Answer> quick(const Exchange& exchange) const {
-        const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
         const Call call = callOf(exchange);
-        if (const auto problem = access.refusal(exchange.head, now)) {
-            return routes.refuse(call, *problem);
-        }
+        if (const auto problem = refusal(exchange.head)) return routes.refuse(call, *problem);
         return routes.quick(call);
     }
 

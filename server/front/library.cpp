@@ -72,7 +72,7 @@ private:
 
 // The library's handlers know neither stream nor exchange; a thread serves one at a time.
 struct Serving {
-    const Exchange* exchange = nullptr;
+    Exchange* exchange = nullptr;
     MemoryStream* stream = nullptr;
 };
 thread_local Serving serving;
@@ -112,7 +112,7 @@ public:
                 Call call = callOf(*serving.exchange);
                 call.path = request.path;
                 call.query = request.params;
-                call.body = serving.exchange->body;
+                call.body = std::move(serving.exchange->body);
                 give(call, responder_(call), response);
                 return HandlerResponse::Handled;
             });
@@ -123,7 +123,7 @@ public:
                                      std::exception_ptr) { refuse(internalError(), response); });
     }
 
-    bool answer(const Exchange& exchange, Outlet& outlet) {
+    bool answer(Exchange& exchange, Outlet& outlet) {
         MemoryStream stream(exchange, outlet);
         serving = {&exchange, &stream};
         bool closing = false;
@@ -180,7 +180,7 @@ Library::Library(const FrontLimits& limits, Responder responder, Refuser refuser
     : server_(std::make_unique<Server>(limits, std::move(responder), std::move(refuser))) {}
 Library::~Library() = default;
 
-bool Library::answer(const Exchange& exchange, Outlet& outlet) {
+bool Library::answer(Exchange& exchange, Outlet& outlet) {
     try {
         return server_->answer(exchange, outlet);
     } catch (const std::exception& error) {  // memory, mostly; the worker must live on

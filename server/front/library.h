@@ -18,7 +18,8 @@ public:
     ~Library();
 
     // Carries one exchange through; true when the connection may carry another.
-    bool answer(const Exchange& exchange, Outlet& outlet);
+    // Takes its body.
+    bool answer(Exchange& exchange, Outlet& outlet);
 
     void endStreams();  // their sinks say no from now on
 

@@ -114,9 +114,10 @@ std::optional<Problem> readBodyHeaders(RequestHead& head, const FrontLimits& lim
             !text.empty() &&
             std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
         if (lengths > 1 || !digits) return badRequest("The Content-Length is not a number.");
+        const std::size_t most = bodyLimit(head, limits);
         for (const char digit : text) {
             head.contentLength = 10 * head.contentLength + static_cast<std::size_t>(digit - '0');
-            if (head.contentLength > limits.bodyBytes) return tooLarge(limits.bodyBytes);
+            if (head.contentLength > most) return tooLarge(most);
         }
     }
     const bool takesBody =
@@ -151,6 +152,13 @@ std::string_view RequestHead::header(std::string_view name) const {
 
 std::string_view RequestHead::path() const {
     return std::string_view(target).substr(0, target.find('?'));
+}
+
+std::size_t bodyLimit(const RequestHead& head, const FrontLimits& limits) {
+    for (const LargeBodies& route : limits.large) {
+        if (head.method == route.method && head.path() == route.path) return route.bytes;
+    }
+    return limits.bodyBytes;
 }
 
 HeadOutcome readHead(std::string_view text, const FrontLimits& limits) {

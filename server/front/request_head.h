@@ -35,6 +35,9 @@ struct HeadOutcome {
 // `text`: every line with its CRLF, up to the blank one.
 HeadOutcome readHead(std::string_view text, const FrontLimits& limits);
 
+// The bytes that a body may have there.
+std::size_t bodyLimit(const RequestHead& head, const FrontLimits& limits);
+
 // Of a method's or header's name (RFC 9110 5.6.2).
 bool isTokenByte(unsigned char c);
 

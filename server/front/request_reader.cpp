@@ -12,7 +12,7 @@ std::size_t RequestReader::room() const {
     switch (state_) {
         case State::idle:
         case State::head:
-            return limits_.headBytes + 1 - bytes_.size();
+            return limits_->headBytes + 1 - bytes_.size();
         case State::body:
             return headEnd_ + head_.contentLength - bytes_.size();
         case State::complete:
@@ -35,9 +35,24 @@ std::string_view RequestReader::body() const {
     return std::string_view(bytes_).substr(headEnd_, head_.contentLength);
 }
 
+std::size_t RequestReader::bodyBytes() const {
+    return state_ == State::body ? bytes_.size() - headEnd_ : 0;
+}
+
+// A large body is moved, never copied.
+std::string RequestReader::takeBody() {
+    behind_ = bytes_.substr(headEnd_ + head_.contentLength);
+    taken_ = true;
+    std::string body = std::move(bytes_);
+    bytes_.assign(body, 0, headEnd_);
+    body.resize(headEnd_ + head_.contentLength);
+    body.erase(0, headEnd_);
+    return body;
+}
+
 void RequestReader::next() {
-    std::string rest = bytes_.substr(headEnd_ + head_.contentLength);
-    *this = RequestReader(limits_);  // frees what a large request took
+    std::string rest = taken_ ? std::move(behind_) : bytes_.substr(headEnd_ + head_.contentLength);
+    *this = RequestReader(*limits_);  // frees what a large request took
     bytes_ = std::move(rest);
     advance();
 }
@@ -59,11 +74,11 @@ void RequestReader::skipBlankLines() {
 // one after the other, so that it makes no difference in which pieces they came.
 bool RequestReader::foundHead() {
     for (; scanned_ < bytes_.size(); ++scanned_) {
-        if (lines_ == 0 && scanned_ >= limits_.requestLine + 2) {
-            return refuse(uriTooLong(limits_.path, limits_.requestLine)), false;
+        if (lines_ == 0 && scanned_ >= limits_->requestLine + 2) {
+            return refuse(uriTooLong(limits_->path, limits_->requestLine)), false;
         }
-        if (scanned_ >= limits_.headBytes) {
-            return refuse(headTooLarge(limits_.headBytes, limits_.headers)), false;
+        if (scanned_ >= limits_->headBytes) {
+            return refuse(headTooLarge(limits_->headBytes, limits_->headers)), false;
         }
         if (bytes_[scanned_] != '\n') continue;
         // Some read a bare LF as the end of a line and some do not: here lies smuggling.
@@ -72,8 +87,8 @@ bool RequestReader::foundHead() {
             headEnd_ = scanned_ + 1;
             return true;
         }
-        if (++lines_ > limits_.headers + 1) {
-            return refuse(headTooLarge(limits_.headBytes, limits_.headers)), false;
+        if (++lines_ > limits_->headers + 1) {
+            return refuse(headTooLarge(limits_->headBytes, limits_->headers)), false;
         }
         lineBegin_ = scanned_ + 1;
     }
@@ -89,10 +104,11 @@ void RequestReader::advance() {
         // A greeting of another protocol is known by its first byte.
         if (!isTokenByte(static_cast<unsigned char>(bytes_.front()))) return refuse(notHttp());
         if (!foundHead()) return;
-        HeadOutcome outcome = readHead(headBytes(), limits_);
+        HeadOutcome outcome = readHead(headBytes(), *limits_);
         head_ = std::move(outcome.head);
         if (outcome.problem) return refuse(*std::move(outcome.problem));
         state_ = State::body;
+        bytes_.reserve(headEnd_ + head_.contentLength);  // no second copy while it grows
     }
     if (state_ == State::body && bytes_.size() >= headEnd_ + head_.contentLength) {
         state_ = State::complete;

@@ -163,6 +163,56 @@ TEST(Front, ABodyMayAskWhetherItIsWelcome) {
     EXPECT_EQ(bodyOf(client.answer(5)), "POST /b body");
 }
 
+FrontLimits limitsWithALargeRoute() {
+    FrontLimits limits = quickLimits();
+    limits.large = {{"POST", "/large", 4 << 20}};
+    limits.largeBytes = 5 << 20;
+    return limits;
+}
+
+std::string largeHead(std::size_t size) {
+    return "POST /large HTTP/1.1\r\nHost: localhost\r\nContent-Length: " + std::to_string(size) +
+           "\r\n\r\n";
+}
+
+TEST(Front, ALargeBodyMayTakeItsTimeAtAFairPaceOnly) {
+    ToyServer server(limitsWithALargeRoute());
+    std::string body(3 << 20, 'x');
+    body.back() = '!';
+    RawClient client(server.port());
+    ASSERT_TRUE(client.send(largeHead(body.size())));
+    for (std::size_t at = 0; at < body.size(); at += 1 << 20) {  // longer than quickLimits().body
+        ASSERT_TRUE(client.send(std::string_view(body).substr(at, 1 << 20)));
+        std::this_thread::sleep_for(milliseconds(200));
+    }
+    const std::string answer = client.answer(10);
+    EXPECT_EQ(statusOf(answer), 200);
+    EXPECT_EQ(bodyOf(answer), "POST /large " + body);
+
+    RawClient slow(server.port());
+    ASSERT_TRUE(slow.send(largeHead(body.size())));
+    ASSERT_TRUE(slow.send(std::string(100'000, 'x')));
+    EXPECT_EQ(statusOf(slow.answer(10)), 408);
+    EXPECT_EQ(statusOf(ask(server.port(), largeHead((4 << 20) + 1))), 413);
+}
+
+TEST(Front, NoMoreLargeBodiesComeAtOnceThanThereIsRoomFor) {
+    ToyServer server(limitsWithALargeRoute());
+    RawClient first(server.port());
+    const std::string body(4 << 20, 'x');
+    ASSERT_TRUE(first.send(largeHead(body.size())));
+    ASSERT_TRUE(first.send(std::string_view(body).substr(0, body.size() - 1)));
+    ASSERT_TRUE(soon([&] { return server.counters().open == 1; }));
+    const std::string refused = ask(server.port(), largeHead(2 << 20));
+    EXPECT_EQ(statusOf(refused), 503);
+    EXPECT_NE(refused.find("bodiesFull"), std::string::npos) << refused;
+    EXPECT_EQ(statusOf(ask(server.port(), post("/small", "body"))), 200);
+    ASSERT_TRUE(first.send("x"));
+    EXPECT_EQ(statusOf(first.answer(10)), 200);
+    const std::string again = ask(server.port(), largeHead(2 << 20) + std::string(2 << 20, 'y'));
+    EXPECT_EQ(statusOf(again), 200);
+}
+
 TEST(Front, OldClientsGetAnAnswerAndTheEnd) {
     ToyServer server;
     RawClient client(server.port());

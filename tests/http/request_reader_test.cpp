@@ -26,6 +26,40 @@ std::string request(const std::string& more, const std::string& body = "",
     return line + "\r\nHost: a\r\n" + more + "\r\n" + body;
 }
 
+TEST(RequestReader, ARouteMayTakeLargerBodiesThanOthers) {
+    FrontLimits limits = small();
+    limits.large = {{"POST", "/big", 64}};
+    const auto statusOf = [&](const char* line, std::size_t size) {
+        return statusAfter(request("Content-Length: " + std::to_string(size) + "\r\n",
+                                   std::string(size, 'b'), line),
+                           limits);
+    };
+    EXPECT_EQ(statusOf("POST /big HTTP/1.1", 64), 200);
+    EXPECT_EQ(statusOf("POST /big HTTP/1.1", 65), 413);
+    EXPECT_EQ(statusOf("POST /big?a=b HTTP/1.1", 64), 200);
+    for (const char* other : {"PUT /big HTTP/1.1", "POST /big/ HTTP/1.1", "POST /b%69g HTTP/1.1"}) {
+        EXPECT_EQ(statusOf(other, 17), 413) << other;
+    }
+}
+
+TEST(RequestReader, ABodyThatIsTakenLeavesWhatComesBehindIt) {
+    for (const bool whole : {true, false}) {  // how much is there when the body is complete
+        const FrontLimits limits = small();
+        RequestReader reader(limits);
+        const std::string first = request("Content-Length: 4\r\n", "body");
+        const std::string second = request("", "", "GET /2 HTTP/1.1");
+        reader.take(whole ? first + second : first);
+        ASSERT_EQ(reader.state(), State::complete);
+        EXPECT_EQ(reader.takeBody(), "body");
+        EXPECT_EQ(reader.headBytes(), first.substr(0, first.size() - 4));
+        reader.next();
+        if (!whole) reader.take(second);
+        ASSERT_EQ(reader.state(), State::complete);
+        EXPECT_EQ(reader.headBytes(), second);
+        EXPECT_EQ(reader.takeBody(), "");
+    }
+}
+
 TEST(RequestReader, EveryLimitHoldsToTheByte) {
     const auto line = [](std::size_t size) {  // of that many bytes, the path short
         const std::string begin = "GET /?", end = " HTTP/1.1";
@@ -60,7 +94,8 @@ TEST(RequestReader, EveryLimitHoldsToTheByte) {
 }
 
 TEST(RequestReader, AnEndlessLineIsRefusedAtTheLimitNotAtItsEnd) {
-    RequestReader reader(small());
+    const FrontLimits limits = small();
+    RequestReader reader(limits);
     std::size_t taken = 0;
     while (reader.room() > 0) {
         reader.take("a");
@@ -71,7 +106,8 @@ TEST(RequestReader, AnEndlessLineIsRefusedAtTheLimitNotAtItsEnd) {
 }
 
 TEST(RequestReader, RequestsInOnePieceComeOneByOne) {
-    RequestReader reader({});
+    const FrontLimits limits;
+    RequestReader reader(limits);
     reader.take(
         "POST /a HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\n{}\r\nGET /b HTTP/1.1\r\nHost: "
         "a\r\n\r\nGET");
