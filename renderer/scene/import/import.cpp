@@ -3,6 +3,7 @@
 
 #include "scene/import/assimp_scene.h"
 #include "scene/import/gltf_scene.h"
+#include "scene/import/scene_archive.h"
 #include "scene/import/scene_cleaning.h"
 #include "scene/import/side_file.h"
 
@@ -19,27 +20,9 @@ std::string lowerExtension(const std::filesystem::path& file) {
     return extension;
 }
 
-}  // namespace
-
-const std::vector<std::string>& importableExtensions() {
-    static const std::vector<std::string> kExtensions{"gltf", "glb", "obj", "fbx",
-                                                      "dae",  "ply", "stl", "3ds"};
-    return kExtensions;
-}
-
-Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits,
-                      const ProgressCallback& progress) {
-    const std::string extension = lowerExtension(file);
-    const auto& known = importableExtensions();
-    if (std::find(known.begin(), known.end(), extension) == known.end()) {
-        throw ImportError(ImportError::Reason::unsupported,
-                          "files of the kind '." + cleanText(extension) + "' cannot be read");
-    }
-    if (progress) {
-        progress({"reading", 0.0});
-    }
-    const SceneFolder folder(file.parent_path(), limits.fileBytes);
-    const std::string name = file.filename().string();
+Scene sceneIn(const SceneFolder& folder, const std::string& name, const ImportLimits& limits,
+              const ProgressCallback& progress) {
+    const std::string extension = lowerExtension(name);
     const bool isGltf = extension == "gltf" || extension == "glb";
     if (!isGltf && !folder.has(name)) {
         throw ImportError(ImportError::Reason::notFound,
@@ -50,7 +33,41 @@ Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& lim
     finishScene(scene);
     const bool dressed = applySideFile(scene, folder, name);
     if (dropUnknownProbes(scene) || dressed) finishScene(scene);
-    scene.title = cleanText(file.stem().string());
+    scene.title = cleanText(std::filesystem::path(name).stem().string());
+    return scene;
+}
+
+}  // namespace
+
+const std::vector<std::string>& importableExtensions() {
+    static const std::vector<std::string> kExtensions{"gltf", "glb", "obj", "fbx", "dae", "ply",
+                                                      "stl",  "3ds", "zip", "tar", "tgz"};
+    return kExtensions;
+}
+
+Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits,
+                      const ProgressCallback& progress, const ReadingCallback& readings) {
+    const std::string extension = lowerExtension(file);
+    const auto& known = importableExtensions();
+    if (std::find(known.begin(), known.end(), extension) == known.end()) {
+        throw ImportError(ImportError::Reason::unsupported,
+                          "files of the kind '." + cleanText(extension) + "' cannot be read");
+    }
+    if (progress) {
+        progress({"reading", 0.0});
+    }
+    const SceneFolder folder(file.parent_path(), limits.fileBytes, limits.maxFiles);
+    const std::string name = file.filename().string();
+    Scene scene;
+    if (isArchive(extension)) {
+        UnpackedScene unpacked = unpackedScene(folder.read(name), limits);
+        scene = sceneIn(SceneFolder(std::move(unpacked.files)), unpacked.name, limits, progress);
+    } else {
+        scene = sceneIn(folder, name, limits, progress);
+    }
+    if (readings) {
+        for (const FileReading& reading : folder.readings()) readings(reading);
+    }
     return scene;
 }
 

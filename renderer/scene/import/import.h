@@ -11,8 +11,10 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace clerestory {
 
@@ -20,10 +22,11 @@ struct ImportLimits {
     std::chrono::milliseconds wallClock{60000};
     std::chrono::seconds cpu{60};
     std::uint64_t addressSpaceBytes = 6ull << 30;
-    std::uint64_t fileBytes = 512ull << 20;
+    std::uint64_t fileBytes = 512ull << 20;  // of each; all together may have four times as many
     std::uint64_t maxTriangles = 20'000'000;
     std::uint64_t maxNodes = 200'000;
     std::uint64_t maxImagePixels = 64'000'000;
+    std::uint64_t maxFiles = 4096;  // read for one scene, or packed in one archive
 };
 
 // Why a file gave no scene. `what()` is for people and holds no path of this machine.
@@ -38,30 +41,40 @@ private:
     Reason reason_;
 };
 
+std::string_view nameOf(ImportError::Reason reason);  // as the enumerator is called
+
 struct ImportProgress {
     std::string stage;      // "reading", "textures", "meshes", "handing over"
     double progress = 0.0;  // 0..1 over all stages
 };
 using ProgressCallback = std::function<void(const ImportProgress&)>;
 
+class SceneCache;
+
 struct ImportOptions {
     std::filesystem::path importer;  // the clerestory program; empty: /proc/self/exe
     ImportLimits limits;
+    std::shared_ptr<SceneCache> cache;  // of what was imported before; null: none
 };
 
 // Extensions that can be read, lower case, without the dot.
 const std::vector<std::string>& importableExtensions();
 
-// Throws ImportError.
+// Taken from the cache, when that has what the file and all files beside it would give. Throws
+// ImportError.
 Scene importScene(const std::filesystem::path& file, const ImportOptions& options = {},
                   const ProgressCallback& progress = {});
 
-// The same work in this process; what the child runs. Throws ImportError, and may crash.
-Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits = {},
-                      const ProgressCallback& progress = {});
+struct FileReading;
+using ReadingCallback = std::function<void(const FileReading&)>;
 
-// The child's main: `clerestory import-child FILE --result-fd N --progress-fd M [--as environment]`.
-// Returns an exit code.
+// The same work in this process; what the child runs. `readings` is told what files it came from
+// (file_reading.h). Throws ImportError, and may crash.
+Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits = {},
+                      const ProgressCallback& progress = {}, const ReadingCallback& readings = {});
+
+// The child's main: `clerestory import-child FILE --result-fd N --progress-fd M [--as
+// environment]`. Returns an exit code.
 int importChildMain(int argc, char** argv);
 
 // An environment map: .hdr or .exr (equirectangular), a cube map as .ktx or .ktx2, or a folder with

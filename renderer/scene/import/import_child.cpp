@@ -95,8 +95,11 @@ int importChildMain(int argc, char** argv) {
             writeEnvironment(loadEnvironmentHere(file, limits), hand);
             return 0;
         }
+        std::string readings;
         const Scene scene = importSceneHere(
-            file, limits, [&](const ImportProgress& step) { tell(progressLine(step)); });
+            file, limits, [&](const ImportProgress& step) { tell(progressLine(step)); },
+            [&](const FileReading& reading) { readings += readingLine(reading); });
+        tell(readings);
         tell(progressLine({"handing over", 0.9}));
         writeScene(scene, hand);
         return 0;

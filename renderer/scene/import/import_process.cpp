@@ -4,6 +4,7 @@
 #include "scene/import/import.h"
 #include "scene/import/import_wire.h"
 #include "scene/import/scene_blob.h"
+#include "scene/import/scene_cache.h"
 #include "scene/import/scene_cleaning.h"
 
 #include <fcntl.h>
@@ -156,16 +157,20 @@ public:
     }
 
     const std::optional<ImportError>& error() const { return error_; }
+    std::vector<FileReading> takeReadings() { return std::move(readings_); }
 
 private:
     void hear(char c) {
-        constexpr std::size_t kLongestLine = 1024;
+        constexpr std::size_t kLongestLine = 8192, kMostReadings = 10'000;
         if (c != '\n') {
             if (line_.size() < kLongestLine) line_ += c;
             return;
         }
         if (const auto step = readProgress(line_); step && progress_) progress_(*step);
         if (const auto error = readError(line_)) error_.emplace(*error);
+        if (auto reading = readReading(line_); reading && readings_.size() < kMostReadings) {
+            readings_.push_back(*std::move(reading));
+        }
         line_.clear();
     }
 
@@ -173,6 +178,7 @@ private:
     const ProgressCallback& progress_;
     std::string line_;
     std::optional<ImportError> error_;
+    std::vector<FileReading> readings_;
 };
 
 [[noreturn]] void explain(int status, const std::optional<ImportError>& error) {
@@ -210,8 +216,12 @@ private:
 };
 
 // What the child made of the file, sealed.
-Descriptor imported(const std::filesystem::path& file, const char* kind,
-                    const ImportOptions& options, const ProgressCallback& progress) {
+struct Imported {
+    Descriptor bytes;
+    std::vector<FileReading> readings;
+};
+Imported imported(const std::filesystem::path& file, const char* kind, const ImportOptions& options,
+                  const ProgressCallback& progress) {
     const Clock::time_point deadline = Clock::now() + options.limits.wallClock;
     Descriptor result = raised(memfd_create(kind, MFD_CLOEXEC | MFD_ALLOW_SEALING));
     int ends[2];
@@ -237,13 +247,12 @@ Descriptor imported(const std::filesystem::path& file, const char* kind,
         fstat(result.value(), &about) != 0 || about.st_size <= 0) {
         throw ImportError(Reason::crashed, "the import handed over nothing");
     }
-    return result;
+    return {std::move(result), listener.takeReadings()};
 }
 
-Scene takenScene(const Descriptor& result) {
+Scene takenScene(std::span<const std::byte> blob) {
     try {
-        const Mapping mapping(result);
-        Scene scene = readScene(mapping.bytes());
+        Scene scene = readScene(blob);
         if (const auto problems = sceneProblems(scene); !problems.empty()) {
             throw ImportError(Reason::crashed,
                               "the import made a wrong scene: " + problems.front());
@@ -260,7 +269,14 @@ Scene takenScene(const Descriptor& result) {
 
 Scene importScene(const std::filesystem::path& file, const ImportOptions& options,
                   const ProgressCallback& progress) {
-    Scene scene = takenScene(imported(file, "scene", options, progress));
+    const auto place = options.cache ? options.cache->placeOf(file, options.limits) : std::nullopt;
+    if (place) {
+        if (auto kept = options.cache->find(*place)) return *std::move(kept);
+    }
+    const Imported result = imported(file, "scene", options, progress);
+    const Mapping mapping(result.bytes);
+    Scene scene = takenScene(mapping.bytes());
+    if (place) options.cache->keep(*place, result.readings, mapping.bytes());
     if (progress) {
         progress({"handing over", 1.0});
     }
@@ -272,7 +288,7 @@ EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder,
     std::filesystem::path path = fileOrFolder;
     if (!path.has_filename()) path = path.parent_path();  // "folder/" is "folder"
     try {
-        const Mapping mapping(imported(path, "environment", options, {}));
+        const Mapping mapping(imported(path, "environment", options, {}).bytes);
         EnvironmentMap map = readEnvironment(mapping.bytes());
         std::error_code error;
         const bool folder = std::filesystem::is_directory(path, error);

@@ -15,10 +15,14 @@ constexpr std::array<const char*, 7> kReasons{"notFound", "unsupported", "malfor
 
 }  // namespace
 
+std::string_view nameOf(ImportError::Reason reason) {
+    return kReasons[static_cast<std::size_t>(reason)];
+}
+
 std::string encoded(const ImportLimits& l) {
     std::ostringstream text;
     text << l.cpu.count() << ' ' << l.addressSpaceBytes << ' ' << l.fileBytes << ' '
-         << l.maxTriangles << ' ' << l.maxNodes << ' ' << l.maxImagePixels;
+         << l.maxTriangles << ' ' << l.maxNodes << ' ' << l.maxImagePixels << ' ' << l.maxFiles;
     return text.str();
 }
 
@@ -30,7 +34,7 @@ ImportLimits decodedLimits(const std::string& text) {
         limits.cpu = std::chrono::seconds(cpu);
     }
     for (std::uint64_t* value : {&limits.addressSpaceBytes, &limits.fileBytes, &limits.maxTriangles,
-                                 &limits.maxNodes, &limits.maxImagePixels}) {
+                                 &limits.maxNodes, &limits.maxImagePixels, &limits.maxFiles}) {
         std::uint64_t read = 0;
         if (in >> read) {
             *value = read;
@@ -45,8 +49,7 @@ std::string progressLine(const ImportProgress& progress) {
 }
 
 std::string errorLine(ImportError::Reason reason, const std::string& message) {
-    return "error " + std::string(kReasons[static_cast<std::size_t>(reason)]) + " " +
-           cleanText(message) + "\n";
+    return "error " + std::string(nameOf(reason)) + " " + cleanText(message) + "\n";
 }
 
 std::optional<ImportProgress> readProgress(const std::string& line) {
@@ -61,6 +64,29 @@ std::optional<ImportProgress> readProgress(const std::string& line) {
         return std::nullopt;
     }
     return ImportProgress{cleanText(std::string(read.ptr + 1, end)), permille / 1000.0};
+}
+
+// The name stands last, with whatever is in it; the end of a line is written as what no name has.
+std::string readingLine(const FileReading& reading) {
+    std::ostringstream text;
+    text << "file " << static_cast<int>(reading.outcome) << ' ' << reading.low << ' '
+         << reading.high << ' ';
+    for (const char c : reading.name) text << (c == '\n' ? '\0' : c);
+    text << '\n';
+    return text.str();
+}
+
+std::optional<FileReading> readReading(const std::string& line) {
+    std::istringstream in(line);
+    std::string word;
+    int outcome = -1;
+    FileReading reading;
+    in >> word >> outcome >> reading.low >> reading.high;
+    if (!in || word != "file" || outcome < 0 || outcome > 3 || in.get() != ' ') return std::nullopt;
+    reading.outcome = static_cast<FileReading::Outcome>(outcome);
+    std::getline(in, reading.name);
+    std::replace(reading.name.begin(), reading.name.end(), '\0', '\n');
+    return reading;
 }
 
 std::optional<ImportError> readError(const std::string& line) {

@@ -1,6 +1,7 @@
 // The words between importScene() and its child: exit codes, the limits, progress and error lines.
 #pragma once
 
+#include "scene/import/file_reading.h"
 #include "scene/import/import.h"
 
 #include <optional>
@@ -19,5 +20,8 @@ std::string errorLine(ImportError::Reason reason, const std::string& message);
 
 std::optional<ImportProgress> readProgress(const std::string& line);
 std::optional<ImportError> readError(const std::string& line);
+
+std::string readingLine(const FileReading& reading);
+std::optional<FileReading> readReading(const std::string& line);
 
 }  // namespace clerestory

@@ -305,6 +305,7 @@ Scene readScene(std::span<const std::byte> blob) {
     if (!reader.finished()) {
         throw BlobError("the scene blob is longer than its scene");
     }
+    updateContentHash(scene);
     return scene;
 }
 

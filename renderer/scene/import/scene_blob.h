@@ -22,7 +22,8 @@ using BlobSink = std::function<void(const void* bytes, std::size_t count)>;
 void writeScene(const Scene& scene, const BlobSink& sink);
 
 // Throws BlobError for anything that writeScene() did not write whole; reads nothing out of range.
-// The scene's own consistency is left to sceneProblems().
+// The scene's own consistency is left to sceneProblems(). Its contentHash is counted here: nobody
+// can pass a scene off as another.
 Scene readScene(std::span<const std::byte> blob);
 
 }  // namespace clerestory

@@ -1,8 +1,6 @@
 // The kernel keeps the fence (openat2) where it can; older kernels get a comparison of real paths.
 #include "scene/import/scene_folder.h"
 
-#include "scene/import/import.h"
-
 #include <fcntl.h>
 #include <linux/openat2.h>
 #include <sys/stat.h>
@@ -18,7 +16,6 @@ namespace {
 
 using Reason = ImportError::Reason;
 
-constexpr std::uint32_t kMaxFiles = 4096;  // more is a bomb, not a scene
 constexpr int kReadFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;  // a pipe must not block
 
 // Where the descriptor's file really is; empty when that cannot be told.
@@ -72,8 +69,11 @@ int hexDigit(char c) {
 
 }  // namespace
 
-SceneFolder::SceneFolder(const std::filesystem::path& folder, std::uint64_t maxBytes)
-    : maxBytes_(maxBytes) {
+SceneFolder::SceneFolder(std::map<std::string, std::string> files) : files_(std::move(files)) {}
+
+SceneFolder::SceneFolder(const std::filesystem::path& folder, std::uint64_t maxBytes,
+                         std::uint64_t maxFiles)
+    : maxBytes_(maxBytes), maxFiles_(maxFiles) {
     const std::filesystem::path path = folder.empty() ? "." : folder;
     folder_ = ::open(path.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
     if (folder_ < 0) {
@@ -82,7 +82,16 @@ SceneFolder::SceneFolder(const std::filesystem::path& folder, std::uint64_t maxB
 }
 
 SceneFolder::~SceneFolder() {
-    close(folder_);
+    if (folder_ >= 0) close(folder_);
+}
+
+// "textures/../a.png" is as good as "a.png", and nothing leads out: there is no outside.
+const std::string* SceneFolder::inMemory(const std::string& name) const {
+    std::string relative = name;
+    std::replace(relative.begin(), relative.end(), '\\', '/');
+    const auto found =
+        files_.find(std::filesystem::path(relative).lexically_normal().generic_string());
+    return found == files_.end() ? nullptr : &found->second;
 }
 
 int SceneFolder::open(const std::string& name) const {
@@ -101,27 +110,70 @@ int SceneFolder::open(const std::string& name) const {
 }
 
 bool SceneFolder::has(const std::string& name) const {
-    return Descriptor(open(name)).value() >= 0;
+    if (folder_ < 0) return inMemory(name) != nullptr;
+    const bool there = Descriptor(open(name)).value() >= 0;
+    note({name, there ? FileReading::Outcome::present : FileReading::Outcome::absent});
+    return there;
 }
 
 std::string SceneFolder::read(const std::string& name) const {
+    if (folder_ < 0) {
+        if (const std::string* content = inMemory(name)) return *content;
+        throw ImportError(Reason::notFound, "'" + name + "' is not in the archive");
+    }
     const Descriptor file(open(name));
-    struct stat status {};
-    if (file.value() < 0 || fstat(file.value(), &status) != 0) {
+    if (file.value() < 0) {
+        note({name, FileReading::Outcome::absent});
         throw ImportError(Reason::notFound,
                           "'" + name + "' is not a readable file in the scene's folder");
+    }
+    note({name, FileReading::Outcome::refused});
+    std::string content = readFrom(file.value(), name);
+    FileReading reading{name};
+    setHash(reading, content);
+    note(reading);
+    return content;
+}
+
+FileReading SceneFolder::reading(const std::string& name) const {
+    try {
+        read(name);
+    } catch (const ImportError&) {
+    }
+    const std::lock_guard lock(mutex_);
+    return readings_.at(name);
+}
+
+// What was read counts, then what was refused, then whether it is there.
+void SceneFolder::note(const FileReading& reading) const {
+    const std::lock_guard lock(mutex_);
+    FileReading& known = readings_.try_emplace(reading.name, reading).first->second;
+    if (reading.outcome > known.outcome) known = reading;
+}
+
+std::vector<FileReading> SceneFolder::readings() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<FileReading> list;
+    for (const auto& [name, reading] : readings_) list.push_back(reading);
+    return list;
+}
+
+std::string SceneFolder::readFrom(int file, const std::string& name) const {
+    struct stat status {};
+    if (fstat(file, &status) != 0) {
+        throw ImportError(Reason::notFound, "'" + name + "' cannot be read");
     }
     const auto size = static_cast<std::uint64_t>(status.st_size);
     if (size > maxBytes_ || bytesRead_.fetch_add(size) + size > 4 * maxBytes_) {
         throw ImportError(Reason::limit, "'" + name + "' is larger than the limit for scene files");
     }
-    if (++filesRead_ > kMaxFiles) {
+    if (++filesRead_ > maxFiles_) {
         throw ImportError(Reason::limit, "the scene refers to too many files");
     }
     std::string content(size, '\0');
     std::size_t filled = 0;
     while (filled < content.size()) {
-        const ssize_t got = ::read(file.value(), content.data() + filled, content.size() - filled);
+        const ssize_t got = ::read(file, content.data() + filled, content.size() - filled);
         if (got < 0 && errno == EINTR) {
             continue;
         }

@@ -1,0 +1,302 @@
+// A file: header, readings, blob. The header says how long the others are and has the readings'
+// checksum; the blob has its own.
+#include "scene/import/scene_cache.h"
+
+#include "scene/import/import_wire.h"
+#include "scene/import/scene_blob.h"
+#include "scene/import/scene_folder.h"
+
+#include <openssl/evp.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kExtension = ".scene";
+constexpr const char* kUnfinished = ".unfinished";
+constexpr std::size_t kMostReadings = 8192;
+
+struct Header {
+    char magic[8] = {'C', 'L', 'C', 'A', 'C', 'H', 'E', '\0'};
+    std::uint32_t version = 1;
+    std::uint32_t readings = 0;
+    std::uint64_t readingsBytes = 0, readingsHash = 0, blobBytes = 0;
+};
+
+std::string sha256(std::string_view content, std::string_view more) {
+    unsigned char digest[EVP_MAX_MD_SIZE];
+    unsigned size = 0;
+    const std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> hash(EVP_MD_CTX_new(),
+                                                                  EVP_MD_CTX_free);
+    const bool made = hash && EVP_DigestInit_ex(hash.get(), EVP_sha256(), nullptr) == 1 &&
+                      EVP_DigestUpdate(hash.get(), more.data(), more.size()) == 1 &&
+                      EVP_DigestUpdate(hash.get(), content.data(), content.size()) == 1 &&
+                      EVP_DigestFinal_ex(hash.get(), digest, &size) == 1;
+    if (!made) throw std::bad_alloc();
+    std::string hex;
+    for (unsigned i = 0; i < size; ++i) {
+        hex += "0123456789abcdef"[digest[i] >> 4];
+        hex += "0123456789abcdef"[digest[i] & 15];
+    }
+    return hex;
+}
+
+// What the folder answers to the same question now.
+FileReading askedAgain(const SceneFolder& folder, const FileReading& question) {
+    FileReading now{.name = question.name};
+    if (question.outcome == FileReading::Outcome::present) {
+        if (folder.has(question.name)) now.outcome = FileReading::Outcome::present;
+        return now;
+    }
+    return folder.reading(question.name);
+}
+
+std::string packed(const std::vector<FileReading>& readings) {
+    std::string text;
+    const auto add = [&](const auto& value) {
+        text.append(reinterpret_cast<const char*>(&value), sizeof value);
+    };
+    for (const FileReading& r : readings) {
+        add(r.outcome);
+        add(r.low);
+        add(r.high);
+        add(static_cast<std::uint32_t>(r.name.size()));
+        text += r.name;
+    }
+    return text;
+}
+
+// Nothing for what packed() did not write.
+std::optional<std::vector<FileReading>> unpackedReadings(std::string_view text,
+                                                         std::uint32_t count) {
+    std::vector<FileReading> list;
+    bool sound = count <= kMostReadings;
+    const auto take = [&](auto& value) {
+        sound = sound && text.size() >= sizeof value;
+        if (!sound) return;
+        std::memcpy(&value, text.data(), sizeof value);
+        text.remove_prefix(sizeof value);
+    };
+    for (std::uint32_t i = 0; sound && i < count; ++i) {
+        FileReading& r = list.emplace_back();
+        std::uint32_t size = 0;
+        take(r.outcome);
+        take(r.low);
+        take(r.high);
+        take(size);
+        sound = sound && size <= text.size() && r.outcome <= FileReading::Outcome::read;
+        if (!sound) break;
+        r.name = text.substr(0, size);
+        text.remove_prefix(size);
+    }
+    if (!sound || !text.empty()) return std::nullopt;
+    return list;
+}
+
+struct Descriptor {
+    explicit Descriptor(int number) : value(number) {}
+    ~Descriptor() {
+        if (value >= 0) close(value);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    const int value;
+};
+
+// Not mapped: a mapping of a disk that fails ends the process.
+struct Content {
+    std::unique_ptr<std::byte[]> bytes;
+    std::size_t size = 0;
+    std::span<const std::byte> span() const { return {bytes.get(), size}; }
+};
+
+std::optional<Content> contentOf(const fs::path& file, std::uint64_t most) {
+    const Descriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+    struct stat about {};
+    if (in.value < 0 || fstat(in.value, &about) != 0 || !S_ISREG(about.st_mode) ||
+        about.st_uid != geteuid() || static_cast<std::uint64_t>(about.st_size) > most) {
+        return std::nullopt;
+    }
+    Content content{
+        std::make_unique_for_overwrite<std::byte[]>(static_cast<std::size_t>(about.st_size)),
+        static_cast<std::size_t>(about.st_size)};
+    for (std::size_t at = 0; at < content.size;) {
+        const ssize_t n = read(in.value, content.bytes.get() + at, content.size - at);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return std::nullopt;
+        at += static_cast<std::size_t>(n);
+    }
+    futimens(in.value, nullptr);  // used now
+    return content;
+}
+
+bool writeAll(int file, std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t n = ::write(file, bytes.data(), bytes.size());
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return false;
+        bytes = bytes.subspan(static_cast<std::size_t>(n));
+    }
+    return true;
+}
+
+// The scene of a file's bytes, when everything about them is right.
+std::optional<Scene> sceneIn(std::span<const std::byte> bytes, const SceneCache::Place& place) {
+    Header header;
+    const Header expected;
+    if (bytes.size() < sizeof header) return std::nullopt;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    const auto rest = bytes.subspan(sizeof header);
+    if (std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 ||
+        header.version != expected.version || header.readingsBytes > rest.size() ||
+        header.blobBytes != rest.size() - header.readingsBytes) {
+        return std::nullopt;
+    }
+    const auto list = rest.first(header.readingsBytes);
+    if (XXH3_64bits(list.data(), list.size()) != header.readingsHash) return std::nullopt;
+    const auto readings = unpackedReadings(
+        {reinterpret_cast<const char*>(list.data()), list.size()}, header.readings);
+    if (!readings) return std::nullopt;
+    const SceneFolder folder(place.scene.parent_path(), place.limits.fileBytes,
+                             place.limits.maxFiles);
+    for (const FileReading& then : *readings) {
+        const bool same =
+            then.name == place.whole.name ? then == place.whole : askedAgain(folder, then) == then;
+        if (!same) return std::nullopt;
+    }
+    Scene scene = readScene(rest.subspan(header.readingsBytes));
+    if (!sceneProblems(scene).empty()) return std::nullopt;
+    return scene;
+}
+
+}  // namespace
+
+void setHash(FileReading& reading, std::string_view content) {
+    const XXH128_hash_t hash = XXH3_128bits(content.data(), content.size());
+    reading.outcome = FileReading::Outcome::read;
+    reading.low = hash.low64;
+    reading.high = hash.high64;
+}
+
+std::optional<SceneCache::Place> SceneCache::placeOf(const fs::path& scene,
+                                                     const ImportLimits& limits) const {
+    try {
+        const SceneFolder folder(scene.parent_path(), limits.fileBytes, limits.maxFiles);
+        Place place{.scene = scene, .limits = limits};
+        place.whole.name = scene.filename().string();
+        const std::string content = folder.read(place.whole.name);
+        setHash(place.whole, content);
+        place.key = sha256(
+            content, options_.version + '\n' + place.whole.name + '\n' + encoded(limits) + '\n');
+        return place;
+    } catch (const ImportError&) {
+        return std::nullopt;
+    }
+}
+
+fs::path SceneCache::fileOf(const Place& place) const {
+    return options_.folder / (place.key + kExtension);
+}
+
+std::optional<Scene> SceneCache::find(const Place& place) {
+    try {
+        const auto content = contentOf(fileOf(place), options_.mostBytes);
+        return content ? sceneIn(content->span(), place) : std::nullopt;
+    } catch (const BlobError&) {
+    } catch (const ImportError&) {
+    } catch (const std::bad_alloc&) {
+    }
+    return std::nullopt;
+}
+
+void SceneCache::keep(const Place& place, const std::vector<FileReading>& readings,
+                      std::span<const std::byte> blob) {
+    // The scene file may have changed between our look at it and the import's.
+    const bool same = std::find(readings.begin(), readings.end(), place.whole) != readings.end();
+    if (!same || readings.size() > kMostReadings || blob.size() > options_.mostBytes / 2) return;
+    const std::string list = packed(readings);
+    Header header;
+    header.readings = static_cast<std::uint32_t>(readings.size());
+    header.readingsBytes = list.size();
+    header.readingsHash = XXH3_64bits(list.data(), list.size());
+    header.blobBytes = blob.size();
+    std::string head(reinterpret_cast<const char*>(&header), sizeof header);
+    head += list;
+    const std::lock_guard lock(mutex_);
+    if (write(fileOf(place), std::as_bytes(std::span(head)), blob)) {
+        complained_ = false;
+        return sweep();
+    }
+    if (complained_ || !options_.complain) return;
+    complained_ = true;
+    options_.complain("imported scenes cannot be kept in \"" + options_.folder.string() +
+                      "\": " + std::strerror(errno));
+}
+
+// Under another name until it is whole. Not flushed to the disk: whatever a power cut leaves of it
+// has a wrong length or checksum.
+bool SceneCache::write(const fs::path& file, std::span<const std::byte> head,
+                       std::span<const std::byte> blob) const {
+    std::error_code ignored;
+    fs::create_directories(options_.folder.parent_path(), ignored);
+    if (mkdir(options_.folder.c_str(), 0700) != 0 && errno != EEXIST) return false;
+    fs::path unfinished = file;
+    unfinished += "." + std::to_string(getpid()) + kUnfinished;
+    {
+        const Descriptor out(
+            open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
+        if (out.value < 0) return false;
+        if (writeAll(out.value, head) && writeAll(out.value, blob) &&
+            rename(unfinished.c_str(), file.c_str()) == 0) {
+            return true;
+        }
+    }
+    const int error = errno;
+    unlink(unfinished.c_str());
+    errno = error;
+    return false;
+}
+
+void SceneCache::sweep() const {
+    struct Kept {
+        fs::file_time_type used;
+        std::uint64_t bytes;
+        fs::path file;
+    };
+    std::vector<Kept> list;
+    std::uint64_t sum = 0;
+    std::error_code error;
+    const auto forgotten = fs::file_time_type::clock::now() - std::chrono::hours(1);
+    for (fs::directory_iterator it(options_.folder, error), end; !error && it != end;
+         it.increment(error)) {
+        std::error_code gone;
+        const Kept kept{it->last_write_time(gone), it->file_size(gone), it->path()};
+        if (gone) continue;
+        const std::string extension = kept.file.extension().string();
+        if (extension == kUnfinished && kept.used < forgotten) fs::remove(kept.file, gone);
+        if (extension != kExtension) continue;
+        sum += kept.bytes;
+        list.push_back(kept);
+    }
+    std::sort(list.begin(), list.end(),
+              [](const Kept& a, const Kept& b) { return a.used < b.used; });
+    for (const Kept& kept : list) {
+        if (sum <= options_.mostBytes) return;
+        std::error_code gone;
+        fs::remove(kept.file, gone);
+        sum -= kept.bytes;
+    }
+}
+
+}  // namespace clerestory

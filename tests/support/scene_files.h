@@ -1,0 +1,24 @@
+// Small scene files made on the spot: a .glb of coloured triangles, and archives of any files.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace clerestory::test {
+
+// So many triangles in the plane z = 0, whose vertices the seed moves; another seed, another
+// content.
+std::string triangleGlb(unsigned seed = 0, unsigned triangles = 1);
+// The same as a .gltf that holds its buffer, or whose buffer lies beside it under that name.
+std::string triangleGltf(const std::string& bufferUri = "");
+std::string triangleBuffer();
+
+struct PackedFile {
+    std::string name, content;
+    bool symlink = false;  // to `content`
+};
+enum class Packing { zip, tar, tgz };
+std::string packed(Packing packing, const std::vector<PackedFile>& files);
+
+}  // namespace clerestory::test
