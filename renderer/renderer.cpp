@@ -210,6 +210,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
                                           *subject.environment, environments);
     frame.image = std::move(execution.image);
     frame.readbackMs = execution.readbackMilliseconds;
+    frame.mapBytes = execution.mapBytes;
     for (std::size_t i = 0; i < frame.plan.passes.size(); ++i) {
         const Pass& pass = frame.plan.passes[i];
         frame.passTimes.push_back(

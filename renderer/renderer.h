@@ -60,6 +60,7 @@ struct Frame {
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     double planMs = 0.0;
     double readbackMs = 0.0;
+    std::uint64_t mapBytes = 0;        // kept for this scene and read by this frame
     std::vector<TargetHealth> health;  // of renderExamined() only: every float target of the plan
     std::vector<FrameMap> maps;        // of renderWithMaps() only
 };

@@ -170,6 +170,12 @@ Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targ
     const Clock::time_point start = Clock::now();
     result.image = readBack(plan, *targets[plan.output]);
     result.readbackMilliseconds = millisecondsSince(start);
+    for (const Target* target : targets) {
+        if (target->spec().residentKey != 0) result.mapBytes += target->bytes();
+    }
+    if (const auto tracer = tracers_.find(&scene); tracer != tracers_.end()) {
+        result.mapBytes += tracer->second.bytes();
+    }
     return result;
 }
 

@@ -15,6 +15,7 @@ struct Execution {
     Image image;
     std::vector<double> passMilliseconds;  // one for each of plan.passes
     double readbackMilliseconds = 0.0;
+    std::uint64_t mapBytes = 0;  // that outlive the frame and that it read: cubes, the rays' tables
     std::vector<TexelCounts> health;  // one for each of plan.targets, when asked for
     std::vector<MapPicture> maps;     // when asked for
 };

@@ -25,6 +25,10 @@ bool finite(const glm::dmat4& m) {
     return finite(m[0]) && finite(m[1]) && finite(m[2]) && finite(m[3]);
 }
 
+bool finite(const Bounds& box) {
+    return finite(box.min) && finite(box.max);
+}
+
 bool unitQuaternion(const glm::dquat& q) {
     return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < 1e-6;
 }
@@ -42,6 +46,7 @@ public:
         pictures();
         placement();
         if (problems_.empty()) problems_ = motionProblems(scene_);
+        if (problems_.empty()) extent();
         return std::move(problems_);
     }
 
@@ -66,7 +71,7 @@ private:
         for (std::size_t i = 0; i < scene_.clusters.size(); ++i) {
             const Cluster& c = scene_.clusters[i];
             require(c.indexCount % 3 == 0 && c.indexCount <= 3 * kClusterTriangles &&
-                        !c.bounds.empty() &&
+                        !c.bounds.empty() && finite(c.bounds) &&
                         std::uint64_t{c.firstIndex} + c.indexCount <= scene_.indices.size(),
                     "a cluster does not fit the indices", i);
         }
@@ -76,8 +81,7 @@ private:
                 std::uint64_t{m.firstCluster} + m.clusterCount <= scene_.clusters.size();
             require(fits, "a mesh has clusters out of range", i);
             require(m.material < scene_.materials.size(), "a mesh has no such material", i);
-            require(!m.bounds.empty() && finite(m.bounds.min) && finite(m.bounds.max),
-                    "a mesh has no bounds", i);
+            require(!m.bounds.empty() && finite(m.bounds), "a mesh has no bounds", i);
             std::uint64_t triangles = 0;
             if (fits) {
                 for (std::uint32_t c = 0; c < m.clusterCount; ++c) {
@@ -103,7 +107,7 @@ private:
             next += part.clusterCount;
             require(finite(part.normal) && std::abs(glm::length(part.normal) - 1.0) < 1e-6 &&
                         finite(part.offset) && finite(part.area) && part.area > 0.0 &&
-                        !part.bounds.empty(),
+                        !part.bounds.empty() && finite(part.bounds),
                     "a flat part has no plane", i);
         }
     }
@@ -205,6 +209,24 @@ private:
             require(finite(v.position) && finite(v.target) && v.position != v.target &&
                         finite(v.yfov) && v.yfov > 0.0 && v.yfov < 3.1416,
                     "the default view is out of range", 0);
+        }
+    }
+
+    // Where everything is right by itself, a deep tree of large scales may still lead out of what
+    // numbers hold.
+    void extent() {
+        std::vector<glm::dmat4> worldFromNode;
+        for (const Node& n : scene_.nodes) {
+            const bool top = n.parent == kNone;
+            worldFromNode.push_back(top ? n.parentFromLocal
+                                        : worldFromNode[n.parent] * n.parentFromLocal);
+            require(finite(worldFromNode.back()), "a node stands nowhere",
+                    worldFromNode.size() - 1);
+        }
+        for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+            const Instance& one = scene_.instances[i];
+            require(finite(transformed(scene_.meshes[one.mesh].bounds, worldFromNode[one.node])),
+                    "an instance is too large", i);
         }
     }
 

@@ -10,7 +10,8 @@ namespace clerestory::test {
 namespace {
 
 // One of the changes that a fuzzer makes.
-void mutate(std::string& text, std::mt19937& random, const std::vector<std::string>& seeds) {
+void mutate(std::string& text, std::mt19937& random, const std::vector<std::string>& seeds,
+            std::size_t most) {
     const auto below = [&](std::size_t n) { return n == 0 ? 0 : random() % n; };
     const std::size_t at = below(text.size() + 1);
     switch (below(7)) {
@@ -42,14 +43,15 @@ void mutate(std::string& text, std::mt19937& random, const std::vector<std::stri
             text.insert(at, kWords[below(std::size(kWords))]);
         }
     }
-    if (text.size() > 4096) text.resize(4096);
+    if (text.size() > most) text.resize(most);
 }
 
-void over(const std::vector<std::string>& seeds, void (*target)(Bytes), int rounds) {
+void over(const std::vector<std::string>& seeds, void (*target)(Bytes), int rounds,
+          std::size_t most = 4096) {
     std::mt19937 random(20261121);
     for (int i = 0; i < rounds; ++i) {
         std::string text = seeds[static_cast<std::size_t>(i) % seeds.size()];
-        for (int k = i % 6; k >= 0; --k) mutate(text, random, seeds);
+        for (int k = i % 6; k >= 0; --k) mutate(text, random, seeds, most);
         target({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
     }
 }
@@ -66,6 +68,13 @@ TEST(Mutations, JsonIsASoundRequestOrARefusal) {
         fuzzJson({reinterpret_cast<const std::uint8_t*>(seed.data()), seed.size()});
     }
     over(jsonSeeds(), fuzzJson, 20'000);
+}
+
+TEST(Mutations, BlobsAreSoundScenesOrRefused) {
+    for (const std::string& seed : blobSeeds()) {
+        fuzzBlob({reinterpret_cast<const std::uint8_t*>(seed.data()), seed.size()});
+    }
+    over(blobSeeds(), fuzzBlob, 3'000, 1 << 20);
 }
 
 }  // namespace

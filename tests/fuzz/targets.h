@@ -25,7 +25,12 @@ void fuzzHttp(Bytes bytes);
 // The JSON reader: a checked request or a refusal in plain words, never another exception.
 void fuzzJson(Bytes bytes);
 
+// What lies between the header and the checksum of a scene's blob: a scene, sound or found unsound,
+// or a refusal.
+void fuzzBlob(Bytes bytes);
+
 std::vector<std::string> httpSeeds();
 std::vector<std::string> jsonSeeds();
+std::vector<std::string> blobSeeds();
 
 }  // namespace clerestory::test
