@@ -9,7 +9,7 @@
 namespace clerestory {
 
 // A built-in scene's id, or a model file. Throws std::runtime_error.
-Scene sceneFor(const std::string& source);
+Scene sceneFor(const std::string& source, const ImportOptions& import);
 
 // The request file's text; {} when there is none. Throws std::runtime_error.
 std::string requestText(const FrameCommand& command);

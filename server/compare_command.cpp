@@ -70,7 +70,7 @@ std::string fileName(const std::string& name) {
 
 int runCompare(const CommandLine& line) {
     ComparisonRequest request = comparisonFor(line);
-    Scene scene = sceneFor(line.frame.scene);
+    Scene scene = sceneFor(line.frame.scene, line.config.scenes.import);
     scene.id = request.frame.scene = "scene";
     const EnvironmentMaps maps = environmentsOf(line, request.frame);
     const EnvironmentMap& lighting = lightingOf(maps, scene, request.frame);

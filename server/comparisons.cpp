@@ -83,7 +83,8 @@ Answer postComparison(Service& service, const Call& call) {
     requireJsonType(call);
     requireQuery(call, false);
     ComparisonRequest request = comparisonRequestFrom(strictJson(call.body));
-    request.frame.scene = service.library().require(request.frame.scene)->id;
+    const auto scene = service.library().require(request.frame.scene);
+    request.frame.scene = scene->id;
     // What no table can know, a camera's name and the like, is told now and not in the job.
     service.queue().run(turnOf(service, call), [frame = request.frame](Renderer& renderer) {
         return renderer.plan(frame).passes.size();

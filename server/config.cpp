@@ -1,7 +1,8 @@
 #include "server/config.h"
 
-#include "server/build_id.h"
 #include "server/config_limits.h"
+#include "server/libraries.h"
+#include "server/scene_cache_place.h"
 
 #include <CLI/CLI.hpp>
 
@@ -23,6 +24,17 @@ void addRendererFlags(CLI::App& command, Config& config) {
         ->type_name("FILE|DIR")
         ->take_all()
         ->allow_extra_args(false);
+    command
+        .add_option("--scene-cache", config.cache.folder,
+                    "keeps imported scenes in this folder, so that the next start is quick; none: "
+                    "nowhere; $XDG_CACHE_HOME/clerestory or ~/.cache/clerestory unless told")
+        ->type_name("DIR");
+    command
+        .add_option("--scene-cache-size", config.cache.mostBytes,
+                    "bytes in that folder; above it the scene used longest ago goes")
+        ->transform(CLI::AsSizeValue(false).description(""))
+        ->type_name("BYTES")
+        ->capture_default_str();
 }
 
 void addServe(CLI::App& app, CommandLine& line) {
@@ -54,6 +66,7 @@ void addServe(CLI::App& app, CommandLine& line) {
         ->capture_default_str();
     addLimitFlags(*serve, config);
     addAccessFlags(*serve, config);
+    addSceneFlags(*serve, config);
     addWorkerFlags(*serve, config);
 }
 
@@ -236,7 +249,9 @@ void addSign(CLI::App& app, CommandLine& line) {
 std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     CLI::App app("Clerestory renders frames from camera poses.", "clerestory");
     app.require_subcommand(1);
-    app.set_version_flag("--version", "clerestory " + versionText() + " build " + buildId());
+    app.set_version_flag(
+        "--version", [] { return versionReport(); },
+        "this program, its build and the libraries that it stands on");
     addServe(app, line);
     addRender(app, line);
     addPlan(app, line);
@@ -257,6 +272,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
                   << " (see clerestory --help)\n";
         return 2;
     }
+    line.config.scenes.import.cache = sceneCacheOf(line.config.cache);
     line.config.workers.program.arguments.assign(argv + std::min(argc, 2), argv + argc);
     return std::nullopt;
 }

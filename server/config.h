@@ -11,13 +11,21 @@
 
 namespace clerestory {
 
+// Where imported scenes are kept from one start to the next.
+struct CacheOptions {
+    std::filesystem::path folder;  // empty: the user's own place for such; "none": nowhere
+    std::uint64_t mostBytes = 4ull << 30;
+};
+
 struct Config {
     RendererOptions renderer;
     FrontOptions http;
     SceneSources scenes;
-    std::size_t queue = 16;         // frames that may wait
-    double queueSeconds = 2.0;      // of predicted work that may wait
-    double deadlineSeconds = 10.0;  // from a request's arrival to its answer
+    CacheOptions cache;
+    std::size_t queue = 16;               // frames that may wait
+    double queueSeconds = 2.0;            // of predicted work that may wait
+    double deadlineSeconds = 10.0;        // from a request's arrival to its answer
+    std::size_t sequenceBytes = 4 << 20;  // of a sequence's body
     std::string logLevel = "info";
     // The renderer in this process; otherwise in workers, which `workers` says how to start.
     bool singleProcess = true;

@@ -58,6 +58,8 @@ void addLimitFlags(CLI::App& serve, Config& config) {
              "bytes of request line and headers");
     addCount(serve, "--max-headers", limits.headers, 4, 1024, "headers of a request");
     addCount(serve, "--max-body", limits.bodyBytes, 1024, 64 * 1024, "bytes of a request's body");
+    addCount(serve, "--max-sequence", config.sequenceBytes, 1024, 64 << 20,
+             "bytes of a sequence's body");
     addSeconds(serve, "--head-seconds", limits.head, "for a request's head to come");
     addSeconds(serve, "--body-seconds", limits.body, "for its body to come");
     addSeconds(serve, "--write-seconds", limits.write,
@@ -87,6 +89,53 @@ void addAccessFlags(CLI::App& serve, Config& config) {
                     "a header in which a proxy in front names its client; its last name counts")
         ->type_name("NAME")
         ->group("Access");
+}
+
+void addSceneFlags(CLI::App& serve, Config& config) {
+    UploadOptions& uploads = config.scenes.uploads;
+    ImportLimits& import = uploads.import;
+    const char* group = "Scenes";
+    const auto bytes = [&](const char* flag, auto& value, const char* words) {
+        serve.add_option(flag, value, words)
+            ->transform(CLI::AsSizeValue(false).description(""))
+            ->type_name("BYTES")
+            ->group(group)
+            ->capture_default_str();
+    };
+    bytes("--scene-memory", config.scenes.memoryBytes,
+          "of loaded scenes; above it those that nobody uses are let go until they are asked for");
+    serve
+        .add_option("--uploads", uploads.folder,
+                    "allows clients to POST scenes, and keeps them in this folder")
+        ->type_name("DIR")
+        ->group(group);
+    bytes("--max-upload", uploads.limits.fileBytes, "of one upload, and of one file packed in it");
+    bytes("--upload-space", uploads.limits.keptBytes, "of all uploads that are kept");
+    const auto number = [&](const char* flag, auto& value, double most, const char* words) {
+        serve.add_option(flag, value, words)
+            ->check(CLI::Range(1.0, most).description(""))
+            ->type_name("N")
+            ->group(group)
+            ->capture_default_str();
+    };
+    number("--upload-count", uploads.limits.count, 1e6, "uploads that are kept");
+    number("--upload-files", import.maxFiles, 1e6, "files packed in one upload");
+    number("--upload-triangles", import.maxTriangles, 1e9, "triangles of an uploaded scene");
+    bytes("--upload-memory", import.addressSpaceBytes, "of address space while one is read");
+    const auto seconds = [&](const char* flag, auto& value, const char* words) {
+        using Duration = std::remove_reference_t<decltype(value)>;
+        serve
+            .add_option_function<unsigned>(
+                flag, [&value](const unsigned& n) { value = Duration(std::chrono::seconds(n)); },
+                words)
+            ->check(CLI::Range(1, 3600).description(""))
+            ->type_name("SECONDS")
+            ->group(group)
+            ->default_str(
+                std::to_string(std::chrono::duration_cast<std::chrono::seconds>(value).count()));
+    };
+    seconds("--upload-cpu", import.cpu, "of processor time for reading one");
+    seconds("--upload-seconds", import.wallClock, "for reading one");
 }
 
 void addWorkerFlags(CLI::App& serve, Config& config) {

@@ -12,6 +12,8 @@ namespace clerestory {
 
 void addLimitFlags(CLI::App& serve, Config& config);
 void addAccessFlags(CLI::App& serve, Config& config);
+// Scenes: uploads, memory.
+void addSceneFlags(CLI::App& serve, Config& config);
 void addWorkerFlags(CLI::App& serve, Config& config);
 
 }  // namespace clerestory

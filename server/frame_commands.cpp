@@ -42,13 +42,13 @@ std::optional<OutputFormat> formatOf(const std::filesystem::path& file) {
 
 }  // namespace
 
-Scene sceneFor(const std::string& source) {
+Scene sceneFor(const std::string& source, const ImportOptions& import) {
     if (auto scene = makeBuiltinScene(source)) return *std::move(scene);
     if (!std::filesystem::exists(source)) {
         throw std::runtime_error("no scene \"" + source +
                                  "\": neither a built-in scene nor a file");
     }
-    return importScene(source);
+    return importScene(source, import);
 }
 
 std::string requestText(const FrameCommand& command) {
@@ -137,7 +137,7 @@ void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps
 
 Prepared prepare(const CommandLine& line) {
     Prepared p{.request = requestFor(line.frame)};
-    Scene scene = sceneFor(line.frame.scene);
+    Scene scene = sceneFor(line.frame.scene, line.config.scenes.import);
     scene.id = p.request.scene = "scene";
     p.renderer = std::make_unique<Renderer>(line.config.renderer);
     const EnvironmentMaps maps = environmentsOf(line, p.request);

@@ -165,6 +165,7 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
         return Drawn{std::move(frame), queueMs, millisecondsSince(door) - queueMs};
     });
     service.frameWasDrawn();
+    service.library().mapsTook(request.scene, drawn.frame.mapBytes);
     const auto drawnAt = Clock::now();
     answer.body = encoded(drawn.frame.image, request.output);
     answer.type = mediaType(request.output.format);

@@ -49,11 +49,13 @@ DrawnFrame drawnBetween(Service& service, const FrameRequest& request, const Job
     for (;;) {
         if (!control.proceed(0.0)) throw JobCancelled{};
         try {
+            const auto scene = service.library().require(request.scene);
             return service.queue().run(kFramePatience, [request](Renderer& renderer) {
                 return drawnBy(renderer, request);
             });
         } catch (const RequestError& error) {
-            if (error.problem().code != queueFull(1).code) throw;
+            const std::string& code = error.problem().code;
+            if (code != queueFull(1).code && code != stillLoading("").code) throw;
         }
         std::this_thread::sleep_for(kBusyPause);
     }

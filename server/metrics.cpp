@@ -50,6 +50,30 @@ struct Metrics::Families {
                                         .Help("Frames waiting or being drawn")
                                         .Register(registry)
                                         .Add({});
+    prometheus::Family<prometheus::Gauge>& sceneBytes = BuildGauge()
+                                                            .Name("clerestory_scene_bytes")
+                                                            .Help("Memory of loaded scenes")
+                                                            .Register(registry);
+    prometheus::Family<prometheus::Gauge>& scenes =
+        BuildGauge().Name("clerestory_scenes").Help("Scenes, by what they are").Register(registry);
+    prometheus::Gauge& evicted = BuildGauge()
+                                     .Name("clerestory_scene_evictions")
+                                     .Help("Scenes let go since the start for lack of memory")
+                                     .Register(registry)
+                                     .Add({});
+
+    void tell(const SceneTotals& all) {
+        const auto set = [](auto& family, const char* label, const char* name, auto value) {
+            family.Add({{label, name}}).Set(static_cast<double>(value));
+        };
+        set(sceneBytes, "kind", "meshes", all.bytes.meshes);
+        set(sceneBytes, "kind", "textures", all.bytes.textures);
+        set(sceneBytes, "kind", "maps", all.bytes.maps);
+        set(scenes, "state", "loaded", all.loaded);
+        set(scenes, "state", "uploaded", all.uploads);
+        evicted.Set(static_cast<double>(all.evicted));
+    }
+
     prometheus::Gauge& resident = BuildGauge()
                                       .Name("process_resident_memory_bytes")
                                       .Help("Resident memory size in bytes")
@@ -72,7 +96,8 @@ void Metrics::notModified() {
     families_->notModified.Increment();
 }
 
-std::string Metrics::text(std::size_t queueDepth) const {
+std::string Metrics::text(std::size_t queueDepth, const SceneTotals& scenes) const {
+    families_->tell(scenes);
     families_->queueDepth.Set(static_cast<double>(queueDepth));
     families_->resident.Set(residentBytes());
     std::ostringstream out;

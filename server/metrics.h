@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/frame_plan.h"
+#include "server/scene_library.h"
 
 #include <memory>
 #include <string>
@@ -20,7 +21,7 @@ public:
     void notModified();
 
     // Prometheus text, version 0.0.4.
-    std::string text(std::size_t queueDepth) const;
+    std::string text(std::size_t queueDepth, const SceneTotals& scenes) const;
 
 private:
     struct Families;

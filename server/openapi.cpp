@@ -101,11 +101,53 @@ ordered_json streamParameters() {
     return list;
 }
 
+ordered_json scenesPath() {
+    ordered_json path = getObject("What can be rendered");
+    const auto scene = [](const char* words) {
+        return ordered_json{{"description", words}, {"content", jsonContent({{"type", "object"}})}};
+    };
+    ordered_json content = ordered_json::object();
+    for (const char* type : {"model/gltf-binary", "model/gltf+json", "application/zip",
+                             "application/x-tar", "application/gzip", "application/octet-stream"}) {
+        content[type] = ordered_json::object();
+    }
+    path["post"] = {
+        {"summary", "Takes a scene of the client's, where uploads are allowed"},
+        {"description",
+         "The body is a .glb, a .gltf that holds its files, or an archive of one scene and its "
+         "files. The id comes from the content. limits.uploadBytes of GET /v1/renderer is 0 where "
+         "uploads are off (403). Prefer: respond-async answers at once."},
+        {"parameters", ordered_json::array({{{"name", "title"},
+                                             {"in", "query"},
+                                             {"description", "what people call it"},
+                                             {"schema", {{"type", "string"}}}}})},
+        {"requestBody", {{"required", true}, {"content", std::move(content)}}},
+        {"responses",
+         {{"201", scene("the scene; its place is in Location")},
+          {"200", scene("the same content was here before")},
+          {"202", scene("it loads; GET its Location tells state, stage and progress")},
+          {"422", problemAnswer("no scene came of it: `reason` is unsupported, malformed, "
+                                "crashed, timedOut, memory or limit")},
+          {"507", problemAnswer("no room for it")},
+          {"default", problemAnswer("what went wrong")}}}};
+    return path;
+}
+
+ordered_json scenePath() {
+    ordered_json path = withPathParameters(
+        getObject("One scene: what it holds and why each surface was classed so; its memory"),
+        {"id"});
+    path["delete"] = {{"summary", "Forgets a scene that was uploaded"},
+                      {"parameters", pathParameters({"id"})},
+                      {"responses",
+                       {{"204", {{"description", "frames of it that run are finished"}}},
+                        {"default", problemAnswer("what went wrong")}}}};
+    return path;
+}
+
 ordered_json paths() {
     ordered_json query = frameQueryParameters();
     query.push_back(explainParameter());
-    ordered_json scene = withPathParameters(
-        getObject("One scene: what it holds and why each surface was classed so"), {"id"});
     return {
         {"/v1/frames",
          {{"post",
@@ -180,8 +222,8 @@ ordered_json paths() {
          withPathParameters(get("A picture that a job made",
                                 answers("the picture", {{"image/png", ordered_json::object()}})),
                             {"id", "number"})},
-        {"/v1/scenes", getObject("What can be rendered")},
-        {"/v1/scenes/{id}", std::move(scene)},
+        {"/v1/scenes", scenesPath()},
+        {"/v1/scenes/{id}", scenePath()},
         {"/v1/renderer", getObject("What draws, as the driver says it; limits; build")},
         {"/healthz", getObject("The process is alive")},
         {"/readyz",
@@ -203,6 +245,7 @@ ordered_json problemSchema() {
               {"status", {{"type", "integer"}}},
               {"detail", text},
               {"requestId", text},
+              {"reason", text},
               {"errors", {{"type", "array"}, {"items", fieldError}}}}}};
 }
 

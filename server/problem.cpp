@@ -142,12 +142,24 @@ Problem invalidFields(std::vector<FieldError> errors) {
             .errors = std::move(errors)};
 }
 
-Problem sceneFailed(std::string detail) {
+Problem notSceneType() {
+    return {.status = 415,
+            .code = "unsupportedType",
+            .title = "Unsupported media type",
+            .detail =
+                "Send a .glb (model/gltf-binary), a .gltf that holds all its files "
+                "(model/gltf+json), or a .zip, .tar or .tar.gz of a scene and its files "
+                "(application/zip, application/x-tar, application/gzip); any of them as "
+                "application/octet-stream. The content decides."};
+}
+
+Problem sceneFailed(std::string detail, std::string reason) {
     return {.status = 422,
             .code = "sceneFailed",
             .title = "The scene could not be loaded",
             .detail = std::move(detail),
-            .errors = {{"/scene", "could not be loaded", "a scene whose state is ready"}}};
+            .errors = {{"/scene", "could not be loaded", "a scene whose state is ready"}},
+            .reason = std::move(reason)};
 }
 
 Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders) {
@@ -212,6 +224,14 @@ Problem streamsFull() {
             .retryAfterSeconds = 10};
 }
 
+Problem bodiesFull() {
+    return {.status = 503,
+            .code = "bodiesFull",
+            .title = "Too many large bodies",
+            .detail = "As many large bodies are on their way as may be. Send this one again later.",
+            .retryAfterSeconds = 5};
+}
+
 Problem noWorker() {
     return {.status = 503,
             .code = "noWorker",
@@ -259,12 +279,20 @@ Problem internalError() {
             .detail = "The server failed. Its log tells more under this request's id."};
 }
 
+Problem noRoom(std::string detail) {
+    return {.status = 507,
+            .code = "noRoom",
+            .title = "Insufficient storage",
+            .detail = std::move(detail)};
+}
+
 std::string problemJson(const Problem& problem, const std::string& requestId) {
     nlohmann::ordered_json json = {{"type", "urn:clerestory:problem:" + problem.code},
                                    {"title", problem.title},
                                    {"status", problem.status},
                                    {"detail", problem.detail},
                                    {"requestId", requestId}};
+    if (!problem.reason.empty()) json["reason"] = problem.reason;
     if (!problem.errors.empty()) {
         auto& list = json["errors"] = nlohmann::ordered_json::array();
         for (const FieldError& e : problem.errors) {

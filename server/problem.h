@@ -17,6 +17,7 @@ struct Problem {
     std::vector<FieldError> errors;
     int retryAfterSeconds = 0;  // 0: no Retry-After
     std::string allow;          // 405: the methods that are there
+    std::string reason;         // of a scene that gives none: a word
 };
 
 // Thrown anywhere below a route; the one try at the edge turns it into the answer.
@@ -45,17 +46,19 @@ Problem tooLarge(std::size_t maxBytes);                              // 413
 Problem uriTooLong(std::size_t maxPath, std::size_t maxLine);        // 414
 Problem notJsonType();                                               // 415
 Problem encodedBody();                                               // 415
+Problem notSceneType();                                              // 415
 Problem expectationFailed();                                         // 417
 Problem misdirected();                                               // 421
 Problem invalidFields(std::vector<FieldError> errors);               // 422
 Problem quarantined();                                               // 422
-Problem sceneFailed(std::string detail);                             // 422
+Problem sceneFailed(std::string detail, std::string reason);         // 422
 Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders);  // 431
 Problem notImplemented();                                            // 501
 Problem versionNotSupported();                                       // 505
 Problem clientLeft();                                                // 503
 Problem tooManyConnections();                                        // 503
 Problem streamsFull();                                               // 503
+Problem bodiesFull();                                                // 503
 Problem queueFull(int retryAfterSeconds);                            // 503
 Problem jobsFull();                                                  // 503
 Problem noWorker();                                                  // 503
@@ -63,6 +66,7 @@ Problem shuttingDown();                                              // 503
 Problem notReady(std::string detail);                                // 503
 Problem overDeadline(double seconds);                                // 504
 Problem internalError();                                             // 500
+Problem noRoom(std::string detail);                                  // 507
 
 std::string problemJson(const Problem& problem, const std::string& requestId);
 

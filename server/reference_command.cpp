@@ -46,7 +46,7 @@ int runReference(const CommandLine& line) {
     if (!request.filters.empty()) {
         throw std::runtime_error("a reference is the truth before filters: leave them out");
     }
-    const Scene scene = sceneFor(command.scene);
+    const Scene scene = sceneFor(command.scene, line.config.scenes.import);
     const EnvironmentMaps maps = environmentsOf(line, request);
     const EnvironmentMap& lighting = lightingOf(maps, scene, request);
 

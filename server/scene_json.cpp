@@ -249,7 +249,11 @@ ordered_json sceneSummary(const SceneStatus& status, bool isDefault) {
         json["stage"] = status.progress.stage;
         json["progress"] = status.progress.progress;
     }
-    if (status.state == SceneState::failed) json["failure"] = status.failure;
+    if (status.uploaded) json["uploaded"] = true;
+    if (status.state == SceneState::failed) {
+        json["failure"] = status.failure;
+        json["reason"] = status.reason;
+    }
     if (!status.scene) return json;
     const Scene& scene = *status.scene;
     json["triangles"] = triangleCount(scene);
@@ -275,6 +279,10 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
                       {"textures", scene.textures.size()},   {"images", scene.images.size()},
                       {"instances", scene.instances.size()}, {"clusters", scene.clusters.size()},
                       {"vertices", status.vertices}};
+    json["memory"] = {{"meshes", status.bytes.meshes},
+                      {"textures", status.bytes.textures},
+                      {"maps", status.bytes.maps},
+                      {"total", status.bytes.total()}};
     json["animations"] = animations(scene);
     json["cameras"] = cameras(scene, pose);
     json["lights"] = lights(scene, pose);

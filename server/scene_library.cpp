@@ -8,38 +8,16 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cctype>
 
 namespace clerestory {
 namespace {
 
-// Loading that ends within this is waited for; longer loading is told to the client.
-constexpr std::chrono::milliseconds kPatience{1000};
-
-// How deep below --scenes files are looked for.
-constexpr int kFolderDepth = 3;
+// Loading that ends within this is waited for; longer loading is told to the client. What was
+// loaded before had to go for lack of memory, which is no client's concern.
+constexpr std::chrono::milliseconds kPatience{1000}, kPatienceAgain{5000};
 
 // Thrown out of an import when the server stops.
 struct Stopping {};
-
-bool importable(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    if (extension.size() < 2) return false;
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const auto& known = importableExtensions();
-    return std::find(known.begin(), known.end(), extension.substr(1)) != known.end();
-}
-
-// "My Model.glb" -> "My-Model": what needs no escaping in a URL.
-std::string idFrom(const std::filesystem::path& file) {
-    std::string id = file.stem().string().substr(0, 100);
-    for (char& c : id) {
-        const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
-        if (!plain) c = '-';
-    }
-    return id.empty() ? "scene" : id;
-}
 
 std::string percent(double share) {
     return std::to_string(static_cast<int>(100.0 * share)) + " %";
@@ -47,41 +25,28 @@ std::string percent(double share) {
 
 }  // namespace
 
-std::string_view nameOf(SceneState state) {
-    switch (state) {
-        case SceneState::waiting:
-            return "waiting";
-        case SceneState::loading:
-            return "loading";
-        case SceneState::ready:
-            return "ready";
-        case SceneState::failed:
-            return "failed";
-    }
-    return "";
-}
-
 SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue)
-    : queue_(queue), import_(sources.import) {
+    : queue_(queue),
+      import_(sources.import),
+      memoryBytes_(sources.memoryBytes),
+      importUploads_({.importer = sources.import.importer,
+                      .limits = sources.uploads.import,
+                      .cache = sources.import.cache}),
+      entries_(sources) {
     for (const auto& source : sources.environments) {
         auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source, import_));
         environments_[map->name] = map;
         queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
     }
-    addBuiltins();
-    std::vector<std::string> first;
-    for (const std::string& source : sources.scenes) {
-        const bool builtin = std::any_of(entries_.begin(), entries_.end(), [&](const auto& e) {
-            return e->file.empty() && e->status.id == source;
-        });
-        first.push_back(builtin ? source : addFile(source));
+    if (!sources.uploads.folder.empty()) {
+        uploads_.emplace(sources.uploads.folder, sources.uploads.limits);
+        importUploads_.limits.fileBytes = sources.uploads.limits.fileBytes;
+        followUploads();
     }
-    if (!sources.folder.empty()) addFolder(sources.folder);
-    if (first.empty()) first.push_back(entries_.front()->status.id);
-    defaultId_ = first.front();
-    for (const std::string& id : first) {
-        entryFor(id).warm = true;
-        askFor(entryFor(id), false);
+    defaultId_ = entries_.first().front()->status.id;
+    for (const Entry& entry : entries_.first()) {
+        entry->warm = true;
+        askFor(entry, false);
     }
     loader_ = std::thread([this] { loadAll(); });
 }
@@ -95,115 +60,179 @@ SceneLibrary::~SceneLibrary() {
     loader_.join();
 }
 
-void SceneLibrary::addBuiltins() {
-    for (const BuiltinScene& scene : builtinScenes()) {
-        entries_.push_back(std::make_unique<Entry>());
-        entries_.back()->status.id = scene.id;
-        entries_.back()->status.title = scene.title;
-    }
+void SceneLibrary::followUploads() {
+    if (!uploads_) return;
+    for (const Entry& entry : entries_.followUploads(*uploads_)) remove(entry);
 }
 
-std::string SceneLibrary::addFile(const std::filesystem::path& file) {
-    if (!std::filesystem::is_regular_file(file)) {
-        throw std::runtime_error("no scene \"" + file.string() +
-                                 "\": neither a built-in scene nor a file");
-    }
-    const std::string wanted = idFrom(file);
-    std::string id = wanted;
-    const auto taken = [&] {
-        return std::any_of(entries_.begin(), entries_.end(),
-                           [&](const auto& e) { return e->status.id == id; });
-    };
-    for (int n = 2; taken(); ++n) id = wanted + "-" + std::to_string(n);
-    entries_.push_back(std::make_unique<Entry>());
-    entries_.back()->status.id = id;
-    entries_.back()->status.title = file.filename().string();
-    entries_.back()->file = file;
-    return id;
-}
-
-void SceneLibrary::addFolder(const std::filesystem::path& folder) {
-    if (!std::filesystem::is_directory(folder)) {
-        throw std::runtime_error("no folder \"" + folder.string() + "\"");
-    }
-    std::vector<std::filesystem::path> files;
-    using Walk = std::filesystem::recursive_directory_iterator;
-    const auto options = std::filesystem::directory_options::skip_permission_denied;
-    for (auto it = Walk(folder, options); it != Walk(); ++it) {
-        if (it.depth() >= kFolderDepth) it.disable_recursion_pending();
-        if (it->is_regular_file() && importable(it->path())) files.push_back(it->path());
-    }
-    std::sort(files.begin(), files.end());
-    for (const auto& file : files) addFile(file);
-}
-
-std::vector<SceneStatus> SceneLibrary::all() const {
+std::vector<SceneStatus> SceneLibrary::all() {
     const std::lock_guard lock(mutex_);
+    followUploads();
     std::vector<SceneStatus> list;
-    for (const auto& entry : entries_) list.push_back(entry->status);
+    for (const Entry& entry : entries_.listed()) {
+        const SceneStatus& status = entry->status;
+        // Whoever sent what gives no scene was told so.
+        if (status.uploaded && status.state == SceneState::failed) continue;
+        list.push_back(status);
+    }
     return list;
 }
 
-SceneLibrary::Entry& SceneLibrary::entryFor(const std::string& id) {
-    std::vector<std::string_view> known;
-    for (const auto& entry : entries_) {
-        if (entry->status.id == id) return *entry;
-        known.push_back(entry->status.id);
+SceneTotals SceneLibrary::totals() const {
+    const std::lock_guard lock(mutex_);
+    SceneTotals totals{.evicted = evicted_};
+    for (const Entry& entry : entries_.listed()) {
+        const SceneStatus& status = entry->status;
+        totals.uploads += status.uploaded;
+        totals.loaded += status.state == SceneState::ready;
+        totals.bytes.meshes += status.bytes.meshes;
+        totals.bytes.textures += status.bytes.textures;
+        totals.bytes.maps += status.bytes.maps;
     }
+    return totals;
+}
+
+// Another process may have taken an upload since. One that is ready needs no look at the disk.
+SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id) {
+    Entry entry = entries_.find(id);
+    const bool sure =
+        entry && (!entry->status.uploaded || entry->status.state == SceneState::ready);
+    if (!sure) {
+        followUploads();
+        entry = entries_.find(id);
+    }
+    if (entry) return entry;
+    const std::vector<Entry> listed = entries_.listed();
+    std::vector<std::string_view> known;
+    for (const Entry& one : listed) known.push_back(one->status.id);
     Problem problem = notFound("There is no such scene" + didYouMean(id, known));
     problem.errors = {
-        {"/scene", "is not the id of a scene" + didYouMean(id, known), listed(known)}};
+        {"/scene", "is not the id of a scene" + didYouMean(id, known), clerestory::listed(known)}};
     throw RequestError(std::move(problem));
 }
 
-void SceneLibrary::askFor(Entry& entry, bool first) {
-    if (first && entry.status.state == SceneState::waiting && entry.asked) {
-        toLoad_.erase(std::remove(toLoad_.begin(), toLoad_.end(), &entry), toLoad_.end());
-        entry.asked = false;
+void SceneLibrary::askFor(const Entry& entry, bool first) {
+    if (first && entry->status.state == SceneState::waiting && entry->asked) {
+        std::erase(toLoad_, entry);
+        entry->asked = false;
     }
-    if (entry.asked) return;
-    entry.asked = true;
-    toLoad_.insert(first ? toLoad_.begin() : toLoad_.end(), &entry);
+    if (entry->asked) return;
+    entry->asked = true;
+    toLoad_.insert(first ? toLoad_.begin() : toLoad_.end(), entry);
     changed_.notify_all();
 }
 
 SceneStatus SceneLibrary::find(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    Entry& entry = entryFor(id);
-    askFor(entry, true);
-    return entry.status;
+    const Entry entry = entryFor(id);
+    if (!entry->status.scene) askFor(entry, true);
+    return entry->status;
 }
 
 std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
     std::unique_lock lock(mutex_);
-    Entry& entry = entryFor(id.empty() ? defaultId_ : id);
+    const Entry entry = entryFor(id.empty() ? defaultId_ : id);
     askFor(entry, true);
-    const SceneStatus& status = entry.status;
-    ++entry.waiting;
-    changed_.wait_for(lock, kPatience, [&] {
+    entry->lastUsed = ++uses_;
+    const SceneStatus& status = entry->status;
+    ++entry->waiting;
+    changed_.wait_for(lock, status.scene ? kPatienceAgain : kPatience, [&] {
         return status.state == SceneState::ready || status.state == SceneState::failed || ending_;
     });
-    --entry.waiting;
-    if (status.state == SceneState::failed) throw RequestError(sceneFailed(status.failure));
+    --entry->waiting;
+    if (status.state == SceneState::failed) {
+        throw RequestError(sceneFailed(status.failure, status.reason));
+    }
     if (status.state != SceneState::ready) {
         throw RequestError(
             stillLoading(status.id + " is " + std::string(nameOf(status.state)) +
                          (status.progress.stage.empty() ? "" : ": " + status.progress.stage) +
                          ", " + percent(status.progress.progress) + "."));
     }
-    return status.scene;
+    ++entry->users;
+    return {status.scene.get(),
+            [this, entry, scene = status.scene](const Scene*) { release(entry); }};
+}
+
+void SceneLibrary::release(const Entry& entry) {
+    const std::lock_guard lock(mutex_);
+    --entry->users;
+    if (entry->deleted) {
+        remove(entry);
+    } else if (loadedBytes_ > memoryBytes_) {
+        makeRoom(0, nullptr);
+    }
 }
 
 Scene SceneLibrary::whole(const std::string& id) {
-    std::filesystem::path file;
+    Entry entry;
     {
         const std::lock_guard lock(mutex_);
-        file = entryFor(id).file;
+        entry = entryFor(id);
     }
-    Scene scene = file.empty() ? makeBuiltinScene(id).value() : importScene(file, import_);
+    const auto& file = entry->file;
+    Scene scene =
+        file.empty() ? makeBuiltinScene(id).value() : importScene(file, importFor(*entry));
     scene.id = id;
     requireLight(scene);
     return scene;
+}
+
+void SceneLibrary::remove(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    const Entry entry = entryFor(id);
+    if (!entry->status.uploaded) {
+        throw RequestError(forbidden("Only scenes that were uploaded can be deleted."));
+    }
+    remove(entry);
+}
+
+// With the lock held. Who draws it keeps it until then.
+void SceneLibrary::remove(const Entry& entry) {
+    entry->deleted = true;
+    std::erase(toLoad_, entry);
+    if (entry->users > 0 || entry->status.state == SceneState::loading) return;
+    if (entry->status.state == SceneState::ready) letGo(*entry);
+    entries_.drop(entry);
+}
+
+void SceneLibrary::mapsTook(const std::string& id, std::uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    const Entry entry = entries_.find(id);
+    if (!entry || bytes <= entry->status.bytes.maps) return;
+    loadedBytes_ += bytes - entry->status.bytes.maps;
+    entry->status.bytes.maps = bytes;
+}
+
+// With the lock held: for so many bytes more. The default scene stays: a server without it is not
+// ready.
+void SceneLibrary::makeRoom(std::uint64_t bytes, const Entry& keep) {
+    while (loadedBytes_ + bytes > memoryBytes_) {
+        SceneEntry* oldest = nullptr;
+        for (const Entry& entry : entries_.listed()) {
+            const bool free = entry->status.state == SceneState::ready && entry->users == 0 &&
+                              entry->waiting == 0 && entry != keep &&
+                              entry->status.id != defaultId_;
+            if (free && (!oldest || entry->lastUsed < oldest->lastUsed)) oldest = entry.get();
+        }
+        if (!oldest) return;
+        letGo(*oldest);
+        ++evicted_;
+        spdlog::info("scene {}: let go, to be loaded again when it is asked for",
+                     oldest->status.id);
+    }
+}
+
+// With the lock held, so that nobody asks for it anew before the renderer is told.
+void SceneLibrary::letGo(SceneEntry& entry) {
+    queue_.post([id = entry.status.id](Renderer& renderer) {
+        renderer.removeScene(id);
+        malloc_trim(0);
+    });
+    loadedBytes_ -= entry.status.bytes.total();
+    entry.status.bytes = {};
+    entry.status.state = SceneState::waiting;
+    entry.asked = false;
 }
 
 std::shared_ptr<const EnvironmentMap> SceneLibrary::environment(const std::string& name) const {
@@ -215,7 +244,8 @@ std::shared_ptr<const EnvironmentMap> SceneLibrary::environment(const std::strin
 
 bool SceneLibrary::importing() const {
     const std::lock_guard lock(mutex_);
-    return std::any_of(entries_.begin(), entries_.end(), [](const auto& entry) {
+    const std::vector<Entry> listed = entries_.listed();
+    return std::any_of(listed.begin(), listed.end(), [](const Entry& entry) {
         return entry->status.state == SceneState::loading && !entry->file.empty();
     });
 }
@@ -233,14 +263,18 @@ std::uint64_t SceneLibrary::environmentHash(const std::string& name) const {
     return found == environments_.end() ? 0 : found->second->contentHash;
 }
 
+const ImportOptions& SceneLibrary::importFor(const SceneEntry& entry) const {
+    return entry.status.uploaded ? importUploads_ : import_;
+}
+
 void SceneLibrary::loadAll() {
     std::unique_lock lock(mutex_);
     for (;;) {
         changed_.wait(lock, [&] { return ending_ || !toLoad_.empty(); });
         if (ending_) return;
-        Entry& entry = *toLoad_.front();
+        const Entry entry = toLoad_.front();
         toLoad_.pop_front();
-        entry.status.state = SceneState::loading;
+        entry->status.state = SceneState::loading;
         lock.unlock();
         try {
             load(entry);
@@ -270,50 +304,70 @@ static Scene described(Scene& scene) {
     return result;
 }
 
-void SceneLibrary::load(Entry& entry) {
+void SceneLibrary::load(const Entry& entry) {
     const auto start = Clock::now();
-    const std::string id = entry.status.id;
-    std::shared_ptr<Scene> full;
+    std::optional<Scene> scene;
     try {
-        full = std::make_shared<Scene>(made(entry));
+        scene = made(*entry);
     } catch (const std::exception& error) {
-        spdlog::error("scene {}: {}", id, error.what());
-        const std::lock_guard lock(mutex_);
-        entry.status.state = SceneState::failed;
-        entry.status.failure = dynamic_cast<const ImportError*>(&error)
-                                   ? error.what()
-                                   : "The scene could not be made.";
-        changed_.notify_all();
-        return;
+        return failed(entry, error);
     }
-    const auto scene = std::make_shared<const Scene>(described(*full));
-    const std::size_t vertices = full->vertices.size();
+    hand(entry, *std::move(scene), millisecondsSince(start));
+}
+
+void SceneLibrary::failed(const Entry& entry, const std::exception& error) {
+    spdlog::error("scene {}: {}", entry->status.id, error.what());
+    const auto* why = dynamic_cast<const ImportError*>(&error);
+    const std::lock_guard lock(mutex_);
+    SceneStatus& status = entry->status;
+    status.state = SceneState::failed;
+    status.failure = why ? why->what() : "The scene could not be made.";
+    status.reason = why ? nameOf(why->reason()) : "internal";
+    // So that no other process tries it.
+    if (uploads_ && status.uploaded && why) {
+        uploads_->setFailure(status.id, status.failure, status.reason);
+    }
+    if (entry->deleted) remove(entry);
+    changed_.notify_all();
+}
+
+// To the renderer, once there is room for it.
+void SceneLibrary::hand(const Entry& entry, Scene scene, double milliseconds) {
+    const auto full = std::make_shared<Scene>(std::move(scene));
+    const auto known = std::make_shared<const Scene>(described(*full));
+    const SceneBytes bytes = bytesOf(*full);
+    const std::string id = entry->status.id;
+    const std::lock_guard lock(mutex_);
+    if (ending_) return;  // a start that failed says why and nothing else
+    SceneStatus& status = entry->status;
+    status.state = SceneState::waiting;
+    if (entry->deleted) return remove(entry);
+    makeRoom(bytes.total(), entry);
+    status.vertices = full->vertices.size();
     queue_.post([full](Renderer& renderer) {
         renderer.addScene(std::move(*full));
         malloc_trim(0);  // reading a large scene leaves the heap full of holes
     });
-    const std::lock_guard lock(mutex_);
-    if (ending_) return;  // a start that failed says why and nothing else
-    spdlog::info("scene {}: {} triangles in {:.0f} ms", id, triangleCount(*scene),
-                 millisecondsSince(start));
     // A frame that somebody waits for warms what it needs, sooner.
-    if (entry.warm && entry.waiting == 0) {
+    if (entry->warm && entry->waiting == 0) {
         queue_.post([id](Renderer& renderer) { renderer.warm(id); });
     }
-    entry.status.scene = scene;
-    entry.status.vertices = vertices;
-    entry.status.title = scene->title.empty() ? entry.status.title : scene->title;
-    entry.status.progress = {.stage = "", .progress = 1.0};
-    entry.status.state = SceneState::ready;
+    spdlog::info("scene {}: {} triangles in {:.0f} ms", id, triangleCount(*known), milliseconds);
+    status.scene = known;
+    status.bytes = bytes;
+    loadedBytes_ += bytes.total();
+    if (!status.uploaded && !known->title.empty()) status.title = known->title;
+    status.progress = {.stage = "", .progress = 1.0};
+    status.state = SceneState::ready;
     changed_.notify_all();
 }
 
-Scene SceneLibrary::made(Entry& entry) {
+Scene SceneLibrary::made(SceneEntry& entry) {
     Scene scene;
     if (entry.file.empty()) {
         scene = makeBuiltinScene(entry.status.id).value();
     } else {
-        scene = importScene(entry.file, import_, [&](const ImportProgress& progress) {
+        scene = importScene(entry.file, importFor(entry), [&](const ImportProgress& progress) {
             const std::lock_guard lock(mutex_);
             if (ending_) throw Stopping{};
             entry.status.progress = progress;

@@ -1,12 +1,11 @@
-// What can be rendered: ids, where each scene comes from, and how far its loading is. The scenes
-// that were named load at once, all others when first asked for, in one background thread; a loaded
-// scene is handed to the Renderer through the queue.
-//
-// Ids are keys of a table. They never become paths.
+// What can be rendered, and how far its loading is. The scenes that were named load at once, all
+// others when first asked for, in one background thread; a loaded scene is handed to the Renderer
+// through the queue. When they take more memory than they may, the one that was used longest ago is
+// let go, unless somebody uses it; it loads again when it is asked for.
 #pragma once
 
-#include "scene/import/import.h"
 #include "server/render_queue.h"
+#include "server/scene_entries.h"
 
 #include <condition_variable>
 #include <deque>
@@ -20,23 +19,12 @@
 
 namespace clerestory {
 
-struct SceneSources {
-    std::vector<std::string> scenes;  // ids of built-in scenes, or files; the first is the default
-    std::filesystem::path folder;     // files found below it load when first asked for
-    std::vector<std::filesystem::path> environments;
-    ImportOptions import;
-};
-
-enum class SceneState { waiting, loading, ready, failed };
-std::string_view nameOf(SceneState state);
-
-struct SceneStatus {
-    std::string id, title;
-    SceneState state = SceneState::waiting;
-    ImportProgress progress;
-    std::string failure;                 // words for people, when failed
-    std::shared_ptr<const Scene> scene;  // when ready; without vertices, indices and texels
-    std::size_t vertices = 0;
+// Of all scenes together.
+struct SceneTotals {
+    SceneBytes bytes;           // of loaded ones
+    std::size_t loaded = 0;     // scenes
+    std::uint64_t evicted = 0;  // since the start
+    std::size_t uploads = 0;
 };
 
 class SceneLibrary {
@@ -49,18 +37,28 @@ public:
     SceneLibrary& operator=(const SceneLibrary&) = delete;
 
     const std::string& defaultId() const { return defaultId_; }
-    std::vector<SceneStatus> all() const;
+    std::vector<SceneStatus> all();
+    SceneTotals totals() const;
 
-    // Throws RequestError 404 when there is no such id. Asks for the scene to be loaded.
+    // Throws RequestError 404 when there is no such id. Asks for a scene of which nothing is known
+    // to be loaded.
     SceneStatus find(const std::string& id);
 
-    // The scene, ready to be drawn; an empty id is the default. Waits a moment for one that loads.
-    // Throws RequestError: no such scene (404), still loading (409), failed (422).
+    // The scene, ready to be drawn; an empty id is the default. It stays so for as long as what is
+    // returned lives, which must not be longer than this. Waits a moment for one that loads. Throws
+    // RequestError: no such scene (404), still loading (409), failed (422).
     std::shared_ptr<const Scene> require(const std::string& id);
 
     // The scene once more with vertices and texels, made or read anew, for those that need it
     // whole. Takes as long as loading it did. Throws RequestError 404, ImportError.
     Scene whole(const std::string& id);
+
+    // Of an upload: nobody finds it any more, and it goes when its last frame is drawn. Throws
+    // RequestError: no such scene (404), none that was uploaded (403).
+    void remove(const std::string& id);
+
+    // What the maps of a frame of it took.
+    void mapsTook(const std::string& id, std::uint64_t bytes);
 
     // The map that lights a scene, or that a material names; null when there is none.
     std::shared_ptr<const EnvironmentMap> environment(const std::string& name) const;
@@ -75,32 +73,35 @@ public:
     std::uint64_t environmentHash(const std::string& name) const;
 
 private:
-    struct Entry {
-        SceneStatus status;
-        std::filesystem::path file;  // empty: built-in
-        bool warm = false;           // somebody will ask for it first thing
-        bool asked = false;          // in toLoad_, loading, or done
-        int waiting = 0;             // clients in require()
-    };
-    void addBuiltins();
-    std::string addFile(const std::filesystem::path& file);
-    void addFolder(const std::filesystem::path& folder);
-    void askFor(Entry& entry, bool first);
-    Entry& entryFor(const std::string& id);
+    using Entry = SceneEntries::Entry;
+    void followUploads();
+    void askFor(const Entry& entry, bool first);
+    Entry entryFor(const std::string& id);
+    const ImportOptions& importFor(const SceneEntry& entry) const;
     void loadAll();
-    void load(Entry& entry);
+    void load(const Entry& entry);
+    void failed(const Entry& entry, const std::exception& error);
+    void hand(const Entry& entry, Scene scene, double milliseconds);
     void requireLight(Scene& scene) const;
-    Scene made(Entry& entry);
+    Scene made(SceneEntry& entry);
+    void release(const Entry& entry);
+    void remove(const Entry& entry);
+    void makeRoom(std::uint64_t bytes, const Entry& keep);
+    void letGo(SceneEntry& entry);
 
     RenderQueue& queue_;
-    ImportOptions import_;
+    const ImportOptions import_;
+    const std::uint64_t memoryBytes_;
+    std::optional<UploadStore> uploads_;
+    ImportOptions importUploads_;
     std::string defaultId_;
     std::map<std::string, std::shared_ptr<const EnvironmentMap>> environments_;  // from files
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    std::vector<std::unique_ptr<Entry>> entries_;  // in the order clients see; fixed once built
-    std::deque<Entry*> toLoad_;
+    SceneEntries entries_;
+    std::deque<Entry> toLoad_;
+    std::uint64_t uses_ = 0, evicted_ = 0, loadedBytes_ = 0;
     bool ending_ = false;
     std::thread loader_;
 };

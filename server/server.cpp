@@ -12,6 +12,12 @@ constexpr std::size_t kMostStreams = 16;
 FrontOptions frontOptions(const Config& config) {
     FrontOptions options = config.http;
     options.threads += config.queue + kMostStreams;
+    options.limits.large.push_back({"POST", "/v1/sequences", config.sequenceBytes});
+    const UploadOptions& uploads = config.scenes.uploads;
+    if (!uploads.folder.empty()) {
+        options.limits.large.push_back({"POST", "/v1/scenes", uploads.limits.fileBytes});
+        options.limits.largeBytes = std::max(options.limits.largeBytes, uploads.limits.fileBytes);
+    }
     return options;
 }
 
@@ -19,12 +25,15 @@ FrontOptions frontOptions(const Config& config) {
 
 Server::Server(const Config& config)
     : streams_(kMostStreams),
+      uploadLimits_(config.scenes.uploads.import),
       http_(frontOptions(config),
             {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
              .respond = [this](const Call& call) { return answerTo(*this, call); },
              .refuse = [this](const Call& call,
                               const Problem& problem) { return answerWith(*this, call, problem); },
              .paths = {.open = isOpenPath, .linked = isLinkedPath}}) {
+    const UploadOptions& uploads = config.scenes.uploads;
+    if (!uploads.folder.empty()) uploads_.emplace(uploads.folder, uploads.limits);
     if (config.singleProcess) {
         service_ = std::make_unique<Service>(config);
     } else {

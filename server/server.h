@@ -37,6 +37,9 @@ public:
     const FrontCounters& connections() const { return http_.counters(); }
     Streams& streams() { return streams_; }
     LiveViews& views() { return views_; }
+    // Null when nobody may upload.
+    UploadStore* uploads() { return uploads_ ? &*uploads_ : nullptr; }
+    const ImportLimits& uploadLimits() const { return uploadLimits_; }
 
     // Null when it lives in a worker.
     Service* service() { return service_.get(); }
@@ -47,6 +50,8 @@ private:
     RequestMetrics metrics_;
     Streams streams_;
     LiveViews views_;
+    std::optional<UploadStore> uploads_;
+    const ImportLimits uploadLimits_;
     std::atomic<bool> stopping_{false};
     Front http_;  // binds before there is a renderer: a taken port is known at once
     std::unique_ptr<Service> service_;

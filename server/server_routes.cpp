@@ -7,6 +7,7 @@
 #include "server/sequences.h"
 #include "server/server.h"
 #include "server/service_routes.h"
+#include "server/uploads.h"
 
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
@@ -35,7 +36,16 @@ Answer openApi(Server&, const Call&) {
     return {.type = "application/json", .body = openApiDocument().dump()};
 }
 
+// Beside methods that are answered here.
+Answer asked(Server& server, const Call& call) {
+    return server.ask(call);
+}
+
 constexpr Route<Server> kRoutes[] = {
+    {"/v1/scenes", "GET", asked},
+    {"/v1/scenes", "POST", postScene},
+    {"/v1/scenes/{id}", "GET", asked},
+    {"/v1/scenes/{id}", "DELETE", deleteScene},
     {"/v1/sequences", "POST", postSequence},
     {"/v1/views/{name}", "PUT", putView},
     {"/v1/views/{name}", "GET", getView},

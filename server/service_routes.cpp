@@ -35,10 +35,16 @@ Answer describeScene(Service& service, const Call& call) {
     return jsonAnswer(sceneDetails(status, status.id == service.library().defaultId()));
 }
 
+Answer removeScene(Service& service, const Call& call) {
+    service.library().remove(call.path.substr(call.path.rfind('/') + 1));
+    return {.status = 204};
+}
+
 Answer describeRenderer(Service& service, const Call&) {
     const RendererIdentity& id = service.queue().identity();
     const Config& config = service.config();
     const JailSupport jail = jailSupport();
+    const UploadOptions& uploads = config.scenes.uploads;
     return jsonAnswer(
         {{"vendor", id.vendor},
          {"renderer", id.renderer},
@@ -57,6 +63,8 @@ Answer describeRenderer(Service& service, const Call&) {
           {{"edge", kMaxEdge},
            {"pixels", kMaxPixels},
            {"bodyBytes", config.http.limits.bodyBytes},
+           {"sequenceBytes", config.sequenceBytes},
+           {"uploadBytes", uploads.folder.empty() ? 0 : uploads.limits.fileBytes},
            {"queue", config.queue},
            {"deadlineSeconds", config.deadlineSeconds}}},
          {"importer", {{"landlock", jail.landlock}, {"systemCallFilter", jail.systemCallFilter}}},
@@ -75,7 +83,8 @@ Answer readiness(Service& service, const Call&) {
 
 // The front adds what it counts itself.
 Answer metrics(Service& service, const Call&) {
-    return {.type = kMetricsType, .body = service.metrics().text(service.queue().depth())};
+    return {.type = kMetricsType,
+            .body = service.metrics().text(service.queue().depth(), service.library().totals())};
 }
 
 constexpr Route<Service> kRoutes[] = {
@@ -88,6 +97,7 @@ constexpr Route<Service> kRoutes[] = {
     {"/v1/jobs/{id}/pictures/{number}", "GET", getJobPicture},
     {"/v1/scenes", "GET", listScenes},
     {"/v1/scenes/{id}", "GET", describeScene},
+    {"/v1/scenes/{id}", "DELETE", removeScene},
     {"/v1/renderer", "GET", describeRenderer},
     {"/readyz", "GET", readiness},
     {"/metrics", "GET", metrics},

@@ -100,9 +100,25 @@ export const cancelJob = (id) => ask(`v1/jobs/${encodeURIComponent(id)}`, { meth
 export const below = (path) => path.replace(/^\//, "");
 export const pictureAt = async (path) => (await ask(below(path))).blob();
 
-// A .glb file or the like as the body; -> the new scene's id, from its Location or its description.
-export async function uploadScene(file, type) {
-  const response = await ask("v1/scenes", { method: "POST", headers: { "Content-Type": type }, body: file });
-  const place = response.headers.get("Location") ?? "";
-  return decodeURIComponent(place.slice(place.lastIndexOf("/") + 1)) || (await response.json()).id;
+// Sends a scene's file as the body; told(share) says how much of it is there. -> the new scene's id, which
+// may still be loading. By XMLHttpRequest, since fetch() does not tell how much it has sent.
+export function uploadScene(file, told) {
+  const type = /\.glb$/i.test(file.name) ? "model/gltf-binary" : "application/octet-stream";
+  return new Promise((resolve, reject) => {
+    const request = new XMLHttpRequest();
+    request.open("POST", `v1/scenes?title=${encodeURIComponent(file.name)}`);
+    request.setRequestHeader("Content-Type", type);
+    request.setRequestHeader("Prefer", "respond-async");
+    if (token) request.setRequestHeader("Authorization", `Bearer ${token}`);
+    request.upload.addEventListener("progress", (e) => told(e.lengthComputable ? e.loaded / e.total : undefined));
+    request.addEventListener("error", () => reject(new Problem({ title: "No answer", detail: "The server cannot be reached." })));
+    request.addEventListener("load", async () => {
+      const { status, statusText } = request;
+      const headers = { "Retry-After": request.getResponseHeader("Retry-After") ?? "" };
+      if (status >= 300) return reject(await problemOf(new Response(request.responseText, { status, statusText, headers })));
+      const place = request.getResponseHeader("Location");
+      resolve(decodeURIComponent(place.slice(place.lastIndexOf("/") + 1)));
+    });
+    request.send(file);
+  });
 }

@@ -15,7 +15,7 @@ import { Session } from "./session.js";
 import { share } from "./share.js";
 import { TimeRow } from "./time_row.js";
 import { Wipe, wipeChoices } from "./wipe.js";
-import { millisecondsWords, problemWords } from "./words.js";
+import { millisecondsWords, problemWords, sizeWords } from "./words.js";
 
 const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const calm = () => reduced.matches;
@@ -79,9 +79,10 @@ async function loadedScene(id) {
   return undefined;
 }
 
+// Whether it is what the page shows now.
 async function chooseScene(id, view) {
   const scene = await loadedScene(id);
-  if (!scene || $("scene").value !== id) return;
+  if (!scene || $("scene").value !== id) return false;
   note.clear();
   session.scene = scene;
   const cameras = (scene.cameras ?? []).filter((c) => c.position && c.direction && c.yfov);
@@ -95,6 +96,7 @@ async function chooseScene(id, view) {
   }
   time.sceneChanged();
   changed();
+  return true;
 }
 
 async function focus(x, y) {
@@ -150,21 +152,29 @@ function drawView(environments) {
   controlsFor($("picture"), session.pictureSchemas, session.picture, changed);
 }
 
-function listenToUpload(paths) {
-  if (!paths["/v1/scenes"]?.post) return;
+// A file of the visitor's becomes a scene; where it does not, the old one stays.
+async function sendScene(file, most) {
+  const before = $("scene").value;
+  try {
+    if (file.size > most) {
+      throw new Problem({ status: 413, title: "Too large", detail: `${file.name} has ${sizeWords(file.size)}; the server takes ${sizeWords(most)}.` });
+    }
+    const id = await uploadScene(file, (share) => note.sayProgress(`Sending ${file.name}`, "", share));
+    await listScenes(id);
+    if (!await chooseScene(id) && $("scene").value === id) await listScenes(before);
+  } catch (problem) {
+    if (!(problem instanceof Problem)) throw problem;
+    note.sayProblem(problem);
+  }
+}
+
+function listenToUpload(most) {
+  if (!(most > 0)) return;
   $("upload-pick").hidden = false;
   $("upload").addEventListener("change", async () => {
     const [file] = $("upload").files;
-    if (!file) return;
-    try {
-      note.sayProgress(`Sending ${file.name}`, "");
-      const id = await uploadScene(file, "model/gltf-binary");
-      await listScenes(id);
-      await chooseScene(id);
-    } catch (problem) {
-      if (!(problem instanceof Problem)) throw problem;
-      note.sayProblem(problem);
-    }
+    if (file) await sendScene(file, most);
+    $("upload").value = "";  // so that the same file may be chosen again
   });
 }
 
@@ -231,7 +241,7 @@ async function start() {
   tabs(document.querySelector("[role=tablist]"), () => { $("hint").textContent = ""; });
   listenToBar();
   shared = share({ session, changed, paths: schema.paths, full: () => frameRequest(frames.size()) });
-  listenToUpload(schema.paths);
+  listenToUpload(renderer.limits.uploadBytes);
   $("maps-show").addEventListener("click", () => showMaps(frameRequest(frames.size())));
   $("scene").addEventListener("change", () => chooseScene($("scene").value));
   $("camera").addEventListener("change", () => {

@@ -61,6 +61,8 @@ export const subjectOf = (name) => {
 
 export const count = (n, one, many = `${one}s`) => `${n.toLocaleString("en")} ${n === 1 ? one : many}`;
 
+export const sizeWords = (bytes) => (bytes < 1 << 20 ? `${Math.round(bytes / 1024)} KB` : `${Math.round(bytes / 1048576)} MB`);
+
 export function millisecondsWords(ms) {
   if (ms >= 10000) return `${(ms / 1000).toFixed(1)} s`;
   return `${ms >= 100 ? ms.toFixed(0) : ms.toFixed(1)} ms`;

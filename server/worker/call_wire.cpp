@@ -7,7 +7,8 @@
 namespace clerestory {
 namespace {
 
-constexpr std::array<const char*, 3> kHeaders = {"Content-Type", "Accept", "If-None-Match"};
+constexpr std::array<const char*, 4> kHeaders = {"Content-Type", "Accept", "If-None-Match",
+                                                 "Clerestory-Deadline"};
 
 class Writer {
 public:

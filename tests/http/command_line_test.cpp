@@ -57,6 +57,17 @@ TEST(CommandLine, TakesTheSameJsonAsTheServer) {
     EXPECT_FALSE(contentOf(json).empty());
 }
 
+TEST(CommandLine, TellsItsLibrariesAndTheirVersions) {
+    const Outcome outcome = run("--version");
+    EXPECT_EQ(outcome.exitCode, 0);
+    EXPECT_THAT(outcome.output, StartsWith("clerestory "));
+    for (const char* name : {"assimp", "cpp-httplib", "libarchive", "libjpeg-turbo", "libpng",
+                             "nlohmann-json", "OpenSSL", "embree", "zlib"}) {
+        EXPECT_THAT(outcome.output,
+                    testing::ContainsRegex(std::string("\n  ") + name + " [0-9]+[.]"));
+    }
+}
+
 TEST(CommandLine, TracesTheTruth) {
     const std::string arguments =
         "reference six-walls --eye 0.5,0.6,0.7 --target 0,0,0 --size 32x24 --samples 4 ";

@@ -82,6 +82,16 @@ TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
     EXPECT_THAT(metrics, testing::HasSubstr("clerestory_workers{role=\"active\"} 1"));
 }
 
+TEST_F(WorkerServer, KeepsTheDeadlineThatAClientNames) {
+    auto client = this->client();
+    ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    const httplib::Headers headers = {{"Clerestory-Deadline", "1"}};
+    problemOf(
+        client.Post("/v1/frames", headers, smallFrame(R"("accuracy": {"samples": 8}, "time": 1)"),
+                    "application/json"),
+        504);
+}
+
 TEST_F(WorkerServer, KillsInMidFrameLoseNothing) {
     auto calm = client();
     std::vector<std::string> expected;

@@ -24,6 +24,7 @@ ServerProcess::ServerProcess(const std::vector<std::string>& flags, void (*befor
     };
     unlessGiven("--port", "0");
     unlessGiven("--log-level", "off");
+    unlessGiven("--scene-cache", "none");
     // A busy machine may take longer over a cold first frame than the usual deadline.
     unlessGiven("--deadline", "60");
     std::vector<char*> arguments;

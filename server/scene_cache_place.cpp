@@ -1,0 +1,41 @@
+#include "server/scene_cache_place.h"
+
+#include "scene/import/scene_cache.h"
+#include "server/build_id.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+
+namespace clerestory {
+namespace {
+
+// By the XDG Base Directory Specification; empty where there is no such place.
+std::filesystem::path userCache() {
+    const auto absolute = [](const char* name) -> std::filesystem::path {
+        const char* value = std::getenv(name);
+        const std::filesystem::path path = value ? value : "";
+        return path.is_absolute() ? path : std::filesystem::path();
+    };
+    if (const auto xdg = absolute("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "clerestory";
+    const auto home = absolute("HOME");
+    return home.empty() ? home : home / ".cache" / "clerestory";
+}
+
+}  // namespace
+
+std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options) {
+    const bool asked = !options.folder.empty();
+    const std::filesystem::path folder = asked ? options.folder : userCache();
+    if (folder.empty() || folder == "none") return nullptr;
+    return std::make_shared<SceneCache>(SceneCacheOptions{
+        .folder = folder,
+        .mostBytes = options.mostBytes,
+        .version = buildId(),
+        .complain = [asked](const std::string& words) {
+            // Nobody asked for the usual place, so nobody misses it.
+            spdlog::log(asked ? spdlog::level::warn : spdlog::level::debug, "{}", words);
+        }});
+}
+
+}  // namespace clerestory
