@@ -176,6 +176,38 @@ TEST(Sequences, RefuseNamingEveryWrongField) {
     EXPECT_THAT(pointers(first), ElementsAre("/camera/name"));
 }
 
+TEST(Sequences, ATrainingSetsPosesFitIntoOne) {
+    auto client = sharedServer().client();
+    constexpr int kFrames = 4000;
+    json body = orbit(0);
+    for (int i = 0; i < kFrames; ++i) {
+        const double x = 0.0001 * i + 1.0 / 3.0;
+        body["frames"].push_back(
+            {{"camera",
+              {{"cameraToWorld",
+                {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, 1.0, 2.0, 1.0}}}}});
+    }
+    body["first"] = kFrames - 1;
+    const std::string text = body.dump();
+    EXPECT_GT(text.size(), 300'000u);
+    const auto result = postJson(client, "/v1/sequences", text);
+    ASSERT_TRUE(result);
+    ASSERT_EQ(result->status, 200) << result->body;
+    EXPECT_EQ(filesOfTar(result->body).front().first, "003999.jpg");
+
+    // What all frames have in common counts in every one.
+    body["common"]["overrides"] = json::array();
+    for (int i = 0; i < 64; ++i) {
+        body["common"]["overrides"].push_back(
+            {{"node", std::string(1500, 'n')}, {"metallic", 0.5}});
+    }
+    const json problem = problemOf(postJson(client, "/v1/sequences", body.dump()), 422);
+    EXPECT_EQ(problem["errors"][0]["pointer"], "/common") << problem.dump();
+    const auto other =
+        client.Post("/v1/sequences", std::string((4 << 20) + 1, ' '), "application/json");
+    EXPECT_TRUE(!other || other->status == 413) << "or it ended before all was sent";
+}
+
 TEST(Sequences, OtherFramesAreAnsweredMeanwhileAndALeavingClientEndsIt) {
     TestServer server;
     std::size_t taken = 0;

@@ -302,7 +302,8 @@ TEST(Uploads, ScenesTakeTurnsInAMemoryThatHoldsTwo) {
     constexpr unsigned kScenes = 5, kTriangles = 20'000;
     Config config = uploadConfig();
     // Six walls, and two of the others.
-    config.scenes.memoryBytes = 10 * 1000 * 1000 + 2 * (2 * 3 * kTriangles * (sizeof(Vertex) + 4));
+    constexpr std::uint64_t kEach = 2 * 3 * kTriangles * (sizeof(Vertex) + 4);
+    config.scenes.memoryBytes = 10'000'000 + 2 * kEach;
     TestServer server(config);
     auto client = server.client();
     std::vector<std::string> ids, pictures;
@@ -341,6 +342,7 @@ TEST(Uploads, ScenesTakeTurnsInAMemoryThatHoldsTwo) {
     for (std::thread& other : others) other.join();
     EXPECT_EQ(lost, 0);
     EXPECT_GT(drawn, 0);
+    EXPECT_LT(residentBytes() - warm, 2.0 * kEach) << "one that stayed at each swap is far more";
     std::printf("%d swaps under %d frames: %.1f MB after five, %.1f MB after all\n", swaps,
                 drawn.load(), warm / 1e6, residentBytes() / 1e6);
     const SceneTotals totals = server.service().library().totals();

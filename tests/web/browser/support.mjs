@@ -16,7 +16,7 @@ const chromiumPath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/us
 
 // -> { url, stop() }; port 0 takes a free one.
 export async function serve({ port = 0, scenes = ["six-walls"], more = [] } = {}) {
-  const flags = ["serve", "--port", String(port), "--log-level", "warn", "--deadline", "60", ...scenes.flatMap((s) => ["--scene", s]), ...more];
+  const flags = ["serve", "--port", String(port), "--log-level", "warn", "--deadline", "60", "--scene-cache", "none", ...scenes.flatMap((s) => ["--scene", s]), ...more];
   const child = spawn(program, flags, { stdio: ["ignore", "pipe", "inherit"] });
   const url = await new Promise((resolve, reject) => {
     let said = "";
