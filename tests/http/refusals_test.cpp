@@ -256,7 +256,7 @@ TEST(Refusals, MethodsThatAreNotThereAreToldThoseThatAre) {
     EXPECT_EQ(allowOf(client.Delete("/v1/frames")), "POST, GET, HEAD");
     EXPECT_EQ(allowOf(client.Put("/v1/frames", "{}", "application/json")), "POST, GET, HEAD");
     EXPECT_EQ(allowOf(client.Get("/v1/plans")), "POST");
-    EXPECT_EQ(allowOf(postJson(client, "/v1/scenes", "{}")), "GET, HEAD");
+    EXPECT_EQ(allowOf(client.Put("/v1/scenes", "{}", "application/json")), "GET, HEAD, POST");
     EXPECT_EQ(allowOf(postJson(client, "/healthz", "{}")), "GET, HEAD");
     EXPECT_EQ(allowOf(client.Patch("/v1/renderer", "{}", "application/json")), "GET, HEAD");
     const auto options = client.Options("/v1/frames");

@@ -197,9 +197,9 @@ TEST(Sequences, ATrainingSetsPosesFitIntoOne) {
 
     // What all frames have in common counts in every one.
     body["common"]["overrides"] = json::array();
+    body["frames"] = json(25'000, json::object());
     for (int i = 0; i < 64; ++i) {
-        body["common"]["overrides"].push_back(
-            {{"node", std::string(1500, 'n')}, {"metallic", 0.5}});
+        body["common"]["overrides"].push_back({{"node", std::string(190, 'n')}, {"metallic", 0.5}});
     }
     const json problem = problemOf(postJson(client, "/v1/sequences", body.dump()), 422);
     EXPECT_EQ(problem["errors"][0]["pointer"], "/common") << problem.dump();
