@@ -49,6 +49,13 @@ PixelRect pixelRect(const ScreenBox& box, std::uint32_t width, std::uint32_t hei
     return {low.x, low.y, std::max(1.0, high.x - low.x), std::max(1.0, high.y - low.y)};
 }
 
+PixelRect ofWholeSquares(const PixelRect& rect, double edge) {
+    const glm::dvec2 low = edge * glm::floor(glm::dvec2(rect.x, rect.y) / edge);
+    const glm::dvec2 high =
+        edge * glm::ceil(glm::dvec2(rect.x + rect.width, rect.y + rect.height) / edge);
+    return {low.x, low.y, high.x - low.x, high.y - low.y};
+}
+
 View cropped(const View& view, const PixelRect& part, std::uint32_t width, std::uint32_t height) {
     // Clip x, y of the part: scale * (x, y) + offset * w.
     const glm::dvec2 size(width, height), extent(part.width, part.height);

@@ -41,6 +41,10 @@ constexpr std::size_t kMostMirrorsMirrored = 3;
 // (erratum P9), at most this share of the picture.
 constexpr double kMostGuard = 0.25;
 
+// Pictures of rough mirrors are whole squares of so many pixels: their blur does not depend on where
+// their borders lie.
+constexpr double kRoughSquare = 32.0;
+
 // Pixels that a lobe spreads over what stands far behind the mirror (erratum R4), above which half
 // as many pixels along an edge show the same but for what touches the mirror.
 constexpr double kCoarseBlur = 24.0;
@@ -186,7 +190,8 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
     const double slope = pixelsPerSlope(job.view, job.height);
     const double guard =
         rough ? std::min(5.0 * alpha * slope, kMostGuard * std::max(job.width, job.height)) : 0.0;
-    const PixelRect rect = pixelRect(group.covered, job.width, job.height, guard);
+    const PixelRect touched = pixelRect(group.covered, job.width, job.height, guard);
+    const PixelRect rect = rough ? ofWholeSquares(touched, kRoughSquare) : touched;
     const View child = mirroredView(cropped(job.view, rect, job.width, job.height), group.plane);
 
     const bool coarse = a.preset != Preset::fine && 4.898979486 * alpha * slope > kCoarseBlur;

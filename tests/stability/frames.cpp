@@ -31,6 +31,28 @@ double decibelsApart(const Image& a, const Image& b) {
     return squares == 0.0 ? 200.0 : -10.0 * std::log10(squares / double(samples));
 }
 
+Image averaged(const Image& image, std::uint32_t edge) {
+    Image mean = makeImage(image.width / edge, image.height / edge, 3, PixelType::float32);
+    for (std::uint32_t y = 0; y < mean.height * edge; ++y) {
+        for (std::uint32_t x = 0; x < mean.width * edge; ++x) {
+            float* to = mean.floats() + 3 * (std::size_t{y / edge} * mean.width + x / edge);
+            for (int c = 0; c < 3; ++c) to[c] += color(image, x, y)[c] / float(edge * edge);
+        }
+    }
+    return mean;
+}
+Mask whole(const Mask& mask, std::uint32_t edge) {
+    Mask result{mask.width / edge, mask.height / edge, {}};
+    result.inside.assign(std::size_t{result.width} * result.height, 1);
+    for (std::uint32_t y = 0; y < result.height * edge; ++y) {
+        for (std::uint32_t x = 0; x < result.width * edge; ++x) {
+            result.inside[std::size_t{y / edge} * result.width + x / edge] &=
+                mask.inside[std::size_t{y} * mask.width + x];
+        }
+    }
+    return result;
+}
+
 Scene floorScene(const glm::dmat4& world, bool mirroredCopy, bool extras) {
     Scene scene;
     const glm::dvec3 places[] = {{-0.6, 0.2, 0.5}, {0.5, -0.5, 0.3}, {0.2, 0.6, 0.8}};

@@ -2,6 +2,7 @@
 // float targets, all levels, are searched for what is not finite and for negative light.
 #pragma once
 
+#include "measures/mask.h"
 #include "tests/gl/sight.h"
 #include "tests/stability/table.h"
 
@@ -18,6 +19,11 @@ Image drawn(const FrameRequest& request);
 double mostApart(const Image& a, const Image& b);
 // Of pictures whose white is 1, decibels; 200 when equal.
 double decibelsApart(const Image& a, const Image& b);
+
+// Means over squares of `edge` pixels: hard edges fall between pixels otherwise, and a picture that
+// is blurred by chance beats a sharp one. A square is in the mask if all of it is.
+Image averaged(const Image& image, std::uint32_t edge);
+Mask whole(const Mask& mask, std::uint32_t edge);
 
 // Three lamps above a mirror floor (the plane z = 0) with a mirror ball and a pane, in `world`.
 // mirroredCopy: in the floor's place the lamps once more, mirrored. extras: ball and pane.

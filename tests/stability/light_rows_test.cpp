@@ -336,32 +336,8 @@ TEST_F(FrameRows, MetamorphicOffIsASceneWithout) {
 // ---- a higher tier is never worse
 // ----------------------------------------------------------------
 
-// Means over squares of `edge` pixels: hard edges fall between pixels otherwise, and a picture that
-// is blurred by chance beats a sharp one.
-Image averaged(const Image& image, std::uint32_t edge) {
-    Image mean = makeImage(image.width / edge, image.height / edge, 3, PixelType::float32);
-    for (std::uint32_t y = 0; y < mean.height * edge; ++y) {
-        for (std::uint32_t x = 0; x < mean.width * edge; ++x) {
-            float* to = mean.floats() + 3 * (std::size_t{y / edge} * mean.width + x / edge);
-            for (int c = 0; c < 3; ++c) to[c] += color(image, x, y)[c] / float(edge * edge);
-        }
-    }
-    return mean;
-}
-Mask whole(const Mask& mask, std::uint32_t edge) {  // squares that lie all inside
-    Mask result{mask.width / edge, mask.height / edge, {}};
-    result.inside.assign(std::size_t{result.width} * result.height, 1);
-    for (std::uint32_t y = 0; y < result.height * edge; ++y) {
-        for (std::uint32_t x = 0; x < result.width * edge; ++x) {
-            result.inside[std::size_t{y / edge} * result.width + x / edge] &=
-                mask.inside[std::size_t{y} * mask.width + x];
-        }
-    }
-    return result;
-}
-
-// The truth here is the traced tier, which follows single rays exactly; held against the path
-// tracer the ladder stands in the report of comparisons.
+// The truth here is the traced tier, which follows single rays exactly; random scenes are held
+// against the path tracer (random_ladder_test.cpp).
 struct Ladder {
     const char* name;
     Effect effect;

@@ -2,6 +2,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -53,8 +54,9 @@ glm::dmat4 randomPlace(Chance& chance) {
     return m;
 }
 
-// Six mirrors or walls about the origin, facing inwards.
-void addRoom(Scene& scene, Chance& chance, double half) {
+// Six mirrors or walls about the origin, facing inwards, of materials that `next` makes.
+template <class Next>
+void addWalls(Scene& scene, double half, const Next& next) {
     for (int axis = 0; axis < 3; ++axis) {
         for (const double side : {-1.0, 1.0}) {
             glm::dmat4 m(0.0);
@@ -63,9 +65,13 @@ void addRoom(Scene& scene, Chance& chance, double half) {
             m[2][axis] = -side;
             m[3] = glm::dvec4(0, 0, 0, 1);
             m[3][axis] = side * half;
-            place(scene, quad(float(half), addMaterial(scene, randomMaterial(chance))), m);
+            place(scene, quad(float(half), addMaterial(scene, next())), m);
         }
     }
+}
+
+void addRoom(Scene& scene, Chance& chance, double half) {
+    addWalls(scene, half, [&] { return randomMaterial(chance); });
     for (int i = 0; i < 2; ++i) {  // in a corner, at the wall, or in it
         const double at = oneOf(chance, std::array{0.999, 0.5, 1.0, 1.001}) * half;
         scene.probes.push_back({.name = "corner" + std::to_string(i),
@@ -130,6 +136,52 @@ Scene randomScene(Chance& chance, const std::string& id) {
                                                    LightKind::spot})},
                  randomPlace(chance));
     }
+    updateContentHash(scene);
+    return scene;
+}
+
+Scene randomPlainScene(Chance& chance, const std::string& id, bool smooth) {
+    Scene scene;
+    scene.id = id;
+    scene.environment = oneOf(chance, std::array<const char*, 2>{"grey", "dusk"});
+    const bool glass = chance.is(0.5), solids = chance.is(0.5);
+    const auto next = [&](double special) {
+        Material m{.name = "plain", .metallic = 0.0f, .roughness = 1.0f};
+        m.baseColor = glm::vec4(glm::vec3(chance.inBox(0.4) + 0.5), 1.0f);
+        if (chance.is(special)) {
+            m.roughness =
+                smooth ? oneOf(chance, std::array{0.0f, 0.01f}) : float(chance.real(0.1, 0.3));
+            if (glass) {
+                m.transmission = 1.0f;
+                m.ior = oneOf(chance, std::array{1.33f, 1.5f});
+                m.doubleSided = true;
+            } else {
+                m.metallic = 1.0f;
+            }
+        } else if (chance.is(0.3)) {
+            m.emissive = glm::vec3(chance.inBox(0.5) + 0.5);
+            m.emissiveStrength = glass ? 1.0f : oneOf(chance, std::array{1.0f, 10.0f});
+        }
+        return m;
+    };
+    if (chance.is(0.6)) addWalls(scene, 2.0, [&] { return next(glass ? 0.0 : 0.2); });
+    std::vector<glm::dvec3> places;
+    for (int tries = 0; tries < 12 && places.size() < 5; ++tries) {
+        const glm::dvec3 at = chance.inBox(1.4);
+        const glm::dmat4 m = glm::rotate(glm::translate(glm::dmat4(1.0), at), chance.real(0.0, 6.3),
+                                         chance.direction());
+        const auto near = [&](const glm::dvec3& other) { return glm::distance(at, other) < 1.6; };
+        if (std::any_of(places.begin(), places.end(), near)) continue;
+        places.push_back(at);
+        Material material = next(0.6);
+        if (material.transmission > 0.0f ? solids : chance.is(0.5)) {
+            if (material.transmission > 0.0f) material.thickness = 0.8f;
+            place(scene, sphere(0.4f, 16, addMaterial(scene, material)), m);
+        } else {
+            place(scene, quad(0.5f, addMaterial(scene, material)), m);
+        }
+    }
+    if (chance.is(0.5)) addLight(scene, {.kind = LightKind::directional}, randomPlace(chance));
     updateContentHash(scene);
     return scene;
 }

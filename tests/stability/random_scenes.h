@@ -26,6 +26,13 @@ private:
 // turned inside out, flattened, far away or of odd size.
 Scene randomScene(Chance& chance, const std::string& id);
 
+// A scene that can be right: what is in it is of common size, and four radii apart (nearer, a cube
+// that is captured in a ball's middle shows highlights that its surface does not see, or the inside
+// of another body; sheets in one place have no front), lamps are of at most 10, about glass of at
+// most 1, and there are mirrors of metal, or panes, or balls of glass. All are smooth, or all of a
+// roughness of 0.1 to 0.3: beyond, a mirror's lobe is wider than its picture.
+Scene randomPlainScene(Chance& chance, const std::string& id, bool smooth);
+
 // A valid request: any camera, lens, switches and knobs, at the size of a stamp (at most 24 pixels,
 // cubes of 16 texels). Linear float colour.
 FrameRequest randomRequest(Chance& chance, const std::string& scene);
