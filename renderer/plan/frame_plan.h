@@ -192,6 +192,7 @@ struct Decision {
     std::string name;
     Effect effect = Effect::base;
     std::uint32_t generation = 0;
+    double share = 0.0;  // of the frame that it covers, about
     Method taken = Method::environment;
     std::vector<Candidate> candidates;
     std::string reason;

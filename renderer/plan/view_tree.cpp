@@ -113,6 +113,7 @@ Method ViewTree::decide(const ViewJob& job, Case about, std::span<const Candidat
         plan_.decisions.push_back({std::move(about.name),
                                    about.effect,
                                    job.generation,
+                                   about.share,
                                    candidates[taken].method,
                                    {candidates.begin(), candidates.end()},
                                    std::move(reason)});

@@ -7,10 +7,10 @@
 namespace clerestory::bench {
 
 struct MeasureOptions {
-    std::uint32_t width = 480, height = 270;
-    std::uint32_t samples = 64;  // paths a pixel of the truth
-    int rounds = 3;              // the settings take turns, so that what else the machine does
-    int framesPerRound = 5;      // meets them all
+    std::uint32_t width = 320, height = 180;
+    std::uint32_t samples = 128;  // paths a pixel of the truth
+    int rounds = 3;               // the settings take turns, so that what else the machine does
+    int framesPerRound = 5;       // meets them all
 };
 
 struct Measured {

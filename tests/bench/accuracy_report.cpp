@@ -19,6 +19,13 @@ const Point* presetOf(const Curve& curve, Preset preset) {
     return nullptr;
 }
 
+// No error below so many times the truth's own noise is to be believed to its second digit.
+constexpr double kNoiseShare = 5.0;
+
+std::string errorText(const Point& p) {
+    return text("%.2g", p.relMse) + (p.relMse < kNoiseShare * p.relMseNoise ? " (noise)" : "");
+}
+
 std::string presetTable(const std::vector<Curve>& curves) {
     std::string out =
         "| scene | effect | off | draft | standard | fine | noise "
@@ -29,9 +36,9 @@ std::string presetTable(const std::vector<Curve>& curves) {
                     first.relMseOff);
         for (const Preset preset : {Preset::draft, Preset::standard, Preset::fine}) {
             const Point* p = presetOf(curve, preset);
-            out +=
-                p ? text(" %.2g, %.0f ms, %.0f %% |", p->relMse, p->medianMs, 100.0 * p->closedGap)
-                  : " |";
+            out += p ? " " + errorText(*p) +
+                           text(", %.0f ms, %.0f %% |", p->medianMs, 100.0 * p->closedGap)
+                     : " |";
         }
         out += text(" %.1g |\n", first.relMseNoise);
     }
@@ -172,7 +179,7 @@ std::string markdownOf(const Points& points, Clock clock) {
     const std::vector<Curve> curves = curvesBy(points, clock);
     return "### Presets\n\nrelMSE on the effect's pixels, " + std::string(words(clock)) +
            " of a warm frame, closed gap; *off*: the same with the effect switched off; *noise*: "
-           "of the truth.\n\n" +
+           "of the truth; *(noise)*: less than five times that.\n\n" +
            presetTable(curves) +
            "\n### Presets as displayed\n\nYIQ decibels and PSNR of the whole picture.\n\n" +
            displayedTable(curves) + "\n### On the hull\n\n" + hullTable(curves) +

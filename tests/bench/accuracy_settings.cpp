@@ -12,12 +12,24 @@ MaterialOverride glossyFloor() {
     return o;
 }
 
+MaterialOverride mirroredBoxes() {
+    MaterialOverride o;
+    o.material = "box.Material";
+    o.roughness = 0.0;
+    o.metallic = 1.0;
+    o.reflection = Reflection::mirror;
+    return o;
+}
+
 struct SharedScene {
     const char* name;
     const char* file;
     const char* view;  // "@eye:target", or nothing
+    MaterialOverride (*change)() = nullptr;
 };
-// Views that show much of what the scene is for.
+constexpr const char* kCornellView = "@-278,274,780:-278,274,-279";
+// Views that show much of what the scene is for. With the built-in ones at least five show each
+// effect.
 constexpr SharedScene kSharedScenes[] = {
     {"MetalRoughSpheres", "MetalRoughSpheresNoTextures/MetalRoughSpheresNoTextures.glb",
      "@0.0045,0.004,0.0095:0.0027,0.0027,0"},
@@ -29,9 +41,10 @@ constexpr SharedScene kSharedScenes[] = {
     {"MosquitoInAmber", "MosquitoInAmber/MosquitoInAmber.glb", ""},
     {"ToyCar", "ToyCar/ToyCar.gltf", ""},
     {"GlassTable", "GlassTable/glass-table.glb", "@2.6,2.1,2.6:0,0.55,0"},
-    {"CornellBox", "CornellBox/CornellBox.glb", "@-278,274,780:-278,274,-279"},
+    {"CornellBox", "CornellBox/CornellBox.glb", kCornellView},
+    {"CornellBox, mirrored boxes", "CornellBox/CornellBox.glb", kCornellView, mirroredBoxes},
     {"LightsPunctualLamp", "LightsPunctualLamp/LightsPunctualLamp.gltf", ""},
-    {"Sponza", "Sponza/Sponza.gltf", "@8,2.5,-0.3:-8,1.0,-0.3"},
+    {"Sponza, glossy floor", "Sponza/Sponza.gltf", "@8,2.5,-0.3:-8,1.0,-0.3", glossyFloor},
 };
 
 }  // namespace
@@ -87,14 +100,12 @@ std::vector<AccuracyScene> builtinAccuracyScenes() {
 
 std::vector<AccuracyScene> allAccuracyScenes(const std::filesystem::path& shared) {
     std::vector<AccuracyScene> scenes = builtinAccuracyScenes();
+    scenes.push_back({"meadow", "meadow", {}});
     for (const SharedScene& s : kSharedScenes) {
         const std::filesystem::path file = shared / s.file;
         if (!std::filesystem::exists(file)) continue;
         AccuracyScene scene{s.name, file.string() + s.view, {}};
-        if (scene.name == "Sponza") {
-            scene.name = "Sponza, glossy floor";
-            scene.overrides.push_back(glossyFloor());
-        }
+        if (s.change) scene.overrides.push_back(s.change());
         scenes.push_back(std::move(scene));
     }
     return scenes;

@@ -21,9 +21,10 @@ struct AccuracyScene {
     std::vector<MaterialOverride> overrides;
 };
 
+// Those of the short form.
 std::vector<AccuracyScene> builtinAccuracyScenes();
 
-// The built-in ones and those of `shared` that are there.
+// All built-in ones, and those of `shared` that are there.
 std::vector<AccuracyScene> allAccuracyScenes(const std::filesystem::path& shared);
 
 }  // namespace clerestory::bench

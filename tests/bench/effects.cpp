@@ -1,7 +1,10 @@
 // `bench_effects [--width W --height H --frames N] SCENE...`: what the four effects cost, alone and
 // together, beside the same frame without them: with maps of earlier frames at hand while the
 // camera turns a little, and with everything drawn anew in every frame. The settings take turns
-// frame by frame, so that what else the machine does meets them all. Encoding is not counted.
+// frame by frame, so that what else the machine does meets them all. Encoding is not counted. Then
+// what the planner expects of each way to serve an effect, in milliseconds and in error, beside
+// what was measured.
+#include "predictions.h"
 #include "program.h"
 #include "scenes.h"
 #include "statistics.h"
@@ -171,6 +174,31 @@ void printPredictions(const char* title, const std::vector<Series>& all) {
     std::printf("\nMedian ratio %.2f; the worst is %.2f times as far off.\n", middle, worst);
 }
 
+constexpr std::uint32_t kTruthSamples = 64;
+
+// Errors are those of the frame at hand: the truth is traced at its size.
+void printExpectedErrors(Renderer& renderer, const Subject& subject, const std::string& argument) {
+    const Scene scene = loadScene(argument);  // the renderer's own has no texels
+    EnvironmentMaps maps;
+    for (const std::string& name : builtinEnvironmentNames()) {
+        maps[name] = std::make_shared<const EnvironmentMap>(*builtinEnvironment(name));
+    }
+    const FrameRequest frame = subject.request(Effects{}, 0.0);
+    const auto truth = traceReference({.scene = scene,
+                                       .frame = frame,
+                                       .environment = *maps.at(scene.environment),
+                                       .maps = maps,
+                                       .samples = kTruthSamples});
+    const auto predictions = measurePredictions(frame, *truth, [&](const FrameRequest& request) {
+        Frame drawn = renderer.render(request);
+        return DrawnFrame{std::move(drawn.image), 0.0, std::move(drawn.plan)};
+    });
+    std::printf(
+        "\nWhat the planner expects each way to get wrong (root of relMSE), and what it "
+        "does, against %u paths a pixel:\n\n%s",
+        kTruthSamples, textOf(predictions).c_str());
+}
+
 // An effect that nothing in view calls for: the same passes and the same bytes, on and off. Tries
 // views all round from where the camera stands, up and down. Prints what was found.
 void printUncalledFor(Renderer& renderer, const Subject& subject) {
@@ -218,6 +246,7 @@ void report(const std::string& argument, const FrameRequest& shape, int frames) 
     printTotals("Camera turning, maps of earlier frames at hand:", resident);
     printTotals("Everything drawn anew in every frame, but for the base frame's map:", redrawn);
     printPredictions("What the planner expected, against what the effects added:", resident);
+    printExpectedErrors(renderer, subject, argument);
     printKinds("Median milliseconds of each kind of pass, maps at hand:", resident);
     printKinds("The same, everything drawn anew:", redrawn);
     std::printf("\nFirst frame of all: base %.0f ms, all four effects %.0f ms.\n", coldBase,
