@@ -75,13 +75,19 @@ struct Renderer::State {
         return planFrame(*subject.scene, *subject.pose, request, *subject.environment,
                          executor.residentMaps(), limits, environments);
     }
-    Execution execute(const Subject& subject, const FramePlan& plan) {
-        return executor.run(plan, *subject.scene, *subject.pose, *subject.environment,
-                            environments);
-    }
 
     using Run = Execution (Executor::*)(const FramePlan&, const Scene&, const Pose&,
                                         const EnvironmentMap&, const EnvironmentMaps&);
+    // Throws RenderFailed, and nothing else.
+    Execution execute(const Subject& subject, const FramePlan& plan, Run run) {
+        try {
+            return (executor.*run)(plan, *subject.scene, *subject.pose, *subject.environment,
+                                   environments);
+        } catch (const std::exception& error) {
+            executor.recover();
+            throw RenderFailed(error.what());
+        }
+    }
     Frame frame(const FrameRequest& request, Run run);
 
     gl::Context context;  // before, and so outliving, everything that holds GL objects
@@ -162,10 +168,10 @@ const RendererIdentity& Renderer::identity() const {
 
 void Renderer::addScene(Scene added) {
     removeScene(added.id);
-    if (state_->firstScene.empty()) state_->firstScene = added.id;
     state_->context.makeCurrent();
     const auto scene = std::make_shared<Scene>(std::move(added));
     state_->executor.upload(scene);
+    if (state_->firstScene.empty()) state_->firstScene = scene->id;
     // `= {}` would keep the memory.
     for (TextureImage& image : scene->images) std::vector<std::uint8_t>().swap(image.texels);
     state_->scenes[scene->id] = scene;
@@ -206,8 +212,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
     frame.plan = plan(subject, request);
     frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 
-    Execution execution = (executor.*run)(frame.plan, *subject.scene, *subject.pose,
-                                          *subject.environment, environments);
+    Execution execution = execute(subject, frame.plan, run);
     frame.image = std::move(execution.image);
     frame.readbackMs = execution.readbackMilliseconds;
     frame.mapBytes = execution.mapBytes;
@@ -271,7 +276,7 @@ void Renderer::warm(const std::string& sceneId) {
             if (!(draw.features & FEATURE_MASK)) pass.depthDraws.push_back(draw);
         }
     }
-    state_->execute(subject, plan);
+    state_->execute(subject, plan, &Executor::run);
 }
 
 RendererCounters Renderer::counters() const {

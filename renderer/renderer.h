@@ -13,6 +13,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,13 @@ struct RendererCounters {
     std::uint64_t texturesMade = 0, framebuffersMade = 0, programsMade = 0, buffersMade = 0;
 };
 
+// The driver, or the memory, failed in the middle of a frame. What the frame had made was let go:
+// the next one is drawn as if this one had never been.
+class RenderFailed : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
 class Renderer {
 public:
     // Throws std::runtime_error with one clear line when there is no usable driver.
@@ -90,8 +98,9 @@ public:
     void addEnvironment(std::shared_ptr<const EnvironmentMap> map);
     std::vector<std::string> environmentNames() const;
 
-    // Both throw InvalidRequest when the request names a scene, camera or map that is not there.
+    // Throw InvalidRequest when the request names a scene, camera or map that is not there.
     FramePlan plan(const FrameRequest& request) const;
+    // May throw RenderFailed, as the two after it.
     Frame render(const FrameRequest& request);
     // The same frame, byte for byte, and its health: every float target is read back and looked at,
     // which takes about as long again.

@@ -240,6 +240,15 @@ Problem noWorker() {
             .retryAfterSeconds = 2};
 }
 
+Problem renderFailed() {
+    return {.status = 503,
+            .code = "renderFailed",
+            .title = "Not drawn",
+            .detail = "The graphics driver did not finish this frame, probably for want of memory. "
+                      "Others are drawn; a smaller one may be.",
+            .retryAfterSeconds = 1};
+}
+
 Problem quarantined() {
     return {.status = 422,
             .code = "quarantined",

@@ -62,6 +62,7 @@ Problem bodiesFull();                                                // 503
 Problem queueFull(int retryAfterSeconds);                            // 503
 Problem jobsFull();                                                  // 503
 Problem noWorker();                                                  // 503
+Problem renderFailed();                                              // 503
 Problem shuttingDown();                                              // 503
 Problem notReady(std::string detail);                                // 503
 Problem overDeadline(double seconds);                                // 504

@@ -1,5 +1,7 @@
 #include "server/route_table.h"
 
+#include "renderer.h"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -55,6 +57,9 @@ Answer guarded(const Call& call, const std::function<Answer()>& handle) {
         return problemAnswer(error.problem(), call.requestId);
     } catch (const InvalidRequest& error) {  // from the plan: a camera or map that is not there
         return problemAnswer(invalidFields(error.errors()), call.requestId);
+    } catch (const RenderFailed& error) {
+        spdlog::error("request {}: not drawn: {}", call.requestId, error.what());
+        return problemAnswer(renderFailed(), call.requestId);
     } catch (const std::exception& error) {
         spdlog::error("request {}: {}", call.requestId, error.what());
         return problemAnswer(internalError(), call.requestId);

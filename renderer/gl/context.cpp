@@ -121,6 +121,21 @@ void Context::addMessage(std::string message) {
     if (messages_.size() < kMost) messages_.push_back(std::move(message));
 }
 
+void Context::throwIfFailed() {
+    const GLenum error = glGetError();
+    if (error == GL_NO_ERROR) return;
+    if (error == GL_OUT_OF_MEMORY) throw std::runtime_error("the driver has no memory left");
+    throw std::runtime_error("the driver refused a call (error " + std::to_string(error) + ")");
+}
+
+void Context::forgive() {
+    constexpr int kMost = 100;  // a lost context answers with errors for ever
+    for (int i = 0; i < kMost && glGetError() != GL_NO_ERROR; ++i) {
+    }
+    // Groups that the failure left open. Ending one too many is an error, of which nobody hears.
+    for (int i = 0; i < kMost && glGetError() == GL_NO_ERROR; ++i) glPopDebugGroup();
+}
+
 void Context::findCapabilities(const std::string& platform) {
     Capabilities& c = capabilities_;
     c.vendor = text(GL_VENDOR);

@@ -51,6 +51,12 @@ public:
     const std::vector<std::string>& messages() const { return messages_; }
     void addMessage(std::string message);
 
+    // Throws std::runtime_error when a call since the last time has failed: what was drawn is not
+    // what was asked for. A driver tells of it only when asked.
+    void throwIfFailed();
+    // After any failure: forgets what the driver has to say of it.
+    void forgive();
+
 private:
     void findCapabilities(const std::string& platform);
 

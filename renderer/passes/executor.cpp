@@ -25,7 +25,25 @@ std::uint32_t channelsOf(Channel channel) {
 }  // namespace
 
 void Executor::upload(const std::shared_ptr<const Scene>& scene) {
-    scenes_.try_emplace(scene.get(), scene, resources_.draws.records());
+    try {
+        scenes_.try_emplace(scene.get(), scene, resources_.draws.records());
+        gl::Context::current().throwIfFailed();
+    } catch (...) {
+        scenes_.erase(scene.get());
+        gl::Context::current().forgive();
+        throw;
+    }
+}
+
+void Executor::recover() {
+    gl::Context::current().forgive();
+    tracers_.clear();
+    maps_.clear();
+    targets_ = TargetPool();
+    resources_.shaders = ShaderLibrary();
+    resources_.samplers = SamplerCache();
+    for (auto& [scene, uploaded] : scenes_) uploaded.forgetPose();
+    gl::Context::current().forgive();
 }
 
 const GpuEnvironment& Executor::uploaded(const EnvironmentMap& map) {
@@ -170,6 +188,7 @@ Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targ
     const Clock::time_point start = Clock::now();
     result.image = readBack(plan, *targets[plan.output]);
     result.readbackMilliseconds = millisecondsSince(start);
+    gl::Context::current().throwIfFailed();
     for (const Target* target : targets) {
         if (target->spec().residentKey != 0) result.mapBytes += target->bytes();
     }

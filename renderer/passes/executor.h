@@ -36,6 +36,9 @@ public:
     void upload(const std::shared_ptr<const Scene>& scene);
     void forget(const Scene& scene);
     void forgetMaps() { targets_.forgetResident(); }
+    // After a frame that failed somewhere within: lets go of everything but the scenes, whose content
+    // was complete when they were uploaded. The next frame makes what it needs.
+    void recover();
     const DrawCounters& counters() const { return resources_.counters; }
 
 private:

@@ -47,6 +47,8 @@ public:
     // Uploads the vertices of what deforms where they are not those of the last time. Returns of
     // how many meshes.
     std::uint64_t follow(const Pose& pose);
+    // Whose vertices the buffer holds is no longer known.
+    void forgetPose() { deformed_.clear(); }
 
     const Scene& scene() const { return *scene_; }
     const gl::VertexArray& vertexArray() const { return vertexArray_; }
