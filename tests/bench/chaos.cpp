@@ -1,5 +1,6 @@
 // Prints what the end of a renderer, of all of them and of the server itself costs those who wait,
 // each figure beside its bar: scripts/chaos
+#include "tests/bench/process_tree.h"
 #include "tests/bench/statistics.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
@@ -8,7 +9,6 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <thread>
@@ -19,6 +19,7 @@ namespace {
 using namespace clerestory::test;
 using clerestory::bench::percentile;
 using clerestory::bench::Stopwatch;
+using clerestory::bench::workersOf;
 using namespace std::chrono_literals;
 
 int missed = 0;
@@ -34,32 +35,12 @@ void print(const char* row, const std::string& what, const char* format, double 
     missed += !held;
 }
 
-std::string wordsOf(pid_t id) {
-    std::ifstream file("/proc/" + std::to_string(id) + "/cmdline");
-    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 // A process that has ended stays in the table until somebody asks how.
 bool lives(pid_t id) {
     std::ifstream file("/proc/" + std::to_string(id) + "/stat");
     const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     const std::size_t at = text.rfind(") ");
     return at != std::string::npos && text[at + 2] != 'Z';
-}
-
-// The oldest first, which is the one that answers.
-std::vector<pid_t> workersOf(pid_t server) {
-    std::vector<pid_t> list;
-    std::error_code error;
-    const std::filesystem::path tasks = "/proc/" + std::to_string(server) + "/task";
-    for (const auto& task : std::filesystem::directory_iterator(tasks, error)) {
-        std::ifstream children(task.path() / "children");
-        for (pid_t id = 0; children >> id;) {
-            if (wordsOf(id).find("worker") != std::string::npos) list.push_back(id);
-        }
-    }
-    std::sort(list.begin(), list.end());
-    return list;
 }
 
 double metric(int port, const std::string& name) {

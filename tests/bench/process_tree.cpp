@@ -1,0 +1,58 @@
+// Read from /proc.
+#include "tests/bench/process_tree.h"
+
+#include <unistd.h>
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace clerestory::bench {
+namespace {
+
+std::filesystem::path folderOf(pid_t id) {
+    return "/proc/" + std::to_string(id);
+}
+
+std::size_t entries(const std::filesystem::path& folder) {
+    std::error_code error;
+    const std::filesystem::directory_iterator list(folder, error);
+    return static_cast<std::size_t>(std::distance(begin(list), end(list)));
+}
+
+}  // namespace
+
+std::string commandLineOf(pid_t id) {
+    std::ifstream file(folderOf(id) / "cmdline");
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+std::vector<pid_t> workersOf(pid_t server) {
+    std::vector<pid_t> list;
+    std::error_code error;
+    for (const auto& task : std::filesystem::directory_iterator(folderOf(server) / "task", error)) {
+        std::ifstream children(task.path() / "children");
+        for (pid_t id = 0; children >> id;) {
+            if (commandLineOf(id).find("worker") != std::string::npos) list.push_back(id);
+        }
+    }
+    std::sort(list.begin(), list.end());
+    return list;
+}
+
+Holdings holdingsOf(pid_t server) {
+    Holdings sum;
+    std::vector<pid_t> all = workersOf(server);
+    all.push_back(server);
+    for (const pid_t id : all) {
+        std::ifstream file(folderOf(id) / "statm");
+        std::size_t pages = 0, resident = 0;
+        file >> pages >> resident;
+        sum.bytes += resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+        sum.descriptors += entries(folderOf(id) / "fd");
+        sum.threads += entries(folderOf(id) / "task");
+    }
+    return sum;
+}
+
+}  // namespace clerestory::bench

@@ -1,0 +1,23 @@
+// A server's processes, and what they hold.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace clerestory::bench {
+
+std::string commandLineOf(pid_t id);
+// The render workers of a server, the oldest first, which is the one that answers.
+std::vector<pid_t> workersOf(pid_t server);
+
+struct Holdings {
+    std::size_t bytes = 0;  // resident
+    std::size_t descriptors = 0, threads = 0;
+};
+// Of a server and its render workers together.
+Holdings holdingsOf(pid_t server);
+
+}  // namespace clerestory::bench
