@@ -6,7 +6,6 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <cstdlib>
 #include <cstring>
 #include <iostream>
 
@@ -45,11 +44,7 @@ int complain(const std::string& words) {
 
 int main(int argc, char** argv) {
     // Not in the help: importScene() starts it.
-    if (argc > 1 && std::strcmp(argv[1], "import-child") == 0) {
-        // At once: what happens at an ordinary exit, a sanitizer's look for leaks among it, would
-        // want more than its jail allows.
-        std::_Exit(importChildMain(argc, argv));
-    }
+    if (argc > 1 && std::strcmp(argv[1], "import-child") == 0) return importChildMain(argc, argv);
     // Nor this, which a server starts with its own words.
     const bool isWorker = argc > 1 && std::strcmp(argv[1], kWorkerCommand) == 0;
     char serve[] = "serve";
