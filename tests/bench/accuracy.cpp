@@ -26,6 +26,7 @@ struct Options {
     bool brief = false;
     std::string size, output, shared, record, against;
     std::uint32_t samples = 0;
+    int rounds = 0;
     std::vector<std::string> scenes, with;
     Clock clock = Clock::wall;
 };
@@ -55,6 +56,7 @@ MeasureOptions measureOptions(const Options& options) {
         throw std::runtime_error("a size is written WIDTHxHEIGHT, not " + options.size);
     }
     if (options.samples != 0) m.samples = options.samples;
+    if (options.rounds > 0) m.rounds = options.rounds;
     return m;
 }
 
@@ -112,6 +114,7 @@ int run(int argc, char** argv) {
     app.add_flag("--short", options.brief, "the presets, small, on the built-in scenes");
     app.add_option("--size", options.size, "WIDTHxHEIGHT");
     app.add_option("--samples", options.samples, "paths a pixel of the truth");
+    app.add_option("--rounds", options.rounds, "turns of each setting, five warm frames in each");
     app.add_option("--output", options.output, "folder of the CSV, the table and the pictures")
         ->take_last();
     app.add_option("--shared", options.shared, "folder of third-party scenes");
