@@ -41,8 +41,8 @@ constexpr std::size_t kMostMirrorsMirrored = 3;
 // (erratum P9), at most this share of the picture.
 constexpr double kMostGuard = 0.25;
 
-// Pictures of rough mirrors are whole squares of so many pixels: their blur does not depend on where
-// their borders lie.
+// Pictures of rough mirrors are whole squares of so many pixels: their blur does not depend on
+// where their borders lie.
 constexpr double kRoughSquare = 32.0;
 
 // Pixels that a lobe spreads over what stands far behind the mirror (erratum R4), above which half
@@ -199,13 +199,15 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
     const auto width = static_cast<std::uint32_t>(std::ceil(rect.width * scale));
     const auto height = static_cast<std::uint32_t>(std::ceil(rect.height * scale));
     const SeenView behind = seenFrom(stage_, child, hidden);
-    std::vector<Candidate> candidates{{Method::environment, 0.0, environmentError(group.roughness)},
-                                      {Method::mirror,
-                                       milliseconds({.triangles = double(behind.triangles),
-                                                     .pixels = double(width) * height,
-                                                     .views = 1.0,
-                                                     .software = limits_.software}),
-                                       0.02}};
+    const double enclosed = enclosedAt(job, seen.surfaces[group.seen.front()].box);
+    std::vector<Candidate> candidates{
+        {Method::environment, 0.0, environmentError(group.roughness, enclosed)},
+        {Method::mirror,
+         milliseconds({.triangles = double(behind.triangles),
+                       .pixels = double(width) * height,
+                       .views = 1.0,
+                       .software = limits_.software}),
+         0.02}};
     if (limits_.traces) {
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = group.share * job.width * job.height,
