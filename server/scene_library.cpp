@@ -16,9 +16,6 @@ namespace {
 // loaded before had to go for lack of memory, which is no client's concern.
 constexpr std::chrono::milliseconds kPatience{1000}, kPatienceAgain{5000};
 
-// Thrown out of an import when the server stops.
-struct Stopping {};
-
 std::string percent(double share) {
     return std::to_string(static_cast<int>(100.0 * share)) + " %";
 }
@@ -39,7 +36,7 @@ SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue)
         queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
     }
     if (!sources.uploads.folder.empty()) {
-        uploads_.emplace(sources.uploads.folder, sources.uploads.limits);
+        uploads_ = std::make_shared<UploadStore>(sources.uploads.folder, sources.uploads.limits);
         importUploads_.limits.fileBytes = sources.uploads.limits.fileBytes;
         followUploads();
     }
@@ -160,7 +157,7 @@ void SceneLibrary::release(const Entry& entry) {
     if (entry->deleted) {
         remove(entry);
     } else if (loadedBytes_ > memoryBytes_) {
-        makeRoom(0, nullptr);
+        makeRoom(0);
     }
 }
 
@@ -206,13 +203,12 @@ void SceneLibrary::mapsTook(const std::string& id, std::uint64_t bytes) {
 
 // With the lock held: for so many bytes more. The default scene stays: a server without it is not
 // ready.
-void SceneLibrary::makeRoom(std::uint64_t bytes, const Entry& keep) {
+void SceneLibrary::makeRoom(std::uint64_t bytes) {
     while (loadedBytes_ + bytes > memoryBytes_) {
         SceneEntry* oldest = nullptr;
         for (const Entry& entry : entries_.listed()) {
             const bool free = entry->status.state == SceneState::ready && entry->users == 0 &&
-                              entry->waiting == 0 && entry != keep &&
-                              entry->status.id != defaultId_;
+                              entry->waiting == 0 && entry->status.id != defaultId_;
             if (free && (!oldest || entry->lastUsed < oldest->lastUsed)) oldest = entry.get();
         }
         if (!oldest) return;
@@ -265,126 +261,6 @@ std::uint64_t SceneLibrary::environmentHash(const std::string& name) const {
 
 const ImportOptions& SceneLibrary::importFor(const SceneEntry& entry) const {
     return entry.status.uploaded ? importUploads_ : import_;
-}
-
-void SceneLibrary::loadAll() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-        changed_.wait(lock, [&] { return ending_ || !toLoad_.empty(); });
-        if (ending_) return;
-        const Entry entry = toLoad_.front();
-        toLoad_.pop_front();
-        entry->status.state = SceneState::loading;
-        lock.unlock();
-        try {
-            load(entry);
-        } catch (const Stopping&) {
-            return;
-        }
-        lock.lock();
-    }
-}
-
-// What is told about a scene, without what only the renderer needs: nearly all of its memory.
-static Scene described(Scene& scene) {
-    std::vector<TextureImage> images = std::move(scene.images);
-    std::vector<Vertex> vertices = std::move(scene.vertices);
-    std::vector<std::uint32_t> indices = std::move(scene.indices);
-    std::vector<Deformation> deformations = std::move(scene.deformations);
-    Scene result = scene;
-    for (TextureImage& image : images) {
-        std::vector<std::uint8_t> texels = std::exchange(image.texels, {});
-        result.images.push_back(image);
-        image.texels = std::move(texels);
-    }
-    scene.images = std::move(images);
-    scene.vertices = std::move(vertices);
-    scene.indices = std::move(indices);
-    scene.deformations = std::move(deformations);
-    return result;
-}
-
-void SceneLibrary::load(const Entry& entry) {
-    const auto start = Clock::now();
-    std::optional<Scene> scene;
-    try {
-        scene = made(*entry);
-    } catch (const std::exception& error) {
-        return failed(entry, error);
-    }
-    hand(entry, *std::move(scene), millisecondsSince(start));
-}
-
-void SceneLibrary::failed(const Entry& entry, const std::exception& error) {
-    spdlog::error("scene {}: {}", entry->status.id, error.what());
-    const auto* why = dynamic_cast<const ImportError*>(&error);
-    const std::lock_guard lock(mutex_);
-    SceneStatus& status = entry->status;
-    status.state = SceneState::failed;
-    status.failure = why ? why->what() : "The scene could not be made.";
-    status.reason = why ? nameOf(why->reason()) : "internal";
-    // So that no other process tries it.
-    if (uploads_ && status.uploaded && why) {
-        uploads_->setFailure(status.id, status.failure, status.reason);
-    }
-    if (entry->deleted) remove(entry);
-    changed_.notify_all();
-}
-
-// To the renderer, once there is room for it.
-void SceneLibrary::hand(const Entry& entry, Scene scene, double milliseconds) {
-    const auto full = std::make_shared<Scene>(std::move(scene));
-    const auto known = std::make_shared<const Scene>(described(*full));
-    const SceneBytes bytes = bytesOf(*full);
-    const std::string id = entry->status.id;
-    const std::lock_guard lock(mutex_);
-    if (ending_) return;  // a start that failed says why and nothing else
-    SceneStatus& status = entry->status;
-    status.state = SceneState::waiting;
-    if (entry->deleted) return remove(entry);
-    makeRoom(bytes.total(), entry);
-    status.vertices = full->vertices.size();
-    queue_.post([full](Renderer& renderer) {
-        renderer.addScene(std::move(*full));
-        malloc_trim(0);  // reading a large scene leaves the heap full of holes
-    });
-    // A frame that somebody waits for warms what it needs, sooner.
-    if (entry->warm && entry->waiting == 0) {
-        queue_.post([id](Renderer& renderer) { renderer.warm(id); });
-    }
-    spdlog::info("scene {}: {} triangles in {:.0f} ms", id, triangleCount(*known), milliseconds);
-    status.scene = known;
-    status.bytes = bytes;
-    loadedBytes_ += bytes.total();
-    if (!status.uploaded && !known->title.empty()) status.title = known->title;
-    status.progress = {.stage = "", .progress = 1.0};
-    status.state = SceneState::ready;
-    changed_.notify_all();
-}
-
-Scene SceneLibrary::made(SceneEntry& entry) {
-    Scene scene;
-    if (entry.file.empty()) {
-        scene = makeBuiltinScene(entry.status.id).value();
-    } else {
-        scene = importScene(entry.file, importFor(entry), [&](const ImportProgress& progress) {
-            const std::lock_guard lock(mutex_);
-            if (ending_) throw Stopping{};
-            entry.status.progress = progress;
-        });
-    }
-    scene.id = entry.status.id;
-    requireLight(scene);
-    return scene;
-}
-
-// A side file may name a map that this server was not started with.
-void SceneLibrary::requireLight(Scene& scene) const {
-    if (environment(scene.environment)) return;
-    scene.warnings.push_back({"unknownEnvironment", scene.environment,
-                              "no environment map of that name is loaded; 'sky' lights the scene"});
-    scene.environment = "sky";
-    updateContentHash(scene);
 }
 
 }  // namespace clerestory

@@ -81,18 +81,21 @@ private:
     void loadAll();
     void load(const Entry& entry);
     void failed(const Entry& entry, const std::exception& error);
-    void hand(const Entry& entry, Scene scene, double milliseconds);
+    std::future<void> handed(const Entry& entry, const std::shared_ptr<Scene>& full);
+    bool ended(const std::future<void>& work);
+    void ready(const Entry& entry, const std::shared_ptr<const Scene>& known, std::size_t vertices);
+    void requireHarmless(const SceneEntry& entry);
     void requireLight(Scene& scene) const;
     Scene made(SceneEntry& entry);
     void release(const Entry& entry);
     void remove(const Entry& entry);
-    void makeRoom(std::uint64_t bytes, const Entry& keep);
+    void makeRoom(std::uint64_t bytes);
     void letGo(SceneEntry& entry);
 
     RenderQueue& queue_;
     const ImportOptions import_;
     const std::uint64_t memoryBytes_;
-    std::optional<UploadStore> uploads_;
+    std::shared_ptr<UploadStore> uploads_;  // null: nobody may upload
     ImportOptions importUploads_;
     std::string defaultId_;
     std::map<std::string, std::shared_ptr<const EnvironmentMap>> environments_;  // from files

@@ -1,5 +1,5 @@
-// A folder ID/ holds scene.KIND and about.json. It is made under a hidden name and gets its own
-// when everything in it is on the disk.
+// A folder ID/ holds scene.KIND, about.json and, while it is loaded, tries. It is made under a
+// hidden name and gets its own when everything in it is on the disk.
 #include "server/upload_store.h"
 
 #include "server/problem.h"
@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kIdBegin = "upload-";
 constexpr std::size_t kIdDigits = 32;  // of SHA-256, in hex
 constexpr const char* kUnfinished = ".coming-";
+constexpr const char* kTries = "tries";
 constexpr const char* kKinds[] = {"glb", "gltf", "zip", "tar", "tgz"};
 
 bool isId(std::string_view text) {
@@ -215,6 +216,7 @@ bool UploadStore::remove(const std::string& id) {
     return true;
 }
 
+// Under another name until it is whole, so that others read the old words or the new ones.
 void UploadStore::setFailure(const std::string& id, const std::string& words,
                              const std::string& reason) {
     const auto upload = find(id);
@@ -225,6 +227,21 @@ void UploadStore::setFailure(const std::string& id, const std::string& words,
     std::error_code ignored;
     fs::remove(next, ignored);
     if (wrote(next, textOf(about))) fs::rename(next, place / "about.json", ignored);
+}
+
+// A file with a byte for each; only what ends whole processes must outlive, so it is not flushed.
+std::uint64_t UploadStore::beginLoading(const std::string& id) {
+    if (!find(id)) return 0;
+    const fs::path tries = folder_ / id / kTries;
+    std::error_code none;
+    const std::uint64_t before = fs::file_size(tries, none);
+    std::ofstream(tries, std::ios::binary | std::ios::app) << '.';
+    return none ? 0 : before;
+}
+
+void UploadStore::endLoading(const std::string& id) {
+    std::error_code ignored;
+    if (isId(id)) fs::remove(folder_ / id / kTries, ignored);
 }
 
 }  // namespace clerestory

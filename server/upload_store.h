@@ -49,6 +49,11 @@ public:
     // Remembered by all who share the folder; empty words take it back.
     void setFailure(const std::string& id, const std::string& words, const std::string& reason);
 
+    // Round every attempt to load it. Returns how many before this one have not come to an end:
+    // whoever made them ended.
+    std::uint64_t beginLoading(const std::string& id);
+    void endLoading(const std::string& id);
+
 private:
     std::optional<Upload> read(const std::filesystem::path& place) const;
     void requireRoom(std::size_t bytes) const;

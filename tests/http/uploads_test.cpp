@@ -25,9 +25,13 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-fs::path freshFolder() {
+fs::path folderOfThisTest() {
     const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    const fs::path folder = fs::path(CLERESTORY_TEST_OUTPUT) / "uploads" / info->name();
+    return fs::path(CLERESTORY_TEST_OUTPUT) / "uploads" / info->name();
+}
+
+fs::path freshFolder() {
+    const fs::path folder = folderOfThisTest();
     fs::remove_all(folder);
     fs::create_directories(folder.parent_path());
     return folder;
@@ -412,6 +416,23 @@ protected:
     }
     Server server{workerConfig()};
 };
+
+TEST_F(UploadsOfWorkers, WhatEndsEveryRendererThatLoadsItIsGivenUp) {
+    auto client = this->client();
+    const std::string id = idOf(send(client, triangleGlb()));
+    // As it looks after three renderers that began to load it and never came back.
+    std::ofstream(folderOfThisTest() / id / "tries") << "...";
+    killWorker();
+    json problem;
+    for (int i = 0; i < 200 && problem.is_null(); ++i) {
+        const auto answer = postJson(client, "/v1/frames", frameOf(id));
+        ASSERT_TRUE(answer);
+        if (answer->status != 409) problem = problemOf(answer, 422);
+    }
+    EXPECT_EQ(problem["reason"], "crashed");
+    EXPECT_EQ(problemOf(send(client, triangleGlb()), 422)["reason"], "crashed") << "for good";
+    EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+}
 
 TEST_F(UploadsOfWorkers, OutliveTheirRenderer) {
     auto client = this->client();

@@ -33,6 +33,7 @@ protected:
     }
     // Whether the scene is had without an importer.
     bool isKept(const fs::path& scene) const {
+        options.cache->finish();
         ImportOptions none = options;
         none.importer = folder / "no-such-program";
         try {
@@ -110,6 +111,7 @@ TEST_F(ImportCache, AnyChangeOfWhatWasReadIsSeen) {
 TEST_F(ImportCache, EveryCutAndChangedBytesAreDetected) {
     const fs::path scene = folder.write("a.gltf", triangleGltf());
     importScene(scene, options);
+    options.cache->finish();
     ASSERT_EQ(files().size(), 1u);
     const fs::path file = files().front();
     std::ifstream stream(file, std::ios::binary);
@@ -140,6 +142,7 @@ TEST_F(ImportCache, TheOldestGiveWay) {
     for (unsigned i = 0; i < 4; ++i) {
         scenes.push_back(folder.write("s" + std::to_string(i) + ".glb", triangleGlb(i, 1000)));
         importScene(scenes.back(), options);
+        options.cache->finish();
         if (i == 0) start(3 * fs::file_size(files().front()) + 1000);
         std::this_thread::sleep_for(std::chrono::milliseconds(20));  // file times differ
         EXPECT_TRUE(isKept(scenes[0])) << "used, and so the latest";
@@ -154,6 +157,7 @@ TEST_F(ImportCache, WhereNothingCanBeWrittenScenesAreImported) {
     folder.write("cache", "a file where the folder should be");
     const fs::path scene = folder.write("a.gltf", triangleGltf());
     for (int i = 0; i < 3; ++i) EXPECT_EQ(triangleCount(importScene(scene, options)), 1u);
+    options.cache->finish();
     EXPECT_EQ(complaints.size(), 1u) << "one line is enough";
     fs::remove(cache());
     importScene(scene, options);

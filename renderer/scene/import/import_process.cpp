@@ -274,9 +274,9 @@ Scene importScene(const std::filesystem::path& file, const ImportOptions& option
         if (auto kept = options.cache->find(*place)) return *std::move(kept);
     }
     const Imported result = imported(file, "scene", options, progress);
-    const Mapping mapping(result.bytes);
-    Scene scene = takenScene(mapping.bytes());
-    if (place) options.cache->keep(*place, result.readings, mapping.bytes());
+    const auto mapping = std::make_shared<const Mapping>(result.bytes);
+    Scene scene = takenScene(mapping->bytes());
+    if (place) options.cache->keep(*place, result.readings, mapping->bytes(), mapping);
     if (progress) {
         progress({"handing over", 1.0});
     }

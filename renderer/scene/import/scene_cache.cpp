@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace clerestory {
 namespace {
@@ -25,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kExtension = ".scene";
 constexpr const char* kUnfinished = ".unfinished";
-constexpr std::size_t kMostReadings = 8192;
+constexpr std::size_t kMostReadings = 8192, kMostWaiting = 2;
 
 struct Header {
     char magic[8] = {'C', 'L', 'C', 'A', 'C', 'H', 'E', '\0'};
@@ -221,7 +222,7 @@ std::optional<Scene> SceneCache::find(const Place& place) {
 }
 
 void SceneCache::keep(const Place& place, const std::vector<FileReading>& readings,
-                      std::span<const std::byte> blob) {
+                      std::span<const std::byte> blob, std::shared_ptr<const void> owner) {
     // The scene file may have changed between our look at it and the import's.
     const bool same = std::find(readings.begin(), readings.end(), place.whole) != readings.end();
     if (!same || readings.size() > kMostReadings || blob.size() > options_.mostBytes / 2) return;
@@ -232,33 +233,70 @@ void SceneCache::keep(const Place& place, const std::vector<FileReading>& readin
     header.readingsHash = XXH3_64bits(list.data(), list.size());
     header.blobBytes = blob.size();
     std::string head(reinterpret_cast<const char*>(&header), sizeof header);
-    head += list;
     const std::lock_guard lock(mutex_);
-    if (write(fileOf(place), std::as_bytes(std::span(head)), blob)) {
+    if (toWrite_.size() >= kMostWaiting) return;  // they hold memory
+    toWrite_.push_back({fileOf(place), head + list, blob, std::move(owner)});
+    if (!writer_.joinable()) writer_ = std::thread([this] { write(); });
+    changed_.notify_all();
+}
+
+SceneCache::~SceneCache() {
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+    }
+    changed_.notify_all();
+    if (writer_.joinable()) writer_.join();
+}
+
+void SceneCache::finish() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return toWrite_.empty() && !writing_; });
+}
+
+// The writer's thread.
+void SceneCache::write() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        changed_.wait(lock, [&] { return ending_ || !toWrite_.empty(); });
+        if (toWrite_.empty()) return;
+        {
+            const Kept kept = std::move(toWrite_.front());
+            toWrite_.pop_front();
+            writing_ = true;
+            lock.unlock();
+            write(kept);
+        }
+        lock.lock();
+        writing_ = false;
+        changed_.notify_all();
+    }
+}
+
+void SceneCache::write(const Kept& kept) {
+    if (wrote(kept)) {
         complained_ = false;
         return sweep();
     }
-    if (complained_ || !options_.complain) return;
-    complained_ = true;
+    if (std::exchange(complained_, true) || !options_.complain) return;
     options_.complain("imported scenes cannot be kept in \"" + options_.folder.string() +
                       "\": " + std::strerror(errno));
 }
 
 // Under another name until it is whole. Not flushed to the disk: whatever a power cut leaves of it
 // has a wrong length or checksum.
-bool SceneCache::write(const fs::path& file, std::span<const std::byte> head,
-                       std::span<const std::byte> blob) const {
+bool SceneCache::wrote(const Kept& kept) const {
     std::error_code ignored;
     fs::create_directories(options_.folder.parent_path(), ignored);
     if (mkdir(options_.folder.c_str(), 0700) != 0 && errno != EEXIST) return false;
-    fs::path unfinished = file;
+    fs::path unfinished = kept.file;
     unfinished += "." + std::to_string(getpid()) + kUnfinished;
     {
         const Descriptor out(
             open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
         if (out.value < 0) return false;
-        if (writeAll(out.value, head) && writeAll(out.value, blob) &&
-            rename(unfinished.c_str(), file.c_str()) == 0) {
+        if (writeAll(out.value, std::as_bytes(std::span(kept.head))) &&
+            writeAll(out.value, kept.blob) && rename(unfinished.c_str(), kept.file.c_str()) == 0) {
             return true;
         }
     }
@@ -269,19 +307,19 @@ bool SceneCache::write(const fs::path& file, std::span<const std::byte> head,
 }
 
 void SceneCache::sweep() const {
-    struct Kept {
+    struct There {
         fs::file_time_type used;
         std::uint64_t bytes;
         fs::path file;
     };
-    std::vector<Kept> list;
+    std::vector<There> list;
     std::uint64_t sum = 0;
     std::error_code error;
     const auto forgotten = fs::file_time_type::clock::now() - std::chrono::hours(1);
     for (fs::directory_iterator it(options_.folder, error), end; !error && it != end;
          it.increment(error)) {
         std::error_code gone;
-        const Kept kept{it->last_write_time(gone), it->file_size(gone), it->path()};
+        const There kept{it->last_write_time(gone), it->file_size(gone), it->path()};
         if (gone) continue;
         const std::string extension = kept.file.extension().string();
         if (extension == kUnfinished && kept.used < forgotten) fs::remove(kept.file, gone);
@@ -290,8 +328,8 @@ void SceneCache::sweep() const {
         list.push_back(kept);
     }
     std::sort(list.begin(), list.end(),
-              [](const Kept& a, const Kept& b) { return a.used < b.used; });
-    for (const Kept& kept : list) {
+              [](const There& a, const There& b) { return a.used < b.used; });
+    for (const There& kept : list) {
         if (sum <= options_.mostBytes) return;
         std::error_code gone;
         fs::remove(kept.file, gone);

@@ -9,9 +9,12 @@
 #include "scene/import/file_reading.h"
 #include "scene/import/import.h"
 
+#include <condition_variable>
+#include <deque>
 #include <mutex>
 #include <optional>
 #include <span>
+#include <thread>
 #include <vector>
 
 namespace clerestory {
@@ -27,6 +30,9 @@ struct SceneCacheOptions {
 class SceneCache {
 public:
     explicit SceneCache(SceneCacheOptions options) : options_(std::move(options)) {}
+    ~SceneCache();  // when everything is kept
+    SceneCache(const SceneCache&) = delete;
+    SceneCache& operator=(const SceneCache&) = delete;
 
     // Where a scene would lie.
     struct Place {
@@ -40,20 +46,31 @@ public:
                                  const ImportLimits& limits) const;
 
     std::optional<Scene> find(const Place& place);
-    // `blob` is of writeScene(). Those used longest ago give way. Never throws but std::bad_alloc:
-    // what cannot be kept is not kept.
+    // `blob` is of writeScene(), and lies in what `owner` owns. Returns at once; what cannot be
+    // kept is not kept. Scenes that were used longest ago give way.
     void keep(const Place& place, const std::vector<FileReading>& readings,
-              std::span<const std::byte> blob);
+              std::span<const std::byte> blob, std::shared_ptr<const void> owner);
+    void finish();  // waits until everything that was given is kept
 
 private:
+    struct Kept {
+        std::filesystem::path file;
+        std::string head;
+        std::span<const std::byte> blob;
+        std::shared_ptr<const void> owner;
+    };
+    void write();
+    void write(const Kept& kept);
     std::filesystem::path fileOf(const Place& place) const;
-    bool write(const std::filesystem::path& file, std::span<const std::byte> head,
-               std::span<const std::byte> blob) const;
+    bool wrote(const Kept& kept) const;
     void sweep() const;
 
     const SceneCacheOptions options_;
     std::mutex mutex_;
-    bool complained_ = false;
+    std::condition_variable changed_;
+    std::deque<Kept> toWrite_;
+    bool writing_ = false, ending_ = false, complained_ = false;
+    std::thread writer_;  // since the first keep()
 };
 
 }  // namespace clerestory

@@ -1,0 +1,181 @@
+// The library's other half: the thread that loads scenes.
+#include "scene/builtin/builtin_scenes.h"
+#include "server/scene_library.h"
+
+#include <malloc.h>
+#include <spdlog/spdlog.h>
+
+namespace clerestory {
+namespace {
+
+// To load an upload, when whoever tried it ended each time.
+constexpr std::uint64_t kMostTries = 3;
+
+// How soon a loader that waits for the renderer sees that it need not.
+constexpr std::chrono::milliseconds kLooksUp{50};
+
+class Harmful : public ImportError {
+public:
+    Harmful()
+        : ImportError(Reason::crashed,
+                      "the renderer ended more than once while it loaded this scene") {}
+};
+
+// Thrown out of an import when the server stops.
+struct Stopping {};
+
+}  // namespace
+
+void SceneLibrary::loadAll() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        changed_.wait(lock, [&] { return ending_ || !toLoad_.empty(); });
+        if (ending_) return;
+        const Entry entry = toLoad_.front();
+        toLoad_.pop_front();
+        entry->status.state = SceneState::loading;
+        lock.unlock();
+        try {
+            load(entry);
+        } catch (const Stopping&) {
+            return;
+        }
+        lock.lock();
+    }
+}
+
+// What is told about a scene, without what only the renderer needs: nearly all of its memory.
+static Scene described(Scene& scene) {
+    std::vector<TextureImage> images = std::move(scene.images);
+    std::vector<Vertex> vertices = std::move(scene.vertices);
+    std::vector<std::uint32_t> indices = std::move(scene.indices);
+    std::vector<Deformation> deformations = std::move(scene.deformations);
+    Scene result = scene;
+    for (TextureImage& image : images) {
+        std::vector<std::uint8_t> texels = std::exchange(image.texels, {});
+        result.images.push_back(image);
+        image.texels = std::move(texels);
+    }
+    scene.images = std::move(images);
+    scene.vertices = std::move(vertices);
+    scene.indices = std::move(indices);
+    scene.deformations = std::move(deformations);
+    return result;
+}
+
+void SceneLibrary::load(const Entry& entry) {
+    const auto start = Clock::now();
+    try {
+        requireHarmless(*entry);
+        const auto full = std::make_shared<Scene>(made(*entry));
+        const auto known = std::make_shared<const Scene>(described(*full));
+        const std::size_t vertices = full->vertices.size();
+        std::future<void> taken = handed(entry, full);
+        if (!taken.valid() || !ended(taken)) return;
+        taken.get();
+        ready(entry, known, vertices);
+        spdlog::info("scene {}: {} triangles in {:.0f} ms", known->id, triangleCount(*known),
+                     millisecondsSince(start));
+    } catch (const std::exception& error) {
+        failed(entry, error);
+    }
+}
+
+// To the renderer, once there is room for it. Not valid: nobody wants it any more.
+std::future<void> SceneLibrary::handed(const Entry& entry, const std::shared_ptr<Scene>& full) {
+    const SceneBytes bytes = bytesOf(*full);
+    const std::lock_guard lock(mutex_);
+    if (entry->deleted) {
+        entry->status.state = SceneState::waiting;
+        remove(entry);
+        return {};
+    }
+    makeRoom(bytes.total());
+    entry->status.bytes = bytes;
+    loadedBytes_ += bytes.total();
+    auto add = std::make_shared<std::packaged_task<void(Renderer&)>>([full](Renderer& renderer) {
+        renderer.addScene(std::move(*full));
+        malloc_trim(0);  // reading a large scene leaves the heap full of holes
+    });
+    queue_.post([add](Renderer& renderer) { (*add)(renderer); });
+    // A frame that somebody waits for warms what it needs, sooner.
+    if (entry->warm && entry->waiting == 0) {
+        queue_.post([id = entry->status.id](Renderer& renderer) { renderer.warm(id); });
+    }
+    return add->get_future();
+}
+
+// False: this ends first. There may never be a renderer.
+bool SceneLibrary::ended(const std::future<void>& work) {
+    while (work.wait_for(kLooksUp) != std::future_status::ready) {
+        const std::lock_guard lock(mutex_);
+        if (ending_) return false;
+    }
+    return true;
+}
+
+void SceneLibrary::ready(const Entry& entry, const std::shared_ptr<const Scene>& known,
+                         std::size_t vertices) {
+    const std::lock_guard lock(mutex_);
+    SceneStatus& status = entry->status;
+    status.scene = known;
+    status.vertices = vertices;
+    if (!status.uploaded && !known->title.empty()) status.title = known->title;
+    status.progress = {.stage = "", .progress = 1.0};
+    status.state = SceneState::ready;
+    if (status.uploaded) uploads_->endLoading(status.id);
+    if (entry->deleted) remove(entry);
+    changed_.notify_all();
+}
+
+void SceneLibrary::failed(const Entry& entry, const std::exception& error) {
+    spdlog::error("scene {}: {}", entry->status.id, error.what());
+    const auto* why = dynamic_cast<const ImportError*>(&error);
+    const std::lock_guard lock(mutex_);
+    SceneStatus& status = entry->status;
+    status.state = SceneState::failed;
+    status.failure = why ? why->what() : "The scene could not be made.";
+    status.reason = why ? nameOf(why->reason()) : "internal";
+    loadedBytes_ -= status.bytes.total();
+    status.bytes = {};
+    if (status.uploaded) {
+        // So that no other process tries it.
+        if (why) uploads_->setFailure(status.id, status.failure, status.reason);
+        if (!dynamic_cast<const Harmful*>(&error)) uploads_->endLoading(status.id);
+    }
+    if (entry->deleted) remove(entry);
+    changed_.notify_all();
+}
+
+// What ended the renderer's process each time it was loaded is not tried for ever.
+void SceneLibrary::requireHarmless(const SceneEntry& entry) {
+    if (!entry.status.uploaded || uploads_->beginLoading(entry.status.id) < kMostTries) return;
+    throw Harmful();
+}
+
+Scene SceneLibrary::made(SceneEntry& entry) {
+    Scene scene;
+    if (entry.file.empty()) {
+        scene = makeBuiltinScene(entry.status.id).value();
+    } else {
+        scene = importScene(entry.file, importFor(entry), [&](const ImportProgress& progress) {
+            const std::lock_guard lock(mutex_);
+            if (ending_) throw Stopping{};
+            entry.status.progress = progress;
+        });
+    }
+    scene.id = entry.status.id;
+    requireLight(scene);
+    return scene;
+}
+
+// A side file may name a map that this server was not started with.
+void SceneLibrary::requireLight(Scene& scene) const {
+    if (environment(scene.environment)) return;
+    scene.warnings.push_back({"unknownEnvironment", scene.environment,
+                              "no environment map of that name is loaded; 'sky' lights the scene"});
+    scene.environment = "sky";
+    updateContentHash(scene);
+}
+
+}  // namespace clerestory
