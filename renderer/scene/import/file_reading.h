@@ -9,6 +9,7 @@
 namespace clerestory {
 
 struct FileReading {
+    // present: there, and not read; refused: there, and over a limit.
     enum class Outcome : std::uint8_t { absent, present, refused, read };
 
     std::string name;  // as it was asked for
@@ -18,6 +19,7 @@ struct FileReading {
     bool operator==(const FileReading&) const = default;
 };
 
+// The outcome is that it was read, and this is its content.
 void setHash(FileReading& reading, std::string_view content);
 
 }  // namespace clerestory

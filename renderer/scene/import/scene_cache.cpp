@@ -183,13 +183,6 @@ std::optional<Scene> sceneIn(std::span<const std::byte> bytes, const SceneCache:
 
 }  // namespace
 
-void setHash(FileReading& reading, std::string_view content) {
-    const XXH128_hash_t hash = XXH3_128bits(content.data(), content.size());
-    reading.outcome = FileReading::Outcome::read;
-    reading.low = hash.low64;
-    reading.high = hash.high64;
-}
-
 std::optional<SceneCache::Place> SceneCache::placeOf(const fs::path& scene,
                                                      const ImportLimits& limits) const {
     try {

@@ -127,7 +127,7 @@ std::string SceneFolder::read(const std::string& name) const {
         throw ImportError(Reason::notFound,
                           "'" + name + "' is not a readable file in the scene's folder");
     }
-    note({name, FileReading::Outcome::refused});
+    note({name, FileReading::Outcome::refused});  // unless what follows succeeds
     std::string content = readFrom(file.value(), name);
     FileReading reading{name};
     setHash(reading, content);
