@@ -29,6 +29,13 @@ bool finite(const Bounds& box) {
     return finite(box.min) && finite(box.max);
 }
 
+// Metres; squares of lengths stay within float.
+constexpr float kFarthest = 1e18f;
+bool inReach(const Bounds& box) {
+    const glm::vec3 far = glm::max(glm::abs(box.min), glm::abs(box.max));
+    return far.x < kFarthest && far.y < kFarthest && far.z < kFarthest;
+}
+
 bool unitQuaternion(const glm::dquat& q) {
     return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < 1e-6;
 }
@@ -225,9 +232,10 @@ private:
         }
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
             const Instance& one = scene_.instances[i];
-            require(finite(transformed(scene_.meshes[one.mesh].bounds, worldFromNode[one.node])),
-                    "an instance is too large", i);
+            require(inReach(transformed(scene_.meshes[one.mesh].bounds, worldFromNode[one.node])),
+                    "an instance is too large or too far away", i);
         }
+        require(scene_.reach.empty() || inReach(scene_.reach), "what moves goes too far", 0);
     }
 
     const Scene& scene_;
