@@ -4,14 +4,12 @@
 //
 // What is not asked, and why:
 //  - Flat mirrors: a picture against rays. Neither is above the other: a picture shows the three
-//    strongest mirrors in it, rays show every one, but none that returns less than 5 %.
-//  - Solid glass by the environment map against a picture of what lies behind it: neither knows
-//  where
+//    strongest mirrors in it; rays show all, but none that returns less than 5 %.
+//  - Solid glass: the environment map against a picture of what lies behind. Neither knows where
 //    the bent ray leaves, and the planner expects the same of both.
-//  - Rays on rough surfaces: one ray stands for a whole lobe, and is wrong by as much as that
-//  holds.
+//  - Rays on rough surfaces: one ray stands for a lobe, and is wrong by what that holds.
 //  - Mirrors and glass in one scene, and lamps above 1 about glass: where a ray meets glass it goes
-//    the way of the greater share and takes the environment for the other, which may be half of it.
+//    the way of the greater share and takes the environment for the other, which may be half.
 //  - Scenes that randomPlainScene() leaves out, for the reasons given there.
 #include "tests/gl/sight.h"
 #include "tests/stability/frames.h"
