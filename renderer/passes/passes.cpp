@@ -75,7 +75,7 @@ void bindView(PassResources& resources, const PassInput& input, const glm::dmat3
     const float lastLevel =
         lit ? static_cast<float>(input.targets[input.pass.environment]->spec().levels - 1) : 0.0f;
     block.environment = {lastLevel, input.plan.environmentIntensity, clipControl ? 0.0f : -1.0f,
-                         0.0f};
+                         static_cast<float>(input.plan.curvedSamples)};
     block.forward = glm::vec4(glm::vec3(eyeFromView * glm::dvec3(0.0, 0.0, -1.0)),
                               view.orthographic ? 1.0f : 0.0f);
     setSkyDirections(view, eyeFromView, block.skyDirections);

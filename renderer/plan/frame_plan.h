@@ -229,7 +229,7 @@ struct FramePlan {
     std::string environment;  // name of the map
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
-    std::uint32_t environmentSamples = 64, probeSamples = 32;
+    std::uint32_t environmentSamples = 64, probeSamples = 32, curvedSamples = 0;
     // For rays, where some draw follows any: the materials of all instances as in Dressing, the
     // union of what their surfaces ask of a shader, and how often a ray turns.
     std::vector<Index> materialOfInstance;

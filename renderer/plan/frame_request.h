@@ -77,6 +77,7 @@ struct Accuracy {
     std::uint32_t generations = 2;    // reflections in reflections; 1: of what does not reflect
     std::uint32_t probeSize = 256;    // edge of a captured face
     std::uint32_t probeSamples = 32;  // GGX samples a texel of it; 1: plain levels
+    std::uint32_t curvedSamples = 0;  // directions a rough mirror at a grazing angle adds up
     Parallax parallax = Parallax::box;
     std::uint32_t bounces = 4;  // turns of a traced ray before the environment ends it
     // A budget stands instead of every knob above: the scene's measured curve picks them. Whoever
@@ -217,6 +218,9 @@ void fields(Accuracy& a, V&& visit) {
     visit("probeSize", a.probeSize, Range{16, 2048}, "edge of a captured cube's face, texels");
     visit("probeSamples", a.probeSamples, Range{1, 1024},
           "GGX samples for each of its texels; 1: plain averages");
+    visit("curvedSamples", a.curvedSamples, Range{0, 64},
+          "directions that rough metal which mirrors a map adds up where it is seen at a grazing "
+          "angle; 0: one blurred look-up");
     visit("parallax", a.parallax,
           Choice<Parallax>{
               {{"none", Parallax::none}, {"box", Parallax::box}, {"depth", Parallax::depth}}},

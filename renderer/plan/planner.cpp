@@ -153,6 +153,7 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
     plan.environmentIntensity = static_cast<float>(request.environment.intensity);
     plan.environmentSamples = request.accuracy.environmentSamples;
     plan.probeSamples = request.accuracy.probeSamples;
+    plan.curvedSamples = request.accuracy.curvedSamples;
     const double diagonal = lastingBounds(scene, pose).diagonal();
     plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
     const glm::dmat3 fromMap = worldFromMap(request, scene);

@@ -166,6 +166,7 @@ SeenView ViewTree::add(const ViewJob& job) {
     if (pass.environment != kNoTarget) pass.reads.push_back(pass.environment);
     serveFlat(job, seen, pass);
     serveCurved(job, seen, pass);
+    serveRough(job, seen);
     serveGlass(job, seen);
 
     const Features common = job.view.clipPlane ? FEATURE_CLIP : 0;

@@ -74,6 +74,7 @@ private:
     // Share of what is around the middle of the box that is not sky; 0 in child views.
     double enclosedAt(const ViewJob& job, const Bounds& box);
     void serveCurved(const ViewJob& job, SeenView& seen, Pass& pass);
+    void serveRough(const ViewJob& job, SeenView& seen) const;
     void serveGlass(const ViewJob& job, SeenView& seen);
     TargetId addBackFaces(const ViewJob& job, std::vector<Draw>& glass, const std::string& layer);
     Bounds bodyOf(const ViewJob& job, const SeenSurface& seen) const;
@@ -110,7 +111,7 @@ private:
     const DeviceLimits& limits_;
     std::vector<Wall> walls_;  // of the root view
     std::vector<Bounds>
-        opaqueBoxes_;     // of all clusters, relative to the root's eye; when asked for
+        opaqueBoxes_;          // of all clusters, relative to the root's eye; when asked for
     std::vector<bool> moves_;  // of each instance; empty when nothing does
     Bounds sceneBounds_;       // world, of any moment
     std::uint64_t sceneTriangles_;

@@ -26,6 +26,9 @@ constexpr double kCaptureWeight = 0.03;
 // A capture's near plane, as a share of its owner's radius (erratum C3).
 constexpr double kNearShare = 1e-3;
 
+// Smoother than this a map's own blur is right; see reflection.glsl.
+constexpr float kRoughLobe = 0.2f;
+
 // Texels along a face for a lobe of this roughness: a texel as wide as the lobe is 1 / (sqrt(6)
 // alpha) of a face's edge (erratum R1); this many make up one.
 constexpr double kTexelsPerLobe = 8.0;
@@ -98,6 +101,21 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
         if (a.parallax == Parallax::box) s.features |= FEATURE_PARALLAX;
         if (a.parallax == Parallax::depth) s.features |= FEATURE_PARALLAX_DEPTH;
         s.reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
+    }
+}
+
+// Rough metals that mirror a map, whichever it is. Captured faces are blurred themselves.
+void ViewTree::serveRough(const ViewJob& job, SeenView& seen) const {
+    const bool asked =
+        stage_.request.accuracy.curvedSamples > 0 && stage_.request.effects.environmentReflection;
+    if (!asked || job.captured) return;
+    for (SeenSurface& s : seen.surfaces) {
+        const bool served = s.features & (FEATURE_MIRROR | FEATURE_TRACED_REFLECTION);
+        const bool mirrors =
+            s.surface->reflector != Reflector::none || s.surface->why == Why::rough;
+        // Of what a texture varies the factor is the most.
+        const bool rough = stage_.material(*s.surface).roughness > kRoughLobe;
+        if (mirrors && rough && !served) s.features |= FEATURE_MAP_SAMPLES;
     }
 }
 

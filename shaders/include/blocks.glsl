@@ -5,7 +5,7 @@
 
 BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     mat4 clipFromEye;
-    vec4 environment;       // last roughness level, intensity, clip depth of the far end
+    vec4 environment;       // last roughness level, intensity, clip depth of the far end; samples
     vec4 forward;           // unit, where the camera looks; w: 1 when it is orthographic
     vec4 skyDirections[3];  // at the picture's centre; its change to the right edge; to the top
     vec4 clipPlane;         // kept: dot(xyz, p) + w >= 0

@@ -131,11 +131,47 @@ vec3 ownMapAlong(vec3 towards, float roughness) {
            view.environment.y;
 }
 
+vec3 mapAlong(vec3 position, vec3 towards, float roughness) {
+    if (has(FEATURE_MAP)) return ownMapAlong(towards, roughness);
+    if (has(FEATURE_PROBE)) return probeAlong(position, towards, roughness);
+    return environmentAlong(towards, roughness);
+}
+
+// The lobe of a rough metal seen edge-on is long, bent towards the surface and cut off by it; a map
+// was filtered for a round one. Instead it is a sum of directions about the normals that the eye
+// sees, each read as blurred as its share of the lobe is wide. Shares add up to one, so a map of one
+// colour stays it. Elsewhere, and smoother: the look-up alone, which the sum goes over into.
+const vec2 kEdgeOn = vec2(0.35f, 0.45f);    // n.v: at and below the first the sum, from the second on none
+const vec2 kRoughLobe = vec2(0.2f, 0.3f);   // roughness: to the first none, from the second on the sum
+vec3 mapLobe(Surface s, vec3 position) {
+    float part = (1.0f - smoothstep(kEdgeOn.x, kEdgeOn.y, s.nDotV)) *
+                 smoothstep(kRoughLobe.x, kRoughLobe.y, s.roughness);
+    uint count = part > 0.0f ? uint(view.environment.w) : 1u;  // lanes that wait cost nothing
+    float alpha = s.roughness * s.roughness;
+    // x towards the eye, so that no turn of the frame shows.
+    vec3 side = direction(s.toEye - s.normal * dot(s.toEye, s.normal));
+    mat3 eyeFromLobe = mat3(side, cross(s.normal, side), s.normal);
+    vec3 toEye = vec3(sqrt(max(1.0f - s.nDotV * s.nDotV, 0.0f)), 0.0f, s.nDotV);
+    vec3 sum = vec3(0.0f);
+    vec3 weights = vec3(1e-6f);
+    uint i = 0u;
+    do {
+        vec3 halfway = ggxVisibleNormal(hammersley(i, count), toEye, alpha);
+        vec3 towards = reflect(-toEye, halfway);
+        float pdf = ggxVisibleDensity(halfway.z, dot(halfway.xy, halfway.xy), s.nDotV, alpha);
+        vec3 weight = fresnelSchlick(s.f0, s.f90, dot(toEye, halfway)) *
+                      ggxShareOfVisible(towards.z, s.nDotV, alpha);
+        float roughness = min(sampleRoughness(pdf, float(count)), s.roughness);
+        sum += mapAlong(position, eyeFromLobe * towards, roughness) * weight;
+        weights += weight;
+    } while (++i < count);
+    vec3 single = mapAlong(position, reflect(-s.toEye, s.normal), s.roughness);
+    return mix(single, sum / weights, part);
+}
+
 vec3 reflectedRadiance(Surface s, vec3 position) {
     if (has(FEATURE_MIRROR)) return flatMirror(s, position);
     if (has(FEATURE_TRACED_REFLECTION)) return tracedReflection(s, position);
-    vec3 towards = reflect(-s.toEye, s.normal);
-    if (has(FEATURE_MAP)) return ownMapAlong(towards, s.roughness);
-    if (has(FEATURE_PROBE)) return probeAlong(position, towards, s.roughness);
-    return environmentAlong(towards, s.roughness);
+    if (has(FEATURE_MAP_SAMPLES)) return mapLobe(s, position);
+    return mapAlong(position, reflect(-s.toEye, s.normal), s.roughness);
 }

@@ -26,6 +26,45 @@ vec3 ggxHalfVector(vec2 u, float alpha) {
     return vec3(sine * cos(turn), sine * sin(turn), sqrt(max(1.0f - w, 0.0f) / divisor));
 }
 
+// Microfacet normal as the eye sees them, density D(h) max(v.h, 0) G1(v) / (n.v); about +Z, the eye
+// along v (Dupuy and Benyoub 2023: a cap of the sphere that the stretched normals make). u in
+// [0, 1)^2, u.x the turn. Unit, z above 0.
+vec3 ggxVisibleNormal(vec2 u, vec3 v, float alpha) {
+    vec3 stretched = normalize(vec3(alpha * v.x, alpha * v.y, max(v.z, kMinCosine)));
+    float turn = 2.0f * kPi * u.x;
+    float z = (1.0f - u.y) * (1.0f + stretched.z) - stretched.z;
+    float sine = sqrt(clamp(1.0f - z * z, 0.0f, 1.0f));
+    vec3 h = vec3(sine * cos(turn), sine * sin(turn), z) + stretched;
+    return normalize(vec3(alpha * h.x, alpha * h.y, max(h.z, 1e-6f)));
+}
+
+// The shares that a lobe's directions have when they were drawn about visible normals:
+// G2 / G1(v) of Smith's height-correlated masking (Heitz 2014), 0..1; 0 below the surface.
+float ggxShareOfVisible(float nDotL, float nDotV, float alpha) {
+    float a2 = alpha * alpha;
+    float l = max(nDotL, 0.0f);
+    float v = max(nDotV, kMinCosine);
+    float rootL = sqrt(a2 + (1.0f - a2) * l * l);
+    float rootV = sqrt(a2 + (1.0f - a2) * v * v);
+    return l * (v + rootV) / max(v * rootL + l * rootV, 1e-12f);
+}
+
+// Density of mirrored directions about them, per steradian.
+float ggxVisibleDensity(float nDotH, float nCrossHSquared, float nDotV, float alpha) {
+    float a2 = alpha * alpha;
+    float v = max(nDotV, kMinCosine);
+    return 0.5f * ggxDistribution(nDotH, nCrossHSquared, alpha) /
+           (v + sqrt(a2 + (1.0f - a2) * v * v));
+}
+
+// Roughness of a prefiltered map's level that is as wide as a direction's share 1 / (samples pdf) of
+// the sphere: a texel of a plain chain is as wide as a lobe when it is sqrt(6) alpha of a face's edge
+// (erratum R1), and a face's texels cover 4 pi / 6 of the sphere.
+float sampleRoughness(float pdf, float samples) {
+    float angle = 1.0f / max(samples * pdf, 1e-12f);
+    return min(sqrt(sqrt(angle / (4.0f * kPi))), 1.0f);
+}
+
 // Columns tangent, bitangent, normal of a right-handed orthonormal frame about a unit normal,
 // without a singular direction (Duff et al. 2017).
 mat3 frameAbout(vec3 n) {

@@ -78,6 +78,7 @@ std::vector<Accuracy> sweep() {
     });
     knob(&Accuracy::planarScale, 0.25, 0.5);
     knob(&Accuracy::planarSamples, 4u, 16u);
+    knob(&Accuracy::curvedSamples, 8u, 16u);
     knob(&Accuracy::generations, 1u, 4u);
     knob(&Accuracy::probeSize, 64u, 128u, 512u);
     knob(&Accuracy::probeSamples, 1u, 8u, 128u);

@@ -1,5 +1,6 @@
 // Environment maps where a naive formula shows: levels, edges of cube faces, turned maps, the sky
 // at any near and far plane, generations, and glass whose winding is turned.
+#include "own_sky.h"
 #include "room.h"
 #include "sight.h"
 
@@ -15,43 +16,6 @@ class MapTruth : public GlTest {};
 glm::vec3 smoothLight(const glm::dvec3& d) {
     return {0.5 + 0.4 * d.x * d.y + 0.05 * d.z, 0.5 + 0.3 * d.y * d.z - 0.1 * d.x,
             0.5 + 0.3 * d.x * d.z + 0.1 * d.y};
-}
-
-glm::dvec3 texelDirection(std::uint32_t face, double s, double t) {  // OpenGL 4.3, table 8.18
-    switch (face) {
-        case 0:
-            return {1, -t, -s};
-        case 1:
-            return {-1, -t, s};
-        case 2:
-            return {s, 1, t};
-        case 3:
-            return {s, -1, -t};
-        case 4:
-            return {s, -t, 1};
-        default:
-            return {-s, -t, -1};
-    }
-}
-
-// A map of `light`, looked at in directions turned by mapFromWorld.
-template <class Light>
-void addMap(const std::string& name, std::uint32_t size, const glm::dmat3& mapFromTexel,
-            Light&& light) {
-    auto map = std::make_shared<EnvironmentMap>();
-    map->name = name;
-    map->faceSize = size;
-    for (std::uint32_t face = 0; face < 6; ++face) {
-        for (std::uint32_t y = 0; y < size; ++y) {
-            for (std::uint32_t x = 0; x < size; ++x) {
-                const glm::dvec3 d = texelDirection(face, (x + 0.5) / size * 2.0 - 1.0,
-                                                    (y + 0.5) / size * 2.0 - 1.0);
-                map->texels.push_back(light(mapFromTexel * glm::normalize(d)));
-            }
-        }
-    }
-    updateContentHash(*map);
-    renderer().addEnvironment(map);
 }
 
 // A flat metal before the eye that fills the picture and mirrors the map.

@@ -219,6 +219,7 @@ FrameRequest randomRequest(Chance& chance, const std::string& scene) {
     a.bounces = 1 + chance.below(8);
     a.planarScale = oneOf(chance, std::array{0.125, 0.3, 1.0});
     a.planarSamples = oneOf(chance, std::array{1u, 1u, 4u});
+    a.curvedSamples = oneOf(chance, std::array{0u, 0u, 4u});
     a.backFaces = chance.is(0.3);
     a.samples = oneOf(chance, std::array{1u, 1u, 4u});
     a.parallax = oneOf(chance, std::array{Parallax::none, Parallax::box, Parallax::depth});

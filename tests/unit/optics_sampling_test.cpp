@@ -64,6 +64,76 @@ TEST(GgxHalfVector, IsUnitAtTheEdges) {
     EXPECT_EQ(glsl::ggxHalfVector({0.7f, 0.5f}, 0.0f), glm::vec3(0.0f, 0.0f, 1.0f));
 }
 
+// At every drawn direction the lobe is its share times the density it was drawn with, by the
+// textbook's formulae; and the shares' mean is what a white lobe returns, by quadrature.
+TEST(GgxVisibleNormal, SharesAndDensityMakeUpTheLobe) {
+    for (const double roughness : {0.3, 0.5, 0.8, 1.0}) {
+        for (const double nDotV : {0.02, 0.1, 0.35, 0.7, 1.0}) {
+            const double alpha = roughness * roughness;
+            const glm::vec3 v(std::sqrt(1.0 - nDotV * nDotV), 0.0, nDotV);
+            const unsigned n = 1u << 14;
+            double mean = 0.0;
+            for (unsigned i = 0; i < n; ++i) {
+                const glm::vec3 h = glsl::ggxVisibleNormal(glsl::hammersley(i, n), v, float(alpha));
+                ASSERT_NEAR(glm::length(h), 1.0f, 1e-6f);
+                ASSERT_GE(glm::dot(v, h), -1e-5f) << "the eye sees no facet's back";
+                const glm::vec3 l = 2.0f * glm::dot(v, h) * h - v;
+                const double share = glsl::ggxShareOfVisible(l.z, v.z, float(alpha));
+                mean += share / n;
+                if (l.z < 1e-3f) continue;
+                const double pdf =
+                    glsl::ggxVisibleDensity(h.z, h.x * h.x + h.y * h.y, v.z, float(alpha));
+                const double lobe = textbookDistribution(h.z, alpha) *
+                                    textbookMaskingShadowing(l.z, nDotV, alpha) / (4.0 * nDotV);
+                ASSERT_NEAR(share * pdf / lobe, 1.0, 2e-3) << roughness << ' ' << nDotV;
+            }
+            double returned = 0.0;
+            const int rings = 2000, turns = 256;
+            for (int i = 0; i < rings; ++i) {
+                const double x = (i + 0.5) / rings, tangent = alpha * x / (1.0 - x);
+                const double c = 1.0 / std::sqrt(1.0 + tangent * tangent), s = tangent * c;
+                const double solid =
+                    alpha * s * c * c / ((1.0 - x) * (1.0 - x)) / rings * (2.0 * kTruePi / turns);
+                for (int k = 0; k < turns; ++k) {
+                    const double turn = 2.0 * kTruePi * (k + 0.5) / turns;
+                    const double vh = s * std::cos(turn) * double(v.x) + c * nDotV;
+                    const double lz = 2.0 * vh * c - nDotV;
+                    if (vh <= 0.0 || lz <= 0.0) continue;
+                    returned += textbookDistribution(c, alpha) *
+                                textbookMaskingShadowing(lz, nDotV, alpha) * vh / nDotV * solid;
+                }
+            }
+            EXPECT_NEAR(mean, returned, 3e-3) << roughness << ' ' << nDotV;
+        }
+    }
+}
+
+TEST(GgxVisibleNormal, IsUnitAtTheEdges) {
+    for (const float alpha : {0.0f, 1e-6f, 0.04f, 1.0f}) {
+        for (const glm::vec3& v :
+             {glm::vec3(0, 0, 1), glm::vec3(1, 0, 0), glm::vec3(1, 0, -1e-7f)}) {
+            for (const float w : {0.0f, 0.5f, 1.0f - 6e-8f}) {
+                const glm::vec3 h = glsl::ggxVisibleNormal({0.3f, w}, v, alpha);
+                EXPECT_TRUE(std::abs(glm::length(h) - 1.0f) < 1e-5f && h.z > 0.0f)
+                    << alpha << ' ' << w;
+            }
+        }
+    }
+    for (const float c : hardCosines()) {
+        EXPECT_TRUE(std::isfinite(glsl::ggxShareOfVisible(c, c, 0.0f)));
+        EXPECT_TRUE(std::isfinite(glsl::ggxVisibleDensity(c, 0.0f, c, 0.04f)));
+    }
+}
+
+TEST(SampleRoughness, ReadsAPrefilteredMapWhereAPlainOneWouldBeAsWide) {
+    for (const float pdf : {0.1f, 1.0f, 30.0f, 1000.0f}) {
+        const float roughness = glsl::sampleRoughness(pdf, 16.0f);
+        EXPECT_NEAR(glsl::environmentLod(roughness, 4096.0f, 99.0f),
+                    glsl::sampleLod(pdf, 16.0f, 4096.0f), 1e-4f);
+    }
+    EXPECT_EQ(glsl::sampleRoughness(0.0f, 0.0f), 1.0f);
+}
+
 TEST(FrameAbout, IsRightHandedEverywhere) {
     std::vector<glm::vec3> normals{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {0, -1, 0}};
     for (const float tilt : {1e-8f, 1e-4f, 1e-3f}) {

@@ -1,4 +1,5 @@
 // What curved mirrors make a frame do: captured cubes, their keys, their generations.
+#include "plan/features.h"
 #include "view_tree_support.h"
 
 #include <set>
@@ -38,6 +39,39 @@ TEST(ViewTree, ResidentCubesAreNotDrawnAgainFromWhereverTheyAreSeen) {
     for (const std::uint64_t key : probeKeys(second)) {
         EXPECT_TRUE(allOf(first).keys.contains(key));
     }
+}
+
+TEST(ViewTree, RoughMetalAddsUpDirectionsWhereAskedAndOnlyIt) {
+    Scene scene;
+    const auto ball = [&](const char* name, Material material, double x) {
+        placeAt(scene, addBallMesh(scene, name, addMaterial(scene, std::move(material))),
+                at(x, 0, 0), name);
+    };
+    ball("smooth", mirror(0.1f), -3.0);
+    ball("rough", mirror(0.4f), -1.0);
+    ball("rougher", mirror(0.9f), 1.0);
+    ball("dull", dullGrey(), 3.0);
+    updateContentHash(scene);
+    FrameRequest r = forced(lookingFrom({0, 1, 8}));
+    const auto sampledIn = [&](const FramePlan& plan) {
+        std::set<std::string> names;
+        for (const Pass& pass : plan.passes) {
+            for (const Draw& draw : pass.opaqueDraws) {
+                if (!(draw.features & FEATURE_MAP_SAMPLES)) continue;
+                names.insert(std::string(nameOf(pass.kind)) + " " +
+                             scene.nodes[scene.instances[draw.instance].node].name);
+            }
+        }
+        return names;
+    };
+    EXPECT_TRUE(sampledIn(planOf(scene, r)).empty());
+    const auto keys = probeKeys(planOf(scene, r));
+    r.accuracy.curvedSamples = 16;
+    EXPECT_EQ(sampledIn(planOf(scene, r)),
+              (std::set<std::string>{"surface rough", "surface rougher"}));
+    EXPECT_EQ(probeKeys(planOf(scene, r)), keys) << "captured faces stay what they were";
+    r.effects.environmentReflection = false;
+    EXPECT_TRUE(sampledIn(planOf(scene, r)).empty());
 }
 
 TEST(ViewTree, ACubesKeyIsThatOfWhatItSees) {
