@@ -128,6 +128,9 @@ Sampler::Sampler(const SamplerDescription& d) : name_(newSampler()) {
     glSamplerParameteri(name, GL_TEXTURE_WRAP_T, wordOf(d.wrapV));
     glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, d.magnifyLinear ? GL_LINEAR : GL_NEAREST);
     glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, minifyWord(d.minifyLinear, d.levels));
+    if (d.levelsBelow > 0) {
+        glSamplerParameterf(name, GL_TEXTURE_LOD_BIAS, -static_cast<float>(d.levelsBelow));
+    }
     if (d.anisotropy > 1) {
         constexpr GLenum kTextureMaxAnisotropy = 0x84FE;
         glSamplerParameterf(name, kTextureMaxAnisotropy, static_cast<float>(d.anisotropy));

@@ -52,6 +52,7 @@ struct SamplerDescription {
     bool minifyLinear = true;
     LevelFilter levels = LevelFilter::none;
     std::uint32_t anisotropy = 1;
+    int levelsBelow = 0;  // finer than the one whose texel is as wide as a pixel
     auto operator<=>(const SamplerDescription&) const = default;
 };
 

@@ -111,7 +111,8 @@ gl::SamplerDescription samplerOf(const Texture& t, bool holdsColor, std::uint32_
             .levels = !t.useLevels ? gl::LevelFilter::none
                       : blended    ? gl::LevelFilter::linear
                                    : gl::LevelFilter::nearest,
-            .anisotropy = smooth && t.useLevels ? anisotropy : 1};
+            .anisotropy = smooth && t.useLevels ? anisotropy : 1,
+            .levelsBelow = smooth && holdsColor && t.useLevels ? COLOR_LEVELS_BELOW : 0};
 }
 
 }  // namespace

@@ -52,6 +52,10 @@
 #define HARMONIC_ROWS 7
 #define LIGHT_ROWS 3
 
+// Levels that colours are read from below the one whose texel is as wide as a pixel. Two bilinear
+// look-ups of it average over two pixels and more; half as wide, they cover about the pixel.
+#define COLOR_LEVELS_BELOW 1
+
 // Texels for each node, triangle, vertex (of two floats), instance and material of the traced tier.
 #define TRACE_NODE_ROWS 2
 #define TRACE_TRIANGLE_ROWS 3

@@ -73,12 +73,14 @@ vec4 levelAtHit(vec4 level, vec2 uv, vec2 wrapping, bool smoothly, bool root) {
 }
 
 // number: of the texture, from 1. footprint: of the ray's cone, in texture coordinates. blended:
-// between levels, as colours are for pixels; numbers take the nearest (gpu_scene.cpp).
+// between levels and finer ones, as colours are for pixels; numbers take the nearest (gpu_scene.cpp).
 vec4 textureAtHit(float number, vec2 uv, float footprint, bool blended) {
     int row = int(tracing.limits.y) + (int(number) - 1) * TRACE_TEXTURE_ROWS;
     vec4 about = texelFetch(traceMaterials, row);
     vec2 size = texelFetch(traceMaterials, row + 1).zw;
-    float lod = min(log2(clamp(footprint * max(size.x, size.y), 1.0f, 65536.0f)), about.x - 1.0f);
+    float lod = log2(clamp(footprint * max(size.x, size.y), 1.0f, 65536.0f));
+    if (blended) lod = max(lod - float(COLOR_LEVELS_BELOW), 0.0f);
+    lod = min(lod, about.x - 1.0f);
     bool smoothly = mod(about.w, 2.0f) > 0.5f;
     bool root = about.w > 1.5f;
     int level = int(blended ? lod : lod + 0.5f);
