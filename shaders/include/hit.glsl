@@ -73,7 +73,7 @@ vec4 levelAtHit(vec4 level, vec2 uv, vec2 wrapping, bool smoothly, bool root) {
 }
 
 // number: of the texture, from 1. footprint: of the ray's cone, in texture coordinates. blended:
-// between levels and finer ones, as colours are for pixels; numbers take the nearest (gpu_scene.cpp).
+// between levels, finer ones, as colours are for pixels; numbers take the nearest (gpu_scene.cpp).
 vec4 textureAtHit(float number, vec2 uv, float footprint, bool blended) {
     int row = int(tracing.limits.y) + (int(number) - 1) * TRACE_TEXTURE_ROWS;
     vec4 about = texelFetch(traceMaterials, row);

@@ -151,7 +151,8 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
                 vec3 through = shares.transmitted * tint;
                 vec3 followed = leaves ? vec3(1.0f) : crosses ? through : shares.reflected;
                 vec3 left = leaves ? vec3(0.0f) : crosses ? shares.reflected : through;
-                sum += weight * part * left * environmentAtEnd(crosses ? mirrored : bent.direction, cone);
+                vec3 other = crosses ? mirrored : bent.direction;
+                sum += weight * part * left * environmentAtEnd(other, cone);
                 weight *= part * followed + (1.0f - coverage);
                 cone.lobe += glassSpread(alpha, c, p.glass.y);
                 float turn = p.curvature * cone.width;  // of the normal over the cone

@@ -139,10 +139,10 @@ vec3 mapAlong(vec3 position, vec3 towards, float roughness) {
 
 // The lobe of a rough metal seen edge-on is long, bent towards the surface and cut off by it; a map
 // was filtered for a round one. Instead it is a sum of directions about the normals that the eye
-// sees, each read as blurred as its share of the lobe is wide. Shares add up to one, so a map of one
-// colour stays it. Elsewhere, and smoother: the look-up alone, which the sum goes over into.
-const vec2 kEdgeOn = vec2(0.35f, 0.45f);    // n.v: at and below the first the sum, from the second on none
-const vec2 kRoughLobe = vec2(0.2f, 0.3f);   // roughness: to the first none, from the second on the sum
+// sees, each read as blurred as its share of the lobe is wide. Shares add up to one, so a map of
+// one colour stays it. Elsewhere, and smoother: the look-up alone, which the sum goes over into.
+const vec2 kEdgeOn = vec2(0.35f, 0.45f);   // n.v: the sum below the first, none above the second
+const vec2 kRoughLobe = vec2(0.2f, 0.3f);  // roughness: none below the first, the sum above
 vec3 mapLobe(Surface s, vec3 position) {
     float part = (1.0f - smoothstep(kEdgeOn.x, kEdgeOn.y, s.nDotV)) *
                  smoothstep(kRoughLobe.x, kRoughLobe.y, s.roughness);

@@ -57,9 +57,9 @@ float ggxVisibleDensity(float nDotH, float nCrossHSquared, float nDotV, float al
            (v + sqrt(a2 + (1.0f - a2) * v * v));
 }
 
-// Roughness of a prefiltered map's level that is as wide as a direction's share 1 / (samples pdf) of
-// the sphere: a texel of a plain chain is as wide as a lobe when it is sqrt(6) alpha of a face's edge
-// (erratum R1), and a face's texels cover 4 pi / 6 of the sphere.
+// Roughness of a prefiltered map's level that is as wide as a direction's share 1 / (samples pdf)
+// of the sphere: a texel of a plain chain is as wide as a lobe when it is sqrt(6) alpha of a face's
+// edge (erratum R1), and a face's texels cover 4 pi / 6 of the sphere.
 float sampleRoughness(float pdf, float samples) {
     float angle = 1.0f / max(samples * pdf, 1e-12f);
     return min(sqrt(sqrt(angle / (4.0f * kPi))), 1.0f);
