@@ -2,6 +2,7 @@
 // nobody asked for is none of it.
 #include "support.h"
 
+#include <algorithm>
 #include <set>
 
 namespace clerestory::test {
@@ -109,6 +110,33 @@ TEST_F(Counts, EmissionSwitchedOffGivesTheBytesOfASceneThatDoesNotGlow) {
     const auto off = picture(3.0f, false);
     EXPECT_EQ(off, picture(0.0f, true));
     EXPECT_NE(off, picture(3.0f, true));
+}
+
+// Maps are kept while there is room: the one that was used longest ago gives way, and is drawn anew
+// when it is asked for again, with the same bytes.
+TEST_F(Counts, MapsBeyondTheMemoryBudgetAreGivenBack) {
+    Scene scene;
+    place(scene, quad(2.0f, addMaterial(scene, glowing({1, 2, 3}))), moved(0, 0, -2));
+    place(scene, sphere(0.5f, 12, addMaterial(scene, mirrorMetal())));
+    FrameRequest r = request(std::move(scene), "budget");
+    r.accuracy.curved = CurvedMethod::probe;
+    r.accuracy.generations = 1;
+    r.accuracy.probeSize = 512;  // 16.8 MB with its levels, of 128 MB
+    const auto facesDrawn = [&](std::uint32_t samples, Image* image = nullptr) {
+        r.accuracy.probeSamples = samples;
+        const Frame frame = renderer().render(r);
+        if (image) *image = frame.image;
+        return std::count_if(frame.plan.passes.begin(), frame.plan.passes.end(),
+                             [](const Pass& pass) { return pass.kind == PassKind::capture; });
+    };
+    Image first, again;
+    EXPECT_EQ(facesDrawn(1, &first), 6);
+    EXPECT_EQ(facesDrawn(2), 6);
+    EXPECT_EQ(facesDrawn(1), 0) << "two have room";
+    for (std::uint32_t samples = 2; samples <= 9; ++samples) facesDrawn(samples);
+    EXPECT_EQ(facesDrawn(9), 0) << "the last is there";
+    EXPECT_EQ(facesDrawn(1, &again), 6) << "the first gave way";
+    EXPECT_EQ(again.data, first.data);
 }
 
 }  // namespace

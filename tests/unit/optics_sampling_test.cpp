@@ -76,8 +76,8 @@ TEST(GgxVisibleNormal, SharesAndDensityMakeUpTheLobe) {
             for (unsigned i = 0; i < n; ++i) {
                 const glm::vec3 h = glsl::ggxVisibleNormal(glsl::hammersley(i, n), v, float(alpha));
                 ASSERT_NEAR(glm::length(h), 1.0f, 1e-6f);
-                ASSERT_GE(glm::dot(v, h), -1e-4f)
-                    << "the eye sees no facet's back";  // floats at n.v 0.02
+                // At the cap's edge a facet is the small difference of two floats.
+                ASSERT_GE(glm::dot(v, h), -1e-3f) << "the eye sees no facet's back";
                 const glm::vec3 l = 2.0f * glm::dot(v, h) * h - v;
                 const double share = glsl::ggxShareOfVisible(l.z, v.z, float(alpha));
                 mean += share / n;
