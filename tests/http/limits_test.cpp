@@ -1,5 +1,6 @@
-// R3 of the failure catalogue: every number that a client may set, at its limits and just beyond.
-// The limits are read from the schema, so a new field is tested by being there.
+// R1 and R3 of the failure catalogue: every field that a client may set, with values of every wrong
+// kind, and every number at its limits and just beyond. Fields and limits are read from the schema,
+// so a new field is tested by being there.
 #include "server/frame_json.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,8 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
+#include <set>
 
 namespace clerestory::test {
 namespace {
@@ -71,6 +74,61 @@ void walk(const json& schema, const Place& place, int& pairs) {
     for (const json& never : {json(1e300), json(-1e300)}) {
         EXPECT_TRUE(outOfRange(place, never)) << place.pointer << " " << never;
     }
+}
+
+// Of the schema's types, all branches together.
+std::set<std::string> typesOf(const json& schema) {
+    std::set<std::string> types;
+    for (const json& one : schema.value("oneOf", json::array())) types.merge(typesOf(one));
+    if (schema.contains("type")) {
+        const std::string type = schema.at("type");
+        types.insert(type == "integer" ? "number" : type);
+    }
+    return types;
+}
+
+bool refused(const Place& place, const json& value) {
+    try {
+        frameRequestFrom(place.body(value));
+    } catch (const RequestError& error) {
+        for (const FieldError& e : error.problem().errors) {
+            if (e.pointer.starts_with(place.pointer) && !e.detail.empty() && !e.allowed.empty()) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+void walkKinds(const json& schema, const Place& place, int& cases) {
+    const std::map<std::string, json> values = {
+        {"number", 0.5},   {"string", "no such word"}, {"boolean", true},
+        {"null", nullptr}, {"array", json::array()},   {"object", json::object()}};
+    const std::set<std::string> types = typesOf(schema);
+    for (const auto& [type, value] : values) {
+        if (types.contains(type)) continue;
+        EXPECT_TRUE(refused(place, value)) << place.pointer << " " << value;
+        ++cases;
+    }
+    if (schema.contains("enum")) {
+        EXPECT_TRUE(refused(place, "no such word")) << place.pointer;
+        ++cases;
+    }
+    const auto inner = [&](const json& one) {
+        const json properties = one.value("properties", json::object());
+        for (const auto& [name, property] : properties.items()) {
+            walkKinds(property, place.field(name), cases);
+        }
+    };
+    inner(schema);
+    for (const json& one : schema.value("oneOf", json::array())) inner(one);
+}
+
+TEST(Limits, EveryFieldRefusesEveryOtherKindOfValue) {
+    int cases = 0;
+    walkKinds(json(frameRequestSchema()), Place{}, cases);
+    EXPECT_GT(cases, 300);
+    std::cout << cases << " cases\n";
 }
 
 TEST(Limits, HoldForEveryNumberOfTheSchema) {

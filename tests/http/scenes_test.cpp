@@ -201,7 +201,8 @@ TEST(Scenes, ABuiltInOneThatNobodyNamedLoadsWhenAskedFor) {
     TestServer server;
     auto client = server.client();
     EXPECT_EQ(settled(client, "six-walls")["state"], "ready");
-    for (const json& scene : jsonAt(client, "/v1/scenes")["scenes"]) {
+    const json list = jsonAt(client, "/v1/scenes");
+    for (const json& scene : list["scenes"]) {
         EXPECT_EQ(scene["state"], scene["id"] == "six-walls" ? "ready" : "waiting") << scene;
     }
     EXPECT_EQ(settled(client, "orbiting-cubes")["state"], "ready");

@@ -299,7 +299,8 @@ TEST(Supervisor, AHundredKillsLoseNothing) {
             }
         });
     }
-    for (int i = 0; i < 100; ++i) {
+    // Some find nobody who is not ending already.
+    for (int i = 0; i < 1000 && supervisor.counters().ended < 100; ++i) {
         awaitBoth(supervisor);
         kill(supervisor.processes().first, SIGKILL);
         std::this_thread::sleep_for(5ms);
@@ -308,7 +309,7 @@ TEST(Supervisor, AHundredKillsLoseNothing) {
     for (std::thread& client : clients) client.join();
     EXPECT_EQ(lost, 0);
     EXPECT_GT(answered, 100);
-    EXPECT_GE(supervisor.counters().ended, 50u);
+    EXPECT_GE(supervisor.counters().ended, 100u);
 }
 
 }  // namespace

@@ -3,6 +3,36 @@ import assert from "node:assert/strict";
 
 import { visit } from "./support.mjs";
 
+// In the page: words whose contrast with what is behind them is below that of WCAG 2.2, level AA: 4.5, and
+// 3 for large ones. What is switched off may be fainter.
+function faint() {
+  const numbers = (color) => color.match(/[\d.]+/g).map(Number);
+  const light = (color) => {
+    const [r, g, b] = numbers(color).map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const behind = (element) => {
+    for (let e = element; e; e = e.parentElement) {
+      const color = getComputedStyle(e).backgroundColor;
+      if ((numbers(color)[3] ?? 1) === 1) return color;
+    }
+    return "rgb(255, 255, 255)";
+  };
+  const faintOnes = [];
+  let looked = 0;
+  for (const e of document.querySelectorAll("header *, aside *")) {
+    const words = [...e.childNodes].filter((n) => n.nodeType === Node.TEXT_NODE && n.textContent.trim()).map((n) => n.textContent.trim()).join(" ");
+    const style = getComputedStyle(e);
+    if (!words || !e.offsetParent || style.visibility === "hidden" || e.closest(":disabled, [aria-disabled=true], option, svg")) continue;
+    ++looked;
+    const [low, high] = [light(style.color), light(behind(e))].sort((a, b) => a - b);
+    const size = parseFloat(style.fontSize), large = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700);
+    const contrast = (high + 0.05) / (low + 0.05);
+    if (contrast < (large ? 3 : 4.5)) faintOnes.push(`${words.slice(0, 40)}: ${contrast.toFixed(2)}`);
+  }
+  return { looked, faintOnes };
+}
+
 const looks = [
   ["desk-light", { colorScheme: "light", viewport: { width: 1360, height: 850 } }],
   ["desk-dark", { colorScheme: "dark", viewport: { width: 1360, height: 850 } }],
@@ -22,6 +52,9 @@ for (const [name, options] of looks) {
       const cut = await page.evaluate(() => [...document.querySelectorAll("aside button, aside label, aside h2, header label")]
         .filter((e) => e.offsetParent && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== "inline").map((e) => e.textContent));
       assert.deepEqual(cut, [], "words that do not fit");
+      const { looked, faintOnes } = await page.evaluate(faint);
+      assert.ok(looked > 10);
+      assert.deepEqual(faintOnes, [], "words that are hard to read");
     }
   });
 }
