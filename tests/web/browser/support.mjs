@@ -14,10 +14,14 @@ const pictures = process.env.CLERESTORY_SCREENSHOTS;
 const chromiumPath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
   .find((path) => path && existsSync(path));
 
+const running = new Set();  // servers; one that a failed test left would keep this process from its end
+
 // -> { url, stop() }; port 0 takes a free one.
 export async function serve({ port = 0, scenes = ["six-walls"], more = [] } = {}) {
   const flags = ["serve", "--port", String(port), "--log-level", "warn", "--deadline", "60", "--scene-cache", "none", ...scenes.flatMap((s) => ["--scene", s]), ...more];
   const child = spawn(program, flags, { stdio: ["ignore", "pipe", "inherit"] });
+  running.add(child);
+  child.on("exit", () => running.delete(child));
   const url = await new Promise((resolve, reject) => {
     let said = "";
     child.stdout.on("data", (text) => {
@@ -119,6 +123,7 @@ before(async () => {
 after(async () => {
   await browser?.close();
   await server?.stop();
+  for (const left of running) left.kill("SIGKILL");
 });
 
 // Opens, waits for the first full frame, runs the steps, and checks what holds everywhere.

@@ -1,0 +1,160 @@
+// Damages scene files in many ways and imports each: nothing may come of it but a scene that passed
+// its checks, or a reason, in time. scripts/fuzz scenes N [FOLDER]
+#include "tests/bench/statistics.h"
+
+#include "scene/import/import.h"
+
+#include <unistd.h>
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <random>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using namespace clerestory;
+using bench::Stopwatch;
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kLargest = 300'000;  // bytes of a file that is damaged
+
+std::string contentOf(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+// One of seven kinds of damage, up to four times.
+std::string damaged(std::string bytes, std::mt19937_64& random) {
+    const auto below = [&](std::size_t n) { return n > 0 ? random() % n : 0; };
+    for (std::size_t times = 1 + below(4); times > 0 && !bytes.empty(); --times) {
+        const std::size_t at = below(bytes.size());
+        const std::size_t count = std::min(bytes.size() - at, std::size_t{1} + below(64));
+        switch (below(7)) {
+            case 0:
+                bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
+                break;
+            case 1:
+                bytes.resize(at);
+                break;
+            case 2:
+                bytes.erase(at, count);
+                break;
+            case 3:
+                bytes.insert(at, bytes.substr(below(bytes.size()), 1 + below(64)));
+                break;
+            case 4:
+                for (std::size_t i = 0; i < count; ++i) bytes[at + i] = static_cast<char>(random());
+                break;
+            case 5:
+                for (std::size_t i = 0; i < count; ++i) bytes[at + i] = static_cast<char>(0xff);
+                break;
+            default: {  // the next number of a text becomes another one
+                constexpr const char* kNumbers[] = {"-1",  "4294967295", "1e39",
+                                                    "nan", "0",          "99999999999999999999"};
+                const std::size_t digit = bytes.find_first_of("0123456789", at);
+                if (digit == std::string::npos) break;
+                const std::size_t end =
+                    std::min(bytes.find_first_not_of("0123456789.eE+-", digit), bytes.size());
+                bytes.replace(digit, end - digit, kNumbers[below(std::size(kNumbers))]);
+            }
+        }
+    }
+    return bytes;
+}
+
+std::vector<fs::path> filesIn(const fs::path& folder) {
+    std::vector<fs::path> files;
+    const std::vector<std::string>& extensions = importableExtensions();
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        std::string extension = entry.path().extension().string();
+        if (extension.empty() || !entry.is_regular_file() || entry.file_size() == 0 ||
+            entry.file_size() > kLargest)
+            continue;
+        if (std::find(extensions.begin(), extensions.end(), extension.substr(1)) !=
+            extensions.end()) {
+            files.push_back(entry.path());
+        }
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+struct Tally {
+    std::mutex mutex;
+    std::map<std::string, int> outcomes;
+    double slowest = 0.0;
+    int failures = 0;
+    void add(const std::string& outcome, double milliseconds, bool failed) {
+        const std::lock_guard lock(mutex);
+        ++outcomes[outcome];
+        slowest = std::max(slowest, milliseconds);
+        failures += failed;
+    }
+};
+
+// In the folder of the file it comes from, so that what it refers to is there.
+void tryOne(const fs::path& source, const fs::path& work, std::uint64_t number,
+            const ImportOptions& options, Tally& tally) {
+    std::mt19937_64 random(number);
+    const fs::path file = work / (std::to_string(number) + source.extension().string());
+    std::ofstream(file, std::ios::binary) << damaged(contentOf(source), random);
+    const Stopwatch watch;
+    try {
+        const Scene scene = importScene(file, options);
+        const bool sound = sceneProblems(scene).empty();
+        tally.add(sound ? "a scene" : "A SCENE THAT IS NONE", watch.milliseconds(), !sound);
+    } catch (const ImportError& error) {
+        tally.add(std::string(nameOf(error.reason())), watch.milliseconds(), false);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s: %s\n", file.c_str(), error.what());
+        tally.add("ANOTHER EXCEPTION", watch.milliseconds(), true);
+    }
+    fs::remove(file);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const std::uint64_t count = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 10'000;
+    const fs::path folder = argc > 2 ? argv[2] : CLERESTORY_SHARED_SCENES;
+    const std::vector<fs::path> files =
+        fs::is_directory(folder) ? filesIn(folder) : std::vector<fs::path>{};
+    if (files.empty()) {
+        std::fprintf(stderr, "no scene file to damage in that folder\n");
+        return 2;
+    }
+    // Copies: the originals' folders stay as they are.
+    const fs::path work =
+        fs::temp_directory_path() / ("clerestory-mutations-" + std::to_string(::getpid()));
+    fs::create_directory(work);
+    ImportOptions options{.importer = CLERESTORY_PROGRAM};
+    options.limits.wallClock = std::chrono::milliseconds(10'000);
+    options.limits.cpu = std::chrono::seconds(5);
+    options.limits.addressSpaceBytes = 1ull << 30;
+    Tally tally;
+    std::atomic<std::uint64_t> next{0};
+    {
+        std::vector<std::jthread> threads;
+        for (unsigned t = 0; t < std::max(1u, std::thread::hardware_concurrency()); ++t) {
+            threads.emplace_back([&] {
+                for (std::uint64_t n = next++; n < count; n = next++) {
+                    tryOne(files[n % files.size()], work, n, options, tally);
+                }
+            });
+        }
+    }
+    fs::remove_all(work);
+    std::printf("%llu damaged files of %zu; the slowest took %.0f ms; %d failures\n",
+                static_cast<unsigned long long>(count), files.size(), tally.slowest,
+                tally.failures);
+    for (const auto& [outcome, times] : tally.outcomes)
+        std::printf("  %6d  %s\n", times, outcome.c_str());
+    return tally.failures == 0 && tally.slowest < 11'000 ? 0 : 1;
+}
