@@ -43,7 +43,7 @@ void* allocated(std::size_t size) {
 }  // namespace
 
 void failAt(Fault fault, std::uint64_t n) {
-    countFrom();
+    calls = allocations = 0;
     failingCall = fault == Fault::driverCall ? n : 0;
     failingAllocation = fault == Fault::allocation ? n : 0;
     happened = false;
@@ -52,10 +52,6 @@ void failAt(Fault fault, std::uint64_t n) {
 bool endFault() {
     failingCall = failingAllocation = 0;
     return happened;
-}
-
-void countFrom() {
-    calls = allocations = 0;
 }
 
 std::uint64_t counted(Fault fault) {

@@ -15,8 +15,7 @@ enum class Fault { driverCall, allocation };
 void failAt(Fault fault, std::uint64_t n);
 // Ends it. Whether it has happened.
 bool endFault();
-// How many there were since failAt() or countFrom().
-void countFrom();
+// How many there were since failAt().
 std::uint64_t counted(Fault fault);
 
 }  // namespace clerestory::test

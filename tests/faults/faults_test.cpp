@@ -61,7 +61,7 @@ void failEach(Fault fault, std::uint64_t step) {
     const FrameRequest r = everythingRequest();
     renderer().forgetMaps();
     const std::vector<std::byte> right = drawn(r);
-    std::uint64_t failures = 0;
+    std::uint64_t failures = 0, of = 0;
     for (std::uint64_t n = 1;; n += step) {
         renderer().forgetMaps();  // so that every pass runs
         failAt(fault, n);
@@ -76,6 +76,7 @@ void failEach(Fault fault, std::uint64_t step) {
         }
         if (!endFault()) {
             EXPECT_EQ(bytes, right);
+            of = counted(fault);
             break;
         }
         ASSERT_TRUE(failed) << "number " << n << " failed and nobody noticed";
@@ -83,8 +84,8 @@ void failEach(Fault fault, std::uint64_t step) {
         ++failures;
     }
     EXPECT_GT(failures, 10u);
-    std::printf("%llu failures, each noticed, each next frame right\n",
-                static_cast<unsigned long long>(failures));
+    std::printf("%llu of %llu failed in turn, each noticed, each next frame right\n",
+                static_cast<unsigned long long>(failures), static_cast<unsigned long long>(of));
 }
 
 TEST(Faults, EveryCallOfTheDriverInAFrame) {
