@@ -43,7 +43,6 @@ void Executor::recover() {
     resources_.shaders = ShaderLibrary();
     resources_.samplers = SamplerCache();
     for (auto& [scene, uploaded] : scenes_) uploaded.forgetPose();
-    gl::Context::current().forgive();
 }
 
 const GpuEnvironment& Executor::uploaded(const EnvironmentMap& map) {

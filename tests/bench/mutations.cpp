@@ -23,7 +23,8 @@ using namespace clerestory;
 using bench::Stopwatch;
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kLargest = 300'000;  // bytes of a file that is damaged
+constexpr std::uintmax_t kLargest = 300'000;          // bytes of a file that is damaged
+constexpr std::uintmax_t kLargestFolder = 8'000'000;  // with all that it may refer to
 
 std::string contentOf(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
@@ -86,6 +87,47 @@ std::vector<fs::path> filesIn(const fs::path& folder) {
     return files;
 }
 
+std::uintmax_t bytesIn(const fs::path& folder) {
+    std::uintmax_t sum = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        if (entry.is_regular_file()) sum += entry.file_size();
+    }
+    return sum;
+}
+
+// The files' counterparts in copies of their folders: what a file refers to is beside it, and the
+// originals stay as they are.
+std::vector<fs::path> copied(const std::vector<fs::path>& files, const fs::path& work) {
+    std::map<fs::path, fs::path> copies;  // empty: too large
+    std::vector<fs::path> result;
+    for (const fs::path& file : files) {
+        const fs::path folder = file.parent_path();
+        if (!copies.contains(folder)) {
+            fs::path copy;
+            if (bytesIn(folder) <= kLargestFolder) {
+                copy = work / std::to_string(copies.size());
+                fs::copy(folder, copy, fs::copy_options::recursive);
+            }
+            copies[folder] = copy;
+        }
+        if (!copies[folder].empty()) result.push_back(copies[folder] / file.filename());
+    }
+    return result;
+}
+
+// Damage tells nothing of a file that never was a scene.
+std::vector<fs::path> loading(std::vector<fs::path> files, const ImportOptions& options) {
+    std::erase_if(files, [&](const fs::path& file) {
+        try {
+            importScene(file, options);
+            return false;
+        } catch (const ImportError&) {
+            return true;
+        }
+    });
+    return files;
+}
+
 struct Tally {
     std::mutex mutex;
     std::map<std::string, int> outcomes;
@@ -99,11 +141,11 @@ struct Tally {
     }
 };
 
-// In the folder of the file it comes from, so that what it refers to is there.
-void tryOne(const fs::path& source, const fs::path& work, std::uint64_t number,
-            const ImportOptions& options, Tally& tally) {
+void tryOne(const fs::path& source, std::uint64_t number, const ImportOptions& options,
+            Tally& tally) {
     std::mt19937_64 random(number);
-    const fs::path file = work / (std::to_string(number) + source.extension().string());
+    const fs::path file =
+        source.parent_path() / ("damaged" + std::to_string(number) + source.extension().string());
     std::ofstream(file, std::ios::binary) << damaged(contentOf(source), random);
     const Stopwatch watch;
     try {
@@ -124,13 +166,6 @@ void tryOne(const fs::path& source, const fs::path& work, std::uint64_t number,
 int main(int argc, char** argv) {
     const std::uint64_t count = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 10'000;
     const fs::path folder = argc > 2 ? argv[2] : CLERESTORY_SHARED_SCENES;
-    const std::vector<fs::path> files =
-        fs::is_directory(folder) ? filesIn(folder) : std::vector<fs::path>{};
-    if (files.empty()) {
-        std::fprintf(stderr, "no scene file to damage in that folder\n");
-        return 2;
-    }
-    // Copies: the originals' folders stay as they are.
     const fs::path work =
         fs::temp_directory_path() / ("clerestory-mutations-" + std::to_string(::getpid()));
     fs::create_directory(work);
@@ -138,6 +173,13 @@ int main(int argc, char** argv) {
     options.limits.wallClock = std::chrono::milliseconds(10'000);
     options.limits.cpu = std::chrono::seconds(5);
     options.limits.addressSpaceBytes = 1ull << 30;
+    std::vector<fs::path> files;
+    if (fs::is_directory(folder)) files = loading(copied(filesIn(folder), work), options);
+    if (files.empty()) {
+        std::fprintf(stderr, "no scene file to damage in that folder\n");
+        fs::remove_all(work);
+        return 2;
+    }
     Tally tally;
     std::atomic<std::uint64_t> next{0};
     {
@@ -145,7 +187,7 @@ int main(int argc, char** argv) {
         for (unsigned t = 0; t < std::max(1u, std::thread::hardware_concurrency()); ++t) {
             threads.emplace_back([&] {
                 for (std::uint64_t n = next++; n < count; n = next++) {
-                    tryOne(files[n % files.size()], work, n, options, tally);
+                    tryOne(files[n % files.size()], n, options, tally);
                 }
             });
         }

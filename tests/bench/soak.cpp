@@ -21,8 +21,8 @@ using clerestory::bench::Holdings;
 using clerestory::bench::holdingsOf;
 using clerestory::bench::Stopwatch;
 
-// The n-th request: every scene, channel, effect and switch comes round again and again, in poses
-// that never repeat within 1,000 frames.
+// The n-th request: every scene, size and way comes round again and again, through lenses and at
+// moments that do not repeat within 1,000 frames.
 std::string requestOf(long n) {
     constexpr std::array kScenes = {"six-walls", "orbiting-cubes", "teapots", "meadow"};
     constexpr std::array kWays = {
@@ -38,9 +38,9 @@ std::string requestOf(long n) {
     char text[320];
     std::snprintf(
         text, sizeof text,
-        R"({"scene": "%s", "width": %ld, "height": %ld, "time": %.3f, "exposure": %.3f, %s})",
-        kScenes[n % kScenes.size()], 160 + 16 * (n % 5), 120 + 12 * (n % 5), 4.0 * place, place,
-        kWays[n / 4 % kWays.size()]);
+        R"({"scene": "%s", "width": %ld, "height": %ld, "time": %.3f, "camera": {"yfov": %.4f}, %s})",
+        kScenes[n % kScenes.size()], 160 + 16 * (n % 5), 120 + 12 * (n % 5), 4.0 * place,
+        0.6 + 0.4 * place, kWays[n / 4 % kWays.size()]);
     return text;
 }
 
@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
         samples.push_back({static_cast<double>(at), holdingsOf(server.id())});
     }
     clients.clear();
-    const auto most = [&](auto what) {
+    const auto rangeOf = [&](auto what) {
         std::size_t low = ~std::size_t{0}, high = 0;
         for (const Sample& s : samples) {
             low = std::min(low, s.holdings.*what);
@@ -112,9 +112,9 @@ int main(int argc, char** argv) {
         }
         return std::pair(low, high);
     };
-    const auto [leastBytes, mostBytes] = most(&Holdings::bytes);
-    const auto [leastFiles, mostFiles] = most(&Holdings::descriptors);
-    const auto [leastThreads, mostThreads] = most(&Holdings::threads);
+    const auto [leastBytes, mostBytes] = rangeOf(&Holdings::bytes);
+    const auto [leastFiles, mostFiles] = rangeOf(&Holdings::descriptors);
+    const auto [leastThreads, mostThreads] = rangeOf(&Holdings::threads);
     const double growth = slope(samples);
     std::printf("%ld frames in %.0f s, load average %.1f\n\n", frames, 1e-3 * watch.milliseconds(),
                 clerestory::bench::loadAverage());

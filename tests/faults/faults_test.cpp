@@ -3,20 +3,20 @@
 // on).
 #include "faults.h"
 #include "../gl/support.h"
-#include "image/encode.h"
 
 #include <gtest/gtest.h>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <cstdio>
 #include <cstdlib>
+#include <set>
 #include <string_view>
 
 namespace clerestory::test {
 namespace {
 
 // Everything that makes a frame's passes: glass before a wall, a flat mirror, a curved one with its
-// captured cube, a lamp, a texture, filters.
+// captured cube, a lamp, a texture, and filters.
 Scene everything() {
     Scene scene;
     Material wall;
@@ -44,6 +44,8 @@ FrameRequest everythingRequest() {
     r.environment.map = "sky";
     r.output.format = OutputFormat::png;
     r.accuracy.edgeFilter = true;
+    r.accuracy.curved = CurvedMethod::probe;
+    r.filters = {{.type = FilterType::glow}};
     return r;
 }
 
@@ -60,6 +62,14 @@ std::vector<std::byte> drawn(const FrameRequest& r) {
 void failEach(Fault fault, std::uint64_t step) {
     const FrameRequest r = everythingRequest();
     renderer().forgetMaps();
+    std::set<PassKind> kinds;
+    for (const Pass& pass : renderer().plan(r).passes) kinds.insert(pass.kind);
+    for (const PassKind kind :
+         {PassKind::environment, PassKind::capture, PassKind::prefilter, PassKind::mirror,
+          PassKind::surface, PassKind::backdrop, PassKind::glass, PassKind::glow, PassKind::toneMap,
+          PassKind::edgeFilter}) {
+        ASSERT_TRUE(kinds.contains(kind)) << nameOf(kind);
+    }
     const std::vector<std::byte> right = drawn(r);
     std::uint64_t failures = 0, of = 0;
     for (std::uint64_t n = 1;; n += step) {
