@@ -6,11 +6,13 @@
 #include "passes/gpu_tracer.h"
 #include "plan/features.h"
 #include "plan/planner.h"
+#include "plan/work.h"
 
 #include <algorithm>
 #include <chrono>
 #include <list>
 #include <map>
+#include <optional>
 
 namespace clerestory {
 namespace {
@@ -38,6 +40,7 @@ RendererIdentity identityOf(const gl::Capabilities& c) {
             .software = c.software,
             .clipControl = c.clipControl,
             .timerQueriesTrusted = c.timerQueriesTrusted,
+            .tellsOfResets = c.tellsOfResets,
             .maxSamples = c.maxSamples,
             .maxAnisotropy = c.maxAnisotropy,
             .maxTextureSize = c.maxTextureSize};
@@ -59,11 +62,14 @@ struct Renderer::State {
           limits({.maxSamples = identity.maxSamples,
                   .maxAnisotropy = identity.maxAnisotropy,
                   .software = identity.software,
-                  .traces = GpuTracer::offered()}) {}
+                  .traces = GpuTracer::offered()}),
+          mostSamples(options.mostSamples),
+          whenReset(options.whenReset) {}
 
     // What a request names, found; throws InvalidRequest naming what is not there.
     struct Subject {
         std::shared_ptr<const Scene> scene;
+        std::uint64_t generation;
         std::shared_ptr<const EnvironmentMap> environment;
         std::shared_ptr<const Pose> pose;
     };
@@ -80,20 +86,38 @@ struct Renderer::State {
                                         const EnvironmentMap&, const EnvironmentMaps&);
     // Throws RenderFailed, and nothing else.
     Execution execute(const Subject& subject, const FramePlan& plan, Run run) {
+        std::optional<Execution> execution;
+        std::string failure;
         try {
-            return (executor.*run)(plan, *subject.scene, *subject.pose, *subject.environment,
-                                   environments);
+            execution = (executor.*run)(plan, *subject.scene, *subject.pose, *subject.environment,
+                                        environments);
         } catch (const std::exception& error) {
-            executor.recover();
-            throw RenderFailed(error.what());
+            failure = error.what();
         }
+        requireContext();
+        if (execution) return *std::move(execution);
+        executor.recover();
+        throw RenderFailed(failure);
+    }
+    // Throws RenderFailed when the GPU was reset.
+    void requireContext() const {
+        if (!context.lost()) return;
+        if (whenReset) whenReset();
+        throw RenderFailed("the GPU was reset");
     }
     Frame frame(const FrameRequest& request, Run run);
 
     gl::Context context;  // before, and so outliving, everything that holds GL objects
     RendererIdentity identity;
     DeviceLimits limits;
-    std::map<std::string, std::shared_ptr<const Scene>> scenes;
+    std::uint64_t mostSamples;
+    std::function<void()> whenReset;
+    struct Loaded {
+        std::shared_ptr<const Scene> scene;
+        std::uint64_t generation = 0;
+    };
+    std::map<std::string, Loaded> scenes;
+    std::uint64_t generations = 0;  // of all scenes together
     EnvironmentMaps environments;
     std::string firstScene;  // what a request without a scene means
     Executor executor;
@@ -130,13 +154,14 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
     if (scene == scenes.end()) {
         throw InvalidRequest({{"/scene", "there is no such scene", keysOf(scenes)}});
     }
-    const std::string name = request.environment.map.value_or(scene->second->environment);
+    const auto& [held, generation] = scene->second;
+    const std::string name = request.environment.map.value_or(held->environment);
     const auto environment = environments.find(name);
     if (environment == environments.end()) {
         throw InvalidRequest(
             {{"/environment/map", "there is no such environment map", keysOf(environments)}});
     }
-    std::vector<FieldError> errors = problems(*scene->second, request.overrides);
+    std::vector<FieldError> errors = problems(*held, request.overrides);
     for (std::size_t i = 0; i < request.overrides.size(); ++i) {
         const auto& map = request.overrides[i].environmentMap;
         if (map && !map->empty() && !environments.contains(*map)) {
@@ -144,10 +169,10 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
                               "there is no such environment map", keysOf(environments)});
         }
     }
-    const auto clips = clipsNamed(*scene->second, request.clip);
-    if (!clips) errors.push_back(noSuchClip(*scene->second));
+    const auto clips = clipsNamed(*held, request.clip);
+    if (!clips) errors.push_back(noSuchClip(*held));
     if (!errors.empty()) throw InvalidRequest(std::move(errors));
-    return {scene->second, environment->second, poseOf(scene->second, *clips, request.time)};
+    return {held, generation, environment->second, poseOf(held, *clips, request.time)};
 }
 
 Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {
@@ -170,19 +195,25 @@ void Renderer::addScene(Scene added) {
     removeScene(added.id);
     state_->context.makeCurrent();
     const auto scene = std::make_shared<Scene>(std::move(added));
-    state_->executor.upload(scene);
+    try {
+        state_->executor.upload(scene);
+    } catch (...) {
+        state_->requireContext();
+        throw;
+    }
     if (state_->firstScene.empty()) state_->firstScene = scene->id;
     // `= {}` would keep the memory.
     for (TextureImage& image : scene->images) std::vector<std::uint8_t>().swap(image.texels);
-    state_->scenes[scene->id] = scene;
+    state_->scenes[scene->id] = {scene, ++state_->generations};
 }
 
 void Renderer::removeScene(const std::string& id) {
     const auto found = state_->scenes.find(id);
     if (found == state_->scenes.end()) return;
     state_->context.makeCurrent();
-    state_->moments.remove_if([&](const auto& m) { return m.scene == found->second; });
-    state_->executor.forget(*found->second);
+    const auto& scene = found->second.scene;
+    state_->moments.remove_if([&](const auto& m) { return m.scene == scene; });
+    state_->executor.forget(*scene);
     state_->scenes.erase(found);
 }
 
@@ -209,8 +240,11 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
     const Subject subject = subjectOf(request);
     const Clock::time_point start = Clock::now();
     Frame frame;
+    frame.sceneGeneration = subject.generation;
     frame.plan = plan(subject, request);
     frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+
+    requireAffordable(frame.plan, mostSamples);
 
     Execution execution = execute(subject, frame.plan, run);
     frame.image = std::move(execution.image);

@@ -12,6 +12,7 @@
 #include "scene/scene.h"
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -24,6 +25,11 @@ enum class Backend { automatic, software, hardware };
 struct RendererOptions {
     Backend backend = Backend::automatic;
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
+    // That a frame may shade, as plan/work.h counts them; 0: any.
+    std::uint64_t mostSamples = 0;
+    // Called once the driver says that the GPU was reset, by what found it out, on the renderer's
+    // thread; it may end the process. Every frame fails from then on.
+    std::function<void()> whenReset;
 };
 
 // What was found, as the driver says it.
@@ -33,6 +39,7 @@ struct RendererIdentity {
     bool software = false;
     bool clipControl = false;          // reversed depth at full precision
     bool timerQueriesTrusted = false;  // their clock agreed with a wall clock at start
+    bool tellsOfResets = false;        // of the GPU
     std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
 };
 
@@ -61,7 +68,9 @@ struct Frame {
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     double planMs = 0.0;
     double readbackMs = 0.0;
-    std::uint64_t mapBytes = 0;        // kept for this scene and read by this frame
+    std::uint64_t mapBytes = 0;  // kept for this scene and read by this frame
+    // Which addScene() of this renderer, from 1, the scene came from that was drawn.
+    std::uint64_t sceneGeneration = 0;
     std::vector<TargetHealth> health;  // of renderExamined() only: every float target of the plan
     std::vector<FrameMap> maps;        // of renderWithMaps() only
 };
@@ -74,7 +83,8 @@ struct RendererCounters {
 };
 
 // The driver, or the memory, failed in the middle of a frame. What the frame had made was let go:
-// the next one is drawn as if this one had never been.
+// the next one is drawn as if this one had never been; but for a GPU that was reset, with which all
+// is gone.
 class RenderFailed : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
@@ -100,7 +110,8 @@ public:
 
     // Throw InvalidRequest when the request names a scene, camera or map that is not there.
     FramePlan plan(const FrameRequest& request) const;
-    // May throw RenderFailed, as the two after it.
+    // May throw RenderFailed, as the two after it. All three throw InvalidRequest, before anything
+    // is made, when the plan shades more than RendererOptions allow.
     Frame render(const FrameRequest& request);
     // The same frame, byte for byte, and its health: every float target is read back and looked at,
     // which takes about as long again.

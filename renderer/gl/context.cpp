@@ -128,6 +128,10 @@ void Context::throwIfFailed() {
     throw std::runtime_error("the driver refused a call (error " + std::to_string(error) + ")");
 }
 
+bool Context::lost() const {
+    return resetStatus_ && resetStatus_() != GL_NO_ERROR;
+}
+
 void Context::forgive() {
     constexpr int kMost = 100;  // a lost context answers with errors for ever
     for (int i = 0; i < kMost && glGetError() != GL_NO_ERROR; ++i) {
@@ -148,6 +152,18 @@ void Context::findCapabilities(const std::string& platform) {
                     integer(GL_MAJOR_VERSION) * 10 + integer(GL_MINOR_VERSION) >= 45;
     // A software driver stamps work when it is queued, not when it is done (0.2 ms for 80 ms).
     c.timerQueriesTrusted = !c.software && timestampsAgreeWithWallClock();
+    const bool inCore = integer(GL_MAJOR_VERSION) * 10 + integer(GL_MINOR_VERSION) >= 45;
+    if (inCore || hasExtension("GL_KHR_robustness")) {
+        resetStatus_ = &glGetGraphicsResetStatus;
+    } else if (hasExtension("GL_ARB_robustness")) {
+        resetStatus_ =
+            reinterpret_cast<unsigned (*)()>(eglGetProcAddress("glGetGraphicsResetStatusARB"));
+    }
+    // The context may have been made without what was asked for.
+    c.tellsOfResets = resetStatus_ && integer(GL_RESET_NOTIFICATION_STRATEGY) ==
+                                          static_cast<int>(GL_LOSE_CONTEXT_ON_RESET);
+    if (!c.tellsOfResets) resetStatus_ = nullptr;
+    glGetError();  // the number above is not known to every driver
     // Colour and depth have to be able to do it, both in floating point: GL_MAX_SAMPLES speaks for
     // every renderable format.
     c.maxSamples = static_cast<std::uint32_t>(std::max(1, integer(GL_MAX_SAMPLES)));

@@ -23,6 +23,7 @@ struct Capabilities {
     bool software = false;
     bool clipControl = false;
     bool timerQueriesTrusted = false;
+    bool tellsOfResets = false;  // see Context::lost()
     std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
     std::uint32_t uniformAlignment = 256;  // bytes, of offsets into uniform buffers
 };
@@ -54,6 +55,9 @@ public:
     // Throws std::runtime_error when a call since the last time has failed: what was drawn is not
     // what was asked for. A driver tells of it only when asked.
     void throwIfFailed();
+    // Whether the GPU was reset, as far as the driver tells: nothing that this context holds is
+    // there any more, and nothing can be drawn with it.
+    bool lost() const;
     // After any failure: forgets what the driver has to say of it.
     void forgive();
 
@@ -64,6 +68,7 @@ private:
     void* display_ = nullptr;
     void* context_ = nullptr;
     void* surface_ = nullptr;
+    unsigned (*resetStatus_)() = nullptr;  // null: the driver tells nothing
     Capabilities capabilities_;
     ObjectCounters counters_;
     std::vector<std::string> messages_;

@@ -95,17 +95,24 @@ std::optional<OpenedContext> open(const Candidate& candidate, bool debugOutput) 
         const EGLint* wanted = surfaceless ? kSurfacelessConfig : kPbufferConfig;
         if (!eglChooseConfig(display, wanted, &config, 1, &found) || found == 0) return {};
     }
-    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                 4,
-                                 EGL_CONTEXT_MINOR_VERSION,
-                                 3,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                 EGL_CONTEXT_OPENGL_DEBUG,
-                                 debugOutput ? EGL_TRUE : EGL_FALSE,
-                                 EGL_NONE};
     opened.display = display;
-    opened.context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
+    // One that says when the GPU was reset, where there is such.
+    for (const bool notified : {true, false}) {
+        const EGLint attributes[] = {
+            EGL_CONTEXT_MAJOR_VERSION,
+            4,
+            EGL_CONTEXT_MINOR_VERSION,
+            3,
+            EGL_CONTEXT_OPENGL_PROFILE_MASK,
+            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+            EGL_CONTEXT_OPENGL_DEBUG,
+            debugOutput ? EGL_TRUE : EGL_FALSE,
+            notified ? EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY : EGL_NONE,
+            EGL_LOSE_CONTEXT_ON_RESET,
+            EGL_NONE};
+        opened.context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
+        if (opened.context != EGL_NO_CONTEXT) break;
+    }
     if (opened.context == EGL_NO_CONTEXT) return {};
     if (!surfaceless) opened.surface = eglCreatePbufferSurface(display, config, kOnePixel);
     if (!eglMakeCurrent(display, opened.surface, opened.surface, opened.context)) {

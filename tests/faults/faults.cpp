@@ -17,6 +17,7 @@ thread_local std::uint64_t failingCall = 0, failingAllocation = 0;  // 0: none
 thread_local bool happened = false;
 thread_local bool inDriver = false;
 thread_local GLenum pending = GL_NO_ERROR;
+thread_local bool gpuWasReset = false;
 
 bool callFails() {
     if (++calls != failingCall) return false;
@@ -49,6 +50,10 @@ void failAt(Fault fault, std::uint64_t n) {
     happened = false;
 }
 
+void resetGpu(bool wasReset) {
+    gpuWasReset = wasReset;
+}
+
 bool endFault() {
     failingCall = failingAllocation = 0;
     return happened;
@@ -79,6 +84,12 @@ extern "C" GLenum APIENTRY glGetError() {
     const GLenum error = pending;
     pending = GL_NO_ERROR;
     return error;
+}
+
+extern "C" GLenum APIENTRY glGetGraphicsResetStatus() {
+    static const auto real = reinterpret_cast<decltype(&glGetGraphicsResetStatus)>(
+        dlsym(RTLD_NEXT, "glGetGraphicsResetStatus"));
+    return gpuWasReset ? GL_INNOCENT_CONTEXT_RESET : real();
 }
 
 void* operator new(std::size_t size) {

@@ -13,6 +13,8 @@ enum class Fault { driverCall, allocation };
 // allocation throws std::bad_alloc. What a driver allocates within its calls is not ours and does
 // not count.
 void failAt(Fault fault, std::uint64_t n);
+// From now on the driver says that the GPU was reset, or not.
+void resetGpu(bool wasReset);
 // Ends it. Whether it has happened.
 bool endFault();
 // How many there were since failAt().

@@ -127,5 +127,24 @@ TEST(Faults, EveryCallOfTheDriverWhileASceneIsUploaded) {
     }
 }
 
+// G5. What ends the process in a worker is counted here.
+TEST(Faults, AResetOfTheGpuIsToldAndNothingIsDrawnAfterIt) {
+    int told = 0;
+    Renderer own({.whenReset = [&] { ++told; }});
+    if (!own.identity().tellsOfResets) GTEST_SKIP() << "this driver does not tell of resets";
+    Scene scene = everything();
+    scene.id = "everything";
+    own.addScene(std::move(scene));
+    FrameRequest r = everythingRequest();
+    const std::vector<std::byte> right = own.render(r).image.data;
+    EXPECT_EQ(told, 0);
+    resetGpu(true);
+    EXPECT_THROW(own.render(r), RenderFailed);
+    EXPECT_EQ(told, 1);
+    EXPECT_THROW(own.render(r), RenderFailed);
+    resetGpu(false);
+    EXPECT_EQ(own.render(r).image.data, right) << "it was told, and not so";
+}
+
 }  // namespace
 }  // namespace clerestory::test

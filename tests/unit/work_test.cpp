@@ -1,0 +1,112 @@
+// R3: what a frame shades, counted by hand, and the refusal of what is more than is allowed.
+#include "plan/work.h"
+#include "view_tree_support.h"
+
+#include <gtest/gtest.h>
+
+namespace clerestory::test {
+namespace {
+
+constexpr std::uint64_t kPixels = 160 * 90;  // of lookingFrom()
+
+std::uint64_t samplesOf(const FramePlan& plan, PassKind kind) {
+    std::uint64_t sum = 0;
+    for (const Pass& pass : passesOf(plan, kind)) sum += shadedSamples(plan, pass);
+    return sum;
+}
+
+FrameRequest plainRequest() {
+    FrameRequest request = lookingFrom({0, 1, 6});
+    request.accuracy.environmentSize = 16;
+    request.accuracy.environmentSamples = 8;
+    return request;
+}
+
+std::set<std::string> refusedKnobs(const FramePlan& plan, std::uint64_t most) {
+    std::set<std::string> pointers;
+    try {
+        requireAffordable(plan, most);
+    } catch (const InvalidRequest& refusal) {
+        for (const FieldError& e : refusal.errors()) {
+            EXPECT_NE(e.allowed.find(std::to_string(most)), std::string::npos) << e.allowed;
+            EXPECT_NE(e.detail.find(std::to_string(shadedSamples(plan))), std::string::npos);
+            pointers.insert(e.pointer);
+        }
+    }
+    return pointers;
+}
+
+TEST(Work, IsPixelsTimesSamplesOverAllPasses) {
+    FrameRequest request = plainRequest();
+    const FramePlan plan = planOf(boxScene(), request);
+    EXPECT_EQ(samplesOf(plan, PassKind::surface), kPixels);
+    EXPECT_EQ(samplesOf(plan, PassKind::toneMap), kPixels);
+    EXPECT_EQ(samplesOf(plan, PassKind::edgeFilter), kPixels);
+    // Six faces of every level, eight directions for each texel.
+    const TargetSpec& map = plan.targets[passesOf(plan, PassKind::environment).at(0).target];
+    std::uint64_t texels = 0;
+    for (std::uint32_t level = 0; level < map.levels; ++level) {
+        texels += 6 * (16ull >> level) * (16ull >> level);
+    }
+    EXPECT_EQ(samplesOf(plan, PassKind::environment), 8 * texels);
+    EXPECT_EQ(shadedSamples(plan), 3 * kPixels + 8 * texels);
+
+    request.accuracy.samples = 4;
+    EXPECT_EQ(samplesOf(planOf(boxScene(), request), PassKind::surface), 4 * kPixels);
+    EXPECT_EQ(shadedSamples(planOf(boxScene(), request, allOf(plan))), (4 + 1 + 1) * kPixels)
+        << "what is resident costs nothing";
+}
+
+TEST(Work, OfMapsGrowsWithTheirKnobs) {
+    FrameRequest request = forced(plainRequest());
+    const auto prefiltered = [&] {
+        return samplesOf(planOf(ballScene(), request), PassKind::prefilter);
+    };
+    const std::uint64_t once = prefiltered();
+    EXPECT_GT(once, 0u);
+    request.accuracy.probeSamples *= 2;
+    EXPECT_EQ(prefiltered(), 2 * once);
+    request.accuracy.generations = 1;
+    EXPECT_EQ(prefiltered(), once);
+    request.accuracy.probeSize *= 2;
+    EXPECT_GT(prefiltered(), 3 * once);
+}
+
+TEST(Work, RaysCountForEveryTurnOfEveryPixel) {
+    FrameRequest request = plainRequest();
+    request.accuracy.curved = CurvedMethod::traced;
+    request.accuracy.bounces = 5;
+    const FramePlan plan = planFrame(ballScene(), poseAt(ballScene(), 0.0), request, plainMap(), {},
+                                     DeviceLimits{.traces = true});
+    ASSERT_TRUE(traces(rootOf(plan))) << toText(plan);
+    EXPECT_EQ(samplesOf(plan, PassKind::surface), (1 + 5) * kPixels);
+}
+
+TEST(Work, ABudgetIsKeptToTheSample) {
+    const FramePlan plan = planOf(ballScene(), forced(plainRequest()));
+    const std::uint64_t all = shadedSamples(plan);
+    EXPECT_NO_THROW(requireAffordable(plan, all));
+    EXPECT_THROW(requireAffordable(plan, all - 1), InvalidRequest);
+    EXPECT_NO_THROW(requireAffordable(plan, 0)) << "any";
+    FrameRequest request = plainRequest();
+    EXPECT_NO_THROW(requireAffordable(request, kPixels));
+    EXPECT_THROW(requireAffordable(request, kPixels - 1), InvalidRequest);
+    EXPECT_LE(leastShadedSamples(request), all);
+}
+
+TEST(Work, ARefusalNamesWhatTookIt) {
+    FrameRequest request = plainRequest();
+    EXPECT_EQ(refusedKnobs(planOf(boxScene(), request), 100),
+              (std::set<std::string>{"/width", "/height", "/accuracy/samples",
+                                     "/accuracy/environmentSize", "/accuracy/environmentSamples"}));
+    request = forced(request);
+    request.filters = {{.type = FilterType::glow}};
+    const auto knobs = refusedKnobs(planOf(ballScene(), request), 100);
+    for (const char* pointer : {"/accuracy/probeSize", "/accuracy/probeSamples",
+                                "/accuracy/generations", "/filters", "/width"}) {
+        EXPECT_TRUE(knobs.contains(pointer)) << pointer;
+    }
+}
+
+}  // namespace
+}  // namespace clerestory::test
