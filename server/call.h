@@ -24,6 +24,7 @@ struct Call {
     std::function<std::string(const char* name)> header;  // empty when absent
     std::string client;                                   // its address, or what a proxy says of it
     std::shared_ptr<Departure> departure;                 // null for what HTTP itself refused
+    std::string job = {};  // of one that is begun again: its id; no client can set it
 };
 
 // Takes the next piece of an answer and returns when the client can take more; false: it has left.

@@ -89,11 +89,12 @@ Answer postComparison(Service& service, const Call& call) {
     service.queue().run(turnOf(service, call), [frame = request.frame](Renderer& renderer) {
         return renderer.plan(frame).passes.size();
     });
-    return accepted(service.jobs().start([&service, request](const std::string& id) {
+    const auto work = [&service, request](const std::string& id) {
         return [&service, request, id](const JobControl& control) {
             return compared(service, request, id, control);
         };
-    }));
+    };
+    return accepted(service.jobs().start(work, call.job));
 }
 
 }  // namespace clerestory

@@ -12,13 +12,15 @@ namespace {
 
 const std::string kPlace = "/v1/jobs/";
 
-// "/v1/jobs/ID..." -> "ID"
-std::string idIn(const Call& call) {
-    const std::size_t end = call.path.find('/', kPlace.size());
-    return call.path.substr(kPlace.size(), end - kPlace.size());
+}  // namespace
+
+std::string jobIdIn(std::string_view path) {
+    if (!path.starts_with(kPlace)) return "";
+    path.remove_prefix(kPlace.size());
+    return std::string(path.substr(0, path.find('/')));
 }
 
-Answer told(const JobStatus& status) {
+Answer toldJob(const JobStatus& status) {
     nlohmann::ordered_json json = {
         {"id", status.id}, {"state", nameOf(status.state)}, {"progress", status.progress}};
     if (!status.failure.empty()) json["failure"] = status.failure;
@@ -32,25 +34,23 @@ Answer told(const JobStatus& status) {
             .headers = {{"Cache-Control", "no-store"}}};
 }
 
-}  // namespace
-
 Answer accepted(const JobStatus& status) {
-    Answer answer = told(status);
+    Answer answer = toldJob(status);
     answer.status = 202;
     answer.headers.emplace_back("Location", kPlace + status.id);
     return answer;
 }
 
 Answer getJob(Service& service, const Call& call) {
-    return told(service.jobs().find(idIn(call)));
+    return toldJob(service.jobs().find(jobIdIn(call.path)));
 }
 
 Answer cancelJob(Service& service, const Call& call) {
-    return told(service.jobs().cancel(idIn(call)));
+    return toldJob(service.jobs().cancel(jobIdIn(call.path)));
 }
 
 Answer getJobPicture(Service& service, const Call& call) {
-    const JobStatus status = service.jobs().find(idIn(call));
+    const JobStatus status = service.jobs().find(jobIdIn(call.path));
     const std::string number = call.path.substr(call.path.rfind('/') + 1);
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), index);

@@ -12,7 +12,12 @@ Answer getJob(Service& service, const Call& call);
 Answer cancelJob(Service& service, const Call& call);
 Answer getJobPicture(Service& service, const Call& call);
 
-// 202, with the job's place in Location.
+// What a client is told of a job.
+Answer toldJob(const JobStatus& status);
+// The same as 202, with the job's place in Location.
 Answer accepted(const JobStatus& status);
+
+// "/v1/jobs/ID...", as in a path or in Location -> "ID"; empty for any other.
+std::string jobIdIn(std::string_view path);
 
 }  // namespace clerestory

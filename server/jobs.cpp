@@ -71,11 +71,12 @@ Jobs::~Jobs() {
     thread_.join();
 }
 
-JobStatus Jobs::start(std::function<Work(const std::string& id)> work) {
+JobStatus Jobs::start(std::function<Work(const std::string& id)> work, const std::string& known) {
     auto job = std::make_shared<Job>();
-    job->status.id = newId();
+    job->status.id = known.empty() ? newId() : known;
     job->work = work(job->status.id);
     const std::lock_guard lock(mutex_);
+    if (const Job* same = find(job->status.id, lock)) return same->status;
     const auto open = std::count_if(jobs_.begin(), jobs_.end(),
                                     [](const auto& j) { return !finished(j->status.state); });
     if (static_cast<std::size_t>(open) >= capacity_) throw RequestError(jobsFull());
@@ -89,23 +90,25 @@ JobStatus Jobs::start(std::function<Work(const std::string& id)> work) {
     return job->status;
 }
 
-Jobs::Job& Jobs::jobFor(const std::string& id) const {
+Jobs::Job* Jobs::find(std::string_view id, const std::lock_guard<std::mutex>&) const {
     const auto found = std::find_if(jobs_.begin(), jobs_.end(),
                                     [&](const auto& job) { return job->status.id == id; });
-    if (found == jobs_.end()) {
-        throw RequestError(notFound("There is no such job, or its result was let go."));
-    }
-    return **found;
+    return found == jobs_.end() ? nullptr : found->get();
+}
+
+Jobs::Job& Jobs::jobFor(const std::string& id, const std::lock_guard<std::mutex>& lock) const {
+    if (Job* job = find(id, lock)) return *job;
+    throw RequestError(notFound("There is no such job, or its result was let go."));
 }
 
 JobStatus Jobs::find(const std::string& id) const {
     const std::lock_guard lock(mutex_);
-    return jobFor(id).status;
+    return jobFor(id, lock).status;
 }
 
 JobStatus Jobs::cancel(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    Job& job = jobFor(id);
+    Job& job = jobFor(id, lock);
     job.unwanted = true;
     if (job.status.state == JobState::queued) job.status.state = JobState::cancelled;
     return job.status;

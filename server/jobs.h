@@ -61,10 +61,11 @@ public:
     Jobs(const Jobs&) = delete;
     Jobs& operator=(const Jobs&) = delete;
 
-    // `id` is the job's own, so that its result can name it. Throws RequestError 503 when the line
-    // is full. An exception of the work makes the job failed, in the words of a RequestError or an
-    // InvalidRequest, or none of the inside.
-    JobStatus start(std::function<Work(const std::string& id)> work);
+    // `id` is the job's own, so that its result can name it; `known`: the one that it must have,
+    // and where there is such a job already, that one is meant. Throws RequestError 503 when the
+    // line is full. An exception of the work makes the job failed, in the words of a RequestError
+    // or an InvalidRequest, or none of the inside.
+    JobStatus start(std::function<Work(const std::string& id)> work, const std::string& known = "");
 
     // Throws RequestError 404 when there is no such job, or no longer.
     JobStatus find(const std::string& id) const;
@@ -80,7 +81,8 @@ private:
     };
     void serve();
     void run(Job& job);
-    Job& jobFor(const std::string& id) const;
+    Job* find(std::string_view id, const std::lock_guard<std::mutex>&) const;
+    Job& jobFor(const std::string& id, const std::lock_guard<std::mutex>& lock) const;
 
     const std::size_t capacity_;
     mutable std::mutex mutex_;

@@ -60,11 +60,21 @@ void Server::stop() {
 Answer Server::ask(const Call& call) {
     if (service_) return answerTo(*service_, call);
     if (stopping_) throw RequestError(shuttingDown());
-    return supervisor_->ask(call);
+    const auto ofWorker = [this](const Call& asked) { return supervisor_->ask(asked); };
+    if (!takesTurn(call)) return jobs_.ask(call, ofWorker);
+    const FullLine::Moment begun = fullLine_.begin();
+    Answer answer = ofWorker(call);
+    fullLine_.end(begun, call.client, answer, Clock::now());
+    return answer;
 }
 
 std::optional<Problem> Server::refusalFor(const Call& call) const {
-    return service_ ? service_->queue().refusalFor(call.client) : std::nullopt;
+    if (service_) return service_->queue().refusalFor(call.client);
+    return fullLine_.refusalFor(call.client, Clock::now());
+}
+
+bool takesTurn(const Call& call) {
+    return call.path == "/v1/frames" || call.path == "/v1/plans";
 }
 
 }  // namespace clerestory

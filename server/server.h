@@ -1,6 +1,8 @@
 // The running server: the way in, whoever draws behind it, and what needs no renderer.
 #pragma once
 
+#include "server/full_line.h"
+#include "server/job_book.h"
 #include "server/live_views.h"
 #include "server/request_metrics.h"
 #include "server/service.h"
@@ -10,6 +12,9 @@
 #include <thread>
 
 namespace clerestory {
+
+// Whether a call waits in the line before the renderer.
+bool takesTurn(const Call& call);
 
 class Server {
 public:
@@ -56,6 +61,8 @@ private:
     Front http_;  // binds before there is a renderer: a taken port is known at once
     std::unique_ptr<Service> service_;
     std::unique_ptr<Supervisor> supervisor_;
+    FullLine fullLine_;  // of the worker, as JobBook
+    JobBook jobs_;
     std::thread listener_;
 };
 

@@ -95,9 +95,8 @@ Answer answerTo(Server& server, const Call& call) {
 
 std::optional<Answer> quickAnswerTo(Server& server, const Call& call) {
     if (call.path == "/healthz") return answerTo(server, call);
-    const bool draws = call.path == "/v1/frames" || call.path == "/v1/plans";
     // A frame that the client has already costs no turn.
-    if (!draws || !call.header("If-None-Match").empty()) return std::nullopt;
+    if (!takesTurn(call) || !call.header("If-None-Match").empty()) return std::nullopt;
     const auto problem = server.refusalFor(call);
     return problem ? std::optional(answerWith(server, call, *problem)) : std::nullopt;
 }

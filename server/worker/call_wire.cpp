@@ -74,6 +74,7 @@ std::string packed(const Call& call) {
     out.text(call.body);
     out.text(call.requestId);
     out.text(call.client);
+    out.text(call.job);
     out.number(call.arrived.time_since_epoch().count());
     for (const char* name : kHeaders) out.text(call.header ? call.header(name) : "");
     return out.take();
@@ -90,6 +91,7 @@ Call unpackedCall(std::string_view bytes) {
     call.body = in.text();
     call.requestId = in.text();
     call.client = in.text();
+    call.job = in.text();
     call.arrived = Clock::time_point(Clock::duration(in.number()));
     std::array<std::string, kHeaders.size()> headers;
     for (std::string& value : headers) value = in.text();

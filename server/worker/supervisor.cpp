@@ -8,7 +8,7 @@ namespace clerestory {
 namespace {
 
 // How long a call waits for a worker while one starts.
-constexpr std::chrono::seconds kPatience{5};
+constexpr std::chrono::seconds kPatience{10};
 // After a worker that ended before it answered anything, so that a machine on which none can live
 // is not kept busy with starting them.
 constexpr std::chrono::seconds kBetweenStarts{2};
@@ -81,8 +81,7 @@ void Supervisor::keep() {
 }
 
 Supervisor::Worker Supervisor::started() {
-    auto worker = std::make_shared<WorkerProcess>(options_.program);
-    ++counters_.started;
+    auto worker = std::make_shared<WorkerProcess>(options_.program, ++counters_.started);
     worker->awaitStanding();
     return worker;
 }

@@ -120,7 +120,12 @@ int runWorker(const Config& config) {
     Beating beating(pipe, std::chrono::duration<double>(config.hangSeconds));
     try {
         confine(config.workerMemoryBytes);
-        Service service(config);
+        Config own = config;
+        own.renderer.whenReset = [] {
+            spdlog::critical("the GPU was reset: this renderer ends");
+            std::_Exit(4);
+        };
+        Service service(own);
         beating.watch(service);
         pipe.send({.kind = MessageKind::standing});
         serve(service, pipe, config.queue + config.http.threads);

@@ -56,7 +56,8 @@ pid_t spawned(const WorkerProgram& worker, int socket) {
 
 }  // namespace
 
-WorkerProcess::WorkerProcess(const WorkerProgram& program) : silence_(program.silence) {
+WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number)
+    : silence_(program.silence), number_(number) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw failure("a socket");
     pipe_ = std::make_unique<MessagePipe>(ends[0]);
@@ -86,6 +87,7 @@ void WorkerProcess::awaitStanding() {
 }
 
 std::optional<Answer> WorkerProcess::ask(const Call& call) {
+    Message message{.kind = MessageKind::call, .bytes = packed(call)};
     std::future<std::optional<Answer>> answer;
     std::uint64_t id = 0;
     {
@@ -94,34 +96,43 @@ std::optional<Answer> WorkerProcess::ask(const Call& call) {
         id = nextId_++;
         answer = waiting_[id].get_future();
     }
-    pipe_->send({.kind = MessageKind::call, .id = id, .bytes = packed(call)});
+    message.id = id;
+    pipe_->send(message);
     if (call.departure) {
         call.departure->whenLeft([this, id] { pipe_->trySend(MessageKind::cancel, id); });
     }
     auto result = answer.get();
     if (call.departure) call.departure->whenLeft(nullptr);
+    if (result) result->headers.emplace_back(kWorkerHeader, std::to_string(number_));
     return result;
 }
 
 // The listener's thread: until the worker ends, which closes its end, or somebody shuts ours.
 void WorkerProcess::listen() {
     bool sound = true;
-    while (sound) {
-        auto message = pipe_->receive();
-        if (!message) break;
-        sound = heard(*message);
+    try {
+        while (sound) {
+            auto message = pipe_->receive();
+            if (!message) break;
+            sound = heard(*message);
+        }
+    } catch (const std::exception&) {  // no answer at all, or no memory for it
+        sound = false;
     }
     end(!sound);
 }
 
 // False for what no worker of ours says.
 bool WorkerProcess::heard(const Message& message) {
+    // Before it is taken from those that wait: what cannot be read leaves it with the others.
+    std::optional<Answer> answer;
+    if (message.kind == MessageKind::answer) answer = unpackedAnswer(message.bytes);
     std::promise<std::optional<Answer>> promise;
     {
         const std::lock_guard lock(mutex_);
         lastHeard_ = Clock::now();
         if (message.kind == MessageKind::failed) lastWords_ = message.bytes;
-        if (message.kind == MessageKind::answer) {
+        if (answer) {
             const auto found = waiting_.find(message.id);
             if (found == waiting_.end()) return false;  // it answers twice
             promise = std::move(found->second);
@@ -133,15 +144,8 @@ bool WorkerProcess::heard(const Message& message) {
         if (stands_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return false;
         standing_.set_value();
     }
-    if (message.kind != MessageKind::answer) return true;
-    try {
-        promise.set_value(unpackedAnswer(message.bytes));
-        return true;
-    } catch (const std::runtime_error&) {
-        const std::lock_guard lock(mutex_);
-        waiting_.emplace(message.id, std::move(promise));  // with the others that it leaves behind
-        return false;
-    }
+    if (answer) promise.set_value(std::move(answer));
+    return true;
 }
 
 void WorkerProcess::end(bool byUs) {
@@ -170,11 +174,13 @@ void WorkerProcess::end(bool byUs) {
 void WorkerProcess::watch() {
     std::unique_lock lock(mutex_);
     while (!ended_) {
-        ending_.wait_for(lock, silence_ / 30, [&] { return ended_.load(); });
-        if (!ended_ && Clock::now() - lastHeard_ > silence_) {
-            silent_ = true;
-            pipe_->shut();
-        }
+        // Not a moment later than that: somebody waits for what it would have answered.
+        const auto until = lastHeard_ + silence_;
+        if (ending_.wait_until(lock, until, [&] { return ended_.load(); })) return;
+        if (lastHeard_ + silence_ > Clock::now()) continue;
+        silent_ = true;
+        pipe_->shut();
+        ending_.wait(lock, [&] { return ended_.load(); });
     }
 }
 

@@ -24,10 +24,14 @@ struct WorkerProgram {
     std::chrono::milliseconds silence{3000};
 };
 
+// Of every answer of a worker: its number.
+inline constexpr const char* kWorkerHeader = "Clerestory-Worker";
+
 class WorkerProcess {
 public:
-    // Throws std::runtime_error when no process can be made.
-    explicit WorkerProcess(const WorkerProgram& program);
+    // `number`: which of its front's workers it is, from 1. Throws std::runtime_error when no
+    // process can be made.
+    WorkerProcess(const WorkerProgram& program, std::uint64_t number);
     ~WorkerProcess();  // kills it
     WorkerProcess(const WorkerProcess&) = delete;
     WorkerProcess& operator=(const WorkerProcess&) = delete;
@@ -44,6 +48,7 @@ public:
     // Ended by a signal that nobody can send to himself by mistake, and that we did not send.
     bool wasKilled() const { return killed_; }
     pid_t id() const { return id_; }
+    std::uint64_t number() const { return number_; }
 
 private:
     void listen();
@@ -52,6 +57,7 @@ private:
     void end(bool byUs);
 
     const std::chrono::milliseconds silence_;
+    const std::uint64_t number_;
     pid_t id_ = -1;
     std::unique_ptr<MessagePipe> pipe_;
     std::promise<void> standing_;

@@ -107,7 +107,12 @@ TEST_F(WorkerServer, KillsInMidFrameLoseNothing) {
             auto own = client();
             for (int n = c; !ending; n = (n + 3) % 8) {
                 const auto result = postJson(own, "/v1/frames", frameBody(n));
-                ++(result && result->status == 200 && result->body == expected[n] ? right : wrong);
+                if (result && result->status == 200 && result->body == expected[n]) {
+                    ++right;
+                } else if (++wrong == 1) {
+                    ADD_FAILURE() << (result ? std::to_string(result->status) + " " + result->body
+                                             : httplib::to_string(result.error()));
+                }
             }
         });
     }
@@ -123,6 +128,52 @@ TEST_F(WorkerServer, KillsInMidFrameLoseNothing) {
     EXPECT_EQ(wrong, 0);
     EXPECT_GT(right, kKills);
     EXPECT_GE(server.supervisor()->counters().ended, static_cast<std::uint64_t>(kKills));
+}
+
+// S4: of which load of its scene a frame is, and whose.
+TEST_F(WorkerServer, AFrameNamesItsRendererAndTheGenerationOfItsScene) {
+    auto client = this->client();
+    const auto drawn = [&](const std::string& body) {
+        const auto answer = postJson(client, "/v1/frames", body);
+        EXPECT_EQ(answer->status, 200) << answer->body;
+        return std::pair(answer->get_header_value("Clerestory-Worker"),
+                         std::stoi("0" + answer->get_header_value("Clerestory-Scene-Generation")));
+    };
+    const auto first = drawn(smallFrame());
+    EXPECT_EQ(first.first, "1");
+    EXPECT_GT(first.second, 0);
+    EXPECT_EQ(drawn(frameBody(1)), first) << "the same scene, from the same load";
+    const auto other = drawn(R"({"scene": "meadow", "width": 16, "height": 16})");
+    EXPECT_EQ(other.first, "1");
+    EXPECT_GT(other.second, first.second);
+    awaitStandby();
+    kill(worker(), SIGKILL);
+    EXPECT_EQ(drawn(smallFrame()).first, "2");
+}
+
+TEST_F(WorkerServer, AJobIsDoneAgainWhenItsRendererEnds) {
+    auto client = this->client();
+    awaitStandby();
+    const auto started =
+        postJson(client, "/v1/comparisons",
+                 smallFrame(R"("frames": 2, "samples": 64, "settings": ["draft"])"));
+    ASSERT_TRUE(started);
+    ASSERT_EQ(started->status, 202) << started->body;
+    const std::string place = started->get_header_value("Location");
+    kill(worker(), SIGKILL);
+    json job;
+    for (int i = 0; i < 6000; ++i) {
+        const auto answer = client.Get(place);
+        ASSERT_TRUE(answer);
+        ASSERT_EQ(answer->status, 200) << answer->body;
+        job = json::parse(answer->body);
+        ASSERT_NE(job["state"], "failed") << job;
+        if (job["state"] == "done") break;
+        std::this_thread::sleep_for(10ms);
+    }
+    EXPECT_EQ(job["state"], "done") << job;
+    EXPECT_EQ(place, "/v1/jobs/" + job.value("id", ""));
+    EXPECT_EQ(job["result"]["settings"].size(), 1u);
 }
 
 TEST_F(WorkerServer, ASequenceGoesOnOverAKill) {
