@@ -17,6 +17,9 @@ struct CacheOptions {
     std::uint64_t mostBytes = 4ull << 30;
 };
 
+// Samples that one frame may shade unless --max-work says otherwise; see plan/work.h.
+inline constexpr std::uint64_t kMostSamplesServed = 2'000'000'000;
+
 struct Config {
     RendererOptions renderer;
     FrontOptions http;

@@ -48,6 +48,8 @@ void addLimitFlags(CLI::App& serve, Config& config) {
         ->type_name("SECONDS")
         ->group("Limits")
         ->capture_default_str();
+    addCount(serve, "--max-work", config.renderer.mostSamples, 0, 1e15,
+             "samples that one frame may shade: pixels x samples over all its passes; 0: any");
     addCount(serve, "--threads", config.http.threads, 4, 4096,
              "requests answered at once, beside those that wait for a frame");
     addCount(serve, "--connections", limits.connections, 8, 1e5,

@@ -1,5 +1,6 @@
 // FrameRequest and FramePlan -> JSON.
 #include "plan/view.h"
+#include "plan/work.h"
 #include "scene/field_values.h"
 #include "server/frame_json.h"
 
@@ -175,8 +176,11 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     }
     if (const View* view = frameView(plan)) json["camera"] = cameraJson(plan, *view);
     const PlanTotals t = totals(plan);
-    json["totals"] = {
-        {"passes", t.passes}, {"views", t.views}, {"draws", t.draws}, {"triangles", t.triangles}};
+    json["totals"] = {{"passes", t.passes},
+                      {"views", t.views},
+                      {"draws", t.draws},
+                      {"triangles", t.triangles},
+                      {"samples", shadedSamples(plan)}};
     return json;
 }
 

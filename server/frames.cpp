@@ -1,6 +1,7 @@
 #include "server/frames.h"
 
 #include "measures/displayed.h"
+#include "plan/work.h"
 #include "server/build_id.h"
 #include "server/compact_passes.h"
 #include "server/encode_answer.h"
@@ -145,6 +146,7 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     const auto scene = service.library().require(request.scene);
     request.scene = scene->id;
     const auto pick = picked(service, *scene, request);
+    requireAffordable(request, service.config().renderer.mostSamples);
     const std::string etag = etagOf(service, *scene, request);
     Answer answer;
     answer.headers = {{"Cache-Control", "no-cache"}, {"Vary", "Accept"}};
@@ -170,11 +172,13 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     answer.body = encoded(drawn.frame.image, request.output);
     answer.type = mediaType(request.output.format);
     const double encodeMs = millisecondsSince(drawnAt);
-    service.metrics().frame(millisecondsSince(door) / 1000.0, drawn.queueMs / 1000.0,
-                            drawn.frame.plan);
+    service.metrics().frame(drawn.frame, 1e-3 * millisecondsSince(door), 1e-3 * drawn.queueMs,
+                            1e-3 * encodeMs);
     answer.headers.emplace_back("Server-Timing",
                                 serverTiming(drawn, encodeMs, millisecondsSince(call.arrived)));
     answer.headers.emplace_back("Clerestory-Passes", compactPasses(drawn.frame.plan));
+    answer.headers.emplace_back("Clerestory-Scene-Generation",
+                                std::to_string(drawn.frame.sceneGeneration));
     if (pick) {
         answer.headers.emplace_back("Clerestory-Accuracy", pick->words);
         // Examining every target takes longer than the frame, and so do taking maps away and

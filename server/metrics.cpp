@@ -8,6 +8,8 @@
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 
+#include <map>
+#include <set>
 #include <sstream>
 
 namespace clerestory {
@@ -18,6 +20,10 @@ using prometheus::BuildGauge;
 using prometheus::BuildHistogram;
 using prometheus::Registry;
 
+prometheus::Histogram::BucketBoundaries secondsBuckets() {
+    return {0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
+}
+
 }  // namespace
 
 struct Metrics::Families {
@@ -26,6 +32,21 @@ struct Metrics::Families {
                                                           .Name("clerestory_passes_total")
                                                           .Help("Passes drawn, by kind")
                                                           .Register(registry);
+    prometheus::Family<prometheus::Counter>& skipped =
+        BuildCounter()
+            .Name("clerestory_skipped_total")
+            .Help("What plans left out, by the effect that it is of")
+            .Register(registry);
+    prometheus::Family<prometheus::Counter>& maps =
+        BuildCounter()
+            .Name("clerestory_maps_total")
+            .Help("Maps that frames read and that outlive them, by whether they had to be drawn")
+            .Register(registry);
+    prometheus::Family<prometheus::Histogram>& spans =
+        BuildHistogram()
+            .Name("clerestory_span_seconds")
+            .Help("Parts of a frame: queue, plan, all passes of a kind, readback, encode")
+            .Register(registry);
     prometheus::Counter& notModified = BuildCounter()
                                            .Name("clerestory_not_modified_total")
                                            .Help("Frames answered 304, without drawing")
@@ -43,8 +64,7 @@ struct Metrics::Families {
             .Name("clerestory_queue_seconds")
             .Help("From the door of the queue to the begin of the work")
             .Register(registry)
-            .Add({}, prometheus::Histogram::BucketBoundaries{0.001, 0.002, 0.005, 0.01, 0.02, 0.05,
-                                                             0.1, 0.2, 0.5, 1.0, 2.0, 5.0});
+            .Add({}, secondsBuckets());
     prometheus::Gauge& queueDepth = BuildGauge()
                                         .Name("clerestory_queue_depth")
                                         .Help("Frames waiting or being drawn")
@@ -84,11 +104,28 @@ struct Metrics::Families {
 Metrics::Metrics() : families_(std::make_unique<Families>()) {}
 Metrics::~Metrics() = default;
 
-void Metrics::frame(double seconds, double queueSeconds, const FramePlan& plan) {
+void Metrics::frame(const Frame& frame, double seconds, double queueSeconds, double encodeSeconds) {
     families_->frameSeconds.Observe(seconds);
     families_->queueSeconds.Observe(queueSeconds);
-    for (const Pass& pass : plan.passes) {
+    std::map<std::string, double> spans = {{"queue", queueSeconds},
+                                           {"plan", 1e-3 * frame.planMs},
+                                           {"readback", 1e-3 * frame.readbackMs},
+                                           {"encode", encodeSeconds}};
+    for (const PassTime& time : frame.passTimes) spans[time.kind] += 1e-3 * time.milliseconds;
+    for (const auto& [name, spent] : spans) {
+        families_->spans.Add({{"span", name}}, secondsBuckets()).Observe(spent);
+    }
+    std::set<TargetId> drawn;
+    for (const Pass& pass : frame.plan.passes) {
         families_->passes.Add({{"kind", std::string(nameOf(pass.kind))}}).Increment();
+        drawn.insert(pass.target);
+    }
+    for (const Skipped& left : frame.plan.skipped) {
+        families_->skipped.Add({{"effect", std::string(nameOf(left.effect))}}).Increment();
+    }
+    for (TargetId id = 0; id < frame.plan.targets.size(); ++id) {
+        if (frame.plan.targets[id].residentKey == 0) continue;
+        families_->maps.Add({{"state", drawn.contains(id) ? "drawn" : "resident"}}).Increment();
     }
 }
 

@@ -1,7 +1,7 @@
 // What GET /metrics tells of frames: of whoever draws. Thread-safe.
 #pragma once
 
-#include "plan/frame_plan.h"
+#include "renderer.h"
 #include "server/scene_library.h"
 
 #include <memory>
@@ -16,8 +16,8 @@ public:
     Metrics();
     ~Metrics();
 
-    // From the queue's door to encoded bytes, and of that in the queue.
-    void frame(double seconds, double queueSeconds, const FramePlan& plan);
+    // From the queue's door to encoded bytes, of that in the queue, and of that encoding.
+    void frame(const Frame& frame, double seconds, double queueSeconds, double encodeSeconds);
     void notModified();
 
     // Prometheus text, version 0.0.4.

@@ -59,7 +59,12 @@ WorkLine::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job
         for (const WorkLine::Id out : entry.pushedOut) gone.push_back(dropped(out, full()));
         if (!entry.id) throw RequestError(full());
         id = *entry.id;
-        jobs_.emplace(id, std::move(job));
+        try {
+            jobs_.emplace(id, std::move(job));
+        } catch (...) {  // memory: nobody stands in line without work
+            line_.leave(id);
+            throw;
+        }
     }
     wake_.notify_one();
     return id;

@@ -123,11 +123,11 @@ std::vector<SceneEntries::Entry> SceneEntries::followUploads(const UploadStore& 
         const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
             return e->status.uploaded && e->status.id == upload.id;
         });
-        const Entry entry =
-            same == entries_.end() ? add(upload.id, upload.title, upload.file) : *same;
+        const bool isNew = same == entries_.end();
+        const Entry entry = isNew ? add(upload.id, upload.title, upload.file) : *same;
         entry->deleted = false;
         SceneStatus& status = entry->status;
-        status.uploaded = true;
+        if (isNew) status.uploaded = true;  // whoever loads one looks at this without the lock
         // Whoever sent it once more wants it tried once more.
         const bool known = status.state == SceneState::failed;
         const bool fails = !upload.failure.empty();

@@ -54,6 +54,7 @@ Answer describeRenderer(Service& service, const Call&) {
          {"software", id.software},
          {"clipControl", id.clipControl},
          {"timerQueriesTrusted", id.timerQueriesTrusted},
+         {"tellsOfResets", id.tellsOfResets},
          {"maxSamples", id.maxSamples},
          {"maxAnisotropy", id.maxAnisotropy},
          {"maxTextureSize", id.maxTextureSize},

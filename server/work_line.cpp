@@ -72,13 +72,19 @@ WorkLine::Entry WorkLine::enter(const Ticket& ticket, Clock::time_point now) {
         take(entry.pushedOut.back());
     }
     if (!fits()) return entry;
-    entry.id = nextId_++;
+    const Id id = nextId_++;
     Line& line = lines_[ticket.client];
     if (line.ids.empty()) line.had = std::max(line.had, had_);
-    line.ids.push_back(*entry.id);
+    line.ids.push_back(id);
+    try {
+        tickets_.emplace(id, Waiting{ticket, seconds});
+    } catch (...) {  // memory: as if it had never come
+        line.ids.pop_back();
+        throw;
+    }
     line.held += seconds;
     waitingSeconds_ += seconds;
-    tickets_.emplace(*entry.id, Waiting{ticket, seconds});
+    entry.id = id;
     return entry;
 }
 

@@ -13,6 +13,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <new>
 
 namespace clerestory {
 namespace {
@@ -24,7 +25,7 @@ constexpr std::uint64_t kListener = 0, kWake = 1;
 // Less than this within FrontLimits::write or body is no progress: else a byte a second would be.
 constexpr std::uint64_t kProgress = 4096, kBodyProgress = 512 * 1024;
 constexpr milliseconds kDrain{500};
-constexpr milliseconds kAcceptPause{20}, kNotYetIdle{250};
+constexpr milliseconds kAcceptPause{20}, kNotYetIdle{250}, kMemoryPause{1};
 // At the end: for a request that is on its way, and for one that has begun to come.
 constexpr milliseconds kLastCall{150};
 constexpr milliseconds kLastWord{2000};
@@ -62,10 +63,16 @@ void EventLoop::stop() {
     eventfd_write(wake_, 1);
 }
 
+// Whoever waits for it would wait for ever, so it waits for memory.
 void EventLoop::post(const Letter& letter) {
-    {
-        const std::lock_guard lock(mutex_);
-        letters_.push_back(letter);
+    for (bool given = false; !given;) {
+        try {
+            const std::lock_guard lock(mutex_);
+            letters_.push_back(letter);
+            given = true;
+        } catch (const std::bad_alloc&) {
+            std::this_thread::sleep_for(kMemoryPause);
+        }
     }
     eventfd_write(wake_, 1);
 }
@@ -129,23 +136,35 @@ void EventLoop::accept(int most) {
             continue;
         }
         ++counters_.accepted;
-        if (clients_.size() >= limits_.connections && !evict(milliseconds(0))) {
-            turnAway(accepted);
-            continue;
+        try {
+            welcome(accepted);
+        } catch (const std::exception& error) {  // memory: it costs this connection
+            ++counters_.acceptErrors;
+            spdlog::error("a connection failed: {}", error.what());
         }
-        const Id id = nextId_++;
-        clients_.emplace(id, Client{.outlet = std::make_shared<SocketOutlet>(
-                                        accepted.socket, unsent_, [this, id] { post({.id = id}); }),
-                                    .reader = RequestReader(limits_),
-                                    .address = std::move(accepted.client)});
-        counters_.open = clients_.size();
-        with(id, [&](Client& client) { advance(id, client); });
     }
 }
 
-void EventLoop::turnAway(Listener::Accepted& accepted) {
+void EventLoop::welcome(Listener::Accepted& accepted) {
+    const Id id = nextId_++;
+    std::shared_ptr<SocketOutlet> outlet;
+    try {
+        outlet = std::make_shared<SocketOutlet>(accepted.socket, unsent_,
+                                                [this, id] { post({.id = id}); });
+    } catch (...) {
+        close(accepted.socket);  // nobody owns it yet
+        throw;
+    }
+    if (clients_.size() >= limits_.connections && !evict(milliseconds(0))) return turnAway(*outlet);
+    clients_.emplace(id, Client{.outlet = std::move(outlet),
+                                .reader = RequestReader(limits_),
+                                .address = std::move(accepted.client)});
+    counters_.open = clients_.size();
+    with(id, [&](Client& client) { advance(id, client); });
+}
+
+void EventLoop::turnAway(SocketOutlet& outlet) {
     ++counters_.turnedAway;
-    SocketOutlet outlet(accepted.socket, unsent_, [] {});
     const Exchange nothing{.requestId = requestIdFrom("")};
     outlet.send(wireBytes(hooks_.refuse(callOf(nothing), tooManyConnections()), nothing.requestId,
                           false, false),

@@ -80,7 +80,8 @@ private:
     template <class Act>
     void with(Id id, Act act);
     void accept(int most);
-    void turnAway(Listener::Accepted& accepted);
+    void welcome(Listener::Accepted& accepted);
+    void turnAway(SocketOutlet& outlet);
     bool evict(std::chrono::milliseconds youngest);
     void pauseAccepting(int error);
     void read(Id id, Client& client);

@@ -1,6 +1,6 @@
 #include "server/front/worker_pool.h"
 
-#include <system_error>
+#include <exception>
 
 namespace clerestory {
 
@@ -18,7 +18,7 @@ void WorkerPool::run(std::function<void()> work) {
     if (idle_ <= waiting_.size() && threads_.size() < most_) {
         try {
             threads_.emplace_back([this] { serve(); });
-        } catch (const std::system_error&) {
+        } catch (const std::exception&) {
             if (threads_.empty()) throw;  // otherwise those that are there take it in turn
         }
     }

@@ -13,12 +13,13 @@ namespace clerestory {
 
 class WorkerPool {
 public:
-    explicit WorkerPool(std::size_t most) : most_(most) {}
+    explicit WorkerPool(std::size_t most) : most_(most) { threads_.reserve(most); }
     ~WorkerPool();  // finishes what was given
     WorkerPool(const WorkerPool&) = delete;
     WorkerPool& operator=(const WorkerPool&) = delete;
 
-    // `work` must not throw. Throws std::system_error when there is no thread and none can be made.
+    // `work` must not throw. Throws when there is no thread and none can be made, and for want of
+    // memory; then `work` is not done.
     void run(std::function<void()> work);
 
 private:
