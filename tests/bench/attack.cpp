@@ -45,6 +45,7 @@ void attacks(bool isShort) {
     print(pathAttacks(target));
     print(slowAttacks(target));
     print(crowds(target));
+    print(strangers(target, isShort ? 5'000 : 100'000));
 }
 
 void fewDescriptors() {
@@ -71,10 +72,13 @@ void loads(double factor, double seconds) {
     print({"L1", name, text("accepted p99 %.0f ms", p99), text("%.0f ms", bound), p99 <= bound});
     const double quick = percentile(load.frames, 503, 0.99);
     print({"L1", name, text("503 p99 %.1f ms", quick), "10 ms", quick <= 10});
-    const double good = done * load.serviceMs / (1000.0 * seconds + p99);
     print({"L1", name,
-           text("goodput %.0f %% of capacity (%.1f ms a frame)", 100 * good, load.serviceMs),
-           "95 %", good >= 0.95});
+           text("goodput %.0f %% of capacity (%.1f ms a frame)", 100 * load.goodput(),
+                load.serviceMs) +
+               text("; %.0f %% of what these clients leave: they take %.0f %%",
+                    100 * load.goodputOfTheRest(), 100 * load.clientShare) +
+               text(" of the machine, the port's process %.0f %%", 100 * load.frontShare),
+           "95 % of what the clients leave", load.goodputOfTheRest() >= 0.95});
     const int lost = static_cast<int>(load.frames.size()) - done - refused;
     print({"L1", name, text("%.0f without an answer", lost), "0", lost == 0});
     const double health = percentile(load.health, 200, 0.99);
@@ -109,6 +113,7 @@ int main(int argc, char** argv) {
     std::printf("| row | attack | figure | bar | |\n|---|---|---|---|---|\n");
     attacks(isShort);
     fewDescriptors();
+    print(liveCrowd());
     print(failingAccepts());
     loads(4, isShort ? 3 : 20);
     loads(50, isShort ? 2 : 10);

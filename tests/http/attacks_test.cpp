@@ -7,11 +7,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <thread>
 
@@ -38,6 +42,7 @@ TEST(Attacks, NoneTakesTheServerOut) {
     expectAll(pathAttacks(target));
     expectAll(slowAttacks(target));
     expectAll(crowds(target));
+    expectAll(strangers(target, 2'000));
     EXPECT_EQ(statusOf(ask(server.port(), slowFrame(), 60)), 200) << "and it still draws";
 }
 
@@ -176,6 +181,73 @@ TEST(Access, ATokenGuardsEverythingButHealthAndThePage) {
         EXPECT_EQ(headerOf(answer, "Content-Type"), "application/problem+json");
         EXPECT_NE(statusOf(ask(server.port(), get(path, with))), 401) << path;
     }
+}
+
+// Nowhere but in the header that it came in, however wrong the request around it.
+TEST(Access, ATokenIsNeverWrittenAnywhere) {
+    static const std::string token = "0123456789-unlogged-token";
+    static const std::string folder = CLERESTORY_TEST_OUTPUT "/unlogged";
+    std::filesystem::create_directories(folder);
+    const std::string file = folder + "/token";
+    static const std::string log = folder + "/log";
+    std::ofstream(file) << token << "\n";
+    std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+    std::string told;  // all that the server says
+    int asked = 0;
+    {
+        ServerProcess server(
+            {"--scene", "six-walls", "--token-file", file, "--log-level", "debug"},
+            [] { ::dup2(::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 2); });
+        const std::vector<std::string> headers = {
+            "Authorization: Bearer " + token + "\r\n",
+            "authorization: bearer " + token + "\r\n",
+            "Authorization: Bearer " + token + "x\r\n",
+            "Authorization: Basic " + token + "\r\n",
+            "Authorization: " + token + "\r\n",
+            "Authorization : Bearer " + token + "\r\n",
+            "X: y\r\n Authorization: Bearer " + token + "\r\n",
+            "Authorization: Bearer " + token + "\r\nAuthorization: Bearer " + token + "\r\n",
+            "Authorization: Bearer " + token + "\r\nContent-Length: -1\r\n",
+            "Authorization: Bearer " + token + std::string(20'000, 'x') + "\r\n",
+            "Cookie: token=" + token + "\r\n"};
+        const std::string body = R"({"scene": "six-walls", "width": 16, "height": 16})";
+        const std::vector<std::string> paths = {"/",
+                                                "/v1/scenes",
+                                                "/v1/scenes/nothing",
+                                                "/v1/renderer",
+                                                "/metrics",
+                                                "/readyz",
+                                                "/nothing",
+                                                "/openapi.json",
+                                                "/healthz",
+                                                "/v1/stream",
+                                                "/v1/frames?width=16",
+                                                "/v1/jobs/x"};
+        const auto say = [&](const std::string& request) {
+            told += ask(server.port(), request, 10.0);
+            ++asked;
+        };
+        for (const std::string& header : headers) {
+            const std::string more = header + "Connection: close\r\n";
+            for (const std::string& path : paths) {
+                say(get(path, more));
+                say(get(path + (path.find('?') == std::string::npos ? "?" : "&") + "token=" + token,
+                        more));
+            }
+            for (const char* path : {"/v1/frames", "/v1/plans", "/v1/sequences", "/v1/scenes"}) {
+                say(post(path, body, more));
+                say(post(path, "{" + body, more));
+            }
+        }
+        told += ask(server.port(), get("/metrics", headers.front() + "Connection: close\r\n"));
+        EXPECT_NE(told.find("clerestory_requests_total"), std::string::npos);
+        server.end(SIGTERM);
+    }
+    std::ifstream stream(log);
+    const std::string lines{std::istreambuf_iterator<char>(stream), {}};
+    EXPECT_GT(std::count(lines.begin(), lines.end(), '\n'), asked / 2) << "it does log";
+    EXPECT_EQ(lines.find(token), std::string::npos);
+    EXPECT_EQ(told.find(token), std::string::npos);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // The front by itself, before a few answers of the test's own: connections, streams, leaving,
 // ending.
 #include "server/front/front.h"
+#include "scene/import/sanitizer.h"
 #include "tests/support/raw_client.h"
 
 #include <gtest/gtest.h>
@@ -277,13 +278,15 @@ TEST(Front, WholeAnswersHoldNoWorkerWhileTheyAreTaken) {
     }
     // Two workers, six that read nothing: the next is answered at once all the same.
     std::this_thread::sleep_for(milliseconds(100));
-    EXPECT_EQ(bodyOf(ask(server.port(), get("/a"), 5)), "GET /a ");
+    EXPECT_EQ(bodyOf(ask(server.port(), get("/a"), 30)), "GET /a ");
     EXPECT_TRUE(soon([&] { return server.counters().stalled == 6; })) << "given up in the end";
 }
 
 TEST(Front, AReaderAtAFairPaceGetsAllOfIt) {
-    ToyServer server;
-    RawClient client(server.port(), nullptr, 65536);
+    FrontLimits limits = quickLimits();
+    if (kSanitized) limits.write = milliseconds(3000);  // its reader is slow beyond its pauses
+    ToyServer server(limits);
+    RawClient client(server.port(), nullptr, 1 << 18);
     client.send(get("/big", "Connection: close\r\n"));
     std::string all;
     while (all.size() < (8u << 20)) {  // takes longer than the write limit

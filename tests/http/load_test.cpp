@@ -1,4 +1,6 @@
 // Many clients, full queues, deadlines, the end of the server.
+#include "scene/import/sanitizer.h"
+#include "server/resident.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/test_server.h"
 
@@ -6,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 #include <thread>
 
 namespace clerestory::test {
@@ -215,6 +218,50 @@ TEST(Load, ATakenPortIsOneClearLine) {
     } catch (const std::runtime_error& error) {
         EXPECT_THAT(error.what(), testing::HasSubstr("cannot listen on 127.0.0.1"));
     }
+}
+
+// R3. An accuracy that nothing else here asks for, so that no map of it is there already.
+TEST(Work, AFrameMayShadeWhatIsAllowedAndNotASampleMore) {
+    const std::string body = smallFrame(R"("accuracy": {"environmentSize": 48})");
+    auto anybody = sharedServer().client();
+    const json plan = json::parse(postJson(anybody, "/v1/plans", body)->body);
+    const auto samples = plan.at("totals").at("samples").get<std::uint64_t>();
+    Config config = testConfig();
+    config.renderer.mostSamples = samples;
+    {
+        TestServer server(config);
+        auto client = server.client();
+        EXPECT_EQ(postJson(client, "/v1/frames", body)->status, 200);
+    }
+    config.renderer.mostSamples = samples - 1;
+    TestServer server(config);
+    auto client = server.client();
+    const json problem = problemOf(postJson(client, "/v1/frames", body), 422);
+    std::set<std::string> pointers;
+    for (const json& error : problem.at("errors")) {
+        pointers.insert(error.at("pointer"));
+        EXPECT_THAT(error.at("allowed").get<std::string>(),
+                    testing::HasSubstr(std::to_string(samples - 1)));
+    }
+    for (const char* knob : {"/width", "/accuracy/environmentSize", "/accuracy/samples"}) {
+        EXPECT_TRUE(pointers.contains(knob)) << knob;
+    }
+    // Refused before anything is made for it: at the door, and by its plan.
+    const double before = residentBytes();
+    for (int i = 0; i < 20; ++i) {
+        problemOf(postJson(client, "/v1/frames",
+                           R"({"scene": "six-walls", "width": 4096, "height": 2160})"),
+                  422);
+        problemOf(
+            postJson(client, "/v1/frames", smallFrame(R"("accuracy": {"environmentSize": 1024})")),
+            422);
+    }
+    if (!kSanitized) {
+        EXPECT_LT(residentBytes() - before, 1 << 20);
+    }
+    EXPECT_EQ(postJson(client, "/v1/frames", R"({"scene": "six-walls", "width": 8, "height": 8})")
+                  ->status,
+              200);
 }
 
 }  // namespace

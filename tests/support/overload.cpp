@@ -6,12 +6,15 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <mutex>
+#include <sstream>
 #include <thread>
 
 namespace clerestory::test {
@@ -81,6 +84,19 @@ double serviceMs(int port) {
     return times[times.size() / 2];
 }
 
+// Of all threads of a process, since it began.
+double processorSeconds(pid_t id) {
+    std::ifstream file("/proc/" + std::to_string(id) + "/stat");
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    // After the name, which may hold anything: state and ten more, then user and system ticks.
+    std::istringstream fields(text.substr(std::min(text.rfind(')') + 1, text.size())));
+    std::string skipped;
+    for (int i = 0; i < 11; ++i) fields >> skipped;
+    double user = 0.0, system = 0.0;
+    fields >> user >> system;
+    return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
 }  // namespace
 
 std::string slowFrame() {
@@ -145,15 +161,25 @@ int countOf(const std::vector<Shot>& shots, int status) {
                                           [&](const Shot& shot) { return shot.status == status; }));
 }
 
+double Overload::goodput() const {
+    return 1e-3 * countOf(frames, 200) * serviceMs / seconds;
+}
+
 Overload overload(const ServerProcess& server, double factor, double seconds) {
     Overload result;
     result.serviceMs = serviceMs(server.port());
+    const double ours = processorSeconds(::getpid()), theirs = processorSeconds(server.id());
+    const auto start = Clock::now();
     std::thread health([&] {
         result.health =
             openLoop(server.port(), get("/healthz", "Connection: close\r\n"), 20.0, seconds, 30.0);
     });
     result.frames =
         openLoop(server.port(), slowFrame(), factor * 1000.0 / result.serviceMs, seconds, 60.0);
+    result.seconds = secondsSince(start);
+    const double whole = result.seconds * std::thread::hardware_concurrency();
+    result.clientShare = (processorSeconds(::getpid()) - ours) / whole;
+    result.frontShare = (processorSeconds(server.id()) - theirs) / whole;
     health.join();
     return result;
 }

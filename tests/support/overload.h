@@ -27,6 +27,16 @@ int countOf(const std::vector<Shot>& shots, int status);
 struct Overload {
     double serviceMs = 0.0;  // of one frame alone
     std::vector<Shot> frames, health;
+    double seconds = 0.0;  // until the last answer
+    // Of all processors' time meanwhile: what these clients took, on the same machine, and what the
+    // process took that they reach.
+    double clientShare = 0.0, frontShare = 0.0;
+
+    // Frames done, of those that could be done one after the other in the time that it took.
+    double goodput() const;
+    // The same of what the clients left of the machine. A renderer in software uses every
+    // processor there is, and so what the clients take is taken from it.
+    double goodputOfTheRest() const { return goodput() / (1.0 - clientShare); }
 };
 // L1, L2. `queue`: what the server was started with.
 Overload overload(const ServerProcess& server, double factor, double seconds);

@@ -6,6 +6,7 @@
 namespace clerestory::test {
 
 Config testConfig() {
+    spdlog::set_level(spdlog::level::off);  // before any thread of a server looks at it
     Config config;
     config.renderer.debugOutput = true;
     config.http.port = 0;
@@ -17,8 +18,7 @@ Config testConfig() {
     return config;
 }
 
-TestServer::TestServer(const Config& config)
-    : server_((spdlog::set_level(spdlog::level::off), config)) {
+TestServer::TestServer(const Config& config) : server_(config) {
     server_.start();
 }
 

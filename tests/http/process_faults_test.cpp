@@ -1,0 +1,169 @@
+// G5, M2: the GPU is reset, and allocations fail one by one, within the renderer's process with its
+// driver and all libraries, and within the server's own. Long form: CLERESTORY_FAULTS=all.
+#include "scene/import/sanitizer.h"
+#include "tests/support/failing_process.h"
+#include "tests/support/raw_client.h"
+#include "tests/support/server_process.h"
+
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <new>
+#include <string>
+#include <string_view>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+// "first 500 allocation points of a request" (reliability.md, M2).
+constexpr std::int64_t kPoints = 500;
+
+std::int64_t stride(std::int64_t unlessAll) {
+    const char* wanted = std::getenv("CLERESTORY_FAULTS");
+    return wanted && std::string_view(wanted) == "all" ? 1 : unlessAll;
+}
+
+// What is to fail, in a file that the processes map too.
+class SharedFaults {
+public:
+    explicit SharedFaults(const char* role) {
+        const std::filesystem::path file = std::filesystem::path(CLERESTORY_TEST_OUTPUT) / role;
+        std::filesystem::create_directories(file.parent_path());
+        const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+        EXPECT_EQ(::ftruncate(fd, sizeof(ProcessFaults)), 0);
+        void* memory =
+            ::mmap(nullptr, sizeof(ProcessFaults), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+        ::close(fd);
+        faults_ = new (memory) ProcessFaults;
+        // The servers that are started from here on have these.
+        ::setenv(kFaultsFile, file.c_str(), 1);
+        ::setenv(kFaultsRole, role, 1);
+    }
+    ~SharedFaults() { ::munmap(faults_, sizeof(ProcessFaults)); }
+    SharedFaults(const SharedFaults&) = delete;
+    SharedFaults& operator=(const SharedFaults&) = delete;
+    ProcessFaults* operator->() { return faults_; }
+
+private:
+    ProcessFaults* faults_ = nullptr;
+};
+
+void preload() {
+    ::setenv("LD_PRELOAD", CLERESTORY_FAILING_PROCESS, 1);
+}
+
+class ProcessFault : public testing::Test {
+protected:
+    void SetUp() override {
+        if (kSanitized) GTEST_SKIP() << "a sanitizer has an allocator of its own";
+    }
+};
+
+std::string frame() {
+    return post("/v1/frames",
+                R"({"scene": "six-walls", "width": 96, "height": 64, "output": {"format": "png"}})",
+                "Connection: close\r\n");
+}
+
+std::string numberOf(const std::string& answer) {
+    return headerOf(answer, "Clerestory-Worker");
+}
+
+// After a failure: the same picture as ever, however soon a renderer stands again.
+std::string pictureSoon(int port) {
+    std::string answer;
+    for (int i = 0; i < 100; ++i) {
+        answer = ask(port, frame(), 60.0);
+        if (statusOf(answer) == 200) break;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return std::string(bodyOf(answer));
+}
+
+TEST_F(ProcessFault, AResetOfTheGpuEndsTheRendererAndLosesNothing) {
+    SharedFaults faults("worker");
+    const ServerProcess server({"--scene", "six-walls"}, preload);
+    ASSERT_TRUE(server.waitUntilReady());
+    const std::string renderer = ask(server.port(), get("/v1/renderer"));
+    if (renderer.find("\"tellsOfResets\":true") == std::string::npos) {
+        GTEST_SKIP() << "this driver does not tell of resets";
+    }
+    const std::string before = ask(server.port(), frame(), 60.0);
+    ASSERT_EQ(statusOf(before), 200) << before;
+    std::string number = numberOf(before);
+    for (int i = 0; i < 5; ++i) {
+        // The next renderer draws while it warms; this reset is for the one that answers.
+        for (int k = 0;
+             k < 500 &&
+             ask(server.port(), get("/metrics")).find("{role=\"standby\"} 1") == std::string::npos;
+             ++k) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+        faults->resets = 1;
+        const std::string answer = ask(server.port(), frame(), 60.0);
+        EXPECT_EQ(statusOf(answer), 200) << answer.substr(0, 400);
+        EXPECT_TRUE(bodyOf(answer) == bodyOf(before));
+        EXPECT_NE(numberOf(answer), number) << "another renderer drew it";
+        number = numberOf(answer);
+    }
+}
+
+// What became of a frame for each point at which an allocation failed.
+std::map<int, int> failEach(const ServerProcess& server, SharedFaults& faults, std::int64_t step) {
+    const std::string right = pictureSoon(server.port());
+    EXPECT_FALSE(right.empty());
+    std::map<int, int> outcomes;
+    for (std::int64_t n = 1; n <= kPoints; n += step) {
+        faults->failingAllocation = n;
+        const std::string answer = ask(server.port(), frame(), 60.0);
+        faults->failingAllocation = 0;
+        const int status = statusOf(answer);
+        ++outcomes[status];
+        if (status == 200) {
+            EXPECT_TRUE(bodyOf(answer) == right) << "allocation " << n;
+        }
+        EXPECT_EQ(::kill(server.id(), 0), 0) << "allocation " << n;
+        EXPECT_TRUE(pictureSoon(server.port()) == right) << "after allocation " << n;
+        if (testing::Test::HasFailure()) break;
+    }
+    return outcomes;
+}
+
+void tell(const char* where, const std::map<int, int>& outcomes) {
+    std::printf("allocations that failed in %s:", where);
+    for (const auto& [status, count] : outcomes) {
+        std::printf(" %d x %s", count, status == 0 ? "no answer" : std::to_string(status).c_str());
+    }
+    std::printf("\n");
+}
+
+TEST_F(ProcessFault, AnyAllocationOfARendererMayFail) {
+    SharedFaults faults("worker");
+    // A driver that waits for ever for what it could not make is a hang (G2).
+    const ServerProcess server({"--scene", "six-walls", "--hang", "5"}, preload);
+    ASSERT_TRUE(server.waitUntilReady());
+    const std::map<int, int> outcomes = failEach(server, faults, stride(47));
+    for (const auto& [status, count] : outcomes) {
+        EXPECT_TRUE(status == 200 || status == 500 || status == 503) << status;
+    }
+    tell("the renderer's process", outcomes);
+}
+
+// Here the connection may be what it costs.
+TEST_F(ProcessFault, AnyAllocationOfTheServerMayFail) {
+    SharedFaults faults("serve");
+    const ServerProcess server({"--scene", "six-walls"}, preload);
+    ASSERT_TRUE(server.waitUntilReady());
+    tell("the server's process", failEach(server, faults, stride(7)));
+}
+
+}  // namespace
+}  // namespace clerestory::test

@@ -1,0 +1,225 @@
+// Scenes that clients send, when room, memory, disk or renderers come to an end.
+#include "server/resident.h"
+#include "tests/http/uploads_support.h"
+#include "tests/support/server_process.h"
+
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <mutex>
+
+#include <sys/resource.h>
+
+namespace clerestory::test {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Uploads, FullMeansInsufficientStorage) {
+    Config config = uploadConfig();
+    config.scenes.uploads.limits.count = 2;
+    TestServer server(config);
+    auto client = server.client();
+    const std::string first = idOf(send(client, triangleGlb(1)));
+    EXPECT_EQ(send(client, triangleGlb(2))->status, 201);
+    const json problem = problemOf(send(client, triangleGlb(3)), 507);
+    EXPECT_THAT(problem["detail"].get<std::string>(), HasSubstr("DELETE"));
+    EXPECT_EQ(send(client, triangleGlb(1))->status, 200) << "what is there needs no room";
+    EXPECT_EQ(client.Delete("/v1/scenes/" + first)->status, 204);
+    EXPECT_EQ(send(client, triangleGlb(3))->status, 201);
+}
+
+TEST(Uploads, SceneMemoryIsToldAndAddsUp) {
+    TestServer server(uploadConfig());
+    auto client = server.client();
+    const std::string id = idOf(send(client, triangleGlb(0, 1000)));
+    pictureOf(client, id);
+    const json memory = sceneAt(client, id)["memory"];
+    // Vertices are not shared here: each has 3 indices of 4 bytes, on both sides.
+    EXPECT_EQ(memory["meshes"], 2 * 3000 * (sizeof(Vertex) + 4));
+    EXPECT_EQ(memory["textures"], 0);
+    EXPECT_EQ(memory["total"].get<std::uint64_t>(),
+              memory["meshes"].get<std::uint64_t>() + memory["maps"].get<std::uint64_t>());
+    const std::string metrics = client.Get("/metrics")->body;
+    for (const char* name :
+         {"clerestory_scene_bytes{kind=\"meshes\"}", "clerestory_scenes{state=\"uploaded\"} 1",
+          "clerestory_scenes{state=\"loaded\"} 2", "clerestory_scene_evictions 0"}) {
+        EXPECT_THAT(metrics, HasSubstr(name));
+    }
+}
+
+// S4: a frame is of one load of its scene, and every frame that names that load is the same.
+class Generations {
+public:
+    void add(const httplib::Response& frame) {
+        const std::lock_guard lock(mutex_);
+        const auto [known, isNew] = pictures_.try_emplace(
+            frame.get_header_value("Clerestory-Scene-Generation"), frame.body);
+        mixed_ += !isNew && known->second != frame.body;
+    }
+    int mixed() const { return mixed_; }
+    std::size_t count() const { return pictures_.size(); }
+
+private:
+    std::mutex mutex_;
+    std::map<std::string, std::string> pictures_;
+    int mixed_ = 0;
+};
+
+// 12 swaps; CLERESTORY_SCENE_SWAPS says how many in a long run.
+TEST(Uploads, ScenesTakeTurnsInAMemoryThatHoldsTwo) {
+    const char* asked = std::getenv("CLERESTORY_SCENE_SWAPS");
+    const int swaps = asked ? std::atoi(asked) : 12;
+    constexpr unsigned kScenes = 5, kTriangles = 20'000;
+    Config config = uploadConfig();
+    // Six walls, and two of the others.
+    constexpr std::uint64_t kEach = 2 * 3 * kTriangles * (sizeof(Vertex) + 4);
+    config.scenes.memoryBytes = 10'000'000 + 2 * kEach;
+    TestServer server(config);
+    auto client = server.client();
+    std::vector<std::string> ids, pictures;
+    for (unsigned i = 0; i < kScenes; ++i) {
+        const auto made = send(client, triangleGlb(50 * i, kTriangles));
+        ASSERT_EQ(made->status, 201) << made->body;
+        ids.push_back(idOf(made));
+        pictures.push_back(pictureOf(client, ids.back()));
+    }
+    EXPECT_NE(pictures[0], pictures[4]);
+    std::atomic<bool> done{false};
+    std::atomic<int> lost{0}, drawn{0};
+    Generations generations;
+    std::vector<std::thread> others;
+    for (int k = 0; k < 3; ++k) {  // load on the scene that stays, and on those that swap
+        others.emplace_back([&, k] {
+            auto other = server.client();
+            for (std::size_t i = 0; !done; ++i) {
+                const std::string body =
+                    k == 0 ? smallFrame() : frameOf(ids[(i / 3 + 2) % kScenes]);
+                const auto answer = postJson(other, "/v1/frames", body);
+                if (answer && answer->status == 200) {
+                    ++drawn;
+                    generations.add(*answer);
+                } else if (!answer || answer->status != 409) {  // 409: asks again by itself
+                    ++lost;
+                }
+            }
+        });
+    }
+    double warm = 0.0;
+    for (int i = 0; i < swaps; ++i) {
+        if (i == 5) warm = residentBytes();
+        const std::size_t which = static_cast<std::size_t>(i) % kScenes;
+        EXPECT_EQ(pictureOf(client, ids[which]), pictures[which]) << i;
+    }
+    done = true;
+    for (std::thread& other : others) other.join();
+    EXPECT_EQ(lost, 0);
+    EXPECT_GT(drawn, 0);
+    EXPECT_EQ(generations.mixed(), 0);
+    EXPECT_GT(generations.count(), 3u) << "scenes were loaded anew";
+    EXPECT_LT(residentBytes() - warm, 2.0 * kEach) << "one that stayed at each swap is far more";
+    std::printf(
+        "%d swaps under %d frames of %zu generations, 0 mixed: %.1f MB after five, %.1f MB after "
+        "all\n",
+        swaps, drawn.load(), generations.count(), warm / 1e6, residentBytes() / 1e6);
+    const SceneTotals totals = server.service().library().totals();
+    EXPECT_GE(totals.evicted, static_cast<std::uint64_t>(swaps) / 2);
+    EXPECT_LE(totals.bytes.total(), config.scenes.memoryBytes);
+    EXPECT_EQ(json::parse(client.Get("/v1/scenes/six-walls")->body)["state"], "ready");
+}
+
+// Any file that grows beyond 64 KB meets the end of this process's disk.
+void endTheDiskSoon() {
+    const rlimit most{64 << 10, 64 << 10};
+    setrlimit(RLIMIT_FSIZE, &most);
+    std::signal(SIGXFSZ, SIG_IGN);  // the write fails instead
+}
+
+TEST(Uploads, AFullDiskCostsTheUploadAndNoFrame) {
+    const fs::path folder = freshFolder();
+    const ServerProcess server({"--uploads", (folder / "uploads").string(), "--scene", "six-walls",
+                                "--scene-cache", (folder / "cache").string()},
+                               endTheDiskSoon);
+    ASSERT_TRUE(server.waitUntilReady());
+    httplib::Client client("127.0.0.1", server.port());
+    client.set_read_timeout(120);
+    for (int i = 0; i < 3; ++i) {
+        const json problem = problemOf(send(client, triangleGlb(0, 5000)), 507);
+        EXPECT_THAT(problem["detail"].get<std::string>(), HasSubstr("full"));
+        EXPECT_EQ(kept(folder / "uploads"), 0u) << "nothing is left of it";
+        EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    }
+    // What is small enough goes on: also a scene whose blob is too large for the cache.
+    const auto made = send(client, triangleGlb());
+    ASSERT_TRUE(made);
+    EXPECT_EQ(made->status, 201) << made->body;
+    EXPECT_FALSE(pictureOf(client, idOf(made)).empty());
+}
+
+// Renderers in processes of their own: the folder is all that they have in common.
+class UploadsOfWorkers : public testing::Test {
+protected:
+    void SetUp() override { server.start(); }
+    static Config workerConfig() {
+        Config config = uploadConfig();
+        config.singleProcess = false;
+        config.workers.program.file = CLERESTORY_PROGRAM;
+        config.workers.program.arguments = {
+            "--scene",      "six-walls", "--log-level",      "off",
+            "--deadline",   "60",        "--uploads",        config.scenes.uploads.folder.string(),
+            "--upload-cpu", "60",        "--upload-seconds", "60"};
+        return config;
+    }
+    httplib::Client client() const {
+        httplib::Client client("127.0.0.1", server.port());
+        client.set_keep_alive(true);
+        client.set_tcp_nodelay(true);
+        client.set_read_timeout(120);
+        return client;
+    }
+    void killWorker() {
+        for (int i = 0; i < 3000 && server.supervisor()->processes().second == 0; ++i) {
+            std::this_thread::sleep_for(10ms);
+        }
+        const pid_t worker = server.supervisor()->processes().first;
+        kill(worker, SIGKILL);
+        for (int i = 0; i < 3000 && server.supervisor()->processes().first == worker; ++i) {
+            std::this_thread::sleep_for(1ms);
+        }
+    }
+    Server server{workerConfig()};
+};
+
+TEST_F(UploadsOfWorkers, WhatEndsEveryRendererThatLoadsItIsGivenUp) {
+    auto client = this->client();
+    const std::string id = idOf(send(client, triangleGlb()));
+    // As it looks after three renderers that began to load it and never came back.
+    std::ofstream(folderOfThisTest() / id / "tries") << "...";
+    killWorker();
+    json problem;
+    for (int i = 0; i < 200 && problem.is_null(); ++i) {
+        const auto answer = postJson(client, "/v1/frames", frameOf(id));
+        ASSERT_TRUE(answer);
+        if (answer->status != 409) problem = problemOf(answer, 422);
+    }
+    EXPECT_EQ(problem["reason"], "crashed");
+    EXPECT_EQ(problemOf(send(client, triangleGlb()), 422)["reason"], "crashed") << "for good";
+    EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+}
+
+TEST_F(UploadsOfWorkers, OutliveTheirRenderer) {
+    auto client = this->client();
+    const auto made = send(client, triangleGlb());
+    ASSERT_EQ(made->status, 201) << made->body;
+    const std::string id = idOf(made), picture = pictureOf(client, id);
+    killWorker();
+    EXPECT_EQ(pictureOf(client, id), picture);
+    EXPECT_EQ(send(client, triangleGlb())->status, 200);
+    EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
+    killWorker();
+    problemOf(postJson(client, "/v1/frames", frameOf(id)), 404);
+    EXPECT_THAT(client.Get("/v1/scenes")->body, testing::Not(HasSubstr(id)));
+}
+
+}  // namespace
+}  // namespace clerestory::test

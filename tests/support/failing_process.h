@@ -1,0 +1,24 @@
+// Failures in a process that a test started, one at a time and on demand: what failing_process.cpp,
+// preloaded into it, and the test both have mapped.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace clerestory::test {
+
+struct ProcessFaults {
+    // The so many-th allocation from now on fails, once, whoever asks for it: program, library or
+    // driver. 0: none.
+    std::atomic<std::int64_t> failingAllocation{0};
+    // So many times the driver says that the GPU was reset.
+    std::atomic<std::int64_t> resets{0};
+    std::atomic<std::int64_t> allocations{0};  // since the start
+};
+
+// Names of environment variables: the file that holds a ProcessFaults, and in which processes it
+// counts: those with that first word on their command line.
+inline constexpr const char* kFaultsFile = "CLERESTORY_TEST_FAULTS";
+inline constexpr const char* kFaultsRole = "CLERESTORY_TEST_FAULTS_ROLE";
+
+}  // namespace clerestory::test
