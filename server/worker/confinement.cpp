@@ -10,6 +10,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 
@@ -40,7 +41,18 @@ bool forbidNetwork() {
     return made;
 }
 
+// An allocation may come before anything else.
+constinit std::atomic<bool> memoryIsVital{false};
+
 }  // namespace
+
+void endWithoutMemory() {
+    memoryIsVital = true;
+}
+
+bool endsWithoutMemory() {
+    return memoryIsVital;
+}
 
 void endWithParent() {
     prctl(PR_SET_PDEATHSIG, SIGKILL);

@@ -126,6 +126,7 @@ int runWorker(const Config& config) {
             std::_Exit(4);
         };
         Service service(own);
+        endWithoutMemory();  // not before: what cannot even start has words for it
         beating.watch(service);
         pipe.send({.kind = MessageKind::standing});
         serve(service, pipe, config.queue + config.http.threads);

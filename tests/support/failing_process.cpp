@@ -1,5 +1,5 @@
-// Preloaded into a server and its renderers; see failing_process.h. It stands in front of the
-// allocator of the C library, whose own functions go on under other names.
+// Preloaded into a server and its renderers; see failing_process.h. It stands between the program's
+// allocator (server/worker/allocator.cpp) and the C library's, whose names for it these are.
 #include "tests/support/failing_process.h"
 
 #include <dlfcn.h>
@@ -13,11 +13,6 @@
 #include <cstring>
 
 using clerestory::test::ProcessFaults;
-
-extern "C" void* __libc_malloc(std::size_t);
-extern "C" void* __libc_calloc(std::size_t, std::size_t);
-extern "C" void* __libc_realloc(void*, std::size_t);
-extern "C" void* __libc_memalign(std::size_t, std::size_t);
 
 namespace {
 
@@ -52,26 +47,33 @@ bool fails() {
     return true;
 }
 
+// What stands behind this, found when it is first called; dlsym() allocates nothing.
+template <class Function>
+void find(Function*& real, const char* name) {
+    if (!real) real = reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+}
+
 }  // namespace
 
-extern "C" void* malloc(std::size_t size) {
-    return fails() ? nullptr : __libc_malloc(size);
+extern "C" void* __libc_malloc(std::size_t size) {
+    static void* (*real)(std::size_t) = nullptr;
+    find(real, "__libc_malloc");
+    return fails() ? nullptr : real(size);
 }
-extern "C" void* calloc(std::size_t count, std::size_t size) {
-    return fails() ? nullptr : __libc_calloc(count, size);
+extern "C" void* __libc_calloc(std::size_t count, std::size_t size) {
+    static void* (*real)(std::size_t, std::size_t) = nullptr;
+    find(real, "__libc_calloc");
+    return fails() ? nullptr : real(count, size);
 }
-extern "C" void* realloc(void* memory, std::size_t size) {
-    return fails() ? nullptr : __libc_realloc(memory, size);
+extern "C" void* __libc_realloc(void* memory, std::size_t size) {
+    static void* (*real)(void*, std::size_t) = nullptr;
+    find(real, "__libc_realloc");
+    return fails() ? nullptr : real(memory, size);
 }
-extern "C" void* memalign(std::size_t alignment, std::size_t size) {
-    return fails() ? nullptr : __libc_memalign(alignment, size);
-}
-extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
-    return memalign(alignment, size);
-}
-extern "C" int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
-    *memory = memalign(alignment, size);
-    return *memory ? 0 : ENOMEM;
+extern "C" void* __libc_memalign(std::size_t alignment, std::size_t size) {
+    static void* (*real)(std::size_t, std::size_t) = nullptr;
+    find(real, "__libc_memalign");
+    return fails() ? nullptr : real(alignment, size);
 }
 
 extern "C" unsigned glGetGraphicsResetStatus() {
