@@ -177,7 +177,10 @@ void WorkerProcess::watch() {
         // Not a moment later than that: somebody waits for what it would have answered.
         const auto until = lastHeard_ + silence_;
         if (ending_.wait_until(lock, until, [&] { return ended_.load(); })) return;
-        if (lastHeard_ + silence_ > Clock::now()) continue;
+        const auto now = Clock::now();
+        // When this process slept, the machine did, and the worker has had no time to speak either.
+        if (now > until + silence_ / 4) lastHeard_ = now;
+        if (lastHeard_ + silence_ > now) continue;
         silent_ = true;
         pipe_->shut();
         ending_.wait(lock, [&] { return ended_.load(); });

@@ -23,7 +23,7 @@ using clerestory::bench::Stopwatch;
 
 // The n-th request: every scene, size and way comes round again and again, through lenses and at
 // moments that do not repeat within 1,000 frames.
-std::string requestOf(long n) {
+std::string requestOf(long n, long width) {
     constexpr std::array kScenes = {"six-walls", "orbiting-cubes", "teapots", "meadow"};
     constexpr std::array kWays = {
         R"("accuracy": "draft")",
@@ -39,15 +39,16 @@ std::string requestOf(long n) {
     std::snprintf(
         text, sizeof text,
         R"({"scene": "%s", "width": %ld, "height": %ld, "time": %.3f, "camera": {"yfov": %.4f}, %s})",
-        kScenes[n % kScenes.size()], 160 + 16 * (n % 5), 120 + 12 * (n % 5), 4.0 * place,
-        0.6 + 0.4 * place, kWays[n / 4 % kWays.size()]);
+        kScenes[n % kScenes.size()], width + width / 10 * (n % 5),
+        3 * width / 4 + width / 13 * (n % 5), 4.0 * place, 0.6 + 0.4 * place,
+        kWays[n / 4 % kWays.size()]);
     return text;
 }
 
 // Scenes are made when they are first asked for.
-void awaitScenes(int port) {
+void awaitScenes(int port, long width) {
     for (long n = 0; n < 4; ++n) {
-        while (statusOf(ask(port, post("/v1/frames", requestOf(n)), 60)) == 409) {
+        while (statusOf(ask(port, post("/v1/frames", requestOf(n, width)), 60)) == 409) {
             std::this_thread::sleep_for(std::chrono::milliseconds(100));
         }
     }
@@ -77,9 +78,10 @@ double slope(const std::vector<Sample>& samples) {
 
 int main(int argc, char** argv) {
     const long frames = argc > 1 ? std::atol(argv[1]) : 86'400;
+    const long width = argc > 2 ? std::atol(argv[2]) : 160;  // of the smallest, pixels
     const ServerProcess server;
     if (!server.waitUntilReady()) return 1;
-    awaitScenes(server.port());
+    awaitScenes(server.port(), width);
     std::atomic<long> next{0}, failed{0};
     std::vector<std::jthread> clients;
     const Stopwatch watch;
@@ -88,10 +90,10 @@ int main(int argc, char** argv) {
             std::optional<RawClient> client;
             for (long n = next++; n < frames; n = next++) {
                 if (!client) client.emplace(server.port());
-                client->send(post("/v1/frames", requestOf(n)));
+                client->send(post("/v1/frames", requestOf(n, width)));
                 const int status = statusOf(client->answer(120));
                 if (status != 200 && failed++ < 5)
-                    std::fprintf(stderr, "%d: %s\n", status, requestOf(n).c_str());
+                    std::fprintf(stderr, "%d: %s\n", status, requestOf(n, width).c_str());
                 if (status == 0) client.reset();
             }
         });

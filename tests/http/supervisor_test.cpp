@@ -16,6 +16,7 @@
 #include <fstream>
 #include <future>
 
+#include <sys/wait.h>
 #include <unistd.h>
 
 namespace clerestory::test {
@@ -234,6 +235,26 @@ TEST(Supervisor, AStoppedWorkerIsReplaced) {
     kill(supervisor.processes().first, SIGSTOP);
     EXPECT_THAT(supervisor.ask(callWith("hello")).body, testing::StartsWith("hello by "));
     EXPECT_EQ(supervisor.counters().silent, 1u);
+}
+
+// As after a suspended laptop, or a paused virtual machine.
+TEST(Supervisor, AMachineThatSleptEndsNobody) {
+    Supervisor supervisor(options());
+    awaitBoth(supervisor);
+    const auto [first, second] = supervisor.processes();
+    const pid_t all[] = {first, second, getpid()};
+    const pid_t sleep = fork();
+    if (sleep == 0) {
+        for (const pid_t id : all) kill(id, SIGSTOP);
+        usleep(1'000'000);  // twice as long as a worker may be silent
+        for (const pid_t id : all) kill(id, SIGCONT);
+        _exit(0);
+    }
+    waitpid(sleep, nullptr, 0);
+    std::this_thread::sleep_for(300ms);
+    EXPECT_EQ(supervisor.counters().silent, 0u);
+    EXPECT_EQ(supervisor.processes(), std::pair(first, second));
+    EXPECT_THAT(supervisor.ask(callWith("hello")).body, testing::StartsWith("hello by "));
 }
 
 TEST(Supervisor, AWorkerThatEndsWhileNobodyAsksIsReplacedToo) {
