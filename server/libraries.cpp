@@ -78,7 +78,7 @@ std::string versionReport() {
         text += "\n  " + library.name + " " + (library.runs.empty() ? library.built : library.runs);
         if (!same) text += " (built with " + library.built + ")";
     }
-    return text;
+    return text + "\nknown weaknesses of these, and what stands before each: SECURITY.md";
 }
 
 }  // namespace clerestory

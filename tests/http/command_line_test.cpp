@@ -66,6 +66,11 @@ TEST(CommandLine, TellsItsLibrariesAndTheirVersions) {
         EXPECT_THAT(outcome.output,
                     testing::ContainsRegex(std::string("\n  ") + name + " [0-9]+[.]"));
     }
+    // X2: what is known of them is written down, with a date and what guards against each.
+    EXPECT_THAT(outcome.output, HasSubstr("SECURITY.md"));
+    const std::string security = contentOf(CLERESTORY_SOURCE_DIR "/SECURITY.md");
+    EXPECT_THAT(security, HasSubstr("## Known weaknesses of libraries, as of 20"));
+    EXPECT_THAT(security, testing::ContainsRegex("CVE-20[0-9][0-9]-[0-9]+"));
 }
 
 TEST(CommandLine, TracesTheTruth) {
