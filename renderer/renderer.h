@@ -27,8 +27,8 @@ struct RendererOptions {
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
     // That a frame may shade, as plan/work.h counts them; 0: any.
     std::uint64_t mostSamples = 0;
-    // Called once the driver says that the GPU was reset, by what found it out, on the renderer's
-    // thread; it may end the process. Every frame fails from then on.
+    // Called on the renderer's thread by a frame, or a scene, that finds the GPU was reset, as far
+    // as the driver tells; it may end the process. Without it every frame fails from then on.
     std::function<void()> whenReset;
 };
 

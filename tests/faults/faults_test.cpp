@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <set>
@@ -49,10 +50,11 @@ FrameRequest everythingRequest() {
     return r;
 }
 
-// All of them with CLERESTORY_FAULTS=all, else one in so many.
-std::uint64_t stride(std::uint64_t unlessAll) {
+// All of them with CLERESTORY_FAULTS=all, one in N with CLERESTORY_FAULTS=N, else one in so many.
+std::uint64_t stride(std::uint64_t usually) {
     const char* wanted = std::getenv("CLERESTORY_FAULTS");
-    return wanted && std::string_view(wanted) == "all" ? 1 : unlessAll;
+    if (!wanted) return usually;
+    return std::string_view(wanted) == "all" ? 1 : std::max(1ul, std::strtoul(wanted, nullptr, 10));
 }
 
 std::vector<std::byte> drawn(const FrameRequest& r) {
@@ -71,7 +73,7 @@ void failEach(Fault fault, std::uint64_t step) {
         ASSERT_TRUE(kinds.contains(kind)) << nameOf(kind);
     }
     const std::vector<std::byte> right = drawn(r);
-    std::uint64_t failures = 0, of = 0;
+    std::uint64_t failures = 0, unneeded = 0, of = 0;
     for (std::uint64_t n = 1;; n += step) {
         renderer().forgetMaps();  // so that every pass runs
         failAt(fault, n);
@@ -89,13 +91,22 @@ void failEach(Fault fault, std::uint64_t step) {
             of = counted(fault);
             break;
         }
-        ASSERT_TRUE(failed) << "number " << n << " failed and nobody noticed";
+        // Who asks for memory may do without: a stable sort does. What comes then is right.
+        if (!failed && fault == Fault::allocation) {
+            ASSERT_EQ(bytes, right) << "number " << n << " failed and the picture is wrong";
+            ++unneeded;
+        } else {
+            ASSERT_TRUE(failed) << "number " << n << " failed and nobody noticed";
+        }
         ASSERT_EQ(drawn(r), right) << "after number " << n;
         ++failures;
     }
     EXPECT_GT(failures, 10u);
-    std::printf("%llu of %llu failed in turn, each noticed, each next frame right\n",
-                static_cast<unsigned long long>(failures), static_cast<unsigned long long>(of));
+    std::printf(
+        "%llu of %llu failed in turn, each noticed or not needed (%llu), each next frame "
+        "right\n",
+        static_cast<unsigned long long>(failures), static_cast<unsigned long long>(of),
+        static_cast<unsigned long long>(unneeded));
 }
 
 TEST(Faults, EveryCallOfTheDriverInAFrame) {

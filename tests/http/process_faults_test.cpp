@@ -1,5 +1,6 @@
 // G5, M2: the GPU is reset, and allocations fail one by one, within the renderer's process with its
-// driver and all libraries, and within the server's own. Long form: CLERESTORY_FAULTS=all.
+// driver and all libraries, and within the server's own. Long form: CLERESTORY_FAULTS=all, or N
+// for one in N.
 #include "scene/import/sanitizer.h"
 #include "tests/support/failing_process.h"
 #include "tests/support/raw_client.h"
@@ -12,6 +13,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -26,9 +28,10 @@ namespace {
 // "first 500 allocation points of a request" (reliability.md, M2).
 constexpr std::int64_t kPoints = 500;
 
-std::int64_t stride(std::int64_t unlessAll) {
+std::int64_t stride(std::int64_t usually) {
     const char* wanted = std::getenv("CLERESTORY_FAULTS");
-    return wanted && std::string_view(wanted) == "all" ? 1 : unlessAll;
+    if (!wanted) return usually;
+    return std::string_view(wanted) == "all" ? 1 : std::max(1l, std::strtol(wanted, nullptr, 10));
 }
 
 // What is to fail, in a file that the processes map too.
