@@ -117,7 +117,7 @@ std::optional<Answer> Supervisor::askAlone(const Call& call, std::uint64_t finge
         if (!worker) return std::nullopt;
         ++counters_.askedAgain;
         if (auto answer = worker->ask(call)) return answer;
-        if (!worker->wasKilled()) ++crashes;
+        if (!worker->wasKilled() && !worker->wasSilent()) ++crashes;
         ended(worker);
     }
     quarantine_.add(fingerprint, Clock::now());

@@ -58,7 +58,8 @@ std::string body(int i) {
 TEST(Haproxy, AServerThatIsKilledUnderLoadCostsNobodyAnything) {
     const char* program = "/usr/sbin/haproxy";
     if (access(program, X_OK) != 0) GTEST_SKIP() << "haproxy is not installed";
-    const std::vector<std::string> flags = {"--scene", "six-walls", "--no-standby"};
+    const std::vector<std::string> flags = {"--scene", "six-walls", "--no-standby",
+                                            "--queue-seconds", "60"};
     std::vector<std::unique_ptr<ServerProcess>> servers;
     std::vector<int> ports;
     for (int i = 0; i < 3; ++i) {

@@ -21,8 +21,9 @@ Config workerConfig() {
     Config config = testConfig();
     config.singleProcess = false;
     config.workers.program.file = CLERESTORY_PROGRAM;
-    config.workers.program.arguments = {"--scene", "six-walls", "--log-level", "off",
-                                        "--queue", "256",       "--deadline",  "60"};
+    config.workers.program.arguments = {"--scene",    "six-walls", "--log-level",     "off",
+                                        "--queue",    "256",       "--queue-seconds", "60",
+                                        "--deadline", "60"};
     return config;
 }
 
