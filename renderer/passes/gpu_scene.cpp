@@ -117,12 +117,6 @@ gl::SamplerDescription samplerOf(const Texture& t, bool holdsColor, std::uint32_
 
 }  // namespace
 
-std::array<const TextureSlot*, MATERIAL_SLOTS> textureSlots(const Material& m) {
-    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
-            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
-            &m.thicknessTexture};
-}
-
 blocks::MaterialBlock materialBlock(const Material& m) {
     blocks::MaterialBlock block{};
     block.baseColor = m.baseColor;
@@ -134,6 +128,7 @@ blocks::MaterialBlock materialBlock(const Material& m) {
     block.glass = {m.transmission, m.ior, m.thickness, m.attenuationDistance};
     block.attenuation = glm::vec4(m.attenuationColor, 0.0f);
     const auto slots = textureSlots(m);
+    static_assert(std::tuple_size_v<decltype(slots)> == MATERIAL_SLOTS);
     for (std::size_t i = 0; i < slots.size(); ++i) {
         setTexCoordRows(*slots[i], &block.texCoordRows[2 * i]);
     }

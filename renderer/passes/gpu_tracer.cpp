@@ -32,6 +32,10 @@ float flagsOf(const Scene& scene, const Material& m) {
     if (m.alphaMode == AlphaMode::blend) flags |= TRACE_BLEND;
     if (m.doubleSided) flags |= TRACE_DOUBLE_SIDED;
     if (m.unlit) flags |= TRACE_UNLIT;
+    if (m.normalTexture.present() &&
+        scene.images[scene.textures[m.normalTexture.texture].image].packedNormal) {
+        flags |= TRACE_PACKED_NORMAL;
+    }
     const MaterialClass c = classOf(scene, m);
     if (c.onFlat != Reflector::none) flags |= TRACE_MIRROR_FLAT;
     if (c.onCurved != Reflector::none) flags |= TRACE_MIRROR_CURVED;

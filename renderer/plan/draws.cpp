@@ -11,7 +11,8 @@
 namespace clerestory {
 namespace {
 
-Features materialFeatures(const Material& m, const Mesh& mesh, const Effects& effects) {
+Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mesh,
+                          const Effects& effects) {
     Features f = 0;
     std::vector<const TextureSlot*> used;
     const auto map = [&](const TextureSlot& slot, Features bit) {
@@ -26,6 +27,10 @@ Features materialFeatures(const Material& m, const Mesh& mesh, const Effects& ef
     } else {
         map(m.metallicRoughnessTexture, FEATURE_METALLIC_ROUGHNESS_MAP);
         if (m.normalScale != 0.0f) map(m.normalTexture, FEATURE_NORMAL_MAP);
+        if ((f & FEATURE_NORMAL_MAP) &&
+            scene.images[scene.textures[m.normalTexture.texture].image].packedNormal) {
+            f |= FEATURE_PACKED_NORMAL;
+        }
         if (m.occlusionStrength > 0.0f) map(m.occlusionTexture, FEATURE_OCCLUSION_MAP);
         const glm::vec3 emitted = emittedRadiance(m);
         if (effects.emission && std::max({emitted.x, emitted.y, emitted.z}) > 0.0f) {
@@ -170,8 +175,9 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             continue;
         }
         const Material& material = stage.material(surface);
-        SeenSurface seen{.surface = &surface,
-                         .features = materialFeatures(material, mesh, stage.request.effects)};
+        SeenSurface seen{
+            .surface = &surface,
+            .features = materialFeatures(scene, material, mesh, stage.request.effects)};
         rects.clear();
         const bool opaque = !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
         const std::uint32_t end = surface.firstCluster + surface.clusterCount;
@@ -212,7 +218,8 @@ Features featuresOfAll(const Stage& stage) {
     for (Index i = 0; i < stage.scene.instances.size(); ++i) {
         const Material& material =
             stage.dressing.material(stage.scene, stage.dressing.materialOf(stage.scene, i));
-        all |= materialFeatures(material, stage.scene.meshes[stage.scene.instances[i].mesh],
+        all |= materialFeatures(stage.scene, material,
+                                stage.scene.meshes[stage.scene.instances[i].mesh],
                                 stage.request.effects);
     }
     return stage.request.effects.refraction ? all | featuresOfGlass(stage) : all;

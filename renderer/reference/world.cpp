@@ -32,6 +32,14 @@ glm::dmat3 cofactors(const glm::dmat3& m) {
     return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
 }
 
+// What a normal map's texel says, in tangent space; of any length.
+glm::dvec3 bumpOf(const Scene& scene, const TextureSlot& slot, const glm::dvec4& texel) {
+    const glm::dvec4 number = texel * 2.0 - 1.0;
+    if (!scene.images[scene.textures[slot.texture].image].packedNormal) return glm::dvec3(number);
+    const double x = number.r, y = number.a;
+    return {x, y, std::sqrt(std::max(1.0 - x * x - y * y, 0.0))};
+}
+
 }  // namespace
 
 World::World(const Scene& scene, const Pose& pose, const Dressing& dressing, const Effects& effects)
@@ -170,7 +178,7 @@ Point World::pointAt(const Hit& hit, const glm::dvec3& along) const {
         };
         const glm::dvec3 tangent = blend(tangentOf(a), tangentOf(b), tangentOf(c));
         const glm::dvec3 bitangent = glm::cross(n, tangent) * (a.tangent.w * placing.turning);
-        const glm::dvec3 bump = glm::dvec3(slot(m.normalTexture)) * 2.0 - 1.0;
+        const glm::dvec3 bump = bumpOf(scene_, m.normalTexture, slot(m.normalTexture));
         const double scale = m.normalScale;
         n = tangent * (bump.x * scale) + bitangent * (bump.y * scale) + n * bump.z;
     }

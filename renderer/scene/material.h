@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -29,7 +30,9 @@ struct TextureImage {
     std::uint32_t levels = 0;
     ColorSpace colorSpace = ColorSpace::linear;
     bool hasAlpha = false;  // some texel has alpha below 255
-    glm::vec4 mean{1.0f};   // of all texels, linear light; alpha too
+    // R and A hold x and y of unit normals, each from -1 to 1; see packNormals().
+    bool packedNormal = false;
+    glm::vec4 mean{1.0f};  // of all texels, linear light; alpha too
     std::vector<std::uint8_t> texels;
 };
 
@@ -106,6 +109,18 @@ struct Material {
 
     bool operator==(const Material&) const = default;
 };
+
+// Everywhere a material reads a texture, in the order of the shaders' slots.
+inline std::array<const TextureSlot*, 7> textureSlots(const Material& m) {
+    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
+            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
+            &m.thicknessTexture};
+}
+inline std::array<TextureSlot*, 7> textureSlots(Material& m) {
+    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
+            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
+            &m.thicknessTexture};
+}
 
 // The radiance a material can add at most, per channel, before its texture.
 inline glm::vec3 emittedRadiance(const Material& m) {

@@ -70,9 +70,7 @@ void addMaterial(Hasher& h, const Material& m) {
           m.alphaCutoff, m.ior, m.specular, m.transmission, m.thickness, m.attenuationDistance}) {
         h.add(v);
     }
-    for (const TextureSlot* slot :
-         {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture, &m.occlusionTexture,
-          &m.emissiveTexture, &m.transmissionTexture, &m.thicknessTexture}) {
+    for (const TextureSlot* slot : textureSlots(m)) {
         h.add(*slot);
     }
     h.add(m.reflection);
@@ -206,6 +204,7 @@ void updateContentHash(Scene& scene) {
         h.add(i.height);
         h.add(i.levels);
         h.add(i.colorSpace);
+        h.add(i.packedNormal);
         h.addArray(i.texels);
     }
     for (const Texture& t : scene.textures) {

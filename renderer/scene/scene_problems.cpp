@@ -141,9 +141,7 @@ private:
             require(unitQuaternion(m.environmentRotation),
                     "a material's environment rotation is no unit quaternion", i);
             require(sound(m.mapBlur), "a material's blur is out of range", i);
-            for (const TextureSlot* s : {&m.baseColorTexture, &m.metallicRoughnessTexture,
-                                         &m.normalTexture, &m.occlusionTexture, &m.emissiveTexture,
-                                         &m.transmissionTexture, &m.thicknessTexture}) {
+            for (const TextureSlot* s : textureSlots(m)) {
                 require(!s->present() || s->texture < scene_.textures.size(),
                         "a material has no such texture", i);
                 require(

@@ -73,6 +73,7 @@
 #define TRACE_SOLID 32
 #define TRACE_MIRROR_FLAT 64  // where it is flat, it mirrors the scene
 #define TRACE_MIRROR_CURVED 128
+#define TRACE_PACKED_NORMAL 256
 
 // Directions that one prefilter pass can add up.
 #define PREFILTER_SAMPLES 1024

@@ -31,3 +31,4 @@ const uint FEATURE_PARALLAX_DEPTH = 1u << 26;  // the cube is read as far as it 
 const uint FEATURE_MIRROR_SAMPLES = 1u << 27;  // a rough flat mirror adds up directions
 const uint FEATURE_BACK_FACES = 1u << 28;   // the backs of solid glass were drawn
 const uint FEATURE_MAP_SAMPLES = 1u << 29;  // rough metal, seen edge-on, adds up directions
+const uint FEATURE_PACKED_NORMAL = 1u << 30;  // the normal map holds metallic and roughness too

@@ -246,7 +246,9 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
         vec3 t = direction(times(e0, e1, e2, tangentA.xyz)) * wa +
                  direction(times(e0, e1, e2, vertexTangentOf(vertexB).xyz)) * wb +
                  direction(times(e0, e1, e2, vertexTangentOf(vertexC).xyz)) * wc;
-        vec3 bump = slotAtHit(m, UNIT_NORMAL, uv, footprint, false).xyz * 2.0f - 1.0f;
+        vec4 texel = slotAtHit(m, UNIT_NORMAL, uv, footprint, false);
+        bool joined = hitHas(FEATURE_PACKED_NORMAL) && (p.flags & TRACE_PACKED_NORMAL) != 0;
+        vec3 bump = joined ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
         bool bumpy = texelFetch(traceMaterials, m + 7 + 2 * UNIT_NORMAL).w > 0.5f;
         bump = bumpy ? vec3(bump.xy * surface.z, bump.z) : vec3(0.0f, 0.0f, 1.0f);
         n = t * bump.x + cross(n, t) * (tangentA.w * e0.w * bump.y) + n * bump.z;

@@ -32,8 +32,11 @@ vec4 baseColorAt() {
 vec2 metallicRoughnessAt() {
     vec2 metallicRoughness = material.surface.xy;
     if (has(FEATURE_METALLIC_ROUGHNESS_MAP)) {
+        // Packed, it is the picture that the normal is read from: one fetch for both.
         metallicRoughness *=
-            texture(metallicRoughnessMap, texCoordOf(UNIT_METALLIC_ROUGHNESS)).bg;
+            has(FEATURE_PACKED_NORMAL)
+                ? texture(normalMap, texCoordOf(UNIT_NORMAL)).bg
+                : texture(metallicRoughnessMap, texCoordOf(UNIT_METALLIC_ROUGHNESS)).bg;
     }
     return clamp(metallicRoughness, 0.0f, 1.0f);
 }
@@ -44,7 +47,8 @@ vec3 normalAt() {
         // Not normalised before: as the tangents were made (mikktspace.com).
         vec3 t = vertexTangent.xyz;
         vec3 b = cross(n, t) * vertexTangent.w;
-        vec3 bump = texture(normalMap, texCoordOf(UNIT_NORMAL)).xyz * 2.0f - 1.0f;
+        vec4 texel = texture(normalMap, texCoordOf(UNIT_NORMAL));
+        vec3 bump = has(FEATURE_PACKED_NORMAL) ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
         n = t * (bump.x * material.surface.z) + b * (bump.y * material.surface.z) + n * bump.z;
     }
     n = direction(n);

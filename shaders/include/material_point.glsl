@@ -17,3 +17,9 @@ const float kNoDirection = 1e-20f;
 vec3 direction(vec3 v) {
     return v * inversesqrt(max(dot(v, v), kNoDirection));
 }
+
+// Of a texel of TextureImage::packedNormal: unit, in tangent space.
+vec3 unpackedNormal(vec4 texel) {
+    vec2 xy = texel.ra * 2.0f - 1.0f;
+    return vec3(xy, sqrt(max(1.0f - dot(xy, xy), 0.0f)));
+}

@@ -1,4 +1,5 @@
 // How materials decide what is seen: coverage, sides, textures.
+#include "scene/packed_normals.h"
 #include "support.h"
 
 #include <cmath>
@@ -219,6 +220,46 @@ TEST_F(Materials, aFlatNormalMapChangesNothing) {
     };
     const glm::vec3 without = seen(false), with = seen(true);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(with[c], without[c], 1e-4f * without[c]);
+}
+
+TEST_F(Materials, aNormalMapLooksTheSameBesideMetallicAndRoughness) {
+    const auto seen = [](bool joined) {
+        Scene scene;
+        Material m{.baseColor = {0.8f, 0.6f, 0.5f, 1}};
+        m.normalTexture.texture = addTexture2x2(scene,
+                                                {glm::u8vec4(38, 128, 218, 255),
+                                                 {128, 200, 230, 255},
+                                                 {60, 110, 210, 255},
+                                                 {128, 128, 255, 255}},
+                                                Wrap::repeat, Filter::nearest);
+        m.metallicRoughnessTexture.texture = addTexture2x2(scene,
+                                                           {glm::u8vec4(255, 90, 255, 255),
+                                                            {255, 140, 0, 255},
+                                                            {255, 200, 128, 255},
+                                                            {255, 250, 30, 255}},
+                                                           Wrap::repeat, Filter::nearest);
+        MeshDraft draft = repeated(2.0f, addMaterial(scene, m), 1.0f);
+        draft.hasTangents = true;
+        for (Vertex& v : draft.vertices) v.tangent = {1, 0, 0, 1};
+        place(scene, std::move(draft));
+        if (joined) packNormals(scene);
+        EXPECT_EQ(scene.images.size(), joined ? 1u : 2u);
+        FrameRequest r = request(std::move(scene), joined ? "joined" : "apart");
+        r.environment.map = "sky";
+        return renderer().render(r).image;
+    };
+    const Image apart = seen(false), joined = seen(true);
+    double difference = 0.0, sum = 0.0, range = 0.0;
+    for (std::uint32_t y = 0; y < apart.height; ++y) {
+        for (std::uint32_t x = 0; x < apart.width; ++x) {
+            const glm::dvec3 expected = color(apart, x, y);
+            difference += glm::length(glm::dvec3(color(joined, x, y)) - expected);
+            range += glm::length(expected - glm::dvec3(color(apart, 0, 0)));
+            sum += glm::length(expected);
+        }
+    }
+    EXPECT_GT(range, 0.1 * sum) << "the bumps show";
+    EXPECT_LT(difference, 0.01 * sum);  // x and y are rounded once more
 }
 
 TEST_F(Materials, aNormalMapTurnsTheNormalTowardsItsTangents) {

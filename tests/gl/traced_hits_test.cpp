@@ -108,6 +108,20 @@ std::vector<HitCase> hitCases() {
                                         ColorSpace::linear);
              return m;
          }},
+        {"packedNormal",
+         [](Scene& scene) {
+             Material m = matt({0.8f, 0.6f, 0.6f, 1.0f}, 1.0f);
+             m.metallic = 1.0f;
+             m.normalTexture = textured(scene,
+                                        {glm::u8vec4(160, 0, 90, 160),
+                                         {128, 160, 0, 90},
+                                         {100, 200, 255, 140},
+                                         {128, 240, 128, 128}},
+                                        ColorSpace::linear);
+             m.metallicRoughnessTexture = m.normalTexture;
+             scene.images.back().packedNormal = true;
+             return m;
+         }},
         {"emissive",
          [](Scene& scene) {
              Material m = matt({0.1f, 0.1f, 0.1f, 1.0f});

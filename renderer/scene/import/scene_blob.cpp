@@ -17,7 +17,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 5;
+    std::uint32_t version = 6;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -41,7 +41,8 @@ void fields(A& a, glm::dmat4& m) {
 }
 template <class A>
 void fields(A& a, TextureImage& i) {
-    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.mean), a(i.texels);
+    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.packedNormal), a(i.mean);
+    a(i.texels);
     a(i.colorSpace, ColorSpace::srgb);
 }
 template <class A>

@@ -169,9 +169,7 @@ void cleanMaterial(Material& m, Scene& scene) {
     changed |= clampTo(m.thickness, 0.0f, kMaxFactor, 0.0f);
     changed |= clampTo(m.attenuationColor, 0.0f, 1.0f, 1.0f);
     changed |= clampTo(m.attenuationDistance, 0.0f, 1e30f, 0.0f);
-    for (TextureSlot* slot :
-         {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture, &m.occlusionTexture,
-          &m.emissiveTexture, &m.transmissionTexture, &m.thicknessTexture}) {
+    for (TextureSlot* slot : textureSlots(m)) {
         changed |= clampTo(slot->offset, -kMaxFactor, kMaxFactor, 0.0f);
         changed |= clampTo(slot->scale, -kMaxFactor, kMaxFactor, 1.0f);
         changed |= clampTo(slot->rotation, -kMaxFactor, kMaxFactor, 0.0f);

@@ -2,6 +2,7 @@
 
 #include "scene/image_levels.h"
 #include "scene/import/image_decoder.h"
+#include "scene/packed_normals.h"
 
 #include <algorithm>
 #include <atomic>
@@ -31,12 +32,6 @@ void cover(TextureImage& image, const TextureImage& coverage) {
 }
 
 }  // namespace
-
-std::vector<TextureSlot*> textureSlots(Material& m) {
-    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
-            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
-            &m.thicknessTexture};
-}
 
 Index TextureStore::texture(const ImageSource& source, ColorSpace colorSpace,
                             const Texture& sampling) {
@@ -138,6 +133,7 @@ void TextureStore::finish(Scene& scene, const ProgressCallback& progress) {
             }
         }
     }
+    packNormals(scene);
 }
 
 }  // namespace clerestory

@@ -47,7 +47,4 @@ private:
     std::vector<Texture> textures_;
 };
 
-// The slots of a material, to be walked.
-std::vector<TextureSlot*> textureSlots(Material& material);
-
 }  // namespace clerestory
