@@ -20,11 +20,12 @@ out vec4 color;  // premultiplied by coverage; alpha: coverage, or how far away
 
 vec3 towardsEye() {
     vec3 seen = has(FEATURES_OF_RAYS) ? interpolateAtCentroid(positionEye) : positionEye;
-    return direction(mix(-seen, -view.forward.xyz, view.forward.w));
+    return viewHas(VIEW_ORTHOGRAPHIC) ? -view.forward.xyz : direction(-seen);
 }
 
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
+    if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, HARMONIC_ROWS);
     return lampsLight(s, positionEye, int(drawNumbers.x), int(drawNumbers.y));
 }
 

@@ -141,8 +141,19 @@ void bindReflection(PassResources& resources, const PassInput& input, const Draw
 
 }  // namespace
 
+// A loop over lamps and numbers out of uniform blocks cost every pixel time that views without them
+// need not spend.
+static std::uint32_t viewBits(const PassInput& input) {
+    const std::vector<PlacedLight>& lights = input.plan.lights;
+    std::uint32_t bits = 0;
+    if (input.pass.views.front().orthographic) bits |= VIEW_ORTHOGRAPHIC;
+    if (lights.size() == 1 && lights.front().kind == LightKind::directional) bits |= VIEW_SUN_ONLY;
+    return bits;
+}
+
 void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,
              std::uint32_t firstRecord, const DrawProgram& program) {
+    const std::uint32_t view = program.materials ? viewBits(input) : 0;
     input.scene->vertexArray().bind();
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;
@@ -156,7 +167,8 @@ void drawAll(PassResources& resources, const PassInput& input, std::span<const D
             // What rays may meet is known from the plan; see hit.glsl.
             const bool rays = features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
             const int variant = rays ? static_cast<int>(input.plan.hitFeatures) : program.variant;
-            resources.shaders.program({program.vertex, program.fragment, features, variant}).use();
+            resources.shaders.program({program.vertex, program.fragment, features, variant, view})
+                .use();
             boundMaterial = kNone;  // other features read other textures
         }
         boundFeatures = features;

@@ -13,7 +13,7 @@ namespace clerestory {
 
 struct DrawCounters {
     std::uint64_t drawCalls = 0, triangles = 0;  // of the scene; full-screen triangles not counted
-    std::uint64_t meshesMoved = 0;  // see GpuScene::follow()
+    std::uint64_t meshesMoved = 0;               // see GpuScene::follow()
 };
 
 // What passes share from frame to frame.
@@ -79,7 +79,7 @@ struct DrawProgram {
     const char* fragment;
     Features relevant = ~0u;  // features that this kind of program knows
     int variant = 0;
-    bool materials = true;
+    bool materials = true;   // and with light on them: with VIEW bits (features.glsl)
     bool backFaces = false;  // draws what is otherwise culled, and nothing else
 };
 void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,

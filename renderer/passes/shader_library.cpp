@@ -36,27 +36,31 @@ void append(const std::string& text, std::set<std::string>& seen, std::ostringst
 
 }  // namespace
 
-std::string withIncludes(const std::string& text, Features features, int variant) {
+std::string withIncludes(const std::string& text, Features features, int variant,
+                         std::uint32_t view) {
     std::ostringstream out;
     out << "#version 430 core\n"
         << "const uint FEATURES = " << features << "u;\n"
-        << "const int VARIANT = " << variant << ";\n";
+        << "const int VARIANT = " << variant << ";\n"
+        << "const uint VIEW = " << view << "u;\n";
     std::set<std::string> seen;
     append(text, seen, out);
     return out.str();
 }
 
-std::string shaderSource(const std::string& file, Features features, int variant) {
-    return withIncludes(std::string(embedded(file)), features, variant);
+std::string shaderSource(const std::string& file, Features features, int variant,
+                         std::uint32_t view) {
+    return withIncludes(std::string(embedded(file)), features, variant, view);
 }
 
 const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
     const auto found = programs_.find(key);
     if (found != programs_.end()) return found->second;
-    gl::Program made({.name = key.fragment + " features " + std::to_string(key.features) +
-                              " variant " + std::to_string(key.variant),
-                      .vertexSource = shaderSource(key.vertex, key.features, key.variant),
-                      .fragmentSource = shaderSource(key.fragment, key.features, key.variant)});
+    gl::Program made(
+        {.name = key.fragment + " features " + std::to_string(key.features) + " variant " +
+                 std::to_string(key.variant) + " view " + std::to_string(key.view),
+         .vertexSource = shaderSource(key.vertex, key.features, key.variant, key.view),
+         .fragmentSource = shaderSource(key.fragment, key.features, key.variant, key.view)});
     return programs_.emplace(key, std::move(made)).first->second;
 }
 

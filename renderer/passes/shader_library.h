@@ -14,6 +14,7 @@ struct ProgramKey {
     std::string vertex, fragment;  // names of files in shaders/
     Features features = 0;         // FEATURES in the source
     int variant = 0;               // VARIANT in the source
+    std::uint32_t view = 0;        // VIEW in the source: what holds for every pixel of a pass
     auto operator<=>(const ProgramKey&) const = default;
 };
 
@@ -27,8 +28,10 @@ private:
 };
 
 // A shader file with its includes in place. Throws std::runtime_error for a file that is not there.
-std::string shaderSource(const std::string& file, Features features, int variant);
+std::string shaderSource(const std::string& file, Features features, int variant,
+                         std::uint32_t view = 0);
 // The same for a text that is no file, of which only the includes are.
-std::string withIncludes(const std::string& text, Features features, int variant);
+std::string withIncludes(const std::string& text, Features features, int variant,
+                         std::uint32_t view = 0);
 
 }  // namespace clerestory

@@ -11,6 +11,14 @@
 namespace clerestory {
 namespace {
 
+// What a material has where its file says nothing: a textured surface, as a rule.
+bool hasDefaultNumbers(const Material& m) {
+    const Material none;
+    return m.metallic == none.metallic && m.roughness == none.roughness &&
+           m.normalScale == none.normalScale && m.ior == none.ior && m.specular == none.specular &&
+           m.specularColor == none.specularColor;
+}
+
 Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mesh,
                           const Effects& effects) {
     Features f = 0;
@@ -30,6 +38,9 @@ Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mes
         if ((f & FEATURE_NORMAL_MAP) &&
             scene.images[scene.textures[m.normalTexture.texture].image].packedNormal) {
             f |= FEATURE_PACKED_NORMAL;
+        }
+        if ((f & FEATURE_METALLIC_ROUGHNESS_MAP) && hasDefaultNumbers(m)) {
+            f |= FEATURE_DEFAULT_NUMBERS;
         }
         if (m.occlusionStrength > 0.0f) map(m.occlusionTexture, FEATURE_OCCLUSION_MAP);
         const glm::vec3 emitted = emittedRadiance(m);
@@ -222,6 +233,7 @@ Features featuresOfAll(const Stage& stage) {
                                 stage.scene.meshes[stage.scene.instances[i].mesh],
                                 stage.request.effects);
     }
+    all &= ~FEATURE_DEFAULT_NUMBERS;  // of each hit's material; rays read the numbers
     return stage.request.effects.refraction ? all | featuresOfGlass(stage) : all;
 }
 

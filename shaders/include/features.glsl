@@ -32,3 +32,8 @@ const uint FEATURE_MIRROR_SAMPLES = 1u << 27;  // a rough flat mirror adds up di
 const uint FEATURE_BACK_FACES = 1u << 28;   // the backs of solid glass were drawn
 const uint FEATURE_MAP_SAMPLES = 1u << 29;  // rough metal, seen edge-on, adds up directions
 const uint FEATURE_PACKED_NORMAL = 1u << 30;  // the normal map holds metallic and roughness too
+const uint FEATURE_DEFAULT_NUMBERS = 1u << 31;  // of metallic, roughness, normal scale, ior, specular
+
+// What holds for every draw of a view: bits of VIEW.
+const uint VIEW_ORTHOGRAPHIC = 1u << 0;
+const uint VIEW_SUN_ONLY = 1u << 1;  // the only lamp is directional, the first in the table

@@ -68,6 +68,23 @@ float ggxLobe(Surface s, vec3 halfway, float nDotL) {
     return (0.5f / kPi) * a2 / (q * q * smith);
 }
 
+// What the surface sends on of light that falls in along toLight, unit; nDotL: normal . toLight.
+vec3 sentOn(Surface s, vec3 toLight, float nDotL) {
+    vec3 halfway = toLight + s.toEye;
+    float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
+    vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
+    return fresnel * s.bounces * ggxLobe(s, halfway, nDotL) +
+           (1.0f - maxComponent(fresnel)) * (1.0f / kPi) * s.diffuse;
+}
+
+// Of a directional lamp whose rows in the table begin at `first`.
+vec3 sunLight(Surface s, int first) {
+    vec3 toLight = texelFetch(lightTable, first).xyz;
+    float nDotL = dot(s.normal, toLight);
+    return texelFetch(lightTable, first + 1).rgb * max(nDotL, 0.0f) * sentOn(s, toLight, nDotL);
+}
+
+// Of any lamp.
 vec3 lampLight(Surface s, vec3 position, int first) {
     vec4 place = texelFetch(lightTable, first);      // w: 0 for a direction
     vec4 power = texelFetch(lightTable, first + 1);  // w: 1 / range^2, 0 without a range
@@ -82,13 +99,7 @@ vec3 lampLight(Surface s, vec3 position, int first) {
     float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
     float falloff = max(nDotL, 0.0f) * inCone * inCone * (1.0f - inRange * inRange) /
                     max(squared, kMinLightDistanceSquared);
-
-    vec3 halfway = toLight + s.toEye;
-    float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
-    vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
-    return power.rgb * falloff *
-           (fresnel * s.bounces * ggxLobe(s, halfway, nDotL) +
-            (1.0f - maxComponent(fresnel)) * (1.0f / kPi) * s.diffuse);
+    return power.rgb * falloff * sentOn(s, toLight, nDotL);
 }
 
 // The lamps that stand in the table from number `first` on, at least one. position: of the surface,

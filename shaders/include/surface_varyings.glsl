@@ -17,3 +17,6 @@ const uint FEATURES_OF_RAYS = FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS;
 bool has(uint feature) {
     return (FEATURES & feature) != 0u;
 }
+bool viewHas(uint bit) {
+    return (VIEW & bit) != 0u;
+}
