@@ -8,8 +8,9 @@
 
 namespace clerestory {
 
-// A built-in scene's id, or a model file. Throws std::runtime_error.
-Scene sceneFor(const std::string& source, const ImportOptions& import);
+// A built-in scene, or a model file with its side file; what was left out of it is told on stderr.
+// Where the map that lights it is not among `maps`, the sky does. Throws std::runtime_error.
+Scene sceneFor(const CommandLine& line, const EnvironmentMaps& maps);
 
 // The request file's text; {} when there is none. Throws std::runtime_error.
 std::string requestText(const FrameCommand& command);

@@ -70,9 +70,9 @@ std::string fileName(const std::string& name) {
 
 int runCompare(const CommandLine& line) {
     ComparisonRequest request = comparisonFor(line);
-    Scene scene = sceneFor(line.frame.scene, line.config.scenes.import);
-    scene.id = request.frame.scene = "scene";
     const EnvironmentMaps maps = environmentsOf(line, request.frame);
+    Scene scene = sceneFor(line, maps);
+    scene.id = request.frame.scene = "scene";
     const EnvironmentMap& lighting = lightingOf(maps, scene, request.frame);
 
     ProgressLine tracing("tracing");

@@ -5,6 +5,7 @@
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
 #include "server/job_work.h"
+#include "server/scene_light.h"
 
 #include "comparison/curve.h"
 
@@ -42,13 +43,20 @@ std::optional<OutputFormat> formatOf(const std::filesystem::path& file) {
 
 }  // namespace
 
-Scene sceneFor(const std::string& source, const ImportOptions& import) {
+Scene sceneFor(const CommandLine& line, const EnvironmentMaps& maps) {
+    const std::string& source = line.frame.scene;
     if (auto scene = makeBuiltinScene(source)) return *std::move(scene);
     if (!std::filesystem::exists(source)) {
         throw std::runtime_error("no scene \"" + source +
                                  "\": neither a built-in scene nor a file");
     }
-    return importScene(source, import);
+    Scene scene = importScene(source, line.config.scenes.import);
+    if (!maps.contains(scene.environment)) lightWithSky(scene);
+    for (const ImportWarning& w : scene.warnings) {
+        std::cerr << "warning: " << (w.subject.empty() ? w.code : w.code + " '" + w.subject + "'")
+                  << ": " << w.message << "\n";
+    }
+    return scene;
 }
 
 std::string requestText(const FrameCommand& command) {
@@ -137,10 +145,10 @@ void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps
 
 Prepared prepare(const CommandLine& line) {
     Prepared p{.request = requestFor(line.frame)};
-    Scene scene = sceneFor(line.frame.scene, line.config.scenes.import);
+    const EnvironmentMaps maps = environmentsOf(line, p.request);
+    Scene scene = sceneFor(line, maps);
     scene.id = p.request.scene = "scene";
     p.renderer = std::make_unique<Renderer>(line.config.renderer);
-    const EnvironmentMaps maps = environmentsOf(line, p.request);
     for (const auto& [name, map] : maps) p.renderer->addEnvironment(map);
     if (p.request.accuracy.isBudget()) {
         p.renderer->addScene(scene);

@@ -46,8 +46,8 @@ int runReference(const CommandLine& line) {
     if (!request.filters.empty()) {
         throw std::runtime_error("a reference is the truth before filters: leave them out");
     }
-    const Scene scene = sceneFor(command.scene, line.config.scenes.import);
     const EnvironmentMaps maps = environmentsOf(line, request);
+    const Scene scene = sceneFor(line, maps);
     const EnvironmentMap& lighting = lightingOf(maps, scene, request);
 
     ProgressLine progress("tracing");

@@ -1,6 +1,7 @@
 // The library's other half: the thread that loads scenes.
 #include "scene/builtin/builtin_scenes.h"
 #include "server/scene_library.h"
+#include "server/scene_light.h"
 
 #include <malloc.h>
 #include <spdlog/spdlog.h>
@@ -171,11 +172,7 @@ Scene SceneLibrary::made(SceneEntry& entry) {
 
 // A side file may name a map that this server was not started with.
 void SceneLibrary::requireLight(Scene& scene) const {
-    if (environment(scene.environment)) return;
-    scene.warnings.push_back({"unknownEnvironment", scene.environment,
-                              "no environment map of that name is loaded; 'sky' lights the scene"});
-    scene.environment = "sky";
-    updateContentHash(scene);
+    if (!environment(scene.environment)) lightWithSky(scene);
 }
 
 }  // namespace clerestory

@@ -59,7 +59,9 @@ Sequence sequenceOf(const FrameCommand& command) {
 
 int runSequence(const CommandLine& line) {
     const Sequence sequence = sequenceOf(line.frame);
-    Scene scene = sceneFor(line.frame.scene, line.config.scenes.import);
+    FrameRequest lighting;  // a map that the line brings lights every frame that names none
+    const EnvironmentMaps maps = environmentsOf(line, lighting);
+    Scene scene = sceneFor(line, maps);
     const fs::path folder = line.frame.output;
     claim(folder, json{{"build", buildId()},
                        {"scene", scene.contentHash},
@@ -68,8 +70,6 @@ int runSequence(const CommandLine& line) {
                        {"frames", sequence.own}}
                       .dump(1, ' ', false, json::error_handler_t::replace));
     scene.id = "scene";
-    FrameRequest lighting;  // a map that the line brings lights every frame that names none
-    const EnvironmentMaps maps = environmentsOf(line, lighting);
     Renderer renderer(line.config.renderer);
     for (const auto& [name, map] : maps) renderer.addEnvironment(map);
     renderer.addScene(std::move(scene));

@@ -95,6 +95,39 @@ TEST(CommandLine, TracesTheTruth) {
     EXPECT_EQ(contentOf(pfm).size(), 14 + 4 * image.width * image.height * 3);
 }
 
+TEST(CommandLine, ASideFileThatNamesAMissingMapIsAWarning) {
+    const std::string quad = R"({"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
+      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+      "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                     "min": [0, 0, 0], "max": [1, 1, 0]}],
+      "bufferViews": [{"buffer": 0, "byteLength": 36}],
+      "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,)";
+    // (0, 0, 0), (1, 0, 0), (0, 1, 0)
+    const std::string corners = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    const std::string model = outputFile("hall.gltf"), side = outputFile("hall.clerestory.json");
+    std::ofstream(model) << quad << corners << R"("}]})";
+    std::ofstream(side) << R"({"environment": {"map": "not-at-hand"}})";
+    const std::string view = "'" + model + "' --eye 0.3,0.3,2 --target 0.3,0.3,0 --size 32x24 ";
+    const std::string warning = "warning: unknownEnvironment 'not-at-hand': ";
+    const std::string missing = outputFile("missing.npy"), sky = outputFile("sky.npy");
+
+    const Outcome drawn = run("render " + view + "-o '" + missing + "'");
+    EXPECT_EQ(drawn.exitCode, 0) << drawn.output;
+    EXPECT_THAT(drawn.output, HasSubstr(warning));
+    const Outcome traced =
+        run("reference " + view + "--samples 4 -o '" + outputFile("missing.png") + "'");
+    EXPECT_EQ(traced.exitCode, 0) << traced.output;
+    EXPECT_THAT(traced.output, HasSubstr(warning));
+
+    // What a request names must be there.
+    EXPECT_EQ(run("render " + view + "--set environment.map=not-at-hand -o x.npy").exitCode, 2);
+
+    std::filesystem::remove(side);
+    EXPECT_EQ(run("render " + view + "-o '" + sky + "'").output, "");
+    EXPECT_EQ(contentOf(missing), contentOf(sky));
+    EXPECT_FALSE(contentOf(sky).empty());
+}
+
 TEST(CommandLine, PrintsPlans) {
     EXPECT_THAT(run("plan six-walls").output, HasSubstr("run   surface"));
     const Outcome json = run("plan six-walls --json");
