@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 namespace clerestory {
 namespace {
@@ -95,14 +96,33 @@ void setBounds(const Scene& scene, const Mesh& mesh, DeformedMesh& deformed) {
     }
 }
 
+// World places that the vertices of skinned meshes are relative to, by mesh: the root above a
+// mesh's first instance. Floats that counted from the world's origin would be too coarse far away.
+std::map<Index, glm::dvec3> originsOf(const Scene& scene) {
+    std::map<Index, glm::dvec3> origins;
+    if (scene.skins.empty()) return origins;
+    for (const Instance& instance : scene.instances) {
+        if (scene.meshes[instance.mesh].deformation == kNone) continue;
+        Index root = instance.node;
+        while (scene.nodes[root].parent != kNone) root = scene.nodes[root].parent;
+        const glm::dmat4& place = scene.nodes[root].parentFromLocal;
+        const bool straight = glm::dmat3(place) == glm::dmat3(1.0);
+        origins.try_emplace(instance.mesh, straight ? glm::dvec3(place[3]) : glm::dvec3(0.0));
+    }
+    return origins;
+}
+
 std::shared_ptr<const DeformedMesh> deformedAt(const Scene& scene, const Deformation& d,
                                                const Sampled& sampled,
-                                               const std::vector<glm::dmat4>& worldFromNode) {
-    std::vector<glm::dmat4> worldFromJointBind;
+                                               const std::vector<glm::dmat4>& worldFromNode,
+                                               const glm::dvec3& origin) {
+    std::vector<glm::dmat4> fromJointBind;
     if (d.skin != kNone) {
         const Skin& skin = scene.skins[d.skin];
         for (std::size_t j = 0; j < skin.joints.size(); ++j) {
-            worldFromJointBind.push_back(worldFromNode[skin.joints[j]] * skin.jointFromMesh[j]);
+            glm::dmat4 fromJoint = worldFromNode[skin.joints[j]];
+            fromJoint[3] -= glm::dvec4(origin, 0.0);
+            fromJointBind.push_back(fromJoint * skin.jointFromMesh[j]);
         }
     }
     std::span<const double> weights;
@@ -110,7 +130,7 @@ std::shared_ptr<const DeformedMesh> deformedAt(const Scene& scene, const Deforma
     auto result = std::make_shared<DeformedMesh>();
     result->firstVertex = d.firstVertex;
     const auto rest = std::span(scene.vertices).subspan(d.firstVertex, d.base.size());
-    deform(d, weights, worldFromJointBind, rest, result->vertices);
+    deform(d, weights, fromJointBind, rest, result->vertices);
     const Mesh& mesh = scene.meshes[d.mesh];
     if (d.flatNormals) {
         const Cluster& first = scene.clusters[mesh.firstCluster];
@@ -124,8 +144,11 @@ std::shared_ptr<const DeformedMesh> deformedAt(const Scene& scene, const Deforma
 
 Pose poseOf(const Scene& scene, const Sampled& sampled) {
     Pose pose{.worldFromNode = placedNodes(scene, sampled)};
+    const std::map<Index, glm::dvec3> origins = originsOf(scene);
     for (const Deformation& d : scene.deformations) {
-        pose.deformed.push_back(deformedAt(scene, d, sampled, pose.worldFromNode));
+        const auto known = origins.find(d.mesh);
+        const glm::dvec3 origin = known == origins.end() ? glm::dvec3(0.0) : known->second;
+        pose.deformed.push_back(deformedAt(scene, d, sampled, pose.worldFromNode, origin));
     }
     return pose;
 }

@@ -226,6 +226,21 @@ TEST(AnimatedFiles, StaticFilesHaveNothingThatMoves) {
     EXPECT_TRUE(scene.reach.empty());
 }
 
+// World positions of the first instance's vertices.
+std::vector<glm::dvec3> worldVertices(const Scene& scene, double time) {
+    const Pose pose = poseAt(scene, time);
+    const Instance& instance = scene.instances.at(0);
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    const MeshVertices vertices = verticesOf(scene, pose, mesh);
+    const Cluster& cluster = scene.clusters[mesh.firstCluster];
+    std::vector<glm::dvec3> world;
+    for (std::uint32_t i = 0; i < cluster.indexCount; ++i) {
+        const glm::dvec3 place(vertices[scene.indices[cluster.firstIndex + i]].position);
+        world.emplace_back(pose.worldFromNode[instance.node] * glm::dvec4(place, 1.0));
+    }
+    return world;
+}
+
 // ---- hostile files -------------------------------------------------------------------------
 
 using Json = nlohmann::json;
@@ -286,6 +301,28 @@ Json skinned(Json json = moving()) {
 Scene imported(const Json& json) {
     const TemporaryFolder folder;
     return importScene(folder.write("scene.gltf", json.dump()));
+}
+
+TEST(AnimatedFiles, BonesAThousandKilometresAwayMoveAsSmoothly) {
+    const glm::dvec3 far(1e6 + 0.3, -250.0, -3e6);
+    for (const bool moves : {true, false}) {
+        Json near = skinned();
+        if (!moves) near.erase("animations");
+        near["scenes"][0]["nodes"] = {0, 2};
+        near["nodes"].push_back({{"children", {1}}});
+        Json away = near;
+        away["nodes"][2]["translation"] = {far.x, far.y, far.z};
+        const Scene here = imported(near), there = imported(away);
+        EXPECT_EQ(here.deformations.size(), moves ? 1u : 0u);
+        for (const double time : {0.0, 0.123, 0.777}) {
+            const auto expected = worldVertices(here, time), found = worldVertices(there, time);
+            ASSERT_EQ(found.size(), expected.size());
+            // A float counts in quarters of a metre there.
+            for (std::size_t i = 0; i < found.size(); ++i) {
+                EXPECT_LT(glm::distance(found[i], expected[i] + far), 1e-4) << "at " << time;
+            }
+        }
+    }
 }
 
 TEST(HostileAnimations, TheSoundOneMoves) {

@@ -41,8 +41,8 @@ struct MorphDelta {
     glm::vec3 position{0.0f}, normal{0.0f}, tangent{0.0f};
 };
 
-// A mesh of its own for each skin and each set of weights: its instances stand at a node that is
-// the world when it has a skin, which puts vertices where the joints are.
+// A mesh of its own for each skin and each set of weights. With a skin its instances stand below a
+// root that is the world, or moved straight to near the joints: vertices are relative to that.
 struct Deformation {
     Index mesh = 0;
     std::uint32_t firstVertex = 0;  // in Scene::vertices, where the mesh is at rest

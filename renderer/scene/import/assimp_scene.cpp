@@ -2,6 +2,9 @@
 
 #include "scene/import/assimp_folder.h"
 #include "scene/import/assimp_material.h"
+#include "scene/import/assimp_matrix.h"
+#include "scene/import/assimp_motion.h"
+#include "scene/import/clip_reading.h"
 #include "scene/import/scene_cleaning.h"
 #include "scene/mesh_builder.h"
 
@@ -10,6 +13,7 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <assimp/Importer.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -40,18 +44,6 @@ void keepOnlyReader(Assimp::Importer& importer, const std::string& extension) {
     if (!kept) {
         throw ImportError(Reason::unsupported, "there is no reader for ." + extension);
     }
-}
-
-glm::dmat4 matrix(const aiMatrix4x4& m) {  // Assimp writes rows
-    return {m.a1, m.b1, m.c1, m.d1, m.a2, m.b2, m.c2, m.d2,
-            m.a3, m.b3, m.c3, m.d3, m.a4, m.b4, m.c4, m.d4};
-}
-
-bool finite(const glm::dmat4& m) {
-    for (int i = 0; i < 16; ++i) {
-        if (!std::isfinite(m[i / 4][i % 4])) return false;
-    }
-    return true;
 }
 
 glm::dvec3 vector(const aiVector3D& v) {
@@ -108,11 +100,14 @@ public:
         TextureStore textures(folder, limits_);
         AssimpMaterials materials(file_, extension, folder, textures, scene_);
         materials.read();
+        readNodes();
+        motion_.readClips();
         for (unsigned i = 0; i < file_.mNumMeshes; ++i) {
             meshes_.push_back(add(*file_.mMeshes[i]));
         }
         materials.giveGlassThickness();
-        readNodes();
+        hangMeshes();
+        finishMotion(scene_);
         readCameras();
         readLights();
         textures.finish(scene_, progress);
@@ -154,7 +149,12 @@ private:
                 draft.indices.insert(draft.indices.end(), face.mIndices, face.mIndices + 3);
             }
         }
-        return addMesh(scene_, std::move(draft));
+        if (!motion_.moves(from)) return addMesh(scene_, std::move(draft));
+        draft.deforms = true;
+        std::vector<std::uint32_t> sources;
+        const Index mesh = addMesh(scene_, std::move(draft), sources);
+        if (mesh != kNone) motion_.addDeformation(from, sources);
+        return mesh;
     }
 
     // OBJ and PLY carry the colours of a screen, the others carry light.
@@ -164,13 +164,13 @@ private:
                    : glm::vec4(c.r, c.g, c.b, c.a);
     }
 
-    // Depth first without recursion. A skinned mesh stands in its bind pose at its own node.
+    // Depth first without recursion.
     void readNodes() {
         std::vector<std::pair<const aiNode*, Index>> pending{{file_.mRootNode, kNone}};
         while (!pending.empty()) {
             const auto [from, parent] = pending.back();
             pending.pop_back();
-            glm::dmat4 local = matrix(from->mTransformation);
+            glm::dmat4 local = matrixOf(from->mTransformation);
             if (parent == kNone) {
                 local = scaled(local, metresPerUnit_);
             }
@@ -182,15 +182,32 @@ private:
             const Index node = addCheckedNode(from->mName.C_Str(), local, parent);
             nodeNamed_.try_emplace(from->mName.C_Str(), node);
             for (unsigned i = 0; i < from->mNumMeshes; ++i) {
-                const Index mesh = meshes_.at(from->mMeshes[i]);
-                if (mesh != kNone) addInstance(scene_, node, mesh);
+                meshAt_.emplace_back(node, from->mMeshes[i]);
             }
-            if (scene_.instances.size() > 4 * limits_.maxNodes) {
+            if (meshAt_.size() > 4 * limits_.maxNodes) {
                 throw ImportError(Reason::limit, "the scene has too many instances");
             }
             for (unsigned i = from->mNumChildren; i-- > 0;) {
                 pending.emplace_back(from->mChildren[i], node);
             }
+        }
+    }
+
+    // A mesh whose bones move stands where they are, not where its node is; one whose bones stand
+    // still stands in its bind pose at its own node.
+    void hangMeshes() {
+        for (const auto& [node, number] : meshAt_) {
+            const Index mesh = meshes_.at(number);
+            if (mesh == kNone) continue;
+            const Index deformation = scene_.meshes[mesh].deformation;
+            Index place = node;
+            if (deformation != kNone) {
+                const Skin& skin = scene_.skins[scene_.deformations[deformation].skin];
+                const glm::dvec3 origin = skinOrigin(scene_, skin.joints.front());
+                place = addCheckedNode(scene_.nodes[node].name + " (skinned)",
+                                       glm::translate(glm::dmat4(1.0), origin), kNone);
+            }
+            addInstance(scene_, place, mesh);
         }
     }
 
@@ -303,7 +320,9 @@ private:
     ImportLimits limits_;
     Scene scene_;
     std::vector<Index> meshes_;
+    std::vector<std::pair<Index, unsigned>> meshAt_;  // node, and the file's mesh at it
     std::map<std::string, Index> nodeNamed_;
+    AssimpMotion motion_{file_, scene_, nodeNamed_, metresPerUnit_};
     std::uint64_t triangles_ = 0;
 };
 

@@ -311,7 +311,7 @@ void GltfMeshes::morph(const Json& primitive, const RestPose& pose, MeshDraft& d
 
 // Linear blend skinning, once and for the pose of the file: glTF 2.0, 3.7.3.
 void GltfMeshes::skin(const Json& attributes, const RestPose& pose, MeshDraft& draft) {
-    if (pose.worldFromBind.empty()) {
+    if (pose.fromBind.empty()) {
         return;
     }
     const std::size_t count = draft.vertices.size();
@@ -326,20 +326,20 @@ void GltfMeshes::skin(const Json& attributes, const RestPose& pose, MeshDraft& d
                                    "joints and weights do not fit; the first joint moves all"});
     }
     for (std::size_t i = 0; i < count; ++i) {
-        glm::dmat4 worldFromBind(0.0);
+        glm::dmat4 fromBind(0.0);
         double sum = 0.0;
         for (std::size_t k = 0; sound && k < 4; ++k) {
             const std::uint32_t joint = joints[4 * i + k];
             const auto weight = static_cast<double>(weights.at(i)[k]);
-            if (weight > 0.0 && joint < pose.worldFromBind.size()) {
-                worldFromBind += weight * pose.worldFromBind[joint];
+            if (weight > 0.0 && joint < pose.fromBind.size()) {
+                fromBind += weight * pose.fromBind[joint];
                 sum += weight;
             }
         }
-        worldFromBind = sum > 0.0 ? worldFromBind / sum : pose.worldFromBind.front();
+        fromBind = sum > 0.0 ? fromBind / sum : pose.fromBind.front();
         Vertex& v = draft.vertices[i];
-        v.position = glm::vec3(worldFromBind * glm::dvec4(glm::dvec3(v.position), 1.0));
-        const glm::dmat3 turn(worldFromBind);
+        v.position = glm::vec3(fromBind * glm::dvec4(glm::dvec3(v.position), 1.0));
+        const glm::dmat3 turn(fromBind);
         // The cofactor matrix is the inverse transpose without its division.
         const glm::dmat3 cofactor(glm::cross(turn[1], turn[2]), glm::cross(turn[2], turn[0]),
                                   glm::cross(turn[0], turn[1]));

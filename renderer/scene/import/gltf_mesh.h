@@ -12,7 +12,8 @@ namespace clerestory {
 
 // How a skinned or morphed mesh stands at rest. Empty: as the primitive is written.
 struct RestPose {
-    std::vector<glm::dmat4> worldFromBind;  // per joint: its node's transform * its inverse bind
+    // Per joint: its node's transform, relative to where the mesh will stand, * its inverse bind.
+    std::vector<glm::dmat4> fromBind;
     std::vector<double> morphWeights;
 };
 

@@ -1,7 +1,7 @@
 #include "scene/import/gltf_motion.h"
 
+#include "scene/import/clip_reading.h"
 #include "scene/import/import.h"
-#include "scene/import/scene_cleaning.h"
 #include "scene/mesh_builder.h"
 
 #include <algorithm>
@@ -12,32 +12,6 @@ namespace {
 
 // Of all channels together; a small file could ask for one long list many times.
 constexpr std::uint64_t kMostNumbers = 64'000'000;
-
-constexpr const char* kBadAnimation = "badAnimation";
-
-bool finite(const glm::dmat4& m) {
-    for (int i = 0; i < 16; ++i) {
-        if (!(std::abs(m[i / 4][i % 4]) < 1e30)) return false;
-    }
-    return true;
-}
-
-// A matrix taken apart; what it shears is lost.
-Transform partsOf(const glm::dmat4& m) {
-    Transform t{.translation = glm::dvec3(m[3])};
-    glm::dmat3 axes(m);
-    for (int i = 0; i < 3; ++i) {
-        t.scale[i] = glm::length(axes[i]);
-        axes[i] = t.scale[i] > 0.0 ? axes[i] / t.scale[i] : glm::dmat3(1.0)[i];
-    }
-    if (glm::determinant(axes) < 0.0) {
-        t.scale.x = -t.scale.x;
-        axes[0] = -axes[0];
-    }
-    const glm::dquat q = glm::quat_cast(axes);
-    if (glm::length(q) > 1e-6) t.rotation = glm::normalize(q);
-    return t;
-}
 
 }  // namespace
 
@@ -101,19 +75,8 @@ void GltfMotion::readClips() {
     nodeMoves_ = nodesThatMove(scene_);
 }
 
-std::string GltfMotion::uniqueName(const Json& animation, std::size_t number) {
-    std::string name = cleanText(text(animation, "name"));
-    if (name.empty()) name = "clip " + std::to_string(number + 1);
-    // With room for the number within what cleanText() leaves.
-    if (names_.contains(name)) {
-        name = cleanText(name.substr(0, 150) + " " + std::to_string(number + 1));
-    }
-    while (!names_.insert(name).second) name += "'";
-    return name;
-}
-
 void GltfMotion::readClip(const Json& animation, std::size_t number) {
-    Clip clip{.name = uniqueName(animation, number)};
+    Clip clip{.name = uniqueClipName(names_, text(animation, "name"), number)};
     std::uint64_t dropped = 0;
     movedByClip_.clear();
     const Json& channels = array(animation, "channels");
@@ -125,17 +88,7 @@ void GltfMotion::readClip(const Json& animation, std::size_t number) {
             ++dropped;
         }
     }
-    if (dropped > 0) {
-        scene_.warnings.push_back(
-            {kBadAnimation, clip.name,
-             "channels that move nothing of the scene, or whose keys are out of order or not "
-             "numbers, were left out",
-             dropped});
-    }
-    for (const Track& c : clip.tracks) {
-        clip.duration = std::max(clip.duration, double{c.times.back()});
-    }
-    if (!clip.tracks.empty()) scene_.clips.push_back(std::move(clip));
+    addClip(scene_, std::move(clip), dropped);
 }
 
 bool GltfMotion::addTrack(const Json& animation, const Json& json, Clip& clip) {
@@ -143,8 +96,8 @@ bool GltfMotion::addTrack(const Json& animation, const Json& json, Clip& clip) {
         element(array(animation, "samplers"), indexAt(json, "sampler"), "samplers");
     const std::string word = text(sampler, "interpolation");
     Track track{.between = word == "STEP"          ? Between::step
-                                 : word == "CUBICSPLINE" ? Between::cubicSpline
-                                                         : Between::linear};
+                           : word == "CUBICSPLINE" ? Between::cubicSpline
+                                                   : Between::linear};
     // Everything that is read is thrown away again when the target is none.
     const Numbers times = document_.floats(indexAt(sampler, "input"));
     Numbers values = document_.floats(indexAt(sampler, "output"));
@@ -186,13 +139,9 @@ Index GltfMotion::movingNode(Index gltfNode) {
     const Index node = nodeOf_[gltfNode];
     if (const auto known = movingAt_.find(node); known != movingAt_.end()) return known->second;
     const Transform rest = transformOf(document_.item("nodes", gltfNode));
-    if (!finite(matrixOf(rest))) return kNone;
-    // What vanishes at rest comes back: it must not be taken for something broken.
-    if (rest.scale.x * rest.scale.y * rest.scale.z == 0.0) {
-        scene_.nodes[node].parentFromLocal = matrixOf(rest);
-    }
-    scene_.movingNodes.push_back({node, rest});
-    return movingAt_[node] = static_cast<Index>(scene_.movingNodes.size() - 1);
+    const Index added = addMovingNode(scene_, node, rest);
+    if (added != kNone) movingAt_[node] = added;
+    return added;
 }
 
 Index GltfMotion::weightsOf(Index gltfNode) const {

@@ -36,7 +36,6 @@ private:
     bool setTarget(const Json& target, Track& track);
     Index movingNode(Index gltfNode);
     Index morphWeights(Index gltfNode);
-    std::string uniqueName(const Json& animation, std::size_t number);
 
     GltfDocument& document_;
     Scene& scene_;

@@ -1,11 +1,14 @@
 // The node tree, and what hangs on it: meshes, lights, cameras.
 #include "scene/import/gltf_scene.h"
 
+#include "scene/import/clip_reading.h"
 #include "scene/import/gltf_material.h"
 #include "scene/import/gltf_mesh.h"
 #include "scene/import/gltf_motion.h"
 #include "scene/import/scene_cleaning.h"
 #include "scene/import/side_file.h"
+
+#include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -214,11 +217,13 @@ private:
         if (skin != kNone) {
             // A skinned mesh stands where its joints are, not where its node is.
             const Json& skinJson = document_.item("skins", skin);
+            const glm::dvec3 origin = originOf(json, skinJson);
             if (motion_.moves(skinJson) || movers.any())
                 movers.skin = motion_.addSkin(skinJson);
             else
-                pose.worldFromBind = worldFromBind(skinJson);
-            node = addCheckedNode(text(json, "name") + " (skinned)", glm::dmat4(1.0), kNone);
+                pose.fromBind = fromBind(skinJson, origin);
+            node = addCheckedNode(text(json, "name") + " (skinned)",
+                                  glm::translate(glm::dmat4(1.0), origin), kNone);
         }
         const std::vector<Index> parts = movers.any() ? meshes.deformingMeshes(mesh, pose, movers)
                                          : skin != kNone || morphed ? meshes.posedMeshes(mesh, pose)
@@ -269,12 +274,22 @@ private:
         return nodes;
     }
 
-    std::vector<glm::dmat4> worldFromBind(const Json& json) {
+    // Of a mesh with copies the world's: they are placed about that.
+    glm::dvec3 originOf(const Json& node, const Json& skin) {
+        const std::vector<Index> joints = indexList(skin, "joints");
+        if (extension(node, "EXT_mesh_gpu_instancing") || joints.empty()) return glm::dvec3(0.0);
+        const Index first = joints.front();
+        return skinOrigin(scene_, first < nodeOf_.size() ? nodeOf_[first] : kNone);
+    }
+
+    // Every joint's transform from the bind pose, relative to `origin`.
+    std::vector<glm::dmat4> fromBind(const Json& json, const glm::dvec3& origin) {
         const GltfSkin skin = gltfSkin(document_, json, nodeOf_);
         std::vector<glm::dmat4> matrices;
         for (std::size_t i = 0; i < skin.joints.size(); ++i) {
             const Index node = skin.joints[i];
-            const glm::dmat4 world = node != kNone ? pose_.worldFromNode[node] : glm::dmat4(1.0);
+            glm::dmat4 world = node != kNone ? pose_.worldFromNode[node] : glm::dmat4(1.0);
+            world[3] -= glm::dvec4(origin, 0.0);
             matrices.push_back(world * skin.jointFromMesh[i]);
         }
         return matrices;
