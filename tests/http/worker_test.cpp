@@ -156,7 +156,7 @@ TEST_F(WorkerServer, AFrameNamesItsRendererAndTheGenerationOfItsScene) {
     EXPECT_GT(other.second, first.second);
     awaitStandby();
     kill(worker(), SIGKILL);
-    EXPECT_EQ(drawn(smallFrame()).first, "2");
+    EXPECT_NE(drawn(smallFrame()).first, "1") << "another renderer, another number";
 }
 
 TEST_F(WorkerServer, AJobIsDoneAgainWhenItsRendererEnds) {
