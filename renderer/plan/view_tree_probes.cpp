@@ -16,8 +16,8 @@
 namespace clerestory {
 namespace {
 
-// Frames that a capture is taken to last for. A constant: a choice that depended on what happens to
-// be resident would give one request two pictures.
+// Frames that a capture is taken to last for where nothing moves. A constant: a choice that
+// depended on what happens to be resident would give one request two pictures.
 constexpr double kFramesOfACapture = 16.0;
 
 // A captured face in its frame: what its surfaces weigh must not depend on who looks at the owner.
@@ -44,6 +44,8 @@ std::uint32_t texelsFor(double roughness) {
 void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
     if (!stage_.request.effects.environmentReflection) return;
     const Accuracy& a = stage_.request.accuracy;
+    // Where things move the next frame is another moment, and most cubes see that.
+    const double frames = moves_.empty() ? kFramesOfACapture : 1.0;
     for (SeenSurface& s : seen.surfaces) {
         if (s.surface->reflector != Reflector::curved) continue;
         const Material& material = stage_.material(*s.surface);
@@ -71,7 +73,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
              milliseconds({.triangles = 2.0 * double(sceneTriangles_),
                            .pixels = 6.0 * faceTexels,
                            .views = 6.0,
-                           .frames = kFramesOfACapture,
+                           .frames = frames,
                            .software = limits_.software}),
              probeError(roughness)}};
         if (limits_.traces && !job.captured) {  // a captured face shows the generation before

@@ -65,6 +65,21 @@ TEST(Motion, OnlyMapsThatCanSeeWhatMovedAreDrawnAnew) {
     EXPECT_EQ(count(third, PassKind::capture), 0u);
 }
 
+TEST(Motion, ACubeThatIsDrawnForEveryFrameIsPricedSo) {
+    const auto price = [](const Scene& scene) {
+        const FramePlan plan = planOf(scene, fromAbove(0.0));
+        for (const Candidate& c : plan.decisions.at(0).candidates) {
+            if (c.method == Method::probe) return c.milliseconds;
+        }
+        return 0.0;
+    };
+    Scene scene = twoRooms();
+    const double still = price(scene);
+    letMove(scene, 3, {-1.5, 0.5, 2.5});
+    EXPECT_GT(still, 0.0);
+    EXPECT_NEAR(price(scene) / still, 16.0, 1e-9) << "a cube of what stands still lasts";
+}
+
 TEST(Motion, WhatComesIntoSightIsSeen) {
     Scene scene = twoRooms();
     letMove(scene, 3, {1.5, 0, 2});  // through the wall
