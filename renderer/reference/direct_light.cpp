@@ -79,7 +79,7 @@ glm::dvec3 PathTracer::underLamps(Path& path, const Point& point, const Lobes& l
         if (!(cosine > 0.0) || !(greatest(light.irradiance) > 0.0)) continue;
         const glm::dvec3 reflected =
             light.irradiance * cosine *
-            lobes.underLamp(lobes.frame().toLocal(light.toLamp), diffuseShare);
+            lobes.underLamp(lobes.frame().toLocal(light.toLamp), diffuseShare, point.covered);
         sum += reflected;
         const double bright = luminance(reflected);
         if (mode_ == ReferenceMode::effects || !(bright > 0.0)) continue;

@@ -26,6 +26,7 @@ void PathTracer::reflectGlass(Path& path, const Point& point, const glm::dvec3& 
         return;
     }
     path.turn(World::leaving(point, above(towards, point.face)), glm::dvec3(1.0));
+    path.widen(point.roughness * point.roughness, point.turn);
 }
 
 void PathTracer::meetSolid(Path& path, const Point& point) const {
@@ -56,6 +57,7 @@ void PathTracer::meetSolid(Path& path, const Point& point) const {
         const glm::dvec3 tint = point.front ? point.baseColor : glm::dvec3(1.0);
         path.turn(World::leaving(point, above(frame.toWorld(l), -point.face)), tint);
         path.media = beyond;
+        path.widen(0.5 * alpha, 0.5 * std::abs(eta - 1.0) * point.turn);
         return;
     }
 }
@@ -101,6 +103,7 @@ void PathTracer::meetPane(Path& path, const Point& point) const {
         const glm::dvec3 along = rough ? frame.toWorld(out) : path.ray.direction;
         path.turn(World::leaving(point, above(along, -point.face)),
                   shares.transmitted / (1.0 - chance));
+        path.widen(0.5 * alpha, 0.0);
         // Aside, as far as the bent way through the pane lies from the straight one (erratum G3).
         const glm::dvec3 bent = refracted(-v, kUp, ior);
         const double straightest = 1e-3;

@@ -65,26 +65,27 @@ Lobes::Facet Lobes::facet(const glm::dvec2& random) const {
     return f;
 }
 
-glm::dvec3 Lobes::lobe(const glm::dvec3& l, double alpha) const {
+glm::dvec3 Lobes::lobe(const glm::dvec3& l, double alpha, double covered) const {
     const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
     return fresnel(glm::dot(v_, half)) * bouncesFactor(f0_, v_.z, alpha) *
-           (facetDensity(half, alpha) * unhiddenFromBoth(v_, l, alpha) /
+           (facetMean(half, alpha, covered) * unhiddenFromBoth(v_, l, alpha) /
             (4.0 * v_.z * std::max(l.z, 1e-6)));
 }
 
 glm::dvec3 Lobes::specularOf(const glm::dvec3& l) const {
-    return mirror() || l.z <= 0.0 ? glm::dvec3(0.0) : lobe(l, alpha_);
+    return mirror() || l.z <= 0.0 ? glm::dvec3(0.0) : lobe(l, alpha_, 0.0);
 }
 
 double Lobes::densityOf(const glm::dvec3& l) const {
     return mirror() || l.z <= 0.0 ? 0.0 : mirroredDensity(v_, l, alpha_);
 }
 
-glm::dvec3 Lobes::underLamp(const glm::dvec3& l, double diffuseShare) const {
+glm::dvec3 Lobes::underLamp(const glm::dvec3& l, double diffuseShare, double covered) const {
     if (l.z <= 0.0) return glm::dvec3(0.0);
     const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
     const double rest = 1.0 - greatest(fresnel(glm::dot(v_, half)));
-    return lobe(l, std::max(alpha_, kLeastLampAlpha)) + diffuse_ * (diffuseShare * rest / kPi);
+    return lobe(l, std::max(alpha_, kLeastLampAlpha), covered) +
+           diffuse_ * (diffuseShare * rest / kPi);
 }
 
 }  // namespace clerestory::reference

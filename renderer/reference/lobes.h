@@ -42,10 +42,11 @@ public:
 
     // The same under a lamp without size: the lobe is not narrower than roughness 0.045, and the
     // diffuse rest is what the one facet that mirrors the lamp leaves.
-    glm::dvec3 underLamp(const glm::dvec3& l, double diffuseShare) const;
+    // covered: see facetMean(), of all that the path stands for.
+    glm::dvec3 underLamp(const glm::dvec3& l, double diffuseShare, double covered = 0.0) const;
 
 private:
-    glm::dvec3 lobe(const glm::dvec3& l, double alpha) const;
+    glm::dvec3 lobe(const glm::dvec3& l, double alpha, double covered) const;
 
     Frame frame_;
     glm::dvec3 v_;

@@ -23,6 +23,17 @@ double facetDensity(const glm::dvec3& normal, double alpha) {
     return a2 / (kPi * k * k);
 }
 
+double facetMean(const glm::dvec3& normal, double alpha, double covered) {
+    if (normal.z <= 0.0) return 0.0;
+    if (covered < 1e-9 * alpha * alpha) return facetDensity(normal, alpha);
+    const double z2 = normal.z * normal.z, a2 = alpha * alpha;
+    const double slope2 = (normal.x * normal.x + normal.y * normal.y) / z2;
+    // (1 - a / s) / (2 covered), of which the other form keeps its digits where the disc is far.
+    const double a = a2 + slope2 - covered, s = std::sqrt(a * a + 4.0 * a2 * covered);
+    const double mean = a > 0.0 ? 2.0 * a2 / (s * (s + a)) : (s - a) / (2.0 * covered * s);
+    return mean / (kPi * z2 * z2);
+}
+
 double unhidden(const glm::dvec3& v, double alpha) {
     return 1.0 / (1.0 + hiddenFor(v, alpha));
 }

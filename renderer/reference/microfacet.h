@@ -12,6 +12,11 @@ inline constexpr double kLeastAlpha = 1e-3;
 // Density of facet normals per steradian.
 double facetDensity(const glm::dvec3& normal, double alpha);
 
+// Its mean over a disc about the normal; covered: the disc's radius squared, in slopes. Slopes of
+// facets are spread as the light that a plane gets from a parallel one at height alpha, so the sum
+// over a disc is the form factor of a disc.
+double facetMean(const glm::dvec3& normal, double alpha, double covered);
+
 // Share of facets, of those that face `v`, that nothing hides from it; and from both.
 double unhidden(const glm::dvec3& v, double alpha);
 double unhiddenFromBoth(const glm::dvec3& v, const glm::dvec3& l, double alpha);

@@ -9,6 +9,9 @@ namespace {
 // The end of a path that cannot lose light, which chance reaches once in e^50.
 constexpr int kMostTurns = 1200;
 
+// Rougher lobes are found by chance, and discs of slopes are no wider.
+constexpr double kMostAveraged = 0.6, kMostCovered = 0.5;
+
 // The chance that a path of that weight goes on after so many turns. Mirrors in mirrors are
 // followed for as long as they are seen clearly; light that diffuse walls have spread is not.
 double chanceToGoOn(ReferenceMode mode, int turns, double bright) {
@@ -51,8 +54,8 @@ void PathTracer::Path::turn(const Ray& next, const glm::dvec3& share, double tur
     travelled = 0.0;
 }
 
-glm::dvec3 PathTracer::radiance(const Ray& ray, Random& random) const {
-    Path path{.ray = ray, .random = random};
+glm::dvec3 PathTracer::radiance(const Ray& ray, Random& random, const PixelShare& share) const {
+    Path path{.ray = ray, .random = random, .stands = share};
     for (int turns = 0; !path.ended && turns < kMostTurns; ++turns) {
         if (const std::optional<Hit> hit = world_.nearest(path.ray))
             meet(path, *hit);
@@ -87,6 +90,7 @@ glm::dvec3 PathTracer::emittedAt(const Path& path, const Point& point) const {
 
 void PathTracer::meet(Path& path, const Hit& hit) const {
     path.travelled += hit.distance;
+    path.stands.width += path.stands.spread * hit.distance;
     if (path.media.count > 0) {
         const Material& m = *path.media.last().material;
         path.weight *= absorbed(m.attenuationColor, m.attenuationDistance, hit.distance);
@@ -101,6 +105,12 @@ void PathTracer::meet(Path& path, const Hit& hit) const {
         path.sum += path.weight * point.baseColor;
         path.ended = true;
         return;
+    }
+    if (path.stands.edge > 0.0 && point.roughness < kMostAveraged && !lighting_.lamps.empty()) {
+        point.turn = world_.turnAcross(hit, point, path.ray.direction, path.stands.width);
+        const double radius2 =
+            point.turn * point.turn + 0.25 * path.stands.spread * path.stands.spread;
+        point.covered = std::min(radius2 / kPi, kMostCovered);
     }
     // Only the dielectric part lets light through, so what is beside the clear share is more of a
     // metal than the whole, and the clear share is none.
@@ -157,6 +167,7 @@ void PathTracer::meetInEffects(Path& path, const Point& point, const Lobes& lobe
     const glm::dvec3 towards = lobes.frame().toWorld(facet.towards);
     if (traces(*point.surface)) {
         path.turn(World::leaving(point, above(towards, point.face)), facet.weight);
+        path.widen(lobes.alpha(), point.turn);
         path.straight = false;
         return;
     }
@@ -180,6 +191,7 @@ void PathTracer::meetInFull(Path& path, const Point& point, const Lobes& lobes) 
         const glm::dvec3 towards = above(lobes.frame().toWorld(facet.towards), point.face);
         path.turn(World::leaving(point, towards), facet.weight / chance,
                   chance * lobes.densityOf(facet.towards));
+        path.widen(lobes.alpha(), point.turn);
         return;
     }
     const glm::dvec3 l = cosineWeighted(path.random.pair());
@@ -190,6 +202,7 @@ void PathTracer::meetInFull(Path& path, const Point& point, const Lobes& lobes) 
     }
     path.turn(World::leaving(point, towards), lobes.diffuse() * (facet.rest / (1.0 - chance)),
               (1.0 - chance) * std::max(cosineDensity(l), 1e-9));
+    path.stands = {};
 }
 
 }  // namespace clerestory::reference

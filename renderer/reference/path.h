@@ -37,14 +37,22 @@ struct Media {
     bool leave(const Point& point);  // false: was not in it
 };
 
+// What a sample stands for: so much of the edge of all that was to be sampled, 0..1; of the pixel
+// that is radians of directions, and metres where its ray begins.
+struct PixelShare {
+    double edge = 0.0, spread = 0.0, width = 0.0;
+};
+
 class PathTracer {
 public:
     // What is referred to must outlive it.
     PathTracer(const World& world, const Lighting& lighting, const Effects& effects,
                ReferenceMode mode);
 
-    // One sample of the radiance that comes against the ray.
-    glm::dvec3 radiance(const Ray& ray, Random& random) const;
+    // One sample of the radiance that comes against the ray. Highlights of lamps without size are
+    // averaged over what the sample stands for, so that a few find them; what that gets wrong goes
+    // with the share (Kaplanyan and Dachsbacher 2013).
+    glm::dvec3 radiance(const Ray& ray, Random& random, const PixelShare& share = {}) const;
 
 private:
     // A path on its way. Every step adds to `sum` and either sends it on or ends it.
@@ -58,6 +66,12 @@ private:
         double density = 0.0;  // of its last turn, per steradian, where lights were chosen as well;
                                // 0: they were not, and all that is met counts
         double travelled = 0.0;  // metres since that turn
+        PixelShare stands;       // what it stands for by now
+
+        // It was sent on by facets with this alpha, where normals turn by this much.
+        void widen(double alpha, double turn) {
+            if (stands.edge > 0.0) stands.spread += 2.0 * (alpha * stands.edge + turn);
+        }
         bool ended = false;
 
         void turn(const Ray& next, const glm::dvec3& share, double turnDensity = 0.0);

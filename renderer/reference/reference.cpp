@@ -103,6 +103,13 @@ private:
                 .farthest = ray.farthest};
     }
 
+    // What each sample stands for: as much of the pixel as four samples do, so that they overlap.
+    PixelShare shareOf(const Ray& ray, const Ray& next) const {
+        const double edge = std::min(1.0, 2.0 / std::sqrt(double(result_.samples)));
+        return {edge, edge * glm::length(next.direction - ray.direction),
+                edge * glm::length(next.origin - ray.origin)};
+    }
+
     bool tracePixel(std::uint32_t x, std::uint32_t y, const std::atomic<bool>& cancelled) {
         const std::size_t pixel = std::size_t{y} * width() + x;
         const Ray central = rayThrough(x + 0.5, y + 0.5);
@@ -111,13 +118,15 @@ private:
             result_.objectId[pixel] = p.instance + 1;
             result_.firstHit[pixel] = kindOf(*p.surface);
         }
+        const PixelShare share = shareOf(central, rayThrough(x + 1.5, y + 0.5));
         glm::dvec3 halves[2] = {glm::dvec3(0.0), glm::dvec3(0.0)};
         for (int half = 0; half < 2; ++half) {
             for (std::uint32_t i = 0; i < perHalf_; ++i) {
                 if (cancelled.load(std::memory_order_relaxed)) return false;
                 Random random(seed_, 2 * pixel + half, i);
                 const glm::dvec2 at = random.pair();
-                const glm::dvec3 sample = tracer_.radiance(rayThrough(x + at.x, y + at.y), random);
+                const glm::dvec3 sample =
+                    tracer_.radiance(rayThrough(x + at.x, y + at.y), random, share);
                 if (finite(sample))
                     halves[half] += sample;
                 else

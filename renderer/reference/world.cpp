@@ -191,6 +191,27 @@ Point World::pointAt(const Hit& hit, const glm::dvec3& along) const {
     return p;
 }
 
+double World::turnAcross(const Hit& hit, const Point& point, const glm::dvec3& along,
+                         double width) const {
+    constexpr double kGrazing = 0.1;
+    const Triangle& t = triangles_[hit.triangle];
+    const glm::dvec3 b = glm::dvec3(t.b) - glm::dvec3(t.a), c = glm::dvec3(t.c) - glm::dvec3(t.a);
+    const glm::dvec3 normal = glm::cross(b, c);
+    const double squared = glm::dot(normal, normal);
+    const glm::dvec3 across =
+        unitOr(glm::cross(point.face, along), Frame(point.face).x);  // and away from the eye
+    const double stretch = std::max(std::abs(glm::dot(point.face, along)), kGrazing);
+    const auto turned = [&](const glm::dvec3& way) {
+        Hit beside = hit;
+        beside.weightB += glm::dot(glm::cross(way, c), normal) / squared;
+        beside.weightC += glm::dot(glm::cross(b, way), normal) / squared;
+        return pointAt(beside, along).normal - point.normal;
+    };
+    const glm::dvec3 one = turned(across * width);
+    const glm::dvec3 other = turned(glm::cross(point.face, across) * (width / stretch));
+    return std::sqrt(glm::length(glm::cross(one, other)));
+}
+
 Ray World::leaving(const Point& point, const glm::dvec3& along) {
     // The place is exact in double; corners, and the ray that Embree gets, are rounded to 2^-24 of
     // their greatest coordinate, and its sums add some of the same.

@@ -46,6 +46,8 @@ struct Point {
     double occlusion = 1.0;
     double transmission = 0.0, thickness = 0.0;  // metres
     glm::dvec3 emitted{0.0};
+    double turn = 0.0;     // radians by which the normal turns across what the path stands for
+    double covered = 0.0;  // half vectors that it covers: a disc's radius squared, in slopes
 };
 
 class World {
@@ -69,6 +71,10 @@ public:
     bool emits() const { return emission_; }
 
     Point pointAt(const Hit& hit, const glm::dvec3& along) const;
+    // Radians by which the normal turns on the way over `width` metres across the ray: the side of
+    // a square as large as what the normals pass over.
+    double turnAcross(const Hit& hit, const Point& point, const glm::dvec3& along,
+                      double width) const;
 
     // A ray from a point of a surface, beside it on the side that it goes to.
     static Ray leaving(const Point& point, const glm::dvec3& along);
