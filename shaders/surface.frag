@@ -23,8 +23,24 @@ vec3 towardsEye() {
     return viewHas(VIEW_ORTHOGRAPHIC) ? -view.forward.xyz : direction(-seen);
 }
 
+// Half vectors turn against the surface as its normals do, and half as much as the line of sight.
+// What bumps do within a pixel their map does not tell: where they bend the normal, its shape alone
+// would tell too little.
+Surface coveredByPixel(Surface s) {
+    vec3 shape = direction(vertexNormal);
+    vec3 ahead = viewHas(VIEW_ORTHOGRAPHIC) ? view.forward.xyz : direction(positionEye);
+    vec3 turned = shape + 0.5f * ahead;
+    // Small triangles share their pixel.
+    float part = sqrt(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples));
+    if (has(FEATURE_NORMAL_MAP)) {
+        part *= clamp(50.0f * abs(dot(shape, s.normal)) - 48.99f, 0.0f, 1.0f);
+    }
+    return covering(s, part * dFdx(turned), part * dFdy(turned));
+}
+
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
+    s = coveredByPixel(s);
     if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, HARMONIC_ROWS);
     return lampsLight(s, positionEye, int(drawNumbers.x), int(drawNumbers.y));
 }

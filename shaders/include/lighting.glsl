@@ -8,6 +8,16 @@ layout(binding = UNIT_LIGHTS) uniform samplerBuffer lightTable;
 // Texels along an edge of environmentBrdf.
 const float kBrdfSize = 32.0f;
 
+// Half vectors that who looks covers at once, as an ellipse of slopes about the surface's own; see
+// covering().
+struct Covered {
+    vec3 x, y;      // columns of a root of its covariance
+    float area;     // over pi: the square of an equal disc's radius
+    float trace;    // of the covariance and one alpha squared
+    float scale;    // from distances in the ellipse's axes to those in the equal disc's
+    float weight;   // what that leaves of the lobe
+};
+
 // A point of a surface as light meets it.
 struct Surface {
     vec3 normal;
@@ -22,6 +32,8 @@ struct Surface {
     float alphaSquared;
     float masking;  // Smith's root for the eye
     vec3 bounces;   // what several bounces between microfacets add to one (Turquin 2019)
+    bool averages;  // who looks sees more than a point: `covered` holds
+    Covered covered;
 };
 
 Surface surfaceOf(MaterialPoint m, vec3 toEye) {
@@ -41,22 +53,33 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye) {
     s.alphaSquared = alpha * alpha;
     s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
     s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
+    s.averages = false;
     return s;
 }
 
-// The same surface for a ray that covers half vectors over `slope` of its normal, and so sees an
-// average of lobes: about one lobe that is as much wider (Tokuyoshi and Kaplanyan 2019, whose bound
-// this is), where a single point of it would flash or stay dark.
-const float kMostWidening = 0.18f;
-Surface widened(Surface s, float slope) {
-    s.alphaSquared = min(s.alphaSquared + min(slope * slope, kMostWidening), 1.0f);
-    s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
-    s.roughness = max(s.roughness, sqrt(sqrt(s.alphaSquared)));
+// The surface for who sees all half vectors of a parallelogram of slopes, with edges x and y, as one:
+// an ellipse of that area and spread. Where it is far wider than alpha the lobe's mean is even within
+// it, so distances count in its axes; where it is far smaller they count as they are; in between in
+// the axes of the sum of both covariances.
+Surface covering(Surface s, vec3 x, vec3 y) {
+    const float kRoot = 0.5641896f;  // 1 / sqrt(pi)
+    Covered c;
+    c.x = kRoot * (x - s.normal * dot(s.normal, x));
+    c.y = kRoot * (y - s.normal * dot(s.normal, y));
+    c.area = length(cross(c.x, c.y));
+    c.trace = s.alphaSquared + dot(c.x, c.x) + dot(c.y, c.y);
+    float both = s.alphaSquared + c.area;
+    float determinant = s.alphaSquared * c.trace + c.area * c.area;
+    c.scale = both / determinant;
+    c.weight = both * inversesqrt(determinant);
+    s.averages = true;
+    s.covered = c;
     return s;
 }
 
-// ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, what is common to all lamps
-// taken out: compilers for processors do not take it out of the loop. halfway need not be unit.
+// ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, times the cosine to the lamp;
+// what is common to all lamps taken out: compilers for processors do not take it out of the loop.
+// halfway need not be unit.
 float ggxLobe(Surface s, vec3 halfway, float nDotL) {
     float a2 = s.alphaSquared;
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
@@ -65,23 +88,44 @@ float ggxLobe(Surface s, vec3 halfway, float nDotL) {
     float q = max((nDotH * nDotH * a2 + dot(across, across)) * perLength, 1e-9f);
     float l = max(nDotL, kMinCosine);
     float smith = s.nDotV * sqrt(a2 + (1.0f - a2) * l * l) + l * s.masking;
-    return (0.5f / kPi) * a2 / (q * q * smith);
+    return (0.5f / kPi) * a2 * max(nDotL, 0.0f) / (q * q * smith);
 }
 
-// What the surface sends on of light that falls in along toLight, unit; nDotL: normal . toLight.
+// The mean of that over what is covered. Where this is far wider than the lobe, only those of its
+// points shine whose normal is nearly the half vector: masking and cosine are theirs.
+float ggxMeanLobe(Surface s, vec3 halfway, float nDotL, float eyeDotH) {
+    float a2 = s.alphaSquared;
+    float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
+    float nDotH = dot(s.normal, halfway);
+    vec3 across = cross(s.normal, halfway);
+    float alongX = dot(s.covered.x, halfway);
+    float alongY = dot(s.covered.y, halfway);
+    float distance2 = s.covered.scale * (s.covered.trace * dot(across, across) -
+                                         alongX * alongX - alongY * alongY);
+    float density = s.covered.weight *
+                    ggxMeanDistribution(nDotH * nDotH * perLength,
+                                        max(distance2, 0.0f) * perLength, a2, s.covered.area);
+    float part = s.covered.area / (s.covered.area + a2);
+    float cosine = mix(nDotL, eyeDotH, part);
+    float visible = ggxVisibility(cosine, mix(s.nDotV, eyeDotH, part), sqrt(a2));
+    return nDotL > 0.0f ? density * visible * cosine : 0.0f;
+}
+
+// What the surface sends on of light that comes along toLight, unit; nDotL: normal . toLight.
 vec3 sentOn(Surface s, vec3 toLight, float nDotL) {
     vec3 halfway = toLight + s.toEye;
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
     vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
-    return fresnel * s.bounces * ggxLobe(s, halfway, nDotL) +
-           (1.0f - maxComponent(fresnel)) * (1.0f / kPi) * s.diffuse;
+    float lobe = s.averages ? ggxMeanLobe(s, halfway, nDotL, eyeDotH) : ggxLobe(s, halfway, nDotL);
+    return fresnel * s.bounces * lobe +
+           max(nDotL, 0.0f) * (1.0f - maxComponent(fresnel)) * (1.0f / kPi) * s.diffuse;
 }
 
 // Of a directional lamp whose rows in the table begin at `first`.
 vec3 sunLight(Surface s, int first) {
     vec3 toLight = texelFetch(lightTable, first).xyz;
     float nDotL = dot(s.normal, toLight);
-    return texelFetch(lightTable, first + 1).rgb * max(nDotL, 0.0f) * sentOn(s, toLight, nDotL);
+    return texelFetch(lightTable, first + 1).rgb * sentOn(s, toLight, nDotL);
 }
 
 // Of any lamp.
@@ -97,7 +141,7 @@ vec3 lampLight(Surface s, vec3 position, int first) {
     float nDotL = dot(s.normal, toLight);
     float inCone = clamp(dot(cone.xyz, toLight) + cone.w, 0.0f, 1.0f);
     float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
-    float falloff = max(nDotL, 0.0f) * inCone * inCone * (1.0f - inRange * inRange) /
+    float falloff = inCone * inCone * (1.0f - inRange * inRange) /
                     max(squared, kMinLightDistanceSquared);
     return power.rgb * falloff * sentOn(s, toLight, nDotL);
 }

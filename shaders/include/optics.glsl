@@ -103,6 +103,23 @@ float ggxDistribution(float nDotH, float nCrossHSquared, float alpha) {
     return nDotH > 0.0f ? k * k / kPi : 0.0f;
 }
 
+// The mean of that density over all half vectors within a disc of slopes about this one: what a pixel
+// sees of a smooth surface that turns in it, where a point of it would flash or stay dark. As
+// distribution of slopes GGX falls off as the light of a uniform emitter on a plane at height alpha
+// over a parallel one, so its sum over a disc is the form factor of a disc (Howell, catalogue, B-12).
+// alphaSquared: at least kMinAlpha^2. c2, s2: squares of the half vector's cosine and sine against
+// the normal. covered: the disc's radius squared, in tangents.
+float ggxMeanDistribution(float c2, float s2, float alphaSquared, float covered) {
+    float q = max(c2 * alphaSquared + s2, alphaSquared * 0.999f);
+    float a = q - covered * c2;
+    float s = sqrt(a * a + 4.0f * alphaSquared * covered * c2 * c2);
+    float sum = s + abs(a);
+    // Two ways to write one quotient; each keeps its digits on its own side of the disc's rim.
+    float tail = 2.0f * alphaSquared / (s * sum);
+    float inside = sum / (2.0f * covered * s * c2 * c2 + 1e-12f);
+    return (a > 0.0f ? tail : inside) / kPi;
+}
+
 // Height-correlated Smith visibility G2 / (4 nDotL nDotV) (Heitz 2014).
 float ggxVisibility(float nDotL, float nDotV, float alpha) {
     float a = max(alpha, kMinAlpha);

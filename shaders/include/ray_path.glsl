@@ -29,12 +29,14 @@ vec3 environmentAtEnd(vec3 along, RayCone cone) {
     return environmentAlong(along, min(sqrt(alpha), 1.0f));
 }
 
-// Slope over which half vectors spread where a cone meets a surface of this curvature. None for the
-// cone of a plain pixel: what is drawn does not average either, and hits look as pixels do.
-float halfVectorsCovered(float curvature, RayCone cone) {
-    float slope = cone.pixel + cone.lobe;
-    float beyond = max(slope - 1.5f / view.picture.z, 0.0f) / max(slope, 1e-12f);
-    return 0.5f * beyond * (curvature * cone.width + 0.5f * slope);
+// The surface for a cone that meets it: a cone is told by its width, so its half vectors reach half of
+// what they turn by to every side. Wider ones see more than this surface.
+const float kMostTurned = 0.84f;
+Surface coveredByCone(Surface s, float curvature, RayCone cone) {
+    float turned = min(curvature * cone.width + 0.5f * (cone.pixel + cone.lobe), kMostTurned);
+    const float kEdge = 0.8862269f;  // of a square as large as a disc, over its diameter
+    mat3 frame = frameAbout(s.normal);
+    return covering(s, frame[0] * (kEdge * turned), frame[1] * (kEdge * turned));
 }
 
 // Away from the face that a ray leaves from, on the side of `normal`. Corners and sums of them are
@@ -112,8 +114,9 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         }
         vec3 environment = environmentLight(unclear, mirror ? vec3(0.0f) : around) *
                            (solid || pane ? 1.0f : m.occlusion);
-        Surface opaque = widened(s, halfVectorsCovered(p.curvature, cone));
+        Surface opaque = s;
         opaque.diffuse *= dull;
+        opaque = coveredByCone(opaque, p.curvature, cone);
         vec3 own = (1.0f - clarity) * environment + lampsAtHit(p, opaque);
         if (solid && !p.front) own = vec3(0.0f);
         if (unlit) own = m.baseColor.rgb;

@@ -135,6 +135,32 @@ TEST_F(LightOnSurfaces, occlusionDimsTheEnvironmentAndNotTheLamps) {
     EXPECT_EQ(seen(true, "black", 1), seen(false, "black", 1));
 }
 
+// A pixel shows the mean of its highlight: coarse pictures have the light of fine ones, wherever
+// the points of their pixels happen to lie. Seen at one point each, they have a third of it or
+// thrice.
+TEST_F(LightOnSurfaces, aSmallBallsHighlightHasTheSameLightInFewPixelsAsInMany) {
+    for (const float roughness : {0.05f, 0.2f}) {
+        Scene scene;
+        const Index gold = addMaterial(scene, {.roughness = roughness});
+        place(scene, sphere(0.5f, 96, gold));
+        addLight(scene, {.kind = LightKind::directional, .intensity = glm::vec3(2.0f)},
+                 glm::rotate(glm::dmat4(1.0), 0.7, glm::dvec3(0.6, 0.8, 0.0)));
+        FrameRequest r = request(std::move(scene), "ball", {0, 0, 3});
+        r.environment.map = "black";
+        const auto lightAt = [&](std::uint32_t edge) {
+            r.width = r.height = edge;
+            const Image image = renderer().render(r).image;
+            double sum = 0.0;
+            for (std::size_t i = 0; i < std::size_t{3} * edge * edge; ++i) sum += image.floats()[i];
+            return sum / (double(edge) * edge);
+        };
+        const double fine = lightAt(1024);
+        for (const std::uint32_t edge : {24u, 33u, 47u, 64u}) {
+            EXPECT_NEAR(lightAt(edge) / fine, 1.0, 0.2) << roughness << ' ' << edge;
+        }
+    }
+}
+
 TEST_F(LightOnSurfaces, aHighlightIsTheProductOfItsFormulae) {
     for (const float roughness : {0.05f, 0.2f, 0.5f, 1.0f}) {
         for (const double angle : {0.02, 0.4, 1.2}) {
@@ -146,6 +172,7 @@ TEST_F(LightOnSurfaces, aHighlightIsTheProductOfItsFormulae) {
             addLight(scene, {.intensity = glm::vec3(3.0f)}, moved(lamp.x, lamp.y, lamp.z));
             FrameRequest r = request(std::move(scene), "highlight", {0, 0, 1});
             r.width = r.height = 65;
+            r.camera.yfov = 0.018;  // a pixel is a point: it averages over what it covers
             const glm::vec3 seen = centerColor(renderer().render(r).image);
 
             const glm::vec3 n(0, 0, 1), v(0, 0, 1), l(lamp / 2.0), h = glm::normalize(l + v);
