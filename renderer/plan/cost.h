@@ -40,9 +40,9 @@ double toleranceOf(Preset preset);
 
 // Relative RMSE of a curved mirror's pixels, by roughness: the environment map alone, a captured
 // cube, rays through the mesh. enclosed: share of its surroundings that is not sky; see
-// enclosure.h.
+// enclosure.h. apart: how far the mirror reaches from the cube's centre, in radii of the scene.
 double environmentError(double roughness, double enclosed = 0.0);
-double probeError(double roughness);
+double probeError(double roughness, double apart = 0.0);
 double tracedError(double roughness);
 
 }  // namespace clerestory

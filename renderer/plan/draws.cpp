@@ -127,12 +127,29 @@ Cluster drawnTogether(const Stage& stage, const Mesh& mesh, std::uint32_t& clust
     return sum;
 }
 
+// Of many small things in one mesh: each cluster has its part of the area, by its triangles, and
+// its own distance.
+double shareOfClusters(const Stage& stage, const View& view, const SeenSurface& seen, double area) {
+    const Surface& surface = *seen.surface;
+    double indices = 0.0;
+    for (std::uint32_t c = 0; c < surface.clusterCount; ++c) {
+        indices += stage.scene.clusters[surface.firstCluster + c].indexCount;
+    }
+    double sum = 0.0;
+    for (const SeenCluster& cluster : seen.clusters) {
+        const double part = area * cluster.indexCount / std::max(indices, 1.0);
+        sum += std::min(kBoxFill * cluster.share, areaShare(view, cluster.box, part, std::nullopt));
+    }
+    return sum;
+}
+
 double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
                const SeenSurface& seen, std::span<const ScreenBox> rects) {
     const Surface& surface = *seen.surface;
     if (surface.flatPart == kNone) {
         const double area = transformedArea(toEye, surface.area, std::nullopt);
-        return shareOf(view, rects, seen.box, area, std::nullopt);
+        const double whole = shareOf(view, rects, seen.box, area, std::nullopt);
+        return std::min(whole, shareOfClusters(stage, view, seen, area));
     }
     const FlatPart& part = stage.scene.flatParts[surface.flatPart];
     const double area = transformedArea(toEye, surface.area, part.normal);

@@ -82,6 +82,7 @@ private:
                   std::span<const DrawLists::Behind> through);
     bool serveFromMap(const ViewJob& job, SeenSurface& seen, Pass& pass);
     CapturePoint capturePointOf(const Surface& surface) const;
+    double apartFromMiddle(const Surface& surface, const CapturePoint& point) const;
     TargetId probe(const CapturePoint& point, std::uint32_t generation);
     std::uint64_t circumstancesOf(const CapturePoint& point, std::uint32_t generation) const;
 

@@ -66,6 +66,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
         }
         if (job.probeGeneration == 0) continue;  // a first generation shows the fallback
         const double roughness = s.surface->roughness;
+        const double apart = point.placed ? 0.0 : apartFromMiddle(*s.surface, point);
         const double faceTexels = double(point.resolution) * point.resolution;
         std::vector<Candidate> candidates{
             {Method::environment, 0.0, environmentError(roughness, enclosedAt(job, s.box))},
@@ -75,7 +76,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
                            .views = 6.0,
                            .frames = frames,
                            .software = limits_.software}),
-             probeError(roughness)}};
+             probeError(roughness, apart)}};
         if (limits_.traces && !job.captured) {  // a captured face shows the generation before
             candidates.push_back(
                 {Method::traced,
@@ -207,6 +208,20 @@ CapturePoint ViewTree::capturePointOf(const Surface& surface) const {
     }
     point.resolution = std::min(a.probeSize, texelsFor(roughness));
     return point;
+}
+
+// How far from the cube's centre the mirror stands, about, 0..1: of one body its radius, against
+// the scene's; what has little area for its box is many bodies, and the middle is beside all of
+// them.
+double ViewTree::apartFromMiddle(const Surface& surface, const CapturePoint& point) const {
+    constexpr double kOneBody = 0.05;  // of its box's area; a ball has half of it
+    const Instance& instance = stage_.scene.instances[surface.instance];
+    const glm::dvec3 e(boundsOf(stage_.pose, stage_.scene.meshes[instance.mesh]).extent());
+    const double boxArea = 2.0 * (e.x * e.y + e.y * e.z + e.z * e.x);
+    const double scattered =
+        1.0 - std::min(1.0, surface.area / std::max(kOneBody * boxArea, 1e-30));
+    const double reach = 2.0 * point.radius / std::max(1e-30, double(sceneBounds_.diagonal()));
+    return std::clamp(std::max(reach * reach, scattered), 0.0, 1.0);
 }
 
 struct ViewTree::Snapshot {
