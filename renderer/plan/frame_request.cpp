@@ -26,7 +26,6 @@ Accuracy accuracyOf(Preset preset) {
         case Preset::fine:
             a.samples = 4;
             a.edgeFilter = false;
-            a.anisotropy = 4;
             a.planarSamples = 8;
             a.backFaces = true;
             a.parallax = Parallax::depth;
