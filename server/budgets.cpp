@@ -1,6 +1,7 @@
 #include "server/budgets.h"
 
 #include "server/comparison_json.h"
+#include "server/curve_store.h"
 #include "server/frames.h"
 #include "server/job_work.h"
 #include "server/problem.h"
@@ -13,6 +14,8 @@ namespace {
 
 // A few kilobytes each; the scenes and sizes that one server is asked for are few.
 constexpr std::size_t kMostCurves = 256;
+// Frames whose milliseconds go to the disk together.
+constexpr int kCorrectionsKept = 50;
 
 std::string keyOf(Service& service, const Scene& scene, const FrameRequest& request) {
     FrameRequest frame = request;
@@ -65,6 +68,10 @@ Budgets::Pick Budgets::pick(Service& service, const Scene& scene, const FrameReq
     const std::lock_guard lock(mutex_);
     if (curves_.size() >= kMostCurves && curves_.count(key) == 0) curves_.clear();
     Measured& found = curves_[key];
+    const CurveStore* store = service.config().curves.get();
+    if (!found.curve && found.job.empty() && store) {
+        if (auto kept = store->find(key)) found.curve = std::make_shared<Curve>(*std::move(kept));
+    }
     if (found.curve) {
         const Chosen chosen = choose(*found.curve, request.accuracy);
         return {found.curve->points[chosen.point].accuracy, chosen.words, key, chosen.point};
@@ -75,6 +82,7 @@ Budgets::Pick Budgets::pick(Service& service, const Scene& scene, const FrameReq
     const auto work = [this, &service, request, key](const JobControl& control) {
         auto curve = measured(service, request, control);
         if (!curve) return JobResult{};
+        if (const auto& kept = service.config().curves) kept->keep(key, *curve);
         JobResult result{.json = curveJson(*curve).dump(), .pictures = {}};
         const std::lock_guard keeping(mutex_);
         curves_[key].curve = std::make_shared<Curve>(*std::move(curve));
@@ -84,11 +92,16 @@ Budgets::Pick Budgets::pick(Service& service, const Scene& scene, const FrameReq
     throw RequestError(stillMeasuring(found.job, 0.0));
 }
 
-void Budgets::drawn(const Pick& pick, double milliseconds) {
+void Budgets::drawn(Service& service, const Pick& pick, double milliseconds) {
     const std::lock_guard lock(mutex_);
     const auto found = curves_.find(pick.curve);
     if (found == curves_.end() || !found->second.curve) return;
-    refine(found->second.curve->points[pick.point], milliseconds);
+    Measured& measured = found->second;
+    refine(measured.curve->points[pick.point], milliseconds);
+    const CurveStore* store = service.config().curves.get();
+    if (!store || ++measured.corrected < kCorrectionsKept) return;
+    measured.corrected = 0;
+    store->keep(pick.curve, *measured.curve);
 }
 
 }  // namespace clerestory

@@ -1,5 +1,6 @@
 // Accuracy by budget: the curve of a scene is measured when a budget first asks for it, as a job,
-// and kept; frames that ran correct its milliseconds. Thread-safe.
+// and kept, on the disk too where there is a place; frames that ran correct its milliseconds.
+// Thread-safe.
 #pragma once
 
 #include "comparison/curve.h"
@@ -27,12 +28,13 @@ public:
     Pick pick(Service& service, const Scene& scene, const FrameRequest& request);
 
     // A frame of that pick took so long to draw.
-    void drawn(const Pick& pick, double milliseconds);
+    void drawn(Service& service, const Pick& pick, double milliseconds);
 
 private:
     struct Measured {
         std::string job;  // that measures it, or did
         std::shared_ptr<Curve> curve;
+        int corrected = 0;  // times since it was last kept on the disk
     };
     std::mutex mutex_;
     std::map<std::string, Measured> curves_;

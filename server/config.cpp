@@ -274,6 +274,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
         return 2;
     }
     line.config.scenes.import.cache = sceneCacheOf(line.config.cache);
+    line.config.curves = curveStoreOf(line.config.cache);
     line.config.workers.program.arguments.assign(argv + std::min(argc, 2), argv + argc);
     return std::nullopt;
 }

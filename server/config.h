@@ -11,6 +11,8 @@
 
 namespace clerestory {
 
+class CurveStore;
+
 // Where imported scenes are kept from one start to the next.
 struct CacheOptions {
     std::filesystem::path folder;  // empty: the user's own place for such; "none": nowhere
@@ -25,6 +27,7 @@ struct Config {
     FrontOptions http;
     SceneSources scenes;
     CacheOptions cache;
+    std::shared_ptr<const CurveStore> curves;  // of budgets; null: kept in memory alone
     std::size_t queue = 16;               // frames that may wait
     double queueSeconds = 2.0;            // of predicted work that may wait
     double deadlineSeconds = 10.0;        // from a request's arrival to its answer

@@ -184,7 +184,7 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
         // Examining every target takes longer than the frame, and so do taking maps away and
         // filters, which no curve knows.
         const bool plain = asked == Explain::no || asked == Explain::plan;
-        if (plain && request.filters.empty()) service.budgets().drawn(*pick, drawn.drawMs);
+        if (plain && request.filters.empty()) service.budgets().drawn(service, *pick, drawn.drawMs);
     }
     if (explain) addExplanation(answer, drawn.frame, request, etag);
     return answer;

@@ -22,12 +22,23 @@ std::filesystem::path userCache() {
     return home.empty() ? home : home / ".cache" / "clerestory";
 }
 
+// Empty where nothing is kept.
+std::filesystem::path folderOf(const CacheOptions& options) {
+    if (options.folder.empty()) return userCache();
+    return options.folder == "none" ? std::filesystem::path() : options.folder;
+}
+
 }  // namespace
+
+std::shared_ptr<CurveStore> curveStoreOf(const CacheOptions& options) {
+    const std::filesystem::path folder = folderOf(options);
+    return folder.empty() ? nullptr : std::make_shared<CurveStore>(folder);
+}
 
 std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options) {
     const bool asked = !options.folder.empty();
-    const std::filesystem::path folder = asked ? options.folder : userCache();
-    if (folder.empty() || folder == "none") return nullptr;
+    const std::filesystem::path folder = folderOf(options);
+    if (folder.empty()) return nullptr;
     return std::make_shared<SceneCache>(SceneCacheOptions{
         .folder = folder,
         .mostBytes = options.mostBytes,

@@ -1,11 +1,14 @@
-// The cache of imported scenes that the command line asks for.
+// What the command line asks to be kept from one start to the next: imported scenes, and beside
+// them the curves of budgets.
 #pragma once
 
 #include "server/config.h"
+#include "server/curve_store.h"
 
 namespace clerestory {
 
 // Null where there is none.
 std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options);
+std::shared_ptr<CurveStore> curveStoreOf(const CacheOptions& options);
 
 }  // namespace clerestory

@@ -3,6 +3,7 @@
 #include "scene/import/scene_cache.h"
 
 #include "scene/import/import_wire.h"
+#include "scene/import/kept_file.h"
 #include "scene/import/scene_blob.h"
 #include "scene/import/scene_folder.h"
 
@@ -25,7 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kExtension = ".scene";
-constexpr const char* kUnfinished = ".unfinished";
 constexpr std::size_t kMostReadings = 8192, kMostWaiting = 2;
 
 struct Header {
@@ -105,53 +105,6 @@ std::optional<std::vector<FileReading>> unpackedReadings(std::string_view text,
     return list;
 }
 
-struct Descriptor {
-    explicit Descriptor(int number) : value(number) {}
-    ~Descriptor() {
-        if (value >= 0) close(value);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    const int value;
-};
-
-// Not mapped: a mapping of a disk that fails ends the process.
-struct Content {
-    std::unique_ptr<std::byte[]> bytes;
-    std::size_t size = 0;
-    std::span<const std::byte> span() const { return {bytes.get(), size}; }
-};
-
-std::optional<Content> contentOf(const fs::path& file, std::uint64_t most) {
-    const Descriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
-    struct stat about {};
-    if (in.value < 0 || fstat(in.value, &about) != 0 || !S_ISREG(about.st_mode) ||
-        about.st_uid != geteuid() || static_cast<std::uint64_t>(about.st_size) > most) {
-        return std::nullopt;
-    }
-    Content content{
-        std::make_unique_for_overwrite<std::byte[]>(static_cast<std::size_t>(about.st_size)),
-        static_cast<std::size_t>(about.st_size)};
-    for (std::size_t at = 0; at < content.size;) {
-        const ssize_t n = read(in.value, content.bytes.get() + at, content.size - at);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return std::nullopt;
-        at += static_cast<std::size_t>(n);
-    }
-    futimens(in.value, nullptr);  // used now
-    return content;
-}
-
-bool writeAll(int file, std::span<const std::byte> bytes) {
-    while (!bytes.empty()) {
-        const ssize_t n = ::write(file, bytes.data(), bytes.size());
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return false;
-        bytes = bytes.subspan(static_cast<std::size_t>(n));
-    }
-    return true;
-}
-
 // The scene of a file's bytes, when everything about them is right.
 std::optional<Scene> sceneIn(std::span<const std::byte> bytes, const SceneCache::Place& place) {
     Header header;
@@ -205,7 +158,7 @@ fs::path SceneCache::fileOf(const Place& place) const {
 
 std::optional<Scene> SceneCache::find(const Place& place) {
     try {
-        const auto content = contentOf(fileOf(place), options_.mostBytes);
+        const auto content = readKept(fileOf(place), options_.mostBytes);
         return content ? sceneIn(content->span(), place) : std::nullopt;
     } catch (const BlobError&) {
     } catch (const ImportError&) {
@@ -269,65 +222,15 @@ void SceneCache::write() {
 void SceneCache::write(const Kept& kept) {
     if (wrote(kept)) {
         complained_ = false;
-        return sweep();
+        return sweepKept(options_.folder, kExtension, options_.mostBytes);
     }
     if (std::exchange(complained_, true) || !options_.complain) return;
     options_.complain("imported scenes cannot be kept in \"" + options_.folder.string() +
                       "\": " + std::strerror(errno));
 }
 
-// Under another name until it is whole. Not flushed to the disk: whatever a power cut leaves of it
-// has a wrong length or checksum.
 bool SceneCache::wrote(const Kept& kept) const {
-    std::error_code ignored;
-    fs::create_directories(options_.folder.parent_path(), ignored);
-    if (mkdir(options_.folder.c_str(), 0700) != 0 && errno != EEXIST) return false;
-    fs::path unfinished = kept.file;
-    unfinished += "." + std::to_string(getpid()) + kUnfinished;
-    {
-        const Descriptor out(
-            open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
-        if (out.value < 0) return false;
-        if (writeAll(out.value, std::as_bytes(std::span(kept.head))) &&
-            writeAll(out.value, kept.blob) && rename(unfinished.c_str(), kept.file.c_str()) == 0) {
-            return true;
-        }
-    }
-    const int error = errno;
-    unlink(unfinished.c_str());
-    errno = error;
-    return false;
-}
-
-void SceneCache::sweep() const {
-    struct There {
-        fs::file_time_type used;
-        std::uint64_t bytes;
-        fs::path file;
-    };
-    std::vector<There> list;
-    std::uint64_t sum = 0;
-    std::error_code error;
-    const auto forgotten = fs::file_time_type::clock::now() - std::chrono::hours(1);
-    for (fs::directory_iterator it(options_.folder, error), end; !error && it != end;
-         it.increment(error)) {
-        std::error_code gone;
-        const There kept{it->last_write_time(gone), it->file_size(gone), it->path()};
-        if (gone) continue;
-        const std::string extension = kept.file.extension().string();
-        if (extension == kUnfinished && kept.used < forgotten) fs::remove(kept.file, gone);
-        if (extension != kExtension) continue;
-        sum += kept.bytes;
-        list.push_back(kept);
-    }
-    std::sort(list.begin(), list.end(),
-              [](const There& a, const There& b) { return a.used < b.used; });
-    for (const There& kept : list) {
-        if (sum <= options_.mostBytes) return;
-        std::error_code gone;
-        fs::remove(kept.file, gone);
-        sum -= kept.bytes;
-    }
+    return writeKept(kept.file, {std::as_bytes(std::span(kept.head)), kept.blob});
 }
 
 }  // namespace clerestory

@@ -63,7 +63,6 @@ private:
     void write(const Kept& kept);
     std::filesystem::path fileOf(const Place& place) const;
     bool wrote(const Kept& kept) const;
-    void sweep() const;
 
     const SceneCacheOptions options_;
     std::mutex mutex_;

@@ -1,0 +1,151 @@
+// Curves of budgets on the disk: found again by another process and after a worker's end, and never
+// when anything of a file or of what it belongs to is not as it was.
+#include "server/curve_store.h"
+#include "scene/import/sanitizer.h"
+#include "tests/support/test_server.h"
+#include "tests/unit/import_support.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+namespace clerestory::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+Curve someCurve() {
+    Curve curve{.relMseNoise = 1e-4};
+    for (const Accuracy& accuracy : ladder()) {
+        const double n = static_cast<double>(curve.points.size() + 1);
+        curve.points.push_back(
+            {.accuracy = accuracy, .milliseconds = 10.0 / 3.0 * n, .relMse = 0.1 / n});
+    }
+    return curve;
+}
+
+std::string contentOf(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void put(const fs::path& file, const std::string& content) {
+    std::ofstream(file, std::ios::binary | std::ios::trunc) << content;
+}
+
+class CurveStoreTest : public testing::Test {
+protected:
+    fs::path onlyFile() const {
+        std::vector<fs::path> files;
+        for (const auto& entry : fs::directory_iterator(place())) files.push_back(entry.path());
+        EXPECT_EQ(files.size(), 1u);
+        return files.empty() ? fs::path() : files.front();
+    }
+    fs::path place() const { return folder / "cache"; }
+    TemporaryFolder folder;
+    CurveStore store{place()};
+};
+
+TEST_F(CurveStoreTest, GivesAnotherProcessWhatWasKept) {
+    EXPECT_FALSE(store.find("one"));
+    store.keep("one\nkey", someCurve());
+    const auto found = CurveStore(place()).find("one\nkey");
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->relMseNoise, someCurve().relMseNoise);
+    ASSERT_EQ(found->points.size(), ladder().size());
+    for (std::size_t i = 0; i < found->points.size(); ++i) {
+        EXPECT_EQ(found->points[i].accuracy, ladder()[i]);
+        EXPECT_EQ(found->points[i].milliseconds, someCurve().points[i].milliseconds);
+        EXPECT_EQ(found->points[i].relMse, someCurve().points[i].relMse);
+    }
+    EXPECT_FALSE(store.find("one\nother"));
+}
+
+TEST_F(CurveStoreTest, TornAndDamagedFilesAreAsGoodAsNotThereAndKeptAnew) {
+    store.keep("key", someCurve());
+    const fs::path file = onlyFile();
+    const std::string whole = contentOf(file);
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+        put(file, whole.substr(0, size));
+        EXPECT_FALSE(store.find("key")) << size << " bytes";
+    }
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+        std::string damaged = whole;
+        damaged[at] = static_cast<char>(damaged[at] ^ 1);
+        put(file, damaged);
+        EXPECT_FALSE(store.find("key")) << "byte " << at;
+    }
+    put(file, whole + "x");
+    EXPECT_FALSE(store.find("key"));
+    store.keep("key", someCurve());
+    EXPECT_EQ(contentOf(file), whole);
+    EXPECT_TRUE(store.find("key"));
+}
+
+TEST_F(CurveStoreTest, AKeyIsNotTakenForAnother) {
+    store.keep("key", someCurve());
+    const fs::path file = onlyFile();
+    store.keep("other", someCurve());
+    for (const auto& entry : fs::directory_iterator(place())) {
+        if (entry.path() != file)
+            fs::copy_file(entry.path(), file, fs::copy_options::overwrite_existing);
+    }
+    EXPECT_FALSE(store.find("key")) << "it holds the other's";
+}
+
+TEST_F(CurveStoreTest, APlaceThatCannotBeWrittenKeepsNothing) {
+    put(folder / "file", "");
+    const CurveStore nowhere(folder / "file" / "below");
+    nowhere.keep("key", someCurve());
+    EXPECT_FALSE(nowhere.find("key"));
+}
+
+// The worker that measured is killed: the one that stands by, and another server, need not wait.
+TEST_F(CurveStoreTest, AWorkersCurvesOutliveIt) {
+    if (kSanitized) GTEST_SKIP() << "measured in minutes there";
+    Config config = testConfig();
+    config.singleProcess = false;
+    config.workers.program.file = CLERESTORY_PROGRAM;
+    config.workers.program.arguments = {"--scene",       "six-walls",     "--log-level",
+                                        "off",           "--deadline",    "60",
+                                        "--scene-cache", place().string()};
+    const std::string body = smallFrame(R"("accuracy": {"maxMilliseconds": 60000})");
+    const auto ask = [&](Server& server) {
+        httplib::Client client("127.0.0.1", server.port());
+        client.set_read_timeout(120);
+        return postJson(client, "/v1/frames", body);
+    };
+    std::string picture;
+    {
+        Server server(config);
+        server.start();
+        ASSERT_EQ(ask(server)->status, 409);
+        for (int i = 0; i < 6000 && picture.empty(); ++i) {
+            std::this_thread::sleep_for(20ms);
+            const auto answer = ask(server);
+            if (answer->status == 200) picture = answer->body;
+        }
+        ASSERT_FALSE(picture.empty());
+        for (int i = 0; i < 3000 && server.supervisor()->processes().second == 0; ++i) {
+            std::this_thread::sleep_for(10ms);
+        }
+        const pid_t measured = server.supervisor()->processes().first;
+        kill(measured, SIGKILL);
+        for (int i = 0; i < 3000 && server.supervisor()->processes().first == measured; ++i) {
+            std::this_thread::sleep_for(10ms);
+        }
+        const auto after = ask(server);
+        ASSERT_EQ(after->status, 200) << after->body;
+        EXPECT_EQ(after->body, picture);
+    }
+    Server another(config);
+    another.start();
+    EXPECT_EQ(ask(another)->status, 200) << "nothing is measured anew";
+    ASSERT_FALSE(fs::is_empty(place()));
+}
+
+}  // namespace
+}  // namespace clerestory::test
