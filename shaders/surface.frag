@@ -40,7 +40,8 @@ Surface coveredByPixel(Surface s) {
 
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
-    s = coveredByPixel(s);
+    // Bumps whose roughness is a picture's as well: their spread is not known, and it would cost.
+    if (!has(FEATURE_NORMAL_MAP) || !has(FEATURE_DEFAULT_NUMBERS)) s = coveredByPixel(s);
     if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, HARMONIC_ROWS);
     return lampsLight(s, positionEye, int(drawNumbers.x), int(drawNumbers.y));
 }

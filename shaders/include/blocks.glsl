@@ -19,7 +19,7 @@ BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)
     vec4 emissive;          // rgb: radiance; w: alpha cutoff
     vec4 dielectricF0;      // rgb; w: specular weight
     vec4 glass;             // transmission, ior, thickness (mesh space), attenuation distance
-    vec4 attenuation;       // rgb
+    vec4 attenuation;       // rgb; w: what the dielectric lobe reflects edge-on
     vec4 texCoordRows[14];  // slot s: u = dot(row[2s].xyz, (uv, 1)), v by row[2s + 1]; w: which set
 BLOCK_END(material)
 

@@ -234,6 +234,8 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     vec4 dielectric = texelFetch(traceMaterials, m + 3);
     point.dielectricF0 = dielectric.rgb;
     point.specular = dielectric.w;
+    // As materialBlock() has it.
+    point.grazing = dielectric.w * min(9.0f * (p.glass.y - 1.0f) / (p.glass.y + 1.0f), 1.0f);
 
     vec3 normalA = direction(times(n0, n1, n2, vertexNormalOf(vertexA)));
     vec3 normalB = direction(times(n0, n1, n2, vertexNormalOf(vertexB)));

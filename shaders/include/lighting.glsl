@@ -43,7 +43,7 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye) {
     s.nDotV = max(dot(s.normal, s.toEye), kMinCosine);
     s.diffuse = m.baseColor.rgb * (1.0f - m.metallic);
     s.f0 = mix(m.dielectricF0, m.baseColor.rgb, m.metallic);
-    s.f90 = mix(m.specular, 1.0f, m.metallic);
+    s.f90 = mix(m.grazing, 1.0f, m.metallic);
     s.roughness = m.roughness;
     vec2 brdf = textureLod(environmentBrdf,
                            environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;

@@ -82,6 +82,8 @@ MaterialPoint materialAt(vec4 baseColor) {
     float r = (1.5f - 1.0f) / (1.5f + 1.0f);
     vec4 dielectric =
         has(FEATURE_DEFAULT_NUMBERS) ? vec4(vec3(r * r), 1.0f) : material.dielectricF0;
+    float grazing = has(FEATURE_DEFAULT_NUMBERS) ? 1.0f : material.attenuation.w;
     return MaterialPoint(baseColor, metallicRoughness.x, metallicRoughness.y,
-                         dielectric.rgb, dielectric.w, normalAt(), occlusionAt(), emittedAt());
+                         dielectric.rgb, dielectric.w, grazing, normalAt(), occlusionAt(),
+                         emittedAt());
 }

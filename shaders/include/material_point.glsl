@@ -7,6 +7,7 @@ struct MaterialPoint {
     float roughness;
     vec3 dielectricF0;  // straight on, where it is not metal; weighed by `specular`
     float specular;     // of the dielectric lobe at every angle (KHR_materials_specular)
+    float grazing;      // what that lobe reflects edge-on
     vec3 normal;        // unit, bumps included, on the side that is seen
     float occlusion;    // of indirect light
     vec3 emitted;       // added after everything else and scaled by nothing else

@@ -23,7 +23,7 @@ namespace clerestory::bench {
 namespace {
 
 struct Options {
-    bool brief = false;
+    bool brief = false, presetsOnly = false;
     std::string size, output, shared, record, against;
     std::uint32_t samples = 0;
     int rounds = 0;
@@ -112,6 +112,7 @@ int run(int argc, char** argv) {
     Options options;
     app.add_option("scenes", options.scenes, "names of the sweep, built-in ids or files");
     app.add_flag("--short", options.brief, "the presets, small, on the built-in scenes");
+    app.add_flag("--presets", options.presetsOnly, "the presets alone");
     app.add_option("--size", options.size, "WIDTHxHEIGHT");
     app.add_option("--samples", options.samples, "paths a pixel of the truth");
     app.add_option("--rounds", options.rounds, "turns of each setting, five warm frames in each");
@@ -129,7 +130,7 @@ int run(int argc, char** argv) {
     CLI11_PARSE(app, argc, argv);
 
     const MeasureOptions measuring = measureOptions(options);
-    const std::vector<Accuracy> settings = options.brief ? presets() : sweep();
+    const std::vector<Accuracy> settings = options.brief || options.presetsOnly ? presets() : sweep();
     Points points;
     for (const std::string& file : options.with) {
         const Points before = pointsFrom(readFile(file));

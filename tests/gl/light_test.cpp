@@ -161,6 +161,29 @@ TEST_F(LightOnSurfaces, aSmallBallsHighlightHasTheSameLightInFewPixelsAsInMany) 
     }
 }
 
+// Nothing is reflected where the index does not change, at no angle (Fresnel); just above, little.
+TEST_F(LightOnSurfaces, withoutAChangeOfIndexThereIsNoHighlight) {
+    const auto seen = [](float ior, float specular) {
+        Scene scene;
+        Material m{.baseColor = {0.2f, 0.1f, 0.05f, 1}, .metallic = 0.0f, .roughness = 0.3f};
+        m.ior = ior;
+        m.specular = specular;
+        place(scene, sphere(0.5f, 48, addMaterial(scene, m)));
+        addLight(scene, {.kind = LightKind::directional, .intensity = glm::vec3(2.0f)},
+                 glm::rotate(glm::dmat4(1.0), 2.6, glm::dvec3(0.0, 1.0, 0.0)));  // from behind
+        FrameRequest r = request(std::move(scene), "index", {0, 0, 2});
+        r.environment.map = "sky";
+        return renderer().render(r).image;
+    };
+    const auto brightest = [](const Image& image) {
+        const std::size_t count = std::size_t{image.width} * image.height * image.channels;
+        return *std::max_element(image.floats(), image.floats() + count);
+    };
+    EXPECT_EQ(seen(1.0f, 1.0f).data, seen(1.0f, 0.0f).data);
+    EXPECT_LT(brightest(seen(1.001f, 1.0f)), 1.2f * brightest(seen(1.0f, 1.0f)));
+    EXPECT_GT(brightest(seen(1.5f, 1.0f)), 2.0f * brightest(seen(1.0f, 1.0f)));
+}
+
 TEST_F(LightOnSurfaces, aHighlightIsTheProductOfItsFormulae) {
     for (const float roughness : {0.05f, 0.2f, 0.5f, 1.0f}) {
         for (const double angle : {0.02, 0.4, 1.2}) {

@@ -92,6 +92,23 @@ TEST(ReferenceLamp, OnHalfAMetalThatIsElseClear) {
     EXPECT_NEAR(lit(0.5f) / whole, 0.5, 0.02);
 }
 
+// Nothing is reflected where the index does not change, at no angle.
+TEST(ReferenceLamp, OnWhatHasTheIndexOfItsSurroundings) {
+    const auto lit = [](float ior, float specular) {
+        Material m = plain(0.2f, 0.0f, 0.3f);
+        m.ior = ior;
+        m.specular = specular;
+        Scene scene = ballScene(m, 48);
+        scene.lights.push_back({.name = "lamp", .node = kNone, .intensity = glm::vec3(20.0f)});
+        scene.lights.back().node =
+            addNode(scene, "lamp", glm::translate(glm::dmat4(1.0), glm::dvec3(3.0, 0.5, -3.0)));
+        const FrameRequest frame = narrow({0.0, 0.0, 5.0}, {0.0, 0.0, 0.0}, 0.5);
+        return traced(scene, frame, uniformMap(0.0f), ReferenceMode::effects, 64).color.data;
+    };
+    EXPECT_EQ(lit(1.0f, 1.0f), lit(1.0f, 0.0f));
+    EXPECT_NE(lit(1.5f, 1.0f), lit(1.5f, 0.0f));
+}
+
 // A lamp in the middle of a ball: every bounce is uniform over it.
 TEST(ReferenceLamp, InAHollowBall) {
     Material wall = chalk(0.6f);
