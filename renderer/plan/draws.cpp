@@ -149,6 +149,8 @@ double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
     if (surface.flatPart == kNone) {
         const double area = transformedArea(toEye, surface.area, std::nullopt);
         const double whole = shareOf(view, rects, seen.box, area, std::nullopt);
+        // A piece of glass is what rays and backdrops were measured with, all of it.
+        if (surface.glass != Glass::none) return whole;
         return std::min(whole, shareOfClusters(stage, view, seen, area));
     }
     const FlatPart& part = stage.scene.flatParts[surface.flatPart];
