@@ -44,6 +44,8 @@ TEST_F(SequenceCommand, FillsAFolderAndGoesOnWhereItWasEnded) {
     ASSERT_EQ(first.exitCode, 0) << first.output;
     const std::string second = contentOf(folder / "000001.jpg");
     const std::string manifest = contentOf(folder / "manifest.json");
+    EXPECT_THAT(first.output, HasSubstr("drawing  25 %"));
+    EXPECT_THAT(first.output, HasSubstr("drawing 100 %"));
     EXPECT_GT(second.size(), 100u);
     EXPECT_EQ(json::parse(manifest)["frames"].size(), 4u);
     EXPECT_TRUE(fs::exists(folder / "000003.objectId.npy"));

@@ -42,6 +42,43 @@ visit("while dragging, one frame at a time and the newest pose wins; small ones,
   near([distance(last.camera.position, last.camera.target)], [distance(full.camera.position, full.camera.target)], 1e-3);
 });
 
+visit("the wheel zooms there and back, and a drag with shift pans", {}, async (v, page) => {
+  const start = v.frames.at(-1).camera, away = ({ position, target }) => distance(position, target);
+  const box = await page.locator("#stage").boundingBox();
+  await page.mouse.move(box.x + 300, box.y + 300);
+  await page.mouse.wheel(0, -300);
+  const nearer = (await v.rest()).camera;
+  assert.ok(away(nearer) < 0.95 * away(start), "nearer");
+  near(nearer.target, start.target, 1e-6);
+  await page.mouse.wheel(0, 300);
+  near([away((await v.rest()).camera)], [away(start)], 1e-6);
+
+  await page.keyboard.down("Shift");
+  await page.mouse.down();
+  await page.mouse.move(box.x + 400, box.y + 300, { steps: 5 });
+  await page.mouse.up();
+  await page.keyboard.up("Shift");
+  const panned = (await v.rest()).camera, way = distance(panned.target, start.target);
+  assert.ok(way > 0.05 * away(start), "moved");
+  near([distance(panned.position, start.position), away(panned)], [way, away(start)], 1e-4);
+});
+
+visit("the light is another map, turned and out of sight", {}, async (v, page) => {
+  const before = v.frames.at(-1);
+  const maps = await page.locator("#light select option").evaluateAll((all) => all.map((o) => o.value).filter(Boolean));
+  const other = maps.find((name) => name !== before.environment?.map);
+  await page.selectOption("#light select", other);
+  assert.equal((await v.rest()).environment.map, other);
+  const heading = page.getByLabel("Heading").last();
+  await heading.fill("90");
+  await heading.press("Enter");
+  const half = Math.SQRT1_2;
+  near((await v.rest()).environment.rotation.map(Math.abs), [0, half, 0, half], 1e-6);
+  await page.getByLabel("Visible").first().focus();
+  await page.keyboard.press("Space");
+  assert.equal((await v.rest()).environment.visible, false);
+});
+
 const kLater = 600_000;  // on that clock, milliseconds
 
 // Keys at moments of a clock that the test turns, frames at a rate of its own.
