@@ -30,13 +30,19 @@ vec3 environmentAtEnd(vec3 along, RayCone cone) {
 }
 
 // The surface for a cone that meets it: a cone is told by its width, so its half vectors reach half of
-// what they turn by to every side. Wider ones see more than this surface.
+// what they turn by to every side. It covers more of what it meets at an angle: along the sight its
+// width over n.v, and where the surface turns away from it no more than what is left of a ball. Wider
+// ones see more than this surface.
 const float kMostTurned = 0.84f;
 Surface coveredByCone(Surface s, float curvature, RayCone cone) {
-    float turned = min(curvature * cone.width + 0.5f * (cone.pixel + cone.lobe), kMostTurned);
+    float across = curvature * cone.width;
+    float slant = across / max(max(s.nDotV, sqrt(0.5f * across)), 1e-6f);
+    float spread = 0.5f * (cone.pixel + cone.lobe);
     const float kEdge = 0.8862269f;  // of a square as large as a disc, over its diameter
-    mat3 frame = frameAbout(s.normal);
-    return covering(s, frame[0] * (kEdge * turned), frame[1] * (kEdge * turned));
+    vec3 side = cross(s.normal, s.toEye);
+    side = dot(side, side) > kNoDirection ? direction(side) : frameAbout(s.normal)[0];
+    return covering(s, cross(side, s.normal) * (kEdge * min(slant + spread, kMostTurned)),
+                    side * (kEdge * min(across + spread, kMostTurned)));
 }
 
 // Away from the face that a ray leaves from, on the side of `normal`. Corners and sums of them are
