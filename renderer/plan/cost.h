@@ -44,5 +44,7 @@ double toleranceOf(Preset preset);
 double environmentError(double roughness, double enclosed = 0.0);
 double probeError(double roughness, double apart = 0.0);
 double tracedError(double roughness);
+// The same of a flat mirror's own picture.
+double mirrorError(double roughness);
 
 }  // namespace clerestory

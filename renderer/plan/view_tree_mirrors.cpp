@@ -207,7 +207,7 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
                        .pixels = double(width) * height,
                        .views = 1.0,
                        .software = limits_.software}),
-         0.02}};
+         mirrorError(group.roughness)}};
     if (limits_.traces) {
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = group.share * job.width * job.height,
