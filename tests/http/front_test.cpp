@@ -289,7 +289,7 @@ TEST(Front, AReaderAtAFairPaceGetsAllOfIt) {
     RawClient client(server.port(), nullptr, 1 << 18);
     client.send(get("/big", "Connection: close\r\n"));
     std::string all;
-    while (all.size() < (8u << 20)) {  // takes longer than the write limit
+    for (;;) {  // takes longer than the write limit; the server closes
         char some[32768];
         const ssize_t n = ::recv(client.socket(), some, sizeof some, 0);
         if (n <= 0) break;
