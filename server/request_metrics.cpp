@@ -49,7 +49,7 @@ struct RequestMetrics::Families {
     prometheus::Family<prometheus::Gauge>& workers =
         BuildGauge()
             .Name("clerestory_workers")
-            .Help("Render workers that live, by what they do")
+            .Help("Render workers that live, by what they do; a warm standby has loaded its scene")
             .Register(registry);
     prometheus::Family<prometheus::Gauge>& workerEvents =
         BuildGauge()
@@ -103,7 +103,9 @@ std::string RequestMetrics::text(const FrontCounters& front, const Supervisor* w
                                        {"callQuarantined", w.quarantined}});
         const auto [active, standby] = workers->processes();
         set(families_->workers, "role",
-            std::initializer_list<Row>{{"active", active != 0}, {"standby", standby != 0}});
+            std::initializer_list<Row>{{"active", active != 0},
+                                       {"standby", standby != 0},
+                                       {"warmStandby", workers->standbyIsWarm()}});
     }
     families_->resident.Set(residentBytes());
     std::ostringstream out;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "scene/import/import.h"
+#include "server/clock.h"
 #include "server/upload_store.h"
 
 #include <deque>
@@ -67,6 +68,8 @@ struct SceneEntry {
     int waiting = 0;             // clients that wait for it
     int users = 0;               // frames and the like that rely on it
     std::uint64_t lastUsed = 0;  // counts uses of all scenes
+    // When it may be tried anew after a failure that was not the scene's own, such as no memory.
+    Clock::time_point again = Clock::time_point::max();
 };
 
 class SceneEntries {

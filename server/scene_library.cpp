@@ -113,6 +113,11 @@ void SceneLibrary::askFor(const Entry& entry, bool first) {
         std::erase(toLoad_, entry);
         entry->asked = false;
     }
+    if (entry->status.state == SceneState::failed && Clock::now() >= entry->again) {
+        entry->status.state = SceneState::waiting;
+        entry->again = Clock::time_point::max();
+        entry->asked = false;
+    }
     if (entry->asked) return;
     entry->asked = true;
     toLoad_.insert(first ? toLoad_.begin() : toLoad_.end(), entry);

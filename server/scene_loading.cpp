@@ -12,6 +12,9 @@ namespace {
 // To load an upload, when whoever tried it ended each time.
 constexpr std::uint64_t kMostTries = 3;
 
+// After a failure that was not the scene's own, so that hopeless attempts do not fill the time.
+constexpr std::chrono::seconds kBetweenTries{2};
+
 // How soon a loader that waits for the renderer sees that it need not.
 constexpr std::chrono::milliseconds kLooksUp{50};
 
@@ -135,6 +138,7 @@ void SceneLibrary::failed(const Entry& entry, const std::exception& error) {
     const std::lock_guard lock(mutex_);
     SceneStatus& status = entry->status;
     status.state = SceneState::failed;
+    if (!why) entry->again = Clock::now() + kBetweenTries;
     status.failure = why ? why->what() : "The scene could not be made.";
     status.reason = why ? nameOf(why->reason()) : "internal";
     loadedBytes_ -= status.bytes.total();

@@ -20,10 +20,10 @@ namespace {
 
 // Whoever asks for more, a texture, a picture, expects a no, and that frame alone is told so.
 constexpr std::size_t kLittle = 1 << 20;
-constexpr int kNoMemory = 5;
 
 void* orEnd(void* memory, std::size_t size) {
-    if (!memory && size > 0 && size < kLittle && clerestory::endsWithoutMemory()) _exit(kNoMemory);
+    const bool vital = size > 0 && size < kLittle && clerestory::endsWithoutMemory();
+    if (!memory && vital) _exit(clerestory::kEndedWithoutMemory);
     return memory;
 }
 

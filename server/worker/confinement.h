@@ -13,9 +13,11 @@ void endWithParent();
 // own. What the kernel refuses is logged and left out.
 void confine(std::uint64_t addressSpaceBytes);
 
-// From now on the process ends when an allocation of less than a megabyte fails, whoever asked for
-// it: drivers draw wrong pictures then and say nothing, or wait for ever, and another renderer
-// stands ready. Larger ones fail as ever. In the program `clerestory` alone; see allocator.cpp.
+// From now on the process ends, with this status, when an allocation of less than a megabyte fails,
+// whoever asked for it: drivers draw wrong pictures then and say nothing, or wait for ever, and
+// another renderer stands ready. Larger ones fail as ever. In the program `clerestory` alone; see
+// allocator.cpp.
+inline constexpr int kEndedWithoutMemory = 5;
 void endWithoutMemory();
 bool endsWithoutMemory();
 

@@ -147,4 +147,9 @@ std::pair<pid_t, pid_t> Supervisor::processes() const {
     return {active_ ? active_->id() : 0, standby_ ? standby_->id() : 0};
 }
 
+bool Supervisor::standbyIsWarm() const {
+    const std::lock_guard lock(mutex_);
+    return standby_ && standby_->alive() && standby_->warm();
+}
+
 }  // namespace clerestory

@@ -40,6 +40,8 @@ public:
     const SupervisorCounters& counters() const { return counters_; }
     // Of the worker that answers and of the one that waits; 0 where there is none.
     std::pair<pid_t, pid_t> processes() const;
+    // Whether the one that waits has loaded its scene.
+    bool standbyIsWarm() const;
 
 private:
     using Worker = std::shared_ptr<WorkerProcess>;

@@ -120,13 +120,13 @@ int runWorker(const Config& config) {
     Beating beating(pipe, std::chrono::duration<double>(config.hangSeconds));
     try {
         confine(config.workerMemoryBytes);
+        endWithoutMemory();
         Config own = config;
         own.renderer.whenReset = [] {
             spdlog::critical("the GPU was reset: this renderer ends");
             std::_Exit(4);
         };
         Service service(own);
-        endWithoutMemory();  // not before: what cannot even start has words for it
         beating.watch(service);
         pipe.send({.kind = MessageKind::standing});
         serve(service, pipe, config.queue + config.http.threads);

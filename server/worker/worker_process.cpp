@@ -1,6 +1,7 @@
 #include "server/worker/worker_process.h"
 
 #include "server/worker/call_wire.h"
+#include "server/worker/confinement.h"
 #include "server/worker/worker.h"
 
 #include <fcntl.h>
@@ -164,8 +165,12 @@ void WorkerProcess::end(bool byUs) {
     ending_.notify_all();
     for (auto& [id, promise] : unanswered) promise.set_value(std::nullopt);
     if (stands_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-        standing_.set_exception(std::make_exception_ptr(std::runtime_error(
-            lastWords_.empty() ? "the render worker ended before it stood" : lastWords_)));
+        const bool noMemory = WIFEXITED(status) && WEXITSTATUS(status) == kEndedWithoutMemory;
+        if (lastWords_.empty()) {
+            lastWords_ = noMemory ? "the render worker had too little memory to start"
+                                  : "the render worker ended before it stood";
+        }
+        standing_.set_exception(std::make_exception_ptr(std::runtime_error(lastWords_)));
     }
 }
 

@@ -27,6 +27,8 @@ namespace {
 
 // "first 500 allocation points of a request" (reliability.md, M2).
 constexpr std::int64_t kPoints = 500;
+// Allocations of a renderer until it stands, measured: 21,240.
+constexpr std::int64_t kStart = 21'240;
 
 std::int64_t stride(std::int64_t usually) {
     const char* wanted = std::getenv("CLERESTORY_FAULTS");
@@ -71,8 +73,7 @@ protected:
 };
 
 std::string frame() {
-    return post("/v1/frames",
-                R"({"scene": "six-walls", "width": 96, "height": 64, "output": {"format": "png"}})",
+    return post("/v1/frames", R"({"width": 96, "height": 64, "output": {"format": "png"}})",
                 "Connection: close\r\n");
 }
 
@@ -91,6 +92,15 @@ std::string pictureSoon(int port) {
     return std::string(bodyOf(answer));
 }
 
+bool standbyWaits(int port) {
+    for (int i = 0; i < 1500; ++i) {
+        const std::string metrics = ask(port, get("/metrics"));
+        if (metrics.find("{role=\"warmStandby\"} 1") != std::string::npos) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return false;
+}
+
 TEST_F(ProcessFault, AResetOfTheGpuEndsTheRendererAndLosesNothing) {
     SharedFaults faults("worker");
     const ServerProcess server({"--scene", "six-walls"}, preload);
@@ -104,12 +114,7 @@ TEST_F(ProcessFault, AResetOfTheGpuEndsTheRendererAndLosesNothing) {
     std::string number = numberOf(before);
     for (int i = 0; i < 5; ++i) {
         // The next renderer draws while it warms; this reset is for the one that answers.
-        for (int k = 0;
-             k < 500 &&
-             ask(server.port(), get("/metrics")).find("{role=\"standby\"} 1") == std::string::npos;
-             ++k) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        }
+        ASSERT_TRUE(standbyWaits(server.port()));
         faults->resets = 1;
         const std::string answer = ask(server.port(), frame(), 60.0);
         EXPECT_EQ(statusOf(answer), 200) << answer.substr(0, 400);
@@ -125,6 +130,7 @@ std::map<int, int> failEach(const ServerProcess& server, SharedFaults& faults, s
     EXPECT_FALSE(right.empty());
     std::map<int, int> outcomes;
     for (std::int64_t n = 1; n <= kPoints; n += step) {
+        EXPECT_TRUE(standbyWaits(server.port()));  // the failure is not for one that starts
         faults->failingAllocation = n;
         const std::string answer = ask(server.port(), frame(), 60.0);
         faults->failingAllocation = 0;
@@ -158,6 +164,45 @@ TEST_F(ProcessFault, AnyAllocationOfARendererMayFail) {
         EXPECT_EQ(status, 200) << "the standby answers what the renderer could not";
     }
     tell("the renderer's process", outcomes);
+}
+
+// What the next renderer answers when an allocation fails while it starts: the n-th of at least so
+// many bytes.
+void failStart(const ServerProcess& server, SharedFaults& faults, const std::string& right,
+               std::int64_t n, std::size_t leastBytes) {
+    ASSERT_TRUE(standbyWaits(server.port()));
+    faults->leastBytes = leastBytes;
+    faults->failingFromStart = n;
+    faults->resets = 1;  // the standby answers, and the next one starts
+    EXPECT_TRUE(pictureSoon(server.port()) == right);
+    ASSERT_TRUE(standbyWaits(server.port()));
+    EXPECT_EQ(faults->failingFromStart, 0) << "it never started";
+    faults->resets = 1;
+    EXPECT_TRUE(pictureSoon(server.port()) == right) << "after allocation " << n << " of a start";
+}
+
+// A standby that could not load its scene once would say so for ever, when its turn comes.
+TEST_F(ProcessFault, AnyAllocationOfAStartingRendererMayFail) {
+    SharedFaults faults("worker");
+    const ServerProcess server({"--scene", "six-walls"}, preload);
+    ASSERT_TRUE(server.waitUntilReady());
+    const std::string right = pictureSoon(server.port());
+    ASSERT_FALSE(right.empty());
+    for (std::int64_t n = 1; n <= kStart && !HasFailure(); n += stride(3001)) {
+        failStart(server, faults, right, n, 0);
+    }
+}
+
+// No renderer ends for these, so that it has to try again.
+TEST_F(ProcessFault, ASceneThatFoundNoRoomIsLoadedWhenThereIsSome) {
+    SharedFaults faults("worker");
+    const ServerProcess server({"--scene", "teapots"}, preload);
+    ASSERT_TRUE(server.waitUntilReady());
+    const std::string right = pictureSoon(server.port());
+    ASSERT_FALSE(right.empty());
+    for (std::int64_t n = 1; n <= 3 && !HasFailure(); ++n) {
+        failStart(server, faults, right, n, 1 << 20);
+    }
 }
 
 // Here the connection may be what it costs.

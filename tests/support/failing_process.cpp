@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstddef>
 #include <cstdlib>
@@ -17,6 +18,7 @@ using clerestory::test::ProcessFaults;
 namespace {
 
 ProcessFaults* faults = nullptr;
+std::atomic<std::int64_t> failingFromStart{0};  // in this process
 
 bool hasRole(const char* role) {
     char words[256] = {};
@@ -36,13 +38,18 @@ __attribute__((constructor)) void begin() {
     void* memory =
         ::mmap(nullptr, sizeof(ProcessFaults), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
     ::close(file);
-    if (memory != MAP_FAILED) faults = static_cast<ProcessFaults*>(memory);
+    if (memory == MAP_FAILED) return;
+    faults = static_cast<ProcessFaults*>(memory);
+    failingFromStart = faults->failingFromStart.exchange(0);
 }
 
-bool fails() {
-    if (!faults) return false;
-    ++faults->allocations;
-    if (faults->failingAllocation <= 0 || --faults->failingAllocation != 0) return false;
+bool counted(std::atomic<std::int64_t>& left) {
+    return left > 0 && --left == 0;
+}
+
+bool fails(std::size_t bytes) {
+    if (!faults || bytes < faults->leastBytes) return false;
+    if (!counted(faults->failingAllocation) && !counted(failingFromStart)) return false;
     errno = ENOMEM;
     return true;
 }
@@ -58,22 +65,22 @@ void find(Function*& real, const char* name) {
 extern "C" void* __libc_malloc(std::size_t size) {
     static void* (*real)(std::size_t) = nullptr;
     find(real, "__libc_malloc");
-    return fails() ? nullptr : real(size);
+    return fails(size) ? nullptr : real(size);
 }
 extern "C" void* __libc_calloc(std::size_t count, std::size_t size) {
     static void* (*real)(std::size_t, std::size_t) = nullptr;
     find(real, "__libc_calloc");
-    return fails() ? nullptr : real(count, size);
+    return fails(count * size) ? nullptr : real(count, size);
 }
 extern "C" void* __libc_realloc(void* memory, std::size_t size) {
     static void* (*real)(void*, std::size_t) = nullptr;
     find(real, "__libc_realloc");
-    return fails() ? nullptr : real(memory, size);
+    return fails(size) ? nullptr : real(memory, size);
 }
 extern "C" void* __libc_memalign(std::size_t alignment, std::size_t size) {
     static void* (*real)(std::size_t, std::size_t) = nullptr;
     find(real, "__libc_memalign");
-    return fails() ? nullptr : real(alignment, size);
+    return fails(size) ? nullptr : real(alignment, size);
 }
 
 extern "C" unsigned glGetGraphicsResetStatus() {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 
 namespace clerestory::test {
@@ -11,9 +12,12 @@ struct ProcessFaults {
     // The so many-th allocation from now on fails, once, whoever asks for it: program, library or
     // driver. 0: none.
     std::atomic<std::int64_t> failingAllocation{0};
+    // The so many-th allocation of the next process that starts fails, once. 0: none.
+    std::atomic<std::int64_t> failingFromStart{0};
+    // Smaller allocations neither count nor fail.
+    std::atomic<std::size_t> leastBytes{0};
     // So many times the driver says that the GPU was reset.
     std::atomic<std::int64_t> resets{0};
-    std::atomic<std::int64_t> allocations{0};  // since the start
 };
 
 // Names of environment variables: the file that holds a ProcessFaults, and in which processes it
