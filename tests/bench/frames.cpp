@@ -1,7 +1,8 @@
-// `bench_frames [--size WxH] [--frames N] SCENE...`: what a frame costs. A scene is a built-in's id
-// or a file. The camera turns a little from frame to frame, because a driver may throw repeated
-// work away. Prints a Markdown table: median and 95th percentile of warm frames, the cold first
-// frame, processor time, milliseconds of each pass, of encoding, and memory.
+// `bench_frames [--width W --height H --frames N --accuracy PRESET --effects all|none] SCENE...`:
+// what a frame costs. A scene is a built-in's id or a file. The camera turns a little from frame to
+// frame, because a driver may throw repeated work away. Prints a Markdown table: median and 95th
+// percentile of warm frames, the cold first frame, processor time, milliseconds of each pass, of
+// encoding, and memory.
 #include "image/encode.h"
 #include "program.h"
 #include "renderer.h"
@@ -48,6 +49,7 @@ void measure(Renderer& renderer, Scene loaded, const FrameRequest& shape, int fr
         request.width = shape.width;
         request.height = shape.height;
         request.accuracy = shape.accuracy;
+        request.effects = shape.effects;
         const double processorBefore = processorMilliseconds();
         const Stopwatch whole;
         const Frame frame = renderer.render(request);
@@ -81,25 +83,28 @@ void measure(Renderer& renderer, Scene loaded, const FrameRequest& shape, int fr
 int run(int argc, char** argv) {
     CLI::App app{"What a frame costs, per pass"};
     std::vector<std::string> scenes{"chapel"};
-    std::string preset = "standard";
+    std::string preset = "standard", effects = "all";
     int width = 1280, height = 720, frames = 15;
     app.add_option("scenes", scenes, "built-in ids or files");
     app.add_option("--width", width);
     app.add_option("--height", height);
     app.add_option("--frames", frames, "warm frames measured");
     app.add_option("--accuracy", preset)->check(CLI::IsMember({"draft", "standard", "fine"}));
+    app.add_option("--effects", effects, "all, or none: base shading, as other renderers draw it")
+        ->check(CLI::IsMember({"all", "none"}));
     CLI11_PARSE(app, argc, argv);
 
     FrameRequest shape;
+    if (effects == "none") shape.effects = {false, false, false, false};
     shape.width = static_cast<std::uint32_t>(width);
     shape.height = static_cast<std::uint32_t>(height);
     for (const auto& [word, value] : presetChoice().words) {
         if (word == preset) shape.accuracy = accuracyOf(value);
     }
     Renderer renderer{RendererOptions{}};
-    std::printf("%s; %ld cores; %dx%d, accuracy %s, %d warm frames\n\n",
+    std::printf("%s; %ld cores; %dx%d, accuracy %s, effects %s, %d warm frames\n\n",
                 renderer.identity().renderer.c_str(), sysconf(_SC_NPROCESSORS_ONLN), width, height,
-                preset.c_str(), frames);
+                preset.c_str(), effects.c_str(), frames);
     std::printf(
         "| scene | draws | median ms | p95 | processor ms | cold | median ms of each part | memory "
         "|\n");
