@@ -2,9 +2,7 @@
 #include "server/curve_store.h"
 
 #include "scene/import/kept_file.h"
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
+#include "server/content_hash.h"
 
 #include <spdlog/spdlog.h>
 
@@ -19,15 +17,6 @@ namespace {
 constexpr const char* kExtension = ".curve";
 constexpr std::uint64_t kMostBytes = 1 << 20;  // of one; a few kilobytes as a rule
 constexpr std::uint64_t kMostBytesOfAll = 64ull << 20;
-
-std::string checksum(std::string_view text) {
-    const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
-    char words[40];
-    std::snprintf(words, sizeof words, "%016llx%016llx",
-                  static_cast<unsigned long long>(hash.high64),
-                  static_cast<unsigned long long>(hash.low64));
-    return words;
-}
 
 // Its settings are those of ladder(), which another program (and so another key) may have changed.
 std::string figuresOf(const Curve& curve) {
@@ -63,7 +52,7 @@ std::optional<Curve> curveFrom(const std::string& figures) {
 }  // namespace
 
 std::filesystem::path CurveStore::fileOf(const std::string& key) const {
-    return folder_ / (checksum(key) + kExtension);
+    return folder_ / (hashWordOf(key) + kExtension);
 }
 
 std::optional<Curve> CurveStore::find(const std::string& key) const {
@@ -72,7 +61,7 @@ std::optional<Curve> CurveStore::find(const std::string& key) const {
     const std::string_view text(reinterpret_cast<const char*>(content->bytes.get()), content->size);
     const std::size_t first = text.find('\n');
     const std::size_t second = first == text.npos ? first : text.find('\n', first + 1);
-    if (second == text.npos || text.substr(0, first) != checksum(text.substr(first + 1)) ||
+    if (second == text.npos || text.substr(0, first) != hashWordOf(text.substr(first + 1)) ||
         text.substr(second + 1) != key) {
         return std::nullopt;
     }
@@ -81,7 +70,7 @@ std::optional<Curve> CurveStore::find(const std::string& key) const {
 
 void CurveStore::keep(const std::string& key, const Curve& curve) const {
     const std::string rest = figuresOf(curve) + '\n' + key;
-    const std::string text = checksum(rest) + '\n' + rest;
+    const std::string text = hashWordOf(rest) + '\n' + rest;
     if (text.size() > kMostBytes) return;
     if (writeKept(fileOf(key), {std::as_bytes(std::span(text))})) {
         sweepKept(folder_, kExtension, kMostBytesOfAll);

@@ -4,15 +4,13 @@
 #include "plan/work.h"
 #include "server/build_id.h"
 #include "server/compact_passes.h"
+#include "server/content_hash.h"
 #include "server/encode_answer.h"
 #include "server/explained.h"
 #include "server/frame_json.h"
 #include "server/service.h"
 
 #include <nlohmann/json.hpp>
-
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <algorithm>
 #include <charconv>
@@ -46,13 +44,7 @@ std::string mapsByName(Service& service, const Scene& scene, const FrameRequest&
 }
 
 std::string etagOf(Service& service, const Scene& scene, const FrameRequest& request) {
-    const std::string text = contentText(service, scene, request);
-    const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
-    char tag[40];
-    std::snprintf(tag, sizeof tag, "\"%016llx%016llx\"",
-                  static_cast<unsigned long long>(hash.high64),
-                  static_cast<unsigned long long>(hash.low64));
-    return tag;
+    return '"' + hashWordOf(contentText(service, scene, request)) + '"';
 }
 
 constexpr std::uint64_t kPlanKind = 1;
@@ -62,8 +54,7 @@ std::uint64_t kindOf(FrameRequest request) {
     request.camera = {};
     request.time = 0.0;
     request.output = {};
-    const std::string text = canonicalText(request);
-    return XXH3_64bits(text.data(), text.size());
+    return hashOf(canonicalText(request));
 }
 
 // If-None-Match compares weakly (RFC 9110 13.1.2), so that W/"x" names "x" too.

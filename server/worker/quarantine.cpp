@@ -1,7 +1,6 @@
 #include "server/worker/quarantine.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
+#include "server/content_hash.h"
 
 #include <algorithm>
 
@@ -11,7 +10,7 @@ std::uint64_t fingerprintOf(const Call& call) {
     std::string text = call.method + '\n' + call.path + '\n';
     for (const auto& [name, value] : call.query) text += name + '=' + value + '\n';
     text += '\n' + call.body;
-    return XXH3_64bits(text.data(), text.size());
+    return hashOf(text);
 }
 
 void Quarantine::add(std::uint64_t fingerprint, Clock::time_point now) {
