@@ -114,8 +114,7 @@ TEST_F(CurveStoreTest, AWorkersCurvesOutliveIt) {
                                         "--scene-cache", place().string()};
     const std::string body = smallFrame(R"("accuracy": {"maxMilliseconds": 60000})");
     const auto ask = [&](Server& server) {
-        httplib::Client client("127.0.0.1", server.port());
-        client.set_read_timeout(120);
+        httplib::Client client = clientOf(server);
         return postJson(client, "/v1/frames", body);
     };
     std::string picture;
@@ -129,14 +128,7 @@ TEST_F(CurveStoreTest, AWorkersCurvesOutliveIt) {
             if (answer->status == 200) picture = answer->body;
         }
         ASSERT_FALSE(picture.empty());
-        for (int i = 0; i < 3000 && server.supervisor()->processes().second == 0; ++i) {
-            std::this_thread::sleep_for(10ms);
-        }
-        const pid_t measured = server.supervisor()->processes().first;
-        kill(measured, SIGKILL);
-        for (int i = 0; i < 3000 && server.supervisor()->processes().first == measured; ++i) {
-            std::this_thread::sleep_for(10ms);
-        }
+        killWorker(server);
         const auto after = ask(server);
         ASSERT_EQ(after->status, 200) << after->body;
         EXPECT_EQ(after->body, picture);

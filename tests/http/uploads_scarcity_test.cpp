@@ -170,23 +170,7 @@ protected:
             "--upload-cpu", "60",        "--upload-seconds", "60"};
         return config;
     }
-    httplib::Client client() const {
-        httplib::Client client("127.0.0.1", server.port());
-        client.set_keep_alive(true);
-        client.set_tcp_nodelay(true);
-        client.set_read_timeout(120);
-        return client;
-    }
-    void killWorker() {
-        for (int i = 0; i < 3000 && server.supervisor()->processes().second == 0; ++i) {
-            std::this_thread::sleep_for(10ms);
-        }
-        const pid_t worker = server.supervisor()->processes().first;
-        kill(worker, SIGKILL);
-        for (int i = 0; i < 3000 && server.supervisor()->processes().first == worker; ++i) {
-            std::this_thread::sleep_for(1ms);
-        }
-    }
+    httplib::Client client() { return clientOf(server); }
     Server server{workerConfig()};
 };
 
@@ -195,7 +179,7 @@ TEST_F(UploadsOfWorkers, WhatEndsEveryRendererThatLoadsItIsGivenUp) {
     const std::string id = idOf(send(client, triangleGlb()));
     // As it looks after three renderers that began to load it and never came back.
     std::ofstream(folderOfThisTest() / id / "tries") << "...";
-    killWorker();
+    killWorker(server);
     json problem;
     for (int i = 0; i < 200 && problem.is_null(); ++i) {
         const auto answer = postJson(client, "/v1/frames", frameOf(id));
@@ -212,11 +196,11 @@ TEST_F(UploadsOfWorkers, OutliveTheirRenderer) {
     const auto made = send(client, triangleGlb());
     ASSERT_EQ(made->status, 201) << made->body;
     const std::string id = idOf(made), picture = pictureOf(client, id);
-    killWorker();
+    killWorker(server);
     EXPECT_EQ(pictureOf(client, id), picture);
     EXPECT_EQ(send(client, triangleGlb())->status, 200);
     EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
-    killWorker();
+    killWorker(server);
     problemOf(postJson(client, "/v1/frames", frameOf(id)), 404);
     EXPECT_THAT(client.Get("/v1/scenes")->body, testing::Not(HasSubstr(id)));
 }

@@ -30,19 +30,8 @@ Config workerConfig() {
 class WorkerServer : public testing::Test {
 protected:
     void SetUp() override { server.start(); }
-    httplib::Client client() const {
-        httplib::Client client("127.0.0.1", server.port());
-        client.set_keep_alive(true);
-        client.set_tcp_nodelay(true);
-        client.set_read_timeout(120);
-        return client;
-    }
+    httplib::Client client() { return clientOf(server); }
     pid_t worker() { return server.supervisor()->processes().first; }
-    void awaitStandby() {
-        for (int i = 0; i < 3000 && server.supervisor()->processes().second == 0; ++i) {
-            std::this_thread::sleep_for(10ms);
-        }
-    }
     Server server{workerConfig()};
 };
 
@@ -119,7 +108,7 @@ TEST_F(WorkerServer, KillsInMidFrameLoseNothing) {
     }
     constexpr int kKills = 6;
     for (int i = 0; i < kKills; ++i) {
-        awaitStandby();
+        awaitStandby(server);
         const pid_t victim = worker();
         const int before = right;
         kill(victim, SIGKILL);
@@ -154,14 +143,14 @@ TEST_F(WorkerServer, AFrameNamesItsRendererAndTheGenerationOfItsScene) {
     const auto other = drawn(R"({"scene": "meadow", "width": 16, "height": 16})");
     EXPECT_EQ(other.first, "1");
     EXPECT_GT(other.second, first.second);
-    awaitStandby();
+    awaitStandby(server);
     kill(worker(), SIGKILL);
     EXPECT_NE(drawn(smallFrame()).first, "1") << "another renderer, another number";
 }
 
 TEST_F(WorkerServer, AJobIsDoneAgainWhenItsRendererEnds) {
     auto client = this->client();
-    awaitStandby();
+    awaitStandby(server);
     const auto started =
         postJson(client, "/v1/comparisons",
                  smallFrame(R"("frames": 2, "samples": 64, "settings": ["draft"])"));
@@ -185,7 +174,7 @@ TEST_F(WorkerServer, AJobIsDoneAgainWhenItsRendererEnds) {
 }
 
 TEST_F(WorkerServer, ASequenceGoesOnOverAKill) {
-    awaitStandby();
+    awaitStandby(server);
     json frames = json::array();
     for (int i = 0; i < 30; ++i) frames.push_back(json::parse(frameBody(i)));
     std::string got;

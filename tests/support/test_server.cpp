@@ -1,7 +1,11 @@
 #include "tests/support/test_server.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <thread>
 
 namespace clerestory::test {
 
@@ -18,6 +22,29 @@ Config testConfig() {
     return config;
 }
 
+httplib::Client clientOf(Server& server) {
+    httplib::Client client("127.0.0.1", server.port());
+    client.set_keep_alive(true);
+    client.set_tcp_nodelay(true);
+    client.set_read_timeout(120);
+    return client;
+}
+
+void awaitStandby(Server& server) {
+    for (int i = 0; i < 3000 && server.supervisor()->processes().second == 0; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+}
+
+void killWorker(Server& server) {
+    awaitStandby(server);
+    const pid_t worker = server.supervisor()->processes().first;
+    ::kill(worker, SIGKILL);
+    for (int i = 0; i < 3000 && server.supervisor()->processes().first == worker; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
 TestServer::TestServer(const Config& config) : server_(config) {
     server_.start();
 }
@@ -26,14 +53,6 @@ TestServer::~TestServer() {
     std::promise<std::vector<std::string>> messages;
     service().queue().post([&](Renderer& r) { messages.set_value(r.driverMessages()); });
     for (const std::string& message : messages.get_future().get()) ADD_FAILURE() << message;
-}
-
-httplib::Client TestServer::client() const {
-    httplib::Client client("127.0.0.1", server_.port());
-    client.set_keep_alive(true);
-    client.set_tcp_nodelay(true);
-    client.set_read_timeout(120);
-    return client;
 }
 
 std::shared_ptr<void> TestServer::holdRenderer() {

@@ -14,13 +14,21 @@ namespace clerestory::test {
 // Small and quiet: a free port, six-walls first, then what the test changes.
 Config testConfig();
 
+// Kept alive, patient.
+httplib::Client clientOf(Server& server);
+
+// Of a server with render workers: returns when a second one stands; ends the one that answers and
+// returns when another does.
+void awaitStandby(Server& server);
+void killWorker(Server& server);
+
 class TestServer {
 public:
     explicit TestServer(const Config& config = testConfig());
     ~TestServer();  // expects that the driver had nothing to say
     Server& server() { return server_; }
     Service& service() { return *server_.service(); }
-    httplib::Client client() const;
+    httplib::Client client() { return clientOf(server_); }
     void stop() { server_.stop(); }
 
     // Keeps the OpenGL thread busy until the returned object goes.

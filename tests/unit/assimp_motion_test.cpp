@@ -1,4 +1,5 @@
 // Clips of COLLADA and FBX against poses worked out by hand.
+#include "corners.h"
 #include "import_support.h"
 
 #include <gmock/gmock.h>
@@ -29,21 +30,9 @@ std::vector<std::array<double, 3>> corners(const Scene& scene, const Pose& pose,
 
 double areaOf(const Scene& scene, const Pose& pose) {
     double area = 0.0;
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[instance.mesh];
-        const MeshVertices vertices = verticesOf(scene, pose, mesh);
-        for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
-            const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
-            for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
-                const auto corner = [&](std::uint32_t k) {
-                    const Vertex& v = vertices[scene.indices[cluster.firstIndex + i + k]];
-                    return pose.worldFromNode[instance.node] * glm::dvec4(v.position, 1.0);
-                };
-                area += 0.5 * glm::length(glm::cross(glm::dvec3(corner(1) - corner(0)),
-                                                     glm::dvec3(corner(2) - corner(0))));
-            }
-        }
-    }
+    test::forEachTriangle(scene, pose, [&](glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
+        area += 0.5 * glm::length(glm::cross(b - a, c - a));
+    });
     return area;
 }
 

@@ -1,4 +1,5 @@
 // Animated files against a second reader (gltf_truth.h), and hostile ones.
+#include "corners.h"
 #include "gltf_truth.h"
 #include "import_support.h"
 #include "scene/import/scene_blob.h"
@@ -10,6 +11,7 @@
 namespace clerestory {
 namespace {
 
+using test::forEachTriangle;
 using test::GltfTruth;
 using test::TruthTriangle;
 
@@ -38,21 +40,8 @@ struct Moments {
 
 Moments momentsOf(const Scene& scene, const Pose& pose) {
     Moments moments;
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[instance.mesh];
-        const glm::dmat4& world = pose.worldFromNode[instance.node];
-        const MeshVertices vertices = verticesOf(scene, pose, mesh);
-        for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
-            const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
-            for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
-                const auto corner = [&](std::uint32_t k) {
-                    const Vertex& v = vertices[scene.indices[cluster.firstIndex + i + k]];
-                    return glm::dvec3(world * glm::dvec4(v.position, 1.0));
-                };
-                moments.add(corner(0), corner(1), corner(2));
-            }
-        }
-    }
+    forEachTriangle(scene, pose,
+                    [&](glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) { moments.add(a, b, c); });
     return moments;
 }
 
