@@ -57,6 +57,16 @@ void setSkyDirections(const View& view, const glm::dmat3& eyeFromView, glm::vec4
     directions[2] = glm::vec4(glm::vec3(eyeFromPicture[1]), 0.0f);
 }
 
+// A loop over lamps and numbers out of uniform blocks cost every pixel time that views without them
+// need not spend.
+std::uint32_t viewBits(const PassInput& input) {
+    const std::vector<PlacedLight>& lights = input.plan.lights;
+    std::uint32_t bits = 0;
+    if (input.pass.views.front().orthographic) bits |= VIEW_ORTHOGRAPHIC;
+    if (lights.size() == 1 && lights.front().kind == LightKind::directional) bits |= VIEW_SUN_ONLY;
+    return bits;
+}
+
 }  // namespace
 
 PassResources::PassResources()
@@ -140,16 +150,6 @@ void bindReflection(PassResources& resources, const PassInput& input, const Draw
 }
 
 }  // namespace
-
-// A loop over lamps and numbers out of uniform blocks cost every pixel time that views without them
-// need not spend.
-static std::uint32_t viewBits(const PassInput& input) {
-    const std::vector<PlacedLight>& lights = input.plan.lights;
-    std::uint32_t bits = 0;
-    if (input.pass.views.front().orthographic) bits |= VIEW_ORTHOGRAPHIC;
-    if (lights.size() == 1 && lights.front().kind == LightKind::directional) bits |= VIEW_SUN_ONLY;
-    return bits;
-}
 
 void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,
              std::uint32_t firstRecord, const DrawProgram& program) {

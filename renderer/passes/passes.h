@@ -79,7 +79,7 @@ struct DrawProgram {
     const char* fragment;
     Features relevant = ~0u;  // features that this kind of program knows
     int variant = 0;
-    bool materials = true;   // and with light on them: with VIEW bits (features.glsl)
+    bool materials = true;   // binds them; programs are made for VIEW bits (features.glsl)
     bool backFaces = false;  // draws what is otherwise culled, and nothing else
 };
 void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,
