@@ -46,6 +46,9 @@ FrameRequest everythingRequest() {
     r.output.format = OutputFormat::png;
     r.accuracy.edgeFilter = true;
     r.accuracy.curved = CurvedMethod::probe;
+    // The same passes with little to do in each, for there are thousands of points.
+    r.accuracy.environmentSize = r.accuracy.probeSize = 16;
+    r.accuracy.environmentSamples = r.accuracy.probeSamples = 1;
     r.filters = {{.type = FilterType::glow}};
     return r;
 }
