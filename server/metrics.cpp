@@ -99,6 +99,12 @@ struct Metrics::Families {
                                       .Help("Resident memory size in bytes")
                                       .Register(registry)
                                       .Add({});
+    prometheus::Gauge& allocated =
+        BuildGauge()
+            .Name("clerestory_allocated_bytes")
+            .Help("What the renderer's process has allocated and not given back")
+            .Register(registry)
+            .Add({});
 };
 
 Metrics::Metrics() : families_(std::make_unique<Families>()) {}
@@ -137,6 +143,7 @@ std::string Metrics::text(std::size_t queueDepth, const SceneTotals& scenes) con
     families_->tell(scenes);
     families_->queueDepth.Set(static_cast<double>(queueDepth));
     families_->resident.Set(residentBytes());
+    families_->allocated.Set(allocatedBytes());
     std::ostringstream out;
     prometheus::TextSerializer().Serialize(out, families_->registry.Collect());
     return out.str();

@@ -61,6 +61,12 @@ struct RequestMetrics::Families {
                                       .Help("Resident memory of the process that clients reach")
                                       .Register(registry)
                                       .Add({});
+    prometheus::Gauge& allocated =
+        BuildGauge()
+            .Name("clerestory_front_allocated_bytes")
+            .Help("What the process that clients reach has allocated and not given back")
+            .Register(registry)
+            .Add({});
 };
 
 RequestMetrics::RequestMetrics() : families_(std::make_unique<Families>()) {}
@@ -108,6 +114,7 @@ std::string RequestMetrics::text(const FrontCounters& front, const Supervisor* w
                                        {"warmStandby", workers->standbyIsWarm()}});
     }
     families_->resident.Set(residentBytes());
+    families_->allocated.Set(allocatedBytes());
     std::ostringstream out;
     prometheus::TextSerializer().Serialize(out, families_->registry.Collect());
     return out.str();

@@ -43,12 +43,6 @@ bool lives(pid_t id) {
     return at != std::string::npos && text[at + 2] != 'Z';
 }
 
-double metric(int port, const std::string& name) {
-    const std::string text = ask(port, get("/metrics", "Connection: close\r\n"));
-    const std::size_t at = text.find("\n" + name + " ");
-    return at == std::string::npos ? -1.0 : std::atof(text.c_str() + at + name.size() + 2);
-}
-
 void awaitBoth(const ServerProcess& server) {
     for (int i = 0; i < 3000; ++i) {
         if (metric(server.port(), "clerestory_workers{role=\"standby\"}") == 1 &&

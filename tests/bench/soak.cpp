@@ -5,6 +5,7 @@
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdio>
@@ -54,43 +55,46 @@ void awaitScenes(int port, long width) {
     }
 }
 
+// What a server holds when nobody asks it for anything.
 struct Sample {
     double frames;
     Holdings holdings;
+    double server, worker;  // bytes allocated, of the worker that answers
 };
 
+Sample atRest(const ServerProcess& server, long frames) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));  // connections end
+    return {static_cast<double>(frames), holdingsOf(server.id()),
+            metric(server.port(), "clerestory_front_allocated_bytes"),
+            metric(server.port(), "clerestory_allocated_bytes")};
+}
+
 // Bytes for each 1,000 frames: the line through the samples with the least squares of distances.
-double slope(const std::vector<Sample>& samples) {
+template <class Bytes>
+double slope(const std::vector<Sample>& samples, Bytes bytes) {
+    const double share = 1.0 / static_cast<double>(samples.size());
     double x = 0, y = 0;
     for (const Sample& s : samples) {
-        x += s.frames / static_cast<double>(samples.size());
-        y += static_cast<double>(s.holdings.bytes) / static_cast<double>(samples.size());
+        x += share * s.frames;
+        y += share * bytes(s);
     }
     double xx = 0, xy = 0;
     for (const Sample& s : samples) {
         xx += (s.frames - x) * (s.frames - x);
-        xy += (s.frames - x) * (static_cast<double>(s.holdings.bytes) - y);
+        xy += (s.frames - x) * (bytes(s) - y);
     }
     return xx > 0.0 ? 1000.0 * xy / xx : 0.0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-    const long frames = argc > 1 ? std::atol(argv[1]) : 86'400;
-    const long width = argc > 2 ? std::atol(argv[2]) : 160;  // of the smallest, pixels
-    // How busy the machine is must not matter: no frame is refused for what others take of it.
-    const ServerProcess server({"--queue-seconds", "3600"});
-    if (!server.waitUntilReady()) return 1;
-    awaitScenes(server.port(), width);
-    std::atomic<long> next{0}, failed{0};
+// Two clients ask for these; returns how many were not answered with 200.
+long drive(int port, long from, long to, long width) {
+    std::atomic<long> next{from}, failed{0};
     std::vector<std::jthread> clients;
-    const Stopwatch watch;
     for (int c = 0; c < 2; ++c) {
         clients.emplace_back([&] {
             std::optional<RawClient> client;
-            for (long n = next++; n < frames; n = next++) {
-                if (!client) client.emplace(server.port());
+            for (long n = next++; n < to; n = next++) {
+                if (!client) client.emplace(port);
                 client->send(post("/v1/frames", requestOf(n, width)));
                 const int status = statusOf(client->answer(120));
                 if (status != 200 && failed++ < 5)
@@ -99,45 +103,74 @@ int main(int argc, char** argv) {
             }
         });
     }
-    // Every kind has come more often than caches hold after a quarter.
-    std::vector<Sample> samples;
-    const long step = std::max(1L, frames / 100);
-    for (long at = frames / 4; at <= frames; at += step) {
-        while (next < at) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        samples.push_back({static_cast<double>(at), holdingsOf(server.id())});
-    }
     clients.clear();
+    return failed;
+}
+
+std::string words(const char* format, double a, double b, double c) {
+    char text[96];
+    std::snprintf(text, sizeof text, format, a, b, c);
+    return text;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const long wanted = argc > 1 ? std::atol(argv[1]) : 86'400;
+    const long width = argc > 2 ? std::atol(argv[2]) : 160;  // of the smallest, pixels
+    // How busy the machine is must not matter: no frame is refused for what others take of it.
+    const ServerProcess server({"--queue-seconds", "3600"});
+    if (!server.waitUntilReady()) return 1;
+    awaitScenes(server.port(), width);
+    const Stopwatch watch;
+    // Each stage ends with the same kinds of frames, for what is kept depends on the last ones.
+    constexpr long kStages = 24, kKinds = 4 * 7 * 5;
+    const long stageFrames = (wanted / kStages + kKinds - 1) / kKinds * kKinds;
+    const long frames = stageFrames * kStages;
+    long failed = 0;
+    std::vector<Sample> samples;
+    for (long stage = 0; stage < kStages; ++stage) {
+        const long until = stageFrames * (stage + 1);
+        failed += drive(server.port(), until - stageFrames, until, width);
+        // Every kind has come more often than caches hold after a quarter.
+        const Sample sample = atRest(server, until);
+        std::fprintf(stderr, "%ld frames: %.3f and %.3f MB allocated, %.2f MB resident\n", until,
+                     1e-6 * sample.server, 1e-6 * sample.worker,
+                     1e-6 * static_cast<double>(sample.holdings.bytes));
+        if (stage >= kStages / 4) samples.push_back(sample);
+    }
     const auto rangeOf = [&](auto what) {
-        std::size_t low = ~std::size_t{0}, high = 0;
-        for (const Sample& s : samples) {
-            low = std::min(low, s.holdings.*what);
-            high = std::max(high, s.holdings.*what);
-        }
-        return std::pair(low, high);
+        const auto [low, high] = std::minmax_element(
+            samples.begin(), samples.end(),
+            [&](const Sample& a, const Sample& b) { return what(a) < what(b); });
+        return std::pair(what(*low), what(*high));
     };
-    const auto [leastBytes, mostBytes] = rangeOf(&Holdings::bytes);
-    const auto [leastFiles, mostFiles] = rangeOf(&Holdings::descriptors);
-    const auto [leastThreads, mostThreads] = rangeOf(&Holdings::threads);
-    const double growth = slope(samples);
     std::printf("%ld frames in %.0f s, load average %.1f\n\n", frames, 1e-3 * watch.milliseconds(),
                 clerestory::bench::loadAverage());
     std::printf("| row | what | figure | bar | |\n|---|---|---|---|---|\n");
-    const auto row = [](const std::string& what, const std::string& figure, const char* bar,
-                        bool held) {
-        std::printf("| M1 | %s | %s | %s | %s |\n", what.c_str(), figure.c_str(), bar,
+    int missed = 0;
+    const auto row = [&](const char* what, const std::string& figure, const char* bar, bool held) {
+        std::printf("| M1 | %s | %s | %s | %s |\n", what, figure.c_str(), bar,
                     held ? "held" : "MISSED");
-        return held ? 0 : 1;
+        missed += held ? 0 : 1;
     };
-    char text[96];
-    int missed = row("frames not answered with 200", std::to_string(failed), "0", failed == 0);
-    std::snprintf(text, sizeof text, "%.1f kB (%.1f to %.1f MB)", 1e-3 * growth,
-                  1e-6 * static_cast<double>(leastBytes), 1e-6 * static_cast<double>(mostBytes));
-    missed += row("memory of server, worker and standby for each 1,000 frames", text, "1 kB",
-                  growth < 1000.0);
-    std::snprintf(text, sizeof text, "%zu to %zu", leastFiles, mostFiles);
-    missed += row("descriptors", text, "constant", leastFiles == mostFiles);
-    std::snprintf(text, sizeof text, "%zu to %zu", leastThreads, mostThreads);
-    missed += row("threads", text, "constant", leastThreads == mostThreads);
+    row("frames not answered with 200", std::to_string(failed), "0", failed == 0);
+    const auto growth = [&](const char* what, auto bytes) {
+        const auto [low, high] = rangeOf(bytes);
+        const double each = slope(samples, bytes);
+        row(what, words("%.2f kB (%.2f to %.2f MB)", 1e-3 * each, 1e-6 * low, 1e-6 * high), "1 kB",
+            each < 1000.0);
+    };
+    growth("allocated by server and worker, for each 1,000 frames",
+           [](const Sample& s) { return s.server + s.worker; });
+    growth("resident memory of server, worker and standby, for each 1,000 frames",
+           [](const Sample& s) { return static_cast<double>(s.holdings.bytes); });
+    const auto constant = [&](const char* what, std::size_t Holdings::*count) {
+        const auto [low, high] = rangeOf([&](const Sample& s) { return s.holdings.*count; });
+        row(what, std::to_string(low) + " to " + std::to_string(high), "constant", low == high);
+    };
+    constant("descriptors", &Holdings::descriptors);
+    constant("threads", &Holdings::threads);
     std::printf("\n%d missed\n", missed);
     return failed == 0 ? 0 : 1;
 }

@@ -94,8 +94,7 @@ std::string pictureSoon(int port) {
 
 bool standbyWaits(int port) {
     for (int i = 0; i < 1500; ++i) {
-        const std::string metrics = ask(port, get("/metrics"));
-        if (metrics.find("{role=\"warmStandby\"} 1") != std::string::npos) return true;
+        if (metric(port, "clerestory_workers{role=\"warmStandby\"}") == 1) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     return false;

@@ -185,4 +185,10 @@ std::string post(const std::string& path, const std::string& body, const std::st
            "Content-Length: " + std::to_string(body.size()) + "\r\n" + more + "\r\n" + body;
 }
 
+double metric(int port, const std::string& name) {
+    const std::string text = ask(port, get("/metrics", "Connection: close\r\n"));
+    const std::size_t at = text.find("\n" + name + " ");
+    return at == std::string::npos ? -1.0 : std::atof(text.c_str() + at + name.size() + 2);
+}
+
 }  // namespace clerestory::test

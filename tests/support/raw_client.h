@@ -37,5 +37,7 @@ std::string ask(int port, std::string_view request, double seconds = 10.0,
                 const char* from = nullptr);
 std::string get(const std::string& path, const std::string& more = "");  // the request's bytes
 std::string post(const std::string& path, const std::string& body, const std::string& more = "");
+// A line of /metrics, with its labels; -1: there is none.
+double metric(int port, const std::string& name);
 
 }  // namespace clerestory::test
