@@ -100,7 +100,7 @@ std::string refusalOf(Supervisor& supervisor, const std::string& body) {
 }
 
 void awaitBoth(const Supervisor& supervisor) {
-    for (int i = 0; i < 1000 && supervisor.processes().second == 0; ++i) {
+    for (int i = 0; i < 3000 && supervisor.processes().second == 0; ++i) {
         std::this_thread::sleep_for(10ms);
     }
     ASSERT_NE(supervisor.processes().second, 0);
