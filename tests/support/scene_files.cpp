@@ -55,9 +55,7 @@ la_ssize_t append(struct archive*, void* text, const void* bytes, std::size_t si
 
 }  // namespace
 
-std::string triangleGlb(unsigned seed, unsigned triangles) {
-    const std::string binary = vertices(seed, triangles);
-    std::string json = document("", binary.size(), triangles);
+std::string glbOf(std::string json, const std::string& binary) {
     json.resize((json.size() + 3) / 4 * 4, ' ');
     std::string glb = "glTF";
     append32(glb, 2);
@@ -67,6 +65,11 @@ std::string triangleGlb(unsigned seed, unsigned triangles) {
     append32(glb, binary.size());
     glb += std::string("BIN\0", 4) + binary;
     return glb;
+}
+
+std::string triangleGlb(unsigned seed, unsigned triangles) {
+    const std::string binary = vertices(seed, triangles);
+    return glbOf(document("", binary.size(), triangles), binary);
 }
 
 std::string triangleBuffer() {

@@ -14,6 +14,9 @@ std::string triangleGlb(unsigned seed = 0, unsigned triangles = 1);
 std::string triangleGltf(const std::string& bufferUri = "");
 std::string triangleBuffer();
 
+// A .glb of a document, whose buffer 0 is that binary part.
+std::string glbOf(std::string document, const std::string& binary);
+
 struct PackedFile {
     std::string name, content;
     bool symlink = false;  // to `content`

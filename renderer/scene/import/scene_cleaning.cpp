@@ -213,7 +213,12 @@ void finishScene(Scene& scene) {
     thickenFlatNodes(scene);
     dropSingularInstances(scene);
     if (scene.instances.empty()) {
-        throw ImportError(Reason::malformed, "the file holds no triangles to draw");
+        std::string why = "the file holds no triangles to draw";
+        if (!scene.warnings.empty()) {  // what became of those it may have had
+            const ImportWarning& first = scene.warnings.front();
+            why += ": " + (first.subject.empty() ? "" : first.subject + ": ") + first.message;
+        }
+        throw ImportError(Reason::malformed, why);
     }
     if (scene.warnings.size() > kMaxWarnings) {
         const std::uint64_t more = scene.warnings.size() - kMaxWarnings;
