@@ -14,7 +14,6 @@ Accuracy accuracyOf(Preset preset) {
             a.edgeFilter = false;
             a.environmentSize = 64;
             a.environmentSamples = 16;
-            a.planarScale = 0.5;
             a.planarSamples = 1;
             a.generations = 1;
             a.probeSize = 128;

@@ -12,8 +12,10 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <mutex>
+#include <random>
 #include <sstream>
 #include <thread>
 
@@ -48,12 +50,16 @@ Shot shotOf(const std::string& answer, double milliseconds) {
 std::vector<Shot> inTurn(int port, const std::string& request, double seconds, double pauseMs,
                          const char* from) {
     std::vector<Shot> shots;
+    std::seed_seq seed(from, from + std::strlen(from));
+    std::mt19937 chance(seed);
     const auto start = Clock::now();
     while (secondsSince(start) < seconds) {
         const auto asked = Clock::now();
         const std::string answer = ask(port, request, 60.0, from);
         shots.push_back(shotOf(answer, 1000.0 * secondsSince(asked)));
-        std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(pauseMs));
+        // Of chance, or clients that keep one time would never meet, or always.
+        const double pause = pauseMs * std::uniform_real_distribution(0.5, 1.5)(chance);
+        std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(pause));
     }
     return shots;
 }
