@@ -69,16 +69,18 @@ Sample atRest(const ServerProcess& server, long frames) {
             metric(server.port(), "clerestory_allocated_bytes")};
 }
 
-// Bytes for each 1,000 frames: from the least of the first half of samples to the least of the
-// second. What happens to be kept at a moment comes on top of what can never go, and that alone
-// grows with a leak.
+// Bytes for each 1,000 frames: the median of the slopes between any two samples (Theil and Sen),
+// for what is kept at rest is one of a few amounts, by which maps the last frames needed.
 template <class Bytes>
 double growthOf(const std::vector<Sample>& samples, Bytes bytes) {
-    const auto middle = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 2);
-    const auto less = [&](const Sample& a, const Sample& b) { return bytes(a) < bytes(b); };
-    const auto before = std::min_element(samples.begin(), middle, less);
-    const auto after = std::min_element(middle, samples.end(), less);
-    return 1000.0 * (bytes(*after) - bytes(*before)) / (after->frames - before->frames);
+    std::vector<double> slopes;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        for (std::size_t k = i + 1; k < samples.size(); ++k) {
+            slopes.push_back((bytes(samples[k]) - bytes(samples[i])) /
+                             (samples[k].frames - samples[i].frames));
+        }
+    }
+    return 1000.0 * clerestory::bench::median(slopes);
 }
 
 // So many clients ask for these; returns how many were not answered with 200.
