@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
+#include <utility>
 
 namespace clerestory::bench {
 namespace {
@@ -18,6 +20,19 @@ std::size_t entries(const std::filesystem::path& folder) {
     std::error_code error;
     const std::filesystem::directory_iterator list(folder, error);
     return static_cast<std::size_t>(std::distance(begin(list), end(list)));
+}
+
+// In ticks since the machine's; numbers of processes come round again.
+std::uint64_t startOf(pid_t id) {
+    std::ifstream file(folderOf(id) / "stat");
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    // After the name, which may hold anything: the state and eighteen more.
+    std::istringstream fields(text.substr(std::min(text.rfind(')') + 1, text.size())));
+    std::string skipped;
+    for (int i = 0; i < 19; ++i) fields >> skipped;
+    std::uint64_t ticks = 0;
+    fields >> ticks;
+    return ticks;
 }
 
 }  // namespace
@@ -36,7 +51,8 @@ std::vector<pid_t> workersOf(pid_t server) {
             if (commandLineOf(id).find("worker") != std::string::npos) list.push_back(id);
         }
     }
-    std::sort(list.begin(), list.end());
+    std::sort(list.begin(), list.end(),
+              [](pid_t a, pid_t b) { return std::pair(startOf(a), a) < std::pair(startOf(b), b); });
     return list;
 }
 

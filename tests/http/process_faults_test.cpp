@@ -2,6 +2,7 @@
 // driver and all libraries, and within the server's own. Long form: CLERESTORY_FAULTS=all, or N
 // for one in N.
 #include "scene/import/sanitizer.h"
+#include "tests/bench/process_tree.h"
 #include "tests/support/failing_process.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
@@ -100,6 +101,11 @@ bool standbyWaits(int port) {
     return false;
 }
 
+pid_t answeringWorker(const ServerProcess& server) {
+    const std::vector<pid_t> workers = bench::workersOf(server.id());
+    return workers.empty() ? -1 : workers.front();
+}
+
 TEST_F(ProcessFault, AResetOfTheGpuEndsTheRendererAndLosesNothing) {
     SharedFaults faults("worker");
     const ServerProcess server({"--scene", "six-walls"}, preload);
@@ -112,9 +118,8 @@ TEST_F(ProcessFault, AResetOfTheGpuEndsTheRendererAndLosesNothing) {
     ASSERT_EQ(statusOf(before), 200) << before;
     std::string number = numberOf(before);
     for (int i = 0; i < 5; ++i) {
-        // The next renderer draws while it warms; this reset is for the one that answers.
         ASSERT_TRUE(standbyWaits(server.port()));
-        faults->resets = 1;
+        faults->resetProcess = answeringWorker(server);
         const std::string answer = ask(server.port(), frame(), 60.0);
         EXPECT_EQ(statusOf(answer), 200) << answer.substr(0, 400);
         EXPECT_TRUE(bodyOf(answer) == bodyOf(before));
@@ -172,11 +177,13 @@ void failStart(const ServerProcess& server, SharedFaults& faults, const std::str
     ASSERT_TRUE(standbyWaits(server.port()));
     faults->leastBytes = leastBytes;
     faults->failingFromStart = n;
-    faults->resets = 1;  // the standby answers, and the next one starts
-    EXPECT_TRUE(pictureSoon(server.port()) == right);
+    ::kill(answeringWorker(server), SIGKILL);  // the standby answers, and the next one starts
+    for (int i = 0; i < 1500 && faults->failingFromStart > 0; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    ASSERT_EQ(faults->failingFromStart, 0) << "it never started";
     ASSERT_TRUE(standbyWaits(server.port()));
-    EXPECT_EQ(faults->failingFromStart, 0) << "it never started";
-    faults->resets = 1;
+    ::kill(answeringWorker(server), SIGKILL);
     EXPECT_TRUE(pictureSoon(server.port()) == right) << "after allocation " << n << " of a start";
 }
 

@@ -87,6 +87,9 @@ extern "C" unsigned glGetGraphicsResetStatus() {
     using Status = unsigned (*)();
     static const auto real = reinterpret_cast<Status>(dlsym(RTLD_NEXT, "glGetGraphicsResetStatus"));
     constexpr unsigned kInnocentContextReset = 0x8254;
-    if (faults && faults->resets > 0 && faults->resets-- > 0) return kInnocentContextReset;
+    std::int64_t own = ::getpid();
+    if (faults && faults->resetProcess.compare_exchange_strong(own, 0)) {
+        return kInnocentContextReset;
+    }
     return real ? real() : 0;
 }

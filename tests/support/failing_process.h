@@ -16,8 +16,8 @@ struct ProcessFaults {
     std::atomic<std::int64_t> failingFromStart{0};
     // Smaller allocations neither count nor fail.
     std::atomic<std::size_t> leastBytes{0};
-    // So many times the driver says that the GPU was reset.
-    std::atomic<std::int64_t> resets{0};
+    // The driver tells the process of this number, once, that the GPU was reset. 0: none.
+    std::atomic<std::int64_t> resetProcess{0};
 };
 
 // Names of environment variables: the file that holds a ProcessFaults, and in which processes it
