@@ -19,6 +19,7 @@
 #include <filesystem>
 #include <map>
 #include <new>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -101,9 +102,14 @@ bool standbyWaits(int port) {
     return false;
 }
 
+// Never less than 1, which kill() would take for many processes.
 pid_t answeringWorker(const ServerProcess& server) {
-    const std::vector<pid_t> workers = bench::workersOf(server.id());
-    return workers.empty() ? -1 : workers.front();
+    for (int i = 0; i < 500; ++i) {
+        const std::vector<pid_t> workers = bench::workersOf(server.id());
+        if (workers.size() > 1) return workers.front();  // and a standby, or one that starts
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    throw std::runtime_error("no two workers");
 }
 
 TEST_F(ProcessFault, AResetOfTheGpuEndsTheRendererAndLosesNothing) {
