@@ -22,9 +22,9 @@ namespace {
 constexpr std::size_t kLittle = 1 << 20;
 
 void* orEnd(void* memory, std::size_t size) {
-    const bool vital = size > 0 && size < kLittle && clerestory::endsWithoutMemory();
-    if (!memory && vital) _exit(clerestory::kEndedWithoutMemory);
-    return memory;
+    if (memory || size == 0 || size >= kLittle) return memory;
+    if (clerestory::endsWithoutMemory()) _exit(clerestory::kEndedWithoutMemory);
+    return nullptr;
 }
 
 }  // namespace
