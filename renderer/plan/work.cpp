@@ -86,11 +86,10 @@ void forEachPointer(std::string_view knobs, auto act) {
         "at most " + std::to_string(most) + " samples in all passes of a frame together";
     std::vector<FieldError> errors;
     for (const auto& [samples, knobs] : shares) {
+        const std::string part = "has a part in " + std::to_string(samples) + " of the frame's " +
+                                 std::to_string(all) + " samples";
         forEachPointer(knobs, [&](const std::string& pointer) {
-            errors.push_back({pointer,
-                              "has a part in " + std::to_string(samples) + " of the frame's " +
-                                  std::to_string(all) + " samples",
-                              allowed});
+            errors.push_back({pointer, part, allowed});
         });
     }
     throw InvalidRequest(std::move(errors));

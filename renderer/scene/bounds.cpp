@@ -3,6 +3,21 @@
 
 namespace clerestory {
 
+bool inReach(const Bounds& box) {
+    const glm::vec3 farthest(kFarthestPlace);
+    return glm::all(glm::lessThan(glm::abs(box.min), farthest)) &&
+           glm::all(glm::lessThan(glm::abs(box.max), farthest));
+}
+
+bool inReach(const glm::dmat4& m) {
+    const glm::dvec4 farthest(1e30);
+    bool all = true;
+    for (int column = 0; column < 4; ++column) {
+        all = all && glm::all(glm::lessThan(glm::abs(m[column]), farthest));
+    }
+    return all;
+}
+
 Bounds transformed(const Bounds& box, const glm::dmat4& toFromBox) {
     if (box.empty()) return box;
     // Arvo 1990: each axis of the result gathers the smaller and the larger product.

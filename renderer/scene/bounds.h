@@ -29,6 +29,13 @@ struct Bounds {
     }
 };
 
+// How far from its origin world space is told apart: metres; squares of lengths stay within float.
+inline constexpr float kFarthestPlace = 1e18f;
+// On every axis; false for the empty box and for what is no number.
+bool inReach(const Bounds& box);
+// Of every element; scales and what two of them make of each other stay within double.
+bool inReach(const glm::dmat4& m);
+
 // The box of the eight transformed corners; the empty box stays empty.
 Bounds transformed(const Bounds& box, const glm::dmat4& toFromBox);
 

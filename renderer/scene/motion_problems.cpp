@@ -8,12 +8,6 @@
 namespace clerestory {
 namespace {
 
-bool finite(const glm::dmat4& m) {
-    for (int i = 0; i < 16; ++i) {
-        if (!(std::abs(m[i / 4][i % 4]) < 1e30)) return false;
-    }
-    return true;
-}
 bool finite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -54,7 +48,7 @@ private:
         for (std::size_t i = 0; i < scene_.movingNodes.size(); ++i) {
             const MovingNode& n = scene_.movingNodes[i];
             require(n.node < scene_.nodes.size() && seen.insert(n.node).second &&
-                        finite(matrixOf(n.rest)) &&
+                        inReach(matrixOf(n.rest)) &&
                         std::abs(glm::length(n.rest.rotation) - 1.0) < 1e-6,
                     "a moving node is out of range", i);
         }
@@ -90,7 +84,7 @@ private:
             require(!s.joints.empty() && s.joints.size() == s.jointFromMesh.size() &&
                         std::all_of(s.joints.begin(), s.joints.end(), isNode) &&
                         std::all_of(s.jointFromMesh.begin(), s.jointFromMesh.end(),
-                                    [](const glm::dmat4& m) { return finite(m); }),
+                                    [](const glm::dmat4& m) { return inReach(m); }),
                     "a skin is not sound", i);
         }
     }

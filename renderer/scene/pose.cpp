@@ -12,17 +12,6 @@
 namespace clerestory {
 namespace {
 
-// Products of many moving scales along a deep tree could leave what a double holds.
-bool inReach(const glm::dmat4& m) {
-    constexpr double kFarthest = 1e30;
-    for (int column = 0; column < 4; ++column) {
-        for (int row = 0; row < 4; ++row) {
-            if (!(std::abs(m[column][row]) < kFarthest)) return false;
-        }
-    }
-    return true;
-}
-
 // What the clips say at one moment.
 struct Sampled {
     std::vector<Transform> transforms;  // of Scene::movingNodes
@@ -75,10 +64,7 @@ std::vector<glm::dmat4> placedNodes(const Scene& scene, const Sampled& sampled) 
         const bool moved = !movingAt.empty() && movingAt[i] != kNone;
         const glm::dmat4 local =
             moved ? matrixOf(sampled.transforms[movingAt[i]]) : node.parentFromLocal;
-        const glm::dmat4 parent =
-            node.parent == kNone ? glm::dmat4(1.0) : worldFromNode[node.parent];
-        const glm::dmat4 world = parent * local;
-        worldFromNode.push_back(!moved || inReach(world) ? world : parent);
+        worldFromNode.push_back(node.parent == kNone ? local : worldFromNode[node.parent] * local);
     }
     return worldFromNode;
 }
@@ -153,6 +139,17 @@ Pose poseOf(const Scene& scene, const Sampled& sampled) {
     return pose;
 }
 
+// Products of many moving scales along a deep tree, and of those with large meshes, could leave
+// what numbers hold.
+bool staysInReach(const Scene& scene, const Pose& pose) {
+    return std::all_of(pose.worldFromNode.begin(), pose.worldFromNode.end(),
+                       [](const glm::dmat4& m) { return inReach(m); }) &&
+           std::all_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& one) {
+               return inReach(transformed(boundsOf(pose, scene.meshes[one.mesh]),
+                                          pose.worldFromNode[one.node]));
+           });
+}
+
 // What a clip moves, as pairs of what and which.
 std::vector<std::pair<bool, Index>> targetsOf(const Clip& clip) {
     std::vector<std::pair<bool, Index>> targets;
@@ -164,11 +161,13 @@ std::vector<std::pair<bool, Index>> targetsOf(const Clip& clip) {
 }  // namespace
 
 Pose restPose(const Scene& scene) {
-    return poseAt(scene, {}, 0.0);
+    return poseOf(scene, sampledAt(scene, {}, 0.0));
 }
 
 Pose poseAt(const Scene& scene, std::span<const Index> clips, double time) {
-    return poseOf(scene, sampledAt(scene, clips, time));
+    if (clips.empty()) return restPose(scene);
+    Pose pose = poseOf(scene, sampledAt(scene, clips, time));
+    return staysInReach(scene, pose) ? pose : restPose(scene);
 }
 
 Pose poseAt(const Scene& scene, double time) {

@@ -166,7 +166,8 @@ struct Pose {
 
 // As the file has it: no clip plays.
 Pose restPose(const Scene& scene);
-// While the clips play, in order, each from its own start; see localTime(). time: seconds.
+// While the clips play, in order, each from its own start; see localTime(). time: seconds. A moment
+// at which they take something out of reach is at rest.
 Pose poseAt(const Scene& scene, std::span<const Index> clips, double time);
 // While defaultClips() play.
 Pose poseAt(const Scene& scene, double time);

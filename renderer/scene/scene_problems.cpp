@@ -3,7 +3,9 @@
 
 #include "scene/motion_problems.h"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace clerestory {
 namespace {
@@ -29,11 +31,9 @@ bool finite(const Bounds& box) {
     return finite(box.min) && finite(box.max);
 }
 
-// Metres; squares of lengths stay within float.
-constexpr float kFarthest = 1e18f;
-bool inReach(const Bounds& box) {
-    const glm::vec3 far = glm::max(glm::abs(box.min), glm::abs(box.max));
-    return far.x < kFarthest && far.y < kFarthest && far.z < kFarthest;
+bool holds(const Bounds& box, const glm::vec3& point) {
+    return glm::all(glm::lessThanEqual(box.min, point)) &&
+           glm::all(glm::lessThanEqual(point, box.max));
 }
 
 bool unitQuaternion(const glm::dquat& q) {
@@ -77,10 +77,11 @@ private:
         }
         for (std::size_t i = 0; i < scene_.clusters.size(); ++i) {
             const Cluster& c = scene_.clusters[i];
-            require(c.indexCount % 3 == 0 && c.indexCount <= 3 * kClusterTriangles &&
-                        !c.bounds.empty() && finite(c.bounds) &&
-                        std::uint64_t{c.firstIndex} + c.indexCount <= scene_.indices.size(),
-                    "a cluster does not fit the indices", i);
+            const bool fits = c.indexCount % 3 == 0 && c.indexCount <= 3 * kClusterTriangles &&
+                              std::uint64_t{c.firstIndex} + c.indexCount <= scene_.indices.size();
+            require(fits, "a cluster does not fit the indices", i);
+            require(!c.bounds.empty() && finite(c.bounds) && (!fits || holdsItsVertices(c)),
+                    "a cluster's bounds do not hold it", i);
         }
         for (std::size_t i = 0; i < scene_.meshes.size(); ++i) {
             const Mesh& m = scene_.meshes[i];
@@ -92,13 +93,25 @@ private:
             std::uint64_t triangles = 0;
             if (fits) {
                 for (std::uint32_t c = 0; c < m.clusterCount; ++c) {
-                    triangles += scene_.clusters[m.firstCluster + c].indexCount / 3;
+                    const Cluster& cluster = scene_.clusters[m.firstCluster + c];
+                    triangles += cluster.indexCount / 3;
+                    require(
+                        holds(m.bounds, cluster.bounds.min) && holds(m.bounds, cluster.bounds.max),
+                        "a mesh's bounds do not hold it", i);
                 }
             }
             flatPartsOf(m, i);
             require(std::isfinite(m.area) && m.area >= 0.0, "a mesh has no area", i);
             require(triangles == m.triangles, "a mesh counts its triangles wrong", i);
         }
+    }
+
+    bool holdsItsVertices(const Cluster& c) const {
+        const auto own = std::span(scene_.indices).subspan(c.firstIndex, c.indexCount);
+        return std::all_of(own.begin(), own.end(), [&](std::uint32_t index) {
+            return index < scene_.vertices.size() &&
+                   holds(c.bounds, scene_.vertices[index].position);
+        });
     }
 
     void flatPartsOf(const Mesh& m, std::size_t i) {
@@ -218,19 +231,16 @@ private:
     }
 
     // Where everything is right by itself, a deep tree of large scales may still lead out of what
-    // numbers hold.
+    // numbers hold. Clips may, too: poseAt() looks after those.
     void extent() {
-        std::vector<glm::dmat4> worldFromNode;
-        for (const Node& n : scene_.nodes) {
-            const bool top = n.parent == kNone;
-            worldFromNode.push_back(top ? n.parentFromLocal
-                                        : worldFromNode[n.parent] * n.parentFromLocal);
-            require(finite(worldFromNode.back()), "a node stands nowhere",
-                    worldFromNode.size() - 1);
+        const Pose rest = restPose(scene_);
+        for (std::size_t i = 0; i < scene_.nodes.size(); ++i) {
+            require(inReach(rest.worldFromNode[i]), "a node stands nowhere", i);
         }
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
             const Instance& one = scene_.instances[i];
-            require(inReach(transformed(scene_.meshes[one.mesh].bounds, worldFromNode[one.node])),
+            require(inReach(transformed(boundsOf(rest, scene_.meshes[one.mesh]),
+                                        rest.worldFromNode[one.node])),
                     "an instance is too large or too far away", i);
         }
         require(scene_.reach.empty() || inReach(scene_.reach), "what moves goes too far", 0);

@@ -29,6 +29,7 @@ void fuzzJson(Bytes bytes);
 // or a refusal.
 void fuzzBlob(Bytes bytes);
 
+// What mutations begin with: mutations of nothing would hardly become any of it.
 std::vector<std::string> httpSeeds();
 std::vector<std::string> jsonSeeds();
 std::vector<std::string> blobSeeds();

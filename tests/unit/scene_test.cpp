@@ -19,6 +19,40 @@ TEST(Pose, ChildrenFollowTheirParents) {
     EXPECT_EQ(pose.worldFromNode[1] * glm::dvec4(1, 0, 0, 1), glm::dvec4(3, 2, 3, 1));
 }
 
+// Found by fuzzing: what clips did to a tree could be more than a box holds.
+TEST(Pose, AMomentOutOfReachIsAtRest) {
+    const auto grown = [](float scale, double time) {
+        Scene scene = boxScene();
+        scene.movingNodes.push_back({.node = 0});
+        scene.clips.push_back({.name = "grow",
+                               .duration = 1.0,
+                               .tracks = {{.moved = Moved::scale,
+                                           .target = 0,
+                                           .times = {0.0f, 1.0f},
+                                           .values = {1.0f, 1.0f, 1.0f, scale, 1.0f, 1.0f}}}});
+        return worldBounds(scene, poseAt(scene, time)).max.x;
+    };
+    const float rest = grown(1.0f, 0.0);
+    EXPECT_EQ(grown(3.0f, 0.999999), rest * static_cast<float>(1.0 + 2.0 * 0.999999));
+    EXPECT_GT(grown(1e9f, 0.5), 1e8f * rest);
+    Scene deep = boxScene();
+    for (Index i = 0; i < 3; ++i) {
+        const Index node = addNode(deep, "deeper", glm::dmat4(1.0), i);
+        deep.movingNodes.push_back({.node = node});
+    }
+    addInstance(deep, 3, 0, 0);
+    deep.clips.push_back({.name = "grow", .duration = 1.0});
+    for (Index i = 0; i < 3; ++i) {
+        deep.clips[0].tracks.push_back({.moved = Moved::scale,
+                                        .target = i,
+                                        .times = {0.0f, 1.0f},
+                                        .values = {1.0f, 1.0f, 1.0f, 1e9f, 1.0f, 1.0f}});
+    }
+    const Bounds atRest = worldBounds(deep, restPose(deep));
+    EXPECT_GT(worldBounds(deep, poseAt(deep, 1e-9)).max.x, atRest.max.x);
+    EXPECT_EQ(worldBounds(deep, poseAt(deep, 0.999999)).max.x, atRest.max.x) << "not 1e27 metres";
+}
+
 TEST(Bounds, OfATurnedBoxHoldItsCornersTightly) {
     Bounds unit;
     unit.add(glm::vec3(-1));
@@ -112,6 +146,11 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"clusterOverflow", [](Scene& s) { s.clusters[0].firstIndex = 0xffffffffu; }},
         Fault{"meshClusters", [](Scene& s) { s.meshes[0].clusterCount = 0xffffffffu; }},
         Fault{"clusterWithoutEnd", [](Scene& s) { s.clusters[0].bounds.max.x = INFINITY; }},
+        Fault{"clusterWithoutItsVertices",
+              [](Scene& s) { s.clusters[0].bounds.max = s.clusters[0].bounds.min; }},
+        Fault{"meshWithoutItsClusters", [](Scene& s) { s.meshes[0].bounds.min.y *= 0.5f; }},
+        Fault{"nodeNowhere",
+              [](Scene& s) { s.nodes.push_back({.parentFromLocal = glm::dmat4(1e200)}); }},
         Fault{"tooLarge", [](Scene& s) { s.nodes[0].parentFromLocal[0][0] = 1e20; }},
         Fault{"tooFarAway", [](Scene& s) { s.nodes[0].parentFromLocal[3][2] = -1e19; }},
         Fault{"reachWithoutEnd",
@@ -147,10 +186,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"instanceMesh", [](Scene& s) { s.instances[0].mesh = 5; }},
         Fault{"lightNode", [](Scene& s) { s.lights[0].node = 5; }},
         Fault{"cameraAngle", [](Scene& s) { s.cameras[0].yfov = 4.0; }},
-        Fault{"defaultView",
-              [](Scene& s) {
-                  s.defaultView = DefaultView{{1, 1, 1}, {1, 1, 1}};
-              }}),
+        Fault{"defaultView", [](Scene& s) { s.defaultView = DefaultView{{1, 1, 1}, {1, 1, 1}}; }}),
     [](const auto& row) { return row.param.name; });
 
 TextureImage picture(std::uint32_t width, std::uint32_t height, ColorSpace space,
