@@ -49,7 +49,12 @@ struct RequestMetrics::Families {
     prometheus::Family<prometheus::Gauge>& workers =
         BuildGauge()
             .Name("clerestory_workers")
-            .Help("Render workers that live, by what they do; a warm standby has loaded its scene")
+            .Help("Render workers that live, by what they do; a warm standby holds the same scenes")
+            .Register(registry);
+    prometheus::Family<prometheus::Gauge>& workerScenes =
+        BuildGauge()
+            .Name("clerestory_worker_scenes")
+            .Help("Scenes that a render worker holds; the standby follows the one that answers")
             .Register(registry);
     prometheus::Family<prometheus::Gauge>& workerEvents =
         BuildGauge()
@@ -112,6 +117,9 @@ std::string RequestMetrics::text(const FrontCounters& front, const Supervisor* w
             std::initializer_list<Row>{{"active", active != 0},
                                        {"standby", standby != 0},
                                        {"warmStandby", workers->standbyIsWarm()}});
+        const auto [held, ready] = workers->scenes();
+        set(families_->workerScenes, "role",
+            std::initializer_list<Row>{{"active", held}, {"standby", ready}});
     }
     families_->resident.Set(residentBytes());
     families_->allocated.Set(allocatedBytes());

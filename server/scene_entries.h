@@ -64,6 +64,7 @@ struct SceneEntry {
     std::filesystem::path file;  // empty: built-in
     bool warm = false;           // somebody will ask for it first thing
     bool asked = false;          // waits to be loaded, loading, or done
+    bool harmless = false;       // another process holds it
     bool deleted = false;        // nobody finds it; it goes when its last user has
     int waiting = 0;             // clients that wait for it
     int users = 0;               // frames and the like that rely on it

@@ -156,6 +156,33 @@ std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
             [this, entry, scene = status.scene](const Scene*) { release(entry); }};
 }
 
+std::vector<std::string> SceneLibrary::held() const {
+    std::vector<Entry> ready;
+    const std::lock_guard lock(mutex_);
+    for (const Entry& entry : entries_.listed()) {
+        if (entry->status.state == SceneState::ready) ready.push_back(entry);
+    }
+    std::stable_sort(ready.begin(), ready.end(),
+                     [](const Entry& a, const Entry& b) { return a->lastUsed < b->lastUsed; });
+    std::vector<std::string> ids;
+    for (const Entry& entry : ready) ids.push_back(entry->status.id);
+    return ids;
+}
+
+void SceneLibrary::hold(const std::vector<std::string>& ids) {
+    const std::lock_guard lock(mutex_);
+    followUploads();
+    std::vector<Entry> wanted;
+    for (const std::string& id : ids) {
+        const Entry entry = entries_.find(id);
+        if (!entry) continue;
+        entry->lastUsed = ++uses_;
+        entry->harmless = true;
+        wanted.push_back(entry);
+    }
+    for (auto entry = wanted.rbegin(); entry != wanted.rend(); ++entry) askFor(*entry, false);
+}
+
 void SceneLibrary::release(const Entry& entry) {
     const std::lock_guard lock(mutex_);
     --entry->users;

@@ -53,6 +53,12 @@ public:
     // whole. Takes as long as loading it did. Throws RequestError 404, ImportError.
     Scene whole(const std::string& id);
 
+    // Those that can be drawn at once, the one that was used last at the end.
+    std::vector<std::string> held() const;
+    // To hold these, too, in the same order: another process draws them. They load in time, when
+    // nobody waits for others; ids that nobody knows are left out.
+    void hold(const std::vector<std::string>& ids);
+
     // Of an upload: nobody finds it any more, and it goes when its last frame is drawn. Throws
     // RequestError: no such scene (404), none that was uploaded (403).
     void remove(const std::string& id);

@@ -154,7 +154,8 @@ void SceneLibrary::failed(const Entry& entry, const std::exception& error) {
 
 // What ended the renderer's process each time it was loaded is not tried for ever.
 void SceneLibrary::requireHarmless(const SceneEntry& entry) {
-    if (!entry.status.uploaded || uploads_->beginLoading(entry.status.id) < kMostTries) return;
+    if (!entry.status.uploaded || entry.harmless) return;
+    if (uploads_->beginLoading(entry.status.id) < kMostTries) return;
     throw Harmful();
 }
 

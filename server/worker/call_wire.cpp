@@ -50,8 +50,9 @@ public:
             take(std::move(name), text());
         }
     }
+    bool done() const { return rest_.empty(); }
     void end() const {
-        if (!rest_.empty()) throw std::runtime_error("a message is too long");
+        if (!done()) throw std::runtime_error("a message is too long");
     }
 
 private:
@@ -114,6 +115,18 @@ std::string packed(const Answer& answer) {
     out.pairs(answer.headers);
     out.text(answer.body);
     return out.take();
+}
+
+std::string packed(const std::vector<std::string>& ids) {
+    Writer out;
+    for (const std::string& id : ids) out.text(id);
+    return out.take();
+}
+
+std::vector<std::string> unpackedIds(std::string_view bytes) {
+    std::vector<std::string> ids;
+    for (Reader in(bytes); !in.done();) ids.push_back(in.text());
+    return ids;
 }
 
 Answer unpackedAnswer(std::string_view bytes) {

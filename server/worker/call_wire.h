@@ -1,5 +1,5 @@
-// Call and Answer <-> bytes, for the way between front and worker. Times travel as they are: both
-// processes read the same clock.
+// Call, Answer and lists of ids <-> bytes, for the way between front and worker. Times travel as
+// they are: both processes read the same clock.
 #pragma once
 
 #include "server/call.h"
@@ -10,9 +10,11 @@ namespace clerestory {
 std::string packed(const Call& call);
 // Without a stream, which cannot travel.
 std::string packed(const Answer& answer);
+std::string packed(const std::vector<std::string>& ids);
 
 // Throw std::runtime_error for bytes that are not of packed().
 Call unpackedCall(std::string_view bytes);
 Answer unpackedAnswer(std::string_view bytes);
+std::vector<std::string> unpackedIds(std::string_view bytes);
 
 }  // namespace clerestory

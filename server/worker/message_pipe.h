@@ -15,6 +15,8 @@ enum class MessageKind : std::uint32_t {
     answer,    // worker to front: a packed Answer
     standing,  // worker to front: calls are answered from now on
     warm,      // worker to front: its first scene can be drawn at once
+    scenes,    // worker to front: packed ids of the scenes it holds; front to worker: of those that
+               // it is to hold
     failed     // worker to front: why it cannot start, in words for people; then it ends
 };
 

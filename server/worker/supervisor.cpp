@@ -4,6 +4,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 namespace clerestory {
 namespace {
 
@@ -18,6 +20,12 @@ constexpr int kMostCrashes = 2, kMostEnds = 8;
 // How soon the end of a worker is seen that nobody asked anything.
 constexpr std::chrono::seconds kLooksUp{1};
 constexpr std::chrono::milliseconds kWarmingLooksUp{50};
+
+bool holdsAll(const std::vector<std::string>& there, const std::vector<std::string>& wanted) {
+    return std::all_of(wanted.begin(), wanted.end(), [&](const std::string& id) {
+        return std::find(there.begin(), there.end(), id) != there.end();
+    });
+}
 
 }  // namespace
 
@@ -54,7 +62,11 @@ void Supervisor::keep() {
     std::unique_lock lock(mutex_);
     while (!ending_) {
         if (active_ && !active_->alive()) lost(active_);
-        if (standby_ && !standby_->alive()) standby_ = nullptr;
+        if (standby_ && !standby_->alive()) {
+            standby_ = nullptr;
+            shares_ = false;  // perhaps for want of memory; the next one makes do with less
+        }
+        share();
         if (active_ && (standby_ || !options_.standby)) {
             changed_.wait_for(lock, kLooksUp);
             continue;
@@ -75,9 +87,18 @@ void Supervisor::keep() {
             changed_.wait_for(lock, kBetweenStarts, [&] { return ending_; });
             continue;
         }
+        if (!active_ && !scenes_.empty()) worker->hold(scenes_);
         (active_ ? standby_ : active_) = std::move(worker);
         changed_.notify_all();
     }
+}
+
+// With the lock held: the standby follows the scenes of the one that answers. What it could not
+// load it is told again.
+void Supervisor::share() {
+    if (active_ && active_->warm()) scenes_ = active_->scenes();
+    const bool follows = standby_ && standby_->warm() && shares_;
+    if (follows && !holdsAll(standby_->scenes(), scenes_)) standby_->hold(scenes_);
 }
 
 Supervisor::Worker Supervisor::started() {
@@ -106,6 +127,7 @@ void Supervisor::lost(Worker worker) {
                   worker->wasSilent() ? ": it said nothing any more" : "");
     active_ = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
     standby_ = nullptr;
+    shares_ = true;
     changed_.notify_all();
 }
 
@@ -147,9 +169,15 @@ std::pair<pid_t, pid_t> Supervisor::processes() const {
     return {active_ ? active_->id() : 0, standby_ ? standby_->id() : 0};
 }
 
+std::pair<std::size_t, std::size_t> Supervisor::scenes() const {
+    const std::lock_guard lock(mutex_);
+    return {active_ ? active_->scenes().size() : 0, standby_ ? standby_->scenes().size() : 0};
+}
+
 bool Supervisor::standbyIsWarm() const {
     const std::lock_guard lock(mutex_);
-    return standby_ && standby_->alive() && standby_->warm();
+    if (!active_ || !standby_ || !standby_->alive() || !standby_->warm()) return false;
+    return !shares_ || holdsAll(standby_->scenes(), active_->scenes());
 }
 
 }  // namespace clerestory

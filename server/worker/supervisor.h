@@ -1,5 +1,6 @@
 // Keeps render workers: one that answers, one that is warm and waits for its turn. When the first
-// ends, the second takes its place and answers what was asked of the first. Thread-safe.
+// ends, the second takes its place and answers what was asked of the first; it holds the same
+// scenes by then. Thread-safe.
 //
 // A call that was pending when a worker ended is a suspect: it is asked again, alone, so that what
 // happens then is its own doing. Who ends a worker twice in that way is refused for a while.
@@ -40,7 +41,9 @@ public:
     const SupervisorCounters& counters() const { return counters_; }
     // Of the worker that answers and of the one that waits; 0 where there is none.
     std::pair<pid_t, pid_t> processes() const;
-    // Whether the one that waits has loaded its scene.
+    // How many scenes either of them holds.
+    std::pair<std::size_t, std::size_t> scenes() const;
+    // Whether the one that waits has loaded its first scene, and what the other one holds.
     bool standbyIsWarm() const;
 
 private:
@@ -50,6 +53,7 @@ private:
     Worker active(Clock::time_point until);
     void ended(const Worker& worker);
     void lost(Worker worker);
+    void share();
     std::optional<Answer> askAlone(const Call& call, std::uint64_t fingerprint);
 
     const SupervisorOptions options_;
@@ -60,6 +64,8 @@ private:
     mutable std::mutex mutex_;
     mutable std::condition_variable changed_;
     Worker active_, standby_;
+    std::vector<std::string> scenes_;  // that whoever answers holds
+    bool shares_ = true;               // the standby is to hold them, too
     bool ending_ = false;
     std::promise<void> first_;
     std::thread keeper_;  // starts every worker: they end when the thread that started them does

@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kBeat{200};
 
-// Says that this process lives, and is warm; and ends it when the renderer works on one thing for
-// too long, which no thread of a process can end.
+// Says that this process lives, is warm, and which scenes it holds; and ends it when the renderer
+// works on one thing for too long, which no thread of a process can end.
 class Beating {
 public:
     Beating(MessagePipe& pipe, std::chrono::duration<double> longest)
@@ -33,6 +33,7 @@ public:
                   }
                   warm = warm || (service_ && firstSceneDone());
                   pipe.send({.kind = warm ? MessageKind::warm : MessageKind::beat});
+                  if (warm) tellScenes(pipe);
                   wake_.wait_for(lock, kBeat, [&] { return ending_; });
               }
           }) {}
@@ -58,9 +59,17 @@ private:
         return state == SceneState::ready || state == SceneState::failed;
     }
 
+    void tellScenes(MessagePipe& pipe) {
+        std::string held = packed(service_->library().held());
+        if (held == told_) return;
+        pipe.send({.kind = MessageKind::scenes, .bytes = held});
+        told_ = std::move(held);
+    }
+
     std::mutex mutex_;
     std::condition_variable wake_;
     Service* service_ = nullptr;
+    std::string told_;
     bool ending_ = false;
     std::thread thread_;
 };
@@ -96,6 +105,8 @@ void serve(Service& service, MessagePipe& pipe, std::size_t threads) {
     WorkerPool pool(threads);
     while (auto message = pipe.receive()) {
         if (message->kind == MessageKind::cancel) departures.leave(message->id);
+        if (message->kind == MessageKind::scenes)
+            service.library().hold(unpackedIds(message->bytes));
         if (message->kind != MessageKind::call) continue;
         Call call = unpackedCall(message->bytes);
         call.departure = departures.add(message->id);

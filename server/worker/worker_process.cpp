@@ -108,6 +108,15 @@ std::optional<Answer> WorkerProcess::ask(const Call& call) {
     return result;
 }
 
+std::vector<std::string> WorkerProcess::scenes() {
+    const std::lock_guard lock(mutex_);
+    return scenes_;
+}
+
+void WorkerProcess::hold(const std::vector<std::string>& scenes) {
+    pipe_->send({.kind = MessageKind::scenes, .bytes = packed(scenes)});
+}
+
 // The listener's thread: until the worker ends, which closes its end, or somebody shuts ours.
 void WorkerProcess::listen() {
     bool sound = true;
@@ -128,10 +137,13 @@ bool WorkerProcess::heard(const Message& message) {
     // Before it is taken from those that wait: what cannot be read leaves it with the others.
     std::optional<Answer> answer;
     if (message.kind == MessageKind::answer) answer = unpackedAnswer(message.bytes);
+    std::vector<std::string> scenes;
+    if (message.kind == MessageKind::scenes) scenes = unpackedIds(message.bytes);
     std::promise<std::optional<Answer>> promise;
     {
         const std::lock_guard lock(mutex_);
         lastHeard_ = Clock::now();
+        if (message.kind == MessageKind::scenes) scenes_ = std::move(scenes);
         if (message.kind == MessageKind::failed) lastWords_ = message.bytes;
         if (answer) {
             const auto found = waiting_.find(message.id);

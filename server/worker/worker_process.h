@@ -42,6 +42,11 @@ public:
     // Nothing: it ended before it answered.
     std::optional<Answer> ask(const Call& call);
 
+    // The scenes it holds, the one that was used last at the end.
+    std::vector<std::string> scenes();
+    // Has it load these, too, in time.
+    void hold(const std::vector<std::string>& scenes);
+
     bool warm() const { return warm_; }  // its first scene can be drawn at once
     bool alive() const { return !ended_; }
     bool wasSilent() const { return silent_; }  // killed for that
@@ -67,6 +72,7 @@ private:
     std::unordered_map<std::uint64_t, std::promise<std::optional<Answer>>> waiting_;
     std::uint64_t nextId_ = 1;
     std::string lastWords_;
+    std::vector<std::string> scenes_;
     std::atomic<bool> ended_{false}, warm_{false}, silent_{false}, killed_{false};
     Clock::time_point lastHeard_ = Clock::now();
     std::thread listener_, watcher_;

@@ -148,6 +148,13 @@ TEST(CallWire, ComesBackAsItWas) {
     EXPECT_EQ(again.problem, answer.problem);
 }
 
+TEST(CallWire, IdsKeepTheirOrder) {
+    const std::vector<std::string> ids = {"b", "", "a scene\n", "a"};
+    EXPECT_EQ(unpackedIds(packed(ids)), ids);
+    EXPECT_EQ(unpackedIds(""), std::vector<std::string>{});
+    EXPECT_THROW(unpackedIds(packed(ids).substr(1)), std::runtime_error);
+}
+
 TEST(CallWire, EveryCutAndEveryFlippedByteIsRefusedOrRead) {
     const std::string bytes = packed(callWith(R"({"scene":"six-walls"})"));
     for (std::size_t n = 0; n < bytes.size(); ++n) {

@@ -148,6 +148,62 @@ TEST_F(WorkerServer, AFrameNamesItsRendererAndTheGenerationOfItsScene) {
     EXPECT_NE(drawn(smallFrame()).first, "1") << "another renderer, another number";
 }
 
+class SharedScenes : public WorkerServer {
+protected:
+    using Counts = std::pair<std::size_t, std::size_t>;
+    const std::string kBody =
+        R"({"scene": "orbiting-cubes", "width": 64, "height": 48, "output": {"format": "png"}})";
+
+    std::string loaded() {
+        auto client = this->client();
+        auto answer = postJson(client, "/v1/frames", kBody);
+        for (; answer->status == 409; answer = postJson(client, "/v1/frames", kBody)) {
+            std::this_thread::sleep_for(20ms);
+        }
+        EXPECT_EQ(answer->status, 200) << answer->body;
+        return answer->body;
+    }
+    void awaitScenes(const Counts& wanted) {
+        for (int i = 0; server.supervisor()->scenes() != wanted; ++i) {
+            ASSERT_LT(i, 600) << "the standby does not follow";
+            std::this_thread::sleep_for(50ms);
+        }
+        EXPECT_TRUE(server.supervisor()->standbyIsWarm());
+    }
+};
+
+// A scene that was asked for once is there after a kill, without a word of loading.
+TEST_F(SharedScenes, TheNextRendererHoldsThem) {
+    const std::string first = loaded();
+    auto client = this->client();
+    for (int kills = 0; kills < 3; ++kills) {
+        ASSERT_NO_FATAL_FAILURE(awaitScenes({2, 2}));
+        const pid_t before = worker();
+        ::kill(before, SIGKILL);
+        const auto after = postJson(client, "/v1/frames", kBody);
+        EXPECT_EQ(after->status, 200) << after->body;
+        EXPECT_EQ(after->body, first);
+        EXPECT_NE(worker(), before);
+    }
+    EXPECT_THAT(client.Get("/metrics")->body,
+                testing::HasSubstr("clerestory_worker_scenes{role=\"active\"} 2"));
+}
+
+// The scenes may have been more than it had room for.
+TEST_F(SharedScenes, AStandbyThatEndedIsFollowedByALeanOne) {
+    loaded();
+    ASSERT_NO_FATAL_FAILURE(awaitScenes({2, 2}));
+    const pid_t standby = server.supervisor()->processes().second;
+    ::kill(standby, SIGKILL);
+    while (server.supervisor()->processes().second == standby) std::this_thread::sleep_for(20ms);
+    ASSERT_NO_FATAL_FAILURE(awaitScenes({2, 1}));
+    std::this_thread::sleep_for(1500ms);
+    EXPECT_EQ(server.supervisor()->scenes(), Counts(2, 1)) << "and stays so";
+    killWorker(server);
+    loaded();
+    awaitScenes({2, 2});
+}
+
 TEST_F(WorkerServer, AJobIsDoneAgainWhenItsRendererEnds) {
     auto client = this->client();
     awaitStandby(server);
