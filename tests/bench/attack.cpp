@@ -1,4 +1,5 @@
 // Prints what attacks and overload do to a server, each figure beside its bar: scripts/attack
+#include "tests/bench/bars.h"
 #include "tests/support/attacks.h"
 #include "tests/support/overload.h"
 
@@ -11,19 +12,7 @@
 namespace {
 
 using namespace clerestory::test;
-
-int missed = 0;
-
-void print(const Figure& f) {
-    std::printf("| %s | %s | %s | %s | %s |\n", f.row.c_str(), f.attack.c_str(), f.figure.c_str(),
-                f.bar.c_str(), f.held && f.timely ? "held" : "MISSED");
-    std::fflush(stdout);
-    missed += !(f.held && f.timely);
-}
-
-void print(const std::vector<Figure>& figures) {
-    for (const Figure& figure : figures) print(figure);
-}
+using clerestory::bench::Bars;
 
 std::string text(const char* format, double a, double b = 0.0) {
     char buffer[128];
@@ -31,7 +20,7 @@ std::string text(const char* format, double a, double b = 0.0) {
     return buffer;
 }
 
-void attacks(bool isShort) {
+void attacks(Bars& bars, bool isShort) {
     const std::vector<std::string> quick = {"--head-seconds",  "1", "--body-seconds", "1",
                                             "--write-seconds", "1", "--idle-seconds", "2"};
     std::vector<std::string> flags = {"--scene", "six-walls"};
@@ -41,26 +30,26 @@ void attacks(bool isShort) {
     const Target target =
         isShort ? Target{.server = server, .head = 1, .body = 1, .write = 1, .idle = 2, .crowd = 60}
                 : Target{.server = server};
-    print(wrongRequests(target));
-    print(pathAttacks(target));
-    print(slowAttacks(target));
-    print(crowds(target));
-    print(strangers(target, isShort ? 5'000 : 100'000));
+    bars.add(wrongRequests(target));
+    bars.add(pathAttacks(target));
+    bars.add(slowAttacks(target));
+    bars.add(crowds(target));
+    bars.add(strangers(target, isShort ? 5'000 : 100'000));
 }
 
-void fewDescriptors() {
+void fewDescriptors(Bars& bars) {
     const ServerProcess server({"--scene", "six-walls"}, [] {
         const rlimit few{256, 256};
         setrlimit(RLIMIT_NOFILE, &few);
     });
     server.waitUntilReady();
     for (Figure figure : crowds({.server = server})) {
-        figure.attack += ", 256 descriptors";
-        print(figure);
+        figure.what += ", 256 descriptors";
+        bars.add(figure);
     }
 }
 
-void loads(double factor, double seconds) {
+void loads(Bars& bars, double factor, double seconds) {
     constexpr double kQueue = 8;
     const ServerProcess server({"--scene", "six-walls", "--queue", "8"});
     server.waitUntilReady();
@@ -69,56 +58,55 @@ void loads(double factor, double seconds) {
     const int done = countOf(load.frames, 200), refused = countOf(load.frames, 503);
     const double p99 = percentile(load.frames, 200, 0.99),
                  bound = 1.2 * load.serviceMs * (kQueue + 1);
-    print({"L1", name, text("accepted p99 %.0f ms", p99), text("%.0f ms", bound), p99 <= bound});
+    bars.add({"L1", name, text("accepted p99 %.0f ms", p99), text("%.0f ms", bound), p99 <= bound});
     const double quick = percentile(load.frames, 503, 0.99);
-    print({"L1", name, text("503 p99 %.1f ms", quick), "10 ms", quick <= 10});
-    print({"L1", name,
-           text("goodput %.0f %% of capacity (%.1f ms a frame)", 100 * load.goodput(),
-                load.serviceMs) +
-               text("; %.0f %% of what these clients leave: they take %.0f %%",
-                    100 * load.goodputOfTheRest(), 100 * load.clientShare) +
-               text(" of the machine, the port's process %.0f %%", 100 * load.frontShare),
-           "95 % of what the clients leave", load.goodputOfTheRest() >= 0.95});
+    bars.add({"L1", name, text("503 p99 %.1f ms", quick), "10 ms", quick <= 10});
+    bars.add({"L1", name,
+              text("goodput %.0f %% of capacity (%.1f ms a frame)", 100 * load.goodput(),
+                   load.serviceMs) +
+                  text("; %.0f %% of what these clients leave: they take %.0f %%",
+                       100 * load.goodputOfTheRest(), 100 * load.clientShare) +
+                  text(" of the machine, the port's process %.0f %%", 100 * load.frontShare),
+              "95 % of what the clients leave", load.goodputOfTheRest() >= 0.95});
     const int lost = static_cast<int>(load.frames.size()) - done - refused;
-    print({"L1", name, text("%.0f without an answer", lost), "0", lost == 0});
+    bars.add({"L1", name, text("%.0f without an answer", lost), "0", lost == 0});
     const double health = percentile(load.health, 200, 0.99);
-    print({"L2", name, text("health p99 %.1f ms", health), "10 ms", health <= 10});
+    bars.add({"L2", name, text("health p99 %.1f ms", health), "10 ms", health <= 10});
 }
 
-void fairness(double seconds) {
+void fairness(Bars& bars, double seconds) {
     const ServerProcess server({"--scene", "six-walls"});
     server.waitUntilReady();
     const Flood result = flood(server, seconds);
     const double alone = percentile(result.alone, 200, 0.99),
                  beside = percentile(result.beside, 200, 0.99);
-    print({"L3", "three polite clients beside a flooder",
-           text("p99 %.0f ms, alone %.0f ms", beside, alone), "2 x alone", beside <= 2 * alone});
+    bars.add({"L3", "three polite clients beside a flooder",
+              text("p99 %.0f ms, alone %.0f ms", beside, alone), "2 x alone", beside <= 2 * alone});
     const int refused = static_cast<int>(result.beside.size()) - countOf(result.beside, 200);
-    print({"L3", "polite requests refused", std::to_string(refused), "0", refused == 0});
+    bars.add({"L3", "polite requests refused", std::to_string(refused), "0", refused == 0});
 }
 
-void endings(int times) {
+void endings(Bars& bars, int times) {
     const Endings e = endUnderLoad(times, {"--scene", "six-walls"});
-    print({"U1", "SIGTERM under load x " + std::to_string(times),
-           std::to_string(e.broken) + " broken of " + std::to_string(e.answered + e.refused) +
-               ", " + std::to_string(e.cleanExits) + " exits with 0, slowest " +
-               text("%.1f s", e.slowestExit),
-           "0 broken, all exits 0", e.broken == 0 && e.cleanExits == times});
+    bars.add({"U1", "SIGTERM under load x " + std::to_string(times),
+              std::to_string(e.broken) + " broken of " + std::to_string(e.answered + e.refused) +
+                  ", " + std::to_string(e.cleanExits) + " exits with 0, slowest " +
+                  text("%.1f s", e.slowestExit),
+              "0 broken, all exits 0", e.broken == 0 && e.cleanExits == times});
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     const bool isShort = argc > 1 && std::strcmp(argv[1], "--short") == 0;
-    std::printf("| row | attack | figure | bar | |\n|---|---|---|---|---|\n");
-    attacks(isShort);
-    fewDescriptors();
-    print(liveCrowd());
-    print(failingAccepts());
-    loads(4, isShort ? 3 : 20);
-    loads(50, isShort ? 2 : 10);
-    fairness(isShort ? 3 : 20);
-    endings(isShort ? 3 : 50);
-    std::printf("\n%d bars missed\n", missed);
-    return missed == 0 ? 0 : 1;
+    Bars bars;
+    attacks(bars, isShort);
+    fewDescriptors(bars);
+    bars.add(liveCrowd());
+    bars.add(failingAccepts());
+    loads(bars, 4, isShort ? 3 : 20);
+    loads(bars, 50, isShort ? 2 : 10);
+    fairness(bars, isShort ? 3 : 20);
+    endings(bars, isShort ? 3 : 50);
+    return bars.end();
 }

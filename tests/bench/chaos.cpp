@@ -1,5 +1,6 @@
 // Prints what the end of a renderer, of all of them and of the server itself costs those who wait,
 // each figure beside its bar: scripts/chaos
+#include "tests/bench/bars.h"
 #include "tests/bench/process_tree.h"
 #include "tests/bench/statistics.h"
 #include "tests/support/raw_client.h"
@@ -17,22 +18,18 @@
 namespace {
 
 using namespace clerestory::test;
+using clerestory::bench::Bars;
 using clerestory::bench::percentile;
 using clerestory::bench::Stopwatch;
 using clerestory::bench::workersOf;
 using namespace std::chrono_literals;
 
-int missed = 0;
-
-void print(const char* row, const std::string& what, const char* format, double figure, double bar,
-           const char* barText) {
+// Held where the figure is not above the bar.
+Figure figure(const char* row, const std::string& what, const char* format, double value,
+              double bar, const char* barText) {
     char text[96];
-    std::snprintf(text, sizeof text, format, figure);
-    const bool held = figure <= bar;
-    std::printf("| %s | %s | %s | %s | %s |\n", row, what.c_str(), text, barText,
-                held ? "held" : "MISSED");
-    std::fflush(stdout);
-    missed += !held;
+    std::snprintf(text, sizeof text, format, value);
+    return {.row = row, .what = what, .figure = text, .bar = barText, .held = value <= bar};
 }
 
 // A process that has ended stays in the table until somebody asks how.
@@ -101,7 +98,7 @@ private:
 };
 
 // The slowest answer about each of so many signals to the worker that answers.
-void strike(const char* row, const char* what, int number, int times, double barMs,
+void strike(Bars& bars, const char* row, const char* what, int number, int times, double barMs,
             const char* barText, bool standby) {
     std::vector<std::string> flags = {"--scene", "six-walls"};
     if (!standby) flags.push_back("--no-standby");
@@ -126,14 +123,14 @@ void strike(const char* row, const char* what, int number, int times, double bar
     }
     clients.end();
     const std::string name = std::to_string(times) + " x " + what;
-    print(row, name + ": slowest answer, p99", "%.0f ms", percentile(slowest, 0.99), barMs,
-          barText);
-    print(row, name + ": slowest answer, median", "%.0f ms", percentile(slowest, 0.5), barMs,
-          barText);
-    print(row, name + ": frames lost or wrong", "%.0f", clients.wrong(), 0, "0");
+    bars.add(figure(row, name + ": slowest answer, p99", "%.0f ms", percentile(slowest, 0.99),
+                    barMs, barText));
+    bars.add(figure(row, name + ": slowest answer, median", "%.0f ms", percentile(slowest, 0.5),
+                    barMs, barText));
+    bars.add(figure(row, name + ": frames lost or wrong", "%.0f", clients.wrong(), 0, "0"));
 }
 
-void frontKilled(int times) {
+void frontKilled(Bars& bars, int times) {
     std::vector<double> back;
     int stray = 0;
     for (int i = 0; i < times; ++i) {
@@ -151,21 +148,22 @@ void frontKilled(int times) {
         back.push_back(watch.milliseconds());
     }
     const std::string name = std::to_string(times) + " x server killed";
-    print("U3", name + ": processes left behind", "%.0f", stray, 0, "0");
-    print("U3", name + ": serving again, median", "%.0f ms", percentile(back, 0.5), 1000,
-          "1000 ms");
+    bars.add(figure("U3", name + ": processes left behind", "%.0f", stray, 0, "0"));
+    bars.add(figure("U3", name + ": serving again, median", "%.0f ms", percentile(back, 0.5), 1000,
+                    "1000 ms"));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     const bool isShort = argc > 1 && std::strcmp(argv[1], "--short") == 0;
-    std::printf("| row | what | figure | bar | |\n|---|---|---|---|---|\n");
-    strike("G1", "worker killed, warm standby", SIGKILL, isShort ? 5 : 100, 250, "250 ms", true);
-    strike("G1", "worker killed, no standby", SIGKILL, isShort ? 3 : 20, 2000, "2000 ms", false);
-    strike("G2", "worker stopped", SIGSTOP, isShort ? 2 : 20, 3250, "silence 3000 ms + 250 ms",
+    Bars bars;
+    strike(bars, "G1", "worker killed, warm standby", SIGKILL, isShort ? 5 : 100, 250, "250 ms",
            true);
-    frontKilled(isShort ? 3 : 20);
-    std::printf("\n%d missed; load average %.1f\n", missed, clerestory::bench::loadAverage());
-    return 0;
+    strike(bars, "G1", "worker killed, no standby", SIGKILL, isShort ? 3 : 20, 2000, "2000 ms",
+           false);
+    strike(bars, "G2", "worker stopped", SIGSTOP, isShort ? 2 : 20, 3250,
+           "silence 3000 ms + 250 ms", true);
+    frontKilled(bars, isShort ? 3 : 20);
+    return bars.end();
 }

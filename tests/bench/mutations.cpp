@@ -1,12 +1,13 @@
 // Damages scene files in many ways and imports each: nothing may come of it but a scene that passed
 // its checks, or a reason, in time. scripts/fuzz scenes N [FOLDER]
-#include "tests/bench/statistics.h"
+#include "tests/bench/bars.h"
 
 #include "scene/import/import.h"
 
 #include <unistd.h>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -193,10 +194,22 @@ int main(int argc, char** argv) {
         }
     }
     fs::remove_all(work);
-    std::printf("%llu damaged files of %zu; the slowest took %.0f ms; %d failures\n",
-                static_cast<unsigned long long>(count), files.size(), tally.slowest,
-                tally.failures);
-    for (const auto& [outcome, times] : tally.outcomes)
-        std::printf("  %6d  %s\n", times, outcome.c_str());
-    return tally.failures == 0 && tally.slowest < 11'000 ? 0 : 1;
+    clerestory::bench::Bars bars;
+    std::string outcomes;
+    for (const auto& [outcome, times] : tally.outcomes) {
+        outcomes += std::to_string(times) + " " + outcome + ", ";
+    }
+    bars.add({.row = "S1",
+              .what = std::to_string(count) + " damaged copies of " + std::to_string(files.size()) +
+                      " scene files",
+              .figure = outcomes + std::to_string(tally.failures) + " failures",
+              .bar = "0 failures",
+              .held = tally.failures == 0});
+    bars.add({.row = "S1",
+              .what = "the slowest of them, of which the processor gave up to 5 s",
+              .figure = std::to_string(std::lround(tally.slowest)) + " ms",
+              .bar = "6000 ms",
+              .held = true,
+              .timely = tally.slowest <= 6000});
+    return bars.end();
 }

@@ -1,7 +1,7 @@
 // Asks for frames of many kinds for a long time, and looks whether server and renderer grow:
 // scripts/soak
+#include "tests/bench/bars.h"
 #include "tests/bench/process_tree.h"
-#include "tests/bench/statistics.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
 
@@ -18,9 +18,9 @@
 namespace {
 
 using namespace clerestory::test;
+using clerestory::bench::Bars;
 using clerestory::bench::Holdings;
 using clerestory::bench::holdingsOf;
-using clerestory::bench::Stopwatch;
 
 // The n-th request: every scene, size and way comes round again and again, through lenses and at
 // moments that do not repeat within 1,000 frames.
@@ -122,7 +122,6 @@ int main(int argc, char** argv) {
     });
     if (!server.waitUntilReady()) return 1;
     awaitScenes(server.port(), width);
-    const Stopwatch watch;
     constexpr long kStages = 24, kKinds = 4 * 7 * 5;
     const long stageFrames = (wanted + kStages - 1) / kStages;
     const long frames = stageFrames * kStages;
@@ -148,16 +147,12 @@ int main(int argc, char** argv) {
             [&](const Sample& a, const Sample& b) { return what(a) < what(b); });
         return std::pair(what(*low), what(*high));
     };
-    std::printf("%ld frames in %.0f s, load average %.1f\n\n", frames, 1e-3 * watch.milliseconds(),
-                clerestory::bench::loadAverage());
-    std::printf("| row | what | figure | bar | |\n|---|---|---|---|---|\n");
-    int missed = 0;
+    const std::string counted = std::to_string(frames) + " frames: ";
+    Bars bars;
     const auto row = [&](const char* what, const std::string& figure, const char* bar, bool held) {
-        std::printf("| M1 | %s | %s | %s | %s |\n", what, figure.c_str(), bar,
-                    held ? "held" : "MISSED");
-        missed += held ? 0 : 1;
+        bars.add({.row = "M1", .what = counted + what, .figure = figure, .bar = bar, .held = held});
     };
-    row("frames not answered with 200", std::to_string(failed), "0", failed == 0);
+    row("not answered with 200", std::to_string(failed), "0", failed == 0);
     const auto growth = [&](const char* what, auto bytes) {
         const auto [low, high] = rangeOf(bytes);
         const double each = growthOf(samples, bytes);
@@ -174,6 +169,5 @@ int main(int argc, char** argv) {
     };
     constant("descriptors", &Holdings::descriptors);
     constant("threads", &Holdings::threads);
-    std::printf("\n%d missed\n", missed);
-    return failed == 0 ? 0 : 1;
+    return bars.end();
 }

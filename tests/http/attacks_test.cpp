@@ -28,7 +28,7 @@ const std::vector<std::string> kQuick = {"--scene",        "six-walls", "--head-
 
 void expectAll(const std::vector<Figure>& figures) {
     for (const Figure& f : figures) {
-        EXPECT_TRUE(f.held) << f.row << " " << f.attack << ": " << f.figure << " (bar: " << f.bar
+        EXPECT_TRUE(f.held) << f.row << " " << f.what << ": " << f.figure << " (bar: " << f.bar
                             << ")";
     }
 }

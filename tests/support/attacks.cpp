@@ -58,7 +58,7 @@ Figure drip(const Target& target, const std::string& name, const std::string& be
         told += statusOf(client.answer(std::max(left, 0.1))) == 408;
     }
     return {.row = "C1",
-            .attack = std::to_string(count) + " " + name,
+            .what = std::to_string(count) + " " + name,
             .figure = "others " + text("%.0f ms", worst) + " at worst; " + std::to_string(told) +
                       " of " + std::to_string(count) + " told 408 within " +
                       text("%.1f s", limit + target.grace),
@@ -77,7 +77,7 @@ Figure silence(const Target& target, int count) {
     const double worst = worstAnswer(target.server.port());
     const bool closed = crowd.front().endsWithin(target.idle + target.grace);
     return {.row = "C1",
-            .attack = std::to_string(count) + " kept-alive and silent",
+            .what = std::to_string(count) + " kept-alive and silent",
             .figure = "others " + text("%.0f ms", worst) + " at worst; " +
                       (closed ? "closed in time" : "still open"),
             .bar = "others answered; closed at the idle limit",
@@ -112,7 +112,7 @@ Figure slowReaders(const Target& target, int count) {
     };
     const auto closed = std::count_if(crowd.begin(), crowd.end(), closes);
     return {.row = "C1",
-            .attack = std::to_string(count) + " slow readers of 12 MB",
+            .what = std::to_string(count) + " slow readers of 12 MB",
             .figure = "others " + text("%.0f ms", worst) + " at worst, a frame " +
                       std::to_string(statusOf(frame)) + "; closed " + std::to_string(closed),
             .bar = "others answered; all closed at the write limit",
@@ -217,7 +217,7 @@ std::vector<Figure> wrongRequests(const Target& target) {
             wrong.status == 0 || headerOf(answer, "Content-Type") == "application/problem+json";
         figures.push_back(
             {.row = wrong.row,
-             .attack = wrong.name,
+             .what = wrong.name,
              .figure = std::to_string(statusOf(answer)) + ", " + text("%.2f MB", rise / 1048576.0) +
                        (one ? "" : ", two answers") + (problem ? "" : ", no problem document"),
              .bar = std::to_string(wrong.status) + " and closed, under 2 MB",
@@ -237,7 +237,7 @@ std::vector<Figure> crowds(const Target& target) {
                                         [](const RawClient& c) { return c.connected(); });
         const double worst = worstAnswer(port);
         figures.push_back({.row = "C3",
-                           .attack = std::to_string(open) + " open connections",
+                           .what = std::to_string(open) + " open connections",
                            .figure = "others " + text("%.0f ms", worst) + " at worst",
                            .bar = "others answered",
                            .held = open == target.many && worst >= 0,
@@ -262,7 +262,7 @@ std::vector<Figure> crowds(const Target& target) {
             after = target.server.descriptors();
         }
         figures.push_back({.row = "C2",
-                           .attack = "300 resets, 1,000 half-closes",
+                           .what = "300 resets, 1,000 half-closes",
                            .figure = std::to_string(before) + " descriptors before, " +
                                      std::to_string(after) + " after",
                            .bar = "back to the start",
@@ -283,7 +283,7 @@ std::vector<Figure> crowds(const Target& target) {
         }
         for (std::thread& thread : threads) thread.join();
         figures.push_back({.row = "C3",
-                           .attack = "bursts of connections",
+                           .what = "bursts of connections",
                            .figure = "others " + text("%.0f ms", worst) + " at worst",
                            .bar = "none waits for a second SYN (1,000 ms)",
                            .held = worst < 1e9,
@@ -307,7 +307,7 @@ std::vector<Figure> failingAccepts() {
     const std::size_t at = metrics.find(name);
     const int errors = at == std::string::npos ? 0 : std::atoi(metrics.c_str() + at + name.size());
     return {{.row = "C3",
-             .attack = "every other accept() fails, with ten errors in turn",
+             .what = "every other accept() fails, with ten errors in turn",
              .figure = std::to_string(answered) + " of " + std::to_string(kAsked) + " answered, " +
                        std::to_string(errors) + " errors",
              .bar = "all answered",
@@ -342,7 +342,7 @@ std::vector<Figure> pathAttacks(const Target& target) {
         held += (status == 404 || status == 400) && answer.find("root:") == std::string::npos;
     }
     return {{.row = "R6",
-             .attack = std::to_string(paths.size()) + " paths that lead out",
+             .what = std::to_string(paths.size()) + " paths that lead out",
              .figure = std::to_string(held) + " refused",
              .bar = "all 404 or 400",
              .held = held == static_cast<int>(paths.size())}};

@@ -2,18 +2,10 @@
 // compressed, smuggling, garbage, crowds. Each gives a figure to hold against its bar.
 #pragma once
 
+#include "tests/support/figure.h"
 #include "tests/support/server_process.h"
 
 namespace clerestory::test {
-
-struct Figure {
-    std::string row;     // of the failure catalogue
-    std::string attack;  // in words
-    std::string figure;
-    std::string bar;
-    bool held = false;   // statuses and counts
-    bool timely = true;  // the times
-};
 
 struct Target {
     const ServerProcess& server;

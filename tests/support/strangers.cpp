@@ -99,7 +99,7 @@ std::vector<Figure> strangers(const Target& target, int connections) {
     const double rise =
         1e-6 * (static_cast<double>(target.server.residentBytes()) - static_cast<double>(before));
     return {{.row = "R7",
-             .attack = std::to_string(connections) + " connections of garbage, one after the other",
+             .what = std::to_string(connections) + " connections of garbage, one after the other",
              .figure = std::to_string(reached) + " reached it in " + number(seconds) + " s; " +
                        std::to_string(answered) + " answers read, " + std::to_string(nonsense) +
                        " not HTTP; others " + number(worst) + " ms at worst; " + number(rise) +
@@ -130,7 +130,7 @@ std::vector<Figure> liveCrowd() {
     const double worst = worstAnswer(server.port());
     const double rise = static_cast<double>(server.residentBytes()) - static_cast<double>(before);
     return {{.row = "R7",
-             .attack = std::to_string(open) + " connections at once, each kept after its answer",
+             .what = std::to_string(open) + " connections at once, each kept after its answer",
              .figure = std::to_string(answered) + " answered; others " + number(worst) +
                        " ms at worst; " + number(rise / static_cast<double>(most)) +
                        " bytes of memory each",
