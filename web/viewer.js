@@ -49,9 +49,9 @@ function moved() {
 const later = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
 
 // Waits until the scene is there, and tells how far it is. A scene that waits begins to load when a
-// frame of it is asked for.
-async function loadedScene(id) {
-  for (let failures = 0; $("scene").value === id;) {
+// frame of it is asked for. Given up once nobody wants it any more.
+async function loadedScene(id, wanted = () => $("scene").value === id) {
+  for (let failures = 0; wanted();) {
     try {
       const scene = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
       failures = 0;
@@ -160,8 +160,10 @@ async function sendScene(file, most) {
       throw new Problem({ status: 413, title: "Too large", detail: `${file.name} has ${sizeWords(file.size)}; the server takes ${sizeWords(most)}.` });
     }
     const id = await uploadScene(file, (share) => note.sayProgress(`Sending ${file.name}`, "", share));
-    await listScenes(id);
-    if (!await chooseScene(id) && $("scene").value === id) await listScenes(before);
+    const stays = () => $("scene").value === before;
+    const scene = await loadedScene(id, stays);  // not chosen before: one that fails is not in the list
+    if (scene || !stays()) await listScenes(stays() ? id : $("scene").value);
+    if ($("scene").value === id) await chooseScene(id);
   } catch (problem) {
     if (!(problem instanceof Problem)) throw problem;
     note.sayProblem(problem);
