@@ -17,6 +17,9 @@ constexpr std::chrono::seconds kBetweenStarts{2};
 // A suspect is guilty when so many workers crash while it is alone with them; or end in any way,
 // for who takes all memory has them killed from outside.
 constexpr int kMostCrashes = 2, kMostEnds = 8;
+// For so long after a standby took over nobody takes the machine from it, so that those who waited
+// for the lost one are answered first.
+constexpr std::chrono::milliseconds kTakingOver{400};
 // How soon the end of a worker is seen that nobody asked anything.
 constexpr std::chrono::seconds kLooksUp{1};
 constexpr std::chrono::milliseconds kWarmingLooksUp{50};
@@ -75,6 +78,10 @@ void Supervisor::keep() {
             changed_.wait_for(lock, kWarmingLooksUp);
             continue;
         }
+        if (active_ && Clock::now() < calmFrom_) {
+            changed_.wait_until(lock, calmFrom_);
+            continue;
+        }
         lock.unlock();
         Worker worker;
         try {
@@ -128,6 +135,7 @@ void Supervisor::lost(Worker worker) {
     active_ = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
     standby_ = nullptr;
     shares_ = true;
+    calmFrom_ = Clock::now() + kTakingOver;
     changed_.notify_all();
 }
 

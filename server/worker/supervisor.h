@@ -65,6 +65,7 @@ private:
     mutable std::condition_variable changed_;
     Worker active_, standby_;
     std::vector<std::string> scenes_;  // that whoever answers holds
+    Clock::time_point calmFrom_{};     // when the next standby may start
     bool shares_ = true;               // the standby is to hold them, too
     bool ending_ = false;
     std::promise<void> first_;

@@ -42,7 +42,7 @@ bool lives(pid_t id) {
 
 void awaitBoth(const ServerProcess& server) {
     for (int i = 0; i < 3000; ++i) {
-        if (metric(server.port(), "clerestory_workers{role=\"standby\"}") == 1 &&
+        if (metric(server.port(), "clerestory_workers{role=\"warmStandby\"}") == 1 &&
             metric(server.port(), "clerestory_workers{role=\"active\"}") == 1) {
             return;
         }
