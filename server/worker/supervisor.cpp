@@ -17,9 +17,6 @@ constexpr std::chrono::seconds kBetweenStarts{2};
 // A suspect is guilty when so many workers crash while it is alone with them; or end in any way,
 // for who takes all memory has them killed from outside.
 constexpr int kMostCrashes = 2, kMostEnds = 8;
-// For so long after a standby took over nobody takes the machine from it, so that those who waited
-// for the lost one are answered first.
-constexpr std::chrono::milliseconds kTakingOver{400};
 // How soon the end of a worker is seen that nobody asked anything.
 constexpr std::chrono::seconds kLooksUp{1};
 constexpr std::chrono::milliseconds kWarmingLooksUp{50};
@@ -135,7 +132,7 @@ void Supervisor::lost(Worker worker) {
     active_ = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
     standby_ = nullptr;
     shares_ = true;
-    calmFrom_ = Clock::now() + kTakingOver;
+    calmFrom_ = Clock::now() + options_.calm;
     changed_.notify_all();
 }
 

@@ -15,6 +15,9 @@ namespace clerestory {
 struct SupervisorOptions {
     WorkerProgram program;
     bool standby = true;
+    // For so long after a standby took over no other worker takes the machine from it, so that
+    // those who waited for the lost one are answered first.
+    std::chrono::milliseconds calm{400};
 };
 
 // For the metrics; since the start.

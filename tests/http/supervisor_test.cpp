@@ -84,7 +84,9 @@ int playWorker(int argc, char** argv) {
 // ---- the tests -----------------------------------------------------------------------------
 
 SupervisorOptions options(const char* word = "able", bool standby = true) {
-    return {.program = {.file = {}, .arguments = {word}, .silence = 500ms}, .standby = standby};
+    return {.program = {.file = {}, .arguments = {word}, .silence = 500ms},
+            .standby = standby,
+            .calm = 0ms};
 }
 
 Call callWith(const std::string& body) {
