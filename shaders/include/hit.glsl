@@ -9,9 +9,7 @@ layout(binding = UNIT_TRACE_INSTANCES) uniform samplerBuffer traceInstances;
 layout(binding = UNIT_TRACE_MATERIALS) uniform samplerBuffer traceMaterials;  // then textures
 layout(binding = UNIT_TRACE_TEXELS) uniform samplerBuffer traceTexels;
 
-bool hitHas(uint feature) {
-    return (uint(VARIANT) & feature) != 0u;
-}
+#define hitHas(feature) ((uint(VARIANT) & (feature)) != 0u)  // a macro as has() is
 
 // Directions in eye space's axes and in the world's.
 vec3 worldAxes(vec3 v) {
