@@ -1,6 +1,7 @@
 // A pixel of a surface: its material, the light on it, the light it gives off.
 #include "include/block_macros.glsl"
 #include "include/features.glsl"
+#include "include/light_samplers.glsl"
 #define VARYING in
 #include "include/surface_varyings.glsl"
 #include "include/optics.glsl"

@@ -14,11 +14,22 @@ Name newBuffer() {
     return name;
 }
 
+// llvmpipe compiles a shader again for a buffer texture whose size in bytes is a power of two where
+// the previous one was not, or has zeros in bits 8 to 15 (it reads them as a number of levels). Sizes
+// of 4096 n + 768 have neither property, so that one variant serves every content.
+std::size_t allocatedSize(std::size_t size) {
+    constexpr std::size_t kStep = 4096, kRemainder = 768;
+    return size <= kRemainder ? kRemainder
+                              : (size - kRemainder + kStep - 1) / kStep * kStep + kRemainder;
+}
+
 // The copy target belongs to no vertex array and no program, so writing there disturbs nothing.
 void fill(Name name, std::span<const std::byte> content, GLenum usage) {
     glBindBuffer(GL_COPY_WRITE_BUFFER, name);
-    glBufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(content.size()), content.data(),
-                 usage);
+    glBufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(allocatedSize(content.size())),
+                 nullptr, usage);
+    glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(content.size()),
+                    content.data());
 }
 
 GLenum wordOf(BufferFormat format) {

@@ -1,10 +1,6 @@
 // Light that reaches a point of a surface, and what of it the surface sends to who looks: lamps one
 // by one, the environment as nine harmonics and a cube prefiltered by roughness.
 
-layout(binding = UNIT_ENVIRONMENT) uniform samplerCube environmentMap;
-layout(binding = UNIT_ENVIRONMENT_BRDF) uniform sampler2D environmentBrdf;
-layout(binding = UNIT_LIGHTS) uniform samplerBuffer lightTable;
-
 // Texels along an edge of environmentBrdf.
 const float kBrdfSize = 32.0f;
 

@@ -1,8 +1,6 @@
 // What a surface mirrors: the environment map, or the picture that the plan had drawn for it.
 // After lighting.glsl's Surface. All directions and places are in eye space.
 
-layout(binding = UNIT_MIRROR) uniform sampler2D mirrorPicture;
-
 vec2 pictureCoordinate(vec2 pixel) {
     return pixel * reflection.picture.xy + reflection.picture.zw;
 }

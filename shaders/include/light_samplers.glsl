@@ -1,0 +1,11 @@
+// What surfaces read light from: the environment, a mirrored view, and the table of lights.
+//
+// Included before the samplers of materials. Mesa leaves the slot of a buffer texture with the sampler
+// state that an earlier program had there, and llvmpipe compiles a variant for each state it finds. A
+// lit surface reads two of the first three; so the table has the third slot, where no other program
+// has a sampler. In another order the chapel's programs were compiled up to four times each.
+layout(binding = UNIT_ENVIRONMENT_BRDF) uniform sampler2D environmentBrdf;
+layout(binding = UNIT_ENVIRONMENT) uniform samplerCube environmentMap;
+layout(binding = UNIT_MIRROR) uniform sampler2D mirrorPicture;
+// The harmonics of the environment, then the lights; draw_stream.h has the rows.
+layout(binding = UNIT_LIGHTS) uniform samplerBuffer lightTable;
