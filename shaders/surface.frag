@@ -11,9 +11,13 @@
 #include "include/material.glsl"
 #include "include/glass.glsl"
 #include "include/lighting.glsl"
+#if TRACES_RAYS
 #include "include/trace.glsl"
 #include "include/hit.glsl"
 #include "include/ray_path.glsl"
+#else
+#include "include/no_rays.glsl"
+#endif
 #include "include/reflection.glsl"
 #include "include/glass_view.glsl"
 

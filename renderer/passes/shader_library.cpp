@@ -2,6 +2,7 @@
 #include "passes/shader_library.h"
 
 #include "embedded_embeddedShaders.h"
+#include "plan/features.h"
 
 #include <set>
 #include <sstream>
@@ -9,6 +10,8 @@
 
 namespace clerestory {
 namespace {
+
+constexpr Features kFeaturesOfRays = FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS;
 
 std::string_view embedded(const std::string& file) {
     for (const EmbeddedFile& f : embeddedShaders()) {
@@ -42,7 +45,8 @@ std::string withIncludes(const std::string& text, Features features, int variant
     out << "#version 430 core\n"
         << "const uint FEATURES = " << features << "u;\n"
         << "const int VARIANT = " << variant << ";\n"
-        << "const uint VIEW = " << view << "u;\n";
+        << "const uint VIEW = " << view << "u;\n"
+        << "#define TRACES_RAYS " << ((features & kFeaturesOfRays) != 0) << "\n";
     std::set<std::string> seen;
     append(text, seen, out);
     return out.str();
