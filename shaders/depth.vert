@@ -1,10 +1,9 @@
 // Depth alone: positions and nothing else.
 #include "include/block_macros.glsl"
-#include "include/features.glsl"
 #include "include/eye_position.glsl"
 
 void main() {
     vec3 positionEye = eyePosition();
     gl_Position = clipPosition(positionEye);
-    if ((FEATURES & FEATURE_CLIP) != 0u) clipAt(positionEye);
+    clipAt(positionEye);
 }

@@ -21,7 +21,7 @@ vec3 unit(vec3 v) {
 void main() {
     positionEye = eyePosition();
     gl_Position = clipPosition(positionEye);
-    if (has(FEATURE_CLIP)) clipAt(positionEye);
+    clipAt(positionEye);
 
     vertexNormal = unit(vec3(dot(normalFromModel[0].xyz, normal), dot(normalFromModel[1].xyz, normal),
                              dot(normalFromModel[2].xyz, normal)));

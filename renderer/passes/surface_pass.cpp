@@ -9,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-constexpr DrawProgram kDepth{"depth.vert", "depth.frag", FEATURE_CLIP, 0, false};
+constexpr DrawProgram kDepth{"depth.vert", "depth.frag", 0, 0, false};
 constexpr DrawProgram kSurface{"surface.vert", "surface.frag"};
 
 const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
@@ -100,7 +100,7 @@ void runSurfacePass(PassResources& resources, const PassInput& input) {
 void runBackFacesPass(PassResources& resources, const PassInput& input) {
     constexpr DrawProgram kBackFaces{.vertex = "surface.vert",
                                      .fragment = "channel.frag",
-                                     .relevant = FEATURE_CLIP,
+                                     .relevant = 0,
                                      .variant = CHANNEL_BACK_FACES,
                                      .materials = false,
                                      .backFaces = true};

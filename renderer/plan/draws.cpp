@@ -101,7 +101,7 @@ std::vector<Draw> depthDraws(std::vector<OrderedDraw> draws) {
         return each.share < kOccluderShare * (each.draw.indexCount / 3);
     });
     for (OrderedDraw& each : draws) {
-        each.draw.features &= FEATURE_DOUBLE_SIDED | FEATURE_CLIP;
+        each.draw.features &= FEATURE_DOUBLE_SIDED;
         each.draw.reflection = kNoReflection;
         each.draw.lights = {};
     }
@@ -256,7 +256,7 @@ Features featuresOfAll(const Stage& stage) {
     return stage.request.effects.refraction ? all | featuresOfGlass(stage) : all;
 }
 
-DrawLists drawLists(const SeenView& view, Features common) {
+DrawLists drawLists(const SeenView& view) {
     DrawLists lists;
     std::vector<OrderedDraw> opaque, masked;
     for (std::size_t i = 0; i < view.surfaces.size(); ++i) {
@@ -266,7 +266,7 @@ DrawLists drawLists(const SeenView& view, Features common) {
                       .material = seen.surface->material,
                       .firstIndex = cluster.firstIndex,
                       .indexCount = cluster.indexCount,
-                      .features = seen.features | common,
+                      .features = seen.features,
                       .reflection = seen.reflection,
                       .through = seen.through,
                       .lights = cluster.lights};

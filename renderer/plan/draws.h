@@ -83,6 +83,6 @@ inline constexpr double kPrepassOverdraw = 1.2;
 // 217 -> 207 ms of processor time, between a quarter and four times this share the same).
 inline constexpr double kOccluderShare = 2.5e-5;
 
-DrawLists drawLists(const SeenView& seen, Features common);
+DrawLists drawLists(const SeenView& seen);
 
 }  // namespace clerestory

@@ -93,7 +93,7 @@ void nameThrough(SeenView& seen) {
 }
 
 void planChannel(FramePlan& plan, const View& view, const SeenView& seen, TargetId target) {
-    DrawLists draws = drawLists(seen, 0);
+    DrawLists draws = drawLists(seen);
     Pass pass{.kind = PassKind::channel, .name = "channel", .target = target};
     pass.views = {view};
     pass.reason = "the request asks for numbers instead of colour";

@@ -169,8 +169,7 @@ SeenView ViewTree::add(const ViewJob& job) {
     serveRough(job, seen);
     serveGlass(job, seen);
 
-    const Features common = job.view.clipPlane ? FEATURE_CLIP : 0;
-    DrawLists lists = drawLists(seen, common);
+    DrawLists lists = drawLists(seen);
     pass.sky = stage_.request.environment.visible;
     if (pass.reason.empty()) {
         pass.reason = format(lists.depth.empty()
@@ -288,7 +287,7 @@ TargetId ViewTree::addBackFaces(const ViewJob& job, std::vector<Draw>& glass,
         if (!stage_.request.accuracy.backFaces || !solid) continue;
         draw.features |= FEATURE_BACK_FACES;
         pass.opaqueDraws.push_back(draw);
-        pass.opaqueDraws.back().features &= FEATURE_CLIP;
+        pass.opaqueDraws.back().features = 0;
     }
     if (pass.opaqueDraws.empty()) return kNoTarget;
     const TargetSpec drawn = plan_.targets[job.target];

@@ -6,7 +6,8 @@ layout(location = ATTRIBUTE_EYE_FROM_MODEL) in vec4 eyeFromModel[3];  // rows
 
 invariant gl_Position;
 
-// Only read where the pass says that the view has a clip plane.
+// Clips where the pass enables it, because its view has a clip plane. Written in every view, so that
+// mirrored views share their programs with all others.
 void clipAt(vec3 positionEye) {
     gl_ClipDistance[0] = dot(view.clipPlane.xyz, positionEye) + view.clipPlane.w;
 }

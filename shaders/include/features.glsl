@@ -15,7 +15,7 @@ const uint FEATURE_BLEND = 1u << 10;        // alphaMode blend: write coverage
 const uint FEATURE_DOUBLE_SIDED = 1u << 11;
 const uint FEATURE_UNLIT = 1u << 12;
 const uint FEATURE_LIGHTS = 1u << 13;       // the draw has a list of lights
-const uint FEATURE_CLIP = 1u << 14;         // the view has a clip plane
+const uint FEATURE_DEFAULT_NUMBERS = 1u << 14;  // of metallic, roughness, normal scale, ior, specular
 const uint FEATURE_MIRROR = 1u << 15;       // mirrors the picture of its own mirrored view
 const uint FEATURE_PROBE = 1u << 16;        // mirrors a captured cube, from where it stands
 const uint FEATURE_TRACED_REFLECTION = 1u << 17;  // mirrors what rays meet
@@ -32,7 +32,6 @@ const uint FEATURE_MIRROR_SAMPLES = 1u << 27;  // a rough flat mirror adds up di
 const uint FEATURE_BACK_FACES = 1u << 28;   // the backs of solid glass were drawn
 const uint FEATURE_MAP_SAMPLES = 1u << 29;  // rough metal, seen edge-on, adds up directions
 const uint FEATURE_PACKED_NORMAL = 1u << 30;  // the normal map holds metallic and roughness too
-const uint FEATURE_DEFAULT_NUMBERS = 1u << 31;  // of metallic, roughness, normal scale, ior, specular
 
 // What holds for every draw of a view: bits of VIEW.
 const uint VIEW_ORTHOGRAPHIC = 1u << 0;
