@@ -4,8 +4,8 @@
 #include "gl/context.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"
-#include "plan/features.h"
 #include "plan/planner.h"
+#include "plan/warm_up.h"
 #include "plan/work.h"
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include <list>
 #include <map>
 #include <optional>
+#include <set>
 
 namespace clerestory {
 namespace {
@@ -64,7 +65,9 @@ struct Renderer::State {
                   .software = identity.software,
                   .traces = GpuTracer::offered()}),
           mostSamples(options.mostSamples),
-          whenReset(options.whenReset) {}
+          whenReset(options.whenReset) {
+        context.firstUse().whenCompiling = options.whenCompiling;
+    }
 
     // What a request names, found; throws InvalidRequest naming what is not there.
     struct Subject {
@@ -77,6 +80,9 @@ struct Renderer::State {
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
     Subject subjectOf(const FrameRequest& request) const;
+    bool hasEnvironment(const std::string& name) const;
+    std::vector<std::string> environmentNames() const;  // sorted
+    std::string environmentList() const;
     FramePlan plan(const Subject& subject, const FrameRequest& request) const {
         return planFrame(*subject.scene, *subject.pose, request, *subject.environment,
                          executor.residentMaps(), limits, environments);
@@ -84,20 +90,33 @@ struct Renderer::State {
 
     using Run = Execution (Executor::*)(const FramePlan&, const Scene&, const Pose&,
                                         const EnvironmentMap&, const EnvironmentMaps&);
-    // Throws RenderFailed, and nothing else.
+    // Throw RenderFailed, and nothing else.
     Execution execute(const Subject& subject, const FramePlan& plan, Run run) {
-        std::optional<Execution> execution;
-        std::string failure;
-        try {
+        Execution execution;
+        guarded([&] {
             execution = (executor.*run)(plan, *subject.scene, *subject.pose, *subject.environment,
                                         environments);
+        });
+        return execution;
+    }
+    void compile(const Subject& subject, const FramePlan& plan, std::size_t pass) {
+        guarded([&] {
+            executor.runAlone(plan, pass, *subject.scene, *subject.pose, *subject.environment,
+                              environments);
+        });
+    }
+    template <class Work>
+    void guarded(Work work) {
+        std::optional<std::string> failure;
+        try {
+            work();
         } catch (const std::exception& error) {
             failure = error.what();
         }
         requireContext();
-        if (execution) return *std::move(execution);
+        if (!failure) return;
         executor.recover();
-        throw RenderFailed(failure);
+        throw RenderFailed(*failure);
     }
     // Throws RenderFailed when the GPU was reset.
     void requireContext() const {
@@ -118,7 +137,7 @@ struct Renderer::State {
     };
     std::map<std::string, Loaded> scenes;
     std::uint64_t generations = 0;  // of all scenes together
-    EnvironmentMaps environments;
+    mutable EnvironmentMaps environments;  // built-in ones are made when first named
     std::string firstScene;  // what a request without a scene means
     Executor executor;
     std::uint64_t frames = 0;
@@ -148,6 +167,29 @@ std::shared_ptr<const Pose> Renderer::State::poseOf(const std::shared_ptr<const 
     return moments.front().pose;
 }
 
+bool Renderer::State::hasEnvironment(const std::string& name) const {
+    if (environments.contains(name)) return true;
+    auto map = builtinEnvironment(name);
+    if (!map) return false;
+    environments[name] = std::make_shared<const EnvironmentMap>(*std::move(map));
+    return true;
+}
+
+std::vector<std::string> Renderer::State::environmentNames() const {
+    const std::vector<std::string> builtin = builtinEnvironmentNames();
+    std::set<std::string> names(builtin.begin(), builtin.end());
+    for (const auto& [name, map] : environments) names.insert(name);
+    return {names.begin(), names.end()};
+}
+
+std::string Renderer::State::environmentList() const {
+    std::string list;
+    for (const std::string& name : environmentNames()) {
+        list += (list.empty() ? "one of: " : ", ") + name;
+    }
+    return list;
+}
+
 Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request) const {
     const std::string& id = request.scene.empty() ? firstScene : request.scene;
     const auto scene = scenes.find(id);
@@ -156,32 +198,26 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
     }
     const auto& [held, generation] = scene->second;
     const std::string name = request.environment.map.value_or(held->environment);
-    const auto environment = environments.find(name);
-    if (environment == environments.end()) {
+    if (!hasEnvironment(name)) {
         throw InvalidRequest(
-            {{"/environment/map", "there is no such environment map", keysOf(environments)}});
+            {{"/environment/map", "there is no such environment map", environmentList()}});
     }
     std::vector<FieldError> errors = problems(*held, request.overrides);
     for (std::size_t i = 0; i < request.overrides.size(); ++i) {
         const auto& map = request.overrides[i].environmentMap;
-        if (map && !map->empty() && !environments.contains(*map)) {
+        if (map && !map->empty() && !hasEnvironment(*map)) {
             errors.push_back({"/overrides/" + std::to_string(i) + "/environmentMap",
-                              "there is no such environment map", keysOf(environments)});
+                              "there is no such environment map", environmentList()});
         }
     }
     const auto clips = clipsNamed(*held, request.clip);
     if (!clips) errors.push_back(noSuchClip(*held));
     if (!errors.empty()) throw InvalidRequest(std::move(errors));
-    return {held, generation, environment->second, poseOf(held, *clips, request.time)};
+    for (const Material& material : held->materials) hasEnvironment(material.environmentMap);
+    return {held, generation, environments.at(name), poseOf(held, *clips, request.time)};
 }
 
-Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {
-    for (const std::string& name : builtinEnvironmentNames()) {
-        if (auto map = builtinEnvironment(name)) {
-            addEnvironment(std::make_shared<EnvironmentMap>(std::move(*map)));
-        }
-    }
-}
+Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {}
 
 Renderer::~Renderer() {
     state_->context.makeCurrent();
@@ -226,9 +262,7 @@ void Renderer::addEnvironment(std::shared_ptr<const EnvironmentMap> map) {
 }
 
 std::vector<std::string> Renderer::environmentNames() const {
-    std::vector<std::string> names;
-    for (const auto& [name, map] : state_->environments) names.push_back(name);
-    return names;
+    return state_->environmentNames();
 }
 
 FramePlan Renderer::plan(const FrameRequest& request) const {
@@ -246,7 +280,11 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
 
     requireAffordable(frame.plan, mostSamples);
 
+    const gl::CompileCounters before = context.firstUse().counters();
     Execution execution = execute(subject, frame.plan, run);
+    const gl::CompileCounters& after = context.firstUse().counters();
+    frame.compileMs = after.milliseconds - before.milliseconds;
+    frame.compiled = after.programs + after.pipelines - before.programs - before.pipelines;
     frame.image = std::move(execution.image);
     frame.readbackMs = execution.readbackMilliseconds;
     frame.mapBytes = execution.mapBytes;
@@ -285,37 +323,62 @@ void Renderer::forgetMaps() {
     state_->executor.forgetMaps();
 }
 
-void Renderer::warm(const std::string& sceneId) {
-    state_->context.makeCurrent();
-    FrameRequest request;
-    request.scene = sceneId;
-    // Small, but no powers of two: for those the software rasteriser generates other code.
-    request.width = 40;
-    request.height = 24;
-    const State::Subject subject = state_->subjectOf(request);
+struct WarmUp::Plan {
+    Renderer::State::Subject subject;
+    FramePlan plan;
+};
 
-    // From far enough away everything is in view, so every shader variant of the scene is drawn.
-    const Bounds bounds = worldBounds(*subject.scene, *subject.pose);
-    if (!bounds.empty()) {
-        const glm::dvec3 center(bounds.center());
-        const double distance = 2.0 * std::max(1e-3, static_cast<double>(bounds.diagonal()));
-        request.camera.position = center + glm::dvec3(0.0, 0.3, 1.0) * distance;
-        request.camera.target = center;
+std::size_t WarmUp::total() const {
+    std::size_t passes = 0;
+    for (const auto& plan : plans_) passes += plan->plan.passes.size();
+    return passes;
+}
+
+WarmUp Renderer::beginWarmUp(const std::vector<FrameRequest>& frames) const {
+    WarmUp warmUp;
+    for (const FrameRequest& frame : frames) {
+        State::Subject subject = state_->subjectOf(frame);
+        FramePlan plan = warmUpPlan(state_->plan(subject, frame));
+        warmUp.plans_.push_back(
+            std::make_shared<WarmUp::Plan>(WarmUp::Plan{std::move(subject), std::move(plan)}));
     }
-    FramePlan plan = state_->plan(subject, request);
-    // Nearer views may draw depth first.
-    for (Pass& pass : plan.passes) {
-        if (pass.kind != PassKind::surface || !pass.depthDraws.empty()) continue;
-        for (const Draw& draw : pass.opaqueDraws) {
-            if (!(draw.features & FEATURE_MASK)) pass.depthDraws.push_back(draw);
-        }
-    }
-    state_->execute(subject, plan, &Executor::run);
+    return warmUp;
+}
+
+bool Renderer::advance(WarmUp& warmUp, bool fromTheEnd) {
+    const std::size_t total = warmUp.total();
+    if (warmUp.done_ >= total) return false;
+    std::size_t step = fromTheEnd ? total - 1 - warmUp.done_ : warmUp.done_;
+    ++warmUp.done_;
+    auto plan = warmUp.plans_.begin();
+    while (step >= (*plan)->plan.passes.size()) step -= (*plan++)->plan.passes.size();
+    const State::Subject& subject = (*plan)->subject;
+    const auto scene = state_->scenes.find(subject.scene->id);
+    if (scene == state_->scenes.end() || scene->second.scene != subject.scene) return false;
+    state_->context.makeCurrent();
+    state_->compile(subject, (*plan)->plan, step);
+    return warmUp.done_ < total;
+}
+
+std::vector<FrameRequest> firstFramesOf(const Scene& scene) {
+    FrameRequest standard;
+    standard.scene = scene.id;
+    FrameRequest draft = standard;
+    draft.accuracy = accuracyOf(Preset::draft);
+    FrameRequest afar = standard;
+    const Bounds bounds = worldBounds(scene, poseAt(scene, {}, 0.0));
+    if (bounds.empty()) return {standard, draft};
+    const glm::dvec3 center(bounds.center());
+    const double distance = 2.0 * std::max(1e-3, static_cast<double>(bounds.diagonal()));
+    afar.camera.position = center + glm::dvec3(0.0, 0.3, 1.0) * distance;
+    afar.camera.target = center;
+    return {standard, draft, afar};
 }
 
 RendererCounters Renderer::counters() const {
     const gl::ObjectCounters& made = state_->context.counters();
     const DrawCounters& drawn = state_->executor.counters();
+    const gl::CompileCounters& compiled = state_->context.firstUse().counters();
     return {.frames = state_->frames,
             .drawCalls = drawn.drawCalls,
             .triangles = drawn.triangles,
@@ -323,7 +386,9 @@ RendererCounters Renderer::counters() const {
             .texturesMade = made.textures,
             .framebuffersMade = made.framebuffers,
             .programsMade = made.programs,
-            .buffersMade = made.buffers};
+            .buffersMade = made.buffers,
+            .pipelinesMade = compiled.pipelines,
+            .compileMilliseconds = compiled.milliseconds};
 }
 
 std::vector<std::string> Renderer::driverMessages() const {

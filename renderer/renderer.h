@@ -30,6 +30,9 @@ struct RendererOptions {
     // Called on the renderer's thread by a frame, or a scene, that finds the GPU was reset, as far
     // as the driver tells; it may end the process. Without it every frame fails from then on.
     std::function<void()> whenReset;
+    // Called on the renderer's thread with true before and with false after the driver compiles
+    // something for a frame.
+    std::function<void(bool begins)> whenCompiling;
 };
 
 // What was found, as the driver says it.
@@ -68,6 +71,8 @@ struct Frame {
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     double planMs = 0.0;
     double readbackMs = 0.0;
+    double compileMs = 0.0;       // of planning to readback, what compiling took
+    std::uint64_t compiled = 0;   // programs and pipelines; see RendererCounters
     std::uint64_t mapBytes = 0;  // kept for this scene and read by this frame
     // Which addScene() of this renderer, from 1, the scene came from that was drawn.
     std::uint64_t sceneGeneration = 0;
@@ -80,6 +85,23 @@ struct RendererCounters {
     std::uint64_t frames = 0, drawCalls = 0, triangles = 0;
     std::uint64_t meshesMoved = 0;  // whose vertices were uploaded anew, because they deform
     std::uint64_t texturesMade = 0, framebuffersMade = 0, programsMade = 0, buffersMade = 0;
+    // Combinations of program, fixed state and target format drawn for the first time, and what
+    // compiling programs and combinations took.
+    std::uint64_t pipelinesMade = 0;
+    double compileMilliseconds = 0.0;
+};
+
+// What is left to compile of what some frames will draw; see Renderer::beginWarmUp.
+class WarmUp {
+public:
+    std::size_t done() const { return done_; }  // passes, about one for each program
+    std::size_t total() const;
+
+private:
+    friend class Renderer;
+    struct Plan;
+    std::vector<std::shared_ptr<const Plan>> plans_;
+    std::size_t done_ = 0;
 };
 
 // The driver, or the memory, failed in the middle of a frame. What the frame had made was let go:
@@ -124,15 +146,29 @@ public:
     // bytes.
     void forgetMaps();
 
-    // Uploads the scene and draws tiny frames so that the first real one waits for nothing.
-    void warm(const std::string& sceneId);
+    // Draws what these frames will, so small that compilation is all it costs, so that the real ones
+    // wait for nothing. In steps, so that frames come in between:
+    //
+    //     WarmUp warmUp = renderer.beginWarmUp(firstFramesOf("chapel"));
+    //     while (renderer.advance(warmUp)) {}
+    //
+    // Throws InvalidRequest as plan() does.
+    WarmUp beginWarmUp(const std::vector<FrameRequest>& frames) const;
+    // False when nothing is left, or the scene is no longer there. May throw RenderFailed.
+    // `fromTheEnd` takes the last steps first.
+    bool advance(WarmUp& warmUp, bool fromTheEnd = false);
 
     RendererCounters counters() const;
     std::vector<std::string> driverMessages() const;  // empty means health
 
 private:
+    friend class WarmUp;
     struct State;
     std::unique_ptr<State> state_;
 };
+
+// The frames that a client most likely asks for first: the default view at two accuracies, and all of
+// the scene from afar.
+std::vector<FrameRequest> firstFramesOf(const Scene& scene);
 
 }  // namespace clerestory

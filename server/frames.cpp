@@ -11,6 +11,7 @@
 #include "server/service.h"
 
 #include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <charconv>
@@ -48,6 +49,9 @@ std::string etagOf(Service& service, const Scene& scene, const FrameRequest& req
 }
 
 constexpr std::uint64_t kPlanKind = 1;
+constexpr double kLoggedCompileMs = 100.0;
+// Beyond its deadline a frame waits for so long while shaders are compiled.
+constexpr std::chrono::seconds kCompilePatience{60};
 
 // Frames of one kind differ in what they look at, and so take about the same time.
 std::uint64_t kindOf(FrameRequest request) {
@@ -77,6 +81,7 @@ std::string serverTiming(const Drawn& drawn, double encodeMs, double totalMs) {
         }
     }
     entries.emplace_back("readback", drawn.frame.readbackMs);
+    if (drawn.frame.compiled > 0) entries.emplace_back("compile", drawn.frame.compileMs);
     entries.emplace_back("encode", encodeMs);
     entries.emplace_back("total", totalMs);
     std::string header;
@@ -158,6 +163,10 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
         return Drawn{std::move(frame), queueMs, millisecondsSince(door) - queueMs};
     });
     service.frameWasDrawn();
+    if (drawn.frame.compileMs > kLoggedCompileMs) {
+        spdlog::info("request {}: compiling {} shader variants took {:.0f} ms of its frame",
+                     call.requestId, drawn.frame.compiled, drawn.frame.compileMs);
+    }
     service.library().mapsTook(request.scene, drawn.frame.mapBytes);
     const auto drawnAt = Clock::now();
     answer.body = encoded(drawn.frame.image, request.output);
@@ -175,7 +184,9 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
         // Examining every target takes longer than the frame, and so do taking maps away and
         // filters, which no curve knows.
         const bool plain = asked == Explain::no || asked == Explain::plan;
-        if (plain && request.filters.empty()) service.budgets().drawn(service, *pick, drawn.drawMs);
+        if (plain && request.filters.empty()) {
+            service.budgets().drawn(service, *pick, drawn.drawMs - drawn.frame.compileMs);
+        }
     }
     if (explain) addExplanation(answer, drawn.frame, request, etag);
     return answer;
@@ -194,6 +205,7 @@ std::string contentText(Service& service, const Scene& scene, const FrameRequest
 
 Turn turnOf(Service& service, const Call& call, std::uint64_t kind) {
     std::chrono::duration<double> whole(service.config().deadlineSeconds);
+    std::chrono::duration<double> compilePatience = kCompilePatience;
     if (const std::string text = call.header("Clerestory-Deadline"); !text.empty()) {
         unsigned milliseconds = 0;
         const auto [end, error] =
@@ -202,12 +214,14 @@ Turn turnOf(Service& service, const Call& call, std::uint64_t kind) {
             throw RequestError(badRequest("Clerestory-Deadline is not a number of milliseconds."));
         }
         whole = std::min(whole, std::chrono::duration<double>(0.001 * milliseconds));
+        compilePatience = {};  // the client knows how long it waits
     }
     const std::chrono::duration<double> waited = Clock::now() - call.arrived;
     return {.client = call.client,
             .kind = kind,
             .patience = std::max(whole - waited, std::chrono::duration<double>(0.0)),
-            .departure = call.departure};
+            .departure = call.departure,
+            .compilePatience = compilePatience};
 }
 
 void requireJsonType(const Call& call) {

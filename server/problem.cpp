@@ -274,6 +274,15 @@ Problem notReady(std::string detail) {
             .retryAfterSeconds = 1};
 }
 
+Problem stillCompiling(std::uint64_t programs) {
+    return {.status = 503,
+            .code = "stillCompiling",
+            .title = "Still compiling",
+            .detail = "The driver is compiling shaders for this frame or those before it; " +
+                      std::to_string(programs) + " programs are done. Retry later.",
+            .retryAfterSeconds = 2};
+}
+
 Problem overDeadline(double seconds) {
     return {.status = 504,
             .code = "overDeadline",

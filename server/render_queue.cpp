@@ -35,12 +35,66 @@ void RenderQueue::post(Work work) {
     wake_.notify_one();
 }
 
-RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Clock::time_point deadline,
-                          Work work)
-    : queue_(queue),
-      departure_(turn.departure),
-      id_(queue.push(turn, deadline, {std::move(work), dropped_})) {
+void RenderQueue::inBackground(std::function<bool(Renderer&)> step) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (ending_) return;
+        background_.push_back(std::move(step));
+    }
+    wake_.notify_one();
+}
+
+// With the lock held: the time without what compiling took.
+Clock::time_point RenderQueue::queueTime() const {
+    return compilingSince_.value_or(Clock::now()) - compiled_;
+}
+
+// On the renderer's thread, within a piece of work.
+void RenderQueue::compiling(bool begins) {
+    const std::lock_guard lock(mutex_);
+    const auto now = Clock::now();
+    lastCompiled_ = now;
+    if (begins) {
+        compilingSince_ = now;
+        return;
+    }
+    compiled_ += now - *compilingSince_;
+    compilingSince_.reset();
+    if (workingSince_) workingSince_ = now;
+}
+
+CompileTotals RenderQueue::compileTotals() const {
+    const std::lock_guard lock(mutex_);
+    return compileTotals_;
+}
+
+bool RenderQueue::compiledSince(Clock::time_point then) const {
+    const std::lock_guard lock(mutex_);
+    return compilingSince_ || lastCompiled_ >= then;
+}
+
+RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
+    : queue_(queue), departure_(turn.departure), patience_(turn.patience) {
+    const auto patience = std::chrono::duration_cast<Clock::duration>(turn.patience);
+    longest_ = Clock::now() + patience +
+               std::chrono::duration_cast<Clock::duration>(turn.compilePatience);
+    {
+        const std::lock_guard lock(queue.mutex_);
+        deadline_ = queue.queueTime() + patience;
+    }
+    id_ = queue.push(turn, deadline_, {std::move(work), dropped_});
     if (departure_) departure_->whenLeft([this] { queue_.withdraw(id_, clientLeft()); });
+}
+
+Clock::duration RenderQueue::Place::left() const {
+    const std::lock_guard lock(queue_.mutex_);
+    const auto now = Clock::now();
+    const Clock::duration inQueueTime = deadline_ - queue_.queueTime();
+    if (inQueueTime <= Clock::duration::zero()) {
+        throw RequestError(overDeadline(patience_.count()));
+    }
+    if (now >= longest_) throw RequestError(stillCompiling(queue_.compileTotals_.programs));
+    return std::min(inQueueTime, longest_ - now);
 }
 
 RenderQueue::Place::~Place() {
@@ -54,8 +108,9 @@ WorkLine::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job
     {
         const std::lock_guard lock(mutex_);
         if (refusing_) throw RequestError(shuttingDown());
-        if (deadline <= Clock::now()) throw RequestError(overDeadline(turn.patience.count()));
-        const WorkLine::Entry entry = line_.enter({turn.client, turn.kind, deadline}, Clock::now());
+        const auto now = queueTime();
+        if (deadline <= now) throw RequestError(overDeadline(turn.patience.count()));
+        const WorkLine::Entry entry = line_.enter({turn.client, turn.kind, deadline}, now);
         for (const WorkLine::Id out : entry.pushedOut) gone.push_back(dropped(out, full()));
         if (!entry.id) throw RequestError(full());
         id = *entry.id;
@@ -118,7 +173,9 @@ Problem RenderQueue::full() const {
 void RenderQueue::serve(const RendererOptions& options) {
     std::unique_ptr<Renderer> renderer;
     try {
-        renderer = std::make_unique<Renderer>(options);
+        RendererOptions own = options;
+        own.whenCompiling = [this](bool begins) { compiling(begins); };
+        renderer = std::make_unique<Renderer>(own);
         made_.set_value(renderer->identity());
     } catch (...) {
         made_.set_exception(std::current_exception());
@@ -126,26 +183,56 @@ void RenderQueue::serve(const RendererOptions& options) {
     }
     std::unique_lock lock(mutex_);
     for (;;) {
-        wake_.wait(lock, [&] { return ending_ || !posted_.empty() || !jobs_.empty(); });
+        wake_.wait(lock, [&] {
+            return ending_ || !posted_.empty() || !jobs_.empty() || !background_.empty();
+        });
+        const bool background = !background_.empty() && !ending_;
         if (!posted_.empty()) {
-            Work work = std::move(posted_.front());
-            posted_.pop_front();
-            workingSince_ = Clock::now();
-            lock.unlock();
-            try {
-                work(*renderer);
-            } catch (const std::exception& error) {
-                spdlog::error("work on the OpenGL thread failed: {}", error.what());
-            }
-            work = nullptr;  // frees what it holds before the lock is taken again
-            lock.lock();
-            workingSince_.reset();
-        } else if (!jobs_.empty()) {
+            servePosted(*renderer, lock);
+        } else if (!jobs_.empty() && !(background && backgroundIsNext_)) {
+            backgroundIsNext_ = true;
             serveOne(*renderer, lock);
-        } else {
+        } else if (background) {
+            backgroundIsNext_ = false;
+            serveBackground(*renderer, lock);
+        } else if (ending_) {
             return;
         }
+        const RendererCounters made = renderer->counters();
+        compileTotals_ = {made.programsMade, made.pipelinesMade, 1e-3 * made.compileMilliseconds};
     }
+}
+
+void RenderQueue::servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
+    Work work = std::move(posted_.front());
+    posted_.pop_front();
+    workingSince_ = Clock::now();
+    lock.unlock();
+    try {
+        work(renderer);
+    } catch (const std::exception& error) {
+        spdlog::error("work on the OpenGL thread failed: {}", error.what());
+    }
+    work = nullptr;  // frees what it holds before the lock is taken again
+    lock.lock();
+    workingSince_.reset();
+}
+
+void RenderQueue::serveBackground(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
+    std::function<bool(Renderer&)> step = std::move(background_.front());
+    background_.pop_front();
+    workingSince_ = Clock::now();
+    lock.unlock();
+    bool more = false;
+    try {
+        more = step(renderer);
+    } catch (const std::exception& error) {
+        spdlog::error("background work on the OpenGL thread failed: {}", error.what());
+    }
+    if (!more) step = nullptr;
+    lock.lock();
+    if (more) background_.push_front(std::move(step));
+    workingSince_.reset();
 }
 
 std::chrono::duration<double> RenderQueue::workingFor() const {
@@ -158,7 +245,7 @@ std::chrono::duration<double> RenderQueue::workingFor() const {
 void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
     std::vector<Job> gone;
     Job job;
-    const WorkLine::Turn turn = line_.next(Clock::now());
+    const WorkLine::Turn turn = line_.next(queueTime());
     for (const WorkLine::Id late : turn.late) gone.push_back(dropped(late, overDeadline(0.0)));
     if (turn.id) {
         running_ = true;
@@ -174,7 +261,7 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     lock.lock();
     workingSince_.reset();
     if (!turn.id) return;
-    line_.finished(Clock::now());
+    line_.finished(queueTime());
     running_ = false;
     if (jobs_.empty()) idle_.notify_all();
 }

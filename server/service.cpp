@@ -53,13 +53,18 @@ void Service::frameWasDrawn() {
 }
 
 void Service::checkCanary() {
+    // The driver compiles on the renderer's thread: both live.
+    const auto start = Clock::now();
+    if (queue_.compiledSince(start - kCanaryLasts)) return;
     const std::int64_t age = nowMilliseconds() - lastDrawn_;
     if (age < std::chrono::milliseconds(kCanaryLasts).count()) return;
     Image image;
     try {
-        image = queue_.run(kCanaryPatience,
-                           [](Renderer& r) { return r.render(canaryRequest()).image; });
+        image = queue_.run(
+            Turn{.patience = kCanaryPatience, .compilePatience = std::chrono::seconds(0)},
+            [](Renderer& r) { return r.render(canaryRequest()).image; });
     } catch (const std::exception& error) {
+        if (queue_.compiledSince(start)) return;
         spdlog::error("the canary frame failed: {}", error.what());
         throw RequestError(notReady("A canary frame could not be drawn."));
     }

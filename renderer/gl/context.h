@@ -3,6 +3,8 @@
 // One thread owns it: the one that made it. Does not: choose what is drawn, or hold GL objects.
 #pragma once
 
+#include "gl/first_use.h"
+
 #include <cstdint>
 #include <string>
 #include <thread>
@@ -49,6 +51,8 @@ public:
     const Capabilities& capabilities() const { return capabilities_; }
     ObjectCounters& counters() { return counters_; }
     const ObjectCounters& counters() const { return counters_; }
+    FirstUse& firstUse() { return firstUse_; }
+    const FirstUse& firstUse() const { return firstUse_; }
     const std::vector<std::string>& messages() const { return messages_; }
     void addMessage(std::string message);
 
@@ -71,6 +75,7 @@ private:
     unsigned (*resetStatus_)() = nullptr;  // null: the driver tells nothing
     Capabilities capabilities_;
     ObjectCounters counters_;
+    FirstUse firstUse_;
     std::vector<std::string> messages_;
 };
 

@@ -36,11 +36,17 @@ Name newFramebuffer() {
     return name;
 }
 
+std::uint32_t kindOf(const FramebufferDescription& d) {
+    const std::uint32_t color = d.color ? static_cast<std::uint32_t>(d.color->description().format)
+                                        : static_cast<std::uint32_t>(d.colorSamples->format());
+    return color | (d.depth ? 1u : 0u) << 8 | (d.colorSamples ? 1u : 0u) << 9;
+}
+
 }  // namespace
 
 Renderbuffer::Renderbuffer(RenderFormat format, std::uint32_t width, std::uint32_t height,
                            std::uint32_t samples)
-    : name_(newRenderbuffer()) {
+    : format_(format), name_(newRenderbuffer()) {
     glBindRenderbuffer(GL_RENDERBUFFER, name_.get());
     glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? static_cast<int>(samples) : 0,
                                      wordOf(format), static_cast<int>(width),
@@ -53,7 +59,7 @@ Renderbuffer::~Renderbuffer() {
 }
 
 Framebuffer::Framebuffer(const FramebufferDescription& d)
-    : width_(d.width), height_(d.height), name_(newFramebuffer()) {
+    : width_(d.width), height_(d.height), kind_(kindOf(d)), name_(newFramebuffer()) {
     glBindFramebuffer(GL_FRAMEBUFFER, name_.get());
     if (d.colorSamples) {
         glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
@@ -87,6 +93,7 @@ Framebuffer::~Framebuffer() {
 void Framebuffer::bind() const {
     glBindFramebuffer(GL_FRAMEBUFFER, name_.get());
     glViewport(0, 0, static_cast<int>(width_), static_cast<int>(height_));
+    Context::current().firstUse().setTarget(kind_);
 }
 
 void Framebuffer::resolveInto(const Framebuffer& target) const {

@@ -17,8 +17,10 @@ public:
     Renderbuffer(Renderbuffer&&) = default;
     ~Renderbuffer();
     Name name() const { return name_.get(); }
+    RenderFormat format() const { return format_; }
 
 private:
+    RenderFormat format_;
     OwnedName name_;
 };
 
@@ -48,6 +50,7 @@ public:
 
 private:
     std::uint32_t width_, height_;
+    std::uint32_t kind_;  // equal for equal formats of what is drawn into
     OwnedName name_;
 };
 

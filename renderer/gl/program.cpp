@@ -49,13 +49,15 @@ Name linked(const ProgramDescription& d) {
 
 }  // namespace
 
-Program::Program(const ProgramDescription& description) : name_(linked(description)) {}
+Program::Program(const ProgramDescription& description)
+    : name_(Context::current().firstUse().link([&] { return linked(description); })) {}
 
 Program::~Program() {
     glDeleteProgram(name_.get());
 }
 
 void Program::use() const {
+    Context::current().firstUse().setProgram(name_.get());
     glUseProgram(name_.get());
 }
 

@@ -45,6 +45,10 @@ void apply(const State& state) {
     if (Context::current().capabilities().clipControl) {
         glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     }
+    Context::current().firstUse().setState(static_cast<std::uint32_t>(state.depthTest) |
+                                           static_cast<std::uint32_t>(state.blending) << 4 |
+                                           state.depthWrite << 8 | state.colorWrite << 9 |
+                                           state.clip << 10);
 }
 
 void apply(const Facing& facing) {

@@ -41,9 +41,11 @@ void VertexArray::bind() const {
 
 void drawIndexed(std::uint32_t firstIndex, std::uint32_t indexCount, std::uint32_t instance) {
     const std::uintptr_t offset = std::uintptr_t{firstIndex} * sizeof(std::uint32_t);
-    glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(indexCount),
-                                        GL_UNSIGNED_INT, reinterpret_cast<const void*>(offset), 1,
-                                        instance);
+    Context::current().firstUse().draw([&] {
+        glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(indexCount),
+                                            GL_UNSIGNED_INT, reinterpret_cast<const void*>(offset),
+                                            1, instance);
+    });
 }
 
 void submitDraws() {
@@ -51,7 +53,7 @@ void submitDraws() {
 }
 
 void drawTriangle() {
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    Context::current().firstUse().draw([] { glDrawArrays(GL_TRIANGLES, 0, 3); });
 }
 
 }  // namespace clerestory::gl

@@ -67,7 +67,7 @@ void Executor::forget(const Scene& scene) {
     scenes_.erase(&scene);
 }
 
-void Executor::runPass(const PassInput& input) {
+void Executor::dispatch(const PassInput& input) {
     const gl::DebugGroup group(input.pass.name);
     switch (input.pass.kind) {
         case PassKind::environment:
@@ -161,6 +161,24 @@ std::vector<Target*> Executor::begin(const FramePlan& plan) {
     return targets;
 }
 
+void Executor::runPass(const FramePlan& plan, const Pass& pass, const std::vector<Target*>& targets,
+                       const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
+                       const EnvironmentMaps& maps) {
+    const auto named = maps.find(pass.map);
+    const EnvironmentMap& map = named == maps.end() ? environment : *named->second;
+    const bool needsMap = pass.kind == PassKind::environment || pass.sky ||
+                          pass.environment != kNoTarget ||
+                          (pass.kind == PassKind::gaussian && pass.reads.empty());
+    PassInput input{.plan = plan,
+                    .pass = pass,
+                    .targets = targets,
+                    .scene = pass.views.empty() ? nullptr : &scenes_.at(&scene),
+                    .pose = pose,
+                    .environment = needsMap ? &uploaded(map) : nullptr};
+    if (traces(pass)) input.tracer = &tracerOf(scene, plan, pose);
+    dispatch(input);
+}
+
 Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targets,
                          const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
                          const EnvironmentMaps& maps) {
@@ -168,19 +186,7 @@ Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targ
     resources_.counters.meshesMoved += scenes_.at(&scene).follow(pose);
     for (const Pass& pass : plan.passes) {
         const Clock::time_point start = Clock::now();
-        const auto named = maps.find(pass.map);
-        const EnvironmentMap& map = named == maps.end() ? environment : *named->second;
-        const bool needsMap = pass.kind == PassKind::environment || pass.sky ||
-                              pass.environment != kNoTarget ||
-                              (pass.kind == PassKind::gaussian && pass.reads.empty());
-        PassInput input{.plan = plan,
-                        .pass = pass,
-                        .targets = targets,
-                        .scene = pass.views.empty() ? nullptr : &scenes_.at(&scene),
-                        .pose = pose,
-                        .environment = needsMap ? &uploaded(map) : nullptr};
-        if (traces(pass)) input.tracer = &tracerOf(scene, plan, pose);
-        runPass(input);
+        runPass(plan, pass, targets, scene, pose, environment, maps);
         glFinish();  // so that the wall clock tells this pass's time
         result.passMilliseconds.push_back(millisecondsSince(start));
     }
@@ -195,6 +201,17 @@ Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targ
         result.mapBytes += tracer->second.bytes();
     }
     return result;
+}
+
+void Executor::runAlone(const FramePlan& plan, std::size_t pass, const Scene& scene,
+                        const Pose& pose, const EnvironmentMap& environment,
+                        const EnvironmentMaps& maps) {
+    const std::vector<Target*> targets = begin(plan);
+    resources_.counters.meshesMoved += scenes_.at(&scene).follow(pose);
+    runPass(plan, plan.passes[pass], targets, scene, pose, environment, maps);
+    glFinish();
+    gl::Context::current().throwIfFailed();
+    targets_.endFrame();
 }
 
 Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& pose,

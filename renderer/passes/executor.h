@@ -30,6 +30,9 @@ public:
     // The same, and takes away what its mirrors look at.
     Execution runWithMaps(const FramePlan& plan, const Scene& scene, const Pose& pose,
                           const EnvironmentMap& environment, const EnvironmentMaps& maps);
+    // One pass of a plan, for what the driver compiles for it; what it draws is of no use.
+    void runAlone(const FramePlan& plan, std::size_t pass, const Scene& scene, const Pose& pose,
+                  const EnvironmentMap& environment, const EnvironmentMaps& maps);
     // Resident maps, for the planner.
     ResidentMaps residentMaps() const { return targets_.residentMaps(); }
     // A scene is uploaded before it is drawn; forgetting frees what was uploaded.
@@ -48,7 +51,10 @@ private:
     Execution draw(const FramePlan& plan, const std::vector<Target*>& targets, const Scene& scene,
                    const Pose& pose, const EnvironmentMap& environment,
                    const EnvironmentMaps& maps);
-    void runPass(const PassInput& input);
+    void runPass(const FramePlan& plan, const Pass& pass, const std::vector<Target*>& targets,
+                 const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
+                 const EnvironmentMaps& maps);
+    void dispatch(const PassInput& input);
     Image readBack(const FramePlan& plan, const Target& output);
 
     PassResources resources_;

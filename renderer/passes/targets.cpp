@@ -164,6 +164,7 @@ Target& TargetPool::acquire(const TargetSpec& spec) {
 }
 
 void TargetPool::markResident(const Target& target) {
+    if (target.spec().residentKey == 0) return;
     for (Entry& entry : entries_) {
         if (entry.target.get() == &target) entry.resident = true;
     }

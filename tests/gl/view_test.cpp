@@ -299,12 +299,15 @@ TEST_F(Views, anUnknownSceneOrMapIsNamed) {
 TEST_F(Views, warmingMakesEveryProgramOfTheScene) {
     FrameRequest r = twoBalls();
     r.scene = "two balls";
-    renderer().warm("two balls");
+    WarmUp warmUp = renderer().beginWarmUp({r});
+    while (renderer().advance(warmUp)) {
+    }
     r.output.format = OutputFormat::png;
     r.accuracy.edgeFilter = true;
     const RendererCounters before = renderer().counters();
     renderer().render(r);
     EXPECT_EQ(renderer().counters().programsMade, before.programsMade);
+    EXPECT_EQ(renderer().counters().pipelinesMade, before.pipelinesMade);
 }
 
 TEST_F(Views, aReplacedSceneShowsAtOnce) {
