@@ -3,8 +3,7 @@
 
 #include "scene/import/kept_file.h"
 #include "server/content_hash.h"
-
-#include <spdlog/spdlog.h>
+#include "server/log.h"
 
 #include <cmath>
 #include <cstdio>
@@ -75,7 +74,7 @@ void CurveStore::keep(const std::string& key, const Curve& curve) const {
     if (writeKept(fileOf(key), {std::as_bytes(std::span(text))})) {
         sweepKept(folder_, kExtension, kMostBytesOfAll);
     } else {
-        spdlog::debug("a curve cannot be kept: {}", std::strerror(errno));
+        logDebug({"a curve cannot be kept: ", std::strerror(errno)});
     }
 }
 

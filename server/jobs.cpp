@@ -1,8 +1,7 @@
 #include "server/jobs.h"
 
+#include "server/log.h"
 #include "server/problem.h"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -144,7 +143,7 @@ void Jobs::run(Job& job) {
     try {
         result = std::make_shared<const JobResult>(job.work(control));
     } catch (const std::exception& error) {
-        spdlog::error("job {}: {}", job.status.id, error.what());
+        logError({"job ", job.status.id, ": ", error.what()});
         failure = wordsFor(error);
     }
     job.work = nullptr;

@@ -4,9 +4,8 @@
 #include "server/frames.h"
 #include "server/inner_call.h"
 #include "server/live_views.h"
+#include "server/log.h"
 #include "server/server.h"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <charconv>
@@ -208,7 +207,7 @@ Answer getStream(Server& server, const Call& call) {
                 try {
                     return stream->run(sink);
                 } catch (const std::exception& error) {
-                    spdlog::error("a live stream broke off: {}", error.what());
+                    logError({"a live stream broke off: ", error.what()});
                     return false;
                 }
             }};

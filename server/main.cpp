@@ -1,10 +1,8 @@
 // The program: reads the command line and runs one command. Failures end here, as one line.
 #include "server/commands.h"
+#include "server/log.h"
 #include "server/problem.h"
 #include "server/worker/worker.h"
-
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include <cstring>
 #include <iostream>
@@ -51,7 +49,7 @@ int main(int argc, char** argv) {
     if (isWorker) argv[1] = serve;
     CommandLine line;
     if (const auto done = parseCommandLine(argc, argv, line)) return *done;
-    spdlog::set_default_logger(spdlog::stderr_logger_mt("clerestory"));
+    logToStandardError();
     if (isWorker) return runWorker(line.config);
     try {
         return run(line);

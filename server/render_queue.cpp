@@ -1,6 +1,6 @@
 #include "server/render_queue.h"
 
-#include <spdlog/spdlog.h>
+#include "server/log.h"
 
 #include <algorithm>
 #include <cmath>
@@ -211,7 +211,7 @@ void RenderQueue::servePosted(Renderer& renderer, std::unique_lock<std::mutex>& 
     try {
         work(renderer);
     } catch (const std::exception& error) {
-        spdlog::error("work on the OpenGL thread failed: {}", error.what());
+        logError({"work on the OpenGL thread failed: ", error.what()});
     }
     work = nullptr;  // frees what it holds before the lock is taken again
     lock.lock();
@@ -227,7 +227,7 @@ void RenderQueue::serveBackground(Renderer& renderer, std::unique_lock<std::mute
     try {
         more = step(renderer);
     } catch (const std::exception& error) {
-        spdlog::error("background work on the OpenGL thread failed: {}", error.what());
+        logError({"background work on the OpenGL thread failed: ", error.what()});
     }
     if (!more) step = nullptr;
     lock.lock();

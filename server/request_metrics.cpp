@@ -1,5 +1,6 @@
 #include "server/request_metrics.h"
 
+#include "server/log.h"
 #include "server/resident.h"
 #include "server/worker/supervisor.h"
 
@@ -7,7 +8,6 @@
 #include <prometheus/gauge.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
-#include <spdlog/async.h>
 
 #include <sstream>
 
@@ -100,9 +100,7 @@ std::string RequestMetrics::text(const FrontCounters& front, const Supervisor* w
                                    {"requestTimeout", front.timeouts},
                                    {"answerStalled", front.stalled},
                                    {"clientLeft", front.clientsLeft}});
-    if (const auto log = spdlog::thread_pool()) {
-        families_->logDropped.Set(static_cast<double>(log->overrun_counter()));
-    }
+    families_->logDropped.Set(static_cast<double>(logLinesDropped()));
     families_->connections.Add({}).Set(static_cast<double>(front.open));
     if (workers) {
         const SupervisorCounters& w = workers->counters();

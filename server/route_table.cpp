@@ -1,8 +1,7 @@
 #include "server/route_table.h"
 
 #include "renderer.h"
-
-#include <spdlog/spdlog.h>
+#include "server/log.h"
 
 #include <algorithm>
 
@@ -58,10 +57,10 @@ Answer guarded(const Call& call, const std::function<Answer()>& handle) {
     } catch (const InvalidRequest& error) {  // from the plan: a camera or map that is not there
         return problemAnswer(invalidFields(error.errors()), call.requestId);
     } catch (const RenderFailed& error) {
-        spdlog::error("request {}: not drawn: {}", call.requestId, error.what());
+        logError({"request ", call.requestId, ": not drawn: ", error.what()});
         return problemAnswer(renderFailed(), call.requestId);
     } catch (const std::exception& error) {
-        spdlog::error("request {}: {}", call.requestId, error.what());
+        logError({"request ", call.requestId, ": ", error.what()});
         return problemAnswer(internalError(), call.requestId);
     }
 }

@@ -2,8 +2,7 @@
 
 #include "scene/import/scene_cache.h"
 #include "server/build_id.h"
-
-#include <spdlog/spdlog.h>
+#include "server/log.h"
 
 #include <cstdlib>
 
@@ -39,14 +38,14 @@ std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options) {
     const bool asked = !options.folder.empty();
     const std::filesystem::path folder = folderOf(options);
     if (folder.empty()) return nullptr;
-    return std::make_shared<SceneCache>(SceneCacheOptions{
-        .folder = folder,
-        .mostBytes = options.mostBytes,
-        .version = buildId(),
-        .complain = [asked](const std::string& words) {
-            // Nobody asked for the usual place, so nobody misses it.
-            spdlog::log(asked ? spdlog::level::warn : spdlog::level::debug, "{}", words);
-        }});
+    return std::make_shared<SceneCache>(
+        SceneCacheOptions{.folder = folder,
+                          .mostBytes = options.mostBytes,
+                          .version = buildId(),
+                          .complain = [asked](const std::string& words) {
+                              // Nobody asked for the usual place, so nobody misses it.
+                              asked ? logWarning({words}) : logDebug({words});
+                          }});
 }
 
 }  // namespace clerestory

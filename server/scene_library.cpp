@@ -2,10 +2,10 @@
 
 #include "scene/builtin/builtin_scenes.h"
 #include "scene/spelling.h"
+#include "server/log.h"
 #include "server/problem.h"
 
 #include <malloc.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
@@ -246,8 +246,7 @@ void SceneLibrary::makeRoom(std::uint64_t bytes) {
         if (!oldest) return;
         letGo(*oldest);
         ++evicted_;
-        spdlog::info("scene {}: let go, to be loaded again when it is asked for",
-                     oldest->status.id);
+        logInfo({"scene ", oldest->status.id, ": let go, to be loaded again when it is asked for"});
     }
 }
 

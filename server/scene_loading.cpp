@@ -1,10 +1,10 @@
 // The library's other half: the thread that loads scenes.
 #include "scene/builtin/builtin_scenes.h"
+#include "server/log.h"
 #include "server/scene_library.h"
 #include "server/scene_light.h"
 
 #include <malloc.h>
-#include <spdlog/spdlog.h>
 
 namespace clerestory {
 namespace {
@@ -78,8 +78,8 @@ void SceneLibrary::load(const Entry& entry) {
         if (!taken.valid() || !ended(taken)) return;
         taken.get();
         ready(entry, known, vertices);
-        spdlog::info("scene {}: {} triangles in {:.0f} ms", known->id, triangleCount(*known),
-                     millisecondsSince(start));
+        logInfo({"scene ", known->id, ": ", std::to_string(triangleCount(*known)), " triangles in ",
+                 fixedPoint(millisecondsSince(start), 0), " ms"});
     } catch (const std::exception& error) {
         failed(entry, error);
     }
@@ -133,7 +133,7 @@ void SceneLibrary::ready(const Entry& entry, const std::shared_ptr<const Scene>&
 }
 
 void SceneLibrary::failed(const Entry& entry, const std::exception& error) {
-    spdlog::error("scene {}: {}", entry->status.id, error.what());
+    logError({"scene ", entry->status.id, ": ", error.what()});
     const auto* why = dynamic_cast<const ImportError*>(&error);
     const std::lock_guard lock(mutex_);
     SceneStatus& status = entry->status;

@@ -4,10 +4,9 @@
 #include "server/explained.h"
 #include "server/frames.h"
 #include "server/inner_call.h"
+#include "server/log.h"
 #include "server/sequence_files.h"
 #include "server/server.h"
-
-#include <spdlog/spdlog.h>
 
 #include <future>
 
@@ -91,7 +90,7 @@ Answer postSequence(Server& server, const Call& call) {
         try {
             return run->send(*archive, std::move(*first));
         } catch (const std::exception& error) {
-            spdlog::error("request {}: a sequence broke off: {}", run->requestId, error.what());
+            logError({"request ", run->requestId, ": a sequence broke off: ", error.what()});
             return false;
         }
     };

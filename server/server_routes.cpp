@@ -1,6 +1,7 @@
 #include "server/server_routes.h"
 
 #include "server/live.h"
+#include "server/log.h"
 #include "server/openapi.h"
 #include "server/page.h"
 #include "server/route_table.h"
@@ -9,7 +10,6 @@
 #include "server/service_routes.h"
 #include "server/uploads.h"
 
-#include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -79,9 +79,11 @@ Answer finished(Server& server, const Call& call, Answer answer, const std::stri
     if (!answer.problem.empty()) server.metrics().refused(answer.problem);
     const bool chatter = answer.route == "/healthz" || answer.route == "/readyz" ||
                          answer.route == "/metrics" || answer.route == "page";
-    spdlog::log(chatter ? spdlog::level::debug : spdlog::level::info,
-                "{} {} {} {} bytes {:.1f} ms {}", call.method, plain(call.path), answer.status,
-                answer.body.size(), millisecondsSince(call.arrived), call.requestId);
+    const std::string line =
+        call.method + " " + plain(call.path) + " " + std::to_string(answer.status) + " " +
+        std::to_string(answer.body.size()) + " bytes " +
+        fixedPoint(millisecondsSince(call.arrived), 1) + " ms " + call.requestId;
+    chatter ? logDebug({line}) : logInfo({line});
     return answer;
 }
 

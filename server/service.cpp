@@ -1,6 +1,6 @@
 #include "server/service.h"
 
-#include <spdlog/spdlog.h>
+#include "server/log.h"
 
 #include <algorithm>
 
@@ -65,7 +65,7 @@ void Service::checkCanary() {
             [](Renderer& r) { return r.render(canaryRequest()).image; });
     } catch (const std::exception& error) {
         if (queue_.compiledSince(start)) return;
-        spdlog::error("the canary frame failed: {}", error.what());
+        logError({"the canary frame failed: ", error.what()});
         throw RequestError(notReady("A canary frame could not be drawn."));
     }
     const bool white = std::all_of(image.data.begin(), image.data.end(),

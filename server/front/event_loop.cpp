@@ -1,8 +1,7 @@
 #include "server/front/event_loop.h"
 
 #include "server/front/wire.h"
-
-#include <spdlog/spdlog.h>
+#include "server/log.h"
 
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
@@ -115,7 +114,7 @@ void EventLoop::with(Id id, Act act) {
     try {
         act(found->second);
     } catch (const std::exception& error) {  // memory or threads, mostly
-        spdlog::error("a connection failed: {}", error.what());
+        logError({"a connection failed: ", error.what()});
         end(id);
     }
 }
@@ -140,7 +139,7 @@ void EventLoop::accept(int most) {
             welcome(accepted);
         } catch (const std::exception& error) {  // memory: it costs this connection
             ++counters_.acceptErrors;
-            spdlog::error("a connection failed: {}", error.what());
+            logError({"a connection failed: ", error.what()});
         }
     }
 }
@@ -196,7 +195,9 @@ bool EventLoop::evict(milliseconds youngest) {
 
 // Descriptors or memory are short: lets the machine breathe.
 void EventLoop::pauseAccepting(int error) {
-    if (counters_.acceptErrors++ % 100 == 0) spdlog::warn("accept: {}", strerror(error));
+    if (counters_.acceptErrors++ % 100 == 0) {
+        logWarning({"accept: ", strerror(error)});
+    }
     epoll_event event{.events = 0, .data = {.u64 = kListener}};
     epoll_ctl(epoll_, EPOLL_CTL_MOD, listener_.socket(), &event);
     acceptAgain_ = Clock::now() + kAcceptPause;

@@ -1,10 +1,9 @@
 #include "server/front/library.h"
 
 #include "server/front/wire.h"
+#include "server/log.h"
 
 #include <httplib.h>
-
-#include <spdlog/spdlog.h>
 
 #include <atomic>
 #include <cstring>
@@ -184,7 +183,7 @@ bool Library::answer(Exchange& exchange, Outlet& outlet) {
     try {
         return server_->answer(exchange, outlet);
     } catch (const std::exception& error) {  // memory, mostly; the worker must live on
-        spdlog::error("request {}: {}", exchange.requestId, error.what());
+        logError({"request ", exchange.requestId, ": ", error.what()});
     }
     return false;
 }

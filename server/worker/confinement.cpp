@@ -1,9 +1,9 @@
 #include "server/worker/confinement.h"
 
 #include "scene/import/sanitizer.h"
+#include "server/log.h"
 
 #include <seccomp.h>
-#include <spdlog/spdlog.h>
 
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -69,7 +69,7 @@ void confine(std::uint64_t addressSpaceBytes) {
         setrlimit(RLIMIT_AS, &space);
     }
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || !forbidNetwork()) {
-        spdlog::warn("the render worker runs without a filter of system calls");
+        logWarning({"the render worker runs without a filter of system calls"});
     }
 }
 

@@ -1,8 +1,7 @@
 #include "server/worker/supervisor.h"
 
+#include "server/log.h"
 #include "server/problem.h"
-
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 
@@ -84,7 +83,7 @@ void Supervisor::keep() {
         try {
             worker = started();
         } catch (const std::exception& error) {
-            spdlog::error("no new render worker: {}", error.what());
+            logError({"no new render worker: ", error.what()});
         }
         lock.lock();
         if (!worker) {
@@ -127,8 +126,8 @@ void Supervisor::ended(const Worker& worker) {
 void Supervisor::lost(Worker worker) {
     ++counters_.ended;
     if (worker->wasSilent()) ++counters_.silent;
-    spdlog::error("the render worker {} ended{}", worker->id(),
-                  worker->wasSilent() ? ": it said nothing any more" : "");
+    logError({"the render worker ", std::to_string(worker->id()), " ended",
+              (worker->wasSilent() ? ": it said nothing any more" : "")});
     active_ = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
     standby_ = nullptr;
     shares_ = true;

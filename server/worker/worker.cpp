@@ -1,13 +1,12 @@
 #include "server/worker/worker.h"
 
 #include "server/front/worker_pool.h"
+#include "server/log.h"
 #include "server/service.h"
 #include "server/service_routes.h"
 #include "server/worker/call_wire.h"
 #include "server/worker/confinement.h"
 #include "server/worker/message_pipe.h"
-
-#include <spdlog/spdlog.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -27,8 +26,8 @@ public:
               bool warm = false;
               while (!ending_) {
                   if (service_ && service_->queue().workingFor() > longest) {
-                      spdlog::critical("the renderer worked on one thing for {:.0f} s",
-                                       longest.count());
+                      logCritical({"the renderer worked on one thing for ",
+                                   fixedPoint(longest.count(), 0), " s"});
                       std::_Exit(3);
                   }
                   warm = warm || (service_ && firstSceneDone());
@@ -126,7 +125,7 @@ int runWorker(const Config& config) {
     endWithParent();
     std::signal(SIGINT, SIG_IGN);  // the front alone is told to stop
     std::signal(SIGTERM, SIG_IGN);
-    spdlog::set_level(spdlog::level::from_str(config.logLevel));
+    setLogLevel(config.logLevel);
     MessagePipe pipe(kWorkerSocket);
     Beating beating(pipe, std::chrono::duration<double>(config.hangSeconds));
     try {
@@ -134,7 +133,7 @@ int runWorker(const Config& config) {
         endWithoutMemory();
         Config own = config;
         own.renderer.whenReset = [] {
-            spdlog::critical("the GPU was reset: this renderer ends");
+            logCritical({"the GPU was reset: this renderer ends"});
             std::_Exit(4);
         };
         Service service(own);
