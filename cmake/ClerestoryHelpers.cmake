@@ -1,9 +1,26 @@
-# clerestory_room(name SOURCES ... LIBS ...): a static library, one per room.
+# clerestory_precompiled(kind [LIBS...]): cmake/pch_<kind>.h, precompiled once for all targets that reuse it.
+# Precompiled headers and unity builds only save time: the presets asan, tsan and tidy use neither.
+function(clerestory_precompiled kind)
+  add_library(clerestory_pch_${kind} OBJECT ${PROJECT_SOURCE_DIR}/cmake/pch_${kind}.cpp)
+  target_link_libraries(clerestory_pch_${kind} PRIVATE clerestory_options glm::glm Threads::Threads ${ARGN})
+  target_precompile_headers(clerestory_pch_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/pch_${kind}.h)
+endfunction()
+
+# clerestory_room(name [PCH json] SOURCES ... LIBS ...): a static library, one per room. PCH is the header
+# it is compiled with, cmake/pch_<PCH>.h, `base` unless given.
 function(clerestory_room name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS;PRIVATE_LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "" "PCH" "SOURCES;LIBS;PRIVATE_LIBS" ${ARGN})
+  if(NOT ARG_PCH)
+    set(ARG_PCH base)
+  endif()
   add_library(${name} STATIC ${ARG_SOURCES})
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/renderer)
   target_link_libraries(${name} PUBLIC ${ARG_LIBS} PRIVATE clerestory_options ${ARG_PRIVATE_LIBS})
+  target_precompile_headers(${name} REUSE_FROM clerestory_pch_${ARG_PCH})
+  if(CMAKE_UNITY_BUILD)
+    # A local name may equal a name of another file in the batch. The other presets still warn.
+    target_compile_options(${name} PRIVATE -Wno-shadow)
+  endif()
 endfunction()
 
 # clerestory_embed(target FUNCTION f BASE dir FILES ...): files compiled into the target, read through
@@ -38,12 +55,17 @@ std::span<const EmbeddedFile> ${ARG_FUNCTION}();
 endfunction()
 
 # clerestory_test(name LABEL unit|gl|http|web SOURCES ... LIBS ...): one GoogleTest program, one CTest
-# test. Tests find shared scenes through CLERESTORY_SHARED_SCENES and skip, saying so, without them.
+# test, compiled with cmake/pch_http.h when it starts a server and with cmake/pch_test.h otherwise. Tests find shared scenes through CLERESTORY_SHARED_SCENES and skip, saying so, without them.
 function(clerestory_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/renderer)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} clerestory_options GTest::gmock GTest::gtest GTest::gtest_main)
+  if("test_server" IN_LIST ARG_LIBS)
+    target_precompile_headers(${name} REUSE_FROM clerestory_pch_http)
+  else()
+    target_precompile_headers(${name} REUSE_FROM clerestory_pch_test)
+  endif()
   target_compile_definitions(${name} PRIVATE
     CLERESTORY_SHARED_SCENES="${CLERESTORY_SHARED_SCENES}"
     CLERESTORY_SOURCE_DIR="${PROJECT_SOURCE_DIR}"

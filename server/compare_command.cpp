@@ -16,7 +16,7 @@
 namespace clerestory {
 namespace {
 
-void write(const std::filesystem::path& path, const std::string& bytes) {
+void writeReport(const std::filesystem::path& path, const std::string& bytes) {
     std::ofstream file(path, std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     file.close();
@@ -105,13 +105,14 @@ int runCompare(const CommandLine& line) {
     drawing.end();
     std::cout << comparisonTable(*comparison);
     if (!line.compare.report.empty()) {
-        write(line.compare.report, comparisonJson(*comparison).dump(2) + "\n");
+        writeReport(line.compare.report, comparisonJson(*comparison).dump(2) + "\n");
     }
     for (const SettingResult& setting : comparison->settings) {
         if (setting.errorPicture.data.empty()) continue;
         std::filesystem::create_directories(line.compare.pictures);
-        write(std::filesystem::path(line.compare.pictures) / (fileName(setting.name) + ".png"),
-              encodePng(setting.errorPicture));
+        writeReport(
+            std::filesystem::path(line.compare.pictures) / (fileName(setting.name) + ".png"),
+            encodePng(setting.errorPicture));
     }
     return 0;
 }

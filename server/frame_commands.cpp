@@ -23,7 +23,7 @@
 namespace clerestory {
 namespace {
 
-std::string textOf(const std::string& file) {
+std::string fileText(const std::string& file) {
     if (file == "-") {
         return {std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
     }
@@ -60,7 +60,7 @@ Scene sceneFor(const CommandLine& line, const EnvironmentMaps& maps) {
 }
 
 std::string requestText(const FrameCommand& command) {
-    return command.requestFile.empty() ? "{}" : textOf(command.requestFile);
+    return command.requestFile.empty() ? "{}" : fileText(command.requestFile);
 }
 
 FrameRequest requestFor(const FrameCommand& command) {

@@ -8,8 +8,8 @@
 namespace clerestory {
 namespace {
 
-constexpr std::chrono::milliseconds kBetweenTries{100};
-constexpr std::chrono::minutes kPatience{2};
+constexpr std::chrono::milliseconds kBetweenCalls{100};
+constexpr std::chrono::minutes kCallPatience{2};
 
 // 409: the scene loads, or its curve is being measured.
 bool passes(int status) {
@@ -32,9 +32,9 @@ Answer frame(Server& server, const std::string& body, const std::string& request
         Answer answer = answerTo(server, call);
         if (answer.status == 200) return answer;
         const bool again =
-            passes(answer.status) && !server.stopping() && Clock::now() - begun < kPatience;
+            passes(answer.status) && !server.stopping() && Clock::now() - begun < kCallPatience;
         if (!again) throw InnerFailure(std::move(answer.body));
-        std::this_thread::sleep_for(kBetweenTries);
+        std::this_thread::sleep_for(kBetweenCalls);
     }
 }
 

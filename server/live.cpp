@@ -24,7 +24,7 @@ constexpr auto kSettled = 150ms;
 // that the client has left.
 constexpr auto kStill = 5s;
 // How long a stop waits for a stream that shows a still view.
-constexpr auto kLooksUp = 200ms;
+constexpr auto kLiveLooksUp = 200ms;
 
 std::string nameIn(const Call& call) {
     const std::string name = call.path.substr(call.path.rfind('/') + 1);
@@ -137,11 +137,11 @@ public:
             std::chrono::duration<double>(1.0 / wish_.rate));
         bool there = send(sink);
         while (there && !server_.stopping()) {
-            std::this_thread::sleep_until(std::min(sent_ + interval, Clock::now() + kLooksUp));
+            std::this_thread::sleep_until(std::min(sent_ + interval, Clock::now() + kLiveLooksUp));
             if (Clock::now() < sent_ + interval) continue;
             const auto again = sent_ + (settled_ ? Clock::duration(kStill) : kSettled);
             if (!wish_.play) {
-                wish_.view->waitForNewer(version_, std::min(again, Clock::now() + kLooksUp));
+                wish_.view->waitForNewer(version_, std::min(again, Clock::now() + kLiveLooksUp));
             }
             if (wish_.play || wish_.view->shown().version > version_) {
                 settled_ = false;

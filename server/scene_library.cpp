@@ -14,7 +14,7 @@ namespace {
 
 // Loading that ends within this is waited for; longer loading is told to the client. What was
 // loaded before had to go for lack of memory, which is no client's concern.
-constexpr std::chrono::milliseconds kPatience{1000}, kPatienceAgain{5000};
+constexpr std::chrono::milliseconds kClosePatience{1000}, kPatienceAgain{5000};
 
 std::string percent(double share) {
     return std::to_string(static_cast<int>(100.0 * share)) + " %";
@@ -138,7 +138,7 @@ std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
     entry->lastUsed = ++uses_;
     const SceneStatus& status = entry->status;
     ++entry->waiting;
-    changed_.wait_for(lock, status.scene ? kPatienceAgain : kPatience, [&] {
+    changed_.wait_for(lock, status.scene ? kPatienceAgain : kClosePatience, [&] {
         return status.state == SceneState::ready || status.state == SceneState::failed || ending_;
     });
     --entry->waiting;

@@ -16,7 +16,7 @@ constexpr std::uint64_t kMostTries = 3;
 constexpr std::chrono::seconds kBetweenTries{2};
 
 // How soon a loader that waits for the renderer sees that it need not.
-constexpr std::chrono::milliseconds kLooksUp{50};
+constexpr std::chrono::milliseconds kLoadingLooksUp{50};
 
 class Harmful : public ImportError {
 public:
@@ -111,7 +111,7 @@ std::future<void> SceneLibrary::handed(const Entry& entry, const std::shared_ptr
 
 // False: this ends first. There may never be a renderer.
 bool SceneLibrary::ended(const std::future<void>& work) {
-    while (work.wait_for(kLooksUp) != std::future_status::ready) {
+    while (work.wait_for(kLoadingLooksUp) != std::future_status::ready) {
         const std::lock_guard lock(mutex_);
         if (ending_) return false;
     }

@@ -22,7 +22,7 @@ std::string contentOf(const fs::path& file) {
 }
 
 // Whole or not at all, also when the run is ended here.
-void write(const fs::path& folder, const SequenceFile& file) {
+void writeFrameFile(const fs::path& folder, const SequenceFile& file) {
     const fs::path unfinished = folder / (file.name + ".part");
     std::ofstream stream(unfinished, std::ios::binary);
     stream.write(file.bytes.data(), static_cast<std::streamsize>(file.bytes.size()));
@@ -37,7 +37,7 @@ void claim(const fs::path& folder, const std::string& identity) {
     fs::create_directories(folder, error);
     if (error) throw std::runtime_error("cannot make the folder \"" + folder.string() + "\"");
     const fs::path mark = folder / "sequence.json";
-    if (!fs::exists(mark)) return write(folder, {"sequence.json", "", identity});
+    if (!fs::exists(mark)) return writeFrameFile(folder, {"sequence.json", "", identity});
     if (contentOf(mark) != identity) {
         throw std::runtime_error("\"" + folder.string() +
                                  "\" holds frames of another sequence, scene or build; take "
@@ -96,7 +96,7 @@ int runSequence(const CommandLine& line) {
             manifest.add({last, "", contentOf(folder / last)});
         } else {
             for (const SequenceFile& file : filesOf(sequence, i, make)) {
-                write(folder, file);
+                writeFrameFile(folder, file);
                 if (file.name == last) manifest.add(file);
             }
         }
@@ -104,7 +104,7 @@ int runSequence(const CommandLine& line) {
                       static_cast<double>(sequence.count() - sequence.first));
     }
     progress.end();
-    write(folder, manifest.file());
+    writeFrameFile(folder, manifest.file());
     std::cout << sequence.count() - sequence.first << " frames in " << folder.string();
     if (there > 0) std::cout << ", " << there << " of them there already";
     std::cout << "\n";

@@ -41,7 +41,7 @@ Answer asked(Server& server, const Call& call) {
     return server.ask(call);
 }
 
-constexpr Route<Server> kRoutes[] = {
+constexpr Route<Server> kServerRoutes[] = {
     {"/v1/scenes", "GET", asked},
     {"/v1/scenes", "POST", postScene},
     {"/v1/scenes/{id}", "GET", asked},
@@ -56,7 +56,7 @@ constexpr Route<Server> kRoutes[] = {
 };
 
 Answer anybodys(Server& server, const Call& call, std::string& route) {
-    if (auto answer = routed<Server>(kRoutes, server, call, route)) return *std::move(answer);
+    if (auto answer = routed<Server>(kServerRoutes, server, call, route)) return *std::move(answer);
     if (pageFile(call.path)) {
         route = "page";
         return call.method == "GET" ? *pageFile(call.path) : otherMethod(call, "GET, HEAD");
@@ -117,7 +117,7 @@ bool isLinkedPath(std::string_view path) {
 
 std::vector<std::pair<std::string, std::string>> routePaths() {
     auto paths = serviceRoutePaths();
-    for (const auto& row : kRoutes) {
+    for (const auto& row : kServerRoutes) {
         const std::pair<std::string, std::string> path(row.path, row.method);
         if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
     }

@@ -74,7 +74,7 @@ std::string textIn(const nlohmann::json& object, const char* name) {
     return found != object.end() && found->is_string() ? found->get<std::string>() : "";
 }
 
-std::string textOf(const nlohmann::json& about) {
+std::string aboutText(const nlohmann::json& about) {
     return about.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -188,7 +188,7 @@ Upload UploadStore::add(const std::string& kind, const std::string& title,
     const bool made = mkdtemp(pattern.data()) != nullptr;
     const fs::path unfinished = pattern;
     const bool whole = made && wrote(unfinished / ("scene." + kind), content) &&
-                       wrote(unfinished / "about.json", textOf({{"title", title}}));
+                       wrote(unfinished / "about.json", aboutText({{"title", title}}));
     if (!whole || rename(unfinished.c_str(), (folder_ / id).c_str()) != 0) {
         const int error = errno;
         if (made) removeQuietly(unfinished);
@@ -226,7 +226,7 @@ void UploadStore::setFailure(const std::string& id, const std::string& words,
     if (!words.empty()) about.update({{"failure", words}, {"reason", reason}});
     std::error_code ignored;
     fs::remove(next, ignored);
-    if (wrote(next, textOf(about))) fs::rename(next, place / "about.json", ignored);
+    if (wrote(next, aboutText(about))) fs::rename(next, place / "about.json", ignored);
 }
 
 // A file with a byte for each; only what ends whole processes must outlive, so it is not flushed.

@@ -10,7 +10,7 @@
 namespace clerestory {
 namespace {
 
-glm::dvec3 pixelOf(const Layers& layers, std::size_t i) {
+glm::dvec3 clampedPixel(const Layers& layers, std::size_t i) {
     return glm::clamp(glm::dvec3(layers[0].values[i], layers[1].values[i], layers[2].values[i]),
                       0.0, 1.0);
 }
@@ -18,7 +18,7 @@ glm::dvec3 pixelOf(const Layers& layers, std::size_t i) {
 Layer luma(const Layers& rgb) {
     Layer result = rgb[0];
     for (std::size_t i = 0; i < result.values.size(); ++i) {
-        result.values[i] = glm::dot(glm::dvec3(0.299, 0.587, 0.114), pixelOf(rgb, i));
+        result.values[i] = glm::dot(glm::dvec3(0.299, 0.587, 0.114), clampedPixel(rgb, i));
     }
     return result;
 }
@@ -76,7 +76,7 @@ double psnr(const Image& actual, const Image& reference, const Mask* mask) {
     double squares = 0.0;
     for (std::size_t i = 0; i < pair.counted.size(); ++i) {
         if (!pair.counted[i]) continue;
-        const glm::dvec3 d = pixelOf(pair.actual, i) - pixelOf(pair.reference, i);
+        const glm::dvec3 d = clampedPixel(pair.actual, i) - clampedPixel(pair.reference, i);
         squares += glm::dot(d, d);
     }
     if (squares <= 0.0) return kMostDecibels;
@@ -97,7 +97,8 @@ double decibels(const Image& actual, const Image& reference, const Mask* mask) {
     double squares = 0.0;
     for (std::size_t i = 0; i < pair.counted.size(); ++i) {
         if (!pair.counted[i]) continue;
-        const glm::dvec3 d = 255.0 * (pixelOf(pair.actual, i) - pixelOf(pair.reference, i));
+        const glm::dvec3 d =
+            255.0 * (clampedPixel(pair.actual, i) - clampedPixel(pair.reference, i));
         const double y = glm::dot(glm::dvec3(0.29889531, 0.58662247, 0.11448223), d);
         const double in = glm::dot(glm::dvec3(0.59597799, -0.27417610, -0.32180189), d);
         const double quadrature = glm::dot(glm::dvec3(0.21147017, -0.52261711, 0.31114694), d);

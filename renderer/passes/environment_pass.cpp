@@ -17,7 +17,7 @@ constexpr glm::vec3 kFaceAxes[6][3] = {
     {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}},
 };
 
-const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
+const gl::SamplerDescription kSmoothSource{.levels = gl::LevelFilter::linear};
 
 void setFace(blocks::PrefilterBlock& block, std::uint32_t face, float texels) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -32,7 +32,7 @@ void prefilter(PassResources& resources, const PassInput& input, const gl::Textu
     gl::apply(gl::State{});
     gl::apply(gl::Facing{.cullBack = false});
     source.bind(UNIT_SOURCE);
-    resources.samplers.sampler(kSmooth).bind(UNIT_SOURCE);
+    resources.samplers.sampler(kSmoothSource).bind(UNIT_SOURCE);
     resources.shaders.program({"fullscreen.vert", "environment.frag"}).use();
     resources.noVertices.bind();
 

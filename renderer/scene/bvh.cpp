@@ -44,11 +44,11 @@ struct Item {
     glm::vec3 middle() const { return box.low + box.high; }  // twice the centre
 };
 
-bool finite(const glm::vec3& v) {
+bool finitePoint(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-bool inReach(const glm::vec3& v) {
+bool pointInReach(const glm::vec3& v) {
     return glm::all(glm::lessThanEqual(glm::abs(v), glm::vec3(kFarthest)));
 }
 
@@ -88,8 +88,8 @@ std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const Dr
                 }
                 const auto& [a, b, c] = corners;
                 if (triangles.size() == most || first / 3 >= kExactWholeNumbers ||
-                    i >= kExactWholeNumbers || !inReach(a) || !inReach(b) || !inReach(c) ||
-                    !hasArea(a, b, c)) {
+                    i >= kExactWholeNumbers || !pointInReach(a) || !pointInReach(b) ||
+                    !pointInReach(c) || !hasArea(a, b, c)) {
                     ++dropped;
                     continue;
                 }
@@ -238,7 +238,7 @@ glm::dvec3 middleOf(const Scene& scene, const Pose& pose) {
     for (const Instance& instance : scene.instances) {
         const Bounds box = transformed(boundsOf(pose, scene.meshes[instance.mesh]),
                                        pose.worldFromNode[instance.node]);
-        if (inReach(box.min) && inReach(box.max)) bounds.add(box);
+        if (pointInReach(box.min) && pointInReach(box.max)) bounds.add(box);
     }
     if (bounds.empty()) return glm::dvec3(0.0);
     return 0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max));
@@ -256,7 +256,7 @@ struct Frame {
 
 Frame frameOf(const Scene& scene, const Pose& pose) {
     const Bounds& reach = scene.reach;
-    if (reach.empty() || !inReach(reach.min) || !inReach(reach.max)) {
+    if (reach.empty() || !pointInReach(reach.min) || !pointInReach(reach.max)) {
         return {middleOf(scene, pose), 0.0f};
     }
     const glm::vec3 half = 0.5f * reach.extent();
@@ -344,7 +344,7 @@ float reciprocal(float x) {
 std::optional<BvhHit> nearestHit(const Bvh& bvh, const glm::vec3& origin,
                                  const glm::vec3& direction, float tMin, float tMax) {
     const float length = glm::length(direction);
-    if (!(length > 0.0f && length < 1e18f) || !finite(origin)) return std::nullopt;
+    if (!(length > 0.0f && length < 1e18f) || !finitePoint(origin)) return std::nullopt;
     const RayFrame frame(direction / length);
     const glm::vec3 d = frame.along;
     const glm::vec3 perUnit(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z));

@@ -13,7 +13,7 @@ namespace {
 constexpr double kDegree = 0.017453292519943295;
 constexpr double kFlatness = 1e-4;  // of the group's diagonal
 constexpr double kSameDirection = 1.0 * kDegree;
-constexpr double kThinnest = 1e-6;       // second extent over first: thinner is a line
+constexpr double kThinnestPart = 1e-6;   // second extent over first: thinner is a line
 constexpr double kCoarse = 4e-3;         // what may at all lie in a plane that is not yet fitted
 constexpr float kCoarseCosine = 0.003f;  // some 3.4 degrees more than kSameDirection
 // Vertex normals that lean away by less follow the plane; by more they were smoothed over an edge.
@@ -264,7 +264,7 @@ private:
         const double largest = half + root;
         // The smaller one by the determinant, which does not cancel as half - root does.
         const double smallest = (xx * yy - xy * xy) / largest;
-        return !(smallest > kThinnest * kThinnest * largest);
+        return !(smallest > kThinnestPart * kThinnestPart * largest);
     }
 
     // Whether most of its area hangs on corners whose normals say that the surface goes on bending.

@@ -50,7 +50,7 @@ std::vector<std::vector<std::uint32_t>> choicesOf(const Scene& scene,
     return choices;
 }
 
-glm::vec4 meanOf(const Scene& scene, const TextureSlot& slot) {
+glm::vec4 slotMean(const Scene& scene, const TextureSlot& slot) {
     return slot.present() ? scene.images[scene.textures[slot.texture].image].mean : glm::vec4(1.0f);
 }
 
@@ -65,13 +65,13 @@ bool set(const std::optional<From>& from, To& to) {
 void apply(const Scene& scene, const MaterialOverride& from, Material& to) {
     if (from.baseColor) {
         // Coverage that the picture held stays, by its mean where nothing else can hold it.
-        const float coverage = to.baseColor.w * meanOf(scene, to.baseColorTexture).w;
+        const float coverage = to.baseColor.w * slotMean(scene, to.baseColorTexture).w;
         to.baseColor = glm::vec4(glm::vec3(*from.baseColor),
                                  to.alphaMode == AlphaMode::blend ? coverage : to.baseColor.w);
         if (to.alphaMode != AlphaMode::mask) to.baseColorTexture = {};
     }
     if ((from.metallic || from.roughness) && to.metallicRoughnessTexture.present()) {
-        const glm::vec4 mean = meanOf(scene, to.metallicRoughnessTexture);
+        const glm::vec4 mean = slotMean(scene, to.metallicRoughnessTexture);
         to.metallic *= mean.b;
         to.roughness *= mean.g;
         to.metallicRoughnessTexture = {};

@@ -16,7 +16,7 @@ struct Triangle {
     Corners corner;
 };
 
-bool finite(const glm::vec3& v) {
+bool finiteVector(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
@@ -39,7 +39,7 @@ bool degenerate(const std::vector<Vertex>& vertices, const Triangle& t) {
     return !(glm::length(areaNormal(vertices, t)) > 1e-7 * longest);
 }
 
-glm::vec3 anyPerpendicular(const glm::vec3& n) {
+glm::vec3 tangentFor(const glm::vec3& n) {
     const glm::vec3 axis = std::abs(n.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
     return glm::normalize(axis - glm::dot(axis, n) * n);
 }
@@ -60,7 +60,7 @@ std::vector<Triangle> soundTriangles(Scene& scene, const MeshDraft& draft) {
         };
         if (!each([&](std::uint32_t v) { return v < draft.vertices.size(); }))
             ++outOfRange;
-        else if (!each([&](std::uint32_t v) { return finite(draft.vertices[v].position); }))
+        else if (!each([&](std::uint32_t v) { return finiteVector(draft.vertices[v].position); }))
             ++nonFinite;
         else if (degenerate(draft.vertices, t))
             ++flat;
@@ -103,7 +103,8 @@ void makeNormals(Scene& scene, MeshDraft& draft, const std::vector<Triangle>& tr
     for (std::size_t v = 0; v < draft.vertices.size(); ++v) {
         glm::vec3& n = draft.vertices[v].normal;
         const float length = glm::length(n);
-        wanted[v] = !draft.hasNormals || !finite(n) || !(length > 1e-6f) || !std::isfinite(length);
+        wanted[v] =
+            !draft.hasNormals || !finiteVector(n) || !(length > 1e-6f) || !std::isfinite(length);
         if (wanted[v])
             ++count;
         else
@@ -155,10 +156,10 @@ void makeTangents(MeshDraft& draft, const std::vector<Triangle>& triangles) {
                                ? vertex.tangent.w
                                : -static_cast<float>(glm::dot(
                                      glm::cross(glm::dvec3(vertex.normal), along[v]), across[v]));
-        if (finite(t)) t = glm::length(t) > 0.0f ? t / glm::length(t) : t;
+        if (finiteVector(t)) t = glm::length(t) > 0.0f ? t / glm::length(t) : t;
         t -= glm::dot(t, vertex.normal) * vertex.normal;
         const float length = glm::length(t);
-        t = std::isfinite(length) && length > 1e-4f ? t / length : anyPerpendicular(vertex.normal);
+        t = std::isfinite(length) && length > 1e-4f ? t / length : tangentFor(vertex.normal);
         vertex.tangent = glm::vec4(t, side < 0.0f ? -1.0f : 1.0f);
     }
 }

@@ -8,13 +8,13 @@
 namespace clerestory {
 namespace {
 
-bool finite(const glm::vec3& v) {
+bool finiteVertexPart(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-class Check {
+class MotionCheck {
 public:
-    explicit Check(const Scene& scene) : scene_(scene) {}
+    explicit MotionCheck(const Scene& scene) : scene_(scene) {}
 
     std::vector<std::string> run() {
         targets();
@@ -30,8 +30,8 @@ public:
                 "a mesh has no such deformation", i);
         }
         const Bounds& reach = scene_.reach;
-        require(reach.empty() || (finite(reach.min) && finite(reach.max)),
-                "the scene's reach is not finite", 0);
+        require(reach.empty() || (finiteVertexPart(reach.min) && finiteVertexPart(reach.max)),
+                "the scene's reach is not finiteVertexPart", 0);
         return std::move(problems_);
     }
 
@@ -109,18 +109,21 @@ private:
                 "a deformation's influences are out of range", i);
         require(std::all_of(d.base.begin(), d.base.end(),
                             [](const BaseVertex& v) {
-                                return finite(v.position) && finite(v.normal) &&
-                                       finite(glm::vec3(v.tangent)) && std::isfinite(v.tangent.w);
+                                return finiteVertexPart(v.position) && finiteVertexPart(v.normal) &&
+                                       finiteVertexPart(glm::vec3(v.tangent)) &&
+                                       std::isfinite(v.tangent.w);
                             }),
-                "a deformation's vertex is not finite", i);
+                "a deformation's vertex is not finiteVertexPart", i);
         const auto& first = d.firstDelta;
         require((first.empty() ? d.deltas.empty()
                                : first.front() == 0 && first.back() == d.deltas.size() &&
                                      std::is_sorted(first.begin(), first.end())) &&
                     std::all_of(d.deltas.begin(), d.deltas.end(),
                                 [&](const MorphDelta& v) {
-                                    return v.vertex < d.base.size() && finite(v.position) &&
-                                           finite(v.normal) && finite(v.tangent);
+                                    return v.vertex < d.base.size() &&
+                                           finiteVertexPart(v.position) &&
+                                           finiteVertexPart(v.normal) &&
+                                           finiteVertexPart(v.tangent);
                                 }),
                 "a deformation's morph targets are out of range", i);
     }
@@ -147,7 +150,7 @@ private:
 }  // namespace
 
 std::vector<std::string> motionProblems(const Scene& scene) {
-    return Check(scene).run();
+    return MotionCheck(scene).run();
 }
 
 }  // namespace clerestory

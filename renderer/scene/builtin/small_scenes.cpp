@@ -11,23 +11,23 @@
 namespace clerestory {
 namespace {
 
-Index addMaterial(Scene& scene, Material material) {
+Index addPlain(Scene& scene, Material material) {
     scene.materials.push_back(std::move(material));
     return static_cast<Index>(scene.materials.size() - 1);
 }
 
 Index metal(Scene& scene, std::string name, const glm::vec3& color, float roughness) {
-    return addMaterial(scene, {.name = std::move(name),
-                               .baseColor = glm::vec4(color, 1.0f),
-                               .metallic = 1.0f,
-                               .roughness = roughness});
+    return addPlain(scene, {.name = std::move(name),
+                            .baseColor = glm::vec4(color, 1.0f),
+                            .metallic = 1.0f,
+                            .roughness = roughness});
 }
 
 Index dielectric(Scene& scene, std::string name, const glm::vec3& color, float roughness) {
-    return addMaterial(scene, {.name = std::move(name),
-                               .baseColor = glm::vec4(color, 1.0f),
-                               .metallic = 0.0f,
-                               .roughness = roughness});
+    return addPlain(scene, {.name = std::move(name),
+                            .baseColor = glm::vec4(color, 1.0f),
+                            .metallic = 0.0f,
+                            .roughness = roughness});
 }
 
 void addLamp(Scene& scene, std::string name, const glm::dvec3& position,
@@ -84,11 +84,11 @@ Scene sixWalls() {
         const float side = i % 2 == 0 ? 1.0f : -1.0f;
         // Black and without gloss, so that a wall shows its own light and nothing else.
         const Index material =
-            addMaterial(scene, {.name = names[i],
-                                .baseColor = {0, 0, 0, 1},
-                                .metallic = 0.0f,
-                                .emissive = kSixWallsRadiance[static_cast<std::size_t>(i)],
-                                .specular = 0.0f});
+            addPlain(scene, {.name = names[i],
+                             .baseColor = {0, 0, 0, 1},
+                             .metallic = 0.0f,
+                             .emissive = kSixWallsRadiance[static_cast<std::size_t>(i)],
+                             .specular = 0.0f});
         glm::vec3 corner(-h), u(0.0f), v(0.0f);
         corner[axis] = side * h;
         u[(axis + 1) % 3] = 2.0f * h;
@@ -120,7 +120,7 @@ Scene orbitingCubes() {
             return glm::vec4(tone + fleck, 1.0f);
         });
     ground.baseColorTexture.scale = glm::vec2(1.0f / 4.0f);
-    MeshDraft floor = shapes::draft("floor", addMaterial(scene, ground));
+    MeshDraft floor = shapes::draft("floor", addPlain(scene, ground));
     shapes::addPatch(floor, {-12, 0, 12}, {24, 0, 0}, {0, 0, -24}, 24, 24);
     shapes::place(scene, std::move(floor));
 
@@ -177,7 +177,7 @@ Scene teapots() {
             return glm::vec4(tone, 1.0f);
         });
     wood.baseColorTexture.scale = glm::vec2(1.0f / 5.0f);
-    MeshDraft table = shapes::draft("table", addMaterial(scene, wood));
+    MeshDraft table = shapes::draft("table", addPlain(scene, wood));
     shapes::addBox(table, {-6.0f, -0.3f, -3.2f}, {6.0f, 0.0f, 3.0f});
     shapes::place(scene, std::move(table));
 
@@ -192,8 +192,8 @@ Scene teapots() {
                    .transmission = 1.0f,
                    .thickness = 0.06f};
     const Index stuff[] = {
-        addMaterial(scene, glazed), metal(scene, "copper", {0.95f, 0.60f, 0.42f}, 0.22f),
-        addMaterial(scene, glass), metal(scene, "gold", {1.00f, 0.72f, 0.29f}, 0.08f),
+        addPlain(scene, glazed), metal(scene, "copper", {0.95f, 0.60f, 0.42f}, 0.22f),
+        addPlain(scene, glass), metal(scene, "gold", {1.00f, 0.72f, 0.29f}, 0.08f),
         dielectric(scene, "clay", {0.48f, 0.18f, 0.11f}, 0.75f)};
     const glm::dvec3 places[] = {
         {-3.6, 0, 0.2}, {-1.5, 0, -1.5}, {0.2, 0, 0.9}, {1.9, 0, -1.4}, {3.7, 0, 0.4}};

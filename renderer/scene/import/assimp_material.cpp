@@ -46,7 +46,7 @@ int illumination(const aiMaterial& from) {  // MTL's "illum"; 2 is its everyday 
     return model;
 }
 
-Wrap wrap(int mode) {
+Wrap wrapOfAssimp(int mode) {
     switch (mode) {
         case aiTextureMapMode_Clamp:
         case aiTextureMapMode_Decal:
@@ -237,8 +237,8 @@ TextureSlot AssimpMaterials::slot(const aiMaterial& from, int kind, ColorSpace c
     int modeV = aiTextureMapMode_Wrap;
     from.Get(AI_MATKEY_MAPPINGMODE_U(type, 0), modeU);
     from.Get(AI_MATKEY_MAPPINGMODE_V(type, 0), modeV);
-    how.wrapU = wrap(modeU);
-    how.wrapV = wrap(modeV);
+    how.wrapU = wrapOfAssimp(modeU);
+    how.wrapV = wrapOfAssimp(modeV);
     ImageSource source = imageSource(path.C_Str());
     if (!coverage.empty()) {
         source.coverage = imageSource(coverage).name;

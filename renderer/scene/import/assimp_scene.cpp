@@ -68,7 +68,7 @@ glm::dmat4 looking(const glm::dvec3& position, glm::dvec3 direction, glm::dvec3 
     return frame;
 }
 
-float linearFromSrgb(float c) {  // IEC 61966-2-1
+float linearChannel(float c) {  // IEC 61966-2-1
     return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
 }
 
@@ -87,9 +87,9 @@ glm::dmat4 scaled(const glm::dmat4& matrix, double factor) {
     return scale * matrix;
 }
 
-class Reader {
+class AssimpReader {
 public:
-    Reader(const aiScene& file, const std::string& extension, const ImportLimits& limits)
+    AssimpReader(const aiScene& file, const std::string& extension, const ImportLimits& limits)
         : file_(file),
           colorsAreSrgb_(extension == "ply" || extension == "obj"),
           metresPerUnit_(metresPerUnit(file)),
@@ -160,7 +160,7 @@ private:
     // OBJ and PLY carry the colours of a screen, the others carry light.
     glm::vec4 color(const aiColor4D& c) const {
         return colorsAreSrgb_
-                   ? glm::vec4(linearFromSrgb(c.r), linearFromSrgb(c.g), linearFromSrgb(c.b), c.a)
+                   ? glm::vec4(linearChannel(c.r), linearChannel(c.g), linearChannel(c.b), c.a)
                    : glm::vec4(c.r, c.g, c.b, c.a);
     }
 
@@ -299,8 +299,7 @@ private:
         if (std::max({color.r, color.g, color.b}) > kFarAboveWhite) {
             return 1.0 / (4.0 * kPi);
         }
-        const auto diagonal =
-            static_cast<double>(worldBounds(scene_, restPose(scene_)).diagonal());
+        const auto diagonal = static_cast<double>(worldBounds(scene_, restPose(scene_)).diagonal());
         const double metres = diagonal > 0.0 && std::isfinite(diagonal) ? diagonal / 2.0 : 1.0;
         const double units = metres / metresPerUnit_;
         const double attenuation = light.mAttenuationConstant + light.mAttenuationLinear * units +
@@ -346,7 +345,7 @@ Scene assimpScene(const std::string& file, const std::string& extension, const S
     if (progress) {
         progress({"meshes", 0.2});
     }
-    return Reader(*scene, extension, limits).run(extension, folder, progress);
+    return AssimpReader(*scene, extension, limits).run(extension, folder, progress);
 }
 
 }  // namespace clerestory

@@ -312,7 +312,7 @@ int unquantised(int x, int bits, bool isSigned) {
     return x < 0 ? -wide : wide;
 }
 
-float fromHalf(int bits) {
+float valueOfHalf(int bits) {
     const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
     const float size = exponent == 0
                            ? std::ldexp(static_cast<float>(fraction), -24)
@@ -322,8 +322,8 @@ float fromHalf(int bits) {
 
 // The end of the interpolation: so that no infinity comes out.
 float finished(int x, bool isSigned) {
-    if (!isSigned) return fromHalf((x * 31) >> 6);
-    return x < 0 ? fromHalf(0x8000 | ((-x * 31) >> 5)) : fromHalf((x * 31) >> 5);
+    if (!isSigned) return valueOfHalf((x * 31) >> 6);
+    return x < 0 ? valueOfHalf(0x8000 | ((-x * 31) >> 5)) : valueOfHalf((x * 31) >> 5);
 }
 
 }  // namespace

@@ -16,11 +16,11 @@ using Reason = ImportError::Reason;
 // Planes of a picture that are decoded though only three are used.
 constexpr int kMostChannels = 16;
 
-struct Header : EXRHeader {
-    Header() { InitEXRHeader(this); }
-    ~Header() { FreeEXRHeader(this); }
-    Header(const Header&) = delete;
-    Header& operator=(const Header&) = delete;
+struct ExrHeader : EXRHeader {
+    ExrHeader() { InitEXRHeader(this); }
+    ~ExrHeader() { FreeEXRHeader(this); }
+    ExrHeader(const ExrHeader&) = delete;
+    ExrHeader& operator=(const ExrHeader&) = delete;
 };
 
 // tinyexr's messages are its own to free.
@@ -39,7 +39,7 @@ void checkHeader(std::span<const unsigned char> file, std::uint64_t maxPixels) {
     if (version.multipart || version.non_image) {
         throw ImportError(Reason::unsupported, ".exr pictures of several parts are not read");
     }
-    Header header;
+    ExrHeader header;
     Message message;
     if (ParseEXRHeaderFromMemory(&header, &version, file.data(), file.size(), &message.text) !=
         TINYEXR_SUCCESS) {

@@ -9,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-Wrap wrap(std::uint64_t code) {
+Wrap wrapOfGltf(std::uint64_t code) {
     switch (code) {  // the codes are OpenGL's
         case 33071:
             return Wrap::clampToEdge;
@@ -24,8 +24,8 @@ Texture sampling(const Json& sampler) {
     constexpr std::uint64_t kNearest = 9728, kLinear = 9729, kNearestNearest = 9984,
                             kNearestLinear = 9986, kLinearLinear = 9987;
     Texture texture;
-    texture.wrapU = wrap(wholeNumber(sampler, "wrapS", 10497));
-    texture.wrapV = wrap(wholeNumber(sampler, "wrapT", 10497));
+    texture.wrapU = wrapOfGltf(wholeNumber(sampler, "wrapS", 10497));
+    texture.wrapV = wrapOfGltf(wholeNumber(sampler, "wrapT", 10497));
     const std::uint64_t magnify = wholeNumber(sampler, "magFilter", kLinear);
     const std::uint64_t minify = wholeNumber(sampler, "minFilter", kLinearLinear);
     texture.magnify = magnify == kNearest ? Filter::nearest : Filter::linear;

@@ -71,9 +71,9 @@ glm::dmat4 parentFromLocal(const Json& node) {
     return matrix;
 }
 
-class Reader {
+class GltfReader {
 public:
-    Reader(std::string file, const SceneFolder& folder, const ImportLimits& limits)
+    GltfReader(std::string file, const SceneFolder& folder, const ImportLimits& limits)
         : limits_(limits), document_(std::move(file), folder), textures_(folder, limits) {}
 
     Scene run(const ProgressCallback& progress) {
@@ -350,7 +350,7 @@ private:
 
 Scene gltfScene(std::string file, const SceneFolder& folder, const ImportLimits& limits,
                 const ProgressCallback& progress) {
-    return Reader(std::move(file), folder, limits).run(progress);
+    return GltfReader(std::move(file), folder, limits).run(progress);
 }
 
 }  // namespace clerestory

@@ -127,7 +127,7 @@ TextureImage decodedByStb(Bytes file, std::uint64_t maxPixels,
     return image;
 }
 
-float linearFromSrgb(int code) {  // IEC 61966-2-1
+float linearFromCode(int code) {  // IEC 61966-2-1
     const float c = static_cast<float>(code) / 255.0f;
     return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
 }
@@ -155,7 +155,7 @@ RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
         const TextureImage image = decodedImage(file, maxPixels, allowance);
         std::array<float, 256> linear{};
         for (int code = 0; code < 256; ++code) {
-            linear[static_cast<std::size_t>(code)] = linearFromSrgb(code);
+            linear[static_cast<std::size_t>(code)] = linearFromCode(code);
         }
         radiance = {image.width, image.height, {}};
         radiance.texels.reserve(image.texels.size() / 4);

@@ -17,13 +17,13 @@ namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".unfinished";
 
-struct Descriptor {
-    explicit Descriptor(int number) : value(number) {}
-    ~Descriptor() {
+struct KeptDescriptor {
+    explicit KeptDescriptor(int number) : value(number) {}
+    ~KeptDescriptor() {
         if (value >= 0) close(value);
     }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
+    KeptDescriptor(const KeptDescriptor&) = delete;
+    KeptDescriptor& operator=(const KeptDescriptor&) = delete;
     const int value;
 };
 
@@ -40,7 +40,7 @@ bool writeAll(int file, std::span<const std::byte> bytes) {
 }  // namespace
 
 std::optional<KeptContent> readKept(const fs::path& file, std::uint64_t most) {
-    const Descriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+    const KeptDescriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
     struct stat about {};
     if (in.value < 0 || fstat(in.value, &about) != 0 || !S_ISREG(about.st_mode) ||
         about.st_uid != geteuid() || static_cast<std::uint64_t>(about.st_size) > most) {
@@ -69,7 +69,7 @@ bool writeKept(const fs::path& file, std::initializer_list<std::span<const std::
     fs::path unfinished = file;
     unfinished += "." + std::to_string(getpid()) + kUnfinished;
     {
-        const Descriptor out(
+        const KeptDescriptor out(
             open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
         if (out.value < 0) return false;
         const bool whole = std::all_of(parts.begin(), parts.end(),

@@ -19,17 +19,17 @@ constexpr std::string_view kMagic1("\xABKTX 11\xBB\r\n\x1A\n", 12);
 constexpr std::string_view kMagic2("\xABKTX 20\xBB\r\n\x1A\n", 12);
 constexpr std::uint32_t kSameEndianness = 0x04030201;
 
-bool startsWith(Bytes file, std::string_view magic) {
+bool opensWith(Bytes file, std::string_view magic) {
     return file.size() >= magic.size() && std::memcmp(file.data(), magic.data(), magic.size()) == 0;
 }
 
-[[noreturn]] void malformed(const char* what) {
+[[noreturn]] void malformedKtx(const char* what) {
     throw ImportError(Reason::malformed, std::string("the KTX file ") + what);
 }
 
 // So many bytes from there on, if the file has them.
 Bytes part(Bytes file, std::uint64_t offset, std::uint64_t count) {
-    if (offset > file.size() || count > file.size() - offset) malformed("is cut short");
+    if (offset > file.size() || count > file.size() - offset) malformedKtx("is cut short");
     return file.subspan(static_cast<std::size_t>(offset), static_cast<std::size_t>(count));
 }
 
@@ -57,7 +57,7 @@ void requireCube(std::uint32_t width, std::uint32_t height, std::uint32_t depth,
                                                    std::to_string(faces) + " faces");
     }
     if (layers > 0) throw ImportError(Reason::unsupported, "arrays of cube maps are not read");
-    if (width == 0 || width != height || depth > 1) malformed("has faces that are not square");
+    if (width == 0 || width != height || depth > 1) malformedKtx("has faces that are not square");
 }
 
 void requirePixels(std::uint32_t size, std::uint64_t maxPixels) {
@@ -103,7 +103,7 @@ Faces facesOfKtx1(Bytes file, std::uint64_t maxPixels) {
     result.faceStride = (result.faceBytes + 3) / 4 * 4;
     const std::uint64_t first = 64ull + pairBytes;
     if (numberAt<std::uint32_t>(file, first) != result.faceBytes) {
-        malformed("says another size of a face than its format has");
+        malformedKtx("says another size of a face than its format has");
     }
     result.bytes = part(file, first + 4, 5 * result.faceStride + result.faceBytes);
     return result;
@@ -130,7 +130,7 @@ Faces facesOfKtx2(Bytes file, std::uint64_t maxPixels) {
     const auto offset = numberAt<std::uint64_t>(file, 80);
     const auto bytes = numberAt<std::uint64_t>(file, 88);
     if (bytes != 6 * result.faceBytes) {
-        malformed("says another size of its level than its format has");
+        malformedKtx("says another size of its level than its format has");
     }
     result.bytes = part(file, offset, bytes);
     return result;
@@ -139,13 +139,13 @@ Faces facesOfKtx2(Bytes file, std::uint64_t maxPixels) {
 }  // namespace
 
 bool isKtx(Bytes file) {
-    return startsWith(file, kMagic1) || startsWith(file, kMagic2);
+    return opensWith(file, kMagic1) || opensWith(file, kMagic2);
 }
 
 RadianceCube decodedKtxCube(Bytes file, std::uint64_t maxPixels) {
-    if (!isKtx(file)) malformed("does not begin as one");
+    if (!isKtx(file)) malformedKtx("does not begin as one");
     const Faces faces =
-        startsWith(file, kMagic1) ? facesOfKtx1(file, maxPixels) : facesOfKtx2(file, maxPixels);
+        opensWith(file, kMagic1) ? facesOfKtx1(file, maxPixels) : facesOfKtx2(file, maxPixels);
     RadianceCube cube{.faceSize = faces.size, .texels = {}};
     const std::size_t faceTexels = std::size_t{faces.size} * faces.size;
     cube.texels.resize(6 * faceTexels);

@@ -19,7 +19,7 @@ Bytes bytesOf(const std::string& file) {
     return {reinterpret_cast<const unsigned char*>(file.data()), file.size()};
 }
 
-std::string lowerExtension(const std::filesystem::path& file) {
+std::string environmentExtension(const std::filesystem::path& file) {
     std::string extension = file.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
@@ -99,7 +99,7 @@ EnvironmentMap loadEnvironmentHere(const std::filesystem::path& fileOrFolder,
     if (std::filesystem::is_directory(fileOrFolder, error)) {
         return mapOf(sixImages(fileOrFolder, limits));
     }
-    const std::string extension = lowerExtension(fileOrFolder);
+    const std::string extension = environmentExtension(fileOrFolder);
     constexpr std::array kExtensions{".hdr", ".exr", ".ktx", ".ktx2"};
     if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
         throw ImportError(Reason::unsupported,

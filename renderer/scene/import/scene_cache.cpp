@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 constexpr const char* kExtension = ".scene";
 constexpr std::size_t kMostReadings = 8192, kMostWaiting = 2;
 
-struct Header {
+struct EntryHeader {
     char magic[8] = {'C', 'L', 'C', 'A', 'C', 'H', 'E', '\0'};
     std::uint32_t version = 1;
     std::uint32_t readings = 0;
@@ -107,8 +107,8 @@ std::optional<std::vector<FileReading>> unpackedReadings(std::string_view text,
 
 // The scene of a file's bytes, when everything about them is right.
 std::optional<Scene> sceneIn(std::span<const std::byte> bytes, const SceneCache::Place& place) {
-    Header header;
-    const Header expected;
+    EntryHeader header;
+    const EntryHeader expected;
     if (bytes.size() < sizeof header) return std::nullopt;
     std::memcpy(&header, bytes.data(), sizeof header);
     const auto rest = bytes.subspan(sizeof header);
@@ -173,7 +173,7 @@ void SceneCache::keep(const Place& place, const std::vector<FileReading>& readin
     const bool same = std::find(readings.begin(), readings.end(), place.whole) != readings.end();
     if (!same || readings.size() > kMostReadings || blob.size() > options_.mostBytes / 2) return;
     const std::string list = packed(readings);
-    Header header;
+    EntryHeader header;
     header.readings = static_cast<std::uint32_t>(readings.size());
     header.readingsBytes = list.size();
     header.readingsHash = XXH3_64bits(list.data(), list.size());

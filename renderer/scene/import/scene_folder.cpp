@@ -44,16 +44,16 @@ int openBelow(int folder, const std::string& name) {
     return descriptor;
 }
 
-class Descriptor {
+class FolderDescriptor {
 public:
-    explicit Descriptor(int value) : value_(value) {}
-    ~Descriptor() {
+    explicit FolderDescriptor(int value) : value_(value) {}
+    ~FolderDescriptor() {
         if (value_ >= 0) {
             close(value_);
         }
     }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
+    FolderDescriptor(const FolderDescriptor&) = delete;
+    FolderDescriptor& operator=(const FolderDescriptor&) = delete;
     int value() const { return value_; }
 
 private:
@@ -111,7 +111,7 @@ int SceneFolder::open(const std::string& name) const {
 
 bool SceneFolder::has(const std::string& name) const {
     if (folder_ < 0) return inMemory(name) != nullptr;
-    const bool there = Descriptor(open(name)).value() >= 0;
+    const bool there = FolderDescriptor(open(name)).value() >= 0;
     note({name, there ? FileReading::Outcome::present : FileReading::Outcome::absent});
     return there;
 }
@@ -121,7 +121,7 @@ std::string SceneFolder::read(const std::string& name) const {
         if (const std::string* content = inMemory(name)) return *content;
         throw ImportError(Reason::notFound, "'" + name + "' is not in the archive");
     }
-    const Descriptor file(open(name));
+    const FolderDescriptor file(open(name));
     if (file.value() < 0) {
         note({name, FileReading::Outcome::absent});
         throw ImportError(Reason::notFound,

@@ -139,7 +139,7 @@ TexelFormat found(const std::vector<Known>& all, std::uint32_t number,
     return *known->format;
 }
 
-float fromHalf(std::uint32_t bits) {
+float floatFromHalf(std::uint32_t bits) {
     const int exponent = static_cast<int>((bits >> 10) & 31);
     const auto fraction = static_cast<float>(bits & 1023);
     if (exponent == 31)
@@ -151,7 +151,7 @@ float fromHalf(std::uint32_t bits) {
 
 // Five bits of exponent, no sign, so many of fraction.
 float fromSmallFloat(std::uint32_t bits, int fractionBits) {
-    return fromHalf(bits << (10 - fractionBits));
+    return floatFromHalf(bits << (10 - fractionBits));
 }
 
 float linearFromSrgb(float c) {  // IEC 61966-2-1
@@ -193,7 +193,7 @@ float channelAt(TexelKind kind, const unsigned char* at) {
             return static_cast<float>(two) / 65535.0f;
         case TexelKind::half:
             std::memcpy(&two, at, 2);
-            return fromHalf(two);
+            return floatFromHalf(two);
         default:
             std::memcpy(&four, at, 4);
             return four;

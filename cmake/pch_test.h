@@ -1,0 +1,5 @@
+// Precompiled for the test programs.
+#include "pch_base.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
