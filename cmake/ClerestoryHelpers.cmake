@@ -3,7 +3,9 @@
 function(clerestory_precompiled kind)
   add_library(clerestory_pch_${kind} OBJECT ${PROJECT_SOURCE_DIR}/cmake/pch_${kind}.cpp)
   target_link_libraries(clerestory_pch_${kind} PRIVATE clerestory_options glm::glm Threads::Threads ${ARGN})
-  target_precompile_headers(clerestory_pch_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake/pch_${kind}.h)
+  # Found through the include path: an absolute name would keep ccache from serving another checkout.
+  target_include_directories(clerestory_pch_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake)
+  target_precompile_headers(clerestory_pch_${kind} PRIVATE <pch_${kind}.h>)
 endfunction()
 
 # clerestory_room(name [PCH json] SOURCES ... LIBS ...): a static library, one per room. PCH is the header
@@ -17,10 +19,6 @@ function(clerestory_room name)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/renderer)
   target_link_libraries(${name} PUBLIC ${ARG_LIBS} PRIVATE clerestory_options ${ARG_PRIVATE_LIBS})
   target_precompile_headers(${name} REUSE_FROM clerestory_pch_${ARG_PCH})
-  if(CMAKE_UNITY_BUILD)
-    # A local name may equal a name of another file in the batch. The other presets still warn.
-    target_compile_options(${name} PRIVATE -Wno-shadow)
-  endif()
 endfunction()
 
 # clerestory_embed(target FUNCTION f BASE dir FILES ...): files compiled into the target, read through
