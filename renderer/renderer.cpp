@@ -136,9 +136,9 @@ struct Renderer::State {
         std::uint64_t generation = 0;
     };
     std::map<std::string, Loaded> scenes;
-    std::uint64_t generations = 0;  // of all scenes together
+    std::uint64_t generations = 0;         // of all scenes together
     mutable EnvironmentMaps environments;  // built-in ones are made when first named
-    std::string firstScene;  // what a request without a scene means
+    std::string firstScene;                // what a request without a scene means
     Executor executor;
     std::uint64_t frames = 0;
     struct Moment {

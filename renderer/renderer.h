@@ -71,8 +71,8 @@ struct Frame {
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     double planMs = 0.0;
     double readbackMs = 0.0;
-    double compileMs = 0.0;       // of planning to readback, what compiling took
-    std::uint64_t compiled = 0;   // programs and pipelines; see RendererCounters
+    double compileMs = 0.0;      // of planning to readback, what compiling took
+    std::uint64_t compiled = 0;  // programs and pipelines; see RendererCounters
     std::uint64_t mapBytes = 0;  // kept for this scene and read by this frame
     // Which addScene() of this renderer, from 1, the scene came from that was drawn.
     std::uint64_t sceneGeneration = 0;
@@ -146,8 +146,8 @@ public:
     // bytes.
     void forgetMaps();
 
-    // Draws what these frames will, so small that compilation is all it costs, so that the real ones
-    // wait for nothing. In steps, so that frames come in between:
+    // Draws what these frames will, so small that compilation is all it costs, so that the real
+    // ones wait for nothing. In steps, so that frames come in between:
     //
     //     WarmUp warmUp = renderer.beginWarmUp(firstFramesOf("chapel"));
     //     while (renderer.advance(warmUp)) {}
@@ -167,8 +167,8 @@ private:
     std::unique_ptr<State> state_;
 };
 
-// The frames that a client most likely asks for first: the default view at two accuracies, and all of
-// the scene from afar.
+// The frames that a client most likely asks for first: the default view at two accuracies, and all
+// of the scene from afar.
 std::vector<FrameRequest> firstFramesOf(const Scene& scene);
 
 }  // namespace clerestory

@@ -30,6 +30,11 @@ void addRendererFlags(CLI::App& command, Config& config) {
                     "nowhere; $XDG_CACHE_HOME/clerestory or ~/.cache/clerestory unless told")
         ->type_name("DIR");
     command
+        .add_option("--shader-cache", config.shaderCache,
+                    "the driver keeps compiled shaders in this folder, shared by all renderer "
+                    "processes; none: nowhere; shaders in the user's cache unless given")
+        ->type_name("DIR");
+    command
         .add_option("--scene-cache-size", config.cache.mostBytes,
                     "bytes in that folder; above it the scene used longest ago goes")
         ->transform(CLI::AsSizeValue(false).description(""))

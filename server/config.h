@@ -27,6 +27,7 @@ struct Config {
     FrontOptions http;
     SceneSources scenes;
     CacheOptions cache;
+    std::filesystem::path shaderCache;  // see useShaderCache()
     std::shared_ptr<const CurveStore> curves;  // of budgets; null: kept in memory alone
     std::size_t queue = 16;               // frames that may wait
     double queueSeconds = 2.0;            // of predicted work that may wait
@@ -36,6 +37,7 @@ struct Config {
     // The renderer in this process; otherwise in workers, which `workers` says how to start.
     bool singleProcess = true;
     SupervisorOptions workers;
+    bool fastStart = true;      // see SupervisorOptions::compileFastFirst
     double hangSeconds = 60.0;  // a worker that draws one thing for longer is ended
     std::uint64_t workerMemoryBytes = 8ull << 30;  // address space; 0: any
 };

@@ -152,6 +152,14 @@ void addWorkerFlags(CLI::App& serve, Config& config) {
             "--no-standby", [&config] { config.workers.standby = false; },
             "keep no second renderer warm: less memory, a slower restart")
         ->group(group);
+    static const std::map<std::string, bool> kCompilations = {{"fast", true}, {"optimized", false}};
+    serve
+        .add_option("--first-compile", config.fastStart,
+                    "fast: while no shaders are cached, the first renderer compiles without "
+                    "optimising, until the standby has compiled them optimised; or optimized")
+        ->transform(CLI::CheckedTransformer(kCompilations).description(""))
+        ->type_name("KIND")
+        ->group(group);
     serve
         .add_option("--worker-memory", config.workerMemoryBytes,
                     "bytes of address space of a renderer; 0: any")

@@ -2,10 +2,12 @@
 // one frame.
 #include "server/command_input.h"
 #include "server/commands.h"
+#include "server/compile_ahead.h"
 #include "server/encode_answer.h"
 #include "server/frame_json.h"
 #include "server/job_work.h"
 #include "server/scene_light.h"
+#include "server/shader_cache.h"
 
 #include "comparison/curve.h"
 
@@ -116,6 +118,7 @@ namespace {
 struct Prepared {
     std::unique_ptr<Renderer> renderer;
     FrameRequest request;
+    std::unique_ptr<CompileAhead> ahead;  // of one frame
 };
 
 // A budget is chosen from the curve of this very view, measured now; says on stderr what it was.
@@ -143,12 +146,21 @@ void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps
     std::cerr << chosen.words << "\n";
 }
 
-Prepared prepare(const CommandLine& line) {
+// For one frame, which costs less than what it has the driver compile.
+Prepared prepare(const CommandLine& line, bool oneFrame = false) {
     Prepared p{.request = requestFor(line.frame)};
     const EnvironmentMaps maps = environmentsOf(line, p.request);
     Scene scene = sceneFor(line, maps);
     scene.id = p.request.scene = "scene";
+    oneFrame = oneFrame && !p.request.accuracy.isBudget() && !compiledBefore(line.frame.scene);
+    if (oneFrame) compileFast();
     p.renderer = std::make_unique<Renderer>(line.config.renderer);
+    if (oneFrame && CompileAhead::helps(p.renderer->identity())) {
+        std::vector<std::shared_ptr<const EnvironmentMap>> list;
+        for (const auto& [name, map] : maps) list.push_back(map);
+        p.ahead = std::make_unique<CompileAhead>(line.config.renderer, copyWithoutTexels(scene),
+                                                 std::move(list), std::vector{p.request});
+    }
     for (const auto& [name, map] : maps) p.renderer->addEnvironment(map);
     if (p.request.accuracy.isBudget()) {
         p.renderer->addScene(scene);
@@ -162,8 +174,9 @@ Prepared prepare(const CommandLine& line) {
 }  // namespace
 
 int runRender(const CommandLine& line) {
-    Prepared p = prepare(line);
+    Prepared p = prepare(line, true);
     const Frame frame = p.renderer->render(p.request);
+    if (p.ahead) p.ahead->stop();
     const Bytes bytes = encoded(frame.image, p.request.output);
     std::ofstream file(line.frame.output, std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -8,10 +8,10 @@
 #include "server/encode_answer.h"
 #include "server/explained.h"
 #include "server/frame_json.h"
+#include "server/log.h"
 #include "server/service.h"
 
 #include <nlohmann/json.hpp>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <charconv>
@@ -164,8 +164,9 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     });
     service.frameWasDrawn();
     if (drawn.frame.compileMs > kLoggedCompileMs) {
-        spdlog::info("request {}: compiling {} shader variants took {:.0f} ms of its frame",
-                     call.requestId, drawn.frame.compiled, drawn.frame.compileMs);
+        logInfo({"request ", call.requestId, ": compiling ", std::to_string(drawn.frame.compiled),
+                 " shader variants took ", fixedPoint(drawn.frame.compileMs, 0),
+                 " ms of its frame"});
     }
     service.library().mapsTook(request.scene, drawn.frame.mapBytes);
     const auto drawnAt = Clock::now();

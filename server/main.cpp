@@ -2,6 +2,7 @@
 #include "server/commands.h"
 #include "server/log.h"
 #include "server/problem.h"
+#include "server/shader_cache.h"
 #include "server/worker/worker.h"
 
 #include <cstring>
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
     CommandLine line;
     if (const auto done = parseCommandLine(argc, argv, line)) return *done;
     logToStandardError();
+    useShaderCache(line.config.shaderCache);
     if (isWorker) return runWorker(line.config);
     try {
         return run(line);

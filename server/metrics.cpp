@@ -65,6 +65,23 @@ struct Metrics::Families {
             .Help("From the door of the queue to the begin of the work")
             .Register(registry)
             .Add({}, secondsBuckets());
+    prometheus::Counter& programs = BuildCounter()
+                                        .Name("clerestory_shader_programs_total")
+                                        .Help("Shader programs linked")
+                                        .Register(registry)
+                                        .Add({});
+    prometheus::Counter& pipelines =
+        BuildCounter()
+            .Name("clerestory_shader_pipelines_total")
+            .Help("Programs drawn for the first time with a fixed state and target format")
+            .Register(registry)
+            .Add({});
+    prometheus::Counter& compileSeconds =
+        BuildCounter()
+            .Name("clerestory_shader_compile_seconds_total")
+            .Help("Time that compiling shaders took; frames wait for it beyond their deadlines")
+            .Register(registry)
+            .Add({});
     prometheus::Gauge& queueDepth = BuildGauge()
                                         .Name("clerestory_queue_depth")
                                         .Help("Frames waiting or being drawn")
@@ -82,6 +99,14 @@ struct Metrics::Families {
                                      .Register(registry)
                                      .Add({});
 
+    void setCompiled(const CompileTotals& all) {
+        const auto raise = [](prometheus::Counter& counter, double to) {
+            counter.Increment(to - counter.Value());
+        };
+        raise(programs, static_cast<double>(all.programs));
+        raise(pipelines, static_cast<double>(all.pipelines));
+        raise(compileSeconds, all.seconds);
+    }
     void tell(const SceneTotals& all) {
         const auto set = [](auto& family, const char* label, const char* name, auto value) {
             family.Add({{label, name}}).Set(static_cast<double>(value));
@@ -139,8 +164,10 @@ void Metrics::notModified() {
     families_->notModified.Increment();
 }
 
-std::string Metrics::text(std::size_t queueDepth, const SceneTotals& scenes) const {
+std::string Metrics::text(std::size_t queueDepth, const CompileTotals& compiled,
+                          const SceneTotals& scenes) const {
     families_->tell(scenes);
+    families_->setCompiled(compiled);
     families_->queueDepth.Set(static_cast<double>(queueDepth));
     families_->resident.Set(residentBytes());
     families_->allocated.Set(allocatedBytes());

@@ -21,7 +21,8 @@ public:
     void notModified();
 
     // Prometheus text, version 0.0.4.
-    std::string text(std::size_t queueDepth, const SceneTotals& scenes) const;
+    std::string text(std::size_t queueDepth, const CompileTotals& compiled,
+                     const SceneTotals& scenes) const;
 
 private:
     struct Families;

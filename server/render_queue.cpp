@@ -76,8 +76,8 @@ bool RenderQueue::compiledSince(Clock::time_point then) const {
 RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
     : queue_(queue), departure_(turn.departure), patience_(turn.patience) {
     const auto patience = std::chrono::duration_cast<Clock::duration>(turn.patience);
-    longest_ = Clock::now() + patience +
-               std::chrono::duration_cast<Clock::duration>(turn.compilePatience);
+    longest_ =
+        Clock::now() + patience + std::chrono::duration_cast<Clock::duration>(turn.compilePatience);
     {
         const std::lock_guard lock(queue.mutex_);
         deadline_ = queue.queueTime() + patience;

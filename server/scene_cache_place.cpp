@@ -9,7 +9,14 @@
 namespace clerestory {
 namespace {
 
-// By the XDG Base Directory Specification; empty where there is no such place.
+// Empty where nothing is kept.
+std::filesystem::path folderOf(const CacheOptions& options) {
+    if (options.folder.empty()) return userCache();
+    return options.folder == "none" ? std::filesystem::path() : options.folder;
+}
+
+}  // namespace
+
 std::filesystem::path userCache() {
     const auto absolute = [](const char* name) -> std::filesystem::path {
         const char* value = std::getenv(name);
@@ -20,14 +27,6 @@ std::filesystem::path userCache() {
     const auto home = absolute("HOME");
     return home.empty() ? home : home / ".cache" / "clerestory";
 }
-
-// Empty where nothing is kept.
-std::filesystem::path folderOf(const CacheOptions& options) {
-    if (options.folder.empty()) return userCache();
-    return options.folder == "none" ? std::filesystem::path() : options.folder;
-}
-
-}  // namespace
 
 std::shared_ptr<CurveStore> curveStoreOf(const CacheOptions& options) {
     const std::filesystem::path folder = folderOf(options);

@@ -7,6 +7,9 @@
 
 namespace clerestory {
 
+// The user's own place for caches, by the XDG Base Directory Specification; empty where there is none.
+std::filesystem::path userCache();
+
 // Null where there is none.
 std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options);
 std::shared_ptr<CurveStore> curveStoreOf(const CacheOptions& options);

@@ -144,4 +144,8 @@ void SceneEntries::drop(const Entry& entry) {
     std::erase(entries_, entry);
 }
 
+std::string firstSourceOf(const SceneSources& sources) {
+    return sources.scenes.empty() ? "chapel" : sources.scenes.front();
+}
+
 }  // namespace clerestory

@@ -35,6 +35,9 @@ struct SceneSources {
     std::uint64_t memoryBytes = 2ull << 30;  // of loaded scenes; above it unused ones are let go
 };
 
+// The text that names the scene loaded first.
+std::string firstSourceOf(const SceneSources& sources);
+
 // What a loaded scene takes; on a software renderer the processor's memory holds both sides.
 struct SceneBytes {
     std::uint64_t meshes = 0;    // vertices and indices, here and on the renderer's side

@@ -22,14 +22,17 @@ std::string percent(double share) {
 
 }  // namespace
 
-SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue)
+SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue,
+                           const RendererOptions& options)
     : queue_(queue),
       import_(sources.import),
+      firstSource_(firstSourceOf(sources)),
       memoryBytes_(sources.memoryBytes),
       importUploads_({.importer = sources.import.importer,
                       .limits = sources.uploads.import,
                       .cache = sources.import.cache}),
-      entries_(sources) {
+      entries_(sources),
+      warmUps_(queue, options) {
     for (const auto& source : sources.environments) {
         auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source, import_));
         environments_[map->name] = map;
@@ -129,6 +132,12 @@ SceneStatus SceneLibrary::find(const std::string& id) {
     const Entry entry = entryFor(id);
     if (!entry->status.scene) askFor(entry, true);
     return entry->status;
+}
+
+bool SceneLibrary::defaultIsWarm() {
+    const SceneState state = find(defaultId_).state;
+    return state == SceneState::failed ||
+           (state == SceneState::ready && warmUps_.of(defaultId_).finished);
 }
 
 std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {

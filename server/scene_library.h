@@ -6,6 +6,7 @@
 
 #include "server/render_queue.h"
 #include "server/scene_entries.h"
+#include "server/warm_ups.h"
 
 #include <condition_variable>
 #include <deque>
@@ -31,7 +32,7 @@ class SceneLibrary {
 public:
     // Loads the environment maps here and starts to load scenes. Throws std::runtime_error with one
     // line about a source that is not there.
-    SceneLibrary(const SceneSources& sources, RenderQueue& queue);
+    SceneLibrary(const SceneSources& sources, RenderQueue& queue, const RendererOptions& options);
     ~SceneLibrary();
     SceneLibrary(const SceneLibrary&) = delete;
     SceneLibrary& operator=(const SceneLibrary&) = delete;
@@ -43,6 +44,10 @@ public:
     // Throws RequestError 404 when there is no such id. Asks for a scene of which nothing is known
     // to be loaded.
     SceneStatus find(const std::string& id);
+    // How far compiling is for the first frames of a loaded scene.
+    WarmUps::Progress warmUp(const std::string& id) const { return warmUps_.of(id); }
+    // Whether the default scene has been loaded and its programs compiled, or has failed.
+    bool defaultIsWarm();
 
     // The scene, ready to be drawn; an empty id is the default. It stays so for as long as what is
     // returned lives, which must not be longer than this. Waits a moment for one that loads. Throws
@@ -87,6 +92,7 @@ private:
     void loadAll();
     void load(const Entry& entry);
     void failed(const Entry& entry, const std::exception& error);
+    void warmUp(const Entry& entry, Scene copy);
     std::future<void> handed(const Entry& entry, const std::shared_ptr<Scene>& full);
     bool ended(const std::future<void>& work);
     void ready(const Entry& entry, const std::shared_ptr<const Scene>& known, std::size_t vertices);
@@ -100,6 +106,7 @@ private:
 
     RenderQueue& queue_;
     const ImportOptions import_;
+    const std::string firstSource_;  // as the command line names it
     const std::uint64_t memoryBytes_;
     std::shared_ptr<UploadStore> uploads_;  // null: nobody may upload
     ImportOptions importUploads_;
@@ -112,6 +119,7 @@ private:
     std::deque<Entry> toLoad_;
     std::uint64_t uses_ = 0, evicted_ = 0, loadedBytes_ = 0;
     bool ending_ = false;
+    WarmUps warmUps_;
     std::thread loader_;
 };
 

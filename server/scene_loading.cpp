@@ -3,6 +3,7 @@
 #include "server/log.h"
 #include "server/scene_library.h"
 #include "server/scene_light.h"
+#include "server/shader_cache.h"
 
 #include <malloc.h>
 
@@ -74,10 +75,12 @@ void SceneLibrary::load(const Entry& entry) {
         const auto full = std::make_shared<Scene>(made(*entry));
         const auto known = std::make_shared<const Scene>(described(*full));
         const std::size_t vertices = full->vertices.size();
+        Scene copy = copyWithoutTexels(*full);
         std::future<void> taken = handed(entry, full);
         if (!taken.valid() || !ended(taken)) return;
         taken.get();
         ready(entry, known, vertices);
+        warmUp(entry, std::move(copy));
         logInfo({"scene ", known->id, ": ", std::to_string(triangleCount(*known)), " triangles in ",
                  fixedPoint(millisecondsSince(start), 0), " ms"});
     } catch (const std::exception& error) {
@@ -102,11 +105,18 @@ std::future<void> SceneLibrary::handed(const Entry& entry, const std::shared_ptr
         malloc_trim(0);  // reading a large scene leaves the heap full of holes
     });
     queue_.post([add](Renderer& renderer) { (*add)(renderer); });
-    // A frame that somebody waits for warms what it needs, sooner.
-    if (entry->warm && entry->waiting == 0) {
-        queue_.post([id = entry->status.id](Renderer& renderer) { renderer.warm(id); });
-    }
     return add->get_future();
+}
+
+// Of the first scene, what another process of this build has compiled is known to those that start.
+void SceneLibrary::warmUp(const Entry& entry, Scene copy) {
+    std::vector<std::shared_ptr<const EnvironmentMap>> maps;
+    for (const auto& [name, map] : environments_) maps.push_back(map);
+    std::function<void()> whenFinished;
+    if (entry->status.id == defaultId_) {
+        whenFinished = [name = firstSource_] { setCompiled(name); };
+    }
+    warmUps_.begin(std::move(copy), std::move(maps), std::move(whenFinished));
 }
 
 // False: this ends first. There may never be a renderer.

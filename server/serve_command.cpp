@@ -2,6 +2,7 @@
 #include "server/commands.h"
 #include "server/log.h"
 #include "server/server.h"
+#include "server/shader_cache.h"
 
 #include <unistd.h>
 
@@ -22,10 +23,13 @@ int runServe(const CommandLine& line) {
 
     logWithoutWaiting();
     setLogLevel(line.config.logLevel);
-    Server server(line.config);
+    Config config = line.config;
+    config.workers.compileFastFirst =
+        config.fastStart && !compiledBefore(firstSourceOf(config.scenes));
+    Server server(config);
     server.start();
-    std::cout << "Clerestory listens on http://" << line.config.http.host << ":" << server.port()
-              << "/" << std::endl;
+    std::cout << "Clerestory listens on http://" << config.http.host << ":" << server.port() << "/"
+              << std::endl;
 
     int signal = 0;
     sigwait(&signals, &signal);

@@ -42,7 +42,7 @@ FrameRequest canaryRequest() {
 Service::Service(const Config& config)
     : config_(config),
       queue_(config_.renderer, {config_.queue, config_.queueSeconds}),
-      library_(config_.scenes, queue_),
+      library_(config_.scenes, queue_, config_.renderer),
       jobs_(kLongJobs) {
     queue_.identity();  // throws when there is no driver
     queue_.post([](Renderer& renderer) { renderer.addScene(canaryScene()); });

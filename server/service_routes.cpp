@@ -8,6 +8,7 @@
 #include "server/route_table.h"
 #include "server/scene_json.h"
 #include "server/service.h"
+#include "server/shader_cache.h"
 
 #include <nlohmann/json.hpp>
 
@@ -32,7 +33,12 @@ Answer listScenes(Service& service, const Call&) {
 Answer describeScene(Service& service, const Call& call) {
     const std::string id = call.path.substr(call.path.rfind('/') + 1);
     const SceneStatus status = service.library().find(id);
-    return jsonAnswer(sceneDetails(status, status.id == service.library().defaultId()));
+    ordered_json json = sceneDetails(status, status.id == service.library().defaultId());
+    if (status.state == SceneState::ready) {
+        const WarmUps::Progress p = service.library().warmUp(id);
+        json["shaders"] = {{"compiled", p.done}, {"total", p.total}, {"finished", p.finished}};
+    }
+    return jsonAnswer(json);
 }
 
 Answer removeScene(Service& service, const Call& call) {
@@ -45,6 +51,7 @@ Answer describeRenderer(Service& service, const Call&) {
     const Config& config = service.config();
     const JailSupport jail = jailSupport();
     const UploadOptions& uploads = config.scenes.uploads;
+    const CompileTotals compiled = service.queue().compileTotals();
     return jsonAnswer(
         {{"vendor", id.vendor},
          {"renderer", id.renderer},
@@ -58,6 +65,11 @@ Answer describeRenderer(Service& service, const Call&) {
          {"maxSamples", id.maxSamples},
          {"maxAnisotropy", id.maxAnisotropy},
          {"maxTextureSize", id.maxTextureSize},
+         {"shaders",
+          {{"programs", compiled.programs},
+           {"pipelines", compiled.pipelines},
+           {"compileSeconds", compiled.seconds},
+           {"optimized", !(id.software && compilesFast())}}},
          {"environments", service.library().environmentNames()},
          {"threads", std::thread::hardware_concurrency()},
          {"limits",
@@ -78,6 +90,12 @@ Answer readiness(Service& service, const Call&) {
     if (first != SceneState::ready) {
         throw RequestError(notReady("The default scene is " + std::string(nameOf(first)) + "."));
     }
+    if (!service.library().defaultIsWarm()) {
+        const WarmUps::Progress p = service.library().warmUp(service.library().defaultId());
+        throw RequestError(
+            notReady("Shaders of the default scene are being compiled: " + std::to_string(p.done) +
+                     " of " + std::to_string(p.total) + " programs."));
+    }
     service.checkCanary();
     return jsonAnswer({{"status", "ready"}});
 }
@@ -85,7 +103,8 @@ Answer readiness(Service& service, const Call&) {
 // The front adds what it counts itself.
 Answer metrics(Service& service, const Call&) {
     return {.type = kMetricsType,
-            .body = service.metrics().text(service.queue().depth(), service.library().totals())};
+            .body = service.metrics().text(service.queue().depth(), service.queue().compileTotals(),
+                                           service.library().totals())};
 }
 
 constexpr Route<Service> kRoutes[] = {

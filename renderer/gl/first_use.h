@@ -1,6 +1,7 @@
-// Compilation as it happens: a driver compiles a program when it is linked, and again, without being
-// asked, inside the first draw with each combination of program, fixed state and target format.
-// llvmpipe takes 0.1 to 1 s for each. This watches both, so that the time is known for what it is.
+// Compilation as it happens: a driver compiles a program when it is linked, and again, without
+// being asked, inside the first draw with each combination of program, fixed state and target
+// format. llvmpipe takes 0.1 to 1 s for each. This watches both, so that the time is known for what
+// it is.
 #pragma once
 
 #include <cstdint>

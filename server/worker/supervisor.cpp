@@ -50,7 +50,7 @@ Supervisor::~Supervisor() {
 // The keeper's thread.
 void Supervisor::keep() {
     try {
-        Worker worker = started();
+        Worker worker = started(options_.compileFastFirst && options_.standby);
         const std::lock_guard lock(mutex_);
         active_ = std::move(worker);
     } catch (...) {
@@ -66,6 +66,7 @@ void Supervisor::keep() {
             shares_ = false;  // perhaps for want of memory; the next one makes do with less
         }
         share();
+        if (active_ && active_->compilesFast() && standbyIsReady()) replaceFastWorker();
         if (active_ && (standby_ || !options_.standby)) {
             changed_.wait_for(lock, kLooksUp);
             continue;
@@ -81,7 +82,7 @@ void Supervisor::keep() {
         lock.unlock();
         Worker worker;
         try {
-            worker = started();
+            worker = started(false);
         } catch (const std::exception& error) {
             logError({"no new render worker: ", error.what()});
         }
@@ -104,8 +105,18 @@ void Supervisor::share() {
     if (follows && !holdsAll(standby_->scenes(), scenes_)) standby_->hold(scenes_);
 }
 
-Supervisor::Worker Supervisor::started() {
-    auto worker = std::make_shared<WorkerProcess>(options_.program, ++counters_.started);
+// With the lock held. Calls that the fast worker has begun keep it alive until they are answered.
+void Supervisor::replaceFastWorker() {
+    logInfo({"optimised shaders are compiled: render worker ", std::to_string(standby_->id()),
+             " replaces ", std::to_string(active_->id())});
+    active_ = std::move(standby_);
+    standby_ = nullptr;
+    changed_.notify_all();
+}
+
+Supervisor::Worker Supervisor::started(bool compileFast) {
+    auto worker =
+        std::make_shared<WorkerProcess>(options_.program, ++counters_.started, compileFast);
     worker->awaitStanding();
     return worker;
 }
@@ -180,6 +191,11 @@ std::pair<std::size_t, std::size_t> Supervisor::scenes() const {
 
 bool Supervisor::standbyIsWarm() const {
     const std::lock_guard lock(mutex_);
+    return standbyIsReady();
+}
+
+// With the lock held.
+bool Supervisor::standbyIsReady() const {
     if (!active_ || !standby_ || !standby_->alive() || !standby_->warm()) return false;
     return !shares_ || holdsAll(standby_->scenes(), active_->scenes());
 }

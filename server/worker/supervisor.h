@@ -15,6 +15,9 @@ namespace clerestory {
 struct SupervisorOptions {
     WorkerProgram program;
     bool standby = true;
+    // The first worker compiles shaders without optimising, so that it answers sooner; the standby,
+    // which optimises, replaces it when its own are compiled. Needs a standby.
+    bool compileFastFirst = false;
     // For so long after a standby took over no other worker takes the machine from it, so that
     // those who waited for the lost one are answered first.
     std::chrono::milliseconds calm{400};
@@ -52,7 +55,9 @@ public:
 private:
     using Worker = std::shared_ptr<WorkerProcess>;
     void keep();
-    Worker started();
+    Worker started(bool compileFast);
+    bool standbyIsReady() const;
+    void replaceFastWorker();
     Worker active(Clock::time_point until);
     void ended(const Worker& worker);
     void lost(Worker worker);

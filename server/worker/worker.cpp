@@ -30,7 +30,7 @@ public:
                                    fixedPoint(longest.count(), 0), " s"});
                       std::_Exit(3);
                   }
-                  warm = warm || (service_ && firstSceneDone());
+                  warm = warm || (service_ && service_->library().defaultIsWarm());
                   pipe.send({.kind = warm ? MessageKind::warm : MessageKind::beat});
                   if (warm) tellScenes(pipe);
                   wake_.wait_for(lock, kBeat, [&] { return ending_; });
@@ -53,11 +53,6 @@ public:
     }
 
 private:
-    bool firstSceneDone() const {
-        const SceneState state = service_->library().find(service_->library().defaultId()).state;
-        return state == SceneState::ready || state == SceneState::failed;
-    }
-
     void tellScenes(MessagePipe& pipe) {
         std::string held = packed(service_->library().held());
         if (held == told_) return;

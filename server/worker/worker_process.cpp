@@ -1,5 +1,6 @@
 #include "server/worker/worker_process.h"
 
+#include "server/shader_cache.h"
 #include "server/worker/call_wire.h"
 #include "server/worker/confinement.h"
 #include "server/worker/worker.h"
@@ -24,7 +25,7 @@ std::runtime_error failure(const char* what) {
 
 // The worker's end of the pipe becomes kWorkerSocket; no other descriptor reaches it but the
 // standard streams, so that its log joins ours.
-pid_t spawned(const WorkerProgram& worker, int socket) {
+pid_t spawned(const WorkerProgram& worker, int socket, bool compileFast) {
     const std::filesystem::path program =
         worker.file.empty() ? std::filesystem::path("/proc/self/exe") : worker.file;
     std::vector<std::string> words = {"clerestory", kWorkerCommand};
@@ -32,6 +33,12 @@ pid_t spawned(const WorkerProgram& worker, int socket) {
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
+
+    std::string fast = kCompileFastVariable;
+    std::vector<char*> environment;
+    for (char** variable = environ; *variable; ++variable) environment.push_back(*variable);
+    if (compileFast) environment.push_back(fast.data());
+    environment.push_back(nullptr);
 
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
@@ -47,8 +54,8 @@ pid_t spawned(const WorkerProgram& worker, int socket) {
     posix_spawnattr_setpgroup(&attributes, 0);
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
     pid_t id = -1;
-    const int status =
-        posix_spawn(&id, program.c_str(), &actions, &attributes, arguments.data(), environ);
+    const int status = posix_spawn(&id, program.c_str(), &actions, &attributes, arguments.data(),
+                                   environment.data());
     posix_spawn_file_actions_destroy(&actions);
     posix_spawnattr_destroy(&attributes);
     if (status != 0) throw failure("starting it");
@@ -57,8 +64,8 @@ pid_t spawned(const WorkerProgram& worker, int socket) {
 
 }  // namespace
 
-WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number)
-    : silence_(program.silence), number_(number) {
+WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast)
+    : silence_(program.silence), number_(number), compilesFast_(compileFast) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw failure("a socket");
     pipe_ = std::make_unique<MessagePipe>(ends[0]);
@@ -67,7 +74,7 @@ WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number)
     close(ends[1]);
     if (far < 0) throw failure("a descriptor");
     try {
-        id_ = spawned(program, far);
+        id_ = spawned(program, far, compileFast);
     } catch (...) {
         close(far);
         throw;

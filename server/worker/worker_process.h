@@ -31,7 +31,8 @@ class WorkerProcess {
 public:
     // `number`: which of its front's workers it is, from 1. Throws std::runtime_error when no
     // process can be made.
-    WorkerProcess(const WorkerProgram& program, std::uint64_t number);
+    // `compileFast`: its driver compiles shaders without optimising (server/shader_cache.h).
+    WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast = false);
     ~WorkerProcess();  // kills it
     WorkerProcess(const WorkerProcess&) = delete;
     WorkerProcess& operator=(const WorkerProcess&) = delete;
@@ -54,6 +55,7 @@ public:
     bool wasKilled() const { return killed_; }
     pid_t id() const { return id_; }
     std::uint64_t number() const { return number_; }
+    bool compilesFast() const { return compilesFast_; }
 
 private:
     void listen();
@@ -63,6 +65,7 @@ private:
 
     const std::chrono::milliseconds silence_;
     const std::uint64_t number_;
+    const bool compilesFast_;
     pid_t id_ = -1;
     std::unique_ptr<MessagePipe> pipe_;
     std::promise<void> standing_;

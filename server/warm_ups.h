@@ -1,0 +1,47 @@
+// Compiles what the first frames of a loaded scene will draw, before anybody asks for them: step by
+// step on the renderer's thread, between frames, and where the driver is software at the same time
+// on a thread and a context of its own, last step first. Both find in the driver's shader cache
+// what the other has compiled. Thread-safe.
+#pragma once
+
+#include "server/compile_ahead.h"
+#include "server/render_queue.h"
+
+#include <atomic>
+#include <map>
+
+namespace clerestory {
+
+class WarmUps {
+public:
+    struct Progress {
+        std::size_t done = 0, total = 0;  // programs, about; 0 before it begins
+        bool finished = false;
+    };
+
+    WarmUps(RenderQueue& queue, const RendererOptions& options);
+    ~WarmUps();
+    WarmUps(const WarmUps&) = delete;
+    WarmUps& operator=(const WarmUps&) = delete;
+
+    // After the scene was given to the renderer. `copy`, with its vertices, is for the second
+    // thread; the texels of its textures are not needed. `whenFinished` is called on the renderer's
+    // thread.
+    void begin(Scene copy, std::vector<std::shared_ptr<const EnvironmentMap>> maps,
+               std::function<void()> whenFinished);
+    Progress of(const std::string& scene) const;
+
+private:
+    struct Task;
+    static void advance(Task& task, Renderer& renderer);
+
+    RenderQueue& queue_;
+    const RendererOptions options_;
+    mutable std::mutex mutex_;
+    std::map<std::string, std::shared_ptr<Task>> tasks_;  // by scene, the last of each
+    // The renderer's thread may outlive this.
+    std::shared_ptr<std::atomic<bool>> ending_ = std::make_shared<std::atomic<bool>>(false);
+    std::unique_ptr<CompileAhead> ahead_;  // of one scene at a time
+};
+
+}  // namespace clerestory
