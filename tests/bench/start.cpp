@@ -1,19 +1,20 @@
 // `bench_start CLERESTORY [FLAG...]`: from the start of `clerestory serve` to its first answered
-// frame of the chapel over HTTP, several times; and its memory then.
+// frame of the chapel over HTTP, several times; and its memory then. With --cold: first use, with
+// empty and with filled caches. Other flags are those of `serve`.
+#include "program.h"
 #include "statistics.h"
+#include "tests/bench/cold_start.h"
 #include "tests/support/free_port.h"
 
 #include <httplib.h>
-#include <spawn.h>
+#include <signal.h>
 #include <sys/wait.h>
-#include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <fstream>
 #include <string>
 #include <thread>
-
-extern char** environ;
 
 namespace clerestory::bench {
 namespace {
@@ -36,15 +37,8 @@ Start startOnce(std::vector<std::string> command) {
     const int port = test::freePort();
     command.insert(command.begin() + 1,
                    {"serve", "--port", std::to_string(port), "--log-level", "error"});
-    std::vector<char*> arguments;
-    for (std::string& word : command) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-
     const Stopwatch watch;
-    pid_t pid = 0;
-    if (posix_spawn(&pid, arguments[0], nullptr, nullptr, arguments.data(), environ) != 0) {
-        throw std::runtime_error("cannot start " + command[0]);
-    }
+    const pid_t pid = startProgram(command);
     Start result;
     httplib::Client client("127.0.0.1", port);
     client.set_read_timeout(60);
@@ -61,22 +55,45 @@ Start startOnce(std::vector<std::string> command) {
     return result;
 }
 
-}  // namespace
-}  // namespace clerestory::bench
-
-int main(int argc, char** argv) {
-    using namespace clerestory::bench;
-    if (argc < 2) {
-        std::fprintf(stderr, "usage: bench_start CLERESTORY [FLAG...]\n");
-        return 2;
-    }
+int runWarm(const std::vector<std::string>& command) {
     std::vector<double> times;
     for (int i = 0; i < 6; ++i) {
-        const Start start = startOnce({argv + 1, argv + argc});
+        const Start start = startOnce(command);
         std::printf("start %d: first chapel frame after %.0f ms, %zu bytes, %s\n", i,
                     start.firstFrameMs, start.bytes, start.memory.c_str());
         if (i > 0) times.push_back(start.firstFrameMs);
     }
     std::printf("median of the last five: %.0f ms\n", median(times));
     return 0;
+}
+
+int measure(int argc, char** argv) {
+    CLI::App app("Time from process start to the first frame");
+    app.allow_extras();  // for serve
+    ColdOptions options;
+    bool cold = false;
+    app.add_option("program", options.program, "the program that is measured")->required();
+    app.add_flag("--cold", cold, "with empty caches, and with those that the first run filled");
+    app.add_option("--scenes", options.scenes, "built-in scenes, shared scenes or files, by commas")
+        ->delimiter(',');
+    app.add_option("--shared", options.shared, "folder of the shared scenes");
+    app.add_option("--runs", options.runs, "how often each row is measured; medians are printed")
+        ->check(CLI::Range(1, 100));
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error);
+    }
+    options.flags = app.remaining();
+    if (cold) return runCold(options);
+    std::vector<std::string> command = {options.program};
+    command.insert(command.end(), options.flags.begin(), options.flags.end());
+    return runWarm(command);
+}
+
+}  // namespace
+}  // namespace clerestory::bench
+
+int main(int argc, char** argv) {
+    return clerestory::bench::runProgram("bench_start", clerestory::bench::measure, argc, argv);
 }
