@@ -126,6 +126,7 @@ ServerStart measureFrames(const std::string& program, const std::vector<std::str
             break;
         }
         if (reply) ++result.before[reply->status];
+        if (reply && reply->status < 500 && reply->status != 409) break;  // repeating is no use
         // Without an answer nobody listens yet; Retry-After, in whole seconds, would be the figure.
         std::this_thread::sleep_for(reply ? kBetween : std::chrono::milliseconds(2));
     }
