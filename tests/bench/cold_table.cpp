@@ -137,8 +137,11 @@ std::vector<Subject> subjects(const ColdOptions& options, const std::vector<std:
         } else if (fs::is_regular_file(name)) {
             list.push_back({fs::path(name).stem(), name});
         } else {
-            throw std::runtime_error("no built-in scene, no scene of " + options.shared.string() +
-                                     " and no file: " + name);
+            const std::string folder = options.shared.string();
+            throw std::runtime_error("--scenes " + name + ": no built-in scene, no file" +
+                                     (folder.empty() ? ""
+                                                     : ", and no folder of " + folder +
+                                                           " with a .gltf or .glb of its name"));
         }
     }
     if (!options.scenes.empty()) return list;
