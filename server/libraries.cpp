@@ -1,10 +1,11 @@
 #include "server/libraries.h"
 
+#include "reference/embree.h"
+#include "renderer.h"
 #include "server/build_id.h"
 
 #include <archive.h>
 #include <assimp/version.h>
-#include <embree3/rtcore.h>
 #include <openssl/crypto.h>
 #include <openssl/opensslv.h>
 #include <png.h>
@@ -40,6 +41,16 @@ std::string embreeNow() {
     };
     return dotted(part(RTC_DEVICE_PROPERTY_VERSION_MAJOR), part(RTC_DEVICE_PROPERTY_VERSION_MINOR),
                   part(RTC_DEVICE_PROPERTY_VERSION_PATCH));
+}
+
+// The driver says its version only to a context.
+std::string openglNow() {
+    try {
+        const RendererIdentity found = Renderer({}).identity();
+        return found.version + ", " + found.renderer;
+    } catch (const std::exception& error) {
+        return std::string("cannot be used: ") + error.what();
+    }
 }
 
 }  // namespace
@@ -78,6 +89,7 @@ std::string versionReport() {
         text += "\n  " + library.name + " " + (library.runs.empty() ? library.built : library.runs);
         if (!same) text += " (built with " + library.built + ")";
     }
+    text += "\n  OpenGL " + openglNow();
     return text + "\nknown weaknesses of these, and what stands before each: SECURITY.md";
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 // What a filter needs beside the hit.
 struct Asking {
-    RTCIntersectContext embree;  // first, as Embree hands back its address
+    embree::QueryContext context;  // first, as Embree hands back its address
     const World* world;
     std::uint32_t leaves;
 };
@@ -95,11 +95,10 @@ World::Tree::~Tree() {
 std::optional<Hit> World::Tree::nearest(const Ray& ray) const {
     if (!finite(ray.origin) || !finite(ray.direction)) return std::nullopt;
     Asking asking{{}, &world_, ray.leaves};
-    rtcInitIntersectContext(&asking.embree);
     RTCRayHit query{};
     query.ray = embreeRay(ray);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_, &asking.embree, &query);
+    embree::intersect(scene_, asking.context, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return Hit{query.ray.tfar, query.hit.u, query.hit.v, query.hit.primID};
 }
@@ -107,9 +106,8 @@ std::optional<Hit> World::Tree::nearest(const Ray& ray) const {
 bool World::Tree::blocked(const Ray& ray) const {
     if (!finite(ray.origin) || !finite(ray.direction)) return false;
     Asking asking{{}, &world_, ray.leaves};
-    rtcInitIntersectContext(&asking.embree);
     RTCRay query = embreeRay(ray);
-    rtcOccluded1(scene_, &asking.embree, &query);
+    embree::occluded(scene_, asking.context, query);
     return query.tfar < 0.0f;
 }
 

@@ -1,9 +1,9 @@
-// Embree's hierarchy over the triangles of a World: the only file but tree.cpp that knows Embree.
+// Embree's hierarchy over the triangles of a World: with embree.h and tree.cpp all that knows
+// Embree here.
 #pragma once
 
+#include "reference/embree.h"
 #include "reference/world.h"
-
-#include <embree3/rtcore.h>
 
 namespace clerestory::reference {
 

@@ -66,6 +66,8 @@ TEST(CommandLine, TellsItsLibrariesAndTheirVersions) {
         EXPECT_THAT(outcome.output,
                     testing::ContainsRegex(std::string("\n  ") + name + " [0-9]+[.]"));
     }
+    // What /v1/renderer says: with Mesa, its version.
+    EXPECT_THAT(outcome.output, testing::ContainsRegex("\n  OpenGL [4-9][.][0-9]"));
     // X2: what is known of them is written down, with a date and what guards against each.
     EXPECT_THAT(outcome.output, HasSubstr("SECURITY.md"));
     const std::string security = contentOf(CLERESTORY_SOURCE_DIR "/SECURITY.md");
