@@ -6,7 +6,9 @@
 #include <httplib.h>
 
 #include <atomic>
+#include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace clerestory {
 namespace {
@@ -69,12 +71,25 @@ private:
     bool gone_ = false;
 };
 
-// The library's handlers know neither stream nor exchange; a thread serves one at a time.
+// The library's handlers know no exchange; a thread serves one at a time.
 struct Serving {
     Exchange* exchange = nullptr;
-    MemoryStream* stream = nullptr;
+    std::function<bool(const Sink&)> pieces = {};  // what follows the head of a streamed answer
 };
 thread_local Serving serving;
+
+// The protected interface for derived classes: its parameters differ by version of the library.
+using Prepare = std::function<void(httplib::Request&)>;
+using ProcessBefore0_16 = bool (httplib::Server::*)(httplib::Stream&, bool, bool&, const Prepare&);
+using ProcessSince0_16 = bool (httplib::Server::*)(httplib::Stream&, const std::string&, int,
+                                                   const std::string&, int, bool, bool&,
+                                                   const Prepare&);
+
+std::string chunkOf(std::string_view piece) {
+    char size[24];
+    std::snprintf(size, sizeof size, "%zx\r\n", piece.size());
+    return std::string(size).append(piece).append("\r\n");
+}
 
 std::size_t secondsIn(std::chrono::milliseconds time) {
     return static_cast<std::size_t>(std::chrono::ceil<std::chrono::seconds>(time).count());
@@ -97,7 +112,6 @@ class Library::Server final : public httplib::Server {
 public:
     Server(const FrontLimits& limits, Responder responder, Refuser refuser)
         : responder_(std::move(responder)), refuser_(std::move(refuser)) {
-        svr_sock_ = 0;  // "not stopped": the library asks before every piece of a stream
         // Only what the header Keep-Alive promises.
         set_keep_alive_timeout(static_cast<time_t>(secondsIn(limits.idle)));
         set_keep_alive_max_count(1'000'000);
@@ -115,6 +129,10 @@ public:
                 give(call, responder_(call), response);
                 return HandlerResponse::Handled;
             });
+        // Called with the finished head. A stream has no body that the library knows of.
+        set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
+            if (serving.pieces) response.headers.erase("Content-Length");
+        });
         set_error_handler([this](const httplib::Request&, httplib::Response& response) {
             if (!response.has_header("X-Request-Id")) refuse(notHttp(), response);
         });
@@ -124,14 +142,15 @@ public:
 
     bool answer(Exchange& exchange, Outlet& outlet) {
         MemoryStream stream(exchange, outlet);
-        serving = {&exchange, &stream};
+        serving = {&exchange};
         bool closing = false;
-        const bool sent =
-            process_request(stream, exchange.last, closing, [&](httplib::Request& request) {
-                request.ranges.clear();           // a part of a picture helps nobody
-                request.headers.erase("Expect");  // the event loop has seen to it
-                if (exchange.last) request.set_header("Connection", "close");
-            });
+        const Prepare prepare = [&](httplib::Request& request) {
+            request.ranges.clear();           // a part of a picture helps nobody
+            request.headers.erase("Expect");  // the event loop has seen to it
+            if (exchange.last) request.set_header("Connection", "close");
+        };
+        const bool sent = process(&Server::process_request, stream, exchange, closing, prepare) &&
+                          sendPieces(stream, exchange);
         return stream.flush() && sent && !closing && !exchange.last;
     }
 
@@ -147,27 +166,38 @@ private:
         response.status = answer.status;
         for (const auto& [name, value] : answer.headers) response.set_header(name, value);
         response.set_header("X-Request-Id", call.requestId);
-        if (answer.stream) return giveStream(answer, response);
         if (!answer.type.empty()) response.set_header("Content-Type", answer.type);
         response.body = std::move(answer.body);
+        serving.pieces = std::move(answer.stream);
+        if (serving.pieces && serving.exchange->head.minorVersion > 0) {
+            response.set_header("Transfer-Encoding", "chunked");
+        }
     }
 
-    void giveStream(Answer& answer, httplib::Response& response) {
-        const auto pieces = [this, stream = std::move(answer.stream)](std::size_t,
-                                                                      httplib::DataSink& sink) {
-            serving.stream->beginStream();
-            const bool whole = stream([&](std::string_view piece) {
-                return !ending_ && !serving.exchange->departure->left() &&
-                       sink.write(piece.data(), piece.size()) && serving.stream->flush();
-            });
-            if (whole) sink.done();
-            return whole;
-        };
-        if (serving.exchange->head.minorVersion == 0) {  // knows no chunks: until the end
-            response.set_content_provider(answer.type, pieces);
-        } else {
-            response.set_chunked_content_provider(answer.type, pieces);
-        }
+    bool process(ProcessBefore0_16 inherited, MemoryStream& stream, const Exchange& exchange,
+                 bool& closing, const Prepare& prepare) {
+        return (this->*inherited)(stream, exchange.last, closing, prepare);
+    }
+    bool process(ProcessSince0_16 inherited, MemoryStream& stream, const Exchange& exchange,
+                 bool& closing, const Prepare& prepare) {
+        return (this->*inherited)(stream, exchange.client, 0, "", 0, exchange.last, closing,
+                                  prepare);
+    }
+
+    // The library would stop a stream unless its own socket listens. It has none, so the pieces
+    // are written here, behind the head that it wrote.
+    bool sendPieces(MemoryStream& stream, const Exchange& exchange) {
+        const auto pieces = std::exchange(serving.pieces, nullptr);
+        if (!pieces || exchange.head.method == "HEAD") return true;
+        const bool chunked = exchange.head.minorVersion > 0;  // otherwise: until the end
+        stream.beginStream();
+        const bool whole = pieces([&](std::string_view piece) {
+            if (ending_ || exchange.departure->left()) return false;
+            if (piece.empty()) return true;
+            const std::string bytes = chunked ? chunkOf(piece) : std::string(piece);
+            return stream.write(bytes.data(), bytes.size()) >= 0 && stream.flush();
+        });
+        return whole && (!chunked || stream.write("0\r\n\r\n", 5) >= 0);
     }
 
     Responder responder_;
