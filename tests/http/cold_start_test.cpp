@@ -266,7 +266,8 @@ double sumOf(const std::string& metrics, const std::string& name) {
 
 void expectFirstUse(const std::vector<std::string>& scenes) {
     const EmptyCaches caches;
-    std::vector<std::string> flags = {"--deadline", kDeadline, "--queue-seconds", kQueue};
+    std::vector<std::string> flags = {"--deadline", kDeadline,         "--queue-seconds",
+                                      kQueue,       "--first-compile", "fast"};
     std::vector<std::string> requests;
     for (const std::string& scene : scenes) {
         flags.insert(flags.end(), {"--scene", scene});
@@ -292,6 +293,29 @@ void expectFirstUse(const std::vector<std::string>& scenes) {
     ASSERT_TRUE(metrics && metrics->status == 200);
     EXPECT_GT(sumOf(metrics->body, "clerestory_shader_compile_seconds_total"), 0.0);
     EXPECT_GT(sumOf(metrics->body, "clerestory_shader_programs_total"), 0.0);
+    EXPECT_EQ(metric(server.port(), R"(clerestory_worker_events{event="ended"})"), 0.0);
+}
+
+// The first renderer compiles without optimising; the standby replaces it with nobody noticing.
+TEST(ColdStart, TheOptimisingRendererGivesTheSameBytes) {
+    const EmptyCaches caches;
+    const ServerProcess server({"--scene", "teapots", "--first-compile", "fast"});
+    ASSERT_GT(server.port(), 0);
+    httplib::Client client = clientOf(server);
+    std::map<std::string, std::string> pictures;  // by renderer
+    while (!pictures.contains("2")) {
+        const auto frame = client.Get("/v1/frames?width=160&height=90&output.format=png");
+        ASSERT_TRUE(frame);
+        if (frame->status == 409 || frame->status == 503) {
+            ASSERT_TRUE(frame->has_header("Retry-After")) << frame->body;
+            continue;
+        }
+        ASSERT_EQ(frame->status, 200) << frame->body;
+        const auto [seen, isNew] =
+            pictures.emplace(frame->get_header_value("Clerestory-Worker"), frame->body);
+        EXPECT_EQ(seen->second, frame->body);
+    }
+    EXPECT_EQ(pictures.at("1"), pictures.at("2"));
     EXPECT_EQ(metric(server.port(), R"(clerestory_worker_events{event="ended"})"), 0.0);
 }
 

@@ -57,6 +57,45 @@ TEST(CommandLine, TakesTheSameJsonAsTheServer) {
     EXPECT_FALSE(contentOf(json).empty());
 }
 
+// With the driver's optimisation passes and without.
+TEST(CommandLine, HowShadersAreCompiledChangesNoByte) {
+    for (const char* scene : {"chapel", "teapots", "orbiting-cubes", "meadow", "six-walls"}) {
+        std::vector<std::string> frames;
+        for (const char* compilation : {"", "nopt"}) {
+            const std::string file = outputFile("compilation.npy");
+            const Outcome outcome =
+                run(std::string("render ") + scene + " --size 96x54 -o '" + file + "'",
+                    std::string("GALLIVM_PERF=") + compilation);
+            ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
+            frames.push_back(contentOf(file));
+        }
+        EXPECT_EQ(frames[0], frames[1]) << scene;
+    }
+}
+
+// llvmpipe has compiled variants again for what an earlier draw had left behind.
+TEST(CommandLine, ASecondRunCompilesNothing) {
+    const std::string folder = outputFile("shader-cache");
+    std::filesystem::remove_all(folder);
+    const auto files = [&] {
+        std::size_t count = 0;
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+            count += entry.is_regular_file() ? entry.file_size() : 0;
+        }
+        return count;
+    };
+    std::vector<std::size_t> bytes;
+    for (int i = 0; i < 3; ++i) {
+        const Outcome outcome =
+            run("render teapots --size 96x54 -o '" + outputFile("cached.png") + "'",
+                "MESA_SHADER_CACHE_DIR='" + folder + "'");
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
+        bytes.push_back(files());
+    }
+    EXPECT_GT(bytes[0], 0u);
+    EXPECT_EQ(bytes[1], bytes[2]);
+}
+
 TEST(CommandLine, TellsItsLibrariesAndTheirVersions) {
     const Outcome outcome = run("--version");
     EXPECT_EQ(outcome.exitCode, 0);

@@ -1,0 +1,65 @@
+// What is drawn to have programs compiled holds every program of the plan it is made from, and
+// little else.
+#include "plan/warm_up.h"
+#include "plan/features.h"
+#include "view_tree_support.h"
+
+#include <bit>
+
+namespace clerestory::test {
+namespace {
+
+using Program = std::tuple<PassKind, bool, Features>;  // bool: blended
+
+std::set<Program> programsOf(const FramePlan& plan) {
+    std::set<Program> programs;
+    for (const Pass& pass : plan.passes) {
+        for (const Draw& draw : pass.opaqueDraws) programs.emplace(pass.kind, false, draw.features);
+        for (const Draw& draw : pass.blendedDraws) programs.emplace(pass.kind, true, draw.features);
+        if (pass.views.empty()) programs.emplace(pass.kind, false, 0);
+    }
+    return programs;
+}
+
+FramePlan planOfBalls() {
+    FrameRequest request = lookingFrom({0, 0.5, 6});
+    request.accuracy.generations = 2;
+    return planOf(ballScene(), request);
+}
+
+TEST(WarmUpPlan, DrawsEveryProgramOfThePlan) {
+    for (const FramePlan& plan :
+         {planOfBalls(), planOf(mirrorScene(), lookingFrom({0.3, 0.2, 5}))}) {
+        EXPECT_EQ(programsOf(warmUpPlan(plan)), programsOf(plan)) << toText(plan);
+    }
+}
+
+TEST(WarmUpPlan, HasEachProgramInAPassOfItsOwn) {
+    const FramePlan warm = warmUpPlan(planOfBalls());
+    for (const Pass& pass : warm.passes) {
+        std::set<Features> features;
+        for (const Draw& draw : pass.opaqueDraws) features.insert(draw.features);
+        for (const Draw& draw : pass.blendedDraws) features.insert(draw.features);
+        EXPECT_LE(features.size(), 1u) << pass.name;
+    }
+    // Twelve face views for each generation draw the same programs.
+    EXPECT_LT(warm.passes.size(), 24u) << toText(warm);
+}
+
+TEST(WarmUpPlan, KeepsNothingResidentAndEveryTargetSmall) {
+    const FramePlan plan = planOfBalls();
+    const FramePlan warm = warmUpPlan(plan);
+    ASSERT_EQ(warm.targets.size(), plan.targets.size());
+    for (std::size_t i = 0; i < plan.targets.size(); ++i) {
+        const TargetSpec &was = plan.targets[i], &is = warm.targets[i];
+        EXPECT_EQ(is.residentKey, 0u) << is.name;
+        EXPECT_LE(std::max(is.width, is.height), 12u) << is.name;
+        EXPECT_EQ(std::has_single_bit(is.width), std::has_single_bit(was.width)) << is.name;
+        EXPECT_EQ(std::has_single_bit(is.height), std::has_single_bit(was.height)) << is.name;
+        EXPECT_EQ(is.levels > 1, was.levels > 1) << is.name;
+        EXPECT_EQ(is.format, was.format) << is.name;
+    }
+}
+
+}  // namespace
+}  // namespace clerestory::test
