@@ -11,6 +11,7 @@ int runRender(const CommandLine& line);
 int runPlan(const CommandLine& line);
 int runReference(const CommandLine& line);
 int runCompare(const CommandLine& line);
+int runCompile(const CommandLine& line);
 int runSequence(const CommandLine& line);
 int runSign(const CommandLine& line);
 int runScenes();

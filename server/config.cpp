@@ -223,6 +223,17 @@ void addCompare(CLI::App& app, CommandLine& line) {
         ->type_name("FOLDER");
 }
 
+void addCompile(CLI::App& app, CommandLine& line) {
+    CLI::App* command = app.add_subcommand(
+        "compile", "Fill the shader cache with what the first frames of scenes draw");
+    command->callback([&line] { line.command = Command::compile; });
+    command
+        ->add_option("scenes", line.compileScenes,
+                     "model files, or ids of built-in scenes; every built-in scene unless given")
+        ->type_name("SCENE");
+    addRendererFlags(*command, line.config);
+}
+
 void addSequence(CLI::App& app, CommandLine& line) {
     CLI::App* command = app.add_subcommand("sequence", "Render many frames into a folder");
     command->callback([&line] { line.command = Command::sequence; });
@@ -263,6 +274,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     addPlan(app, line);
     addReference(app, line);
     addCompare(app, line);
+    addCompile(app, line);
     addSequence(app, line);
     addSign(app, line);
     app.add_subcommand("scenes", "List the built-in scenes")->callback([&line] {

@@ -27,12 +27,12 @@ struct Config {
     FrontOptions http;
     SceneSources scenes;
     CacheOptions cache;
-    std::filesystem::path shaderCache;  // see useShaderCache()
+    std::filesystem::path shaderCache;         // see useShaderCache()
     std::shared_ptr<const CurveStore> curves;  // of budgets; null: kept in memory alone
-    std::size_t queue = 16;               // frames that may wait
-    double queueSeconds = 2.0;            // of predicted work that may wait
-    double deadlineSeconds = 10.0;        // from a request's arrival to its answer
-    std::size_t sequenceBytes = 4 << 20;  // of a sequence's body
+    std::size_t queue = 16;                    // frames that may wait
+    double queueSeconds = 2.0;                 // of predicted work that may wait
+    double deadlineSeconds = 10.0;             // from a request's arrival to its answer
+    std::size_t sequenceBytes = 4 << 20;       // of a sequence's body
     std::string logLevel = "info";
     // The renderer in this process; otherwise in workers, which `workers` says how to start.
     bool singleProcess = true;
@@ -75,7 +75,7 @@ struct SignCommand {
     std::int64_t validSeconds = 24 * 3600;
 };
 
-enum class Command { serve, render, plan, reference, compare, sequence, scenes, sign };
+enum class Command { serve, render, plan, reference, compare, compile, sequence, scenes, sign };
 
 struct CommandLine {
     Command command = Command::serve;
@@ -84,6 +84,7 @@ struct CommandLine {
     ReferenceCommand reference;
     CompareCommand compare;
     SignCommand sign;
+    std::vector<std::string> compileScenes;  // of `clerestory compile`; empty: every built-in one
 };
 
 // Nothing to do any more (help was shown, or the line was wrong and one line said so): the exit

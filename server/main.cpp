@@ -24,6 +24,8 @@ int run(const CommandLine& line) {
             return runReference(line);
         case Command::compare:
             return runCompare(line);
+        case Command::compile:
+            return runCompile(line);
         case Command::sequence:
             return runSequence(line);
         case Command::sign:

@@ -20,11 +20,13 @@ import { millisecondsWords, problemWords, sizeWords } from "./words.js";
 const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const calm = () => reduced.matches;
 let session, frames, hands, wipe, compare, time, shared;
+let drawnScene;  // id of the scene that the last frame showed
 
 // ---- frames ---------------------------------------------------------------------------------
 
 async function shown(answer, request, still) {
   await showBlob($("frame"), answer.blob);
+  drawnScene = request.scene;
   note.clear();
   const { width, height } = request;
   $("caption").textContent = `${width} × ${height} · ${millisecondsWords(answer.milliseconds)}`;
@@ -79,6 +81,22 @@ async function loadedScene(id, wanted = () => $("scene").value === id) {
   return undefined;
 }
 
+// Until the first frame of the scene is there: how many of its shaders are compiled.
+async function showCompilation(id) {
+  for (await later(1); drawnScene !== id && $("scene").value === id; await later(0.5)) {
+    try {
+      const { shaders } = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
+      if (!shaders || shaders.finished) return;
+      if (drawnScene === id || shaders.total === 0) continue;
+      note.sayProgress(`Compiling shaders for ${id}`, `${shaders.compiled} of ${shaders.total} programs`,
+        shaders.compiled / shaders.total);
+    } catch (problem) {
+      if (!(problem instanceof Problem)) throw problem;
+      return;
+    }
+  }
+}
+
 // Whether it is what the page shows now.
 async function chooseScene(id, view) {
   const scene = await loadedScene(id);
@@ -96,6 +114,7 @@ async function chooseScene(id, view) {
   }
   time.sceneChanged();
   changed();
+  showCompilation(id);
   return true;
 }
 
