@@ -1,7 +1,9 @@
 // The facade: keeps scenes and maps by name, plans, executes.
 #include "renderer.h"
 
+#include "gl/buffer.h"
 #include "gl/context.h"
+#include "gl/program.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"
 #include "plan/planner.h"
@@ -42,9 +44,21 @@ RendererIdentity identityOf(const gl::Capabilities& c) {
             .clipControl = c.clipControl,
             .timerQueriesTrusted = c.timerQueriesTrusted,
             .tellsOfResets = c.tellsOfResets,
+            .readsClientMemory = c.readsClientMemory,
             .maxSamples = c.maxSamples,
             .maxAnisotropy = c.maxAnisotropy,
             .maxTextureSize = c.maxTextureSize};
+}
+
+// Moves the list where it has no room for `tail` bytes past its end, or wastes an eighth.
+template <class T>
+void fit(std::vector<T>& list, std::size_t tail) {
+    const std::size_t least = list.size() + (tail + sizeof(T) - 1) / sizeof(T);
+    if (list.capacity() >= least && list.capacity() <= least + least / 8) return;
+    std::vector<T> fitted;
+    fitted.reserve(least);
+    fitted.insert(fitted.end(), list.begin(), list.end());
+    list = std::move(fitted);
 }
 
 template <class Map>
@@ -231,6 +245,8 @@ void Renderer::addScene(Scene added) {
     removeScene(added.id);
     state_->context.makeCurrent();
     const auto scene = std::make_shared<Scene>(std::move(added));
+    fit(scene->vertices, gl::kSharedMemoryTail);
+    fit(scene->indices, gl::kSharedMemoryTail);
     try {
         state_->executor.upload(scene);
     } catch (...) {
@@ -387,6 +403,8 @@ RendererCounters Renderer::counters() const {
             .framebuffersMade = made.framebuffers,
             .programsMade = made.programs,
             .buffersMade = made.buffers,
+            .bytesShared = made.bytesShared,
+
             .pipelinesMade = compiled.pipelines,
             .compileMilliseconds = compiled.milliseconds};
 }

@@ -43,6 +43,7 @@ struct RendererIdentity {
     bool clipControl = false;          // reversed depth at full precision
     bool timerQueriesTrusted = false;  // their clock agreed with a wall clock at start
     bool tellsOfResets = false;        // of the GPU
+    bool readsClientMemory = false;    // vertices and indices are held once, not twice
     std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
 };
 
@@ -85,6 +86,7 @@ struct RendererCounters {
     std::uint64_t frames = 0, drawCalls = 0, triangles = 0;
     std::uint64_t meshesMoved = 0;  // whose vertices were uploaded anew, because they deform
     std::uint64_t texturesMade = 0, framebuffersMade = 0, programsMade = 0, buffersMade = 0;
+    std::uint64_t bytesShared = 0;  // of vertices and indices that the driver reads without a copy
     // Combinations of program, fixed state and target format drawn for the first time, and what
     // compiling programs and combinations took.
     std::uint64_t pipelinesMade = 0;

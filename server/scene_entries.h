@@ -40,12 +40,14 @@ std::string firstSourceOf(const SceneSources& sources);
 
 // What a loaded scene takes; on a software renderer the processor's memory holds both sides.
 struct SceneBytes {
-    std::uint64_t meshes = 0;    // vertices and indices, here and on the renderer's side
+    // Vertices and indices, here and on the renderer's side: once where the driver reads them where
+    // they lie.
+    std::uint64_t meshes = 0;
     std::uint64_t textures = 0;  // with their smaller levels
     std::uint64_t maps = 0;      // most that a frame's captured cubes and tables for rays took
     std::uint64_t total() const { return meshes + textures + maps; }
 };
-SceneBytes bytesOf(const Scene& scene);
+SceneBytes bytesOf(const Scene& scene);  // of a whole scene, as if nothing were held once
 
 enum class SceneState { waiting, loading, ready, failed };
 std::string_view nameOf(SceneState state);

@@ -93,9 +93,11 @@ private:
     void load(const Entry& entry);
     void failed(const Entry& entry, const std::exception& error);
     void warmUp(const Entry& entry, Scene copy);
-    std::future<void> handed(const Entry& entry, const std::shared_ptr<Scene>& full);
-    bool ended(const std::future<void>& work);
-    void ready(const Entry& entry, const std::shared_ptr<const Scene>& known, std::size_t vertices);
+    // Of the future: bytes of the meshes that are held once.
+    std::future<std::uint64_t> handed(const Entry& entry, const std::shared_ptr<Scene>& full);
+    bool ended(const std::future<std::uint64_t>& work);
+    void ready(const Entry& entry, const std::shared_ptr<const Scene>& known, std::size_t vertices,
+               std::uint64_t shared);
     void requireHarmless(const SceneEntry& entry);
     void requireLight(Scene& scene) const;
     Scene made(SceneEntry& entry);

@@ -76,10 +76,9 @@ void SceneLibrary::load(const Entry& entry) {
         const auto known = std::make_shared<const Scene>(described(*full));
         const std::size_t vertices = full->vertices.size();
         Scene copy = copyWithoutTexels(*full);
-        std::future<void> taken = handed(entry, full);
+        std::future<std::uint64_t> taken = handed(entry, full);
         if (!taken.valid() || !ended(taken)) return;
-        taken.get();
-        ready(entry, known, vertices);
+        ready(entry, known, vertices, taken.get());
         warmUp(entry, std::move(copy));
         logInfo({"scene ", known->id, ": ", std::to_string(triangleCount(*known)), " triangles in ",
                  fixedPoint(millisecondsSince(start), 0), " ms"});
@@ -89,7 +88,8 @@ void SceneLibrary::load(const Entry& entry) {
 }
 
 // To the renderer, once there is room for it. Not valid: nobody wants it any more.
-std::future<void> SceneLibrary::handed(const Entry& entry, const std::shared_ptr<Scene>& full) {
+std::future<std::uint64_t> SceneLibrary::handed(const Entry& entry,
+                                                const std::shared_ptr<Scene>& full) {
     const SceneBytes bytes = bytesOf(*full);
     const std::lock_guard lock(mutex_);
     if (entry->deleted) {
@@ -100,10 +100,13 @@ std::future<void> SceneLibrary::handed(const Entry& entry, const std::shared_ptr
     makeRoom(bytes.total());
     entry->status.bytes = bytes;
     loadedBytes_ += bytes.total();
-    auto add = std::make_shared<std::packaged_task<void(Renderer&)>>([full](Renderer& renderer) {
-        renderer.addScene(std::move(*full));
-        malloc_trim(0);  // reading a large scene leaves the heap full of holes
-    });
+    auto add =
+        std::make_shared<std::packaged_task<std::uint64_t(Renderer&)>>([full](Renderer& renderer) {
+            const std::uint64_t before = renderer.counters().bytesShared;
+            renderer.addScene(std::move(*full));
+            malloc_trim(0);  // reading a large scene leaves the heap full of holes
+            return renderer.counters().bytesShared - before;
+        });
     queue_.post([add](Renderer& renderer) { (*add)(renderer); });
     return add->get_future();
 }
@@ -120,8 +123,8 @@ void SceneLibrary::warmUp(const Entry& entry, Scene copy) {
 }
 
 // False: this ends first. There may never be a renderer.
-bool SceneLibrary::ended(const std::future<void>& work) {
-    while (work.wait_for(kLoadingLooksUp) != std::future_status::ready) {
+bool SceneLibrary::ended(const std::future<std::uint64_t>& work) {
+    while (work.wait_for(kLooksUp) != std::future_status::ready) {
         const std::lock_guard lock(mutex_);
         if (ending_) return false;
     }
@@ -129,9 +132,11 @@ bool SceneLibrary::ended(const std::future<void>& work) {
 }
 
 void SceneLibrary::ready(const Entry& entry, const std::shared_ptr<const Scene>& known,
-                         std::size_t vertices) {
+                         std::size_t vertices, std::uint64_t shared) {
     const std::lock_guard lock(mutex_);
     SceneStatus& status = entry->status;
+    status.bytes.meshes -= shared;  // bytesOf() counts both sides
+    loadedBytes_ -= shared;
     status.scene = known;
     status.vertices = vertices;
     if (!status.uploaded && !known->title.empty()) status.title = known->title;

@@ -15,8 +15,8 @@ Name newBuffer() {
 }
 
 // llvmpipe compiles a shader again for a buffer texture whose size in bytes is a power of two where
-// the previous one was not, or has zeros in bits 8 to 15 (it reads them as a number of levels). Sizes
-// of 4096 n + 768 have neither property, so that one variant serves every content.
+// the previous one was not, or has zeros in bits 8 to 15 (it reads them as a number of levels).
+// Sizes of 4096 n + 768 have neither property, so that one variant serves every content.
 std::size_t allocatedSize(std::size_t size) {
     constexpr std::size_t kStep = 4096, kRemainder = 768;
     return size <= kRemainder ? kRemainder
@@ -52,6 +52,19 @@ Buffer::Buffer() : name_(newBuffer()) {}
 
 Buffer::Buffer(std::span<const std::byte> content) : name_(newBuffer()) {
     fill(name_.get(), content, GL_STATIC_DRAW);
+}
+
+Buffer Buffer::sharing(std::span<const std::byte> content) {
+    Context& context = Context::current();
+    if (!context.capabilities().readsClientMemory || content.empty()) return Buffer(content);
+    constexpr GLenum kExternalVirtualMemoryBuffer = 0x9160;  // GL_AMD_pinned_memory
+    Buffer buffer;
+    glBindBuffer(kExternalVirtualMemoryBuffer, buffer.name_.get());
+    glBufferData(kExternalVirtualMemoryBuffer, static_cast<GLsizeiptr>(content.size()),
+                 content.data(), GL_STATIC_DRAW);
+    glBindBuffer(kExternalVirtualMemoryBuffer, 0);
+    context.counters().bytesShared += content.size();
+    return buffer;
 }
 
 Buffer::~Buffer() {

@@ -8,6 +8,9 @@
 
 namespace clerestory::gl {
 
+// Bytes past the end of shared memory that a driver may read, because it fetches whole vectors.
+inline constexpr std::size_t kSharedMemoryTail = 64;
+
 class Buffer {
 public:
     // Filled once, never changed.
@@ -16,6 +19,11 @@ public:
     Buffer();
     Buffer(Buffer&&) = default;
     ~Buffer();
+
+    // Reads `content` where it lies, without a copy, where the driver can (readsClientMemory),
+    // else copies it. Either way it must stay as it is, with kSharedMemoryTail readable bytes after
+    // it, for as long as this buffer lives.
+    static Buffer sharing(std::span<const std::byte> content);
 
     void assign(std::span<const std::byte> content);
     // A part of what assign() has filled, from `offset` in bytes on; the size stays.

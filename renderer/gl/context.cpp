@@ -159,6 +159,8 @@ void Context::findCapabilities(const std::string& platform) {
         resetStatus_ =
             reinterpret_cast<unsigned (*)()>(eglGetProcAddress("glGetGraphicsResetStatusARB"));
     }
+    // A graphics card would read such buffers over the bus, at each draw.
+    c.readsClientMemory = c.software && hasExtension("GL_AMD_pinned_memory");
     // The context may have been made without what was asked for.
     c.tellsOfResets = resetStatus_ && integer(GL_RESET_NOTIFICATION_STRATEGY) ==
                                           static_cast<int>(GL_LOSE_CONTEXT_ON_RESET);

@@ -28,12 +28,14 @@ struct Capabilities {
     bool tellsOfResets = false;  // see Context::lost()
     std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
     std::uint32_t uniformAlignment = 256;  // bytes, of offsets into uniform buffers
+    bool readsClientMemory = false;        // a software driver reads buffers where they lie
 };
 
 // Objects made since the context was.
 struct ObjectCounters {
     std::uint64_t buffers = 0, textures = 0, framebuffers = 0, programs = 0, samplers = 0,
                   vertexArrays = 0;
+    std::uint64_t bytesShared = 0;  // of buffers that read the program's own memory
 };
 
 class Context {

@@ -63,6 +63,7 @@ GpuTracer& Executor::tracerOf(const Scene& scene, const FramePlan& plan, const P
 }
 
 void Executor::forget(const Scene& scene) {
+    glFinish();  // a frame that failed may have left work that reads the scene's own memory
     tracers_.erase(&scene);
     scenes_.erase(&scene);
 }

@@ -55,7 +55,7 @@ gl::Texture uploaded(const TextureImage& image) {
 
 gl::Buffer vertexBuffer(const Scene& scene) {
     const auto content = std::as_bytes(std::span(scene.vertices));
-    if (scene.deformations.empty()) return gl::Buffer(content);
+    if (scene.deformations.empty()) return gl::Buffer::sharing(content);
     gl::Buffer changing;
     changing.assign(content);
     return changing;
@@ -158,7 +158,7 @@ void MaterialBlocks::bind(std::size_t place) const {
 GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords)
     : scene_(std::move(scene)),
       vertices_(vertexBuffer(*scene_)),
-      indices_(std::as_bytes(std::span(scene_->indices))),
+      indices_(gl::Buffer::sharing(std::as_bytes(std::span(scene_->indices)))),
       vertexArray_(vertexArrayOf(vertices_, indices_, drawRecords)) {
     materials_.assign(scene_->materials);
     images_.reserve(scene_->images.size());

@@ -41,7 +41,8 @@ struct FrameMaterials {
 
 class GpuScene {
 public:
-    // Uploads everything. `drawRecords` feeds the per-draw attributes and must outlive this.
+    // Uploads everything; what never changes of `scene` is read where it lies, see
+    // gl::Buffer::sharing(). `drawRecords` feeds the per-draw attributes and must outlive this.
     GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords);
 
     // Uploads the vertices of what deforms where they are not those of the last time. Returns of

@@ -23,6 +23,33 @@ Counted counted(const FrameRequest& r) {
     return result;
 }
 
+// A software driver that can read vertices and indices where they lie makes no copy of them.
+TEST_F(Counts, OfGeometryOneCopyIsKept) {
+    Scene scene;
+    place(scene, sphere(0.5f, 16, addMaterial(scene, glowing({1, 2, 3}))));
+    const std::uint64_t bytes =
+        scene.vertices.size() * sizeof(Vertex) + scene.indices.size() * sizeof(std::uint32_t);
+    const std::uint64_t before = renderer().counters().bytesShared;
+    request(std::move(scene), "held once");
+    EXPECT_EQ(renderer().counters().bytesShared - before,
+              renderer().identity().readsClientMemory ? bytes : 0);
+}
+
+// The scene's memory is the driver's: it must stay where it is while other scenes come and go.
+TEST_F(Counts, ASceneThatIsReadWhereItLiesStaysAsItIs) {
+    Scene scene;
+    place(scene, sphere(0.5f, 16, addMaterial(scene, glowing({1, 2, 3}))));
+    const FrameRequest r = request(std::move(scene), "stays");
+    const Image first = renderer().render(r).image;
+    for (int i = 0; i < 3; ++i) {
+        Scene other;
+        place(other, sphere(0.1f + 0.1f * static_cast<float>(i), 16,
+                            addMaterial(other, glowing({3, 2, 1}))));
+        renderer().render(request(std::move(other), "comes and goes"));
+    }
+    EXPECT_EQ(renderer().render(r).image.data, first.data);
+}
+
 // Every kind of pass, in one frame and in the next: what the plan counts is what was drawn.
 TEST_F(Counts, OfEveryKindOfPassAreThoseOfThePlan) {
     Scene scene;

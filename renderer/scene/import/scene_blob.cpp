@@ -255,6 +255,10 @@ public:
                 list.assign(from, from + count);
                 left_ = left_.subspan(count);
             } else {
+                // Vertices and indices stay where they are now if the driver may read a little
+                // past their end; see gl::kSharedMemoryTail.
+                constexpr std::size_t kTail = 64;
+                list.reserve(count + (kTail + sizeof(T) - 1) / sizeof(T));
                 list.resize(count);
                 bytes(list.data(), count * sizeof(T));
             }
