@@ -391,6 +391,11 @@ std::vector<FrameRequest> firstFramesOf(const Scene& scene) {
     return {standard, draft, afar};
 }
 
+void Renderer::releaseCompiler() {
+    state_->context.makeCurrent();
+    gl::releaseShaderCompiler();
+}
+
 RendererCounters Renderer::counters() const {
     const gl::ObjectCounters& made = state_->context.counters();
     const DrawCounters& drawn = state_->executor.counters();

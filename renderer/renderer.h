@@ -148,6 +148,10 @@ public:
     // bytes.
     void forgetMaps();
 
+    // Frees the driver's tables for compiling shaders (7 MB). The next program that is made fills
+    // them again, in some milliseconds.
+    void releaseCompiler();
+
     // Draws what these frames will, so small that compilation is all it costs, so that the real
     // ones wait for nothing. In steps, so that frames come in between:
     //

@@ -133,6 +133,7 @@ private:
     Problem full() const;
     void serve(const RendererOptions& options);
     void servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock);
+    void rest(Renderer& renderer, std::unique_lock<std::mutex>& lock);
     void serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock);
     void serveBackground(Renderer& renderer, std::unique_lock<std::mutex>& lock);
 
@@ -149,6 +150,7 @@ private:
     CompileTotals compileTotals_;
     bool running_ = false;  // something of run()
     std::optional<Clock::time_point> workingSince_;
+    std::uint64_t objectsMade_ = 0;  // of the renderer when it last rested; its thread's own
     bool refusing_ = false;
     bool ending_ = false;
     std::promise<RendererIdentity> made_;

@@ -124,7 +124,7 @@ void SceneLibrary::warmUp(const Entry& entry, Scene copy) {
 
 // False: this ends first. There may never be a renderer.
 bool SceneLibrary::ended(const std::future<std::uint64_t>& work) {
-    while (work.wait_for(kLooksUp) != std::future_status::ready) {
+    while (work.wait_for(kLoadingLooksUp) != std::future_status::ready) {
         const std::lock_guard lock(mutex_);
         if (ending_) return false;
     }

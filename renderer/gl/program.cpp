@@ -61,4 +61,8 @@ void Program::use() const {
     glUseProgram(name_.get());
 }
 
+void releaseShaderCompiler() {
+    glReleaseShaderCompiler();
+}
+
 }  // namespace clerestory::gl

@@ -26,4 +26,7 @@ private:
     OwnedName name_;
 };
 
+// Frees what the driver keeps for compiling shaders; the next one brings it back.
+void releaseShaderCompiler();
+
 }  // namespace clerestory::gl
