@@ -1,0 +1,13 @@
+// The room that memory and speed are measured with: 197k triangles, mirror floor, chrome torus
+// knot, glass ball and pane, three lights. No textures.
+#pragma once
+
+#include <filesystem>
+
+namespace clerestory::bench {
+
+// Writes room.gltf and room.bin into the folder; returns the former. Throws std::runtime_error when
+// that fails.
+std::filesystem::path writeRoom(const std::filesystem::path& folder);
+
+}  // namespace clerestory::bench
