@@ -119,6 +119,7 @@ struct Prepared {
     std::unique_ptr<Renderer> renderer;
     FrameRequest request;
     std::unique_ptr<CompileAhead> ahead;  // of one frame
+    std::string mark;                     // that it was compiled
 };
 
 // A budget is chosen from the curve of this very view, measured now; says on stderr what it was.
@@ -154,8 +155,13 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
     scene.id = p.request.scene = "scene";
     oneFrame = oneFrame && !p.request.accuracy.isBudget() && !compiledBefore(line.frame.scene);
     if (oneFrame) compileFast();
+    FrameRequest kind = p.request;  // frames of one kind draw about the same programs
+    kind.camera = {};
+    kind.time = 0.0;
+    kind.output = {};
+    p.mark = "frame of " + std::to_string(scene.contentHash) + '\n' + canonicalText(kind);
     p.renderer = std::make_unique<Renderer>(line.config.renderer);
-    if (oneFrame && CompileAhead::helps(p.renderer->identity())) {
+    if (oneFrame && !compiledBefore(p.mark) && CompileAhead::helps(p.renderer->identity())) {
         std::vector<std::shared_ptr<const EnvironmentMap>> list;
         for (const auto& [name, map] : maps) list.push_back(map);
         p.ahead = std::make_unique<CompileAhead>(line.config.renderer, copyWithoutTexels(scene),
@@ -176,7 +182,10 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
 int runRender(const CommandLine& line) {
     Prepared p = prepare(line, true);
     const Frame frame = p.renderer->render(p.request);
-    if (p.ahead) p.ahead->stop();
+    if (p.ahead) {
+        p.ahead->stop();
+        setCompiled(p.mark);
+    }
     const Bytes bytes = encoded(frame.image, p.request.output);
     std::ofstream file(line.frame.output, std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

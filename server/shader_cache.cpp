@@ -27,11 +27,11 @@ bool writable(const std::filesystem::path& folder) {
 }
 
 // Empty where nothing is kept.
-std::filesystem::path markOf(const std::string& scene) {
+std::filesystem::path markOf(const std::string& what) {
     const char* folder = std::getenv(kFolder);
     if (!folder || std::getenv(kDisable)) return {};
     return std::filesystem::path(folder) / "clerestory" /
-           (hashWordOf(buildId() + '\n' + scene) + ".compiled");
+           (hashWordOf(buildId() + '\n' + what) + (compilesFast() ? ".fast" : ".optimized"));
 }
 
 }  // namespace
@@ -59,15 +59,15 @@ bool compilesFast() {
     return value && std::strstr(value, kFast);
 }
 
-bool compiledBefore(const std::string& scene) {
-    const std::filesystem::path mark = markOf(scene);
+bool compiledBefore(const std::string& what) {
+    const std::filesystem::path mark = markOf(what);
     std::error_code error;
     return !mark.empty() && std::filesystem::exists(mark, error);
 }
 
-void setCompiled(const std::string& scene) {
-    const std::filesystem::path mark = markOf(scene);
-    if (mark.empty() || compilesFast()) return;
+void setCompiled(const std::string& what) {
+    const std::filesystem::path mark = markOf(what);
+    if (mark.empty()) return;
     std::error_code error;
     std::filesystem::create_directories(mark.parent_path(), error);
     std::ofstream(mark).put('\n');

@@ -23,9 +23,10 @@ inline constexpr const char* kCompileFastVariable = "GALLIVM_PERF=nopt";
 // Whether this process does.
 bool compilesFast();
 
-// Whether this build has compiled, optimised, what a scene's first frames draw, and kept it. A
-// scene is named by the text that the command line has for it.
-bool compiledBefore(const std::string& scene);
-void setCompiled(const std::string& scene);
+// Whether this build, compiling as this process does, has compiled something before and kept it:
+// marks in the cache's folder, under any text. `clerestory serve` looks for that of its first
+// scene.
+bool compiledBefore(const std::string& what);
+void setCompiled(const std::string& what);
 
 }  // namespace clerestory

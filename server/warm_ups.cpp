@@ -1,6 +1,7 @@
 #include "server/warm_ups.h"
 
 #include "server/compile_ahead.h"
+#include "server/shader_cache.h"
 
 namespace clerestory {
 struct WarmUps::Task {
@@ -22,10 +23,15 @@ void WarmUps::begin(Scene copy, std::vector<std::shared_ptr<const EnvironmentMap
                     std::function<void()> whenFinished) {
     auto task = std::make_shared<Task>();
     task->frames = firstFramesOf(copy);
-    task->whenFinished = std::move(whenFinished);
+    const std::string mark = "first frames of " + std::to_string(copy.contentHash);
+    task->whenFinished = [mark, then = std::move(whenFinished)] {
+        setCompiled(mark);
+        if (then) then();
+    };
     const std::lock_guard lock(mutex_);
     tasks_[copy.id] = task;
-    if (CompileAhead::helps(queue_.identity()) && (!ahead_ || ahead_->ended())) {
+    if (CompileAhead::helps(queue_.identity()) && !compiledBefore(mark) &&
+        (!ahead_ || ahead_->ended())) {
         ahead_ = std::make_unique<CompileAhead>(options_, std::move(copy), std::move(maps),
                                                 task->frames);
     }
@@ -53,7 +59,7 @@ void WarmUps::advance(Task& task, Renderer& renderer) {
     if (more) return;
     task.warmUp.reset();
     task.finished = true;
-    if (task.whenFinished) task.whenFinished();
+    task.whenFinished();
 }
 
 WarmUps::Progress WarmUps::of(const std::string& scene) const {
