@@ -7,6 +7,7 @@
 #include "room.h"
 #include "tests/support/free_port.h"
 
+#include <fcntl.h>
 #include <httplib.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -87,9 +88,13 @@ public:
         std::vector<char*> arguments;
         for (std::string& word : words) arguments.push_back(word.data());
         arguments.push_back(nullptr);
-        if (posix_spawn(&id_, arguments[0], nullptr, nullptr, arguments.data(), environ) != 0) {
-            throw std::runtime_error("cannot start " + program);
-        }
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+        const int error =
+            posix_spawn(&id_, arguments[0], &actions, nullptr, arguments.data(), environ);
+        posix_spawn_file_actions_destroy(&actions);
+        if (error != 0) throw std::runtime_error("cannot start " + program);
     }
     ~Server() {
         kill(id_, SIGTERM);
