@@ -195,6 +195,8 @@ Flood flood(const ServerProcess& server, double seconds) {
     const double service = serviceMs(server.port());
     // Three that together ask for well under half of what the server can do.
     const double pause = 8.0 * service;
+    // Long enough for a few answers to each, however slow the machine is.
+    seconds = std::max(seconds, 0.001 * 60.0 * service);
     result.alone = polite(server.port(), seconds, pause);
     std::thread flooder([&] {
         result.flooder = openLoop(server.port(), slowFrame(), 4.0 * 1000.0 / service, seconds, 60.0,

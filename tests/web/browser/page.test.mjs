@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { near } from "../near.mjs";
-import { Visit, distance, same, server, text, visit } from "./support.mjs";
+import { Visit, distance, same, server, text, visit, patiently } from "./support.mjs";
 
 visit("the first frame comes with what it cost and why", {}, async (v, page) => {
   assert.equal(v.frames.length, 1);
@@ -195,8 +195,8 @@ visit("a link gives the same view and settings; so do curl and JSON", {}, async 
   assert.deepEqual(JSON.parse(await copied("#copy-json")), asked);
   const curl = await copied("#copy-curl");
   assert.deepEqual(JSON.parse(/-d '(.*)' -o/s.exec(curl)[1]), asked);
-  const picture = await (await fetch(await copied("#copy-picture"))).arrayBuffer();
-  const posted = await (await fetch(`${server.url}v1/frames`, {
+  const picture = await (await patiently(await copied("#copy-picture"))).arrayBuffer();
+  const posted = await (await patiently(`${server.url}v1/frames`, {
     method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(asked) })).arrayBuffer();
   assert.deepEqual(Buffer.from(picture), Buffer.from(posted));
   const other = await Visit.open(await copied("#copy-link"));
