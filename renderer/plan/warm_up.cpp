@@ -44,7 +44,9 @@ public:
 private:
     void addFullScreen(const Pass& pass) {
         const TargetSpec& target = plan_.targets[pass.target];
-        if (seenFullScreen_.emplace(pass.kind, target.kind, target.format).second) {
+        if (pass.kind == PassKind::environment) {
+            passes_.push_back(pass);
+        } else if (seenFullScreen_.emplace(pass.kind, target.kind, target.format).second) {
             passes_.push_back(pass);
         }
     }
@@ -111,7 +113,13 @@ private:
 FramePlan warmUpPlan(const FramePlan& plan) {
     FramePlan warm = plan;
     warm.passes = WarmUpPasses(plan).all();
-    for (TargetSpec& target : warm.targets) target = smallTarget(std::move(target));
+    std::set<TargetId> whole;
+    for (const Pass& pass : warm.passes) {
+        if (pass.kind == PassKind::environment) whole.insert(pass.target);
+    }
+    for (TargetId id = 0; id < warm.targets.size(); ++id) {
+        if (!whole.contains(id)) warm.targets[id] = smallTarget(std::move(warm.targets[id]));
+    }
     return warm;
 }
 

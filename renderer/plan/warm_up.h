@@ -1,5 +1,5 @@
-// A plan's programs without its pictures: what to draw so that a driver compiles everything the plan
-// will use.
+// A plan's programs without its pictures: what to draw so that a driver compiles everything the
+// plan will use.
 //
 //     for (const FramePlan plan = warmUpPlan(planFrame(...)); ...)  // draw each pass once
 #pragma once
@@ -8,8 +8,9 @@
 
 namespace clerestory {
 
-// Small targets, none resident; every combination of program, material and pass once, each program in
-// a pass of its own. Passes stay in their order. What they draw is of no use.
+// Small targets; every combination of program, material and pass once, each program in a pass of
+// its own. Passes stay in their order. What they draw is of no use, except that environment maps
+// are prefiltered as the plan does it, and stay resident.
 FramePlan warmUpPlan(const FramePlan& plan);
 
 }  // namespace clerestory

@@ -77,6 +77,7 @@ TEST(Load, AFullQueueSaysSoAtOnceAndWhenToComeBack) {
     Config config = testConfig();
     config.queue = 2;
     TestServer server(config);
+    server.awaitReady();
     auto client = server.client();
     ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
     auto hold = server.holdRenderer();
@@ -235,6 +236,7 @@ TEST(Work, AFrameMayShadeWhatIsAllowedAndNotASampleMore) {
     }
     config.renderer.mostSamples = samples - 1;
     TestServer server(config);
+    server.awaitReady();
     auto client = server.client();
     const json problem = problemOf(postJson(client, "/v1/frames", body), 422);
     std::set<std::string> pointers;

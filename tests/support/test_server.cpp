@@ -55,6 +55,12 @@ TestServer::~TestServer() {
     for (const std::string& message : messages.get_future().get()) ADD_FAILURE() << message;
 }
 
+void TestServer::awaitReady() {
+    while (client().Get("/readyz")->status != 200) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+}
+
 std::shared_ptr<void> TestServer::holdRenderer() {
     auto released = std::make_shared<std::promise<void>>();
     auto held = std::make_shared<std::promise<void>>();

@@ -31,6 +31,9 @@ public:
     httplib::Client client() { return clientOf(server_); }
     void stop() { server_.stop(); }
 
+    // Returns when the default scene's shaders are compiled.
+    void awaitReady();
+
     // Keeps the OpenGL thread busy until the returned object goes.
     std::shared_ptr<void> holdRenderer();
 
