@@ -45,10 +45,10 @@ bool CompileAhead::helps(const RendererIdentity& identity) {
 
 CompileAhead::CompileAhead(const RendererOptions& options, Scene scene,
                            std::vector<std::shared_ptr<const EnvironmentMap>> maps,
-                           std::vector<FrameRequest> frames)
+                           std::vector<FrameRequest> frames, std::function<bool()> wanted)
     : thread_([this, options, scene = std::move(scene), maps = std::move(maps),
-               frames = std::move(frames)]() mutable {
-          run(options, std::move(scene), maps, frames);
+               frames = std::move(frames), wanted = std::move(wanted)]() mutable {
+          run(options, std::move(scene), maps, frames, wanted);
           ended_ = true;
       }) {}
 
@@ -60,7 +60,8 @@ CompileAhead::~CompileAhead() {
 // Whatever fails here, the other renderer does itself.
 void CompileAhead::run(RendererOptions options, Scene scene,
                        const std::vector<std::shared_ptr<const EnvironmentMap>>& maps,
-                       const std::vector<FrameRequest>& frames) {
+                       const std::vector<FrameRequest>& frames,
+                       const std::function<bool()>& wanted) {
     try {
         options.whenReset = nullptr;
         options.whenCompiling = nullptr;
@@ -69,7 +70,7 @@ void CompileAhead::run(RendererOptions options, Scene scene,
         for (TextureImage& image : scene.images) makeSmall(image);
         renderer.addScene(std::move(scene));
         WarmUp warmUp = renderer.beginWarmUp(frames);
-        while (!stopping_ && renderer.advance(warmUp, true)) {
+        while (!stopping_ && wanted() && renderer.advance(warmUp, true)) {
         }
     } catch (const std::exception& error) {
         logDebug({"compiling ahead: ", error.what()});

@@ -16,10 +16,12 @@ public:
     // processors.
     static bool helps(const RendererIdentity& identity);
 
-    // The texels of the scene's textures are not needed, and replaced.
-    CompileAhead(const RendererOptions& options, Scene scene,
-                 std::vector<std::shared_ptr<const EnvironmentMap>> maps,
-                 std::vector<FrameRequest> frames);
+    // The texels of the scene's textures are not needed, and replaced. `wanted` is asked before
+    // each step, on the thread.
+    CompileAhead(
+        const RendererOptions& options, Scene scene,
+        std::vector<std::shared_ptr<const EnvironmentMap>> maps, std::vector<FrameRequest> frames,
+        std::function<bool()> wanted = [] { return true; });
     ~CompileAhead();  // ends after the step at hand
     CompileAhead(const CompileAhead&) = delete;
     CompileAhead& operator=(const CompileAhead&) = delete;
@@ -30,7 +32,7 @@ public:
 private:
     void run(RendererOptions options, Scene scene,
              const std::vector<std::shared_ptr<const EnvironmentMap>>& maps,
-             const std::vector<FrameRequest>& frames);
+             const std::vector<FrameRequest>& frames, const std::function<bool()>& wanted);
 
     std::atomic<bool> stopping_{false}, ended_{false};
     std::thread thread_;

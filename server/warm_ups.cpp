@@ -33,7 +33,8 @@ void WarmUps::begin(Scene copy, std::vector<std::shared_ptr<const EnvironmentMap
     if (CompileAhead::helps(queue_.identity()) && !compiledBefore(mark) &&
         (!ahead_ || ahead_->ended())) {
         ahead_ = std::make_unique<CompileAhead>(options_, std::move(copy), std::move(maps),
-                                                task->frames);
+                                                task->frames, [task] { return !task->finished; });
+        aheadOf_ = task;
     }
     queue_.inBackground([task, ending = ending_](Renderer& renderer) {
         if (*ending) return false;
@@ -67,7 +68,8 @@ WarmUps::Progress WarmUps::of(const std::string& scene) const {
     const auto found = tasks_.find(scene);
     if (found == tasks_.end()) return {};
     const Task& task = *found->second;
-    return {task.done, task.total, task.finished};
+    const bool helping = aheadOf_.lock() == found->second && !ahead_->ended();
+    return {task.done, task.total, task.finished && !helping};
 }
 
 }  // namespace clerestory

@@ -16,7 +16,7 @@ class WarmUps {
 public:
     struct Progress {
         std::size_t done = 0, total = 0;  // programs, about; 0 before it begins
-        bool finished = false;
+        bool finished = false;            // on both threads
     };
 
     WarmUps(RenderQueue& queue, const RendererOptions& options);
@@ -42,6 +42,7 @@ private:
     // The renderer's thread may outlive this.
     std::shared_ptr<std::atomic<bool>> ending_ = std::make_shared<std::atomic<bool>>(false);
     std::unique_ptr<CompileAhead> ahead_;  // of one scene at a time
+    std::weak_ptr<Task> aheadOf_;
 };
 
 }  // namespace clerestory
