@@ -30,6 +30,17 @@ void beginView(PassResources& resources, const PassInput& input) {
     }
 }
 
+// Draws nothing; see settle_samplers.frag.
+void settleSamplers(PassResources& resources) {
+    gl::apply(gl::State{.colorWrite = false});
+    gl::apply(gl::Facing{.cullBack = false});
+    resources.environmentBrdf.bind(UNIT_SOURCE);
+    resources.samplers.sampler(kOneLevel).bind(UNIT_SOURCE);
+    resources.shaders.program({"fullscreen.vert", "settle_samplers.frag"}).use();
+    resources.noVertices.bind();
+    gl::drawTriangle();
+}
+
 void bindPass(PassResources& resources, const PassInput& input) {
     if (input.tracer) input.tracer->addPlaces(resources.draws);
     resources.draws.upload();
@@ -38,6 +49,7 @@ void bindPass(PassResources& resources, const PassInput& input) {
     bindLight(resources, input);
     if (input.tracer) input.tracer->bind(input.plan, input.pass.views.front().eye);
     input.target().drawn(input.pass.face).bind();
+    settleSamplers(resources);
 }
 
 void drawSky(PassResources& resources, const PassInput& input) {

@@ -76,6 +76,7 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
     hash.add(plan.mapFromWorld);
     hash.add(plan.environmentIntensity);
     hash.add(plan.anisotropy);
+    hash.add(plan.curvedSamples);
     for (const std::size_t i : passes) {
         const Pass& pass = plan.passes[i];
         hash.add(pass.kind);
@@ -87,7 +88,12 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
         }
         hash.add(pass.face);
         hash.add(pass.sky);
-        if (traces(pass)) addEverything(hash, stage);
+        if (traces(pass)) {
+            addEverything(hash, stage);
+            hash.add(stage.request.accuracy.bounces);
+            hash.add(stage.request.effects.emission);
+            hash.add(stage.request.effects.refraction);
+        }
         addTarget(hash, plan.targets[pass.target]);
         for (const TargetId read : pass.reads) {
             // A map that outlives the frame is known by its key, others by the passes above.
@@ -103,6 +109,7 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
             hash.add(r.center);
             hash.add(r.proxyMin);
             hash.add(r.proxyMax);
+            hash.add(r.normal);
             hash.add(r.ownFromMap);
         }
         addDraws(hash, pass.depthDraws, stage);
