@@ -76,7 +76,6 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
     hash.add(plan.mapFromWorld);
     hash.add(plan.environmentIntensity);
     hash.add(plan.anisotropy);
-    hash.add(plan.curvedSamples);
     for (const std::size_t i : passes) {
         const Pass& pass = plan.passes[i];
         hash.add(pass.kind);

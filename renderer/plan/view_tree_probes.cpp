@@ -359,7 +359,6 @@ std::uint64_t ViewTree::circumstancesOf(const CapturePoint& point, std::uint32_t
     hash.add(a.environmentSamples);
     hash.add(a.bounces);
     hash.add(a.backFaces);
-    hash.add(a.curvedSamples);
     hash.add(limits_.software);
     hash.add(point.placed);
     hash.add(point.id);
