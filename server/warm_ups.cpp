@@ -4,6 +4,7 @@
 #include "server/shader_cache.h"
 
 namespace clerestory {
+
 struct WarmUps::Task {
     std::vector<FrameRequest> frames;
     std::function<void()> whenFinished;
