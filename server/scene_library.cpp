@@ -265,6 +265,7 @@ void SceneLibrary::letGo(SceneEntry& entry) {
         renderer.removeScene(id);
         malloc_trim(0);
     });
+    warmUps_.forget(entry.status.id);
     loadedBytes_ -= entry.status.bytes.total();
     entry.status.bytes = {};
     entry.status.state = SceneState::waiting;

@@ -92,7 +92,7 @@ private:
     void loadAll();
     void load(const Entry& entry);
     void failed(const Entry& entry, const std::exception& error);
-    void warmUp(const Entry& entry, Scene copy);
+    void warmUp(const Scene& known, std::optional<Scene> copy);
     // Of the future: bytes of the meshes that are held once.
     std::future<std::uint64_t> handed(const Entry& entry, const std::shared_ptr<Scene>& full);
     bool ended(const std::future<std::uint64_t>& work);

@@ -75,11 +75,12 @@ void SceneLibrary::load(const Entry& entry) {
         const auto full = std::make_shared<Scene>(made(*entry));
         const auto known = std::make_shared<const Scene>(described(*full));
         const std::size_t vertices = full->vertices.size();
-        Scene copy = copyWithoutTexels(*full);
+        std::optional<Scene> copy;
+        if (WarmUps::wantsCopy(*full)) copy = copyWithoutTexels(*full);
         std::future<std::uint64_t> taken = handed(entry, full);
         if (!taken.valid() || !ended(taken)) return;
         ready(entry, known, vertices, taken.get());
-        warmUp(entry, std::move(copy));
+        warmUp(*known, std::move(copy));
         logInfo({"scene ", known->id, ": ", std::to_string(triangleCount(*known)), " triangles in ",
                  fixedPoint(millisecondsSince(start), 0), " ms"});
     } catch (const std::exception& error) {
@@ -112,14 +113,14 @@ std::future<std::uint64_t> SceneLibrary::handed(const Entry& entry,
 }
 
 // Of the first scene, what another process of this build has compiled is known to those that start.
-void SceneLibrary::warmUp(const Entry& entry, Scene copy) {
+void SceneLibrary::warmUp(const Scene& known, std::optional<Scene> copy) {
     std::vector<std::shared_ptr<const EnvironmentMap>> maps;
     for (const auto& [name, map] : environments_) maps.push_back(map);
     std::function<void()> whenFinished;
-    if (entry->status.id == defaultId_) {
+    if (known.id == defaultId_) {
         whenFinished = [name = firstSource_] { setCompiled(name); };
     }
-    warmUps_.begin(std::move(copy), std::move(maps), std::move(whenFinished));
+    warmUps_.begin(known, std::move(copy), std::move(maps), std::move(whenFinished));
 }
 
 // False: this ends first. There may never be a renderer.

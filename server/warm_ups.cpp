@@ -10,8 +10,16 @@ struct WarmUps::Task {
     std::function<void()> whenFinished;
     std::optional<WarmUp> warmUp;  // the renderer's own, on its thread
     std::atomic<std::size_t> done{0}, total{0};
-    std::atomic<bool> finished{false};
+    std::atomic<bool> finished{false};  // or not wanted any more
 };
+
+namespace {
+
+std::string markOf(const Scene& scene) {
+    return "first frames of " + std::to_string(scene.contentHash);
+}
+
+}  // namespace
 
 WarmUps::WarmUps(RenderQueue& queue, const RendererOptions& options)
     : queue_(queue), options_(options) {}
@@ -20,25 +28,28 @@ WarmUps::~WarmUps() {
     *ending_ = true;
 }
 
-void WarmUps::begin(Scene copy, std::vector<std::shared_ptr<const EnvironmentMap>> maps,
+bool WarmUps::wantsCopy(const Scene& scene) {
+    return !compiledBefore(markOf(scene));
+}
+
+void WarmUps::begin(const Scene& scene, std::optional<Scene> copy,
+                    std::vector<std::shared_ptr<const EnvironmentMap>> maps,
                     std::function<void()> whenFinished) {
     auto task = std::make_shared<Task>();
-    task->frames = firstFramesOf(copy);
-    const std::string mark = "first frames of " + std::to_string(copy.contentHash);
-    task->whenFinished = [mark, then = std::move(whenFinished)] {
+    task->frames = firstFramesOf(scene);
+    task->whenFinished = [mark = markOf(scene), then = std::move(whenFinished)] {
         setCompiled(mark);
         if (then) then();
     };
     const std::lock_guard lock(mutex_);
-    tasks_[copy.id] = task;
-    if (CompileAhead::helps(queue_.identity()) && !compiledBefore(mark) &&
-        (!ahead_ || ahead_->ended())) {
-        ahead_ = std::make_unique<CompileAhead>(options_, std::move(copy), std::move(maps),
+    tasks_[scene.id] = task;
+    if (copy && CompileAhead::helps(queue_.identity()) && (!ahead_ || ahead_->ended())) {
+        ahead_ = std::make_unique<CompileAhead>(options_, *std::move(copy), std::move(maps),
                                                 task->frames, [task] { return !task->finished; });
         aheadOf_ = task;
     }
     queue_.inBackground([task, ending = ending_](Renderer& renderer) {
-        if (*ending) return false;
+        if (*ending || task->finished) return false;
         try {
             advance(*task, renderer);
         } catch (...) {
@@ -47,6 +58,14 @@ void WarmUps::begin(Scene copy, std::vector<std::shared_ptr<const EnvironmentMap
         }
         return !task->finished;
     });
+}
+
+void WarmUps::forget(const std::string& scene) {
+    const std::lock_guard lock(mutex_);
+    const auto found = tasks_.find(scene);
+    if (found == tasks_.end()) return;
+    found->second->finished = true;
+    tasks_.erase(found);
 }
 
 // One step, on the renderer's thread.

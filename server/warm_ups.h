@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <map>
+#include <optional>
 
 namespace clerestory {
 
@@ -24,11 +25,16 @@ public:
     WarmUps(const WarmUps&) = delete;
     WarmUps& operator=(const WarmUps&) = delete;
 
-    // After the scene was given to the renderer. `copy`, with its vertices, is for the second
-    // thread; the texels of its textures are not needed. `whenFinished` is called on the renderer's
-    // thread.
-    void begin(Scene copy, std::vector<std::shared_ptr<const EnvironmentMap>> maps,
+    // Whether begin() may have use for a copy of this scene.
+    static bool wantsCopy(const Scene& scene);
+    // After the scene was given to the renderer. `scene` needs no vertices and no texels; `copy`
+    // is for the second thread, with vertices and without texels, where wantsCopy(). `whenFinished`
+    // is called on the renderer's thread.
+    void begin(const Scene& scene, std::optional<Scene> copy,
+               std::vector<std::shared_ptr<const EnvironmentMap>> maps,
                std::function<void()> whenFinished);
+    // After the scene was taken from the renderer.
+    void forget(const std::string& scene);
     Progress of(const std::string& scene) const;
 
 private:
