@@ -67,10 +67,23 @@ private:
     int mixed_ = 0;
 };
 
-// 12 swaps; CLERESTORY_SCENE_SWAPS says how many in a long run.
+// Until nothing is being loaded or compiled.
+void awaitShaders(SceneLibrary& library) {
+    const auto busy = [&](const SceneStatus& scene) {
+        return scene.state == SceneState::loading ||
+               (scene.state == SceneState::ready && !library.warmUp(scene.id).finished);
+    };
+    for (;;) {
+        const std::vector<SceneStatus> scenes = library.all();
+        if (std::none_of(scenes.begin(), scenes.end(), busy)) return;
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+}
+
+// 30 swaps; CLERESTORY_SCENE_SWAPS says how many in a long run.
 TEST(Uploads, ScenesTakeTurnsInAMemoryThatHoldsTwo) {
     const char* asked = std::getenv("CLERESTORY_SCENE_SWAPS");
-    const int swaps = asked ? std::atoi(asked) : 12;
+    const int swaps = asked ? std::atoi(asked) : 30;
     constexpr unsigned kScenes = 5, kTriangles = 20'000;
     Config config = uploadConfig();
     // Six walls, and two of the others.
@@ -86,43 +99,49 @@ TEST(Uploads, ScenesTakeTurnsInAMemoryThatHoldsTwo) {
         pictures.push_back(pictureOf(client, ids.back()));
     }
     EXPECT_NE(pictures[0], pictures[4]);
-    std::atomic<bool> done{false};
     std::atomic<int> lost{0}, drawn{0};
     Generations generations;
-    std::vector<std::thread> others;
-    for (int k = 0; k < 3; ++k) {  // load on the scene that stays, and on those that swap
-        others.emplace_back([&, k] {
-            auto other = server.client();
-            for (std::size_t i = 0; !done; ++i) {
-                const std::string body =
-                    k == 0 ? smallFrame() : frameOf(ids[(i / 3 + 2) % kScenes]);
-                const auto answer = postJson(other, "/v1/frames", body);
-                if (answer && answer->status == 200) {
-                    ++drawn;
-                    generations.add(*answer);
-                } else if (!answer || answer->status != 409) {  // 409: asks again by itself
-                    ++lost;
+    // Swaps under load on the scene that stays and on those that swap; then the memory at rest.
+    const auto residentAfter = [&](int first, int last) {
+        std::atomic<bool> done{false};
+        std::vector<std::thread> others;
+        for (int k = 0; k < 3; ++k) {
+            others.emplace_back([&, k] {
+                auto other = server.client();
+                for (std::size_t i = 0; !done; ++i) {
+                    const std::string body =
+                        k == 0 ? smallFrame() : frameOf(ids[(i / 3 + 2) % kScenes]);
+                    const auto answer = postJson(other, "/v1/frames", body);
+                    if (answer && answer->status == 200) {
+                        ++drawn;
+                        generations.add(*answer);
+                    } else if (!answer || answer->status != 409) {  // 409: asks again by itself
+                        ++lost;
+                    }
                 }
-            }
-        });
-    }
-    double warm = 0.0;
-    for (int i = 0; i < swaps; ++i) {
-        if (i == 5) warm = residentBytes();
-        const std::size_t which = static_cast<std::size_t>(i) % kScenes;
-        EXPECT_EQ(pictureOf(client, ids[which]), pictures[which]) << i;
-    }
-    done = true;
-    for (std::thread& other : others) other.join();
+            });
+        }
+        for (int i = first; i < last; ++i) {
+            const std::size_t which = static_cast<std::size_t>(i) % kScenes;
+            EXPECT_EQ(pictureOf(client, ids[which]), pictures[which]) << i;
+        }
+        done = true;
+        for (std::thread& other : others) other.join();
+        awaitShaders(server.service().library());
+        return residentBytes();
+    };
+    constexpr int kWarm = 8;
+    const double warm = residentAfter(0, kWarm), all = residentAfter(kWarm, swaps);
     EXPECT_EQ(lost, 0);
     EXPECT_GT(drawn, 0);
     EXPECT_EQ(generations.mixed(), 0);
     EXPECT_GT(generations.count(), 3u) << "scenes were loaded anew";
-    EXPECT_LT(residentBytes() - warm, 2.0 * kEach) << "one that stayed at each swap is far more";
+    // The heap needs some turns more to settle: 40 MB once, after 60 swaps as after 150.
+    EXPECT_LT((all - warm) / (swaps - kWarm), 0.25 * kEach) << "one that stayed is all of kEach";
     std::printf(
-        "%d swaps under %d frames of %zu generations, 0 mixed: %.1f MB after five, %.1f MB after "
+        "%d swaps under %d frames of %zu generations, 0 mixed: %.1f MB after %d, %.1f MB after "
         "all\n",
-        swaps, drawn.load(), generations.count(), warm / 1e6, residentBytes() / 1e6);
+        swaps, drawn.load(), generations.count(), warm / 1e6, kWarm, all / 1e6);
     const SceneTotals totals = server.service().library().totals();
     EXPECT_GE(totals.evicted, static_cast<std::uint64_t>(swaps) / 2);
     EXPECT_LE(totals.bytes.total(), config.scenes.memoryBytes);
@@ -185,7 +204,11 @@ TEST_F(UploadsOfWorkers, WhatEndsEveryRendererThatLoadsItIsGivenUp) {
     for (int i = 0; i < 200 && problem.is_null(); ++i) {
         const auto answer = postJson(client, "/v1/frames", frameOf(id));
         ASSERT_TRUE(answer);
-        if (answer->status != 409) problem = problemOf(answer, 422);
+        if (answer->status == 200) {
+            killWorker(server);  // a standby that had loaded it before
+        } else if (answer->status != 409) {
+            problem = problemOf(answer, 422);
+        }
     }
     EXPECT_EQ(problem["reason"], "crashed");
     EXPECT_EQ(problemOf(send(client, triangleGlb()), 422)["reason"], "crashed") << "for good";
