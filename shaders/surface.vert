@@ -1,4 +1,5 @@
-// A vertex of the scene, for shading and for channels.
+// A vertex of the scene, for shading and for channels. The same for every variant: the linker
+// removes the outputs that a variant does not read, and what they are computed from.
 #include "include/block_macros.glsl"
 #include "include/features.glsl"
 #include "include/eye_position.glsl"
@@ -26,17 +27,13 @@ void main() {
     vertexNormal = unit(vec3(dot(normalFromModel[0].xyz, normal), dot(normalFromModel[1].xyz, normal),
                              dot(normalFromModel[2].xyz, normal)));
     float volume = dot(eyeFromModel[0].xyz, cross(eyeFromModel[1].xyz, eyeFromModel[2].xyz));
-    modelScale = has(FEATURE_GLASS | FEATURE_TRACED_GLASS) ? pow(max(abs(volume), 1e-36f), 1.0f / 3.0f) : 1.0f;
+    modelScale = pow(max(abs(volume), 1e-36f), 1.0f / 3.0f);
     drawNumbers = vec3(normalFromModel[0].w, normalFromModel[1].w, normalFromModel[2].w);
-    if (has(FEATURE_NORMAL_MAP)) {
-        vertexTangent.xyz =
-            unit(vec3(dot(eyeFromModel[0].xyz, tangent.xyz), dot(eyeFromModel[1].xyz, tangent.xyz),
-                      dot(eyeFromModel[2].xyz, tangent.xyz)));
-        // A mirrored instance turns the cross product of normal and tangent round.
-        vertexTangent.w = volume < 0.0f ? -tangent.w : tangent.w;
-    } else {
-        vertexTangent = vec4(0.0f);
-    }
+    vertexTangent.xyz =
+        unit(vec3(dot(eyeFromModel[0].xyz, tangent.xyz), dot(eyeFromModel[1].xyz, tangent.xyz),
+                  dot(eyeFromModel[2].xyz, tangent.xyz)));
+    // A mirrored instance turns the cross product of normal and tangent round.
+    vertexTangent.w = volume < 0.0f ? -tangent.w : tangent.w;
     texCoord0 = inTexCoord0;
     texCoord1 = inTexCoord1;
     vertexColor = inColor;

@@ -24,15 +24,12 @@ Name compiled(GLenum stage, const std::string& name, const std::string& source) 
 }
 
 Name linked(const ProgramDescription& d) {
-    const GLuint vertex = compiled(GL_VERTEX_SHADER, d.name, d.vertexSource);
     const GLuint fragment = compiled(GL_FRAGMENT_SHADER, d.name, d.fragmentSource);
     const GLuint program = glCreateProgram();
-    for (const GLuint shader : {vertex, fragment}) glAttachShader(program, shader);
+    for (const GLuint shader : {d.vertex.name(), fragment}) glAttachShader(program, shader);
     glLinkProgram(program);
-    for (const GLuint shader : {vertex, fragment}) {
-        glDetachShader(program, shader);
-        glDeleteShader(shader);
-    }
+    for (const GLuint shader : {d.vertex.name(), fragment}) glDetachShader(program, shader);
+    glDeleteShader(fragment);
     GLint ok = 0, length = 0;
     glGetProgramiv(program, GL_LINK_STATUS, &ok);
     if (!ok) {
@@ -48,6 +45,13 @@ Name linked(const ProgramDescription& d) {
 }
 
 }  // namespace
+
+VertexShader::VertexShader(const std::string& name, const std::string& source)
+    : name_(compiled(GL_VERTEX_SHADER, name, source)) {}
+
+VertexShader::~VertexShader() {
+    glDeleteShader(name_.get());
+}
 
 Program::Program(const ProgramDescription& description)
     : name_(Context::current().firstUse().link([&] { return linked(description); })) {}

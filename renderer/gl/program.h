@@ -1,4 +1,4 @@
-// A linked pair of shaders.
+// Compiled vertex shaders and linked programs.
 #pragma once
 
 #include "gl/api.h"
@@ -7,9 +7,22 @@
 
 namespace clerestory::gl {
 
+class VertexShader {
+public:
+    // `name` is for error messages. Throws std::runtime_error with the driver's log when it does not
+    // compile.
+    VertexShader(const std::string& name, const std::string& source);
+    VertexShader(VertexShader&&) = default;
+    ~VertexShader();
+    Name name() const { return name_.get(); }
+
+private:
+    OwnedName name_;
+};
+
 struct ProgramDescription {
     std::string name;  // for debuggers and error messages
-    std::string vertexSource;
+    const VertexShader& vertex;
     std::string fragmentSource;
 };
 

@@ -57,13 +57,20 @@ std::string shaderSource(const std::string& file, Features features, int variant
     return withIncludes(std::string(embedded(file)), features, variant, view);
 }
 
+const gl::VertexShader& ShaderLibrary::vertexShader(const std::string& file) {
+    const auto found = vertexShaders_.find(file);
+    if (found != vertexShaders_.end()) return found->second;
+    return vertexShaders_.emplace(file, gl::VertexShader(file, shaderSource(file, 0, 0)))
+        .first->second;
+}
+
 const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
     const auto found = programs_.find(key);
     if (found != programs_.end()) return found->second;
     gl::Program made(
         {.name = key.fragment + " features " + std::to_string(key.features) + " variant " +
                  std::to_string(key.variant) + " view " + std::to_string(key.view),
-         .vertexSource = shaderSource(key.vertex, key.features, key.variant, key.view),
+         .vertex = vertexShader(key.vertex),
          .fragmentSource = shaderSource(key.fragment, key.features, key.variant, key.view)});
     return programs_.emplace(key, std::move(made)).first->second;
 }

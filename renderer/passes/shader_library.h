@@ -12,9 +12,11 @@ namespace clerestory {
 
 struct ProgramKey {
     std::string vertex, fragment;  // names of files in shaders/
-    Features features = 0;         // FEATURES in the source
-    int variant = 0;               // VARIANT in the source
-    std::uint32_t view = 0;        // VIEW in the source: what holds for every pixel of a pass
+    // Of the fragment shader. All programs with one vertex shader share it, so that the driver
+    // compiles it once for each set of outputs that is read.
+    Features features = 0;   // FEATURES in the source
+    int variant = 0;         // VARIANT in the source
+    std::uint32_t view = 0;  // VIEW in the source: what holds for every pixel of a pass
     auto operator<=>(const ProgramKey&) const = default;
 };
 
@@ -24,6 +26,9 @@ public:
     const gl::Program& program(const ProgramKey& key);
 
 private:
+    const gl::VertexShader& vertexShader(const std::string& file);
+
+    std::map<std::string, gl::VertexShader> vertexShaders_;
     std::map<ProgramKey, gl::Program> programs_;
 };
 

@@ -107,8 +107,9 @@ TEST_F(Driver, everyFeatureCompilesAlone) {
 TEST_F(Driver, aShaderThatDoesNotCompileSaysWhich) {
     const Renderer silent({});  // its context is current now and collects no messages
     try {
+        const gl::VertexShader vertex("sound", "#version 430\nvoid main() {}");
         gl::Program({.name = "broken",
-                     .vertexSource = "#version 430\nvoid main() {}",
+                     .vertex = vertex,
                      .fragmentSource = "#version 430\nnonsense"});
         FAIL();
     } catch (const std::runtime_error& e) {

@@ -91,9 +91,10 @@ Image Workbench::traced(const FramePlan& plan, int rounds, double* milliseconds)
     resources_.draws.upload();
     bindView(resources_, input, glm::dmat3(1.0));
     tracer_->bind(plan, view.eye);
+    const gl::VertexShader vertex("sky.vert", shaderSource("sky.vert", 0, 0));
     const gl::Program program(
         {.name = "traced channel",
-         .vertexSource = shaderSource("sky.vert", 0, 0),
+         .vertex = vertex,
          .fragmentSource = withIncludes(
              "const int CHANNEL = " + std::to_string(numberOf(plan.channel)) + ";" + kTracedChannel,
              0, static_cast<int>(plan.hitFeatures))});
