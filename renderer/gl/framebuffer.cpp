@@ -69,7 +69,7 @@ Framebuffer::Framebuffer(const FramebufferDescription& d)
                                  ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + d.face
                                  : static_cast<GLenum>(GL_TEXTURE_2D);
         glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, image, d.color->name(),
-                               static_cast<GLint>(d.level));
+                               static_cast<GLint>(d.color->firstLevel() + d.level));
     }
     if (d.depth) {
         glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,

@@ -4,6 +4,7 @@
 #include "gl/context.h"
 
 #include <algorithm>
+#include <bit>
 #include <stdexcept>
 #include <string>
 
@@ -72,16 +73,37 @@ Name newSampler() {
     return name;
 }
 
+std::uint32_t levelsOf(std::uint32_t width, std::uint32_t height) {
+    return static_cast<std::uint32_t>(std::bit_width(std::max(width, height)));
+}
+
+struct Storage {
+    std::uint32_t width, height, levels;
+    std::uint32_t firstLevel;  // of them, that the texture begins with
+};
+
+Storage storageOf(const TextureDescription& d) {
+    Storage storage{d.width, d.height, d.levels, 0};
+    const bool small = std::uint64_t{d.width} * d.height <= kMostAlike;
+    if (!d.alike || !small || !Context::current().capabilities().software) return storage;
+    storage.levels = std::max(d.levels, std::min(2u, levelsOf(d.width, d.height)));
+    if (!std::has_single_bit(d.width) && !std::has_single_bit(d.height)) return storage;
+    return {2 * d.width + 1, 2 * d.height + 1, storage.levels + 1, 1};
+}
+
 }  // namespace
 
 Texture::Texture(const TextureDescription& description)
     : description_(description), name_(newTexture()) {
     const GLenum target = targetOf(description.kind);
+    const Storage storage = storageOf(description);
+    firstLevel_ = storage.firstLevel;
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(target, name_.get());
-    glTexStorage2D(target, static_cast<GLsizei>(description.levels),
-                   wordsOf(description.format).internal, static_cast<GLsizei>(description.width),
-                   static_cast<GLsizei>(description.height));
+    glTexStorage2D(target, static_cast<GLsizei>(storage.levels),
+                   wordsOf(description.format).internal, static_cast<GLsizei>(storage.width),
+                   static_cast<GLsizei>(storage.height));
+    glTexParameteri(target, GL_TEXTURE_BASE_LEVEL, static_cast<GLint>(firstLevel_));
     GLint complete = 0;
     glGetTexParameteriv(target, GL_TEXTURE_IMMUTABLE_FORMAT, &complete);
     if (!complete) {
@@ -104,7 +126,7 @@ void Texture::upload(std::uint32_t level, std::uint32_t face, std::span<const st
     const GLenum target = description_.kind == TextureKind::cube
                               ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + face
                               : static_cast<GLenum>(GL_TEXTURE_2D);
-    glTexSubImage2D(target, static_cast<GLint>(level), 0, 0,
+    glTexSubImage2D(target, static_cast<GLint>(firstLevel_ + level), 0, 0,
                     static_cast<GLsizei>(std::max(1u, description_.width >> level)),
                     static_cast<GLsizei>(std::max(1u, description_.height >> level)), words.layout,
                     words.type, texels.data());
@@ -113,7 +135,7 @@ void Texture::upload(std::uint32_t level, std::uint32_t face, std::span<const st
 void Texture::read(std::uint32_t level, std::span<std::byte> texels) const {
     bind(0);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glGetTexImage(GL_TEXTURE_2D, static_cast<GLint>(level), GL_RGBA, GL_UNSIGNED_BYTE,
+    glGetTexImage(GL_TEXTURE_2D, static_cast<GLint>(firstLevel_ + level), GL_RGBA, GL_UNSIGNED_BYTE,
                   texels.data());
 }
 

@@ -19,7 +19,14 @@ struct TextureDescription {
     std::uint32_t width = 1;
     std::uint32_t height = 1;
     std::uint32_t levels = 1;
+    // llvmpipe compiles a shader for whether the edges of a plane that it reads are powers of two,
+    // and for whether it has smaller levels. With this, planes of all sizes are alike to it: they
+    // have at least two levels, and edges that are powers of two become the second level of storage
+    // with odd edges. Costs memory, so planes of more than kMostAlike texels stay as they are.
+    // Shaders must not ask such a texture for its number of levels. Other drivers ignore it.
+    bool alike = false;
 };
+inline constexpr std::uint64_t kMostAlike = 1 << 20;
 
 class Texture {
 public:
@@ -36,9 +43,12 @@ public:
     void bind(unsigned int unit) const;
     Name name() const { return name_.get(); }
     const TextureDescription& description() const { return description_; }
+    // Where level 0 lies in the storage.
+    std::uint32_t firstLevel() const { return firstLevel_; }
 
 private:
     TextureDescription description_;
+    std::uint32_t firstLevel_ = 0;
     OwnedName name_;
 };
 

@@ -97,6 +97,10 @@ void bindView(PassResources& resources, const PassInput& input, const glm::dmat3
     block.picture = {target.width, target.height,
                      0.5 * target.height * view.clipFromView[1][1] * input.plan.perMetre,
                      input.plan.perMetre};
+    if (input.pass.backdrop != kNoTarget) {
+        block.backdrop.x =
+            static_cast<float>(input.targets[input.pass.backdrop]->spec().levels - 1);
+    }
     for (int row = 0; row < 3; ++row) {  // the transpose of a rotation
         block.worldFromEye[row] = glm::vec4(glm::vec3(axesFromWorld[row]), 0.0f);
     }

@@ -49,7 +49,8 @@ Target::Target(const TargetSpec& spec)
            .format = textureFormat(spec.format),
            .width = spec.width,
            .height = spec.height,
-           .levels = spec.levels}) {
+           .levels = spec.levels,
+           .alike = spec.kind == TargetKind::plane}) {
     if (spec.depth) {
         depth_.emplace(gl::RenderFormat::depth32f, spec.width, spec.height, spec.samples);
     }

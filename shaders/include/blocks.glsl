@@ -11,6 +11,7 @@ BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     vec4 clipPlane;         // kept: dot(xyz, p) + w >= 0
     vec4 picture;           // width, height, pixels per unit of slope, 1 / diagonal of the scene
     vec4 worldFromEye[3];   // rows
+    vec4 backdrop;          // last level
 BLOCK_END(view)
 
 BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)

@@ -21,7 +21,7 @@ vec3 projected(vec3 point) {  // texture coordinates; z: how far in front of the
 
 // Light along a ray that has left the glass. Where the picture ends, a body shows the environment.
 vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
-    float last = float(textureQueryLevels(backdrop) - 1);
+    float last = view.backdrop.x;
     float wide = min(0.5f * lobeLod(spread, view.picture.z), last);
     // As if the ray met what stands behind its exit; then, as if it met what stands there.
     vec3 here = projected(exit);
