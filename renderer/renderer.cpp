@@ -3,6 +3,7 @@
 
 #include "gl/buffer.h"
 #include "gl/context.h"
+#include "gl/display.h"
 #include "gl/program.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"
@@ -389,6 +390,10 @@ std::vector<FrameRequest> firstFramesOf(const Scene& scene) {
     afar.camera.position = center + glm::dvec3(0.0, 0.3, 1.0) * distance;
     afar.camera.target = center;
     return {standard, draft, afar};
+}
+
+void endDriver() {
+    gl::closeDisplays();
 }
 
 void Renderer::releaseCompiler() {

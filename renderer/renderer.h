@@ -173,6 +173,10 @@ private:
     std::unique_ptr<State> state_;
 };
 
+// At the end of a process, when no Renderer is left: ends the driver, which otherwise drops the
+// compiled shaders that it has not yet written to its cache. A Renderer made later starts it again.
+void endDriver();
+
 // The frames that a client most likely asks for first: the default view at two accuracies, and all
 // of the scene from afar.
 std::vector<FrameRequest> firstFramesOf(const Scene& scene);

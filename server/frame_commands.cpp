@@ -19,6 +19,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <iostream>
 #include <iterator>
 
@@ -150,17 +151,22 @@ void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps
 // For one frame, which costs less than what it has the driver compile.
 Prepared prepare(const CommandLine& line, bool oneFrame = false) {
     Prepared p{.request = requestFor(line.frame)};
-    const EnvironmentMaps maps = environmentsOf(line, p.request);
-    Scene scene = sceneFor(line, maps);
-    scene.id = p.request.scene = "scene";
     oneFrame = oneFrame && !p.request.accuracy.isBudget() && !compiledBefore(line.frame.scene);
     if (oneFrame) compileFast();
+    EnvironmentMaps maps;
+    std::future<Scene> loading = std::async(std::launch::async, [&] {
+        maps = environmentsOf(line, p.request);
+        return sceneFor(line, maps);
+    });
+    p.renderer = std::make_unique<Renderer>(line.config.renderer);
+    Scene scene = loading.get();
+    scene.id = p.request.scene = "scene";
     FrameRequest kind = p.request;  // frames of one kind draw about the same programs
     kind.camera = {};
     kind.time = 0.0;
     kind.output = {};
+    kind.width = kind.height = 1;
     p.mark = "frame of " + std::to_string(scene.contentHash) + '\n' + canonicalText(kind);
-    p.renderer = std::make_unique<Renderer>(line.config.renderer);
     if (oneFrame && !compiledBefore(p.mark) && CompileAhead::helps(p.renderer->identity())) {
         std::vector<std::shared_ptr<const EnvironmentMap>> list;
         for (const auto& [name, map] : maps) list.push_back(map);

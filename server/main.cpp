@@ -1,4 +1,5 @@
 // The program: reads the command line and runs one command. Failures end here, as one line.
+#include "renderer.h"
 #include "server/commands.h"
 #include "server/log.h"
 #include "server/problem.h"
@@ -56,7 +57,9 @@ int main(int argc, char** argv) {
     useShaderCache(line.config.shaderCache);
     if (isWorker) return runWorker(line.config);
     try {
-        return run(line);
+        const int status = run(line);
+        endDriver();
+        return status;
     } catch (const RequestError& error) {
         return complain(error.problem().detail);
     } catch (const std::exception& error) {

@@ -10,6 +10,8 @@
 #include <array>
 #include <cstdlib>
 #include <functional>
+#include <mutex>
+#include <set>
 #include <stdexcept>
 #include <string_view>
 
@@ -19,6 +21,9 @@ namespace {
 bool contains(const char* words, std::string_view word) {
     return words != nullptr && std::string_view(words).find(word) != std::string_view::npos;
 }
+
+std::mutex displaysMutex;
+std::set<EGLDisplay> displays;  // initialised
 
 template <class Function>
 Function entry(const char* name) {
@@ -82,9 +87,13 @@ std::optional<OpenedContext> open(const Candidate& candidate, bool debugOutput) 
     OpenedContext opened;
     opened.platform = candidate.platform;
     EGLDisplay display = candidate.display();
-    // Displays are never terminated: EGL gives the same one to every context of the process, and
-    // the driver stays loaded.
+    // Not terminated with its context: EGL gives the same one to every context of the process, and
+    // the driver stays loaded. See closeDisplays().
     if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return {};
+    {
+        const std::lock_guard lock(displaysMutex);
+        displays.insert(display);
+    }
     if (!eglBindAPI(EGL_OPENGL_API)) return {};
     const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
     const bool surfaceless = contains(extensions, "EGL_KHR_surfaceless_context");
@@ -134,6 +143,12 @@ bool isSoftwareRenderer(const std::string& renderer) {
         if (renderer.find(word) != std::string::npos) return true;
     }
     return false;
+}
+
+void closeDisplays() {
+    const std::lock_guard lock(displaysMutex);
+    for (const EGLDisplay display : displays) eglTerminate(display);
+    displays.clear();
 }
 
 void closeContext(const OpenedContext& opened) {

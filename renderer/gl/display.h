@@ -19,6 +19,9 @@ struct OpenedContext {
 OpenedContext openContext(const ContextOptions& options);
 void closeContext(const OpenedContext& opened);
 
+// Terminates every display that was opened. No context of the process may exist.
+void closeDisplays();
+
 // From GL_RENDERER.
 bool isSoftwareRenderer(const std::string& renderer);
 

@@ -73,8 +73,9 @@ TEST(CommandLine, HowShadersAreCompiledChangesNoByte) {
     }
 }
 
-// llvmpipe has compiled variants again for what an earlier draw had left behind.
-TEST(CommandLine, ASecondRunCompilesNothing) {
+// llvmpipe has compiled variants again for what an earlier draw had left behind, and for pictures
+// whose edges are powers of two.
+TEST(CommandLine, ASecondRunAndOtherSizesCompileNothing) {
     const std::string folder = outputFile("shader-cache");
     std::filesystem::remove_all(folder);
     const auto files = [&] {
@@ -85,15 +86,17 @@ TEST(CommandLine, ASecondRunCompilesNothing) {
         return count;
     };
     std::vector<std::size_t> bytes;
-    for (int i = 0; i < 3; ++i) {
-        const Outcome outcome =
-            run("render teapots --size 96x54 -o '" + outputFile("cached.png") + "'",
-                "MESA_SHADER_CACHE_DIR='" + folder + "'");
+    for (const char* size : {"96x54", "96x54", "96x54", "128x72", "64x64"}) {
+        const Outcome outcome = run("render teapots --size " + std::string(size) + " -o '" +
+                                        outputFile("cached.png") + "'",
+                                    "MESA_SHADER_CACHE_DIR='" + folder + "'");
         ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
         bytes.push_back(files());
     }
     EXPECT_GT(bytes[0], 0u);
     EXPECT_EQ(bytes[1], bytes[2]);
+    EXPECT_EQ(bytes[1], bytes[3]);
+    EXPECT_EQ(bytes[1], bytes[4]);
 }
 
 TEST(CommandLine, TellsItsLibrariesAndTheirVersions) {
