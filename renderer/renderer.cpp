@@ -308,7 +308,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
     for (std::size_t i = 0; i < frame.plan.passes.size(); ++i) {
         const Pass& pass = frame.plan.passes[i];
         frame.passTimes.push_back(
-            {std::string(nameOf(pass.kind)), pass.name, execution.passMilliseconds[i]});
+            {std::string(pass.kind()), pass.name, execution.passMilliseconds[i]});
     }
     for (std::size_t i = 0; i < execution.health.size(); ++i) {
         const TexelCounts& counts = execution.health[i];

@@ -21,10 +21,10 @@ std::string runsOf(const FramePlan& plan) {
     std::string text;
     for (auto it = plan.passes.begin(); it != plan.passes.end();) {
         const auto end = std::find_if(it, plan.passes.end(),
-                                      [&](const Pass& pass) { return pass.kind != it->kind; });
+                                      [&](const Pass& pass) { return pass.kind() != it->kind(); });
         const auto count = static_cast<std::size_t>(end - it);
         text += text.empty() ? "" : ", ";
-        text += count == 1 ? headerWord(it->name) : counted(nameOf(it->kind), count);
+        text += count == 1 ? headerWord(it->name) : counted(it->kind(), count);
         it = end;
     }
     return text;
@@ -32,18 +32,18 @@ std::string runsOf(const FramePlan& plan) {
 
 // Each kind once, in the order in which they first ran.
 std::string kindsOf(const FramePlan& plan) {
-    std::vector<std::pair<PassKind, std::size_t>> kinds;
+    std::vector<std::pair<std::string_view, std::size_t>> kinds;
     for (const Pass& pass : plan.passes) {
         const auto known = std::find_if(kinds.begin(), kinds.end(),
-                                        [&](const auto& k) { return k.first == pass.kind; });
+                                        [&](const auto& k) { return k.first == pass.kind(); });
         if (known == kinds.end())
-            kinds.emplace_back(pass.kind, 1);
+            kinds.emplace_back(pass.kind(), 1);
         else
             ++known->second;
     }
     std::string text;
     for (const auto& [kind, count] : kinds) {
-        text += (text.empty() ? "" : ", ") + counted(nameOf(kind), count);
+        text += (text.empty() ? "" : ", ") + counted(kind, count);
     }
     return text;
 }

@@ -122,7 +122,7 @@ ordered_json decisionJson(const Decision& decision) {
 
 ordered_json passJson(const FramePlan& plan, const Pass& pass) {
     const PlanTotals t = totals(pass);
-    ordered_json json = {{"kind", nameOf(pass.kind)},
+    ordered_json json = {{"kind", pass.kind()},
                          {"name", pass.name},
                          {"effect", nameOf(pass.effect)},
                          {"generation", pass.generation},
@@ -138,12 +138,12 @@ ordered_json passJson(const FramePlan& plan, const Pass& pass) {
     json["draws"] = t.draws;
     json["triangles"] = t.triangles;
     auto& reads = json["reads"] = ordered_json::array();
-    for (const TargetId id : pass.reads) {
+    for (const TargetId id : pass.reads()) {
         if (id < plan.targets.size()) reads.push_back(plan.targets[id].name);
     }
     json["reason"] = pass.reason;
     auto& matrices = json["viewMatrices"] = ordered_json::array();
-    for (const View& view : pass.views) matrices.push_back(viewJson(view));
+    if (const View* view = pass.view()) matrices.push_back(viewJson(*view));
     return json;
 }
 

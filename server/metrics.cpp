@@ -148,7 +148,7 @@ void Metrics::frame(const Frame& frame, double seconds, double queueSeconds, dou
     }
     std::set<TargetId> drawn;
     for (const Pass& pass : frame.plan.passes) {
-        families_->passes.Add({{"kind", std::string(nameOf(pass.kind))}}).Increment();
+        families_->passes.Add({{"kind", std::string(pass.kind())}}).Increment();
         drawn.insert(pass.target);
     }
     for (const Skipped& left : frame.plan.skipped) {

@@ -26,21 +26,21 @@ int variantOf(Channel channel) {
 
 }  // namespace
 
-void runChannelPass(PassResources& resources, const PassInput& input) {
-    const Pass& pass = input.pass;
+void execute(PassResources& resources, const PassInput& input, const DrawChannel& work) {
     const glm::dmat3 worldAxes(1.0);
-    resources.draws.begin(input.scene->scene(), input.pose, pass.views.front(), worldAxes,
+    const PassView view{.view = work.view};
+    resources.draws.begin(input.scene->scene(), input.pose, work.view, worldAxes,
                           input.plan.lights);
-    const std::uint32_t records = resources.draws.add(pass.opaqueDraws);
+    const std::uint32_t records = resources.draws.add(work.draws);
     resources.draws.upload();
-    bindView(resources, input, worldAxes);
+    bindView(resources, input, view, worldAxes);
 
     input.target().drawn().bind();
     gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true});
     gl::clearColorAndDepth();
     const DrawProgram program{"surface.vert", "channel.frag", kGeometry | kCoverage,
                               variantOf(input.plan.channel)};
-    drawAll(resources, input, pass.opaqueDraws, records, program);
+    drawAll(resources, input, view, work.draws, records, program);
     input.target().resolve();
 }
 

@@ -57,19 +57,19 @@ void prefilter(PassResources& resources, const PassInput& input, const gl::Textu
 
 }  // namespace
 
-void runGaussianPass(PassResources& resources, const PassInput& input) {
+void execute(PassResources& resources, const PassInput& input, const BlurCube& work) {
     const TargetSpec& spec = input.target().spec();
     const gl::Texture& source =
-        input.pass.reads.empty() ? input.environment->source : input.read(0).texture();
+        work.source == kNoTarget ? input.environment->source : input.read(work.source).texture();
     gl::apply(gl::State{});
     gl::apply(gl::Facing{.cullBack = false});
     source.bind(UNIT_SOURCE);
     resources.samplers.sampler({}).bind(UNIT_SOURCE);
     resources.shaders.program({"fullscreen.vert", "map_blur.frag"}).use();
     resources.noVertices.bind();
-    const std::vector<glm::vec4> turns = blurTurns(input.pass.blur, spec.width);
+    const std::vector<glm::vec4> turns = blurTurns(work.blur, spec.width);
     blocks::PrefilterBlock block{};
-    block.counts = {static_cast<int>(turns.size()), static_cast<int>(input.pass.axis), 0, 0};
+    block.counts = {static_cast<int>(turns.size()), static_cast<int>(work.axis), 0, 0};
     std::copy(turns.begin(), turns.end(), block.samples);
     for (std::uint32_t face = 0; face < 6; ++face) {
         setFace(block, face, static_cast<float>(spec.width));
@@ -80,12 +80,12 @@ void runGaussianPass(PassResources& resources, const PassInput& input) {
     }
 }
 
-void runEnvironmentPass(PassResources& resources, const PassInput& input) {
-    prefilter(resources, input, input.environment->source, input.plan.environmentSamples);
+void execute(PassResources& resources, const PassInput& input, const PrefilterMap& work) {
+    prefilter(resources, input, input.environment->source, work.samples);
 }
 
-void runPrefilterPass(PassResources& resources, const PassInput& input) {
-    prefilter(resources, input, input.read(0).texture(), input.plan.probeSamples);
+void execute(PassResources& resources, const PassInput& input, const PrefilterCube& work) {
+    prefilter(resources, input, input.read(work.source).texture(), work.samples);
 }
 
 }  // namespace clerestory

@@ -68,67 +68,6 @@ void Executor::forget(const Scene& scene) {
     scenes_.erase(&scene);
 }
 
-void Executor::dispatch(const PassInput& input) {
-    const gl::DebugGroup group(input.pass.name);
-    switch (input.pass.kind) {
-        case PassKind::environment:
-            runEnvironmentPass(resources_, input);
-            targets_.markResident(input.target());
-            break;
-        case PassKind::prefilter:
-            runPrefilterPass(resources_, input);
-            targets_.markResident(input.target());
-            break;
-        case PassKind::gaussian:
-            runGaussianPass(resources_, input);
-            break;
-        case PassKind::levels:
-            runLevelsPass(input);
-            break;
-        case PassKind::capture:
-        case PassKind::mirror:
-        case PassKind::surface:
-            runSurfacePass(resources_, input);
-            break;
-        case PassKind::backFaces:
-            runBackFacesPass(resources_, input);
-            break;
-        case PassKind::backdrop:
-            runBackdropPass(input);
-            break;
-        case PassKind::glass:
-            runGlassPass(resources_, input);
-            break;
-        case PassKind::channel:
-            runChannelPass(resources_, input);
-            break;
-        case PassKind::twirl:
-            runTwirlPass(resources_, input);
-            break;
-        case PassKind::convolve:
-            runConvolvePass(resources_, input);
-            break;
-        case PassKind::glowBright:
-            runGlowBrightPass(resources_, input);
-            break;
-        case PassKind::glowDown:
-            runGlowDownPass(resources_, input);
-            break;
-        case PassKind::glowUp:
-            runGlowUpPass(resources_, input);
-            break;
-        case PassKind::glow:
-            runGlowPass(resources_, input);
-            break;
-        case PassKind::toneMap:
-            runToneMapPass(resources_, input);
-            break;
-        case PassKind::edgeFilter:
-            runEdgeFilterPass(resources_, input);
-            break;
-    }
-}
-
 Image Executor::readBack(const FramePlan& plan, const Target& output) {
     const gl::Framebuffer& source = output.readable();
     const std::uint32_t width = source.width(), height = source.height();
@@ -165,19 +104,19 @@ std::vector<Target*> Executor::begin(const FramePlan& plan) {
 void Executor::runPass(const FramePlan& plan, const Pass& pass, const std::vector<Target*>& targets,
                        const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
                        const EnvironmentMaps& maps) {
-    const auto named = maps.find(pass.map);
+    const std::string_view name = pass.map();
+    const auto named = maps.find(std::string(name));
     const EnvironmentMap& map = named == maps.end() ? environment : *named->second;
-    const bool needsMap = pass.kind == PassKind::environment || pass.sky ||
-                          pass.environment != kNoTarget ||
-                          (pass.kind == PassKind::gaussian && pass.reads.empty());
     PassInput input{.plan = plan,
                     .pass = pass,
                     .targets = targets,
-                    .scene = pass.views.empty() ? nullptr : &scenes_.at(&scene),
+                    .scene = pass.view() ? &scenes_.at(&scene) : nullptr,
                     .pose = pose,
-                    .environment = needsMap ? &uploaded(map) : nullptr};
-    if (traces(pass)) input.tracer = &tracerOf(scene, plan, pose);
-    dispatch(input);
+                    .environment = name.empty() ? nullptr : &uploaded(map)};
+    if (followsRays(pass)) input.tracer = &tracerOf(scene, plan, pose);
+    const gl::DebugGroup group(pass.name);
+    std::visit([&](const auto& work) { execute(resources_, input, work); }, pass.work);
+    targets_.markResident(input.target());
 }
 
 Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targets,

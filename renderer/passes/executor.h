@@ -39,8 +39,8 @@ public:
     void upload(const std::shared_ptr<const Scene>& scene);
     void forget(const Scene& scene);
     void forgetMaps() { targets_.forgetResident(); }
-    // After a frame that failed somewhere within: lets go of everything but the scenes, whose content
-    // was complete when they were uploaded. The next frame makes what it needs.
+    // After a frame that failed somewhere within: lets go of everything but the scenes, whose
+    // content was complete when they were uploaded. The next frame makes what it needs.
     void recover();
     const DrawCounters& counters() const { return resources_.counters; }
 
@@ -54,7 +54,6 @@ private:
     void runPass(const FramePlan& plan, const Pass& pass, const std::vector<Target*>& targets,
                  const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
                  const EnvironmentMaps& maps);
-    void dispatch(const PassInput& input);
     Image readBack(const FramePlan& plan, const Target& output);
 
     PassResources resources_;

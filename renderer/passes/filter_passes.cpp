@@ -3,8 +3,6 @@
 #include "passes/blocks.h"
 #include "passes/passes.h"
 
-#include <algorithm>
-
 namespace clerestory {
 namespace {
 
@@ -31,12 +29,13 @@ void setParameters(PassResources& resources, float x, float y = 0.0f) {
     setBlock(resources, block);
 }
 
-void drawFilter(PassResources& resources, const PassInput& input, const char* shader,
-                int variant = 0, const gl::State& state = {}) {
+// From the pass's source, with parameters that were set before.
+void drawFilter(PassResources& resources, const PassInput& input, const PicturePass& work,
+                const char* shader, int variant = 0, const gl::State& state = {}) {
     gl::apply(state);
     gl::apply(gl::Facing{.cullBack = false});
     input.target().drawn().bind();
-    input.read(0).texture().bind(UNIT_SOURCE);
+    input.read(work.source).texture().bind(UNIT_SOURCE);
     resources.samplers.sampler({}).bind(UNIT_SOURCE);
     resources.shaders.program({"fullscreen.vert", shader, 0, variant}).use();
     resources.noVertices.bind();
@@ -45,56 +44,52 @@ void drawFilter(PassResources& resources, const PassInput& input, const char* sh
 
 }  // namespace
 
-void runTwirlPass(PassResources& resources, const PassInput& input) {
-    setParameters(resources, input.pass.filter.turn, input.pass.filter.radius);
-    drawFilter(resources, input, "twirl.frag");
+void execute(PassResources& resources, const PassInput& input, const Twirl& work) {
+    setParameters(resources, work.turn, work.radius);
+    drawFilter(resources, input, work, "twirl.frag");
 }
 
-void runConvolvePass(PassResources& resources, const PassInput& input) {
-    const PictureFilter& filter = input.pass.filter;
+void execute(PassResources& resources, const PassInput& input, const Convolve& work) {
     blocks::FilterBlock block{};
-    block.parameters.x = filter.repeat ? 1.0f : 0.0f;
+    block.parameters.x = work.repeat ? 1.0f : 0.0f;
     for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column) {
-            block.kernel[row][column] = filter.kernel[static_cast<std::size_t>(3 * row + column)];
+            block.kernel[row][column] = work.kernel[static_cast<std::size_t>(3 * row + column)];
         }
     }
     setBlock(resources, block);
-    drawFilter(resources, input, "convolve.frag");
+    drawFilter(resources, input, work, "convolve.frag");
 }
 
-void runGlowBrightPass(PassResources& resources, const PassInput& input) {
-    setParameters(resources, input.pass.filter.threshold);
-    drawFilter(resources, input, "glow_bright.frag");
+void execute(PassResources& resources, const PassInput& input, const GlowBright& work) {
+    setParameters(resources, work.threshold);
+    drawFilter(resources, input, work, "glow_bright.frag");
 }
 
-void runGlowDownPass(PassResources& resources, const PassInput& input) {
-    drawFilter(resources, input, "glow_down.frag");
+void execute(PassResources& resources, const PassInput& input, const GlowDown& work) {
+    drawFilter(resources, input, work, "glow_down.frag");
 }
 
-void runGlowUpPass(PassResources& resources, const PassInput& input) {
-    setParameters(resources, input.pass.filter.share);
-    drawFilter(resources, input, "glow_up.frag", 0, {.blending = gl::Blending::premultiplied});
+void execute(PassResources& resources, const PassInput& input, const GlowUp& work) {
+    setParameters(resources, work.share);
+    drawFilter(resources, input, work, "glow_up.frag", 0,
+               {.blending = gl::Blending::premultiplied});
 }
 
-void runGlowPass(PassResources& resources, const PassInput& input) {
-    setParameters(resources, input.pass.filter.threshold, input.pass.filter.share);
-    input.read(1).texture().bind(UNIT_SPREAD);
+void execute(PassResources& resources, const PassInput& input, const Glow& work) {
+    setParameters(resources, work.threshold, work.share);
+    input.read(work.spread).texture().bind(UNIT_SPREAD);
     resources.samplers.sampler({}).bind(UNIT_SPREAD);
-    drawFilter(resources, input, "glow.frag");
+    drawFilter(resources, input, work, "glow.frag");
 }
 
-void runToneMapPass(PassResources& resources, const PassInput& input) {
-    const auto& passes = input.plan.passes;
-    const bool filtered = std::any_of(passes.begin(), passes.end(), [](const Pass& pass) {
-        return pass.kind == PassKind::edgeFilter;
-    });
-    setParameters(resources, input.plan.exposureFactor, filtered ? 1.0f : 0.0f);
-    drawFilter(resources, input, "tone_map.frag", variantOf(input.plan.toneMap));
+void execute(PassResources& resources, const PassInput& input, const ToneMapping& work) {
+    setParameters(resources, work.exposureFactor, work.edgeFilterFollows ? 1.0f : 0.0f);
+    drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve));
 }
 
-void runEdgeFilterPass(PassResources& resources, const PassInput& input) {
-    drawFilter(resources, input, "edge_filter.frag", 0);
+void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work) {
+    drawFilter(resources, input, work, "edge_filter.frag");
 }
 
 }  // namespace clerestory

@@ -22,8 +22,8 @@ void count(const gl::Framebuffer& picture, bool light, TexelCounts& counts) {
 // Normals are directions, and stand where colour stands elsewhere.
 bool holdsLight(const FramePlan& plan, TargetId target) {
     return std::none_of(plan.passes.begin(), plan.passes.end(), [&](const Pass& pass) {
-        return pass.target == target &&
-               (pass.kind == PassKind::backFaces || pass.kind == PassKind::channel);
+        return pass.target == target && (std::holds_alternative<DrawBackFaces>(pass.work) ||
+                                         std::holds_alternative<DrawChannel>(pass.work));
     });
 }
 

@@ -47,13 +47,14 @@ Image pictureOf(const Target& plane) {
 std::vector<MapPicture> mapPictures(const FramePlan& plan, const std::vector<Target*>& targets) {
     std::set<TargetId> mirrored, seen;
     for (const Pass& pass : plan.passes) {
-        if (pass.kind == PassKind::mirror) mirrored.insert(pass.target);
+        if (pass.kind() == "mirror") mirrored.insert(pass.target);
     }
     std::vector<MapPicture> pictures;
     for (const Pass& pass : plan.passes) {
-        const bool view = pass.kind == PassKind::surface || pass.kind == PassKind::glass;
+        const bool view = std::holds_alternative<DrawScene>(pass.work) ||
+                          std::holds_alternative<DrawGlass>(pass.work);
         if (!view || pass.generation != 0) continue;
-        for (const TargetId id : pass.reads) {
+        for (const TargetId id : pass.reads()) {
             const Target& target = *targets[id];
             const bool cube = target.spec().kind == TargetKind::cube;
             if ((!cube && !mirrored.contains(id)) || !seen.insert(id).second) continue;

@@ -59,10 +59,10 @@ void setSkyDirections(const View& view, const glm::dmat3& eyeFromView, glm::vec4
 
 // A loop over lamps and numbers out of uniform blocks cost every pixel time that views without them
 // need not spend.
-std::uint32_t viewBits(const PassInput& input) {
+std::uint32_t viewBits(const PassInput& input, const View& view) {
     const std::vector<PlacedLight>& lights = input.plan.lights;
     std::uint32_t bits = 0;
-    if (input.pass.views.front().orthographic) bits |= VIEW_ORTHOGRAPHIC;
+    if (view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
     if (lights.size() == 1 && lights.front().kind == LightKind::directional) bits |= VIEW_SUN_ONLY;
     return bits;
 }
@@ -72,18 +72,19 @@ std::uint32_t viewBits(const PassInput& input) {
 PassResources::PassResources()
     : noVertices({}, nullptr), environmentBrdf(brdfTexture()), darkness(blackCube()) {}
 
-void bindView(PassResources& resources, const PassInput& input, const glm::dmat3& axesFromWorld) {
-    const View& view = input.pass.views.front();
+void bindView(PassResources& resources, const PassInput& input, const PassView& seen,
+              const glm::dmat3& axesFromWorld) {
+    const View& view = seen.view;
     const glm::dmat3 eyeFromView =
         axesFromWorld * glm::transpose(glm::dmat3(view.viewFromWorld));  // orthogonal
     const bool clipControl = gl::Context::current().capabilities().clipControl;
-    const bool lit = input.pass.environment != kNoTarget;
+    const bool lit = seen.environment != kNoTarget;
 
     blocks::ViewBlock block{};
     block.clipFromEye = glm::mat4(gl::deviceClip(view.clipFromView, clipControl) *
                                   glm::dmat4(glm::transpose(eyeFromView)));
     const float lastLevel =
-        lit ? static_cast<float>(input.targets[input.pass.environment]->spec().levels - 1) : 0.0f;
+        lit ? static_cast<float>(input.read(seen.environment).spec().levels - 1) : 0.0f;
     block.environment = {lastLevel, input.plan.environmentIntensity, clipControl ? 0.0f : -1.0f,
                          static_cast<float>(input.plan.curvedSamples)};
     block.forward = glm::vec4(glm::vec3(eyeFromView * glm::dvec3(0.0, 0.0, -1.0)),
@@ -97,9 +98,8 @@ void bindView(PassResources& resources, const PassInput& input, const glm::dmat3
     block.picture = {target.width, target.height,
                      0.5 * target.height * view.clipFromView[1][1] * input.plan.perMetre,
                      input.plan.perMetre};
-    if (input.pass.backdrop != kNoTarget) {
-        block.backdrop.x =
-            static_cast<float>(input.targets[input.pass.backdrop]->spec().levels - 1);
+    if (seen.backdrop != kNoTarget) {
+        block.backdrop.x = static_cast<float>(input.read(seen.backdrop).spec().levels - 1);
     }
     for (int row = 0; row < 3; ++row) {  // the transpose of a rotation
         block.worldFromEye[row] = glm::vec4(glm::vec3(axesFromWorld[row]), 0.0f);
@@ -113,9 +113,9 @@ std::size_t reflectionStride() {
     return (sizeof(blocks::ReflectionBlock) + alignment - 1) / alignment * alignment;
 }
 
-void uploadReflections(PassResources& resources, const PassInput& input,
+void uploadReflections(PassResources& resources, const PassInput& input, const PassView& view,
                        const glm::dmat3& axesFromWorld) {
-    const std::vector<ReflectedPicture>& reflections = input.pass.reflections;
+    const std::span<const ReflectedPicture> reflections = view.reflections;
     std::vector<std::byte> bytes(reflectionStride() * std::max<std::size_t>(1, reflections.size()));
     for (std::size_t i = 0; i < reflections.size(); ++i) {
         const ReflectedPicture& r = reflections[i];
@@ -124,8 +124,7 @@ void uploadReflections(PassResources& resources, const PassInput& input,
         blocks::ReflectionBlock block{};
         block.picture = glm::vec4(glm::vec2(perPixel), glm::vec2(-r.origin * perPixel));
         block.levels = {target.levels - 1, r.pixelsPerSlope, target.width, r.samples};
-        block.center =
-            glm::vec4(glm::vec3(axesFromWorld * (r.center - input.pass.views.front().eye)), 0.0f);
+        block.center = glm::vec4(glm::vec3(axesFromWorld * (r.center - view.view.eye)), 0.0f);
         block.proxyMin = glm::vec4(glm::vec3(r.proxyMin), 0.0f);
         block.proxyMax = glm::vec4(glm::vec3(r.proxyMax), 0.0f);
         block.normal = glm::vec4(glm::vec3(axesFromWorld * r.normal), 0.0f);
@@ -143,9 +142,10 @@ void uploadReflections(PassResources& resources, const PassInput& input,
 
 namespace {
 
-void bindReflection(PassResources& resources, const PassInput& input, const Draw& draw) {
+void bindReflection(PassResources& resources, const PassInput& input, const PassView& view,
+                    const Draw& draw) {
     const bool cube = (draw.features & (FEATURE_PROBE | FEATURE_MAP)) != 0;
-    const ReflectedPicture& reflection = input.pass.reflections[draw.reflection];
+    const ReflectedPicture& reflection = view.reflections[draw.reflection];
     const unsigned unit = cube ? UNIT_ENVIRONMENT : UNIT_MIRROR;
     input.targets[reflection.target]->texture().bind(unit);
     resources.samplers.sampler({.levels = gl::LevelFilter::linear}).bind(unit);
@@ -155,9 +155,9 @@ void bindReflection(PassResources& resources, const PassInput& input, const Draw
 
 }  // namespace
 
-void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,
-             std::uint32_t firstRecord, const DrawProgram& program) {
-    const std::uint32_t view = program.materials ? viewBits(input) : 0;
+void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
+             std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program) {
+    const std::uint32_t bits = program.materials ? viewBits(input, view.view) : 0;
     input.scene->vertexArray().bind();
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;
@@ -171,7 +171,7 @@ void drawAll(PassResources& resources, const PassInput& input, std::span<const D
             // What rays may meet is known from the plan; see hit.glsl.
             const bool rays = features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
             const int variant = rays ? static_cast<int>(input.plan.hitFeatures) : program.variant;
-            resources.shaders.program({program.vertex, program.fragment, features, variant, view})
+            resources.shaders.program({program.vertex, program.fragment, features, variant, bits})
                 .use();
             boundMaterial = kNone;  // other features read other textures
         }
@@ -184,9 +184,9 @@ void drawAll(PassResources& resources, const PassInput& input, std::span<const D
         }
         if (program.materials && draw.reflection != boundReflection) {
             if (draw.reflection != kNoReflection)
-                bindReflection(resources, input, draw);
+                bindReflection(resources, input, view, draw);
             else
-                bindEnvironment(resources, input);  // where a probe's cube may be
+                bindEnvironment(resources, input, view.environment);  // where a probe's cube may be
             boundReflection = draw.reflection;
         }
         gl::Facing wanted =
@@ -206,11 +206,10 @@ void drawAll(PassResources& resources, const PassInput& input, std::span<const D
     }
 }
 
-void bindEnvironment(PassResources& resources, const PassInput& input) {
-    const gl::Texture& environment = input.pass.environment == kNoTarget
-                                         ? resources.darkness
-                                         : input.targets[input.pass.environment]->texture();
-    environment.bind(UNIT_ENVIRONMENT);
+void bindEnvironment(PassResources& resources, const PassInput& input, TargetId environment) {
+    const gl::Texture& map =
+        environment == kNoTarget ? resources.darkness : input.read(environment).texture();
+    map.bind(UNIT_ENVIRONMENT);
     resources.samplers.sampler({.levels = gl::LevelFilter::linear}).bind(UNIT_ENVIRONMENT);
 }
 

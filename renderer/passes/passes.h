@@ -1,5 +1,5 @@
-// The kinds of pass, one file each. A pass applies its state whole, trusts nothing that an earlier
-// one left, and reads only the plan: never the request.
+// How each type of pass is carried out. A pass applies its state whole, trusts nothing that an
+// earlier one left, and reads only the plan: never the request.
 #pragma once
 
 #include "passes/draw_stream.h"
@@ -42,36 +42,44 @@ struct PassInput {
     GpuTracer* tracer = nullptr;                  // where some draw follows rays
 
     const Target& target() const { return *targets[pass.target]; }
-    const Target& read(std::size_t i) const { return *targets[pass.reads[i]]; }
+    const Target& read(TargetId id) const { return *targets[id]; }
 };
 
-void runEnvironmentPass(PassResources& resources, const PassInput& input);
-void runPrefilterPass(PassResources& resources, const PassInput& input);
-void runGaussianPass(PassResources& resources, const PassInput& input);
-void runLevelsPass(const PassInput& input);
-// Of kinds surface, mirror and capture.
-void runSurfacePass(PassResources& resources, const PassInput& input);
-void runBackFacesPass(PassResources& resources, const PassInput& input);
-void runBackdropPass(const PassInput& input);
-void runGlassPass(PassResources& resources, const PassInput& input);
-void runChannelPass(PassResources& resources, const PassInput& input);
-void runTwirlPass(PassResources& resources, const PassInput& input);
-void runConvolvePass(PassResources& resources, const PassInput& input);
-void runGlowBrightPass(PassResources& resources, const PassInput& input);
-void runGlowDownPass(PassResources& resources, const PassInput& input);
-void runGlowUpPass(PassResources& resources, const PassInput& input);
-void runGlowPass(PassResources& resources, const PassInput& input);
-void runToneMapPass(PassResources& resources, const PassInput& input);
-void runEdgeFilterPass(PassResources& resources, const PassInput& input);
+void execute(PassResources& resources, const PassInput& input, const PrefilterMap& work);
+void execute(PassResources& resources, const PassInput& input, const PrefilterCube& work);
+void execute(PassResources& resources, const PassInput& input, const BlurCube& work);
+void execute(PassResources& resources, const PassInput& input, const BuildLevels& work);
+void execute(PassResources& resources, const PassInput& input, const DrawScene& work);
+void execute(PassResources& resources, const PassInput& input, const DrawGlass& work);
+void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work);
+void execute(PassResources& resources, const PassInput& input, const DrawChannel& work);
+void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work);
+void execute(PassResources& resources, const PassInput& input, const Twirl& work);
+void execute(PassResources& resources, const PassInput& input, const Convolve& work);
+void execute(PassResources& resources, const PassInput& input, const GlowBright& work);
+void execute(PassResources& resources, const PassInput& input, const GlowDown& work);
+void execute(PassResources& resources, const PassInput& input, const GlowUp& work);
+void execute(PassResources& resources, const PassInput& input, const Glow& work);
+void execute(PassResources& resources, const PassInput& input, const ToneMapping& work);
+void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work);
+
+// How a pass sees the scene: what drawAll() and the blocks need.
+struct PassView {
+    const View& view;
+    std::span<const ReflectedPicture> reflections = {};
+    TargetId environment = kNoTarget;  // the prefiltered map that lights the draws
+    TargetId backdrop = kNoTarget;
+};
 
 // Fills and binds the view's block, eye space turned by `axesFromWorld` (see blocks.glsl).
-void bindView(PassResources& resources, const PassInput& input, const glm::dmat3& axesFromWorld);
+void bindView(PassResources& resources, const PassInput& input, const PassView& view,
+              const glm::dmat3& axesFromWorld);
 
 // Fills the blocks of the pass's reflections, which drawAll() binds draw by draw.
-void uploadReflections(PassResources& resources, const PassInput& input,
+void uploadReflections(PassResources& resources, const PassInput& input, const PassView& view,
                        const glm::dmat3& axesFromWorld);
 // The map that lights the pass, for draws that have no reflection of their own.
-void bindEnvironment(PassResources& resources, const PassInput& input);
+void bindEnvironment(PassResources& resources, const PassInput& input, TargetId environment);
 
 // Draws in order from the records that begin at `firstRecord`, with programs of one kind.
 struct DrawProgram {
@@ -82,7 +90,7 @@ struct DrawProgram {
     bool materials = true;   // binds them; programs are made for VIEW bits (features.glsl)
     bool backFaces = false;  // draws what is otherwise culled, and nothing else
 };
-void drawAll(PassResources& resources, const PassInput& input, std::span<const Draw> draws,
-             std::uint32_t firstRecord, const DrawProgram& program);
+void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
+             std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program);
 
 }  // namespace clerestory

@@ -3,12 +3,12 @@
 
 namespace clerestory {
 
-void runBackdropPass(const PassInput& input) {
-    input.read(0).readable(input.pass.face).resolveInto(input.target().drawn());
+void execute(PassResources&, const PassInput& input, const CopyBackdrop& work) {
+    input.read(work.source).readable(work.face).resolveInto(input.target().drawn());
     input.target().makeLevels();
 }
 
-void runLevelsPass(const PassInput& input) {
+void execute(PassResources&, const PassInput& input, const BuildLevels&) {
     input.target().makeLevels();
 }
 

@@ -15,17 +15,17 @@ constexpr DrawProgram kSurface{"surface.vert", "surface.frag"};
 const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
 const gl::SamplerDescription kOneLevel{};
 
-void bindLight(PassResources& resources, const PassInput& input) {
-    bindEnvironment(resources, input);
+void bindLight(PassResources& resources, const PassInput& input, TargetId environment) {
+    bindEnvironment(resources, input, environment);
     resources.environmentBrdf.bind(UNIT_ENVIRONMENT_BRDF);
     resources.samplers.sampler(kOneLevel).bind(UNIT_ENVIRONMENT_BRDF);
     resources.draws.lights().bind(UNIT_LIGHTS);
 }
 
-void beginView(PassResources& resources, const PassInput& input) {
-    resources.draws.begin(input.scene->scene(), input.pose, input.pass.views.front(),
-                          input.plan.mapFromWorld, input.plan.lights);
-    if (input.pass.environment != kNoTarget) {
+void beginView(PassResources& resources, const PassInput& input, const PassView& view) {
+    resources.draws.begin(input.scene->scene(), input.pose, view.view, input.plan.mapFromWorld,
+                          input.plan.lights);
+    if (view.environment != kNoTarget) {
         resources.draws.setHarmonics(input.environment->harmonics, input.plan.environmentIntensity);
     }
 }
@@ -41,14 +41,15 @@ void settleSamplers(PassResources& resources) {
     gl::drawTriangle();
 }
 
-void bindPass(PassResources& resources, const PassInput& input) {
+void bindPass(PassResources& resources, const PassInput& input, const PassView& view,
+              std::uint32_t face) {
     if (input.tracer) input.tracer->addPlaces(resources.draws);
     resources.draws.upload();
-    bindView(resources, input, input.plan.mapFromWorld);
-    uploadReflections(resources, input, input.plan.mapFromWorld);
-    bindLight(resources, input);
-    if (input.tracer) input.tracer->bind(input.plan, input.pass.views.front().eye);
-    input.target().drawn(input.pass.face).bind();
+    bindView(resources, input, view, input.plan.mapFromWorld);
+    uploadReflections(resources, input, view, input.plan.mapFromWorld);
+    bindLight(resources, input, view.environment);
+    if (input.tracer) input.tracer->bind(input.plan, view.view.eye);
+    input.target().drawn(face).bind();
     settleSamplers(resources);
 }
 
@@ -62,90 +63,96 @@ void drawSky(PassResources& resources, const PassInput& input) {
     gl::drawTriangle();
 }
 
-void drawBlended(PassResources& resources, const PassInput& input, std::uint32_t records,
-                 bool clip) {
-    gl::apply(gl::State{
-        .depthTest = gl::DepthTest::nearer, .blending = gl::Blending::premultiplied, .clip = clip});
-    drawAll(resources, input, input.pass.blendedDraws, records, kSurface);
+void drawBlended(PassResources& resources, const PassInput& input, const PassView& view,
+                 std::span<const Draw> draws, std::uint32_t records) {
+    gl::apply(gl::State{.depthTest = gl::DepthTest::nearer,
+                        .blending = gl::Blending::premultiplied,
+                        .clip = view.view.clipPlane.has_value()});
+    drawAll(resources, input, view, draws, records, kSurface);
 }
 
 }  // namespace
 
-void runSurfacePass(PassResources& resources, const PassInput& input) {
-    const Pass& pass = input.pass;
-    beginView(resources, input);
-    const std::uint32_t depthRecords = resources.draws.add(pass.depthDraws);
-    const std::uint32_t opaqueRecords = resources.draws.add(pass.opaqueDraws);
-    const std::uint32_t blendedRecords = resources.draws.add(pass.blendedDraws);
-    bindPass(resources, input);
+void execute(PassResources& resources, const PassInput& input, const DrawScene& work) {
+    const PassView view{
+        .view = work.view, .reflections = work.reflections, .environment = work.environment};
+    beginView(resources, input, view);
+    const std::uint32_t depthRecords = resources.draws.add(work.depthDraws);
+    const std::uint32_t opaqueRecords = resources.draws.add(work.opaqueDraws);
+    const std::uint32_t blendedRecords = resources.draws.add(work.blendedDraws);
+    bindPass(resources, input, view, work.face);
 
     gl::State state{.depthTest = gl::DepthTest::nearer,
                     .depthWrite = true,
                     .colorWrite = false,
-                    .clip = pass.views.front().clipPlane.has_value()};
+                    .clip = work.view.clipPlane.has_value()};
     gl::apply(state);
     gl::clearColorAndDepth();
 
     const auto masked =
-        std::find_if(pass.opaqueDraws.begin(), pass.opaqueDraws.end(),
+        std::find_if(work.opaqueDraws.begin(), work.opaqueDraws.end(),
                      [](const Draw& draw) { return (draw.features & FEATURE_MASK) != 0; });
-    const std::span<const Draw> opaque(pass.opaqueDraws.begin(), masked);
-    const std::span<const Draw> cut(masked, pass.opaqueDraws.end());
+    const std::span<const Draw> opaque(work.opaqueDraws.begin(), masked);
+    const std::span<const Draw> cut(masked, work.opaqueDraws.end());
 
     gl::apply(state);
-    drawAll(resources, input, pass.depthDraws, depthRecords, kDepth);
+    drawAll(resources, input, view, work.depthDraws, depthRecords, kDepth);
     // What was drawn depth first passes where it is nearest: bit for bit, see eye_position.glsl.
     // The same without a prepass, because another depth test is other code for some drivers.
     state.colorWrite = true;
     state.depthTest = gl::DepthTest::nearerOrEqual;
     gl::apply(state);
-    drawAll(resources, input, opaque, opaqueRecords, kSurface);
+    drawAll(resources, input, view, opaque, opaqueRecords, kSurface);
     state.depthTest = gl::DepthTest::nearer;
     gl::apply(state);
-    drawAll(resources, input, cut, opaqueRecords + static_cast<std::uint32_t>(opaque.size()),
+    drawAll(resources, input, view, cut, opaqueRecords + static_cast<std::uint32_t>(opaque.size()),
             kSurface);
-    if (pass.sky) drawSky(resources, input);
-    drawBlended(resources, input, blendedRecords, state.clip);
+    if (work.sky) drawSky(resources, input);
+    drawBlended(resources, input, view, work.blendedDraws, blendedRecords);
     input.target().resolve();
 }
 
-void runBackFacesPass(PassResources& resources, const PassInput& input) {
+void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work) {
     constexpr DrawProgram kBackFaces{.vertex = "surface.vert",
                                      .fragment = "channel.frag",
                                      .relevant = 0,
                                      .variant = CHANNEL_BACK_FACES,
                                      .materials = false,
                                      .backFaces = true};
-    const Pass& pass = input.pass;
-    beginView(resources, input);
-    const std::uint32_t records = resources.draws.add(pass.opaqueDraws);
+    const PassView view{.view = work.view};
+    beginView(resources, input, view);
+    const std::uint32_t records = resources.draws.add(work.draws);
     resources.draws.upload();
-    bindView(resources, input, input.plan.mapFromWorld);
+    bindView(resources, input, view, input.plan.mapFromWorld);
     input.target().drawn().bind();
     gl::apply(gl::State{.depthTest = gl::DepthTest::nearer,
                         .depthWrite = true,
-                        .clip = pass.views.front().clipPlane.has_value()});
+                        .clip = work.view.clipPlane.has_value()});
     gl::clearColorAndDepth();
-    drawAll(resources, input, pass.opaqueDraws, records, kBackFaces);
+    drawAll(resources, input, view, work.draws, records, kBackFaces);
 }
 
-void runGlassPass(PassResources& resources, const PassInput& input) {
-    const Pass& pass = input.pass;
-    beginView(resources, input);
-    const std::uint32_t glassRecords = resources.draws.add(pass.opaqueDraws);
-    const std::uint32_t blendedRecords = resources.draws.add(pass.blendedDraws);
-    bindPass(resources, input);
-    input.targets[pass.backdrop]->texture().bind(UNIT_BACKDROP);
+void execute(PassResources& resources, const PassInput& input, const DrawGlass& work) {
+    const PassView view{.view = work.view,
+                        .reflections = work.reflections,
+                        .environment = work.environment,
+                        .backdrop = work.backdrop};
+    beginView(resources, input, view);
+    const std::uint32_t glassRecords = resources.draws.add(work.glassDraws);
+    const std::uint32_t blendedRecords = resources.draws.add(work.blendedDraws);
+    bindPass(resources, input, view, work.face);
+    input.read(work.backdrop).texture().bind(UNIT_BACKDROP);
     resources.samplers.sampler(kSmooth).bind(UNIT_BACKDROP);
-    if (pass.backFaces != kNoTarget) {
-        input.targets[pass.backFaces]->texture().bind(UNIT_BACK_FACES);
+    if (work.backFaces != kNoTarget) {
+        input.read(work.backFaces).texture().bind(UNIT_BACK_FACES);
         resources.samplers.sampler(kOneLevel).bind(UNIT_BACK_FACES);
     }
 
-    const bool clip = pass.views.front().clipPlane.has_value();
-    gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .clip = clip});
-    drawAll(resources, input, pass.opaqueDraws, glassRecords, kSurface);
-    drawBlended(resources, input, blendedRecords, clip);
+    gl::apply(gl::State{.depthTest = gl::DepthTest::nearer,
+                        .depthWrite = true,
+                        .clip = work.view.clipPlane.has_value()});
+    drawAll(resources, input, view, work.glassDraws, glassRecords, kSurface);
+    drawBlended(resources, input, view, work.blendedDraws, blendedRecords);
     input.target().resolve();
 }
 

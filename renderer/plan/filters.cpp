@@ -15,7 +15,8 @@ std::string nameOf(std::size_t index, FilterType type) {
 
 class FilterChain {
 public:
-    FilterChain(FramePlan& plan, TargetId picture) : plan_(plan), picture_(picture) {}
+    FilterChain(FramePlan& plan, TargetId picture, float exposureFactor)
+        : plan_(plan), picture_(picture), exposureFactor_(exposureFactor) {}
 
     TargetId picture() const { return picture_; }
 
@@ -42,44 +43,41 @@ private:
         return static_cast<TargetId>(plan_.targets.size() - 1);
     }
 
-    Pass& addPass(PassKind kind, const std::string& name, TargetId target,
-                  std::vector<TargetId> reads, const char* reason) {
-        plan_.passes.push_back({.kind = kind,
-                                .name = name,
+    void addPass(const std::string& name, TargetId target, PassWork work, const char* reason) {
+        plan_.passes.push_back({.name = name,
                                 .effect = Effect::filters,
                                 .target = target,
-                                .reads = std::move(reads),
-                                .reason = reason});
-        return plan_.passes.back();
+                                .reason = reason,
+                                .work = std::move(work)});
     }
 
-    // A pass from the picture, and whatever else it reads, to the next.
-    Pass& addStep(PassKind kind, const std::string& name, std::vector<TargetId> more,
-                  const char* reason) {
+    // A pass from the picture to the next; `work` reads the picture.
+    template <class Work>
+    void addStep(const std::string& name, Work work, const char* reason) {
         TargetId& free = turns_[0] == picture_ ? turns_[1] : turns_[0];
         if (free == kNoTarget) free = addTarget("picture:" + name, plan_.width, plan_.height);
-        more.insert(more.begin(), picture_);
+        work.source = picture_;
         picture_ = free;
-        return addPass(kind, name, picture_, std::move(more), reason);
+        addPass(name, picture_, std::move(work), reason);
     }
 
     void twirl(const std::string& name, const FilterRequest& filter) {
         const double corner = std::hypot(plan_.width, plan_.height);
-        PictureFilter& numbers =
-            addStep(PassKind::twirl, name, {}, "turns the picture about its centre").filter;
-        numbers.turn = static_cast<float>(*filter.amount / plan_.height);
-        numbers.radius = static_cast<float>(filter.radius.value_or(corner));
+        Twirl work;
+        work.turn = static_cast<float>(*filter.amount / plan_.height);
+        work.radius = static_cast<float>(filter.radius.value_or(corner));
+        addStep(name, work, "turns the picture about its centre");
     }
 
     void convolve(const std::string& name, const FilterRequest& filter) {
         const auto* word = std::get_if<KernelName>(&*filter.kernel);
         const KernelNumbers kernel =
             word ? numbersOf(*word) : std::get<KernelNumbers>(*filter.kernel);
-        PictureFilter& numbers =
-            addStep(PassKind::convolve, name, {}, "weighs each pixel with its neighbours").filter;
-        std::transform(kernel.begin(), kernel.end(), numbers.kernel.begin(),
+        Convolve work;
+        std::transform(kernel.begin(), kernel.end(), work.kernel.begin(),
                        [](double x) { return static_cast<float>(x); });
-        numbers.repeat = filter.edge == EdgeRule::repeat;
+        work.repeat = filter.edge == EdgeRule::repeat;
+        addStep(name, work, "weighs each pixel with its neighbours");
     }
 
     // Level k of a pyramid spreads light over about 2^k pixels. All levels that `radius` reaches
@@ -91,46 +89,50 @@ private:
             return std::min(1.0, octaves - static_cast<double>(level));
         };
         const float threshold =
-            static_cast<float>(filter.threshold.value_or(kDefaultGlowThreshold)) /
-            plan_.exposureFactor;
+            static_cast<float>(filter.threshold.value_or(kDefaultGlowThreshold)) / exposureFactor_;
 
         std::vector<TargetId> pyramid;
         std::uint32_t width = plan_.width, height = plan_.height;
         for (std::uint32_t level = 0; level < levels; ++level) {
             width = (width + 1) / 2;
             height = (height + 1) / 2;
-            const TargetId above = level == 0 ? picture_ : pyramid.back();
-            pyramid.push_back(addTarget(name + ":" + std::to_string(level + 1), width, height));
-            Pass& down = level == 0 ? addPass(PassKind::glowBright, name, pyramid.back(), {above},
-                                              "what is brighter than the threshold")
-                                    : addPass(PassKind::glowDown, name, pyramid.back(), {above},
-                                              "spreads it twice as wide");
-            if (level == 0) down.filter.threshold = threshold;
+            const TargetId target =
+                addTarget(name + ":" + std::to_string(level + 1), width, height);
+            if (level == 0) {
+                addPass(name, target, GlowBright{{picture_}, threshold},
+                        "what is brighter than the threshold");
+            } else {
+                addPass(name, target, GlowDown{{pyramid.back()}}, "spreads it twice as wide");
+            }
+            pyramid.push_back(target);
         }
         double wider = 0.0;  // weight of all levels below
         for (std::uint32_t level = levels - 1; level > 0; --level) {
             wider += weight(level);
-            addPass(PassKind::glowUp, name, pyramid[level - 1], {pyramid[level]},
-                    "adds up what is spread")
-                .filter.share = static_cast<float>(wider / (wider + weight(level - 1)));
+            const double share = wider / (wider + weight(level - 1));
+            addPass(name, pyramid[level - 1], GlowUp{{pyramid[level]}, static_cast<float>(share)},
+                    "adds up what is spread");
         }
-        PictureFilter& numbers =
-            addStep(PassKind::glow, name, {pyramid.front()}, "spreads what is bright").filter;
-        numbers.threshold = threshold;
+        Glow work;
+        work.spread = pyramid.front();
+        work.threshold = threshold;
         // Below an octave the rest stays where it is.
-        numbers.share = static_cast<float>(filter.strength.value_or(kDefaultGlowStrength) *
-                                           std::min(1.0, octaves));
+        work.share = static_cast<float>(filter.strength.value_or(kDefaultGlowStrength) *
+                                        std::min(1.0, octaves));
+        addStep(name, work, "spreads what is bright");
     }
 
     FramePlan& plan_;
     TargetId picture_;
+    float exposureFactor_;
     TargetId turns_[2] = {kNoTarget, kNoTarget};
 };
 
 }  // namespace
 
-TargetId planFilters(FramePlan& plan, const std::vector<FilterRequest>& filters, TargetId picture) {
-    FilterChain chain(plan, picture);
+TargetId planFilters(FramePlan& plan, const std::vector<FilterRequest>& filters, TargetId picture,
+                     float exposureFactor) {
+    FilterChain chain(plan, picture, exposureFactor);
     for (std::size_t i = 0; i < filters.size(); ++i) {
         const std::string name = nameOf(i, *filters[i].type);
         if (std::string reason = reasonToLeaveOut(filters[i]); !reason.empty())

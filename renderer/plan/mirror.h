@@ -32,8 +32,8 @@ struct PixelRect {
 // The pixels that a rectangle on screen touches, and `guard` more around it.
 PixelRect pixelRect(const ScreenBox& box, std::uint32_t width, std::uint32_t height, double guard);
 
-// The least such rectangle of whole squares of `edge` pixels, which lie in the picture's own grid: so
-// the pixels of its smaller levels stay where they are, whatever its borders do.
+// The least such rectangle of whole squares of `edge` pixels, which lie in the picture's own grid:
+// so the pixels of its smaller levels stay where they are, whatever its borders do.
 PixelRect ofWholeSquares(const PixelRect& rect, double edge);
 
 // The view whose picture is that part of a picture of width x height pixels.

@@ -94,24 +94,29 @@ void nameThrough(SeenView& seen) {
 
 void planChannel(FramePlan& plan, const View& view, const SeenView& seen, TargetId target) {
     DrawLists draws = drawLists(seen);
-    Pass pass{.kind = PassKind::channel, .name = "channel", .target = target};
-    pass.views = {view};
-    pass.reason = "the request asks for numbers instead of colour";
-    pass.opaqueDraws = std::move(draws.opaque);
-    for (const DrawLists::Behind& item : draws.through) pass.opaqueDraws.push_back(item.draw);
-    plan.passes.push_back(std::move(pass));
+    DrawChannel work{.view = view, .draws = std::move(draws.opaque)};
+    for (const DrawLists::Behind& item : draws.through) work.draws.push_back(item.draw);
+    plan.passes.push_back({.name = "channel",
+                           .target = target,
+                           .reason = "the request asks for numbers instead of colour",
+                           .work = std::move(work)});
 }
 
-void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId color) {
+void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId color,
+                 float exposureFactor) {
     const TargetSpec display{.format = Format::srgba8, .width = plan.width, .height = plan.height};
     TargetSpec toneMapped = display;
     toneMapped.name = "display";
     plan.output = addTarget(plan, toneMapped);
-    plan.passes.push_back({.kind = PassKind::toneMap,
-                           .name = "toneMap",
+    ToneMapping toneMapping;
+    toneMapping.source = color;
+    toneMapping.curve = request.toneMap;
+    toneMapping.exposureFactor = exposureFactor;
+    toneMapping.edgeFilterFollows = request.accuracy.edgeFilter;
+    plan.passes.push_back({.name = "toneMap",
                            .target = plan.output,
-                           .reads = {color},
-                           .reason = "radiance becomes display colour"});
+                           .reason = "radiance becomes display colour",
+                           .work = toneMapping});
     if (!request.accuracy.edgeFilter) {
         plan.skipped.push_back({"edgeFilter", Effect::base, "not asked for at this accuracy"});
         return;
@@ -120,11 +125,10 @@ void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId color) {
     filtered.name = "filtered";
     const TargetId before = plan.output;
     plan.output = addTarget(plan, filtered);
-    plan.passes.push_back({.kind = PassKind::edgeFilter,
-                           .name = "edgeFilter",
+    plan.passes.push_back({.name = "edgeFilter",
                            .target = plan.output,
-                           .reads = {before},
-                           .reason = "smooths edges"});
+                           .reason = "smooths edges",
+                           .work = EdgeFilter{{before}}});
 }
 
 }  // namespace
@@ -146,13 +150,9 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
     plan.width = request.width;
     plan.height = request.height;
     plan.channel = request.output.channel;
-    plan.toneMap = request.toneMap;
-    plan.exposureFactor = static_cast<float>(std::exp2(request.exposure));
     plan.anisotropy = std::min(request.accuracy.anisotropy, std::max(1u, limits.maxAnisotropy));
     plan.environment = environment.name;
     plan.environmentIntensity = static_cast<float>(request.environment.intensity);
-    plan.environmentSamples = request.accuracy.environmentSamples;
-    plan.probeSamples = request.accuracy.probeSamples;
     plan.curvedSamples = request.accuracy.curvedSamples;
     const double diagonal = lastingBounds(scene, pose).diagonal();
     plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
@@ -212,19 +212,20 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
     ViewTree tree(plan, stage, environment, maps, resident, limits);
     const SeenView seen = tree.add(root);
     if (std::any_of(plan.passes.begin(), plan.passes.end(),
-                    [](const Pass& pass) { return traces(pass); })) {
+                    [](const Pass& pass) { return followsRays(pass); })) {
         plan.materialOfInstance = dressing.materialOfInstance;
         plan.hitFeatures = featuresOfAll(stage);
         plan.bounces = request.accuracy.bounces;
     }
     explainView(plan, request, seen);
     explainEffects(plan, stage, seen);
-    const TargetId picture = planFilters(plan, request.filters, target);
+    const auto exposureFactor = static_cast<float>(std::exp2(request.exposure));
+    const TargetId picture = planFilters(plan, request.filters, target, exposureFactor);
     if (floats) {
         plan.output = picture;
         plan.skipped.push_back({"toneMap", Effect::base, "the request asks for linear radiance"});
     } else {
-        planDisplay(plan, request, picture);
+        planDisplay(plan, request, picture, exposureFactor);
     }
     return plan;
 }

@@ -154,39 +154,37 @@ std::vector<std::size_t> ViewTree::hiddenFrom(const ViewJob& job) const {
 SeenView ViewTree::add(const ViewJob& job) {
     if (job.generation == 0) walls_ = wallsOf(stage_, job.view);
     SeenView seen = seenFrom(stage_, job.view, hiddenFrom(job));
-    Pass pass{.kind = job.kind,
-              .name = job.name,
-              .effect = job.effect,
-              .generation = job.generation,
-              .target = job.target,
-              .face = job.face,
-              .views = {job.view},
-              .reason = job.reason};
-    if (seen.anyLit) pass.environment = environmentTarget();
-    if (pass.environment != kNoTarget) pass.reads.push_back(pass.environment);
-    serveFlat(job, seen, pass);
-    serveCurved(job, seen, pass);
+    DrawScene drawn{.purpose = job.purpose,
+                    .face = job.face,
+                    .view = job.view,
+                    .sky = stage_.request.environment.visible};
+    if (seen.anyLit) drawn.environment = environmentTarget();
+    if (drawn.sky || drawn.environment != kNoTarget) drawn.map = environment_.name;
+    serveFlat(job, seen, drawn);
+    serveCurved(job, seen, drawn);
     serveRough(job, seen);
     serveGlass(job, seen);
 
     DrawLists lists = drawLists(seen);
-    pass.sky = stage_.request.environment.visible;
-    if (pass.reason.empty()) {
-        pass.reason = format(lists.depth.empty()
-                                 ? "the requested view; no depth prepass, %.1f layers predicted"
-                                 : "the requested view; depth first, %.1f layers predicted",
-                             seen.overdraw);
-    }
-    pass.depthDraws = std::move(lists.depth);
-    pass.opaqueDraws = std::move(lists.opaque);
+    const char* requested = lists.depth.empty()
+                                ? "the requested view; no depth prepass, %.1f layers predicted"
+                                : "the requested view; depth first, %.1f layers predicted";
+    drawn.depthDraws = std::move(lists.depth);
+    drawn.opaqueDraws = std::move(lists.opaque);
 
     const auto firstGlass = std::find_if(lists.through.begin(), lists.through.end(),
                                          [](const DrawLists::Behind& b) { return b.glass; });
     for (auto it = lists.through.begin(); it != firstGlass; ++it) {
-        pass.blendedDraws.push_back(it->draw);
+        drawn.blendedDraws.push_back(it->draw);
     }
-    plan_.passes.push_back(pass);
-    addGlass(job, seen, pass, {firstGlass, lists.through.end()});
+    plan_.passes.push_back(
+        {.name = job.name,
+         .effect = job.effect,
+         .generation = job.generation,
+         .target = job.target,
+         .reason = job.reason.empty() ? format(requested, seen.overdraw) : job.reason,
+         .work = drawn});
+    addGlass(job, seen, drawn, {firstGlass, lists.through.end()});
     return seen;
 }
 
@@ -275,35 +273,35 @@ void ViewTree::serveGlass(const ViewJob& job, SeenView& seen) {
 // The far sides of a layer's solids, where the request wants them; marks the draws that read them.
 TargetId ViewTree::addBackFaces(const ViewJob& job, std::vector<Draw>& glass,
                                 const std::string& layer) {
-    Pass pass{.kind = PassKind::backFaces,
-              .name = job.name + ":backFaces",
-              .effect = Effect::refraction,
-              .generation = job.generation,
-              .views = {job.view},
-              .reason = "where solid glass ends, layer " + layer};
+    DrawBackFaces work{.view = job.view};
     for (Draw& draw : glass) {
         const bool solid =
             (draw.features & FEATURE_SOLID) && !(draw.features & FEATURE_DOUBLE_SIDED);
         if (!stage_.request.accuracy.backFaces || !solid) continue;
         draw.features |= FEATURE_BACK_FACES;
-        pass.opaqueDraws.push_back(draw);
-        pass.opaqueDraws.back().features = 0;
+        work.draws.push_back(draw);
+        work.draws.back().features = 0;
     }
-    if (pass.opaqueDraws.empty()) return kNoTarget;
+    if (work.draws.empty()) return kNoTarget;
     const TargetSpec drawn = plan_.targets[job.target];
-    pass.target = addTarget({.name = "backFaces",
-                             .format = Format::rgba16f,
-                             .width = drawn.width,
-                             .height = drawn.height,
-                             .depth = true});
-    plan_.passes.push_back(pass);
-    return pass.target;
+    const TargetId target = addTarget({.name = "backFaces",
+                                       .format = Format::rgba16f,
+                                       .width = drawn.width,
+                                       .height = drawn.height,
+                                       .depth = true});
+    plan_.passes.push_back({.name = job.name + ":backFaces",
+                            .effect = Effect::refraction,
+                            .generation = job.generation,
+                            .target = target,
+                            .reason = "where solid glass ends, layer " + layer,
+                            .work = std::move(work)});
+    return target;
 }
 
 // Far to near: each layer is seen against a copy of everything behind it. Glass that lies beside
 // other glass shares its layer; what is blended waits for the glass behind it. Of clear panes each
 // cluster stands for itself: all windows of a car are one mesh, and one is seen through another.
-void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
+void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const DrawScene& behind,
                         std::span<const DrawLists::Behind> through) {
     struct Layer {
         std::vector<ScreenBox> boxes;  // of its glass
@@ -351,34 +349,28 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const Pass& be
                        .height = drawn.height,
                        .levels = layer.rough ? pictureLevels(drawn.width, drawn.height) : 1});
         const std::string of = std::to_string(i + 1) + " of " + std::to_string(layers.size());
-        plan_.passes.push_back({.kind = PassKind::backdrop,
-                                .name = job.name + ":backdrop",
+        plan_.passes.push_back({.name = job.name + ":backdrop",
                                 .effect = Effect::refraction,
                                 .generation = job.generation,
                                 .target = backdrop,
-                                .face = job.face,
-                                .reads = {job.target},
                                 .reason = layer.rough ? "what lies behind rough glass, layer " + of
-                                                      : "what lies behind glass, layer " + of});
+                                                      : "what lies behind glass, layer " + of,
+                                .work = CopyBackdrop{job.target, job.face}});
         const TargetId backFaces = addBackFaces(job, layer.glassDraws, of);
-        Pass pass{.kind = PassKind::glass,
-                  .name = job.name + ":glass",
-                  .effect = Effect::refraction,
-                  .generation = job.generation,
-                  .target = job.target,
-                  .face = job.face,
-                  .reads = behind.reads,
-                  .environment = behind.environment,
-                  .backdrop = backdrop,
-                  .backFaces = backFaces,
-                  .views = {job.view},
-                  .reflections = behind.reflections,
-                  .reason = "glass over its backdrop, layer " + of};
-        pass.reads.push_back(backdrop);
-        if (backFaces != kNoTarget) pass.reads.push_back(backFaces);
-        pass.opaqueDraws = std::move(layer.glassDraws);
-        pass.blendedDraws = std::move(layer.blendedDraws);
-        plan_.passes.push_back(std::move(pass));
+        plan_.passes.push_back({.name = job.name + ":glass",
+                                .effect = Effect::refraction,
+                                .generation = job.generation,
+                                .target = job.target,
+                                .reason = "glass over its backdrop, layer " + of,
+                                .work = DrawGlass{.face = job.face,
+                                                  .view = job.view,
+                                                  .map = behind.map,
+                                                  .environment = behind.environment,
+                                                  .backdrop = backdrop,
+                                                  .backFaces = backFaces,
+                                                  .reflections = behind.reflections,
+                                                  .glassDraws = std::move(layer.glassDraws),
+                                                  .blendedDraws = std::move(layer.blendedDraws)}});
     }
 }
 

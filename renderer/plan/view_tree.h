@@ -14,7 +14,7 @@ namespace clerestory {
 
 // One view to plan, and where its picture goes.
 struct ViewJob {
-    PassKind kind = PassKind::surface;
+    DrawScene::Purpose purpose = DrawScene::Purpose::surface;
     std::string name = "surface";
     Effect effect = Effect::base;
     std::string reason;
@@ -69,18 +69,18 @@ private:
     // Returns the target that holds the result with all its levels.
     TargetId addBlur(const std::string& name, const MapBlur& blur, std::uint32_t faceSize,
                      std::uint32_t generation, TargetId source, const std::string& map = {});
-    void serveFlat(const ViewJob& job, SeenView& seen, Pass& pass);
-    void serveGroup(const ViewJob& job, SeenView& seen, Pass& pass, const MirrorGroup& group);
+    void serveFlat(const ViewJob& job, SeenView& seen, DrawScene& drawn);
+    void serveGroup(const ViewJob& job, SeenView& seen, DrawScene& drawn, const MirrorGroup& group);
     // Share of what is around the middle of the box that is not sky; 0 in child views.
     double enclosedAt(const ViewJob& job, const Bounds& box);
-    void serveCurved(const ViewJob& job, SeenView& seen, Pass& pass);
+    void serveCurved(const ViewJob& job, SeenView& seen, DrawScene& drawn);
     void serveRough(const ViewJob& job, SeenView& seen) const;
     void serveGlass(const ViewJob& job, SeenView& seen);
     TargetId addBackFaces(const ViewJob& job, std::vector<Draw>& glass, const std::string& layer);
     Bounds bodyOf(const ViewJob& job, const SeenSurface& seen) const;
-    void addGlass(const ViewJob& job, const SeenView& seen, const Pass& behind,
+    void addGlass(const ViewJob& job, const SeenView& seen, const DrawScene& behind,
                   std::span<const DrawLists::Behind> through);
-    bool serveFromMap(const ViewJob& job, SeenSurface& seen, Pass& pass);
+    bool serveFromMap(const ViewJob& job, SeenSurface& seen, DrawScene& drawn);
     CapturePoint capturePointOf(const Surface& surface) const;
     double apartFromMiddle(const Surface& surface, const CapturePoint& point) const;
     TargetId probe(const CapturePoint& point, std::uint32_t generation);

@@ -43,18 +43,16 @@ TargetId ViewTree::mapTarget(const EnvironmentMap& map, const MapBlur& blur) {
     const char* reason = "lights the scene and is not resident at this accuracy";
     if (blur.changes()) {
         const TargetId blurred = addBlur(name, blur, map.faceSize, 0, kNoTarget, map.name);
-        plan_.passes.push_back({.kind = PassKind::prefilter,
-                                .name = name,
+        plan_.passes.push_back({.name = name,
                                 .effect = Effect::environmentReflection,
                                 .target = target,
-                                .reads = {blurred},
-                                .reason = reason});
+                                .reason = reason,
+                                .work = PrefilterCube{blurred, a.probeSamples}});
     } else {
-        plan_.passes.push_back({.kind = PassKind::environment,
-                                .name = name,
-                                .map = map.name,
+        plan_.passes.push_back({.name = name,
                                 .target = target,
-                                .reason = reason});
+                                .reason = reason,
+                                .work = PrefilterMap{map.name, a.environmentSamples}});
     }
     keyedPasses_.emplace_back(first, plan_.passes.size());
     return target;
@@ -73,23 +71,19 @@ TargetId ViewTree::addBlur(const std::string& name, const MapBlur& blur, std::ui
     const TargetId between = addTarget(spec);
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
         const TargetId from = axis == 0 ? source : axis == 1 ? result : between;
-        plan_.passes.push_back({.kind = PassKind::gaussian,
-                                .name = name + ":blur",
-                                .map = map,
+        plan_.passes.push_back({.name = name + ":blur",
                                 .effect = Effect::environmentReflection,
                                 .generation = generation,
                                 .target = axis == 1 ? between : result,
-                                .blur = blur,
-                                .axis = axis,
-                                .reason = "the map is asked for with a Gaussian blur"});
-        if (from != kNoTarget) plan_.passes.back().reads = {from};
+                                .reason = "the map is asked for with a Gaussian blur",
+                                .work = BlurCube{from, from == kNoTarget ? map : "", blur, axis}});
     }
-    plan_.passes.push_back({.kind = PassKind::levels,
-                            .name = name + ":levels",
+    plan_.passes.push_back({.name = name + ":levels",
                             .effect = Effect::environmentReflection,
                             .generation = generation,
                             .target = result,
-                            .reason = "filtered samples read it blurred"});
+                            .reason = "filtered samples read it blurred",
+                            .work = BuildLevels{}});
     return result;
 }
 

@@ -74,7 +74,7 @@ struct ViewTree::MirrorGroup {
     std::vector<std::size_t> seen;  // into SeenView::surfaces
 };
 
-void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, Pass& pass) {
+void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, DrawScene& drawn) {
     if (!stage_.request.effects.planarReflection) return;
     std::vector<MirrorGroup> groups;
     const double slope = pixelsPerSlope(job.view, job.height);
@@ -162,11 +162,11 @@ void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, Pass& pass) {
     strongest.resize(std::min(most, strongest.size()));
     for (const MirrorGroup& group : groups) {
         const bool kept = std::find(strongest.begin(), strongest.end(), &group) != strongest.end();
-        if (kept) serveGroup(job, seen, pass, group);
+        if (kept) serveGroup(job, seen, drawn, group);
     }
 }
 
-void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
+void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, DrawScene& drawn,
                           const MirrorGroup& group) {
     const Accuracy& a = stage_.request.accuracy;
     if (job.mirrorsLeft == 0) {
@@ -232,7 +232,7 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
                                        .height = height,
                                        .levels = rough ? pictureLevels(width, height) : 1,
                                        .depth = true});
-    ViewJob mirror{.kind = PassKind::mirror,
+    ViewJob mirror{.purpose = DrawScene::Purpose::mirror,
                    .name = group.name,
                    .effect = Effect::planarReflection,
                    .reason = "visible, facing, " + percent(group.share) +
@@ -252,24 +252,23 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, Pass& pass,
                    .hidden = std::move(hidden)};
     add(mirror);
     if (rough) {
-        plan_.passes.push_back({.kind = PassKind::levels,
-                                .name = group.name + ":levels",
+        plan_.passes.push_back({.name = group.name + ":levels",
                                 .effect = Effect::planarReflection,
                                 .generation = mirror.generation,
                                 .target = target,
-                                .reason = "a rough mirror reads its picture blurred"});
+                                .reason = "a rough mirror reads its picture blurred",
+                                .work = BuildLevels{}});
     }
-    pass.reflections.push_back({.target = target,
-                                .origin = {rect.x, rect.y},
-                                .scale = scale,
-                                .pixelsPerSlope = slope * scale,
-                                .normal = group.plane.normal,
-                                .samples = a.planarSamples});
-    pass.reads.push_back(target);
+    drawn.reflections.push_back({.target = target,
+                                 .origin = {rect.x, rect.y},
+                                 .scale = scale,
+                                 .pixelsPerSlope = slope * scale,
+                                 .normal = group.plane.normal,
+                                 .samples = a.planarSamples});
     for (const std::size_t s : group.seen) {
         seen.surfaces[s].features |= FEATURE_MIRROR;
         if (rough && a.planarSamples > 1) seen.surfaces[s].features |= FEATURE_MIRROR_SAMPLES;
-        seen.surfaces[s].reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
+        seen.surfaces[s].reflection = static_cast<std::uint32_t>(drawn.reflections.size() - 1);
     }
 }
 

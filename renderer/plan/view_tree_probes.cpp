@@ -41,7 +41,7 @@ std::uint32_t texelsFor(double roughness) {
 
 }  // namespace
 
-void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
+void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, DrawScene& drawn) {
     if (!stage_.request.effects.environmentReflection) return;
     const Accuracy& a = stage_.request.accuracy;
     // Where things move the next frame is another moment, and most cubes see that.
@@ -49,7 +49,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
     for (SeenSurface& s : seen.surfaces) {
         if (s.surface->reflector != Reflector::curved) continue;
         const Material& material = stage_.material(*s.surface);
-        if (!material.environmentMap.empty() && serveFromMap(job, s, pass)) continue;
+        if (!material.environmentMap.empty() && serveFromMap(job, s, drawn)) continue;
         const CapturePoint point = capturePointOf(*s.surface);
         const std::string& name = point.name;
         const double share = s.share;
@@ -98,12 +98,11 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, Pass& pass) {
             glm::min(glm::dvec3(sceneBounds_.min) - point.center, glm::dvec3(-point.radius));
         picture.proxyMax =
             glm::max(glm::dvec3(sceneBounds_.max) - point.center, glm::dvec3(point.radius));
-        pass.reads.push_back(picture.target);
-        pass.reflections.push_back(picture);
+        drawn.reflections.push_back(picture);
         s.features |= FEATURE_PROBE;
         if (a.parallax == Parallax::box) s.features |= FEATURE_PARALLAX;
         if (a.parallax == Parallax::depth) s.features |= FEATURE_PARALLAX_DEPTH;
-        s.reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
+        s.reflection = static_cast<std::uint32_t>(drawn.reflections.size() - 1);
     }
 }
 
@@ -143,7 +142,7 @@ double ViewTree::enclosedAt(const ViewJob& job, const Bounds& box) {
 }
 
 // A stored map instead of the surroundings, turned as its material says.
-bool ViewTree::serveFromMap(const ViewJob& job, SeenSurface& s, Pass& pass) {
+bool ViewTree::serveFromMap(const ViewJob& job, SeenSurface& s, DrawScene& drawn) {
     const Material& material = stage_.material(*s.surface);
     const auto found = maps_.find(material.environmentMap);
     const std::string name = "map:" + material.environmentMap;
@@ -152,12 +151,11 @@ bool ViewTree::serveFromMap(const ViewJob& job, SeenSurface& s, Pass& pass) {
         return false;
     }
     const glm::dmat3 worldFromOwn = glm::mat3_cast(glm::normalize(material.environmentRotation));
-    pass.reflections.push_back(
+    drawn.reflections.push_back(
         {.target = mapTarget(*found->second, material.mapBlur),
          .ownFromMap = glm::transpose(worldFromOwn) * glm::transpose(plan_.mapFromWorld)});
-    pass.reads.push_back(pass.reflections.back().target);
     s.features |= FEATURE_MAP;
-    s.reflection = static_cast<std::uint32_t>(pass.reflections.size() - 1);
+    s.reflection = static_cast<std::uint32_t>(drawn.reflections.size() - 1);
     return true;
 }
 
@@ -267,7 +265,7 @@ TargetId ViewTree::probe(const CapturePoint& point, std::uint32_t generation) {
         cubeFaceViews(point.center, point.znear, glm::transpose(plan_.mapFromWorld));
     for (std::uint32_t face = 0; face < 6; ++face) {
         if (point.zfar) faces[face] = withFar(faces[face], *point.zfar);
-        add({.kind = PassKind::capture,
+        add({.purpose = DrawScene::Purpose::capture,
              .name = point.name,
              .effect = Effect::environmentReflection,
              .reason = "no cube that is still true is resident",
@@ -287,21 +285,20 @@ TargetId ViewTree::probe(const CapturePoint& point, std::uint32_t generation) {
     if (point.blur.changes()) {
         filtered = addBlur(point.name, point.blur, point.resolution, generation, captured);
     } else {
-        plan_.passes.push_back({.kind = PassKind::levels,
-                                .name = point.name + ":levels",
+        plan_.passes.push_back({.name = point.name + ":levels",
                                 .effect = Effect::environmentReflection,
                                 .generation = generation,
                                 .target = captured,
-                                .reason = "filtered samples read it blurred"});
+                                .reason = "filtered samples read it blurred",
+                                .work = BuildLevels{}});
     }
     const TargetId target = addTarget(spec);
-    plan_.passes.push_back({.kind = PassKind::prefilter,
-                            .name = point.name + ":prefilter",
+    plan_.passes.push_back({.name = point.name + ":prefilter",
                             .effect = Effect::environmentReflection,
                             .generation = generation,
                             .target = target,
-                            .reads = {filtered},
-                            .reason = "a lobe for each roughness"});
+                            .reason = "a lobe for each roughness",
+                            .work = PrefilterCube{filtered, stage_.request.accuracy.probeSamples}});
     // Of its own passes alone: whether a map that they read was drawn for them, for another or in
     // an earlier frame must not count.
     std::vector<std::size_t> own;

@@ -32,78 +32,99 @@ public:
 
     std::vector<Pass> all() {
         for (const Pass& pass : plan_.passes) {
-            if (pass.views.empty()) {
-                addFullScreen(pass);
-            } else {
-                addDraws(pass);
-            }
+            std::visit([&](const auto& work) { add(pass, work); }, pass.work);
         }
         return std::move(passes_);
     }
 
 private:
-    void addFullScreen(const Pass& pass) {
+    void add(const Pass& pass, const PrefilterMap&) { passes_.push_back(pass); }
+
+    // A full-screen pass.
+    template <class Work>
+    void add(const Pass& pass, const Work&) {
         const TargetSpec& target = plan_.targets[pass.target];
-        if (pass.kind == PassKind::environment) {
-            passes_.push_back(pass);
-        } else if (seenFullScreen_.emplace(pass.kind, target.kind, target.format).second) {
+        if (seenFullScreen_.emplace(pass.kind(), target.kind, target.format).second) {
             passes_.push_back(pass);
         }
     }
 
-    void addDraws(const Pass& pass) {
-        Pass bare = pass;
-        bare.depthDraws.clear();
-        bare.opaqueDraws.clear();
-        bare.blendedDraws.clear();
+    void add(const Pass& pass, const DrawScene& work) {
+        DrawScene bare = work;
+        bare.depthDraws = bare.opaqueDraws = bare.blendedDraws = {};
         bare.sky = false;
-        if (pass.sky && !seenSky_) {
+        if (work.sky && !seenSky_) {
             seenSky_ = true;
-            passes_.push_back(bare);
-            passes_.back().sky = true;
+            passes_.push_back(pass);
+            passes_.back().work = bare;
+            std::get<DrawScene>(passes_.back().work).sky = true;
         }
-        // A nearer view may draw depth first where this one does not.
-        const bool depthFirst = pass.kind != PassKind::glass && pass.kind != PassKind::backFaces &&
-                                pass.kind != PassKind::channel;
-        for (const Draw& draw : pass.opaqueDraws) {
-            if (depthFirst && !(draw.features & FEATURE_MASK)) {
+        for (const Draw& draw : work.opaqueDraws) {
+            // A nearer view may draw depth first where this one does not.
+            if (!(draw.features & FEATURE_MASK)) {
                 Draw depth = draw;
                 depth.features &= FEATURE_DOUBLE_SIDED;
-                add(bare, depth, Stage::depth);
+                add(pass, bare, &DrawScene::depthDraws, depth, Stage::depth);
             }
-            add(bare, draw, Stage::opaque);
+            add(pass, bare, &DrawScene::opaqueDraws, draw, Stage::opaque);
         }
-        for (const Draw& draw : pass.blendedDraws) add(bare, draw, Stage::blended);
+        for (const Draw& draw : work.blendedDraws) {
+            add(pass, bare, &DrawScene::blendedDraws, draw, Stage::blended);
+        }
     }
 
-    void add(const Pass& bare, const Draw& draw, Stage stage) {
-        const TargetSpec& target = plan_.targets[bare.target];
-        const auto key = std::tuple(bare.kind, stage, draw.features,
+    void add(const Pass& pass, const DrawGlass& work) {
+        DrawGlass bare = work;
+        bare.glassDraws = bare.blendedDraws = {};
+        for (const Draw& draw : work.glassDraws) {
+            add(pass, bare, &DrawGlass::glassDraws, draw, Stage::opaque);
+        }
+        for (const Draw& draw : work.blendedDraws) {
+            add(pass, bare, &DrawGlass::blendedDraws, draw, Stage::blended);
+        }
+    }
+
+    void add(const Pass& pass, const DrawBackFaces& work) {
+        for (const Draw& draw : work.draws) {
+            add(pass, DrawBackFaces{.view = work.view}, &DrawBackFaces::draws, draw, Stage::opaque);
+        }
+    }
+
+    void add(const Pass& pass, const DrawChannel& work) {
+        for (const Draw& draw : work.draws) {
+            add(pass, DrawChannel{.view = work.view}, &DrawChannel::draws, draw, Stage::opaque);
+        }
+    }
+
+    // A draw whose program was not seen yet: into the last pass, where that is one of the same
+    // kind and program, or into one of its own, made from `bare`.
+    template <class Work>
+    void add(const Pass& pass, const Work& bare, std::vector<Draw> Work::*list, const Draw& draw,
+             Stage stage) {
+        const TargetSpec& target = plan_.targets[pass.target];
+        const auto key = std::tuple(pass.kind(), stage, draw.features,
                                     stage == Stage::depth ? kNone : draw.material,
                                     draw.reflection == kNoReflection, target.format, target.samples,
-                                    bare.views.front().orthographic);
+                                    bare.view.orthographic);
         if (!seenDraws_.insert(key).second) return;
-        if (passes_.empty() || !holds(passes_.back(), bare, draw, stage)) passes_.push_back(bare);
-        drawsOf(passes_.back(), stage).push_back(draw);
-    }
-
-    static std::vector<Draw>& drawsOf(Pass& pass, Stage stage) {
-        return stage == Stage::depth    ? pass.depthDraws
-               : stage == Stage::opaque ? pass.opaqueDraws
-                                        : pass.blendedDraws;
-    }
-
-    // Whether the draw uses the program that this pass has.
-    static bool holds(Pass& pass, const Pass& bare, const Draw& draw, Stage stage) {
-        const std::vector<Draw>& draws = drawsOf(pass, stage);
-        return pass.name == bare.name && pass.target == bare.target && pass.face == bare.face &&
-               !draws.empty() && draws.front().features == draw.features;
+        const auto holds = [&](const Pass& last) {
+            const auto* work = std::get_if<Work>(&last.work);
+            return last.name == pass.name && last.target == pass.target && work &&
+                   work->view == bare.view && !(work->*list).empty() &&
+                   (work->*list).front().features == draw.features;
+        };
+        if (passes_.empty() || !holds(passes_.back())) {
+            passes_.push_back(pass);
+            passes_.back().work = bare;
+        }
+        (std::get<Work>(passes_.back().work).*list).push_back(draw);
     }
 
     const FramePlan& plan_;
     std::vector<Pass> passes_;
-    std::set<std::tuple<PassKind, TargetKind, Format>> seenFullScreen_;
-    std::set<std::tuple<PassKind, Stage, Features, Index, bool, Format, std::uint32_t, bool>>
+    std::set<std::tuple<std::string_view, TargetKind, Format>> seenFullScreen_;
+    std::set<
+        std::tuple<std::string_view, Stage, Features, Index, bool, Format, std::uint32_t, bool>>
         seenDraws_;
     bool seenSky_ = false;
 };
@@ -115,7 +136,7 @@ FramePlan warmUpPlan(const FramePlan& plan) {
     warm.passes = WarmUpPasses(plan).all();
     std::set<TargetId> whole;
     for (const Pass& pass : warm.passes) {
-        if (pass.kind == PassKind::environment) whole.insert(pass.target);
+        if (std::holds_alternative<PrefilterMap>(pass.work)) whole.insert(pass.target);
     }
     for (TargetId id = 0; id < warm.targets.size(); ++id) {
         if (!whole.contains(id)) warm.targets[id] = smallTarget(std::move(warm.targets[id]));

@@ -91,7 +91,7 @@ Cell measure(Renderer& renderer, FrameRequest request, int frames) {
         }
         cell.faceViews = static_cast<std::size_t>(
             std::count_if(frame.plan.passes.begin(), frame.plan.passes.end(),
-                          [](const Pass& p) { return p.kind == PassKind::capture; }));
+                          [](const Pass& p) { return p.kind() == "capture"; }));
         cell.triangles = totals(frame.plan).triangles;
     }
     cell.median = median(wall);

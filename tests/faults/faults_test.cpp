@@ -67,13 +67,13 @@ std::vector<std::byte> drawn(const FrameRequest& r) {
 void failEach(Fault fault, std::uint64_t step) {
     const FrameRequest r = everythingRequest();
     renderer().forgetMaps();
-    std::set<PassKind> kinds;
-    for (const Pass& pass : renderer().plan(r).passes) kinds.insert(pass.kind);
-    for (const PassKind kind :
-         {PassKind::environment, PassKind::capture, PassKind::prefilter, PassKind::mirror,
-          PassKind::surface, PassKind::backdrop, PassKind::glass, PassKind::glow, PassKind::toneMap,
-          PassKind::edgeFilter}) {
-        ASSERT_TRUE(kinds.contains(kind)) << nameOf(kind);
+    std::set<std::string_view> kinds;
+    for (const Pass& pass : renderer().plan(r).passes) kinds.insert(pass.kind());
+    for (const std::string_view kind :
+         {"environment", "capture", "prefilter", "mirror",
+          "surface", "backdrop", "glass", "glow", "toneMap",
+          "edgeFilter"}) {
+        ASSERT_TRUE(kinds.contains(kind)) << kind;
     }
     const std::vector<std::byte> right = drawn(r);
     std::uint64_t failures = 0, unneeded = 0, of = 0;

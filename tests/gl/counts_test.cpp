@@ -67,7 +67,7 @@ TEST_F(Counts, OfEveryKindOfPassAreThoseOfThePlan) {
     r.accuracy.glass = GlassMethod::backdrop;
     r.accuracy.backFaces = true;
     r.accuracy.probeSize = 32;
-    std::set<PassKind> kinds;
+    std::set<std::string_view> kinds;
     for (int frame = 0; frame < 2; ++frame) {
         const Counted drawn = counted(r);
         const PlanTotals planned = totals(drawn.frame.plan);
@@ -76,17 +76,16 @@ TEST_F(Counts, OfEveryKindOfPassAreThoseOfThePlan) {
         EXPECT_EQ(drawn.frame.passTimes.size(), planned.passes);
         EXPECT_EQ(drawn.frame.plan.passes.size(), planned.passes);
         for (const Pass& pass : drawn.frame.plan.passes) {
-            if (frame == 0) kinds.insert(pass.kind);
+            if (frame == 0) kinds.insert(pass.kind());
             if (frame == 1) {
-                EXPECT_NE(pass.kind, PassKind::capture) << pass.name;
-                EXPECT_NE(pass.kind, PassKind::prefilter) << pass.name;
+                EXPECT_NE(pass.kind(), "capture") << pass.name;
+                EXPECT_NE(pass.kind(), "prefilter") << pass.name;
             }
         }
     }
-    for (const PassKind kind :
-         {PassKind::surface, PassKind::mirror, PassKind::capture, PassKind::prefilter,
-          PassKind::levels, PassKind::backdrop, PassKind::glass, PassKind::backFaces}) {
-        EXPECT_TRUE(kinds.contains(kind)) << nameOf(kind);
+    for (const std::string_view kind : {"surface", "mirror", "capture", "prefilter", "levels",
+                                        "backdrop", "glass", "backFaces"}) {
+        EXPECT_TRUE(kinds.contains(kind)) << kind;
     }
 }
 
@@ -154,7 +153,7 @@ TEST_F(Counts, MapsBeyondTheMemoryBudgetAreGivenBack) {
         const Frame frame = renderer().render(r);
         if (image) *image = frame.image;
         return std::count_if(frame.plan.passes.begin(), frame.plan.passes.end(),
-                             [](const Pass& pass) { return pass.kind == PassKind::capture; });
+                             [](const Pass& pass) { return pass.kind() == "capture"; });
     };
     Image first, again;
     EXPECT_EQ(facesDrawn(1, &first), 6);

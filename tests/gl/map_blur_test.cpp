@@ -61,12 +61,16 @@ std::vector<double> blurred(const EnvironmentMap& map, const MapBlur& blur) {
     const Pose pose;
     const std::vector<Target*> targets{&result, &between};
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        Pass pass{
-            .kind = PassKind::gaussian, .target = axis == 1 ? 1u : 0u, .blur = blur, .axis = axis};
-        if (axis > 0) pass.reads = {axis == 1 ? 0u : 1u};
-        runGaussianPass(
+        const BlurCube work{.source = axis == 0   ? kNoTarget
+                                      : axis == 1 ? 0u
+                                                  : 1u,
+                            .blur = blur,
+                            .axis = axis};
+        const Pass pass{.target = axis == 1 ? 1u : 0u, .work = work};
+        execute(
             resources,
-            {.plan = plan, .pass = pass, .targets = targets, .pose = pose, .environment = &source});
+            {.plan = plan, .pass = pass, .targets = targets, .pose = pose, .environment = &source},
+            work);
     }
     std::vector<double> red;
     std::vector<float> rgba(std::size_t{4} * map.faceSize * map.faceSize);
@@ -222,7 +226,7 @@ TEST_F(MapBlurs, LeavesNoSeam) {
 std::size_t blurPasses(const Frame& frame) {
     return static_cast<std::size_t>(
         std::count_if(frame.plan.passes.begin(), frame.plan.passes.end(),
-                      [](const Pass& p) { return p.kind == PassKind::gaussian; }));
+                      [](const Pass& p) { return p.kind() == "gaussian"; }));
 }
 
 // Looks at nothing but the ball.

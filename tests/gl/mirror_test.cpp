@@ -151,7 +151,7 @@ TEST_F(Mirrors, HiddenBehindAWallCostNothing) {
         const FramePlan plan = renderer().plan(r);
         const bool drawn =
             std::any_of(plan.passes.begin(), plan.passes.end(),
-                        [](const Pass& pass) { return pass.kind == PassKind::mirror; });
+                        [](const Pass& pass) { return pass.kind() == "mirror"; });
         EXPECT_EQ(drawn, aside > 0.0);
         const bool told =
             std::any_of(plan.skipped.begin(), plan.skipped.end(), [](const Skipped& skipped) {

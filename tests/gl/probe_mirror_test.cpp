@@ -137,7 +137,7 @@ TEST_F(MirrorsInProbes, AreDrawnForTheFacesThatSeeTheirFrontAndOnlyOnce) {
         r.camera.yfov = 0.6;
         const auto mirrorsInFaces = [](const FramePlan& plan) {
             return std::count_if(plan.passes.begin(), plan.passes.end(), [](const Pass& p) {
-                return p.kind == PassKind::mirror && p.generation == 2;
+                return p.kind() == "mirror" && p.generation == 2;
             });
         };
         const FramePlan first = renderer().render(r).plan;

@@ -80,7 +80,7 @@ Image Workbench::traced(const FramePlan& plan, int rounds, double* milliseconds)
     context_.makeCurrent();
     if (!tracer_) tracer_ = std::make_unique<GpuTracer>(*gpuScene_);
     const Pass& pass = plan.passes.at(0);
-    const View& view = pass.views.at(0);
+    const View& view = *pass.view();
     Target target(plan.targets.at(pass.target));
     std::vector<Target*> targets{&target};
     const PassInput input{
@@ -89,7 +89,7 @@ Image Workbench::traced(const FramePlan& plan, int rounds, double* milliseconds)
     resources_.draws.begin(*scene_, pose_, view, glm::dmat3(1.0), plan.lights);
     tracer_->addPlaces(resources_.draws);
     resources_.draws.upload();
-    bindView(resources_, input, glm::dmat3(1.0));
+    bindView(resources_, input, {.view = view}, glm::dmat3(1.0));
     tracer_->bind(plan, view.eye);
     const gl::VertexShader vertex("sky.vert", shaderSource("sky.vert", 0, 0));
     const gl::Program program(

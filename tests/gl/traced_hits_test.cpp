@@ -217,7 +217,7 @@ FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target) {
 
 bool tracesAnything(const FramePlan& plan) {
     return std::any_of(plan.passes.begin(), plan.passes.end(),
-                       [](const Pass& pass) { return traces(pass); });
+                       [](const Pass& pass) { return followsRays(pass); });
 }
 
 void expectTheSameInDrawnAndTracedMirrors(const HitCase& c) {

@@ -46,7 +46,7 @@ Scene ballScene(Material material, std::uint32_t rows = 48) {
 
 bool tracesAnything(const FramePlan& plan) {
     for (const Pass& pass : plan.passes) {
-        if (traces(pass)) return true;
+        if (followsRays(pass)) return true;
     }
     return false;
 }

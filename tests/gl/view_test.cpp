@@ -148,10 +148,10 @@ TEST_F(Views, depthFirstOrNotIsTheSamePicture) {
     const Frame one = layers(0), many = layers(5);
     const auto surface = [](const Frame& f) {
         return *std::find_if(f.plan.passes.begin(), f.plan.passes.end(),
-                             [](const Pass& p) { return p.kind == PassKind::surface; });
+                             [](const Pass& p) { return p.kind() == "surface"; });
     };
-    ASSERT_TRUE(surface(one).depthDraws.empty());
-    ASSERT_FALSE(surface(many).depthDraws.empty());
+    ASSERT_TRUE(std::get<DrawScene>(surface(one).work).depthDraws.empty());
+    ASSERT_FALSE(std::get<DrawScene>(surface(many).work).depthDraws.empty());
     EXPECT_EQ(color(one.image, 32, 32), color(many.image, 32, 32));
     EXPECT_EQ(color(one.image, 20, 30), color(many.image, 20, 30));
 }
@@ -169,7 +169,7 @@ TEST_F(Views, aSteadyFrameMakesNothing) {
     EXPECT_EQ(after.programsMade, before.programsMade);
     EXPECT_EQ(after.buffersMade, before.buffersMade);
     EXPECT_EQ(after.frames, before.frames + 1);
-    for (const Pass& pass : second.plan.passes) EXPECT_NE(pass.kind, PassKind::environment);
+    for (const Pass& pass : second.plan.passes) EXPECT_NE(pass.kind(), "environment");
 }
 
 TEST_F(Views, whatThePlanCountsIsWhatIsDrawn) {

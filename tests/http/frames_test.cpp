@@ -315,19 +315,19 @@ TEST(Frames, PassesOfOneKindShareOneTimeAndOneEntry) {
 
 TEST(Frames, HundredsOfPassesFitOneHeader) {
     FramePlan plan;
-    const auto add = [&](PassKind kind, const char* name, int times) {
-        for (int i = 0; i < times; ++i) plan.passes.push_back({.kind = kind, .name = name});
+    const auto add = [&](const PassWork& work, const char* name, int times) {
+        for (int i = 0; i < times; ++i) plan.passes.push_back({.name = name, .work = work});
     };
-    add(PassKind::environment, "environment:a, b\n", 1);
-    add(PassKind::capture, "probe:ball", 12);
-    add(PassKind::surface, "surface", 1);
+    add(PrefilterMap{}, "environment:a, b\n", 1);
+    add(DrawScene{.purpose = DrawScene::Purpose::capture}, "probe:ball", 12);
+    add(DrawScene{}, "surface", 1);
     EXPECT_EQ(compactPasses(plan), "environment:a__b_, capture*12, surface");
     plan.passes.clear();
     for (int i = 0; i < 200; ++i) {
-        add(PassKind::capture, "probe:ball", 6);
-        add(PassKind::levels, "probe:ball:levels", 1);
+        add(DrawScene{.purpose = DrawScene::Purpose::capture}, "probe:ball", 6);
+        add(BuildLevels{}, "probe:ball:levels", 1);
     }
-    add(PassKind::surface, "surface", 1);
+    add(DrawScene{}, "surface", 1);
     EXPECT_EQ(compactPasses(plan), "capture*1200, levels*200, surface*1");
     EXPECT_EQ(compactPasses({}), "");
 }

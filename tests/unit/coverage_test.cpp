@@ -33,7 +33,7 @@ TEST(Coverage, AnAreaAcrossTheViewIsWhatTheLensMakesOfIt) {
     FrameRequest request = lookingFrom({0, 0, 10});
     request.camera.yfov = glm::half_pi<double>();
     const Scene scene = boxScene();
-    const View view = planOf(scene, request).passes.at(1).views.at(0);
+    const View view = *planOf(scene, request).passes.at(1).view();
     const double aspect = 160.0 / 90.0;
     // A square of 1 at 10 metres, in a picture 20 metres high there.
     Bounds box;

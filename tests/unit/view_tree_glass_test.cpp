@@ -27,12 +27,12 @@ TEST(ViewTree, PanesInARowHaveABackdropEach) {
         std::vector<glm::dmat4> places;
         for (std::size_t i = 0; i < panes; ++i) places.push_back(at(0, 0, -double(i)));
         const FramePlan plan = planOf(paneScene(places), forced(lookingFrom({0, 0, 5})));
-        const std::vector<Pass> glass = passesOf(plan, PassKind::glass);
+        const std::vector<DrawGlass> glass = worksOf<DrawGlass>(plan);
         ASSERT_EQ(glass.size(), panes) << toText(plan);
-        EXPECT_EQ(count(plan, PassKind::backdrop), panes);
+        EXPECT_EQ(count(plan, "backdrop"), panes);
         for (std::size_t i = 0; i < panes; ++i) {
-            ASSERT_EQ(glass[i].opaqueDraws.size(), 1u);
-            EXPECT_EQ(glass[i].opaqueDraws[0].instance, panes - 1 - i) << "far to near";
+            ASSERT_EQ(glass[i].glassDraws.size(), 1u);
+            EXPECT_EQ(glass[i].glassDraws[0].instance, panes - 1 - i) << "far to near";
         }
     }
 }
@@ -40,9 +40,9 @@ TEST(ViewTree, PanesInARowHaveABackdropEach) {
 TEST(ViewTree, PanesSideBySideShareABackdrop) {
     const FramePlan plan = planOf(paneScene({at(-1.5, 0, 0), at(1.5, 0, 0), at(0, 2.5, 0.1)}),
                                   forced(lookingFrom({0, 0, 6})));
-    EXPECT_EQ(count(plan, PassKind::backdrop), 1u) << toText(plan);
-    ASSERT_EQ(count(plan, PassKind::glass), 1u);
-    EXPECT_EQ(passesOf(plan, PassKind::glass)[0].opaqueDraws.size(), 3u);
+    EXPECT_EQ(count(plan, "backdrop"), 1u) << toText(plan);
+    ASSERT_EQ(count(plan, "glass"), 1u);
+    EXPECT_EQ(worksOf<DrawGlass>(plan)[0].glassDraws.size(), 3u);
 }
 
 TEST(ViewTree, SixPanesInARowShareTheNearestLayerAndNoneIsLost) {
@@ -50,11 +50,11 @@ TEST(ViewTree, SixPanesInARowShareTheNearestLayerAndNoneIsLost) {
     for (int i = 0; i < 6; ++i) places.push_back(at(0, 0, -0.5 * i));
     const FramePlan plan = planOf(paneScene(places), forced(lookingFrom({0, 0, 5})));
     std::multiset<std::uint32_t> drawn;
-    for (const Pass& pass : passesOf(plan, PassKind::glass)) {
-        for (const Draw& d : pass.opaqueDraws) drawn.insert(d.instance);
+    for (const DrawGlass& pass : worksOf<DrawGlass>(plan)) {
+        for (const Draw& d : pass.glassDraws) drawn.insert(d.instance);
     }
     EXPECT_THAT(drawn, ElementsAre(0u, 1u, 2u, 3u, 4u, 5u));
-    EXPECT_EQ(count(plan, PassKind::glass), 4u);
+    EXPECT_EQ(count(plan, "glass"), 4u);
 }
 
 TEST(ViewTree, PanesAroundTheEyesHeightAreOrderedByTheirMiddles) {
@@ -67,9 +67,9 @@ TEST(ViewTree, PanesAroundTheEyesHeightAreOrderedByTheirMiddles) {
         const FramePlan plan = planOf(
             nearFirst ? paneScene({turned(0), turned(-0.5)}) : paneScene({turned(-0.5), turned(0)}),
             forced(lookingFrom({0, 0, 2})));
-        const std::vector<Pass> glass = passesOf(plan, PassKind::glass);
+        const std::vector<DrawGlass> glass = worksOf<DrawGlass>(plan);
         ASSERT_EQ(glass.size(), 2u) << toText(plan);
-        EXPECT_EQ(glass[0].opaqueDraws.at(0).instance, nearFirst ? 1u : 0u) << "the far one";
+        EXPECT_EQ(glass[0].glassDraws.at(0).instance, nearFirst ? 1u : 0u) << "the far one";
     }
 }
 
@@ -83,15 +83,15 @@ TEST(ViewTree, PanesOfOneMeshBehindEachOtherHaveABackdropEach) {
         for (const float z : {0.0f, -8.0f}) shapes::addSphere(panes, {0.0f, 0.0f, z}, 1.0f, 40);
         placeAt(scene, addMesh(scene, std::move(panes)), at(0, 0, 0), "panes");
         const FramePlan plan = planOf(scene, forced(lookingFrom({0, 0, 5})));
-        const std::vector<Pass> drawn = passesOf(plan, PassKind::glass);
+        const std::vector<DrawGlass> drawn = worksOf<DrawGlass>(plan);
         if (roughness > 0.0f) {
             EXPECT_EQ(drawn.size(), 1u) << toText(plan);
             continue;
         }
         ASSERT_GE(drawn.size(), 2u) << toText(plan);
-        const auto farthest = [&](const Pass& pass) {
+        const auto farthest = [&](const DrawGlass& pass) {
             float z = 0.0f;
-            for (const Draw& d : pass.opaqueDraws) {
+            for (const Draw& d : pass.glassDraws) {
                 for (std::uint32_t i = d.firstIndex; i < d.firstIndex + d.indexCount; ++i) {
                     z = std::min(z, scene.vertices[scene.indices[i]].position.z);
                 }
@@ -111,9 +111,9 @@ TEST(ViewTree, TheSidesOfAGlassBodyShareABackdropWithoutIt) {
     place(scene, addBoxMesh(scene, "block", addMaterial(scene, body)), {0, 0, 0});
     for (const glm::dvec3& eye : {glm::dvec3(3, 4, 5), glm::dvec3(0, 0, 0)}) {
         const FramePlan plan = planOf(scene, forced(lookingFrom(eye, eye - glm::dvec3(3, 4, 5))));
-        ASSERT_EQ(count(plan, PassKind::glass), 1u) << toText(plan);
-        const Pass glass = passesOf(plan, PassKind::glass).at(0);
-        for (const Draw& draw : glass.opaqueDraws) {
+        ASSERT_EQ(count(plan, "glass"), 1u) << toText(plan);
+        const DrawGlass glass = worksOf<DrawGlass>(plan).at(0);
+        for (const Draw& draw : glass.glassDraws) {
             // An eye within sees the sides from their backs.
             EXPECT_EQ((draw.features & FEATURE_DOUBLE_SIDED) != 0, eye == glm::dvec3(0, 0, 0));
         }
@@ -131,7 +131,7 @@ TEST(ViewTree, BlendedSurfacesAreDrawnBetweenTheGlassBehindAndInFrontOfThem) {
     const FramePlan plan = planOf(scene, forced(lookingFrom({0, 0, 5})));
     const auto only = [](Index instance) { return ElementsAre(Field(&Draw::instance, instance)); };
     EXPECT_THAT(rootOf(plan).blendedDraws, only(behind));
-    const std::vector<Pass> glass = passesOf(plan, PassKind::glass);
+    const std::vector<DrawGlass> glass = worksOf<DrawGlass>(plan);
     ASSERT_EQ(glass.size(), 2u);
     EXPECT_THAT(glass[0].blendedDraws, only(between));
     EXPECT_THAT(glass[1].blendedDraws, only(before));
@@ -141,7 +141,7 @@ TEST(ViewTree, OnlyRoughGlassHasABlurredBackdrop) {
     const auto levels = [](float roughness) {
         const FramePlan plan =
             planOf(paneScene({at(0, 0, 0)}, roughness), forced(lookingFrom({0, 0, 5})));
-        return plan.targets[passesOf(plan, PassKind::backdrop).at(0).target].levels;
+        return plan.targets[passesOf(plan, "backdrop").at(0).target].levels;
     };
     EXPECT_EQ(levels(0.0f), 1u);
     EXPECT_GT(levels(0.4f), 1u);

@@ -59,17 +59,26 @@ inline FrameRequest forced(FrameRequest request) {
     return request;
 }
 
-inline std::vector<Pass> passesOf(const FramePlan& plan, PassKind kind) {
+inline std::vector<Pass> passesOf(const FramePlan& plan, std::string_view kind) {
     std::vector<Pass> result;
     std::copy_if(plan.passes.begin(), plan.passes.end(), std::back_inserter(result),
-                 [&](const Pass& pass) { return pass.kind == kind; });
+                 [&](const Pass& pass) { return pass.kind() == kind; });
     return result;
 }
-inline std::size_t count(const FramePlan& plan, PassKind kind) {
+inline std::size_t count(const FramePlan& plan, std::string_view kind) {
     return passesOf(plan, kind).size();
 }
-inline Pass rootOf(const FramePlan& plan) {
-    return passesOf(plan, PassKind::surface).at(0);
+// What the passes of one type draw, in the plan's order.
+template <class Work>
+std::vector<Work> worksOf(const FramePlan& plan) {
+    std::vector<Work> works;
+    for (const Pass& pass : plan.passes) {
+        if (const auto* work = std::get_if<Work>(&pass.work)) works.push_back(*work);
+    }
+    return works;
+}
+inline DrawScene rootOf(const FramePlan& plan) {
+    return std::get<DrawScene>(passesOf(plan, "surface").at(0).work);
 }
 
 // Keys of all maps that outlive the frame, but the environment's.
@@ -90,8 +99,8 @@ inline ResidentMaps allOf(const FramePlan& plan) {
 
 inline std::uint64_t effectPasses(const FramePlan& plan) {
     std::uint64_t sum = 0;
-    for (const PassKind kind : {PassKind::mirror, PassKind::capture, PassKind::prefilter,
-                                PassKind::levels, PassKind::backdrop, PassKind::glass}) {
+    for (const std::string_view kind :
+         {"mirror", "capture", "prefilter", "levels", "backdrop", "glass"}) {
         sum += count(plan, kind);
     }
     return sum;

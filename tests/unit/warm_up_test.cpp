@@ -9,14 +9,23 @@
 namespace clerestory::test {
 namespace {
 
-using Program = std::tuple<PassKind, bool, Features>;  // bool: blended
+// What is shaded, then what is blended.
+std::vector<std::span<const Draw>> shadedLists(const Pass& pass) {
+    auto lists = pass.drawLists();
+    if (std::holds_alternative<DrawScene>(pass.work)) lists.erase(lists.begin());
+    return lists;
+}
+
+using Program = std::tuple<std::string_view, bool, Features>;  // bool: blended
 
 std::set<Program> programsOf(const FramePlan& plan) {
     std::set<Program> programs;
     for (const Pass& pass : plan.passes) {
-        for (const Draw& draw : pass.opaqueDraws) programs.emplace(pass.kind, false, draw.features);
-        for (const Draw& draw : pass.blendedDraws) programs.emplace(pass.kind, true, draw.features);
-        if (pass.views.empty()) programs.emplace(pass.kind, false, 0);
+        const auto lists = shadedLists(pass);
+        for (std::size_t i = 0; i < lists.size(); ++i) {
+            for (const Draw& draw : lists[i]) programs.emplace(pass.kind(), i > 0, draw.features);
+        }
+        if (!pass.view()) programs.emplace(pass.kind(), false, 0);
     }
     return programs;
 }
@@ -38,8 +47,9 @@ TEST(WarmUpPlan, HasEachProgramInAPassOfItsOwn) {
     const FramePlan warm = warmUpPlan(planOfBalls());
     for (const Pass& pass : warm.passes) {
         std::set<Features> features;
-        for (const Draw& draw : pass.opaqueDraws) features.insert(draw.features);
-        for (const Draw& draw : pass.blendedDraws) features.insert(draw.features);
+        for (const std::span<const Draw> draws : shadedLists(pass)) {
+            for (const Draw& draw : draws) features.insert(draw.features);
+        }
         EXPECT_LE(features.size(), 1u) << pass.name;
     }
     // Twelve face views for each generation draw the same programs.

@@ -1,0 +1,19 @@
+#include "plan/graph/picture_passes.h"
+
+#include "plan/frame_plan.h"
+
+namespace clerestory {
+
+std::uint64_t PicturePass::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+    return texelsOf(target, Faces::one, Levels::first);
+}
+
+std::string_view ToneMapping::knobs() const {
+    return kKnobsOfTheFrame;
+}
+
+std::string_view EdgeFilter::knobs() const {
+    return kKnobsOfTheFrame;
+}
+
+}  // namespace clerestory
