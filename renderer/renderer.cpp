@@ -99,26 +99,27 @@ struct Renderer::State {
     std::vector<std::string> environmentNames() const;  // sorted
     std::string environmentList() const;
     FramePlan plan(const Subject& subject, const FrameRequest& request) const {
-        return planFrame(*subject.scene, *subject.pose, request, *subject.environment,
-                         executor.residentMaps(), limits, environments);
+        const ResidentMaps resident = executor.residentMaps();
+        return planFrame({.scene = *subject.scene,
+                          .pose = *subject.pose,
+                          .environment = *subject.environment,
+                          .maps = environments,
+                          .resident = resident,
+                          .limits = limits},
+                         request);
     }
 
-    using Run = Execution (Executor::*)(const FramePlan&, const Scene&, const Pose&,
-                                        const EnvironmentMap&, const EnvironmentMaps&);
+    ExecutionInput inputOf(const Subject& subject, const FramePlan& plan) const {
+        return {plan, *subject.scene, *subject.pose, *subject.environment, environments};
+    }
     // Throw RenderFailed, and nothing else.
-    Execution execute(const Subject& subject, const FramePlan& plan, Run run) {
+    Execution execute(const Subject& subject, const FramePlan& plan, Readback readback) {
         Execution execution;
-        guarded([&] {
-            execution = (executor.*run)(plan, *subject.scene, *subject.pose, *subject.environment,
-                                        environments);
-        });
+        guarded([&] { execution = executor.run(inputOf(subject, plan), readback); });
         return execution;
     }
     void compile(const Subject& subject, const FramePlan& plan, std::size_t pass) {
-        guarded([&] {
-            executor.runAlone(plan, pass, *subject.scene, *subject.pose, *subject.environment,
-                              environments);
-        });
+        guarded([&] { executor.runAlone(inputOf(subject, plan), pass); });
     }
     template <class Work>
     void guarded(Work work) {
@@ -139,7 +140,7 @@ struct Renderer::State {
         if (whenReset) whenReset();
         throw RenderFailed("the GPU was reset");
     }
-    Frame frame(const FrameRequest& request, Run run);
+    Frame frame(const FrameRequest& request, Readback readback);
 
     gl::Context context;  // before, and so outliving, everything that holds GL objects
     RendererIdentity identity;
@@ -286,7 +287,7 @@ FramePlan Renderer::plan(const FrameRequest& request) const {
     return state_->plan(state_->subjectOf(request), request);
 }
 
-Frame Renderer::State::frame(const FrameRequest& request, Run run) {
+Frame Renderer::State::frame(const FrameRequest& request, Readback readback) {
     context.makeCurrent();
     const Subject subject = subjectOf(request);
     const Clock::time_point start = Clock::now();
@@ -298,7 +299,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
     requireAffordable(frame.plan, mostSamples);
 
     const gl::CompileCounters before = context.firstUse().counters();
-    Execution execution = execute(subject, frame.plan, run);
+    Execution execution = execute(subject, frame.plan, readback);
     const gl::CompileCounters& after = context.firstUse().counters();
     frame.compileMs = after.milliseconds - before.milliseconds;
     frame.compiled = after.programs + after.pipelines - before.programs - before.pipelines;
@@ -323,16 +324,8 @@ Frame Renderer::State::frame(const FrameRequest& request, Run run) {
     return frame;
 }
 
-Frame Renderer::render(const FrameRequest& request) {
-    return state_->frame(request, &Executor::run);
-}
-
-Frame Renderer::renderExamined(const FrameRequest& request) {
-    return state_->frame(request, &Executor::runExamined);
-}
-
-Frame Renderer::renderWithMaps(const FrameRequest& request) {
-    return state_->frame(request, &Executor::runWithMaps);
+Frame Renderer::render(const FrameRequest& request, Readback readback) {
+    return state_->frame(request, readback);
 }
 
 void Renderer::forgetMaps() {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "image/image.h"
+#include "passes/readback.h"
 #include "plan/frame_plan.h"
 #include "plan/frame_request.h"
 #include "plan/planner.h"
@@ -77,8 +78,8 @@ struct Frame {
     std::uint64_t mapBytes = 0;  // kept for this scene and read by this frame
     // Which addScene() of this renderer, from 1, the scene came from that was drawn.
     std::uint64_t sceneGeneration = 0;
-    std::vector<TargetHealth> health;  // of renderExamined() only: every float target of the plan
-    std::vector<FrameMap> maps;        // of renderWithMaps() only
+    std::vector<TargetHealth> health;  // Readback::health
+    std::vector<FrameMap> maps;        // Readback::maps
 };
 
 // Objects made and work asked of OpenGL since start; tests hold plans against these.
@@ -134,14 +135,10 @@ public:
 
     // Throw InvalidRequest when the request names a scene, camera or map that is not there.
     FramePlan plan(const FrameRequest& request) const;
-    // May throw RenderFailed, as the two after it. All three throw InvalidRequest, before anything
-    // is made, when the plan shades more than RendererOptions allow.
-    Frame render(const FrameRequest& request);
-    // The same frame, byte for byte, and its health: every float target is read back and looked at,
-    // which takes about as long again.
-    Frame renderExamined(const FrameRequest& request);
-    // The same frame, byte for byte, and the mirrored views and cubes that it reads.
-    Frame renderWithMaps(const FrameRequest& request);
+    // The same picture, byte for byte, whatever is brought back beside it; Readback::health takes
+    // about as long again. May throw RenderFailed, and InvalidRequest, before anything is made,
+    // when the plan shades more than RendererOptions allow.
+    Frame render(const FrameRequest& request, Readback readback = Readback::picture);
 
     // Lets go of every map that outlives its frame, prefiltered environment maps and captured
     // cubes: the next frame draws anew what it needs of them. The same request gives the same

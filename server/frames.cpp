@@ -128,6 +128,19 @@ Explain explains(const Call& call) {
         invalidFields({{"/explain", "is not a known word", "0, 1, health or maps"}}));
 }
 
+Readback readbackFor(Explain explain) {
+    switch (explain) {
+        case Explain::health:
+            return Readback::health;
+        case Explain::maps:
+            return Readback::maps;
+        case Explain::no:
+        case Explain::plan:
+            break;
+    }
+    return Readback::picture;
+}
+
 // A budget gives way to the knobs that it comes to; everything else stays as it was asked.
 std::optional<Budgets::Pick> picked(Service& service, const Scene& scene, FrameRequest& request) {
     if (!request.accuracy.isBudget()) return std::nullopt;
@@ -157,9 +170,7 @@ Answer frame(Service& service, const Call& call, FrameRequest request) {
     const Turn turn = turnOf(service, call, kindOf(request));
     const Drawn drawn = service.queue().run(turn, [request, door, asked](Renderer& renderer) {
         const double queueMs = millisecondsSince(door);
-        Frame frame = asked == Explain::health ? renderer.renderExamined(request)
-                      : asked == Explain::maps ? renderer.renderWithMaps(request)
-                                               : renderer.render(request);
+        Frame frame = renderer.render(request, readbackFor(asked));
         return Drawn{std::move(frame), queueMs, millisecondsSince(door) - queueMs};
     });
     service.frameWasDrawn();

@@ -101,80 +101,54 @@ std::vector<Target*> Executor::begin(const FramePlan& plan) {
     return targets;
 }
 
-void Executor::runPass(const FramePlan& plan, const Pass& pass, const std::vector<Target*>& targets,
-                       const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
-                       const EnvironmentMaps& maps) {
+void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
+                       const std::vector<Target*>& targets) {
     const std::string_view name = pass.map();
-    const auto named = maps.find(std::string(name));
-    const EnvironmentMap& map = named == maps.end() ? environment : *named->second;
-    PassInput input{.plan = plan,
+    const auto named = frame.maps.find(std::string(name));
+    const EnvironmentMap& map = named == frame.maps.end() ? frame.environment : *named->second;
+    PassInput input{.plan = frame.plan,
                     .pass = pass,
                     .targets = targets,
-                    .scene = pass.view() ? &scenes_.at(&scene) : nullptr,
-                    .pose = pose,
+                    .scene = pass.view() ? &scenes_.at(&frame.scene) : nullptr,
+                    .pose = frame.pose,
                     .environment = name.empty() ? nullptr : &uploaded(map)};
-    if (followsRays(pass)) input.tracer = &tracerOf(scene, plan, pose);
+    if (followsRays(pass)) input.tracer = &tracerOf(frame.scene, frame.plan, frame.pose);
     const gl::DebugGroup group(pass.name);
     std::visit([&](const auto& work) { execute(resources_, input, work); }, pass.work);
     targets_.markResident(input.target());
 }
 
-Execution Executor::draw(const FramePlan& plan, const std::vector<Target*>& targets,
-                         const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
-                         const EnvironmentMaps& maps) {
-    Execution result;
-    resources_.counters.meshesMoved += scenes_.at(&scene).follow(pose);
-    for (const Pass& pass : plan.passes) {
-        const Clock::time_point start = Clock::now();
-        runPass(plan, pass, targets, scene, pose, environment, maps);
-        glFinish();  // so that the wall clock tells this pass's time
-        result.passMilliseconds.push_back(millisecondsSince(start));
-    }
-    const Clock::time_point start = Clock::now();
-    result.image = readBack(plan, *targets[plan.output]);
-    result.readbackMilliseconds = millisecondsSince(start);
-    gl::Context::current().throwIfFailed();
-    for (const Target* target : targets) {
-        if (target->spec().residentKey != 0) result.mapBytes += target->bytes();
-    }
-    if (const auto tracer = tracers_.find(&scene); tracer != tracers_.end()) {
-        result.mapBytes += tracer->second.bytes();
-    }
-    return result;
-}
-
-void Executor::runAlone(const FramePlan& plan, std::size_t pass, const Scene& scene,
-                        const Pose& pose, const EnvironmentMap& environment,
-                        const EnvironmentMaps& maps) {
-    const std::vector<Target*> targets = begin(plan);
-    resources_.counters.meshesMoved += scenes_.at(&scene).follow(pose);
-    runPass(plan, plan.passes[pass], targets, scene, pose, environment, maps);
+void Executor::runAlone(const ExecutionInput& input, std::size_t pass) {
+    const std::vector<Target*> targets = begin(input.plan);
+    resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
+    runPass(input, input.plan.passes[pass], targets);
     glFinish();
     gl::Context::current().throwIfFailed();
     targets_.endFrame();
 }
 
-Execution Executor::run(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                        const EnvironmentMap& environment, const EnvironmentMaps& maps) {
-    Execution result = draw(plan, begin(plan), scene, pose, environment, maps);
-    targets_.endFrame();
-    return result;
-}
-
-Execution Executor::runExamined(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                                const EnvironmentMap& environment, const EnvironmentMaps& maps) {
-    const std::vector<Target*> targets = begin(plan);
-    Execution result = draw(plan, targets, scene, pose, environment, maps);
-    result.health = examined(plan, targets);
-    targets_.endFrame();
-    return result;
-}
-
-Execution Executor::runWithMaps(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                                const EnvironmentMap& environment, const EnvironmentMaps& maps) {
-    const std::vector<Target*> targets = begin(plan);
-    Execution result = draw(plan, targets, scene, pose, environment, maps);
-    result.maps = mapPictures(plan, targets);
+Execution Executor::run(const ExecutionInput& input, Readback readback) {
+    const std::vector<Target*> targets = begin(input.plan);
+    Execution result;
+    resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
+    for (const Pass& pass : input.plan.passes) {
+        const Clock::time_point start = Clock::now();
+        runPass(input, pass, targets);
+        glFinish();  // so that the wall clock tells this pass's time
+        result.passMilliseconds.push_back(millisecondsSince(start));
+    }
+    const Clock::time_point start = Clock::now();
+    result.image = readBack(input.plan, *targets[input.plan.output]);
+    result.readbackMilliseconds = millisecondsSince(start);
+    gl::Context::current().throwIfFailed();
+    for (const Target* target : targets) {
+        if (target->spec().residentKey != 0) result.mapBytes += target->bytes();
+    }
+    if (const auto tracer = tracers_.find(&input.scene); tracer != tracers_.end()) {
+        result.mapBytes += tracer->second.bytes();
+    }
+    if (readback == Readback::health) result.health = examined(input.plan, targets);
+    if (readback == Readback::maps) result.maps = mapPictures(input.plan, targets);
     targets_.endFrame();
     return result;
 }

@@ -5,34 +5,36 @@
 #include "passes/health.h"
 #include "passes/map_pictures.h"
 #include "passes/passes.h"
+#include "passes/readback.h"
 
 #include <list>
 #include <memory>
 
 namespace clerestory {
 
+// A plan and what it was planned for.
+struct ExecutionInput {
+    const FramePlan& plan;
+    const Scene& scene;  // was uploaded
+    const Pose& pose;
+    const EnvironmentMap& environment;
+    const EnvironmentMaps& maps;
+};
+
 struct Execution {
     Image image;
     std::vector<double> passMilliseconds;  // one for each of plan.passes
     double readbackMilliseconds = 0.0;
     std::uint64_t mapBytes = 0;  // that outlive the frame and that it read: cubes, the rays' tables
-    std::vector<TexelCounts> health;  // one for each of plan.targets, when asked for
-    std::vector<MapPicture> maps;     // when asked for
+    std::vector<TexelCounts> health;  // Readback::health: one for each of plan.targets
+    std::vector<MapPicture> maps;     // Readback::maps
 };
 
 class Executor {
 public:
-    Execution run(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                  const EnvironmentMap& environment, const EnvironmentMaps& maps);
-    // The same, and looks at every float texel of every target afterwards.
-    Execution runExamined(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                          const EnvironmentMap& environment, const EnvironmentMaps& maps);
-    // The same, and takes away what its mirrors look at.
-    Execution runWithMaps(const FramePlan& plan, const Scene& scene, const Pose& pose,
-                          const EnvironmentMap& environment, const EnvironmentMaps& maps);
+    Execution run(const ExecutionInput& input, Readback readback = Readback::picture);
     // One pass of a plan, for what the driver compiles for it; what it draws is of no use.
-    void runAlone(const FramePlan& plan, std::size_t pass, const Scene& scene, const Pose& pose,
-                  const EnvironmentMap& environment, const EnvironmentMaps& maps);
+    void runAlone(const ExecutionInput& input, std::size_t pass);
     // Resident maps, for the planner.
     ResidentMaps residentMaps() const { return targets_.residentMaps(); }
     // A scene is uploaded before it is drawn; forgetting frees what was uploaded.
@@ -48,12 +50,8 @@ private:
     const GpuEnvironment& uploaded(const EnvironmentMap& map);
     GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     std::vector<Target*> begin(const FramePlan& plan);
-    Execution draw(const FramePlan& plan, const std::vector<Target*>& targets, const Scene& scene,
-                   const Pose& pose, const EnvironmentMap& environment,
-                   const EnvironmentMaps& maps);
-    void runPass(const FramePlan& plan, const Pass& pass, const std::vector<Target*>& targets,
-                 const Scene& scene, const Pose& pose, const EnvironmentMap& environment,
-                 const EnvironmentMaps& maps);
+    void runPass(const ExecutionInput& input, const Pass& pass,
+                 const std::vector<Target*>& targets);
     Image readBack(const FramePlan& plan, const Target& output);
 
     PassResources resources_;

@@ -140,9 +140,8 @@ FieldError noSuchClip(const Scene& scene) {
             names.empty() ? "none: nothing in the scene moves" : names};
 }
 
-FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& request,
-                    const EnvironmentMap& environment, const ResidentMaps& resident,
-                    const DeviceLimits& limits, const EnvironmentMaps& maps) {
+FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
+    const auto& [scene, pose, environment, maps, resident, limits] = context;
     if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
     }
@@ -198,7 +197,7 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
         if (request.output.channel == Channel::through) {
             // The colour's decisions, without its passes.
             FramePlan inColor = plan;
-            seen = ViewTree(inColor, stage, environment, maps, resident, limits).add(root);
+            seen = ViewTree(inColor, stage, context).add(root);
             nameThrough(seen);
             plan.decisions = std::move(inColor.decisions);
         } else {
@@ -209,7 +208,7 @@ FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& re
         return plan;
     }
 
-    ViewTree tree(plan, stage, environment, maps, resident, limits);
+    ViewTree tree(plan, stage, context);
     const SeenView seen = tree.add(root);
     if (std::any_of(plan.passes.begin(), plan.passes.end(),
                     [](const Pass& pass) { return followsRays(pass); })) {

@@ -31,10 +31,22 @@ FieldError noSuchClip(const Scene& scene);
 // Every map that is loaded, by name: materials may refer to one.
 using EnvironmentMaps = std::map<std::string, std::shared_ptr<const EnvironmentMap>>;
 
+// What a frame is planned in: everything that is not the request.
+struct FrameContext {
+    const Scene& scene;
+    const Pose& pose;  // of the request's moment
+    const EnvironmentMap& environment;
+    const EnvironmentMaps& maps;
+    const ResidentMaps& resident;
+    const DeviceLimits& limits;
+};
+
+// Pure: equal arguments, equal plans.
+//
+//     FramePlan plan = planFrame({.scene = scene, .pose = pose, ...}, request);
+//
 // Throws InvalidRequest when the request names a camera that the scene does not have, or a view
 // that cannot be drawn.
-FramePlan planFrame(const Scene& scene, const Pose& pose, const FrameRequest& request,
-                    const EnvironmentMap& environment, const ResidentMaps& resident,
-                    const DeviceLimits& limits, const EnvironmentMaps& maps = {});
+FramePlan planFrame(const FrameContext& context, const FrameRequest& request);
 
 }  // namespace clerestory

@@ -28,15 +28,13 @@ std::string format(const char* pattern, double value) {
 
 }  // namespace
 
-ViewTree::ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& environment,
-                   const EnvironmentMaps& maps, const ResidentMaps& resident,
-                   const DeviceLimits& limits)
+ViewTree::ViewTree(FramePlan& plan, const Stage& stage, const FrameContext& context)
     : plan_(plan),
       stage_(stage),
-      environment_(environment),
-      maps_(maps),
-      resident_(resident),
-      limits_(limits),
+      environment_(context.environment),
+      maps_(context.maps),
+      resident_(context.resident),
+      limits_(context.limits),
       moves_(stage.scene.clips.empty() ? std::vector<bool>{} : instancesThatMove(stage.scene)),
       sceneBounds_(lastingBounds(stage.scene, stage.pose)),
       sceneTriangles_(triangleCount(stage.scene)) {}

@@ -47,9 +47,8 @@ struct CapturePoint {
 
 class ViewTree {
 public:
-    // `stage` and `environment` must outlive this; passes are appended to `plan`.
-    ViewTree(FramePlan& plan, const Stage& stage, const EnvironmentMap& environment,
-             const EnvironmentMaps& maps, const ResidentMaps& resident, const DeviceLimits& limits);
+    // `stage` and what `context` refers to must outlive this; passes are appended to `plan`.
+    ViewTree(FramePlan& plan, const Stage& stage, const FrameContext& context);
 
     // Appends what the view needs and the view itself. Returns what was seen from it.
     SeenView add(const ViewJob& job);

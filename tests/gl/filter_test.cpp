@@ -12,8 +12,8 @@ namespace {
 
 class Filters : public GlTest {};
 
-// Twirls turn by a sine and a cosine in float32, whose error (some 1e-6; an angle of 100 radians has
-// more) counts once a pixel of the radius, between neighbours as far apart as dark and lamp.
+// Twirls turn by a sine and a cosine in float32, whose error (some 1e-6; an angle of 100 radians
+// has more) counts once a pixel of the radius, between neighbours as far apart as dark and lamp.
 // Measured: 2e-5.
 constexpr double kFloatError = 1e-4;
 
@@ -359,7 +359,7 @@ TEST_F(Filters, StayFiniteAndNeverNegative) {
         r.output.format = format;
         r.filters = {convolve(wild), glow(0, 1, 8192), twirl(100), convolve(wild),
                      glow(65504, 1, 2)};
-        for (const TargetHealth& target : renderer().renderExamined(r).health) {
+        for (const TargetHealth& target : renderer().render(r, Readback::health).health) {
             EXPECT_EQ(target.nonFinite, 0u) << target.target;
             EXPECT_EQ(target.negative, 0u) << target.target;
         }

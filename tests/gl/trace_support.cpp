@@ -66,12 +66,18 @@ void Workbench::show(Scene scene) {
 }
 
 FramePlan Workbench::plan(const FrameRequest& request) const {
-    return planFrame(*scene_, pose_, request, environment_, {}, {.traces = true});
+    return planFrame({.scene = *scene_,
+                      .pose = pose_,
+                      .environment = environment_,
+                      .maps = {},
+                      .resident = {},
+                      .limits = {.traces = true}},
+                     request);
 }
 
 Image Workbench::run(const FramePlan& plan) {
     context_.makeCurrent();
-    Execution done = executor_.run(plan, *scene_, pose_, environment_, {});
+    Execution done = executor_.run({plan, *scene_, pose_, environment_, {}});
     passMilliseconds_ = std::move(done.passMilliseconds);
     return std::move(done.image);
 }

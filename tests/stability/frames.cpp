@@ -5,7 +5,7 @@
 namespace clerestory::test {
 
 Image drawn(const FrameRequest& request) {
-    Frame frame = renderer().renderExamined(request);
+    Frame frame = renderer().render(request, Readback::health);
     std::uint64_t bad = 0;
     for (const TargetHealth& target : frame.health) bad += target.nonFinite + target.negative;
     EXPECT_TRUE(atMost("non-finite scan", "bad texels of a frame's targets", double(bad), 0.0));

@@ -34,7 +34,7 @@ TEST_F(RandomRequests, AreFiniteSilentAndTheSameEachTime) {
             if (i % kRequestsPerSetting == 0) r = randomRequest(chance, "random");
             randomCamera(chance, r);
             ASSERT_TRUE(problems(r).empty()) << "seed " << seed;
-            const Frame frame = renderer().renderExamined(r);
+            const Frame frame = renderer().render(r, Readback::health);
             std::uint64_t bad = badSamples(frame.image);
             for (const TargetHealth& target : frame.health) {
                 bad += target.nonFinite + target.negative;

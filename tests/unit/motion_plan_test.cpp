@@ -122,8 +122,7 @@ TEST(Motion, EqualMomentsAreEqualPlans) {
         << "a clip of one second begins anew";
     FrameRequest resting = fromAbove(0.7);
     resting.clip = "";
-    const FramePlan rest =
-        planFrame(scene, restPose(scene), resting, plainMap(), {}, DeviceLimits{});
+    const FramePlan rest = planOf(scene, restPose(scene), resting);
     EXPECT_EQ(rest, planOf(scene, fromAbove(0.0)));
 }
 

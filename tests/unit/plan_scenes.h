@@ -116,9 +116,19 @@ inline EnvironmentMap plainMap() {
     return map;
 }
 
+inline FramePlan planOf(const Scene& scene, const Pose& pose, const FrameRequest& request,
+                        const ResidentMaps& resident = {}, const EnvironmentMap& map = plainMap()) {
+    return planFrame({.scene = scene,
+                      .pose = pose,
+                      .environment = map,
+                      .maps = {},
+                      .resident = resident,
+                      .limits = {}},
+                     request);
+}
 inline FramePlan planOf(const Scene& scene, const FrameRequest& request,
                         const ResidentMaps& resident = {}, const EnvironmentMap& map = plainMap()) {
-    return planFrame(scene, poseAt(scene, request.time), request, map, resident, DeviceLimits{});
+    return planOf(scene, poseAt(scene, request.time), request, resident, map);
 }
 
 }  // namespace clerestory::test

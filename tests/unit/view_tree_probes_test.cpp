@@ -81,7 +81,7 @@ TEST(ViewTree, ACubesKeyIsThatOfWhatItSees) {
     FrameRequest request = forced(lookingFrom({0, 1, 6}));
     request.accuracy.generations = 1;
     const auto keysOf = [&](const Pose& pose, const FrameRequest& r) {
-        return probeKeys(planFrame(scene, pose, r, plainMap(), {}, DeviceLimits{}));
+        return probeKeys(planOf(scene, pose, r));
     };
     const Pose before = poseAt(scene, 0.0);
     const std::set<std::uint64_t> keys = keysOf(before, request);
@@ -142,7 +142,7 @@ TEST(ViewTree, ACubeBelongsToThePlaceItIsSeenFrom) {
     const auto keysAt = [&](const glm::dmat4& worldFromBall) {
         Pose pose = poseAt(scene, 0.0);
         pose.worldFromNode[0] = worldFromBall;
-        return probeKeys(planFrame(scene, pose, request, plainMap(), {}, DeviceLimits{}));
+        return probeKeys(planOf(scene, pose, request));
     };
     EXPECT_EQ(keysAt(at(0, 0, 0)), keysAt(at(0, 0, 0)));
     EXPECT_NE(keysAt(at(0, 0, 0)), keysAt(at(0, 0, 0.01)));

@@ -74,8 +74,7 @@ TEST(Work, RaysCountForEveryTurnOfEveryPixel) {
     FrameRequest request = plainRequest();
     request.accuracy.curved = CurvedMethod::traced;
     request.accuracy.bounces = 5;
-    const FramePlan plan = planFrame(ballScene(), poseAt(ballScene(), 0.0), request, plainMap(), {},
-                                     DeviceLimits{.traces = true});
+    const FramePlan plan = planOf(ballScene(), request);
     ASSERT_TRUE(followsRays(passesOf(plan, "surface").at(0))) << toText(plan);
     EXPECT_EQ(samplesOf(plan, "surface"), (1 + 5) * kPixels);
 }
