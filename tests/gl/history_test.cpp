@@ -1,0 +1,150 @@
+// What was drawn before a frame changes no bit of it, whatever differs between the two requests:
+// every knob of the accuracy table, every switch, the environment, the moment, the materials.
+#include "room.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <cstring>
+
+namespace clerestory::test {
+namespace {
+
+class History : public GlTest {};
+
+struct Other {
+    std::string what;
+    FrameRequest request;
+};
+
+void change(std::uint32_t& value, const Range& range) {
+    value =
+        value > range.min ? std::max(static_cast<std::uint32_t>(range.min), value / 2) : value + 1;
+}
+void change(double& value, const Range& range) {
+    value = value > range.min ? std::max(range.min, 0.5 * value) : range.max;
+}
+void change(bool& value, const Flag&) {
+    value = !value;
+}
+// The next word after the present one.
+template <class E>
+void change(E& value, const Choice<E>& choice) {
+    std::size_t i = 0;
+    while (choice.words[i].second != value) ++i;
+    value = choice.words[(i + 1) % choice.words.size()].second;
+}
+void change(std::optional<double>&, const Range&) {}  // a budget is no knob
+
+// A request for each field of the part of `base` that `part` picks, with that field changed.
+template <class Part>
+void addChanged(std::vector<Other>& others, const FrameRequest& base, Part FrameRequest::*part) {
+    std::size_t count = 0;
+    FrameRequest copy = base;
+    fields(copy.*part, [&](auto&&...) { ++count; });
+    for (std::size_t i = 0; i < count; ++i) {
+        Other other{"", base};
+        std::size_t at = 0;
+        fields(other.request.*part,
+               [&](const char* name, auto& value, const auto& kind, auto&&...) {
+                   if (at++ != i) return;
+                   other.what = name;
+                   change(value, kind);
+               });
+        others.push_back(std::move(other));
+    }
+}
+
+std::vector<Other> othersOf(const FrameRequest& base) {
+    std::vector<Other> others;
+    addChanged(others, base, &FrameRequest::accuracy);
+    addChanged(others, base, &FrameRequest::effects);
+    const auto add = [&](const char* what, auto&& change) {
+        others.push_back({what, base});
+        change(others.back().request);
+    };
+    add("environment map", [](FrameRequest& r) { r.environment.map = "studio"; });
+    add("environment intensity", [](FrameRequest& r) { r.environment.intensity = 0.5; });
+    add("environment rotation",
+        [](FrameRequest& r) { r.environment.rotation = Quaternion{0.0, 0.6, 0.0, 0.8}; });
+    add("environment visible", [](FrameRequest& r) { r.environment.visible = false; });
+    add("material", [](FrameRequest& r) {
+        MaterialOverride gold{.material = "ball", .baseColor = glm::dvec3(1.0, 0.6, 0.2)};
+        r.overrides.push_back(gold);
+    });
+    add("rougher material",
+        [](FrameRequest& r) { r.overrides.push_back({.material = "ball", .roughness = 0.3}); });
+    add("camera", [](FrameRequest& r) { r.camera.position = glm::dvec3(0.4, 0.3, 2.6); });
+    add("size", [](FrameRequest& r) { r.width = 33; });
+    add("exposure", [](FrameRequest& r) { r.exposure = 1.0; });
+    add("float target", [](FrameRequest& r) { r.output.format = OutputFormat::png; });
+    return others;
+}
+
+// Two mirror balls, a glass one, a flat mirror, a lamp that glows and one that shines.
+Scene scene() {
+    Scene s;
+    s.environment = "sky";
+    Material ball = mirrorMetal(0.9f, 0.05f);
+    ball.name = "ball";
+    ball.reflection = Reflection::mirror;
+    const Index metal = addMaterial(s, ball);
+    place(s, sphere(0.5f, 24, metal), moved(-0.7, 0.0, -0.5));
+    place(s, sphere(0.4f, 24, metal), moved(0.7, -0.3, -0.8));
+    Material glass = clearGlass();
+    glass.thickness = 0.6f;
+    place(s, sphere(0.3f, 24, addMaterial(s, glass)), moved(0.1, 0.1, 0.4));
+    place(s, quad(2.0f, addMaterial(s, mirrorMetal(0.8f))), moved(0.0, 0.0, -2.0));
+    place(s, quad(0.3f, addMaterial(s, glowing(glm::vec3(3.0f, 2.0f, 1.0f)))), moved(0, 1, -1));
+    addLight(s, {.kind = LightKind::point, .intensity = glm::vec3(4.0f)}, moved(1, 2, 2));
+    return s;
+}
+
+bool sameBytes(const Image& a, const Image& b) {
+    return a.width == b.width && a.height == b.height && a.data.size() == b.data.size() &&
+           std::memcmp(a.data.data(), b.data.data(), a.data.size()) == 0;
+}
+
+void expectNoHistory(const FrameRequest& base) {
+    const auto fresh = [](const FrameRequest& r) {
+        renderer().forgetMaps();
+        return renderer().render(r).image;
+    };
+    const Image expected = fresh(base);
+    int different = 0;
+    for (const Other& other : othersOf(base)) {
+        const Image first = fresh(other.request);
+        EXPECT_TRUE(sameBytes(renderer().render(base).image, expected)) << "after " << other.what;
+        EXPECT_TRUE(sameBytes(renderer().render(other.request).image, first)) << other.what;
+        different += !sameBytes(first, expected);
+    }
+    EXPECT_GT(different, 20) << "what is changed should show";
+}
+
+FrameRequest small(const char* id) {
+    FrameRequest r = request(scene(), id, {0.0, 0.2, 2.8});
+    r.environment.map = "sky";
+    r.width = r.height = 48;
+    r.accuracy.probeSize = 32;
+    r.accuracy.environmentSize = 32;
+    r.accuracy.curved = CurvedMethod::probe;
+    r.accuracy.glass = GlassMethod::backdrop;
+    r.accuracy.planarSamples = 4;
+    r.accuracy.curvedSamples = 4;
+    return r;
+}
+
+TEST_F(History, ChangesNoBitOfAFrameWithMirroredViewsAndCubes) {
+    FrameRequest r = small("history of pictures");
+    r.accuracy.planar = PlanarMethod::mirror;
+    expectNoHistory(r);
+}
+
+// Captured cubes hold flat mirrors that follow rays.
+TEST_F(History, ChangesNoBitOfAFrameWithRaysInItsCubes) {
+    FrameRequest r = small("history of rays");
+    r.accuracy.planar = PlanarMethod::traced;
+    expectNoHistory(r);
+}
+
+}  // namespace
+}  // namespace clerestory::test
