@@ -1,9 +1,9 @@
 // The program: reads the command line and runs one command. Failures end here, as one line.
 #include "renderer.h"
-#include "server/commands.h"
-#include "server/log.h"
-#include "server/problem.h"
-#include "server/shader_cache.h"
+#include "server/cli/commands.h"
+#include "server/base/log.h"
+#include "server/base/problem.h"
+#include "server/scenes/shader_cache.h"
 #include "server/worker/worker.h"
 
 #include <cstring>

@@ -1,7 +1,7 @@
 #include "server/server.h"
 
-#include "server/server_routes.h"
-#include "server/service_routes.h"
+#include "server/api/server_routes.h"
+#include "server/api/service_routes.h"
 
 namespace clerestory {
 namespace {

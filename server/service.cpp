@@ -1,6 +1,6 @@
 #include "server/service.h"
 
-#include "server/log.h"
+#include "server/base/log.h"
 
 #include <algorithm>
 

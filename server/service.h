@@ -2,11 +2,11 @@
 // lives in the server's process or in a worker of its own.
 #pragma once
 
-#include "server/budgets.h"
-#include "server/config.h"
-#include "server/jobs.h"
-#include "server/metrics.h"
-#include "server/truths.h"
+#include "server/jobs/budgets.h"
+#include "server/cli/config.h"
+#include "server/jobs/jobs.h"
+#include "server/api/metrics.h"
+#include "server/jobs/truths.h"
 
 #include <atomic>
 

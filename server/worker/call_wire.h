@@ -2,7 +2,7 @@
 // they are: both processes read the same clock.
 #pragma once
 
-#include "server/call.h"
+#include "server/base/call.h"
 
 namespace clerestory {
 

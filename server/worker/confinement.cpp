@@ -1,7 +1,7 @@
 #include "server/worker/confinement.h"
 
 #include "scene/import/sanitizer.h"
-#include "server/log.h"
+#include "server/base/log.h"
 
 #include <seccomp.h>
 

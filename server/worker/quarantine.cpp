@@ -1,6 +1,6 @@
 #include "server/worker/quarantine.h"
 
-#include "server/content_hash.h"
+#include "server/base/content_hash.h"
 
 #include <algorithm>
 

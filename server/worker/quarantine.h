@@ -1,7 +1,7 @@
 // Requests that ended workers, by a fingerprint of what they ask. Thread-safe.
 #pragma once
 
-#include "server/call.h"
+#include "server/base/call.h"
 
 #include <mutex>
 #include <unordered_map>

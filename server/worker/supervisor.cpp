@@ -1,7 +1,7 @@
 #include "server/worker/supervisor.h"
 
-#include "server/log.h"
-#include "server/problem.h"
+#include "server/base/log.h"
+#include "server/base/problem.h"
 
 #include <algorithm>
 

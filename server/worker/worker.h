@@ -2,7 +2,7 @@
 // come through its pipe. It ends when its front does.
 #pragma once
 
-#include "server/config.h"
+#include "server/cli/config.h"
 
 namespace clerestory {
 

@@ -1,6 +1,6 @@
 #include "server/worker/worker_process.h"
 
-#include "server/shader_cache.h"
+#include "server/scenes/shader_cache.h"
 #include "server/worker/call_wire.h"
 #include "server/worker/confinement.h"
 #include "server/worker/worker.h"

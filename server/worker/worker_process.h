@@ -1,7 +1,7 @@
 // One render worker as the front sees it: a process that answers calls until it ends.
 #pragma once
 
-#include "server/call.h"
+#include "server/base/call.h"
 #include "server/worker/message_pipe.h"
 
 #include <atomic>
@@ -31,7 +31,7 @@ class WorkerProcess {
 public:
     // `number`: which of its front's workers it is, from 1. Throws std::runtime_error when no
     // process can be made.
-    // `compileFast`: its driver compiles shaders without optimising (server/shader_cache.h).
+    // `compileFast`: its driver compiles shaders without optimising (server/scenes/shader_cache.h).
     WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast = false);
     ~WorkerProcess();  // kills it
     WorkerProcess(const WorkerProcess&) = delete;

@@ -65,7 +65,7 @@ struct Sample {
 Sample atRest(const ServerProcess& server, long frames) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));  // connections end
     return {static_cast<double>(frames), holdingsOf(server.id()),
-            metric(server.port(), "clerestory_front_allocated_bytes"),
+            metric(server.port(), "clerestory_http_allocated_bytes"),
             metric(server.port(), "clerestory_allocated_bytes")};
 }
 

@@ -1,7 +1,7 @@
 #include "tests/fuzz/targets.h"
 
-#include "server/front/library.h"
-#include "server/front/request_reader.h"
+#include "server/http/library.h"
+#include "server/http/request_reader.h"
 
 namespace clerestory::test {
 namespace {

@@ -1,6 +1,6 @@
 #include "tests/fuzz/targets.h"
 
-#include "server/frame_json.h"
+#include "server/api/frame_json.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,5 +1,5 @@
 // Who may ask: tokens, host names, signed links.
-#include "server/front/access.h"
+#include "server/http/access.h"
 
 #include <gtest/gtest.h>
 

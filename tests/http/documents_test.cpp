@@ -2,7 +2,7 @@
 #include "tests/support/test_server.h"
 
 #include "comparison/comparison_request.h"
-#include "server/server_routes.h"
+#include "server/api/server_routes.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -76,6 +76,86 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
     }
 }
 
+// What of `value` the schema does not describe, or describes otherwise; by JSON Pointer.
+void compare(const json& document, json schema, const json& value, const std::string& pointer,
+             std::vector<std::string>& wrong) {
+    if (schema.contains("$ref")) {
+        schema = document.at(json::json_pointer(schema["$ref"].get<std::string>().substr(1)));
+    }
+    if (schema.contains("oneOf")) schema = schema["oneOf"][value.is_null() ? 1 : 0];
+    const std::string type = schema["type"];
+    const bool fits = type == "object"    ? value.is_object()
+                      : type == "array"   ? value.is_array()
+                      : type == "string"  ? value.is_string()
+                      : type == "boolean" ? value.is_boolean()
+                      : type == "integer" ? value.is_number_integer()
+                      : type == "number"  ? value.is_number()
+                                          : value.is_null();
+    if (!fits) return wrong.push_back(pointer + " is no " + type);
+    const json words = schema.value("enum", json::array());
+    if (!words.empty() && std::find(words.begin(), words.end(), value) == words.end()) {
+        wrong.push_back(pointer + " is no word of the schema");
+    }
+    if (type == "array") {
+        for (std::size_t i = 0; i < value.size(); ++i) {
+            compare(document, schema["items"], value[i], pointer + "/" + std::to_string(i), wrong);
+        }
+    }
+    if (type != "object" || !schema.contains("properties")) return;
+    for (const auto& [name, part] : value.items()) {
+        if (!schema["properties"].contains(name)) {
+            wrong.push_back(pointer + "/" + name + " is not described");
+        } else {
+            compare(document, schema["properties"][name], part, pointer + "/" + name, wrong);
+        }
+    }
+    for (const json& name : schema.value("required", json::array())) {
+        if (!value.contains(name))
+            wrong.push_back(pointer + "/" + std::string(name) + " is missing");
+    }
+}
+
+TEST(Documents, EveryAnswerIsWhatItsSchemaSays) {
+    sharedServer().awaitReady();
+    auto client = sharedServer().client();
+    const json document = documentAt("/openapi.json");
+    const auto expectDescribed = [&](const char* schema, const json& value) {
+        std::vector<std::string> wrong;
+        compare(document, document["components"]["schemas"][schema], value, "", wrong);
+        EXPECT_THAT(wrong, testing::IsEmpty()) << schema;
+    };
+    const json scenes = documentAt("/v1/scenes");
+    expectDescribed("SceneList", scenes);
+    std::size_t described = 0;
+    for (const json& scene : scenes["scenes"]) {
+        expectDescribed("Scene", documentAt(("/v1/scenes/" + std::string(scene["id"])).c_str()));
+        described += scene["state"] == "ready";
+    }
+    EXPECT_GT(described, 0u);
+    expectDescribed("Renderer", documentAt("/v1/renderer"));
+    expectDescribed("Status", documentAt("/healthz"));
+    expectDescribed("Plan", json::parse(postJson(client, "/v1/plans", smallFrame())->body));
+    expectDescribed("Problem",
+                    json::parse(postJson(client, "/v1/plans", R"({"width": -1})")->body));
+}
+
+// Generated clients call operations by these names.
+TEST(Documents, EveryOperationHasANameOfItsOwnAndSaysWhatItRefuses) {
+    const json document = documentAt("/openapi.json");
+    std::set<std::string> names;
+    std::size_t count = 0;
+    for (const auto& [path, operations] : document["paths"].items()) {
+        for (const auto& [method, operation] : operations.items()) {
+            ++count;
+            EXPECT_TRUE(names.insert(operation.value("operationId", "")).second) << path;
+            EXPECT_TRUE(operation["responses"].contains("4XX")) << path;
+        }
+    }
+    EXPECT_GE(count, 20u);
+    EXPECT_EQ(document["components"]["securitySchemes"]["token"]["scheme"], "bearer");
+    EXPECT_FALSE(document["servers"].empty());
+}
+
 TEST(Documents, EveryParameterOfALinkIsTaken) {
     auto client = sharedServer().client();
     const json document = documentAt("/openapi.json");
@@ -105,6 +185,7 @@ TEST(Documents, TheRendererTellsWhatItIs) {
 }
 
 TEST(Documents, HealthAndReadiness) {
+    sharedServer().awaitReady();
     auto client = sharedServer().client();
     EXPECT_EQ(client.Get("/healthz")->status, 200);
     const auto ready = client.Get("/readyz");

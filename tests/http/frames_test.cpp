@@ -1,5 +1,5 @@
 // What a client gets for a pose: pictures, numbers, headers.
-#include "server/compact_passes.h"
+#include "server/api/compact_passes.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 // The front by itself, before a few answers of the test's own: connections, streams, leaving,
 // ending.
-#include "server/front/front.h"
+#include "server/http/front.h"
 #include "scene/import/sanitizer.h"
 #include "tests/support/raw_client.h"
 

@@ -1,6 +1,6 @@
 // The line of long work: order, progress, cancelling, failures, what is kept and what is refused.
-#include "server/jobs.h"
-#include "server/problem.h"
+#include "server/jobs/jobs.h"
+#include "server/base/problem.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Many clients, full queues, deadlines, the end of the server.
 #include "scene/import/sanitizer.h"
-#include "server/resident.h"
+#include "server/base/resident.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/test_server.h"
 

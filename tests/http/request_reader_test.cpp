@@ -1,5 +1,5 @@
 // The guard's reading of bytes: what is whole, what is refused, and at which byte.
-#include "server/front/request_reader.h"
+#include "server/http/request_reader.h"
 
 #include <gtest/gtest.h>
 

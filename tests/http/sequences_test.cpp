@@ -1,5 +1,5 @@
 // Sequences: each file equals the answer to a single request, in order, with the matrices used.
-#include "server/archive.h"
+#include "server/live/archive.h"
 #include "tests/support/test_server.h"
 
 #include <archive.h>

@@ -5,7 +5,7 @@
 #include "server/worker/gate.h"
 #include "server/worker/worker.h"
 
-#include "server/problem.h"
+#include "server/base/problem.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Scenes that clients send, when room, memory, disk or renderers come to an end.
-#include "server/resident.h"
+#include "server/base/resident.h"
 #include "tests/http/uploads_support.h"
 #include "tests/support/server_process.h"
 

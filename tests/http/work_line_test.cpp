@@ -1,5 +1,5 @@
 // The line before the renderer, by a clock of the test's own.
-#include "server/work_line.h"
+#include "server/queue/work_line.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,27 @@
+// The answer to explain: a picture, what was done for it, and with explain=maps what its mirrors
+// look at, as parts of one message.
+#pragma once
+
+#include "server/base/call.h"
+
+#include <vector>
+
+namespace clerestory {
+
+struct ExplainedFrame {
+    std::string type, picture;  // media type and bytes
+    std::string plan;           // JSON
+    struct Map {
+        std::string target;  // its name in the plan
+        std::string jpeg;
+    };
+    std::vector<Map> maps = {};
+};
+
+// Sets the answer's type and body. No picture holds `boundary`: it hashes the request.
+void putExplained(Answer& answer, const ExplainedFrame& frame, const std::string& boundary);
+
+// Of an answer that putExplained() made, without its maps. Throws std::runtime_error for any other.
+ExplainedFrame explainedIn(const Answer& answer);
+
+}  // namespace clerestory

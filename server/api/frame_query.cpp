@@ -1,0 +1,190 @@
+// A link's query -> the body it stands for; the body's own reader then checks it.
+#include "scene/field_values.h"
+#include "scene/spelling.h"
+#include "server/api/frame_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <functional>
+
+namespace clerestory {
+namespace {
+
+using nlohmann::json;
+using namespace field;
+
+// A text that is no number stays text, and the reader says what was wanted.
+json numberOr(std::string_view text) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::string(text);
+    return value;
+}
+
+template <class T>
+json valueFrom(const std::string& text, const T*, const Range&) {
+    if constexpr (components<T> == 1) {
+        return numberOr(text);
+    } else {
+        json list = json::array();
+        for (std::size_t begin = 0; begin <= text.size() && list.size() <= components<T>;) {
+            const std::size_t end = std::min(text.find(',', begin), text.size());
+            list.push_back(numberOr(std::string_view(text).substr(begin, end - begin)));
+            begin = end + 1;
+        }
+        return list;
+    }
+}
+
+json valueFrom(const std::string& text, const Quaternion*, const Rotation&) {
+    json list = json::array();
+    for (std::size_t begin = 0; begin <= text.size() && list.size() < 10;) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        list.push_back(numberOr(std::string_view(text).substr(begin, end - begin)));
+        begin = end + 1;
+    }
+    return list;
+}
+
+template <class T>
+json valueFrom(const std::string& text, const T*, const Flag&) {
+    if (text == "1" || text == "true") return true;
+    if (text == "0" || text == "false") return false;
+    return text;
+}
+
+template <class T, class K>
+json valueFrom(const std::string& text, const T*, const K&) {
+    return text;
+}
+
+struct QueryField {
+    std::string path;       // "camera.yfov"
+    std::string shortName;  // "yfov"
+    std::function<json(const std::string&)> read;
+};
+
+template <class S>
+void collect(std::vector<QueryField>& all, const std::string& prefix) {
+    S defaults;
+    fields(defaults, [&](const char* name, auto& member, const auto& kind, const char*) {
+        using T = typename Unwrap<std::decay_t<decltype(member)>>::type;
+        using K = std::decay_t<decltype(kind)>;
+        const std::string path = prefix + name;
+        if constexpr (std::is_same_v<K, Nested> || std::is_same_v<K, NestedPreset>) {
+            collect<T>(all, path + ".");
+        } else if constexpr (!std::is_same_v<K, NestedList>) {  // a link has no lists of objects
+            all.push_back({path, name, [kind](const std::string& text) {
+                               return valueFrom(text, static_cast<const T*>(nullptr), kind);
+                           }});
+        }
+    });
+}
+
+const std::vector<QueryField>& queryFields() {
+    static const std::vector<QueryField> all = [] {
+        std::vector<QueryField> list;
+        collect<FrameRequest>(list, "");
+        return list;
+    }();
+    return all;
+}
+
+// The full path first, then the short names, then a last part that only one path has.
+const QueryField* fieldNamed(const std::string& name) {
+    const auto byPath = [](std::string_view path) -> const QueryField* {
+        for (const QueryField& f : queryFields()) {
+            if (f.path == path) return &f;
+        }
+        return nullptr;
+    };
+    if (const QueryField* f = byPath(name)) return f;
+    if (const auto it = shortQueryNames().find(name); it != shortQueryNames().end()) {
+        return byPath(it->second);
+    }
+    const QueryField* only = nullptr;
+    for (const QueryField& f : queryFields()) {
+        if (f.shortName != name) continue;
+        if (only) return nullptr;
+        only = &f;
+    }
+    return only;
+}
+
+std::string pointerOf(const std::string& path) {
+    std::string text = "/" + path;
+    std::replace(text.begin(), text.end(), '.', '/');
+    return text;
+}
+
+}  // namespace
+
+const std::map<std::string, std::string, std::less<>>& shortQueryNames() {
+    static const std::map<std::string, std::string, std::less<>> names = {
+        {"accuracy", "accuracy.preset"},
+        {"camera", "camera.name"},
+        {"environment", "environment.map"},
+        {"eye", "camera.position"}};
+    return names;
+}
+
+json bodyFromQuery(const std::multimap<std::string, std::string>& query) {
+    std::vector<FieldError> errors;
+    std::map<std::string, std::string> given;  // path -> the name it was given by
+    json body = json::object();
+    for (const auto& [name, text] : query) {
+        const QueryField* f = fieldNamed(name);
+        if (!f) {
+            std::vector<std::string_view> known;
+            for (const QueryField& each : queryFields()) {
+                known.push_back(each.path);
+                if (fieldNamed(each.shortName) == &each) known.push_back(each.shortName);
+            }
+            for (const auto& [word, path] : shortQueryNames()) known.push_back(word);
+            errors.push_back({"/" + name.substr(0, 64),
+                              "is not a known query name" + didYouMean(name, known),
+                              listed(known)});
+            continue;
+        }
+        if (!given.emplace(f->path, name).second) {
+            errors.push_back({pointerOf(f->path), "is given twice", "each field once"});
+            continue;
+        }
+        body[json::json_pointer(pointerOf(f->path))] = f->read(text);
+    }
+    if (!errors.empty()) throw RequestError(invalidFields(std::move(errors)));
+    return body;
+}
+
+nlohmann::ordered_json frameQueryParameters() {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    const nlohmann::ordered_json schema = frameRequestSchema();
+    for (const QueryField& f : queryFields()) {
+        nlohmann::ordered_json at = schema;
+        for (std::size_t begin = 0; begin < f.path.size();) {
+            const std::size_t end = std::min(f.path.find('.', begin), f.path.size());
+            if (at.contains("oneOf")) at = nlohmann::ordered_json(at["oneOf"].back());
+            at = nlohmann::ordered_json(at["properties"][f.path.substr(begin, end - begin)]);
+            begin = end + 1;
+        }
+        std::string description = at.value("description", "");
+        at.erase("description");
+        nlohmann::ordered_json parameter = {{"name", f.path},
+                                            {"in", "query"},
+                                            {"description", std::move(description)},
+                                            {"schema", std::move(at)}};
+        const nlohmann::ordered_json& shape = parameter["schema"].contains("oneOf")
+                                                  ? parameter["schema"]["oneOf"][0]
+                                                  : parameter["schema"];
+        if (shape.value("type", "") == "array") {
+            parameter["style"] = "form";
+            parameter["explode"] = false;
+        }
+        list.push_back(std::move(parameter));
+    }
+    return list;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,201 @@
+// FrameRequest and FramePlan -> JSON.
+#include "plan/view.h"
+#include "plan/work.h"
+#include "scene/field_values.h"
+#include "server/api/frame_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace clerestory {
+namespace {
+
+using nlohmann::ordered_json;
+using namespace field;
+
+template <class S>
+ordered_json written(const S& value);
+
+ordered_json member(const std::string& value, const Text&) {
+    return value;
+}
+ordered_json member(bool value, const Flag&) {
+    return value;
+}
+template <class E>
+ordered_json member(E value, const Choice<E>& choice) {
+    return std::string(wordFor(choice, value));
+}
+template <class T>
+ordered_json member(const T& value, const Range& range);
+ordered_json member(const Quaternion& value, const Rotation&) {
+    return ordered_json(value);
+}
+template <class E, std::size_t N>
+ordered_json member(const std::variant<E, std::array<double, N>>& value,
+                    const ChoiceOrNumbers<E>& kind) {
+    if (const E* word = std::get_if<E>(&value)) return member(*word, kind.choice);
+    return member(std::get<1>(value), kind.range);
+}
+template <class S>
+ordered_json member(const S& value, const Nested&) {
+    return written(value);
+}
+template <class S>
+ordered_json member(const S& value, const NestedPreset&) {
+    return written(value);
+}
+template <class S>
+ordered_json member(const std::vector<S>& values, const NestedList&) {
+    ordered_json list = ordered_json::array();
+    for (const S& value : values) list.push_back(written(value));
+    return list;
+}
+template <class S>
+ordered_json member(const std::vector<S>& values, const NestedPresetList&) {
+    return member(values, NestedList{});
+}
+template <class T>
+ordered_json member(const T& value, const Range&) {
+    if constexpr (components<T> == 1) {
+        return value;
+    } else {
+        ordered_json list = ordered_json::array();
+        for (std::size_t i = 0; i < components<T>; ++i) list.push_back(value[static_cast<int>(i)]);
+        return list;
+    }
+}
+
+template <class S>
+ordered_json written(const S& value) {
+    ordered_json json = ordered_json::object();
+    S copy = value;  // the tables visit values that may be written
+    fields(copy, [&](const char* name, const auto& held, const auto& kind, const char*) {
+        if (const auto* inner = valueOf(held)) json[name] = member(*inner, kind);
+    });
+    return json;
+}
+
+ordered_json numbers(const double* first, std::size_t count) {
+    ordered_json list = ordered_json::array();
+    for (std::size_t i = 0; i < count; ++i) list.push_back(first[i]);
+    return list;
+}
+
+ordered_json viewJson(const View& view) {
+    return {{"viewFromWorld", numbers(&view.viewFromWorld[0][0], 16)},
+            {"clipFromView", numbers(&view.clipFromView[0][0], 16)},
+            {"eye", numbers(&view.eye[0], 3)},
+            {"znear", view.znear},
+            {"orthographic", view.orthographic},
+            {"mirrored", view.mirrored}};
+}
+
+// The matrices that the frame was drawn with, and its lens in pixels.
+ordered_json cameraJson(const FramePlan& plan, const View& view) {
+    // A rotation's inverse is its transpose; + 0.0 takes the sign off zeros.
+    glm::dmat4 worldFromView(glm::transpose(glm::dmat3(view.viewFromWorld)) + glm::dmat3(0.0));
+    worldFromView[3] = glm::dvec4(view.eye, 1.0);
+    ordered_json json = {{"cameraToWorld", numbers(&worldFromView[0][0], 16)},
+                         {"convention", "opengl"},
+                         {"clipFromView", numbers(&view.clipFromView[0][0], 16)},
+                         {"width", plan.width},
+                         {"height", plan.height},
+                         {"znear", view.znear}};
+    if (!view.orthographic) {
+        json["intrinsics"] = written(lensOf(view.clipFromView, plan.width, plan.height));
+    }
+    return json;
+}
+
+ordered_json decisionJson(const Decision& decision) {
+    ordered_json json = {{"name", decision.name},
+                         {"effect", nameOf(decision.effect)},
+                         {"taken", nameOf(decision.taken)},
+                         {"reason", decision.reason}};
+    auto& candidates = json["candidates"] = ordered_json::array();
+    for (const Candidate& c : decision.candidates) {
+        candidates.push_back(
+            {{"method", nameOf(c.method)}, {"milliseconds", c.milliseconds}, {"error", c.error}});
+    }
+    return json;
+}
+
+ordered_json passJson(const FramePlan& plan, const Pass& pass) {
+    const PlanTotals t = totals(pass);
+    ordered_json json = {{"kind", pass.kind()},
+                         {"name", pass.name},
+                         {"effect", nameOf(pass.effect)},
+                         {"generation", pass.generation},
+                         {"views", t.views}};
+    if (pass.target < plan.targets.size()) {
+        const TargetSpec& target = plan.targets[pass.target];
+        json["target"] = target.name;
+        json["width"] = target.width;
+        json["height"] = target.height;
+        json["format"] = nameOf(target.format);
+        json["samples"] = target.samples;
+    }
+    json["draws"] = t.draws;
+    json["triangles"] = t.triangles;
+    auto& reads = json["reads"] = ordered_json::array();
+    for (const TargetId id : pass.reads()) {
+        if (id < plan.targets.size()) reads.push_back(plan.targets[id].name);
+    }
+    json["reason"] = pass.reason;
+    auto& matrices = json["viewMatrices"] = ordered_json::array();
+    if (const View* view = pass.view()) matrices.push_back(viewJson(*view));
+    return json;
+}
+
+}  // namespace
+
+ordered_json accuracyJson(const Accuracy& accuracy) {
+    return written(accuracy);
+}
+
+std::string canonicalText(const FrameRequest& request) {
+    return written(request).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times) {
+    ordered_json json = {{"passes", ordered_json::array()},
+                         {"skipped", ordered_json::array()},
+                         {"decisions", ordered_json::array()}};
+    for (std::size_t i = 0; i < plan.passes.size(); ++i) {
+        ordered_json pass = passJson(plan, plan.passes[i]);
+        if (i < times.size()) pass["milliseconds"] = times[i].milliseconds;
+        json["passes"].push_back(std::move(pass));
+    }
+    for (const Skipped& skipped : plan.skipped) {
+        json["skipped"].push_back({{"name", skipped.name},
+                                   {"effect", nameOf(skipped.effect)},
+                                   {"reason", skipped.reason}});
+    }
+    for (const Decision& decision : plan.decisions) {
+        json["decisions"].push_back(decisionJson(decision));
+    }
+    if (const View* view = frameView(plan)) json["camera"] = cameraJson(plan, *view);
+    const PlanTotals t = totals(plan);
+    json["totals"] = {{"passes", t.passes},
+                      {"views", t.views},
+                      {"draws", t.draws},
+                      {"triangles", t.triangles},
+                      {"samples", shadedSamples(plan)}};
+    return json;
+}
+
+ordered_json healthJson(const std::vector<TargetHealth>& health) {
+    std::uint64_t nonFinite = 0, negative = 0;
+    ordered_json targets = ordered_json::array();
+    for (const TargetHealth& target : health) {
+        nonFinite += target.nonFinite;
+        negative += target.negative;
+        targets.push_back({{"target", target.target},
+                           {"texels", target.texels},
+                           {"nonFinite", target.nonFinite},
+                           {"negative", target.negative}});
+    }
+    return {{"nonFinite", nonFinite}, {"negative", negative}, {"targets", targets}};
+}
+
+}  // namespace clerestory

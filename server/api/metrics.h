@@ -1,0 +1,32 @@
+// What GET /metrics tells of frames: of whoever draws. Thread-safe.
+#pragma once
+
+#include "renderer.h"
+#include "server/scenes/scene_library.h"
+
+#include <memory>
+#include <string>
+
+namespace clerestory {
+
+inline constexpr const char* kMetricsType = "text/plain; version=0.0.4; charset=utf-8";
+
+class Metrics {
+public:
+    Metrics();
+    ~Metrics();
+
+    // From the queue's door to encoded bytes, of that in the queue, and of that encoding.
+    void frame(const Frame& frame, double seconds, double queueSeconds, double encodeSeconds);
+    void notModified();
+
+    // Prometheus text, version 0.0.4.
+    std::string text(std::size_t queueDepth, const CompileTotals& compiled,
+                     const SceneTotals& scenes) const;
+
+private:
+    struct Families;
+    std::unique_ptr<Families> families_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,129 @@
+#include "server/api/request_metrics.h"
+
+#include "server/base/log.h"
+#include "server/base/resident.h"
+#include "server/worker/supervisor.h"
+
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+
+#include <sstream>
+
+namespace clerestory {
+namespace {
+
+using prometheus::BuildCounter;
+using prometheus::BuildGauge;
+using prometheus::Registry;
+
+}  // namespace
+
+struct RequestMetrics::Families {
+    mutable Registry registry;
+    prometheus::Family<prometheus::Counter>& requests =
+        BuildCounter()
+            .Name("clerestory_requests_total")
+            .Help("Requests answered, by route and status")
+            .Register(registry);
+    prometheus::Family<prometheus::Counter>& refusals =
+        BuildCounter()
+            .Name("clerestory_refusals_total")
+            .Help("Requests refused, by the code of the problem")
+            .Register(registry);
+    prometheus::Family<prometheus::Gauge>& connections = BuildGauge()
+                                                             .Name("clerestory_connections")
+                                                             .Help("Connections that are open")
+                                                             .Register(registry);
+    prometheus::Family<prometheus::Gauge>& connectionEvents =
+        BuildGauge()
+            .Name("clerestory_connection_events")
+            .Help("Connections since the start, by what became of them")
+            .Register(registry);
+    prometheus::Gauge& logDropped = BuildGauge()
+                                        .Name("clerestory_log_lines_dropped")
+                                        .Help("Lines of the log that nobody took in time")
+                                        .Register(registry)
+                                        .Add({});
+    prometheus::Family<prometheus::Gauge>& workers =
+        BuildGauge()
+            .Name("clerestory_workers")
+            .Help("Render workers that live, by what they do; a warm standby holds the same scenes")
+            .Register(registry);
+    prometheus::Family<prometheus::Gauge>& workerScenes =
+        BuildGauge()
+            .Name("clerestory_worker_scenes")
+            .Help("Scenes that a render worker holds; the standby follows the one that answers")
+            .Register(registry);
+    prometheus::Family<prometheus::Gauge>& workerEvents =
+        BuildGauge()
+            .Name("clerestory_worker_events")
+            .Help("Render workers and their calls since the start, by what became of them")
+            .Register(registry);
+    prometheus::Gauge& resident = BuildGauge()
+                                      .Name("clerestory_http_resident_memory_bytes")
+                                      .Help("Resident memory of the process that clients reach")
+                                      .Register(registry)
+                                      .Add({});
+    prometheus::Gauge& allocated =
+        BuildGauge()
+            .Name("clerestory_http_allocated_bytes")
+            .Help("What the process that clients reach has allocated and not given back")
+            .Register(registry)
+            .Add({});
+};
+
+RequestMetrics::RequestMetrics() : families_(std::make_unique<Families>()) {}
+RequestMetrics::~RequestMetrics() = default;
+
+void RequestMetrics::request(const std::string& route, int status) {
+    families_->requests.Add({{"route", route}, {"status", std::to_string(status)}}).Increment();
+}
+
+void RequestMetrics::refused(const std::string& code) {
+    families_->refusals.Add({{"reason", code}}).Increment();
+}
+
+std::string RequestMetrics::text(const FrontCounters& front, const Supervisor* workers) const {
+    const auto set = [](auto& family, const char* label, auto&& rows) {
+        for (const auto& [name, count] : rows) {
+            family.Add({{label, name}}).Set(static_cast<double>(count));
+        }
+    };
+    using Row = std::pair<const char*, std::uint64_t>;
+    set(families_->connectionEvents, "event",
+        std::initializer_list<Row>{{"accepted", front.accepted},
+                                   {"evicted", front.evicted},
+                                   {"turnedAway", front.turnedAway},
+                                   {"acceptError", front.acceptErrors},
+                                   {"requestTimeout", front.timeouts},
+                                   {"answerStalled", front.stalled},
+                                   {"clientLeft", front.clientsLeft}});
+    families_->logDropped.Set(static_cast<double>(logLinesDropped()));
+    families_->connections.Add({}).Set(static_cast<double>(front.open));
+    if (workers) {
+        const SupervisorCounters& w = workers->counters();
+        set(families_->workerEvents, "event",
+            std::initializer_list<Row>{{"started", w.started},
+                                       {"ended", w.ended},
+                                       {"silent", w.silent},
+                                       {"callAskedAgain", w.askedAgain},
+                                       {"callQuarantined", w.quarantined}});
+        const auto [active, standby] = workers->processes();
+        set(families_->workers, "role",
+            std::initializer_list<Row>{{"active", active != 0},
+                                       {"standby", standby != 0},
+                                       {"warmStandby", workers->standbyIsWarm()}});
+        const auto [held, ready] = workers->scenes();
+        set(families_->workerScenes, "role",
+            std::initializer_list<Row>{{"active", held}, {"standby", ready}});
+    }
+    families_->resident.Set(residentBytes());
+    families_->allocated.Set(allocatedBytes());
+    std::ostringstream out;
+    prometheus::TextSerializer().Serialize(out, families_->registry.Collect());
+    return out.str();
+}
+
+}  // namespace clerestory

@@ -1,0 +1,115 @@
+#include "server/api/sequence_request.h"
+
+#include "scene/import/field_reader.h"
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kEnoughErrors = 64;
+
+json cameraJson(const CameraRequest& camera) {
+    FrameRequest frame;
+    frame.camera = camera;
+    return json::parse(canonicalText(frame)).at("camera");
+}
+
+// The frame's own fields, for each frame.
+std::vector<json> ownFields(const json& body, const SequenceRequest& request) {
+    std::vector<json> list;
+    if (!request.path) return body.value("frames", list);
+    for (const PathFrame& frame : framesOf(*request.path)) {
+        list.push_back({{"time", frame.time}, {"camera", cameraJson(frame.camera)}});
+    }
+    return list;
+}
+
+void append(std::vector<FieldError>& errors, const std::string& pointer,
+            const std::vector<FieldError>& more) {
+    for (FieldError error : more) {
+        error.pointer = pointer + error.pointer;
+        errors.push_back(std::move(error));
+    }
+}
+
+// The rules that bind several fields of the body.
+void checkWhole(const json& body, const SequenceRequest& request, std::vector<FieldError>& errors) {
+    if (request.path && body.contains("frames")) {
+        errors.push_back({"/path", "stands beside frames", "one of the two"});
+    }
+    if (request.path) {
+        append(errors, "/path", problems(*request.path));
+        if (frameCount(*request.path) > static_cast<double>(kMostSequenceFrames)) {
+            errors.push_back({"/path", "makes too many frames",
+                              "at most " + std::to_string(kMostSequenceFrames)});
+        }
+    } else if (request.frames.empty()) {
+        errors.push_back({"/frames", "is empty", "one frame at least; or a path"});
+    }
+    const SequenceChannels& c = request.channels;
+    if (!(c.color || c.depth || c.normal || c.objectId || c.through)) {
+        errors.push_back({"/channels", "are all off", "one at least"});
+    }
+    if (request.common.output.channel != Channel::color) {
+        errors.push_back({"/common/output/channel", "does not choose a sequence's files",
+                          "channels, beside common"});
+    }
+}
+
+[[noreturn]] void refuse(std::vector<FieldError> errors) {
+    throw RequestError(invalidFields(std::move(errors)));
+}
+
+}  // namespace
+
+Sequence sequenceFrom(const json& body) {
+    std::vector<FieldError> errors;
+    SequenceRequest request;
+    FieldReader(errors).object(body, request, "");
+    if (errors.empty()) checkWhole(body, request, errors);
+    errors.resize(std::min(errors.size(), kEnoughErrors));
+    if (!errors.empty()) refuse(std::move(errors));
+
+    Sequence sequence{.common = body.value("common", json::object()),
+                      .own = ownFields(body, request),
+                      .channels = request.channels,
+                      .first = request.first};
+    if (sequence.common.dump().size() > kMostSequenceText / sequence.count()) {
+        refuse({{"/common", "is too long for so many frames",
+                 std::to_string(kMostSequenceText / sequence.count()) + " bytes"}});
+    }
+    for (std::size_t i = 0; i < sequence.count(); ++i) {
+        try {
+            frameRequestFrom(sequence.frame(i));
+        } catch (const RequestError& error) {
+            const std::string place = request.path ? "/common" : "/frames/" + std::to_string(i);
+            append(errors, place, error.problem().errors);
+        }
+        // One mistake in what is common is one in every frame; nobody reads ten thousand.
+        if (errors.size() > kEnoughErrors) refuse(std::move(errors));
+    }
+    if (sequence.first >= sequence.count()) {
+        errors.push_back(
+            {"/first", "is behind the last frame", "0 to " + std::to_string(sequence.count() - 1)});
+    }
+    if (!errors.empty()) refuse(std::move(errors));
+    return sequence;
+}
+
+json Sequence::frame(std::size_t index) const {
+    json frame = common;
+    for (const auto& [name, value] : own.at(index).items()) frame[name] = value;
+    return frame;
+}
+
+json channelsJson(const SequenceChannels& channels) {
+    json list = json::object();
+    SequenceChannels copy = channels;
+    fields(copy, [&](const char* name, bool on, const Flag&, const char*) { list[name] = on; });
+    return list;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,120 @@
+// `clerestory compare`: accuracies against the traced truth of one view, without a server.
+#include "server/cli/command_input.h"
+#include "server/cli/commands.h"
+#include "server/api/comparison_json.h"
+#include "server/api/frame_json.h"
+#include "server/jobs/job_work.h"
+
+#include "image/encode.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+namespace clerestory {
+namespace {
+
+void writeReport(const std::filesystem::path& path, const std::string& bytes) {
+    std::ofstream file(path, std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) throw std::runtime_error("cannot write \"" + path.string() + "\"");
+}
+
+// "draft,fine", or a JSON list.
+nlohmann::json settingsIn(const std::string& text) {
+    if (!text.empty() && text.front() == '[') return strictJson(text);
+    nlohmann::json list = nlohmann::json::array();
+    for (std::size_t begin = 0; begin < text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        list.push_back(text.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return list;
+}
+
+ComparisonRequest comparisonFor(const CommandLine& line) {
+    ComparisonRequest request =
+        comparisonRequestFrom(nlohmann::json{{"settings", settingsIn(line.compare.settings)}});
+    FrameCommand command = line.frame;
+    command.output.clear();
+    request.frame = requestFor(command);
+    request.mode = line.reference.mode;
+    request.samples = line.reference.samples;
+    request.seed = static_cast<std::uint32_t>(line.reference.seed);
+    request.frames = line.compare.frames;
+    request.errorPictures = !line.compare.pictures.empty();
+    if (auto errors = problems(request); !errors.empty()) {
+        throw RequestError(invalidFields(std::move(errors)));
+    }
+    return request;
+}
+
+// "standard, probeSize 512" -> "standard-probeSize-512"
+std::string fileName(const std::string& name) {
+    std::string text;
+    for (const char c : name) {
+        const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.';
+        if (plain) {
+            text += c;
+        } else if (text.empty() || text.back() != '-') {
+            text += '-';
+        }
+    }
+    return text;
+}
+
+}  // namespace
+
+int runCompare(const CommandLine& line) {
+    ComparisonRequest request = comparisonFor(line);
+    const EnvironmentMaps maps = environmentsOf(line, request.frame);
+    Scene scene = sceneFor(line, maps);
+    scene.id = request.frame.scene = "scene";
+    const EnvironmentMap& lighting = lightingOf(maps, scene, request.frame);
+
+    ProgressLine tracing("tracing");
+    const auto start = Clock::now();
+    auto image = traceReference({.scene = scene,
+                                 .frame = request.frame,
+                                 .environment = lighting,
+                                 .maps = maps,
+                                 .mode = request.mode,
+                                 .samples = request.samples,
+                                 .seed = request.seed,
+                                 .threads = line.reference.threads},
+                                [&](double share) {
+                                    tracing.show(share);
+                                    return true;
+                                });
+    tracing.end();
+    const Truth truth{*std::move(image), millisecondsSince(start)};
+
+    Renderer renderer(line.config.renderer);
+    for (const auto& [name, map] : maps) renderer.addEnvironment(map);
+    renderer.addScene(scene);
+    ProgressLine drawing("drawing");
+    const auto comparison = compare(
+        request, scene, truth, [&](const FrameRequest& frame) { return drawnBy(renderer, frame); },
+        [&](double share) {
+            drawing.show(share);
+            return true;
+        });
+    drawing.end();
+    std::cout << comparisonTable(*comparison);
+    if (!line.compare.report.empty()) {
+        writeReport(line.compare.report, comparisonJson(*comparison).dump(2) + "\n");
+    }
+    for (const SettingResult& setting : comparison->settings) {
+        if (setting.errorPicture.data.empty()) continue;
+        std::filesystem::create_directories(line.compare.pictures);
+        writeReport(
+            std::filesystem::path(line.compare.pictures) / (fileName(setting.name) + ".png"),
+            encodePng(setting.errorPicture));
+    }
+    return 0;
+}
+
+}  // namespace clerestory

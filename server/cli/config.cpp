@@ -1,0 +1,299 @@
+#include "server/cli/config.h"
+
+#include "server/cli/config_limits.h"
+#include "server/cli/libraries.h"
+#include "server/scenes/scene_cache_place.h"
+
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+
+namespace clerestory {
+namespace {
+
+void addRendererFlags(CLI::App& command, Config& config) {
+    static const std::map<std::string, Backend> kBackends = {{"auto", Backend::automatic},
+                                                             {"software", Backend::software},
+                                                             {"hardware", Backend::hardware}};
+    command.add_option("--renderer", config.renderer.backend, "auto, software or hardware")
+        ->transform(CLI::CheckedTransformer(kBackends).description(""))
+        ->type_name("KIND");
+    command
+        .add_option("--environment", config.scenes.environments,
+                    "an .hdr file, or a folder of six images; may be repeated")
+        ->type_name("FILE|DIR")
+        ->take_all()
+        ->allow_extra_args(false);
+    command
+        .add_option("--scene-cache", config.cache.folder,
+                    "keeps imported scenes in this folder, so that the next start is quick; none: "
+                    "nowhere; $XDG_CACHE_HOME/clerestory or ~/.cache/clerestory unless told")
+        ->type_name("DIR");
+    command
+        .add_option("--shader-cache", config.shaderCache,
+                    "the driver keeps compiled shaders in this folder, shared by all renderer "
+                    "processes; none: nowhere; shaders in the user's cache unless given")
+        ->type_name("DIR");
+    command
+        .add_option("--scene-cache-size", config.cache.mostBytes,
+                    "bytes in that folder; above it the scene used longest ago goes")
+        ->transform(CLI::AsSizeValue(false).description(""))
+        ->type_name("BYTES")
+        ->capture_default_str();
+}
+
+void addServe(CLI::App& app, CommandLine& line) {
+    Config& config = line.config;
+    CLI::App* serve = app.add_subcommand("serve", "Serve frames over HTTP");
+    config.singleProcess = false;
+    config.renderer.mostSamples = kMostSamplesServed;
+    serve->callback([&line] { line.command = Command::serve; });
+    serve->add_option("--port", config.http.port, "port; 0 takes a free one")
+        ->check(CLI::Range(0, 65535).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+    serve->add_option("--host", config.http.host, "address to listen on")
+        ->type_name("ADDRESS")
+        ->capture_default_str();
+    serve
+        ->add_option("--scene", config.scenes.scenes,
+                     "a model file, or a built-in scene; may be repeated; the first is the default")
+        ->type_name("FILE|ID")
+        ->take_all()
+        ->allow_extra_args(false);
+    serve
+        ->add_option("--scenes", config.scenes.folder,
+                     "a folder of models; each loads when first asked for")
+        ->type_name("DIR");
+    addRendererFlags(*serve, config);
+    serve->add_option("--log-level", config.logLevel, "debug, info, warn, error or off")
+        ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}).description(""))
+        ->type_name("LEVEL")
+        ->capture_default_str();
+    addLimitFlags(*serve, config);
+    addAccessFlags(*serve, config);
+    addSceneFlags(*serve, config);
+    addWorkerFlags(*serve, config);
+}
+
+// What renders and plans have in common: the scene, the request, and flags for its usual fields.
+void addFrameFlags(CLI::App& command, CommandLine& line) {
+    FrameCommand& frame = line.frame;
+    command.add_option("scene", frame.scene, "a model file, or the id of a built-in scene")
+        ->required()
+        ->type_name("SCENE");
+    command.add_option("--request", frame.requestFile, "a request as JSON; - reads standard input")
+        ->type_name("FILE");
+    const auto field = [&](const char* flag, const char* name, const char* words,
+                           const char* type) {
+        command
+            .add_option_function<std::string>(
+                flag, [&frame, name](const std::string& v) { frame.fields.emplace(name, v); },
+                words)
+            ->type_name(type);
+    };
+    field("--camera", "camera.name", "a camera of the scene", "NAME");
+    field("--eye", "camera.position", "the eye, metres", "X,Y,Z");
+    field("--target", "camera.target", "the point looked at", "X,Y,Z");
+    field("--up", "camera.up", "up in the picture", "X,Y,Z");
+    field("--yfov", "camera.yfov", "vertical field of view, radians", "ANGLE");
+    field("--time", "time", "seconds", "SECONDS");
+    field("--clip", "clip", "which animation plays", "NAME");
+    field("--accuracy", "accuracy.preset", "draft, standard or fine", "PRESET");
+    field("--channel", "output.channel", "color, depth, normal, objectId or through", "NAME");
+    field("--quality", "output.quality", "of a JPEG, 1 to 100", "N");
+    command
+        .add_option_function<std::string>(
+            "--size",
+            [&frame](const std::string& text) {
+                const std::size_t x = text.find('x');
+                if (x == std::string::npos) throw CLI::ValidationError("--size", "wants WxH");
+                frame.fields.emplace("width", text.substr(0, x));
+                frame.fields.emplace("height", text.substr(x + 1));
+            },
+            "width and height in pixels")
+        ->type_name("WxH");
+    command
+        .add_option_function<std::vector<std::string>>(
+            "--effects",
+            [&frame](const std::vector<std::string>& on) {
+                std::vector<std::string> left = on;
+                Effects defaults;
+                fields(defaults, [&](const char* name, bool, const Flag&, const char*) {
+                    const auto found = std::find(left.begin(), left.end(), name);
+                    const bool all = !on.empty() && on.front() == "all";
+                    const bool isOn = all || found != left.end();
+                    if (found != left.end()) left.erase(found);
+                    frame.fields.emplace(std::string("effects.") + name, isOn ? "1" : "0");
+                });
+                if (!left.empty() && left.front() != "all" && left.front() != "none") {
+                    throw CLI::ValidationError("--effects", "no effect \"" + left.front() + "\"");
+                }
+            },
+            "the effects that are on, by commas; or all, or none")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("LIST");
+    command
+        .add_option_function<std::vector<std::string>>(
+            "--set",
+            [&frame](const std::vector<std::string>& pairs) {
+                for (const std::string& pair : pairs) {
+                    const std::size_t equals = pair.find('=');
+                    if (equals == std::string::npos) {
+                        throw CLI::ValidationError("--set", "wants NAME=VALUE");
+                    }
+                    frame.fields.emplace(pair.substr(0, equals), pair.substr(equals + 1));
+                }
+            },
+            "any field, named as in a link; may be repeated")
+        ->allow_extra_args(false)
+        ->take_all()
+        ->type_name("NAME=VALUE");
+    addRendererFlags(command, line.config);
+}
+
+void addRender(CLI::App& app, CommandLine& line) {
+    CLI::App* render = app.add_subcommand("render", "Render one frame into a file");
+    render->callback([&line] { line.command = Command::render; });
+    addFrameFlags(*render, line);
+    render->add_option("-o,--output", line.frame.output, "the file: .jpg, .png, .npy or .exr")
+        ->required()
+        ->type_name("FILE");
+}
+
+void addPlan(CLI::App& app, CommandLine& line) {
+    CLI::App* plan = app.add_subcommand("plan", "Print what a frame would take");
+    plan->callback([&line] { line.command = Command::plan; });
+    addFrameFlags(*plan, line);
+    plan->add_flag("--json", line.frame.planAsJson, "as JSON");
+}
+
+void addReferenceFlags(CLI::App& command, ReferenceCommand& reference) {
+    static const std::map<std::string, ReferenceMode> kModes = {{"effects", ReferenceMode::effects},
+                                                                {"full", ReferenceMode::full}};
+    command.add_option("--samples", reference.samples, "paths of each pixel of the truth")
+        ->check(CLI::Range(2u, kMostReferenceSamples).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+    command
+        .add_option("--mode", reference.mode,
+                    "effects (the renderer's light, its effects exact) or full")
+        ->transform(CLI::CheckedTransformer(kModes).description(""))
+        ->type_name("MODE");
+    command.add_option("--seed", reference.seed, "of chance: another one, other noise")
+        ->type_name("N")
+        ->capture_default_str();
+    command.add_option("--threads", reference.threads, "0: one for each processor")
+        ->check(CLI::Range(0u, kMostReferenceThreads).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+}
+
+void addReference(CLI::App& app, CommandLine& line) {
+    CLI::App* command =
+        app.add_subcommand("reference", "Trace the truth that frames are held against");
+    command->callback([&line] { line.command = Command::reference; });
+    addFrameFlags(*command, line);
+    addReferenceFlags(*command, line.reference);
+    command
+        ->add_option("-o,--output", line.frame.output, "the file: .exr, .npy, .pfm, .png or .jpg")
+        ->required()
+        ->type_name("FILE");
+}
+
+void addCompare(CLI::App& app, CommandLine& line) {
+    CLI::App* command =
+        app.add_subcommand("compare", "Hold accuracies against the traced truth of the view");
+    command->callback([&line] { line.command = Command::compare; });
+    addFrameFlags(*command, line);
+    addReferenceFlags(*command, line.reference);
+    CompareCommand& compare = line.compare;
+    command
+        ->add_option("--settings", compare.settings,
+                     "presets by commas, or a JSON list of accuracies; every preset unless told")
+        ->type_name("LIST");
+    command->add_option("--frames", compare.frames, "warm frames measured for each setting")
+        ->check(CLI::Range(1u, 200u).description(""))
+        ->type_name("N")
+        ->capture_default_str();
+    command->add_option("-o,--output", compare.report, "a .json file for every figure")
+        ->type_name("FILE");
+    command->add_option("--pictures", compare.pictures, "a folder for pictures of the error")
+        ->type_name("FOLDER");
+}
+
+void addCompile(CLI::App& app, CommandLine& line) {
+    CLI::App* command = app.add_subcommand(
+        "compile", "Fill the shader cache with what the first frames of scenes draw");
+    command->callback([&line] { line.command = Command::compile; });
+    command
+        ->add_option("scenes", line.compileScenes,
+                     "model files, or ids of built-in scenes; every built-in scene unless given")
+        ->type_name("SCENE");
+    addRendererFlags(*command, line.config);
+}
+
+void addSequence(CLI::App& app, CommandLine& line) {
+    CLI::App* command = app.add_subcommand("sequence", "Render many frames into a folder");
+    command->callback([&line] { line.command = Command::sequence; });
+    addFrameFlags(*command, line);
+    command->get_option("--request")
+        ->required()
+        ->description("a sequence as JSON, as for POST /v1/sequences; - reads standard input");
+    command
+        ->add_option("-o,--output", line.frame.output,
+                     "the folder; a run that was ended goes on where it was")
+        ->required()
+        ->type_name("FOLDER");
+}
+
+void addSign(CLI::App& app, CommandLine& line) {
+    CLI::App* sign = app.add_subcommand("sign", "Sign a link to a frame for serve --link-key-file");
+    sign->callback([&line] { line.command = Command::sign; });
+    sign->add_option("link", line.sign.link, "from /v1/frames? on")->required()->type_name("LINK");
+    sign->add_option("--key-file", line.sign.keyFile, "its first line is the key")
+        ->required()
+        ->type_name("FILE");
+    sign->add_option("--valid", line.sign.validSeconds, "from now")
+        ->check(CLI::Range(std::int64_t{1}, std::int64_t{100} * 366 * 24 * 3600).description(""))
+        ->type_name("SECONDS")
+        ->capture_default_str();
+}
+
+}  // namespace
+
+std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
+    CLI::App app("Clerestory renders frames from camera poses.", "clerestory");
+    app.require_subcommand(1);
+    app.set_version_flag(
+        "--version", [] { return versionReport(); },
+        "this program, its build and the libraries that it stands on");
+    addServe(app, line);
+    addRender(app, line);
+    addPlan(app, line);
+    addReference(app, line);
+    addCompare(app, line);
+    addCompile(app, line);
+    addSequence(app, line);
+    addSign(app, line);
+    app.add_subcommand("scenes", "List the built-in scenes")->callback([&line] {
+        line.command = Command::scenes;
+    });
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& help) {  // --help and --version
+        return app.exit(help);
+    } catch (const CLI::ParseError& error) {
+        const std::string words = error.what();
+        std::cerr << "clerestory: " << words.substr(0, words.find('\n'))
+                  << " (see clerestory --help)\n";
+        return 2;
+    }
+    line.config.scenes.import.cache = sceneCacheOf(line.config.cache);
+    line.config.curves = curveStoreOf(line.config.cache);
+    line.config.workers.program.arguments.assign(argv + std::min(argc, 2), argv + argc);
+    return std::nullopt;
+}
+
+}  // namespace clerestory

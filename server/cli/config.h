@@ -1,0 +1,94 @@
+// The command line -> what to do, checked at start.
+#pragma once
+
+#include "server/http/front.h"
+#include "server/scenes/scene_library.h"
+#include "server/worker/supervisor.h"
+
+#include "reference/reference.h"
+
+#include <optional>
+
+namespace clerestory {
+
+class CurveStore;
+
+// Where imported scenes are kept from one start to the next.
+struct CacheOptions {
+    std::filesystem::path folder;  // empty: the user's own place for such; "none": nowhere
+    std::uint64_t mostBytes = 4ull << 30;
+};
+
+// Samples that one frame may shade unless --max-work says otherwise; see plan/work.h.
+inline constexpr std::uint64_t kMostSamplesServed = 2'000'000'000;
+
+struct Config {
+    RendererOptions renderer;
+    FrontOptions http;
+    SceneSources scenes;
+    CacheOptions cache;
+    std::filesystem::path shaderCache;         // see useShaderCache()
+    std::shared_ptr<const CurveStore> curves;  // of budgets; null: kept in memory alone
+    std::size_t queue = 16;                    // frames that may wait
+    double queueSeconds = 2.0;                 // of predicted work that may wait
+    double deadlineSeconds = 10.0;             // from a request's arrival to its answer
+    std::size_t sequenceBytes = 4 << 20;       // of a sequence's body
+    std::string logLevel = "info";
+    // The renderer in this process; otherwise in workers, which `workers` says how to start.
+    bool singleProcess = true;
+    SupervisorOptions workers;
+    bool fastStart = true;      // see SupervisorOptions::compileFastFirst
+    double hangSeconds = 60.0;  // a worker that draws one thing for longer is ended
+    std::uint64_t workerMemoryBytes = 8ull << 30;  // address space; 0: any
+};
+
+// `clerestory render`, `plan`, `reference`, `compare` and `sequence`: without a server.
+struct FrameCommand {
+    std::string scene;        // id of a built-in scene, or a file
+    std::string requestFile;  // "-": standard input; empty: {}
+    // What flags say, by the field's path; they win over the file.
+    std::multimap<std::string, std::string> fields;
+    std::string output;  // its extension tells the format; of a sequence: a folder
+    bool planAsJson = false;
+};
+
+// `clerestory reference` and `compare`: the truth.
+struct ReferenceCommand {
+    ReferenceMode mode = ReferenceMode::effects;
+    std::uint32_t samples = 64;
+    std::uint64_t seed = 1;
+    std::uint32_t threads = 0;  // 0: one for each processor
+};
+
+// `clerestory compare`: what it takes beside the frame and the truth.
+struct CompareCommand {
+    std::string settings;       // presets by commas, or a JSON list; empty: every preset
+    std::uint32_t frames = 15;  // warm ones measured for each setting
+    std::string report;         // a JSON file; empty: none
+    std::string pictures;       // a folder for error pictures; empty: none
+};
+
+// `clerestory sign`: a link that opens for a while.
+struct SignCommand {
+    std::string link;
+    std::string keyFile;
+    std::int64_t validSeconds = 24 * 3600;
+};
+
+enum class Command { serve, render, plan, reference, compare, compile, sequence, scenes, sign };
+
+struct CommandLine {
+    Command command = Command::serve;
+    Config config;
+    FrameCommand frame;
+    ReferenceCommand reference;
+    CompareCommand compare;
+    SignCommand sign;
+    std::vector<std::string> compileScenes;  // of `clerestory compile`; empty: every built-in one
+};
+
+// Nothing to do any more (help was shown, or the line was wrong and one line said so): the exit
+// code.
+std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line);
+
+}  // namespace clerestory

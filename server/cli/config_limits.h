@@ -1,0 +1,19 @@
+// The flags of `clerestory serve` that say how much one client may ask, who may, and what the
+// renderer's process may take.
+#pragma once
+
+#include "server/cli/config.h"
+
+namespace CLI {
+class App;
+}
+
+namespace clerestory {
+
+void addLimitFlags(CLI::App& serve, Config& config);
+void addAccessFlags(CLI::App& serve, Config& config);
+// Scenes: uploads, memory.
+void addSceneFlags(CLI::App& serve, Config& config);
+void addWorkerFlags(CLI::App& serve, Config& config);
+
+}  // namespace clerestory

@@ -1,0 +1,96 @@
+#include "server/cli/libraries.h"
+
+#include "reference/embree.h"
+#include "renderer.h"
+#include "server/base/build_id.h"
+
+#include <archive.h>
+#include <assimp/version.h>
+#include <openssl/crypto.h>
+#include <openssl/opensslv.h>
+#include <png.h>
+#include <seccomp.h>
+#include <spdlog/version.h>
+#include <zlib.h>
+#include <CLI/Version.hpp>
+#include <glm/glm.hpp>
+#include <nlohmann/json.hpp>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <memory>
+
+namespace clerestory {
+namespace {
+
+std::string dotted(unsigned long a, unsigned long b, unsigned long c) {
+    return std::to_string(a) + "." + std::to_string(b) + "." + std::to_string(c);
+}
+
+std::string seccompNow() {
+    const scmp_version* version = seccomp_version();
+    return version ? dotted(version->major, version->minor, version->micro) : "";
+}
+
+std::string embreeNow() {
+    const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(rtcNewDevice("threads=1"),
+                                                                   rtcReleaseDevice);
+    if (!device) return "";
+    const auto part = [&](RTCDeviceProperty property) {
+        return static_cast<unsigned long>(rtcGetDeviceProperty(device.get(), property));
+    };
+    return dotted(part(RTC_DEVICE_PROPERTY_VERSION_MAJOR), part(RTC_DEVICE_PROPERTY_VERSION_MINOR),
+                  part(RTC_DEVICE_PROPERTY_VERSION_PATCH));
+}
+
+// The driver says its version only to a context.
+std::string openglNow() {
+    try {
+        const RendererIdentity found = Renderer({}).identity();
+        return found.version + ", " + found.renderer;
+    } catch (const std::exception& error) {
+        return std::string("cannot be used: ") + error.what();
+    }
+}
+
+}  // namespace
+
+std::vector<LibraryVersion> libraryVersions() {
+    const std::string archiveNow = archive_version_string();  // "libarchive 3.6.2"
+    return {
+        {"assimp", CLERESTORY_ASSIMP_VERSION,
+         dotted(aiGetVersionMajor(), aiGetVersionMinor(), aiGetVersionPatch())},
+        {"CLI11", CLI11_VERSION, ""},
+        {"cpp-httplib", CLERESTORY_HTTPLIB_VERSION, ""},
+        {"embree", RTC_VERSION_STRING, embreeNow()},
+        {"glm",
+         dotted(GLM_VERSION_MAJOR, GLM_VERSION_MINOR, GLM_VERSION_PATCH) + "." +
+             std::to_string(GLM_VERSION_REVISION),
+         ""},
+        {"libarchive", ARCHIVE_VERSION_ONLY_STRING, archiveNow.substr(archiveNow.rfind(' ') + 1)},
+        {"libjpeg-turbo", CLERESTORY_JPEG_VERSION, ""},
+        {"libpng", PNG_LIBPNG_VER_STRING, png_get_libpng_ver(nullptr)},
+        {"libseccomp", dotted(SCMP_VER_MAJOR, SCMP_VER_MINOR, SCMP_VER_MICRO), seccompNow()},
+        {"nlohmann-json",
+         dotted(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
+                NLOHMANN_JSON_VERSION_PATCH),
+         ""},
+        {"OpenSSL", OPENSSL_VERSION_STR, OpenSSL_version(OPENSSL_VERSION_STRING)},
+        {"prometheus-cpp", CLERESTORY_PROMETHEUS_VERSION, ""},
+        {"spdlog", dotted(SPDLOG_VER_MAJOR, SPDLOG_VER_MINOR, SPDLOG_VER_PATCH), ""},
+        {"xxHash", dotted(XXH_VERSION_MAJOR, XXH_VERSION_MINOR, XXH_VERSION_RELEASE), ""},
+        {"zlib", ZLIB_VERSION, zlibVersion()}};
+}
+
+std::string versionReport() {
+    std::string text = "clerestory " + versionText() + " build " + buildId();
+    for (const LibraryVersion& library : libraryVersions()) {
+        const bool same = library.runs.empty() || library.runs == library.built;
+        text += "\n  " + library.name + " " + (library.runs.empty() ? library.built : library.runs);
+        if (!same) text += " (built with " + library.built + ")";
+    }
+    text += "\n  OpenGL " + openglNow();
+    return text + "\nknown weaknesses of these, and what stands before each: SECURITY.md";
+}
+
+}  // namespace clerestory

@@ -1,0 +1,76 @@
+// `clerestory reference`: the truth for one frame, as a picture of linear radiance or as displayed.
+#include "server/cli/command_input.h"
+#include "server/cli/commands.h"
+#include "server/api/encode_answer.h"
+
+#include "image/encode.h"
+#include "measures/displayed.h"
+#include "reference/reference.h"
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+namespace clerestory {
+namespace {
+
+// Portable float map: three floats a pixel, little endian, the last row first.
+Bytes encodePfm(const Image& image) {
+    Bytes bytes =
+        "PF\n" + std::to_string(image.width) + " " + std::to_string(image.height) + "\n-1.0\n";
+    const std::size_t row = std::size_t{image.width} * 3 * sizeof(float);
+    for (std::uint32_t y = image.height; y-- > 0;) {
+        bytes.append(reinterpret_cast<const char*>(image.data.data()) + y * row, row);
+    }
+    return bytes;
+}
+
+Bytes encodedTruth(const Image& color, const FrameRequest& request) {
+    const bool floats =
+        request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
+    if (floats) return encoded(color, request.output);
+    const auto exposure = static_cast<float>(std::exp2(request.exposure));
+    return encoded(quantised(displayed(color, request.toneMap, exposure)), request.output);
+}
+
+}  // namespace
+
+int runReference(const CommandLine& line) {
+    FrameCommand command = line.frame;
+    const bool asPfm = command.output.ends_with(".pfm");
+    if (asPfm) command.output = "as.npy";  // the same numbers, and read as such
+    FrameRequest request = requestFor(command);
+    if (request.output.channel != Channel::color) {
+        throw std::runtime_error("a reference has no channel but color");
+    }
+    if (!request.filters.empty()) {
+        throw std::runtime_error("a reference is the truth before filters: leave them out");
+    }
+    const EnvironmentMaps maps = environmentsOf(line, request);
+    const Scene scene = sceneFor(line, maps);
+    const EnvironmentMap& lighting = lightingOf(maps, scene, request);
+
+    ProgressLine progress("tracing");
+    const auto truth = traceReference({.scene = scene,
+                                       .frame = request,
+                                       .environment = lighting,
+                                       .maps = maps,
+                                       .mode = line.reference.mode,
+                                       .samples = line.reference.samples,
+                                       .seed = line.reference.seed,
+                                       .threads = line.reference.threads},
+                                      [&](double share) {
+                                          progress.show(share);
+                                          return true;
+                                      });
+    progress.end();
+    const Bytes bytes = asPfm ? encodePfm(truth->color) : encodedTruth(truth->color, request);
+    std::ofstream file(line.frame.output, std::ios::binary);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) throw std::runtime_error("cannot write \"" + line.frame.output + "\"");
+    std::fprintf(stderr, "%u samples a pixel, noise %.3g\n", truth->samples, truth->noiseFloor);
+    return 0;
+}
+
+}  // namespace clerestory

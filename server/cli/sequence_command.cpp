@@ -1,0 +1,114 @@
+// `clerestory sequence`: the frames of a POST /v1/sequences into a folder, going on where an
+// earlier run was ended.
+#include "server/base/build_id.h"
+#include "server/cli/command_input.h"
+#include "server/cli/commands.h"
+#include "server/api/encode_answer.h"
+#include "server/live/sequence_files.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+namespace clerestory {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string contentOf(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+// Whole or not at all, also when the run is ended here.
+void writeFrameFile(const fs::path& folder, const SequenceFile& file) {
+    const fs::path unfinished = folder / (file.name + ".part");
+    std::ofstream stream(unfinished, std::ios::binary);
+    stream.write(file.bytes.data(), static_cast<std::streamsize>(file.bytes.size()));
+    stream.close();
+    if (!stream) throw std::runtime_error("cannot write \"" + unfinished.string() + "\"");
+    fs::rename(unfinished, folder / file.name);
+}
+
+// The folder belongs to this sequence: new, or begun by it.
+void claim(const fs::path& folder, const std::string& identity) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) throw std::runtime_error("cannot make the folder \"" + folder.string() + "\"");
+    const fs::path mark = folder / "sequence.json";
+    if (!fs::exists(mark)) return writeFrameFile(folder, {"sequence.json", "", identity});
+    if (contentOf(mark) != identity) {
+        throw std::runtime_error("\"" + folder.string() +
+                                 "\" holds frames of another sequence, scene or build; take "
+                                 "another folder");
+    }
+}
+
+Sequence sequenceOf(const FrameCommand& command) {
+    json body = strictJson(requestText(command));
+    if (body.is_object() && !command.fields.empty()) {
+        json& common = body["common"];
+        if (common.is_null()) common = json::object();
+        if (common.is_object()) common.merge_patch(bodyFromQuery(command.fields));
+    }
+    return sequenceFrom(body);
+}
+
+}  // namespace
+
+int runSequence(const CommandLine& line) {
+    const Sequence sequence = sequenceOf(line.frame);
+    FrameRequest lighting;  // a map that the line brings lights every frame that names none
+    const EnvironmentMaps maps = environmentsOf(line, lighting);
+    Scene scene = sceneFor(line, maps);
+    const fs::path folder = line.frame.output;
+    claim(folder, json{{"build", buildId()},
+                       {"scene", scene.contentHash},
+                       {"channels", channelsJson(sequence.channels)},
+                       {"common", sequence.common},
+                       {"frames", sequence.own}}
+                      .dump(1, ' ', false, json::error_handler_t::replace));
+    scene.id = "scene";
+    Renderer renderer(line.config.renderer);
+    for (const auto& [name, map] : maps) renderer.addEnvironment(map);
+    renderer.addScene(std::move(scene));
+
+    const FrameMaker make = [&](const json& body) {
+        FrameRequest request = frameRequestFrom(body);
+        request.scene = "scene";
+        if (!request.environment.map) request.environment.map = lighting.environment.map;
+        if (request.accuracy.isBudget()) {
+            throw std::runtime_error("a sequence in a folder takes knobs, not a budget");
+        }
+        const Frame frame = renderer.render(request);
+        return MadeFrame{.bytes = encoded(frame.image, request.output),
+                         .type = std::string(mediaType(request.output.format)),
+                         .plan = planJson(frame.plan, frame.passTimes)};
+    };
+    ProgressLine progress("drawing");
+    Manifest manifest;
+    std::size_t there = 0;
+    for (std::size_t i = sequence.first; i < sequence.count(); ++i) {
+        const std::string last = frameStem(i) + ".json";
+        if (fs::exists(folder / last)) {
+            ++there;
+            manifest.add({last, "", contentOf(folder / last)});
+        } else {
+            for (const SequenceFile& file : filesOf(sequence, i, make)) {
+                writeFrameFile(folder, file);
+                if (file.name == last) manifest.add(file);
+            }
+        }
+        progress.show(static_cast<double>(i + 1 - sequence.first) /
+                      static_cast<double>(sequence.count() - sequence.first));
+    }
+    progress.end();
+    writeFrameFile(folder, manifest.file());
+    std::cout << sequence.count() - sequence.first << " frames in " << folder.string();
+    if (there > 0) std::cout << ", " << there << " of them there already";
+    std::cout << "\n";
+    return 0;
+}
+
+}  // namespace clerestory

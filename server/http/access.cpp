@@ -1,0 +1,149 @@
+#include "server/http/access.h"
+
+#include <arpa/inet.h>
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+#include <openssl/hmac.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <fstream>
+
+namespace clerestory {
+namespace {
+
+using Digest = std::array<unsigned char, 32>;
+
+constexpr std::size_t kLeastSecret = 16;
+constexpr std::string_view kSignature = "&signature=", kExpires = "expires=";
+
+Digest hmac(const std::string& key, std::string_view text) {
+    Digest digest{};
+    unsigned int size = 0;
+    HMAC(EVP_sha256(), key.data(), static_cast<int>(key.size()),
+         reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data(), &size);
+    return digest;
+}
+
+// Of texts of any length, in the same time wherever they differ.
+bool same(std::string_view a, std::string_view b) {
+    static const std::string key = "compares";
+    const Digest x = hmac(key, a), y = hmac(key, b);
+    return CRYPTO_memcmp(x.data(), y.data(), x.size()) == 0;
+}
+
+std::string hexOf(const Digest& digest) {
+    std::string text;
+    for (const unsigned char byte : digest) {
+        text += "0123456789abcdef"[byte >> 4];
+        text += "0123456789abcdef"[byte & 15];
+    }
+    return text;
+}
+
+std::string lower(std::string_view text) {
+    std::string low(text);
+    std::transform(low.begin(), low.end(), low.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return low;
+}
+
+// Without the port, and without the brackets of IPv6.
+std::string nameIn(std::string_view host) {
+    if (host.starts_with('[')) return lower(host.substr(1, host.find(']') - 1));
+    return lower(host.substr(0, host.find(':')));
+}
+
+bool isAddress(const std::string& name) {
+    in6_addr address{};
+    return inet_pton(AF_INET, name.c_str(), &address) == 1 ||
+           inet_pton(AF_INET6, name.c_str(), &address) == 1;
+}
+
+}  // namespace
+
+std::string secretFrom(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string secret;
+    if (!stream || !std::getline(stream, secret)) {
+        throw std::runtime_error("cannot read a secret from " + file);
+    }
+    while (!secret.empty() && (secret.back() == '\r' || secret.back() == ' ')) secret.pop_back();
+    if (secret.size() < kLeastSecret) {
+        throw std::runtime_error("the secret in " + file + " has less than " +
+                                 std::to_string(kLeastSecret) + " bytes");
+    }
+    return secret;
+}
+
+std::string signedLink(const std::string& key, const std::string& target, Access::Seconds expires) {
+    const std::string whole = target + (target.find('?') == std::string::npos ? "?" : "&") +
+                              std::string(kExpires) +
+                              std::to_string(expires.time_since_epoch().count());
+    return whole + std::string(kSignature) + hexOf(hmac(key, whole));
+}
+
+Access::Access(const AccessOptions& options, Paths paths)
+    : options_(options), paths_(std::move(paths)) {
+    if (!options.tokenFile.empty()) token_ = secretFrom(options.tokenFile);
+    if (!options.linkKeyFile.empty()) linkKey_ = secretFrom(options.linkKeyFile);
+}
+
+// A page of somebody else's can make a browser send its requests here under a name of its own,
+// never under an address (DNS rebinding).
+bool Access::hostIsOurs(std::string_view host) const {
+    const std::string name = nameIn(host);
+    if (name == "localhost" || isAddress(name)) return true;
+    return std::any_of(options_.hosts.begin(), options_.hosts.end(),
+                       [&](const std::string& ours) { return ours == "*" || lower(ours) == name; });
+}
+
+bool Access::tokenIsRight(const RequestHead& head) const {
+    constexpr std::string_view kScheme = "bearer ";
+    const std::string_view given = head.header("Authorization");
+    const bool bearer = lower(given.substr(0, kScheme.size())) == kScheme;
+    return same(bearer ? given.substr(kScheme.size()) : std::string_view(), token_);
+}
+
+std::optional<Problem> Access::linkRefusal(const RequestHead& head, Seconds now) const {
+    const std::string_view target = head.target;
+    const std::size_t end = target.rfind(kSignature);
+    if (end == std::string_view::npos) return forbidden("This link is not signed.");
+    const std::string_view text = target.substr(0, end);
+    if (!same(target.substr(end + kSignature.size()), hexOf(hmac(linkKey_, text)))) {
+        return forbidden("The signature of this link is not right.");
+    }
+    std::int64_t expires = 0;  // without one it has expired
+    const std::size_t from = text.rfind(kExpires);
+    if (from != std::string_view::npos) {
+        std::from_chars(text.data() + from + kExpires.size(), text.data() + text.size(), expires);
+    }
+    if (now.time_since_epoch().count() > expires) return forbidden("This link has expired.");
+    return std::nullopt;
+}
+
+std::optional<Problem> Access::refusal(const RequestHead& head, Seconds now) const {
+    const std::string_view host = head.header("Host");
+    if (!host.empty() && !hostIsOurs(host)) return misdirected();
+    if (paths_.open(head.path())) return std::nullopt;
+    const bool reads = head.method == "GET" || head.method == "HEAD";
+    if (!linkKey_.empty() && reads && paths_.linked(head.path())) {
+        if (!token_.empty() && tokenIsRight(head)) return std::nullopt;
+        return linkRefusal(head, now);
+    }
+    if (token_.empty() || tokenIsRight(head)) return std::nullopt;
+    return unauthorized();
+}
+
+std::string Access::clientOf(const RequestHead& head, const std::string& address) const {
+    if (options_.clientHeader.empty()) return address;
+    std::string_view names = head.header(options_.clientHeader);
+    const std::size_t comma = names.rfind(',');  // what stands before it others may have written
+    if (comma != std::string_view::npos) names.remove_prefix(comma + 1);
+    while (!names.empty() && names.front() == ' ') names.remove_prefix(1);
+    return names.empty() ? address : std::string(names.substr(0, 64));
+}
+
+}  // namespace clerestory

@@ -1,0 +1,156 @@
+// The event loop's other half: a request from its first byte to its answer.
+#include "server/http/event_loop.h"
+#include "server/http/wire.h"
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+
+namespace clerestory {
+namespace {
+
+using State = RequestReader::State;
+
+constexpr int kPiecesAtOnce = 4;
+// Closing over bytes that were not read resets the connection, and the client may lose the answer.
+constexpr std::size_t kDrainBytes = 1 << 20;
+
+}  // namespace
+
+void EventLoop::read(Id id, Client& client) {
+    std::array<char, 16384> buffer;
+    // A few pieces, then others have their turn; epoll tells what is left.
+    for (int i = 0; i < kPiecesAtOnce && client.phase == Phase::reading; ++i) {
+        const std::size_t room = std::min(client.reader.room(), buffer.size());
+        const ssize_t n = recv(client.outlet->socket(), buffer.data(), room, MSG_DONTWAIT);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0 && errno == EAGAIN) return watch(id, client);
+        if (n <= 0) return end(id);
+        client.reader.take({buffer.data(), static_cast<std::size_t>(n)});
+        advance(id, client);
+        if (clients_.count(id) == 0) return;
+    }
+}
+
+void EventLoop::drain(Id id, Client& client) {
+    std::array<char, 16384> buffer;
+    while (client.drained < kDrainBytes) {
+        const ssize_t n = recv(client.outlet->socket(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0 && errno == EAGAIN) return;
+        if (n <= 0) break;
+        client.drained += static_cast<std::size_t>(n);
+    }
+    end(id);
+}
+
+// The socket took something, or a worker has given something.
+void EventLoop::flushed(Id id, Client& client) {
+    client.outlet->flush();
+    if (client.phase == Phase::flushing) answered(client);
+    if (client.phase == Phase::serving && client.outlet->broken()) left(client);
+    advance(id, client);
+}
+
+// Goes on as far as can be gone without waiting, then sets what is waited for.
+void EventLoop::advance(Id id, Client& client) {
+    while (client.phase == Phase::reading) {
+        const State state = client.reader.state();
+        if (state == State::refused) {
+            refuse(client, client.reader.problem());
+        } else if (state == State::complete) {
+            begin(id, client);
+        } else if (const auto problem = refusalOfBody(client)) {
+            refuse(client, *problem);
+        } else {
+            break;
+        }
+    }
+    if (client.outlet->broken() && client.phase != Phase::serving) return end(id);
+    const bool bodyIsAwaited = client.phase == Phase::reading && !client.told &&
+                               client.reader.state() == State::body &&
+                               client.reader.head().expectsContinue;
+    if (bodyIsAwaited) {
+        client.told = true;
+        client.outlet->send("HTTP/1.1 100 Continue\r\n\r\n", false);
+    }
+    updateDeadline(id, client);
+    watch(id, client);
+}
+
+void EventLoop::begin(Id id, Client& client) {
+    const RequestReader& reader = client.reader;
+    auto exchange = std::make_shared<Exchange>(
+        Exchange{.head = reader.head(),
+                 .headBytes = std::string(reader.headBytes()),
+                 .body = client.reader.takeBody(),
+                 .requestId = requestIdFrom(reader.head().header("X-Request-Id")),
+                 .client = hooks_.client(reader.head(), client.address),
+                 .arrived = Clock::now(),
+                 .departure = std::make_shared<Departure>(),
+                 .last = !reader.head().keepAlive || closing_});
+    client.told = false;
+    client.keepAlive = !exchange->last;
+    if (const auto answer = hooks_.quick(*exchange)) {
+        return reply(client, *answer, exchange->requestId, exchange->head.method == "HEAD");
+    }
+    client.departure = exchange->departure;
+    client.halfClosed = false;
+    workers_.run([this, id, exchange, outlet = client.outlet] {
+        const bool keepAlive = hooks_.answer(*exchange, *outlet);
+        post({.id = id, .answered = true, .keepAlive = keepAlive});
+    });
+    client.phase = Phase::serving;
+}
+
+void EventLoop::refuse(Client& client, const Problem& problem) {
+    client.keepAlive = false;
+    const Exchange exchange{.head = client.reader.head(),
+                            .requestId = requestIdFrom(client.reader.head().header("X-Request-Id")),
+                            .client = client.address,
+                            .arrived = Clock::now()};
+    reply(client, hooks_.refuse(callOf(exchange), problem), exchange.requestId,
+          exchange.head.method == "HEAD");
+}
+
+// Of a large body, before it comes: who may not send it, and whoever it would be too much of.
+std::optional<Problem> EventLoop::refusalOfBody(Client& client) {
+    const RequestReader& reader = client.reader;
+    if (reader.state() != State::body || client.large > 0) return std::nullopt;
+    const std::size_t size = reader.head().contentLength;
+    if (size <= limits_.bodyBytes) return std::nullopt;
+    if (auto problem = hooks_.admit(reader.head())) return problem;
+    if (size > limits_.largeBytes - std::min(limits_.largeBytes, largeBodies_)) {
+        return bodiesFull();
+    }
+    client.large = size;
+    largeBodies_ += size;
+    return std::nullopt;
+}
+
+void EventLoop::reply(Client& client, const Answer& answer, const std::string& requestId,
+                      bool isHead) {
+    client.outlet->send(wireBytes(answer, requestId, client.keepAlive, isHead), false);
+    answered(client);
+}
+
+// The whole answer is given; what follows depends on how much of it is taken.
+void EventLoop::answered(Client& client) {
+    client.phase = Phase::flushing;
+    client.wait = Wait::nothing;  // time for what follows counts from now
+    client.departure = nullptr;
+    largeBodies_ -= std::exchange(client.large, 0);
+    if (client.outlet->pending() || client.outlet->broken()) return;
+    if (client.keepAlive) {
+        client.phase = Phase::reading;
+        client.reader.next();
+    } else {
+        client.phase = Phase::draining;
+        client.reader = RequestReader(limits_);
+        shutdown(client.outlet->socket(), SHUT_WR);
+    }
+}
+
+}  // namespace clerestory

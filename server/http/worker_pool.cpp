@@ -1,0 +1,44 @@
+#include "server/http/worker_pool.h"
+
+#include <exception>
+
+namespace clerestory {
+
+WorkerPool::~WorkerPool() {
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+    }
+    wake_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+}
+
+void WorkerPool::run(std::function<void()> work) {
+    const std::lock_guard lock(mutex_);
+    if (idle_ <= waiting_.size() && threads_.size() < most_) {
+        try {
+            threads_.emplace_back([this] { serve(); });
+        } catch (const std::exception&) {
+            if (threads_.empty()) throw;  // otherwise those that are there take it in turn
+        }
+    }
+    waiting_.push_back(std::move(work));
+    wake_.notify_one();
+}
+
+void WorkerPool::serve() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        ++idle_;
+        wake_.wait(lock, [&] { return ending_ || !waiting_.empty(); });
+        --idle_;
+        if (waiting_.empty()) return;
+        const std::function<void()> work = std::move(waiting_.front());
+        waiting_.pop_front();
+        lock.unlock();
+        work();
+        lock.lock();
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,163 @@
+#include "server/jobs/jobs.h"
+
+#include "server/base/log.h"
+#include "server/base/problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+namespace clerestory {
+namespace {
+
+// A result with its pictures is a few megabytes.
+constexpr std::size_t kFinishedKept = 16;
+
+bool finished(JobState state) {
+    return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
+}
+
+std::string newId() {
+    std::random_device random;
+    char text[33];
+    std::snprintf(text, sizeof text, "%08x%08x%08x%08x", random(), random(), random(), random());
+    return text;
+}
+
+std::string wordsFor(const std::exception& error) {
+    if (const auto* known = dynamic_cast<const RequestError*>(&error)) {
+        return known->problem().detail;
+    }
+    if (const auto* known = dynamic_cast<const InvalidRequest*>(&error)) {
+        return invalidFields(known->errors()).detail;
+    }
+    return internalError().detail;
+}
+
+}  // namespace
+
+std::string_view nameOf(JobState state) {
+    switch (state) {
+        case JobState::queued:
+            return "queued";
+        case JobState::running:
+            return "running";
+        case JobState::done:
+            return "done";
+        case JobState::failed:
+            return "failed";
+        case JobState::cancelled:
+            return "cancelled";
+    }
+    return "";
+}
+
+bool JobControl::proceed(double progress) const {
+    return told_(progress);
+}
+
+Jobs::Jobs(std::size_t capacity)
+    : capacity_(std::max<std::size_t>(capacity, 1)), thread_([this] { serve(); }) {}
+
+Jobs::~Jobs() {
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+        for (const auto& job : jobs_) job->unwanted = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+}
+
+JobStatus Jobs::start(std::function<Work(const std::string& id)> work, const std::string& known) {
+    auto job = std::make_shared<Job>();
+    job->status.id = known.empty() ? newId() : known;
+    job->work = work(job->status.id);
+    const std::lock_guard lock(mutex_);
+    if (const Job* same = find(job->status.id, lock)) return same->status;
+    const auto open = std::count_if(jobs_.begin(), jobs_.end(),
+                                    [](const auto& j) { return !finished(j->status.state); });
+    if (static_cast<std::size_t>(open) >= capacity_) throw RequestError(jobsFull());
+    // The oldest result makes room for this one.
+    if (jobs_.size() - static_cast<std::size_t>(open) >= kFinishedKept) {
+        jobs_.erase(std::find_if(jobs_.begin(), jobs_.end(),
+                                 [](const auto& j) { return finished(j->status.state); }));
+    }
+    jobs_.push_back(job);
+    wake_.notify_all();
+    return job->status;
+}
+
+Jobs::Job* Jobs::find(std::string_view id, const std::lock_guard<std::mutex>&) const {
+    const auto found = std::find_if(jobs_.begin(), jobs_.end(),
+                                    [&](const auto& job) { return job->status.id == id; });
+    return found == jobs_.end() ? nullptr : found->get();
+}
+
+Jobs::Job& Jobs::jobFor(const std::string& id, const std::lock_guard<std::mutex>& lock) const {
+    if (Job* job = find(id, lock)) return *job;
+    throw RequestError(notFound("There is no such job, or its result was let go."));
+}
+
+JobStatus Jobs::find(const std::string& id) const {
+    const std::lock_guard lock(mutex_);
+    return jobFor(id, lock).status;
+}
+
+JobStatus Jobs::cancel(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    Job& job = jobFor(id, lock);
+    job.unwanted = true;
+    if (job.status.state == JobState::queued) job.status.state = JobState::cancelled;
+    return job.status;
+}
+
+void Jobs::serve() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        const auto next = [&] {
+            return std::find_if(jobs_.begin(), jobs_.end(),
+                                [](const auto& j) { return j->status.state == JobState::queued; });
+        };
+        wake_.wait(lock, [&] { return ending_ || next() != jobs_.end(); });
+        if (ending_) return;
+        const std::shared_ptr<Job> job = *next();
+        job->status.state = JobState::running;
+        lock.unlock();
+        run(*job);
+        lock.lock();
+    }
+}
+
+void Jobs::run(Job& job) {
+    const JobControl control([&](double progress) {
+        const std::lock_guard lock(mutex_);
+        if (std::isfinite(progress)) {
+            job.status.progress = std::clamp(progress, job.status.progress, 1.0);
+        }
+        return !job.unwanted;
+    });
+    std::shared_ptr<const JobResult> result;
+    std::string failure;
+    try {
+        result = std::make_shared<const JobResult>(job.work(control));
+    } catch (const std::exception& error) {
+        logError({"job ", job.status.id, ": ", error.what()});
+        failure = wordsFor(error);
+    }
+    job.work = nullptr;
+    const std::lock_guard lock(mutex_);
+    if (job.unwanted) {
+        job.status.state = JobState::cancelled;
+    } else if (!result) {
+        job.status.state = JobState::failed;
+        job.status.failure = failure;
+    } else {
+        job.status.state = JobState::done;
+        job.status.progress = 1.0;
+        job.status.result = result;
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,29 @@
+// Many files in one answer, sent as they come: a tar, or parts of a multipart message.
+#pragma once
+
+#include "server/base/call.h"
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace clerestory {
+
+class Archive {
+public:
+    virtual ~Archive() = default;
+    // Both return false when the client has left, or the file could not be written whole.
+    virtual bool add(const std::string& name, const std::string& type, std::string_view bytes) = 0;
+    virtual bool end() = 0;
+};
+
+// `sink` is only called during add() and end(), and must live until then. The same files give the
+// same bytes: they bear no date and no owner.
+std::unique_ptr<Archive> tarArchive(const Sink& sink);
+std::unique_ptr<Archive> multipartArchive(const Sink& sink);
+
+// The content types of the two.
+inline constexpr const char* kTarType = "application/x-tar";
+inline constexpr const char* kMultipartType = "multipart/mixed; boundary=clerestory-sequence";
+
+}  // namespace clerestory

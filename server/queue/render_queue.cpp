@@ -1,0 +1,292 @@
+#include "server/queue/render_queue.h"
+
+#include "server/base/log.h"
+#include "server/base/resident.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace clerestory {
+namespace {
+
+// Nobody asks for anything: what only compiling and loading needed is given back.
+constexpr std::chrono::seconds kBeforeRest{1};
+
+}  // namespace
+
+RenderQueue::RenderQueue(const RendererOptions& options, const WorkLine::Limits& limits)
+    : line_(limits),
+      identity_(made_.get_future().share()),
+      thread_([this, options] { serve(options); }) {}
+
+RenderQueue::~RenderQueue() {
+    {
+        const std::lock_guard lock(mutex_);
+        refusing_ = true;
+        ending_ = true;
+    }
+    wake_.notify_all();
+    thread_.join();
+}
+
+const RendererIdentity& RenderQueue::identity() const {
+    return identity_.get();
+}
+
+void RenderQueue::post(Work work) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (ending_) return;
+        posted_.push_back(std::move(work));
+    }
+    wake_.notify_one();
+}
+
+void RenderQueue::inBackground(std::function<bool(Renderer&)> step) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (ending_) return;
+        background_.push_back(std::move(step));
+    }
+    wake_.notify_one();
+}
+
+// With the lock held: the time without what compiling took.
+Clock::time_point RenderQueue::queueTime() const {
+    return compilingSince_.value_or(Clock::now()) - compiled_;
+}
+
+// On the renderer's thread, within a piece of work.
+void RenderQueue::compiling(bool begins) {
+    const std::lock_guard lock(mutex_);
+    const auto now = Clock::now();
+    lastCompiled_ = now;
+    if (begins) {
+        compilingSince_ = now;
+        return;
+    }
+    compiled_ += now - *compilingSince_;
+    compilingSince_.reset();
+    if (workingSince_) workingSince_ = now;
+}
+
+CompileTotals RenderQueue::compileTotals() const {
+    const std::lock_guard lock(mutex_);
+    return compileTotals_;
+}
+
+bool RenderQueue::compiledSince(Clock::time_point then) const {
+    const std::lock_guard lock(mutex_);
+    return compilingSince_ || lastCompiled_ >= then;
+}
+
+RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
+    : queue_(queue), departure_(turn.departure), patience_(turn.patience) {
+    const auto patience = std::chrono::duration_cast<Clock::duration>(turn.patience);
+    longest_ =
+        Clock::now() + patience + std::chrono::duration_cast<Clock::duration>(turn.compilePatience);
+    {
+        const std::lock_guard lock(queue.mutex_);
+        deadline_ = queue.queueTime() + patience;
+    }
+    id_ = queue.push(turn, deadline_, {std::move(work), dropped_});
+    if (departure_) departure_->whenLeft([this] { queue_.withdraw(id_, clientLeft()); });
+}
+
+Clock::duration RenderQueue::Place::left() const {
+    const std::lock_guard lock(queue_.mutex_);
+    const auto now = Clock::now();
+    const Clock::duration inQueueTime = deadline_ - queue_.queueTime();
+    if (inQueueTime <= Clock::duration::zero()) {
+        throw RequestError(overDeadline(patience_.count()));
+    }
+    if (now >= longest_) throw RequestError(stillCompiling(queue_.compileTotals_.programs));
+    return std::min(inQueueTime, longest_ - now);
+}
+
+RenderQueue::Place::~Place() {
+    if (departure_) departure_->whenLeft(nullptr);
+    queue_.withdraw(id_, internalError());  // nobody hears the reason
+}
+
+WorkLine::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job job) {
+    std::vector<Job> gone;  // freed after the lock: that wakes those who waited for them
+    WorkLine::Id id = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        if (refusing_) throw RequestError(shuttingDown());
+        const auto now = queueTime();
+        if (deadline <= now) throw RequestError(overDeadline(turn.patience.count()));
+        const WorkLine::Entry entry = line_.enter({turn.client, turn.kind, deadline}, now);
+        for (const WorkLine::Id out : entry.pushedOut) gone.push_back(dropped(out, full()));
+        if (!entry.id) throw RequestError(full());
+        id = *entry.id;
+        try {
+            jobs_.emplace(id, std::move(job));
+        } catch (...) {  // memory: nobody stands in line without work
+            line_.leave(id);
+            throw;
+        }
+    }
+    wake_.notify_one();
+    return id;
+}
+
+// Takes a job that has left the line out of the table. Called with the lock held.
+RenderQueue::Job RenderQueue::dropped(WorkLine::Id id, const Problem& why) {
+    const auto found = jobs_.find(id);
+    Job job = std::move(found->second);
+    jobs_.erase(found);
+    *job.dropped = why;
+    if (jobs_.empty() && !running_) idle_.notify_all();
+    return job;
+}
+
+void RenderQueue::withdraw(WorkLine::Id id, const Problem& why) {
+    Job gone;
+    const std::lock_guard lock(mutex_);
+    if (line_.leave(id)) gone = dropped(id, why);
+}
+
+void RenderQueue::refuseNew() {
+    std::unique_lock lock(mutex_);
+    refusing_ = true;
+    idle_.wait(lock, [&] { return jobs_.empty() && !running_; });
+}
+
+std::optional<Problem> RenderQueue::refusalFor(const std::string& client) const {
+    const std::lock_guard lock(mutex_);
+    if (refusing_) return shuttingDown();
+    if (line_.refuses(client)) return full();
+    return std::nullopt;
+}
+
+std::size_t RenderQueue::depth() const {
+    const std::lock_guard lock(mutex_);
+    return jobs_.size() + (running_ ? 1 : 0);
+}
+
+bool RenderQueue::hasRoom() const {
+    const std::lock_guard lock(mutex_);
+    return line_.hasRoom();
+}
+
+// To come back when half of what waits is done. Called with the lock held.
+Problem RenderQueue::full() const {
+    return queueFull(
+        static_cast<int>(std::clamp(std::ceil(0.5 * line_.waitingSeconds()), 1.0, 60.0)));
+}
+
+void RenderQueue::serve(const RendererOptions& options) {
+    std::unique_ptr<Renderer> renderer;
+    try {
+        RendererOptions own = options;
+        own.whenCompiling = [this](bool begins) { compiling(begins); };
+        renderer = std::make_unique<Renderer>(own);
+        made_.set_value(renderer->identity());
+    } catch (...) {
+        made_.set_exception(std::current_exception());
+        return;
+    }
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        const auto asked = [&] {
+            return ending_ || !posted_.empty() || !jobs_.empty() || !background_.empty();
+        };
+        if (!wake_.wait_for(lock, kBeforeRest, asked)) rest(*renderer, lock);
+        wake_.wait(lock, asked);
+        const bool background = !background_.empty() && !ending_;
+        if (!posted_.empty()) {
+            servePosted(*renderer, lock);
+        } else if (!jobs_.empty() && !(background && backgroundIsNext_)) {
+            backgroundIsNext_ = true;
+            serveOne(*renderer, lock);
+        } else if (background) {
+            backgroundIsNext_ = false;
+            serveBackground(*renderer, lock);
+        } else if (ending_) {
+            return;
+        }
+        const RendererCounters made = renderer->counters();
+        compileTotals_ = {made.programsMade, made.pipelinesMade, 1e-3 * made.compileMilliseconds};
+    }
+}
+
+void RenderQueue::servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
+    Work work = std::move(posted_.front());
+    posted_.pop_front();
+    workingSince_ = Clock::now();
+    lock.unlock();
+    try {
+        work(renderer);
+    } catch (const std::exception& error) {
+        logError({"work on the OpenGL thread failed: ", error.what()});
+    }
+    work = nullptr;  // frees what it holds before the lock is taken again
+    lock.lock();
+    workingSince_.reset();
+}
+
+void RenderQueue::serveBackground(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
+    std::function<bool(Renderer&)> step = std::move(background_.front());
+    background_.pop_front();
+    workingSince_ = Clock::now();
+    lock.unlock();
+    bool more = false;
+    try {
+        more = step(renderer);
+    } catch (const std::exception& error) {
+        logError({"background work on the OpenGL thread failed: ", error.what()});
+    }
+    if (!more) step = nullptr;
+    lock.lock();
+    if (more) background_.push_front(std::move(step));
+    workingSince_.reset();
+}
+
+// Called with the lock held, when there has been nothing to do for a while. Compiling and loading
+// leave the heap full of holes: up to 90 MB after an empty shader cache. A steady frame makes no
+// objects, so that it finds its memory as it left it.
+void RenderQueue::rest(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
+    const RendererCounters made = renderer.counters();
+    const std::uint64_t objects = made.programsMade + made.texturesMade + made.buffersMade;
+    if (objects == std::exchange(objectsMade_, objects)) return;
+    lock.unlock();
+    renderer.releaseCompiler();
+    releaseUnusedMemory();
+    lock.lock();
+}
+
+std::chrono::duration<double> RenderQueue::workingFor() const {
+    const std::lock_guard lock(mutex_);
+    if (!workingSince_) return std::chrono::duration<double>(0.0);
+    return Clock::now() - *workingSince_;
+}
+
+// One piece of a client's work; what is past its deadline is dropped on the way.
+void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
+    std::vector<Job> gone;
+    Job job;
+    const WorkLine::Turn turn = line_.next(queueTime());
+    for (const WorkLine::Id late : turn.late) gone.push_back(dropped(late, overDeadline(0.0)));
+    if (turn.id) {
+        running_ = true;
+        workingSince_ = Clock::now();
+        const auto found = jobs_.find(*turn.id);
+        job = std::move(found->second);
+        jobs_.erase(found);
+    }
+    lock.unlock();
+    gone.clear();
+    if (job.work) job.work(renderer);  // keeps its own exceptions
+    job.work = nullptr;
+    lock.lock();
+    workingSince_.reset();
+    if (!turn.id) return;
+    line_.finished(queueTime());
+    running_ = false;
+    if (jobs_.empty()) idle_.notify_all();
+}
+
+}  // namespace clerestory

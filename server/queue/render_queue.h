@@ -1,0 +1,161 @@
+// The one door to the OpenGL thread: a thread that owns the Renderer, and a bounded, fair line
+// before it.
+//
+// Does not: know HTTP requests or scenes; retry.
+#pragma once
+
+#include "renderer.h"
+#include "server/base/clock.h"
+#include "server/base/departure.h"
+#include "server/base/problem.h"
+#include "server/queue/work_line.h"
+
+#include <condition_variable>
+#include <functional>
+#include <future>
+#include <mutex>
+#include <thread>
+
+namespace clerestory {
+
+// How a piece of work stands in line.
+struct Turn {
+    std::string client;      // whose it is; empty: the server's own
+    std::uint64_t kind = 0;  // equal kinds take about the same time
+    std::chrono::duration<double> patience{10.0};
+    std::shared_ptr<Departure> departure;  // null: whoever waits stays
+    // Beside its patience: how much longer it waits while shaders are compiled, its own or others'.
+    std::chrono::duration<double> compilePatience{60.0};
+};
+
+// Of the renderer, since the start.
+struct CompileTotals {
+    std::uint64_t programs = 0, pipelines = 0;
+    double seconds = 0.0;
+};
+
+class RenderQueue {
+public:
+    // Starts the thread and makes the Renderer in it; call identity() to wait for that.
+    RenderQueue(const RendererOptions& options, const WorkLine::Limits& limits);
+    // Finishes what was accepted.
+    ~RenderQueue();
+    RenderQueue(const RenderQueue&) = delete;
+    RenderQueue& operator=(const RenderQueue&) = delete;
+
+    // Waits until the Renderer stands. Throws what its constructor threw.
+    const RendererIdentity& identity() const;
+
+    // Runs `work` on the OpenGL thread and waits for it. Work whose deadline passes while it waits
+    // is dropped, and so is that of a client that leaves. Deadlines are in the queue's time, which
+    // stands still while shaders are compiled: that is not overload, and happens once. Throws
+    // RequestError: full, stopping, left, or compiling for too long (503), over the deadline (504);
+    // and what `work` throws. When the deadline passes in mid-work the work ends unheard, so it
+    // must own what it touches.
+    template <class Work>
+    auto run(const Turn& turn, Work work) {
+        using Result = std::invoke_result_t<Work, Renderer&>;
+        auto task = std::make_shared<std::packaged_task<Result(Renderer&)>>(std::move(work));
+        std::future<Result> result = task->get_future();
+        const Place place(*this, turn, [task = std::move(task)](Renderer& r) { (*task)(r); });
+        while (result.wait_for(place.left()) != std::future_status::ready) {
+        }
+        try {
+            return result.get();
+        } catch (const std::future_error&) {  // dropped
+            throw RequestError(place.whyDropped());
+        }
+    }
+
+    // The server's own: a client like any other.
+    template <class Work>
+    auto run(std::chrono::duration<double> patience, Work work) {
+        return run(Turn{.patience = patience}, std::move(work));
+    }
+
+    // What everything hangs on (scenes, warming): comes first, in order, is not counted and not
+    // waited for.
+    void post(std::function<void(Renderer&)> work);
+
+    // Why run() would surely refuse this client now. Does not wait.
+    std::optional<Problem> refusalFor(const std::string& client) const;
+
+    // From now on run() refuses; returns when what it accepted is done.
+    void refuseNew();
+
+    // Runs `step` again and again until it returns false, where no client's work waits, and
+    // otherwise in turn with it.
+    void inBackground(std::function<bool(Renderer&)> step);
+
+    // How long the OpenGL thread has been at what it does now; 0 when it waits. Each program that
+    // was compiled is progress.
+    std::chrono::duration<double> workingFor() const;
+
+    CompileTotals compileTotals() const;
+    // Whether shaders were compiled at some time from then on.
+    bool compiledSince(Clock::time_point then) const;
+
+    std::size_t depth() const;  // waiting or running, of run()
+    bool hasRoom() const;
+
+private:
+    using Work = std::function<void(Renderer&)>;
+    struct Job {
+        Work work;
+        std::shared_ptr<Problem> dropped;  // why, when it is
+    };
+    // From the entry to the end of run(): leaves the line when that ends early.
+    class Place {
+    public:
+        Place(RenderQueue& queue, const Turn& turn, Work work);
+        ~Place();
+        Place(const Place&) = delete;
+        Place& operator=(const Place&) = delete;
+        const Problem& whyDropped() const { return *dropped_; }
+        // How long to wait before asking again. Throws RequestError when the time is over.
+        Clock::duration left() const;
+
+    private:
+        RenderQueue& queue_;
+        std::shared_ptr<Departure> departure_;
+        std::shared_ptr<Problem> dropped_ = std::make_shared<Problem>(internalError());
+        std::chrono::duration<double> patience_;
+        Clock::time_point longest_;   // by the clock
+        Clock::time_point deadline_;  // in the queue's time
+        WorkLine::Id id_ = 0;
+    };
+
+    Clock::time_point queueTime() const;
+    void compiling(bool begins);
+    WorkLine::Id push(const Turn& turn, Clock::time_point deadline, Job job);
+    void withdraw(WorkLine::Id id, const Problem& why);
+    Job dropped(WorkLine::Id id, const Problem& why);
+    Problem full() const;
+    void serve(const RendererOptions& options);
+    void servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock);
+    void rest(Renderer& renderer, std::unique_lock<std::mutex>& lock);
+    void serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock);
+    void serveBackground(Renderer& renderer, std::unique_lock<std::mutex>& lock);
+
+    mutable std::mutex mutex_;
+    std::condition_variable wake_, idle_;
+    WorkLine line_;
+    std::unordered_map<WorkLine::Id, Job> jobs_;  // that wait in line_
+    std::deque<Work> posted_;
+    std::deque<std::function<bool(Renderer&)>> background_;
+    bool backgroundIsNext_ = true;
+    Clock::duration compiled_{};  // time that compiling took in all
+    std::optional<Clock::time_point> compilingSince_;
+    Clock::time_point lastCompiled_{};
+    CompileTotals compileTotals_;
+    bool running_ = false;  // something of run()
+    std::optional<Clock::time_point> workingSince_;
+    std::uint64_t objectsMade_ = 0;  // of the renderer when it last rested; its thread's own
+    bool refusing_ = false;
+    bool ending_ = false;
+    std::promise<RendererIdentity> made_;
+    std::shared_future<RendererIdentity> identity_;
+    std::thread thread_;
+};
+
+}  // namespace clerestory

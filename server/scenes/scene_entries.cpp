@@ -1,0 +1,151 @@
+#include "server/scenes/scene_entries.h"
+
+#include "scene/builtin/builtin_scenes.h"
+
+#include <algorithm>
+#include <cctype>
+
+namespace clerestory {
+namespace {
+
+// How deep below --scenes files are looked for.
+constexpr int kFolderDepth = 3;
+
+bool importable(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    if (extension.size() < 2) return false;
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto& known = importableExtensions();
+    return std::find(known.begin(), known.end(), extension.substr(1)) != known.end();
+}
+
+// "My Model.glb" -> "My-Model": what needs no escaping in a URL.
+std::string idFrom(const std::filesystem::path& file) {
+    std::string id = file.stem().string().substr(0, 100);
+    for (char& c : id) {
+        const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
+        if (!plain) c = '-';
+    }
+    return id.empty() ? "scene" : id;
+}
+
+}  // namespace
+
+std::string_view nameOf(SceneState state) {
+    switch (state) {
+        case SceneState::waiting:
+            return "waiting";
+        case SceneState::loading:
+            return "loading";
+        case SceneState::ready:
+            return "ready";
+        case SceneState::failed:
+            return "failed";
+    }
+    return "";
+}
+
+SceneBytes bytesOf(const Scene& scene) {
+    SceneBytes bytes{.meshes = 2 * (scene.vertices.size() * sizeof(Vertex) +
+                                    scene.indices.size() * sizeof(std::uint32_t))};
+    for (const TextureImage& image : scene.images) bytes.textures += image.texels.size();
+    return bytes;
+}
+
+SceneEntries::SceneEntries(const SceneSources& sources) {
+    for (const BuiltinScene& scene : builtinScenes()) add(scene.id, scene.title, {});
+    for (const std::string& source : sources.scenes) {
+        const Entry builtin = find(source);
+        first_.push_back(builtin && builtin->file.empty() ? builtin : addFile(source));
+    }
+    if (!sources.folder.empty()) addFolder(sources.folder);
+    if (first_.empty()) first_.push_back(entries_.front());
+}
+
+SceneEntries::Entry SceneEntries::add(const std::string& id, const std::string& title,
+                                      const std::filesystem::path& file) {
+    auto entry = std::make_shared<SceneEntry>();
+    entry->status.id = id;
+    entry->status.title = title;
+    entry->file = file;
+    entries_.push_back(entry);
+    return entry;
+}
+
+SceneEntries::Entry SceneEntries::addFile(const std::filesystem::path& file) {
+    if (!std::filesystem::is_regular_file(file)) {
+        throw std::runtime_error("no scene \"" + file.string() +
+                                 "\": neither a built-in scene nor a file");
+    }
+    const std::string wanted = idFrom(file);
+    std::string id = wanted;
+    for (int n = 2; find(id); ++n) id = wanted + "-" + std::to_string(n);
+    return add(id, file.filename().string(), file);
+}
+
+void SceneEntries::addFolder(const std::filesystem::path& folder) {
+    if (!std::filesystem::is_directory(folder)) {
+        throw std::runtime_error("no folder \"" + folder.string() + "\"");
+    }
+    std::vector<std::filesystem::path> files;
+    using Walk = std::filesystem::recursive_directory_iterator;
+    const auto options = std::filesystem::directory_options::skip_permission_denied;
+    for (auto it = Walk(folder, options); it != Walk(); ++it) {
+        if (it.depth() >= kFolderDepth) it.disable_recursion_pending();
+        if (it->is_regular_file() && importable(it->path())) files.push_back(it->path());
+    }
+    std::sort(files.begin(), files.end());
+    for (const auto& file : files) addFile(file);
+}
+
+std::vector<SceneEntries::Entry> SceneEntries::listed() const {
+    std::vector<Entry> list;
+    for (const Entry& entry : entries_) {
+        if (!entry->deleted) list.push_back(entry);
+    }
+    return list;
+}
+
+SceneEntries::Entry SceneEntries::find(const std::string& id) const {
+    const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
+        return e->status.id == id && !e->deleted;
+    });
+    return found == entries_.end() ? nullptr : *found;
+}
+
+std::vector<SceneEntries::Entry> SceneEntries::followUploads(const UploadStore& uploads) {
+    std::vector<Entry> gone;
+    for (const Entry& entry : listed()) {
+        if (entry->status.uploaded && !uploads.find(entry->status.id)) gone.push_back(entry);
+    }
+    for (const Upload& upload : uploads.all()) {
+        const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
+            return e->status.uploaded && e->status.id == upload.id;
+        });
+        const bool isNew = same == entries_.end();
+        const Entry entry = isNew ? add(upload.id, upload.title, upload.file) : *same;
+        entry->deleted = false;
+        SceneStatus& status = entry->status;
+        if (isNew) status.uploaded = true;  // whoever loads one looks at this without the lock
+        // Whoever sent it once more wants it tried once more.
+        const bool known = status.state == SceneState::failed;
+        const bool fails = !upload.failure.empty();
+        if (known == fails || (fails && status.state != SceneState::waiting)) continue;
+        status.state = fails ? SceneState::failed : SceneState::waiting;
+        status.failure = upload.failure;
+        status.reason = upload.reason;
+        entry->asked = fails;
+    }
+    return gone;
+}
+
+void SceneEntries::drop(const Entry& entry) {
+    std::erase(entries_, entry);
+}
+
+std::string firstSourceOf(const SceneSources& sources) {
+    return sources.scenes.empty() ? "chapel" : sources.scenes.front();
+}
+
+}  // namespace clerestory

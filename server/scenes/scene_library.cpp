@@ -1,0 +1,307 @@
+#include "server/scenes/scene_library.h"
+
+#include "scene/builtin/builtin_scenes.h"
+#include "scene/spelling.h"
+#include "server/base/log.h"
+#include "server/base/problem.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+// Loading that ends within this is waited for; longer loading is told to the client. What was
+// loaded before had to go for lack of memory, which is no client's concern.
+constexpr std::chrono::milliseconds kClosePatience{1000}, kPatienceAgain{5000};
+
+std::string percent(double share) {
+    return std::to_string(static_cast<int>(100.0 * share)) + " %";
+}
+
+}  // namespace
+
+SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue,
+                           const RendererOptions& options)
+    : queue_(queue),
+      import_(sources.import),
+      firstSource_(firstSourceOf(sources)),
+      memoryBytes_(sources.memoryBytes),
+      importUploads_({.importer = sources.import.importer,
+                      .limits = sources.uploads.import,
+                      .cache = sources.import.cache}),
+      entries_(sources),
+      warmUps_(queue, options) {
+    for (const auto& source : sources.environments) {
+        auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source, import_));
+        environments_[map->name] = map;
+        queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
+    }
+    if (!sources.uploads.folder.empty()) {
+        uploads_ = std::make_shared<UploadStore>(sources.uploads.folder, sources.uploads.limits);
+        importUploads_.limits.fileBytes = sources.uploads.limits.fileBytes;
+        followUploads();
+    }
+    defaultId_ = entries_.first().front()->status.id;
+    for (const Entry& entry : entries_.first()) {
+        entry->warm = true;
+        askFor(entry, false);
+    }
+    loader_ = std::thread([this] { loadAll(); });
+}
+
+SceneLibrary::~SceneLibrary() {
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+    }
+    changed_.notify_all();
+    loader_.join();
+}
+
+void SceneLibrary::followUploads() {
+    if (!uploads_) return;
+    for (const Entry& entry : entries_.followUploads(*uploads_)) remove(entry);
+}
+
+std::vector<SceneStatus> SceneLibrary::all() {
+    const std::lock_guard lock(mutex_);
+    followUploads();
+    std::vector<SceneStatus> list;
+    for (const Entry& entry : entries_.listed()) {
+        const SceneStatus& status = entry->status;
+        // Whoever sent what gives no scene was told so.
+        if (status.uploaded && status.state == SceneState::failed) continue;
+        list.push_back(status);
+    }
+    return list;
+}
+
+SceneTotals SceneLibrary::totals() const {
+    const std::lock_guard lock(mutex_);
+    SceneTotals totals{.evicted = evicted_};
+    for (const Entry& entry : entries_.listed()) {
+        const SceneStatus& status = entry->status;
+        totals.uploads += status.uploaded;
+        totals.loaded += status.state == SceneState::ready;
+        totals.bytes.meshes += status.bytes.meshes;
+        totals.bytes.textures += status.bytes.textures;
+        totals.bytes.maps += status.bytes.maps;
+    }
+    return totals;
+}
+
+// Another process may have taken an upload since. One that is ready needs no look at the disk.
+SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id) {
+    Entry entry = entries_.find(id);
+    const bool sure =
+        entry && (!entry->status.uploaded || entry->status.state == SceneState::ready);
+    if (!sure) {
+        followUploads();
+        entry = entries_.find(id);
+    }
+    if (entry) return entry;
+    const std::vector<Entry> listed = entries_.listed();
+    std::vector<std::string_view> known;
+    for (const Entry& one : listed) known.push_back(one->status.id);
+    Problem problem = notFound("There is no such scene" + didYouMean(id, known));
+    problem.errors = {
+        {"/scene", "is not the id of a scene" + didYouMean(id, known), clerestory::listed(known)}};
+    throw RequestError(std::move(problem));
+}
+
+void SceneLibrary::askFor(const Entry& entry, bool first) {
+    if (first && entry->status.state == SceneState::waiting && entry->asked) {
+        std::erase(toLoad_, entry);
+        entry->asked = false;
+    }
+    if (entry->status.state == SceneState::failed && Clock::now() >= entry->again) {
+        entry->status.state = SceneState::waiting;
+        entry->again = Clock::time_point::max();
+        entry->asked = false;
+    }
+    if (entry->asked) return;
+    entry->asked = true;
+    toLoad_.insert(first ? toLoad_.begin() : toLoad_.end(), entry);
+    changed_.notify_all();
+}
+
+SceneStatus SceneLibrary::find(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    const Entry entry = entryFor(id);
+    if (!entry->status.scene) askFor(entry, true);
+    return entry->status;
+}
+
+bool SceneLibrary::defaultIsWarm() {
+    const SceneState state = find(defaultId_).state;
+    return state == SceneState::failed ||
+           (state == SceneState::ready && warmUps_.of(defaultId_).finished);
+}
+
+std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
+    std::unique_lock lock(mutex_);
+    const Entry entry = entryFor(id.empty() ? defaultId_ : id);
+    askFor(entry, true);
+    entry->lastUsed = ++uses_;
+    const SceneStatus& status = entry->status;
+    ++entry->waiting;
+    changed_.wait_for(lock, status.scene ? kPatienceAgain : kClosePatience, [&] {
+        return status.state == SceneState::ready || status.state == SceneState::failed || ending_;
+    });
+    --entry->waiting;
+    if (status.state == SceneState::failed) {
+        throw RequestError(sceneFailed(status.failure, status.reason));
+    }
+    if (status.state != SceneState::ready) {
+        throw RequestError(
+            stillLoading(status.id + " is " + std::string(nameOf(status.state)) +
+                         (status.progress.stage.empty() ? "" : ": " + status.progress.stage) +
+                         ", " + percent(status.progress.progress) + "."));
+    }
+    ++entry->users;
+    return {status.scene.get(),
+            [this, entry, scene = status.scene](const Scene*) { release(entry); }};
+}
+
+std::vector<std::string> SceneLibrary::held() const {
+    std::vector<Entry> ready;
+    const std::lock_guard lock(mutex_);
+    for (const Entry& entry : entries_.listed()) {
+        if (entry->status.state == SceneState::ready) ready.push_back(entry);
+    }
+    std::stable_sort(ready.begin(), ready.end(),
+                     [](const Entry& a, const Entry& b) { return a->lastUsed < b->lastUsed; });
+    std::vector<std::string> ids;
+    for (const Entry& entry : ready) ids.push_back(entry->status.id);
+    return ids;
+}
+
+void SceneLibrary::hold(const std::vector<std::string>& ids) {
+    const std::lock_guard lock(mutex_);
+    followUploads();
+    std::vector<Entry> wanted;
+    for (const std::string& id : ids) {
+        const Entry entry = entries_.find(id);
+        if (!entry) continue;
+        entry->lastUsed = ++uses_;
+        entry->harmless = true;
+        wanted.push_back(entry);
+    }
+    for (auto entry = wanted.rbegin(); entry != wanted.rend(); ++entry) askFor(*entry, false);
+}
+
+void SceneLibrary::release(const Entry& entry) {
+    const std::lock_guard lock(mutex_);
+    --entry->users;
+    if (entry->deleted) {
+        remove(entry);
+    } else if (loadedBytes_ > memoryBytes_) {
+        makeRoom(0);
+    }
+}
+
+Scene SceneLibrary::whole(const std::string& id) {
+    Entry entry;
+    {
+        const std::lock_guard lock(mutex_);
+        entry = entryFor(id);
+    }
+    const auto& file = entry->file;
+    Scene scene =
+        file.empty() ? makeBuiltinScene(id).value() : importScene(file, importFor(*entry));
+    scene.id = id;
+    requireLight(scene);
+    return scene;
+}
+
+void SceneLibrary::remove(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    const Entry entry = entryFor(id);
+    if (!entry->status.uploaded) {
+        throw RequestError(forbidden("Only scenes that were uploaded can be deleted."));
+    }
+    remove(entry);
+}
+
+// With the lock held. Who draws it keeps it until then.
+void SceneLibrary::remove(const Entry& entry) {
+    entry->deleted = true;
+    std::erase(toLoad_, entry);
+    if (entry->users > 0 || entry->status.state == SceneState::loading) return;
+    if (entry->status.state == SceneState::ready) letGo(*entry);
+    entries_.drop(entry);
+}
+
+void SceneLibrary::mapsTook(const std::string& id, std::uint64_t bytes) {
+    const std::lock_guard lock(mutex_);
+    const Entry entry = entries_.find(id);
+    if (!entry || bytes <= entry->status.bytes.maps) return;
+    loadedBytes_ += bytes - entry->status.bytes.maps;
+    entry->status.bytes.maps = bytes;
+}
+
+// With the lock held: for so many bytes more. The default scene stays: a server without it is not
+// ready.
+void SceneLibrary::makeRoom(std::uint64_t bytes) {
+    while (loadedBytes_ + bytes > memoryBytes_) {
+        SceneEntry* oldest = nullptr;
+        for (const Entry& entry : entries_.listed()) {
+            const bool free = entry->status.state == SceneState::ready && entry->users == 0 &&
+                              entry->waiting == 0 && entry->status.id != defaultId_;
+            if (free && (!oldest || entry->lastUsed < oldest->lastUsed)) oldest = entry.get();
+        }
+        if (!oldest) return;
+        letGo(*oldest);
+        ++evicted_;
+        logInfo({"scene ", oldest->status.id, ": let go, to be loaded again when it is asked for"});
+    }
+}
+
+// With the lock held, so that nobody asks for it anew before the renderer is told.
+void SceneLibrary::letGo(SceneEntry& entry) {
+    queue_.post([id = entry.status.id](Renderer& renderer) {
+        renderer.removeScene(id);
+        malloc_trim(0);
+    });
+    warmUps_.forget(entry.status.id);
+    loadedBytes_ -= entry.status.bytes.total();
+    entry.status.bytes = {};
+    entry.status.state = SceneState::waiting;
+    entry.asked = false;
+}
+
+std::shared_ptr<const EnvironmentMap> SceneLibrary::environment(const std::string& name) const {
+    const auto found = environments_.find(name);
+    if (found != environments_.end()) return found->second;
+    auto builtin = builtinEnvironment(name);
+    return builtin ? std::make_shared<const EnvironmentMap>(*std::move(builtin)) : nullptr;
+}
+
+bool SceneLibrary::importing() const {
+    const std::lock_guard lock(mutex_);
+    const std::vector<Entry> listed = entries_.listed();
+    return std::any_of(listed.begin(), listed.end(), [](const Entry& entry) {
+        return entry->status.state == SceneState::loading && !entry->file.empty();
+    });
+}
+
+std::vector<std::string> SceneLibrary::environmentNames() const {
+    std::vector<std::string> names = builtinEnvironmentNames();
+    for (const auto& [name, map] : environments_) {
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+    return names;
+}
+
+std::uint64_t SceneLibrary::environmentHash(const std::string& name) const {
+    const auto found = environments_.find(name);
+    return found == environments_.end() ? 0 : found->second->contentHash;
+}
+
+const ImportOptions& SceneLibrary::importFor(const SceneEntry& entry) const {
+    return entry.status.uploaded ? importUploads_ : import_;
+}
+
+}  // namespace clerestory
