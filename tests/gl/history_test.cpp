@@ -2,6 +2,7 @@
 // every knob of the accuracy table, every switch, the environment, the moment, the materials.
 #include "room.h"
 
+#include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <cstring>
@@ -17,8 +18,8 @@ struct Other {
 };
 
 void change(std::uint32_t& value, const Range& range) {
-    value =
-        value > range.min ? std::max(static_cast<std::uint32_t>(range.min), value / 2) : value + 1;
+    const auto least = static_cast<std::uint32_t>(range.min);
+    value = value > least ? least : value + 1;
 }
 void change(double& value, const Range& range) {
     value = value > range.min ? std::max(range.min, 0.5 * value) : range.max;
@@ -64,8 +65,9 @@ std::vector<Other> othersOf(const FrameRequest& base) {
     };
     add("environment map", [](FrameRequest& r) { r.environment.map = "studio"; });
     add("environment intensity", [](FrameRequest& r) { r.environment.intensity = 0.5; });
-    add("environment rotation",
-        [](FrameRequest& r) { r.environment.rotation = Quaternion{0.0, 0.6, 0.0, 0.8}; });
+    add("environment rotation", [](FrameRequest& r) {
+        r.environment.rotation = Quaternion{0.0, 0.6, 0.0, 0.8};
+    });
     add("environment visible", [](FrameRequest& r) { r.environment.visible = false; });
     add("material", [](FrameRequest& r) {
         MaterialOverride gold{.material = "ball", .baseColor = glm::dvec3(1.0, 0.6, 0.2)};
@@ -80,7 +82,8 @@ std::vector<Other> othersOf(const FrameRequest& base) {
     return others;
 }
 
-// Two mirror balls, a glass one, a flat mirror, a lamp that glows and one that shines.
+// Two mirror balls, a glass one, two flat mirrors that face each other, a lamp that glows and one
+// that shines.
 Scene scene() {
     Scene s;
     s.environment = "sky";
@@ -94,6 +97,8 @@ Scene scene() {
     glass.thickness = 0.6f;
     place(s, sphere(0.3f, 24, addMaterial(s, glass)), moved(0.1, 0.1, 0.4));
     place(s, quad(2.0f, addMaterial(s, mirrorMetal(0.8f))), moved(0.0, 0.0, -2.0));
+    place(s, quad(3.0f, addMaterial(s, mirrorMetal(0.9f))),
+          glm::rotate(moved(0.0, 0.0, 4.0), glm::pi<double>(), glm::dvec3(0, 1, 0)));
     place(s, quad(0.3f, addMaterial(s, glowing(glm::vec3(3.0f, 2.0f, 1.0f)))), moved(0, 1, -1));
     addLight(s, {.kind = LightKind::point, .intensity = glm::vec3(4.0f)}, moved(1, 2, 2));
     return s;
