@@ -1,8 +1,8 @@
 // The program: reads the command line and runs one command. Failures end here, as one line.
 #include "renderer.h"
-#include "server/cli/commands.h"
 #include "server/base/log.h"
 #include "server/base/problem.h"
+#include "server/cli/commands.h"
 #include "server/scenes/shader_cache.h"
 #include "server/worker/worker.h"
 

@@ -1,12 +1,12 @@
 // The running server: the way in, whoever draws behind it, and what needs no renderer.
 #pragma once
 
-#include "server/queue/full_line.h"
+#include "server/api/request_metrics.h"
 #include "server/jobs/job_book.h"
 #include "server/live/live_views.h"
-#include "server/api/request_metrics.h"
-#include "server/service.h"
 #include "server/live/streams.h"
+#include "server/queue/full_line.h"
+#include "server/service.h"
 #include "server/worker/supervisor.h"
 
 #include <thread>

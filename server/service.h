@@ -2,10 +2,10 @@
 // lives in the server's process or in a worker of its own.
 #pragma once
 
-#include "server/jobs/budgets.h"
-#include "server/cli/config.h"
-#include "server/jobs/jobs.h"
 #include "server/api/metrics.h"
+#include "server/cli/config.h"
+#include "server/jobs/budgets.h"
+#include "server/jobs/jobs.h"
 #include "server/jobs/truths.h"
 
 #include <atomic>

@@ -2,12 +2,12 @@
 
 #include "measures/displayed.h"
 #include "plan/work.h"
-#include "server/base/build_id.h"
 #include "server/api/compact_passes.h"
-#include "server/base/content_hash.h"
 #include "server/api/encode_answer.h"
 #include "server/api/explained.h"
 #include "server/api/frame_json.h"
+#include "server/base/build_id.h"
+#include "server/base/content_hash.h"
 #include "server/base/log.h"
 #include "server/service.h"
 

@@ -1,14 +1,14 @@
 #include "server/api/server_routes.h"
 
-#include "server/live/live.h"
-#include "server/base/log.h"
 #include "server/api/openapi.h"
 #include "server/api/page.h"
 #include "server/api/route_table.h"
-#include "server/live/sequences.h"
-#include "server/server.h"
 #include "server/api/service_routes.h"
 #include "server/api/uploads.h"
+#include "server/base/log.h"
+#include "server/live/live.h"
+#include "server/live/sequences.h"
+#include "server/server.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,14 +1,14 @@
 #include "server/api/service_routes.h"
 
 #include "scene/import/import_jail.h"
-#include "server/base/build_id.h"
-#include "server/jobs/comparisons.h"
 #include "server/api/frames.h"
 #include "server/api/job_routes.h"
 #include "server/api/route_table.h"
 #include "server/api/scene_json.h"
-#include "server/service.h"
+#include "server/base/build_id.h"
+#include "server/jobs/comparisons.h"
 #include "server/scenes/shader_cache.h"
+#include "server/service.h"
 
 #include <nlohmann/json.hpp>
 

@@ -244,8 +244,9 @@ Problem renderFailed() {
     return {.status = 503,
             .code = "renderFailed",
             .title = "Not drawn",
-            .detail = "The graphics driver did not finish this frame, probably for want of memory. "
-                      "Others are drawn; a smaller one may be.",
+            .detail =
+                "The graphics driver did not finish this frame, probably for want of memory. "
+                "Others are drawn; a smaller one may be.",
             .retryAfterSeconds = 1};
 }
 

@@ -65,7 +65,7 @@ Problem noWorker();                                                  // 503
 Problem renderFailed();                                              // 503
 Problem shuttingDown();                                              // 503
 Problem notReady(std::string detail);                                // 503
-Problem stillCompiling(std::uint64_t programs);                        // 503
+Problem stillCompiling(std::uint64_t programs);                      // 503
 Problem overDeadline(double seconds);                                // 504
 Problem internalError();                                             // 500
 Problem noRoom(std::string detail);                                  // 507

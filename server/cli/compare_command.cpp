@@ -1,8 +1,8 @@
 // `clerestory compare`: accuracies against the traced truth of one view, without a server.
-#include "server/cli/command_input.h"
-#include "server/cli/commands.h"
 #include "server/api/comparison_json.h"
 #include "server/api/frame_json.h"
+#include "server/cli/command_input.h"
+#include "server/cli/commands.h"
 #include "server/jobs/job_work.h"
 
 #include "image/encode.h"

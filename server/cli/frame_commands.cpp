@@ -1,11 +1,11 @@
 // `clerestory render`, `plan` and `scenes`: the server's own reading, planning and encoding, for
 // one frame.
-#include "server/cli/command_input.h"
-#include "server/cli/commands.h"
-#include "server/scenes/compile_ahead.h"
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
+#include "server/cli/command_input.h"
+#include "server/cli/commands.h"
 #include "server/jobs/job_work.h"
+#include "server/scenes/compile_ahead.h"
 #include "server/scenes/scene_light.h"
 #include "server/scenes/shader_cache.h"
 

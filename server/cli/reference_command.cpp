@@ -1,7 +1,7 @@
 // `clerestory reference`: the truth for one frame, as a picture of linear radiance or as displayed.
+#include "server/api/encode_answer.h"
 #include "server/cli/command_input.h"
 #include "server/cli/commands.h"
-#include "server/api/encode_answer.h"
 
 #include "image/encode.h"
 #include "measures/displayed.h"

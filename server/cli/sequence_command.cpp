@@ -1,9 +1,9 @@
 // `clerestory sequence`: the frames of a POST /v1/sequences into a folder, going on where an
 // earlier run was ended.
+#include "server/api/encode_answer.h"
 #include "server/base/build_id.h"
 #include "server/cli/command_input.h"
 #include "server/cli/commands.h"
-#include "server/api/encode_answer.h"
 #include "server/live/sequence_files.h"
 
 #include <filesystem>

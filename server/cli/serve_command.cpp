@@ -1,8 +1,8 @@
 // `clerestory serve`: from start to the signal that ends it.
-#include "server/cli/commands.h"
 #include "server/base/log.h"
-#include "server/server.h"
+#include "server/cli/commands.h"
 #include "server/scenes/shader_cache.h"
+#include "server/server.h"
 
 #include <unistd.h>
 

@@ -1,7 +1,7 @@
 #include "server/http/event_loop.h"
 
-#include "server/http/wire.h"
 #include "server/base/log.h"
+#include "server/http/wire.h"
 
 #include <sys/epoll.h>
 #include <sys/eventfd.h>

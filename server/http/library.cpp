@@ -1,7 +1,7 @@
 #include "server/http/library.h"
 
-#include "server/http/wire.h"
 #include "server/base/log.h"
+#include "server/http/wire.h"
 
 #include <httplib.h>
 

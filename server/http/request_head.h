@@ -2,8 +2,8 @@
 // that nobody further on can understand them in another way.
 #pragma once
 
-#include "server/http/limits.h"
 #include "server/base/problem.h"
+#include "server/http/limits.h"
 
 #include <optional>
 #include <string>

@@ -1,10 +1,10 @@
 #include "server/jobs/budgets.h"
 
 #include "server/api/comparison_json.h"
-#include "server/jobs/curve_store.h"
 #include "server/api/frames.h"
-#include "server/jobs/job_work.h"
 #include "server/base/problem.h"
+#include "server/jobs/curve_store.h"
+#include "server/jobs/job_work.h"
 #include "server/service.h"
 
 #include <nlohmann/json.hpp>

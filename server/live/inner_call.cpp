@@ -1,7 +1,7 @@
 #include "server/live/inner_call.h"
 
-#include "server/server.h"
 #include "server/api/server_routes.h"
+#include "server/server.h"
 
 #include <nlohmann/json.hpp>
 

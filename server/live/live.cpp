@@ -2,9 +2,9 @@
 
 #include "server/api/frame_json.h"
 #include "server/api/frames.h"
+#include "server/base/log.h"
 #include "server/live/inner_call.h"
 #include "server/live/live_views.h"
-#include "server/base/log.h"
 #include "server/server.h"
 
 #include <algorithm>

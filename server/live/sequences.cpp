@@ -1,10 +1,10 @@
 #include "server/live/sequences.h"
 
-#include "server/live/archive.h"
 #include "server/api/explained.h"
 #include "server/api/frames.h"
-#include "server/live/inner_call.h"
 #include "server/base/log.h"
+#include "server/live/archive.h"
+#include "server/live/inner_call.h"
 #include "server/live/sequence_files.h"
 #include "server/server.h"
 

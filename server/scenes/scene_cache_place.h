@@ -7,7 +7,8 @@
 
 namespace clerestory {
 
-// The user's own place for caches, by the XDG Base Directory Specification; empty where there is none.
+// The user's own place for caches, by the XDG Base Directory Specification; empty where there is
+// none.
 std::filesystem::path userCache();
 
 // Null where there is none.

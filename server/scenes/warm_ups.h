@@ -4,8 +4,8 @@
 // what the other has compiled. Thread-safe.
 #pragma once
 
-#include "server/scenes/compile_ahead.h"
 #include "server/queue/render_queue.h"
+#include "server/scenes/compile_ahead.h"
 
 #include <atomic>
 #include <map>

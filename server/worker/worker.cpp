@@ -1,9 +1,9 @@
 #include "server/worker/worker.h"
 
-#include "server/http/worker_pool.h"
-#include "server/base/log.h"
-#include "server/service.h"
 #include "server/api/service_routes.h"
+#include "server/base/log.h"
+#include "server/http/worker_pool.h"
+#include "server/service.h"
 #include "server/worker/call_wire.h"
 #include "server/worker/confinement.h"
 #include "server/worker/message_pipe.h"

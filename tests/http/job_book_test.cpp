@@ -1,8 +1,8 @@
 // What the port's side remembers of a renderer in another process: its jobs, and that its line was
 // full a moment ago. The renderer is a function here.
 #include "server/jobs/job_book.h"
-#include "server/queue/full_line.h"
 #include "server/api/job_routes.h"
+#include "server/queue/full_line.h"
 #include "server/worker/worker_process.h"
 
 #include <gmock/gmock.h>
