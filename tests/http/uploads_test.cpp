@@ -2,6 +2,7 @@
 #include "tests/http/uploads_support.h"
 #include "tests/support/raw_client.h"
 
+#include <assimp/version.h>
 #include <fstream>
 
 namespace clerestory::test {
@@ -130,8 +131,10 @@ TEST(Uploads, WhatGivesNoSceneIsRefusedWithItsReason) {
     const std::string poison =
         packed(Packing::zip, {{"a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
                               {"a.mtl", "map_Kd a.png\n"}});
-    EXPECT_EQ(reasonOf(poison), "crashed");
-    EXPECT_EQ(reasonOf(poison), "crashed") << "and the next time";
+    if (aiGetVersionMajor() == 5 && aiGetVersionMinor() <= 2) {  // later ones read it
+        EXPECT_EQ(reasonOf(poison), "crashed");
+        EXPECT_EQ(reasonOf(poison), "crashed") << "and the next time";
+    }
     EXPECT_EQ(reasonOf(packed(Packing::zip, {{"a.gltf", triangleGltf("../../about.json")}})),
               "malformed");
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);

@@ -54,6 +54,11 @@ TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
         EXPECT_EQ(a->get_header_value("Clerestory-Passes"),
                   b->get_header_value("Clerestory-Passes"));
     }
+    // What is told of shaders is the same when all are compiled.
+    while (there.Get("/readyz")->status != 200) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    sharedServer().awaitReady();
     for (const char* path : {"/v1/scenes", "/v1/scenes/six-walls", "/openapi.json"}) {
         EXPECT_EQ(there.Get(path)->body, here.Get(path)->body) << path;
     }

@@ -2,6 +2,7 @@
 #include "scene/import/import_wire.h"
 #include "tests/unit/import_support.h"
 
+#include <assimp/version.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 
@@ -66,8 +67,11 @@ TEST(ImportProcess, ACrashIsAnError) {
     }
 }
 
-// Assimp 5.2.5 dereferences a null pointer here.
+// Assimp 5.2.5 dereferences a null pointer here; later ones read the file.
 TEST(ImportProcess, ALibrarysCrashIsAnErrorToo) {
+    if (aiGetVersionMajor() > 5 || aiGetVersionMinor() > 2) {
+        GTEST_SKIP() << "this Assimp reads what ended 5.2.5";
+    }
     const TemporaryFolder folder;
     folder.write("crash.mtl", "map_Kd a.png\n");
     const ImportError error = refusal(
