@@ -50,7 +50,7 @@ private:
     const GpuEnvironment& uploaded(const EnvironmentMap& map);
     GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     std::vector<Target*> begin(const FramePlan& plan);
-    void runPass(const ExecutionInput& input, const Pass& pass,
+    void runPass(const ExecutionInput& frame, const Pass& pass,
                  const std::vector<Target*>& targets);
     Image readBack(const FramePlan& plan, const Target& output);
 

@@ -24,7 +24,7 @@ TargetSpec smallTarget(TargetSpec spec) {
     return spec;
 }
 
-enum class Stage { depth, opaque, blended };
+enum class DrawStage { depth, opaque, blended };
 
 class WarmUpPasses {
 public:
@@ -64,12 +64,12 @@ private:
             if (!(draw.features & FEATURE_MASK)) {
                 Draw depth = draw;
                 depth.features &= FEATURE_DOUBLE_SIDED;
-                add(pass, bare, &DrawScene::depthDraws, depth, Stage::depth);
+                add(pass, bare, &DrawScene::depthDraws, depth, DrawStage::depth);
             }
-            add(pass, bare, &DrawScene::opaqueDraws, draw, Stage::opaque);
+            add(pass, bare, &DrawScene::opaqueDraws, draw, DrawStage::opaque);
         }
         for (const Draw& draw : work.blendedDraws) {
-            add(pass, bare, &DrawScene::blendedDraws, draw, Stage::blended);
+            add(pass, bare, &DrawScene::blendedDraws, draw, DrawStage::blended);
         }
     }
 
@@ -77,22 +77,23 @@ private:
         DrawGlass bare = work;
         bare.glassDraws = bare.blendedDraws = {};
         for (const Draw& draw : work.glassDraws) {
-            add(pass, bare, &DrawGlass::glassDraws, draw, Stage::opaque);
+            add(pass, bare, &DrawGlass::glassDraws, draw, DrawStage::opaque);
         }
         for (const Draw& draw : work.blendedDraws) {
-            add(pass, bare, &DrawGlass::blendedDraws, draw, Stage::blended);
+            add(pass, bare, &DrawGlass::blendedDraws, draw, DrawStage::blended);
         }
     }
 
     void add(const Pass& pass, const DrawBackFaces& work) {
         for (const Draw& draw : work.draws) {
-            add(pass, DrawBackFaces{.view = work.view}, &DrawBackFaces::draws, draw, Stage::opaque);
+            add(pass, DrawBackFaces{.view = work.view}, &DrawBackFaces::draws, draw,
+                DrawStage::opaque);
         }
     }
 
     void add(const Pass& pass, const DrawChannel& work) {
         for (const Draw& draw : work.draws) {
-            add(pass, DrawChannel{.view = work.view}, &DrawChannel::draws, draw, Stage::opaque);
+            add(pass, DrawChannel{.view = work.view}, &DrawChannel::draws, draw, DrawStage::opaque);
         }
     }
 
@@ -100,10 +101,10 @@ private:
     // kind and program, or into one of its own, made from `bare`.
     template <class Work>
     void add(const Pass& pass, const Work& bare, std::vector<Draw> Work::*list, const Draw& draw,
-             Stage stage) {
+             DrawStage stage) {
         const TargetSpec& target = plan_.targets[pass.target];
         const auto key = std::tuple(pass.kind(), stage, draw.features,
-                                    stage == Stage::depth ? kNone : draw.material,
+                                    stage == DrawStage::depth ? kNone : draw.material,
                                     draw.reflection == kNoReflection, target.format, target.samples,
                                     bare.view.orthographic);
         if (!seenDraws_.insert(key).second) return;
@@ -124,7 +125,7 @@ private:
     std::vector<Pass> passes_;
     std::set<std::tuple<std::string_view, TargetKind, Format>> seenFullScreen_;
     std::set<
-        std::tuple<std::string_view, Stage, Features, Index, bool, Format, std::uint32_t, bool>>
+        std::tuple<std::string_view, DrawStage, Features, Index, bool, Format, std::uint32_t, bool>>
         seenDraws_;
     bool seenSky_ = false;
 };

@@ -1,5 +1,5 @@
 // What was drawn before a frame changes no bit of it, whatever differs between the two requests:
-// every knob of the accuracy table, every switch, the environment, the moment, the materials.
+// every knob of the accuracy table, every switch, the environment, the materials, the camera.
 #include "room.h"
 
 #include <glm/gtc/constants.hpp>
@@ -78,7 +78,7 @@ std::vector<Other> othersOf(const FrameRequest& base) {
     add("camera", [](FrameRequest& r) { r.camera.position = glm::dvec3(0.4, 0.3, 2.6); });
     add("size", [](FrameRequest& r) { r.width = 33; });
     add("exposure", [](FrameRequest& r) { r.exposure = 1.0; });
-    add("float target", [](FrameRequest& r) { r.output.format = OutputFormat::png; });
+    add("eight-bit output", [](FrameRequest& r) { r.output.format = OutputFormat::png; });
     return others;
 }
 
