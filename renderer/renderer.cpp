@@ -7,9 +7,9 @@
 #include "gl/program.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"
+#include "plan/graph/work.h"
 #include "plan/planner.h"
 #include "plan/warm_up.h"
-#include "plan/work.h"
 
 #include <algorithm>
 #include <chrono>
@@ -163,7 +163,7 @@ struct Renderer::State {
         double time;
         std::shared_ptr<const Pose> pose;
     };
-    static constexpr std::size_t kMostMoments = 4;
+    static constexpr std::size_t kMaxMoments = 4;
     mutable std::list<Moment> moments;  // last used first
 };
 
@@ -178,7 +178,7 @@ std::shared_ptr<const Pose> Renderer::State::poseOf(const std::shared_ptr<const 
     } else {
         auto pose = std::make_shared<const Pose>(poseAt(*scene, clips, time));
         moments.push_front({scene, std::move(clips), time, std::move(pose)});
-        if (moments.size() > kMostMoments) moments.pop_back();
+        if (moments.size() > kMaxMoments) moments.pop_back();
     }
     return moments.front().pose;
 }

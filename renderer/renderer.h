@@ -6,9 +6,9 @@
 
 #include "image/image.h"
 #include "passes/readback.h"
-#include "plan/frame_plan.h"
-#include "plan/frame_request.h"
+#include "plan/graph/frame_plan.h"
 #include "plan/planner.h"
+#include "plan/request/frame_request.h"
 #include "scene/environment.h"
 #include "scene/scene.h"
 
@@ -26,7 +26,7 @@ enum class Backend { automatic, software, hardware };
 struct RendererOptions {
     Backend backend = Backend::automatic;
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
-    // That a frame may shade, as plan/work.h counts them; 0: any.
+    // That a frame may shade, as plan/graph/work.h counts them; 0: any.
     std::uint64_t mostSamples = 0;
     // Called on the renderer's thread by a frame, or a scene, that finds the GPU was reset, as far
     // as the driver tells; it may end the process. Without it every frame fails from then on.

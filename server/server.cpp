@@ -6,12 +6,12 @@
 namespace clerestory {
 namespace {
 
-constexpr std::size_t kMostStreams = 16;
+constexpr std::size_t kMaxStreams = 16;
 
 // Every frame that waits and every stream holds a thread; the others must not wait for it.
 FrontOptions frontOptions(const Config& config) {
     FrontOptions options = config.http;
-    options.threads += config.queue + kMostStreams;
+    options.threads += config.queue + kMaxStreams;
     options.limits.large.push_back({"POST", "/v1/sequences", config.sequenceBytes});
     const UploadOptions& uploads = config.scenes.uploads;
     if (!uploads.folder.empty()) {
@@ -24,7 +24,7 @@ FrontOptions frontOptions(const Config& config) {
 }  // namespace
 
 Server::Server(const Config& config)
-    : streams_(kMostStreams),
+    : streams_(kMaxStreams),
       uploadLimits_(config.scenes.uploads.import),
       http_(frontOptions(config),
             {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
@@ -62,15 +62,15 @@ Answer Server::ask(const Call& call) {
     if (stopping_) throw RequestError(shuttingDown());
     const auto ofWorker = [this](const Call& asked) { return supervisor_->ask(asked); };
     if (!takesTurn(call)) return jobs_.ask(call, ofWorker);
-    const FullLine::Moment begun = fullLine_.begin();
+    const OverloadCache::Moment begun = overloadCache_.begin();
     Answer answer = ofWorker(call);
-    fullLine_.end(begun, call.client, answer, Clock::now());
+    overloadCache_.end(begun, call.client, answer, Clock::now());
     return answer;
 }
 
 std::optional<Problem> Server::refusalFor(const Call& call) const {
     if (service_) return service_->queue().refusalFor(call.client);
-    return fullLine_.refusalFor(call.client, Clock::now());
+    return overloadCache_.refusalFor(call.client, Clock::now());
 }
 
 bool takesTurn(const Call& call) {

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "server/api/request_metrics.h"
-#include "server/jobs/job_book.h"
+#include "server/jobs/job_journal.h"
 #include "server/live/live_views.h"
 #include "server/live/streams.h"
-#include "server/queue/full_line.h"
+#include "server/queue/overload_cache.h"
 #include "server/service.h"
 #include "server/worker/supervisor.h"
 
@@ -61,8 +61,8 @@ private:
     Front http_;  // binds before there is a renderer: a taken port is known at once
     std::unique_ptr<Service> service_;
     std::unique_ptr<Supervisor> supervisor_;
-    FullLine fullLine_;  // of the worker, as JobBook
-    JobBook jobs_;
+    OverloadCache overloadCache_;  // of the worker, as JobJournal
+    JobJournal jobs_;
     std::thread listener_;
 };
 

@@ -6,7 +6,7 @@
 #include "server/cli/config.h"
 #include "server/jobs/budgets.h"
 #include "server/jobs/jobs.h"
-#include "server/jobs/truths.h"
+#include "server/jobs/reference_cache.h"
 
 #include <atomic>
 
@@ -28,7 +28,7 @@ public:
     SceneLibrary& library() { return library_; }
     Metrics& metrics() { return metrics_; }
     Jobs& jobs() { return jobs_; }
-    Truths& truths() { return truths_; }
+    ReferenceCache& truths() { return truths_; }
     Budgets& budgets() { return budgets_; }
 
     // Draws one tiny frame of a scene of the server's own, unless one was drawn within the last
@@ -41,7 +41,7 @@ private:
     Metrics metrics_;
     RenderQueue queue_;
     SceneLibrary library_;
-    Truths truths_;
+    ReferenceCache truths_;
     Budgets budgets_;
     Jobs jobs_;                               // its work uses all of the above
     std::atomic<std::int64_t> lastDrawn_{0};  // Clock, milliseconds; 0: never

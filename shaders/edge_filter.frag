@@ -10,8 +10,8 @@ layout(binding = UNIT_SOURCE) uniform sampler2D source;  // bilinear, clamped, d
 out vec4 color;
 
 // Differences of brightness below this are no edge: absolute, and as a share of the brightest.
-const float kLeastContrast = 0.03f;
-const float kLeastShare = 0.12f;
+const float kMinContrast = 0.03f;
+const float kMinShare = 0.12f;
 // Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
 const float kReach = 3.0f;
 
@@ -34,6 +34,6 @@ void main() {
 
     vec3 before = textureLod(source, at - 0.25f * stride, 0.0f).rgb;
     vec3 after = textureLod(source, at + 0.25f * stride, 0.0f).rgb;
-    bool edge = most - least > max(kLeastContrast, kLeastShare * most);
+    bool edge = most - least > max(kMinContrast, kMinShare * most);
     color = vec4(edge ? 0.5f * (before + after) : center.rgb, 1.0f);
 }

@@ -6,7 +6,7 @@ import { problemWords } from "./words.js";
 
 const kMovingMs = 90;  // what a frame may take while something moves
 const kRestMs = 160;   // stillness after which the full frame is asked for
-const kLeastPixels = 160 * 90;
+const kMinPixels = 160 * 90;
 
 export class Frames {
   #latest = new Latest((wish) => this.#draw(wish));
@@ -22,7 +22,7 @@ export class Frames {
   // server's deadline is asked for again with half its pixels.
   constructor({ requestFor, box, calm, limits, shown, failed }) {
     Object.assign(this, { requestFor, box, calm, limits, shown, failed });
-    this.pace = new Pace({ budgetMs: kMovingMs, least: kLeastPixels, most: limits.maxPixels, pixels: 320 * 180 });
+    this.pace = new Pace({ budgetMs: kMovingMs, least: kMinPixels, most: limits.maxPixels, pixels: 320 * 180 });
   }
 
   size(maxPixels = this.limits.maxPixels) {
@@ -71,7 +71,7 @@ export class Frames {
   }
 
   #fail(problem, { width, height }) {
-    if (problem.status === 504 && width * height > 2 * kLeastPixels) {
+    if (problem.status === 504 && width * height > 2 * kMinPixels) {
       this.#share = (width * height) / 2 / this.limits.maxPixels;
       this.#ask({ still: true });
       return this.failed(problem, 0);

@@ -67,7 +67,7 @@ private:
 
 class Comparing {
 public:
-    Comparing(const ComparisonRequest& request, const Scene& scene, const Truth& truth,
+    Comparing(const ComparisonRequest& request, const Scene& scene, const ReferenceRender& truth,
               Steps& steps)
         : request_(request), scene_(scene), truth_(truth), steps_(steps) {}
 
@@ -92,9 +92,10 @@ public:
         all.push_back(yardstick(Effect::base, std::nullopt, {false, false, false, false}));
         for (const EffectSwitch& s : kSwitches) {
             if (!(request_.frame.effects.*s.on)) continue;
-            Mask mask = s.effect == Effect::emission
-                            ? emissionMask(ids, scene_, dressed(scene_, request_.frame.overrides))
-                            : maskOf(through, s.effect);
+            Mask mask =
+                s.effect == Effect::emission
+                    ? emissionMask(ids, scene_, bindMaterials(scene_, request_.frame.overrides))
+                    : maskOf(through, s.effect);
             if (mask.pixels() == 0) continue;
             Effects off = request_.frame.effects;
             off.*s.on = false;
@@ -152,7 +153,7 @@ public:
 private:
     const ComparisonRequest& request_;
     const Scene& scene_;
-    const Truth& truth_;
+    const ReferenceRender& truth_;
     Steps& steps_;
 };
 
@@ -166,7 +167,7 @@ double relMseNoise(const ReferenceImage& truth, const Mask* mask) {
 }
 
 std::optional<Comparison> compare(const ComparisonRequest& request, const Scene& scene,
-                                  const Truth& truth, const DrawFrame& draw,
+                                  const ReferenceRender& truth, const DrawFrame& draw,
                                   const std::function<bool(double)>& progress) {
     const std::vector<Accuracy> settings = settingsOf(request);
     // Masks, frames without effects, and for each setting a cold, the warm and a linear one.

@@ -5,7 +5,7 @@
 #include "comparison/comparison_request.h"
 #include "measures/displayed_errors.h"
 #include "measures/linear_errors.h"
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 #include <memory>
 
@@ -18,7 +18,7 @@ struct DrawnFrame {
 };
 using DrawFrame = std::function<DrawnFrame(const FrameRequest&)>;
 
-struct Truth {
+struct ReferenceRender {
     ReferenceImage image;
     double milliseconds = 0.0;  // that tracing it took
 };
@@ -63,7 +63,7 @@ double relMseNoise(const ReferenceImage& truth, const Mask* mask = nullptr);
 // `scene` may be without texels. `progress` gets the share that is done, 0..1; once it returns
 // false nothing is returned. Throws what `draw` throws.
 std::optional<Comparison> compare(const ComparisonRequest& request, const Scene& scene,
-                                  const Truth& truth, const DrawFrame& draw,
+                                  const ReferenceRender& truth, const DrawFrame& draw,
                                   const std::function<bool(double)>& progress = {});
 
 }  // namespace clerestory

@@ -36,9 +36,9 @@ std::vector<std::pair<std::string, std::string>> knobsOf(const Accuracy& accurac
 std::vector<FieldError> problems(const ComparisonRequest& request) {
     std::vector<FieldError> errors = problems(request.frame);
     const double pixels = static_cast<double>(request.frame.width) * request.frame.height;
-    if (pixels * request.samples > kMostPaths) {
+    if (pixels * request.samples > kMaxPaths) {
         errors.push_back({"/samples", "makes too many paths with this size",
-                          "width * height * samples of at most " + field::numberText(kMostPaths)});
+                          "width * height * samples of at most " + field::numberText(kMaxPaths)});
     }
     if (!request.frame.filters.empty()) {
         errors.push_back({"/filters", "stand beside a comparison, whose truth has none",

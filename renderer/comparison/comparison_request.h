@@ -2,7 +2,7 @@
 // value; its field table is the frame's with a few fields more.
 #pragma once
 
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 #include "reference/reference.h"
 
 namespace clerestory {
@@ -17,14 +17,14 @@ struct ComparisonRequest {
     bool errorPictures = false;  // a picture of each setting's error
 };
 
-inline constexpr std::size_t kMostSettings = 32;
+inline constexpr std::size_t kMaxSettings = 32;
 // A truth of more paths takes hours.
-inline constexpr double kMostPaths = 4e9;
+inline constexpr double kMaxPaths = 4e9;
 
 template <class V>
 void fields(ComparisonRequest& c, V&& visit) {
     fields(c.frame, visit);
-    visit("settings", c.settings, NestedPresetList{kMostSettings},
+    visit("settings", c.settings, NestedPresetList{kMaxSettings},
           "accuracies to compare; the frame's own and every preset when there are none");
     visit(
         "mode", c.mode,

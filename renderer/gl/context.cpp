@@ -41,7 +41,7 @@ bool hasExtension(const std::string& wanted) {
 // Compares the driver's clock with ours over some work.
 bool timestampsAgreeWithWallClock() {
     using Clock = std::chrono::steady_clock;
-    constexpr double kLeastNanoseconds = 2e6;  // long against the clocks' steps
+    constexpr double kMinNanoseconds = 2e6;  // long against the clocks' steps
     std::array<GLuint, 2> queries{};
     GLuint buffer = 0;
     const std::vector<char> bytes(1 << 20);
@@ -52,7 +52,7 @@ bool timestampsAgreeWithWallClock() {
     glQueryCounter(queries[0], GL_TIMESTAMP);
     const auto start = Clock::now();
     double wall = 0.0;
-    while (wall < kLeastNanoseconds) {
+    while (wall < kMinNanoseconds) {
         glBufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(bytes.size()), bytes.data(),
                      GL_STREAM_DRAW);
         glFinish();
@@ -117,8 +117,8 @@ Context& Context::current() {
 }
 
 void Context::addMessage(std::string message) {
-    constexpr std::size_t kMost = 100;  // a message a draw would fill memory
-    if (messages_.size() < kMost) messages_.push_back(std::move(message));
+    constexpr std::size_t kMax = 100;  // a message a draw would fill memory
+    if (messages_.size() < kMax) messages_.push_back(std::move(message));
 }
 
 void Context::throwIfFailed() {
@@ -133,11 +133,11 @@ bool Context::lost() const {
 }
 
 void Context::forgive() {
-    constexpr int kMost = 100;  // a lost context answers with errors for ever
-    for (int i = 0; i < kMost && glGetError() != GL_NO_ERROR; ++i) {
+    constexpr int kMax = 100;  // a lost context answers with errors for ever
+    for (int i = 0; i < kMax && glGetError() != GL_NO_ERROR; ++i) {
     }
     // Groups that the failure left open. Ending one too many is an error, of which nobody hears.
-    for (int i = 0; i < kMost && glGetError() == GL_NO_ERROR; ++i) glPopDebugGroup();
+    for (int i = 0; i < kMax && glGetError() == GL_NO_ERROR; ++i) glPopDebugGroup();
 }
 
 void Context::findCapabilities(const std::string& platform) {

@@ -84,7 +84,7 @@ struct Storage {
 
 Storage storageOf(const TextureDescription& d) {
     Storage storage{d.width, d.height, d.levels, 0};
-    const bool small = std::uint64_t{d.width} * d.height <= kMostAlike;
+    const bool small = std::uint64_t{d.width} * d.height <= kMaxAlike;
     if (!d.alike || !small || !Context::current().capabilities().software) return storage;
     storage.levels = std::max(d.levels, std::min(2u, levelsOf(d.width, d.height)));
     if (!std::has_single_bit(d.width) && !std::has_single_bit(d.height)) return storage;

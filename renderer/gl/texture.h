@@ -22,11 +22,11 @@ struct TextureDescription {
     // llvmpipe compiles a shader for whether the edges of a plane that it reads are powers of two,
     // and for whether it has smaller levels. With this, planes of all sizes are alike to it: they
     // have at least two levels, and edges that are powers of two become the second level of storage
-    // with odd edges. Costs memory, so planes of more than kMostAlike texels stay as they are.
+    // with odd edges. Costs memory, so planes of more than kMaxAlike texels stay as they are.
     // Shaders must not ask such a texture for its number of levels. Other drivers ignore it.
     bool alike = false;
 };
-inline constexpr std::uint64_t kMostAlike = 1 << 20;
+inline constexpr std::uint64_t kMaxAlike = 1 << 20;
 
 class Texture {
 public:

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "image/image.h"
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 
 namespace clerestory {
 

@@ -79,8 +79,8 @@ double psnr(const Image& actual, const Image& reference, const Mask* mask) {
         const glm::dvec3 d = clampedPixel(pair.actual, i) - clampedPixel(pair.reference, i);
         squares += glm::dot(d, d);
     }
-    if (squares <= 0.0) return kMostDecibels;
-    return std::min(10.0 * std::log10(3.0 * double(pair.pixels) / squares), kMostDecibels);
+    if (squares <= 0.0) return kMaxDecibels;
+    return std::min(10.0 * std::log10(3.0 * double(pair.pixels) / squares), kMaxDecibels);
 }
 
 double ssim(const Image& actual, const Image& reference, const Mask* mask) {
@@ -92,7 +92,7 @@ double ssim(const Image& actual, const Image& reference, const Mask* mask) {
 }
 
 double decibels(const Image& actual, const Image& reference, const Mask* mask) {
-    constexpr double kGreatest = 35215.0;  // of two colours, as published
+    constexpr double kMax = 35215.0;  // of two colours, as published
     const ComparedPair pair = comparedPair(actual, reference, mask);
     double squares = 0.0;
     for (std::size_t i = 0; i < pair.counted.size(); ++i) {
@@ -105,9 +105,9 @@ double decibels(const Image& actual, const Image& reference, const Mask* mask) {
         const double distance = 0.5053 * y * y + 0.299 * in * in + 0.1957 * quadrature * quadrature;
         squares += distance * distance;
     }
-    if (squares <= 0.0) return -kMostDecibels;
-    return std::max(10.0 * std::log10(std::sqrt(squares / double(pair.pixels)) / kGreatest),
-                    -kMostDecibels);
+    if (squares <= 0.0) return -kMaxDecibels;
+    return std::max(10.0 * std::log10(std::sqrt(squares / double(pair.pixels)) / kMax),
+                    -kMaxDecibels);
 }
 
 double flip(const Image& actual, const Image& reference, const Mask* mask, double pixelsPerDegree) {

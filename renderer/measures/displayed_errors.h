@@ -12,9 +12,9 @@
 namespace clerestory {
 
 // Equal pictures are infinitely many decibels apart; we say this many.
-inline constexpr double kMostDecibels = 120.0;
+inline constexpr double kMaxDecibels = 120.0;
 
-// 10 log10(1 / mean squared difference) over pixels and channels; 1 is white. 0..kMostDecibels.
+// 10 log10(1 / mean squared difference) over pixels and channels; 1 is white. 0..kMaxDecibels.
 double psnr(const Image& actual, const Image& reference, const Mask* mask = nullptr);
 
 // Structural similarity of luma (Rec. 601), -1..1, 1: equal. Wang, Bovik, Sheikh and Simoncelli,
@@ -25,7 +25,7 @@ double ssim(const Image& actual, const Image& reference, const Mask* mask = null
 
 // Root mean square of the squared YIQ distance, over the greatest that there is, in decibels:
 // 10 log10(sqrt(mean(d^2)) / 35215), where d = 0.5053 y^2 + 0.299 i^2 + 0.1957 q^2 of the
-// differences of 0..255 codes. 0: black and white; -kMostDecibels: equal. The distance is of
+// differences of 0..255 codes. 0: black and white; -kMaxDecibels: equal. The distance is of
 // Kotsarenko and Ramos, "Measuring perceived color difference using YIQ NTSC transmission color
 // space in mobile applications", 2010; the root mean square and the decibels are as model-viewer's
 // render-fidelity-tools publish them for the glTF viewers (common.ts: analyze, toDecibel).

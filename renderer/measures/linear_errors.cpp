@@ -9,9 +9,9 @@ namespace clerestory {
 namespace {
 
 // A black reference has no scale of its own; this is far below what a frame of half floats shows.
-constexpr double kLeastFloor = 1e-9;
+constexpr double kMinFloor = 1e-9;
 // Noise below this is rounding.
-constexpr double kLeastNoise = 1e-12;
+constexpr double kMinNoise = 1e-12;
 
 template <class Visit>
 void eachCounted(const ComparedPair& pair, Visit&& visit) {
@@ -44,7 +44,7 @@ LinearErrors linearErrors(const Image& actual, const Image& reference, const Mas
     errors.bias = difference / samples;
     errors.rmse = std::sqrt(squares / samples);
 
-    const double floor = std::max(kRelativeFloor * std::abs(errors.meanReference), kLeastFloor);
+    const double floor = std::max(kRelativeFloor * std::abs(errors.meanReference), kMinFloor);
     double relative = 0.0;
     eachCounted(
         pair, [&](double x, double r) { relative += (x - r) * (x - r) / (r * r + floor * floor); });
@@ -58,7 +58,7 @@ LinearErrors linearErrors(const Image& actual, const Image& reference, const Mas
 }
 
 double closedGap(double error, double errorOff, double floor) {
-    const double noise = std::max(floor, kLeastNoise);
+    const double noise = std::max(floor, kMinNoise);
     const auto decades = [noise](double value) {
         return std::log10(std::max(value, noise)) - std::log10(noise);
     };

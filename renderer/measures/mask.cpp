@@ -60,9 +60,9 @@ Mask maskOf(const Image& through, Effect effect) {
     });
 }
 
-Mask emissionMask(const Image& objectIds, const Scene& scene, const Dressing& dressing) {
+Mask emissionMask(const Image& objectIds, const Scene& scene, const MaterialBindings& materials) {
     std::vector<std::uint8_t> glows(scene.instances.size(), 0);
-    for (const Surface& surface : surfacesOf(scene, dressing)) {
+    for (const Surface& surface : surfacesOf(scene, materials)) {
         if (surface.emitter) glows[surface.instance] = 1;
     }
     return maskWhere(objectIds, [&](std::uint32_t id) {

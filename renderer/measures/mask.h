@@ -2,8 +2,8 @@
 #pragma once
 
 #include "image/image.h"
-#include "plan/frame_plan.h"
-#include "scene/dressing.h"
+#include "plan/graph/frame_plan.h"
+#include "scene/material_bindings.h"
 
 #include <cstdint>
 #include <vector>
@@ -29,6 +29,7 @@ FrameRequest maskRequest(FrameRequest request);
 Mask maskOf(const Image& through, Effect effect);
 
 // Pixels of things that glow, of a picture of the channel `objectId`. Throws as maskOf().
-Mask emissionMask(const Image& objectIds, const Scene& scene, const Dressing& dressing = {});
+Mask emissionMask(const Image& objectIds, const Scene& scene,
+                  const MaterialBindings& materials = {});
 
 }  // namespace clerestory

@@ -4,7 +4,7 @@
 
 #include "gl/buffer.h"
 #include "gl/state.h"
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
 
 #include <array>

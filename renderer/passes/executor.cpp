@@ -16,7 +16,7 @@ double millisecondsSince(Clock::time_point start) {
 }
 
 // Maps kept uploaded; what is rarely asked for is uploaded again.
-constexpr std::size_t kMostMaps = 4;
+constexpr std::size_t kMaxMaps = 4;
 
 std::uint32_t channelsOf(Channel channel) {
     return channel == Channel::color || channel == Channel::normal ? 3 : 1;
@@ -52,7 +52,7 @@ const GpuEnvironment& Executor::uploaded(const EnvironmentMap& map) {
         return maps_.front().environment;
     }
     maps_.push_front({map.contentHash, GpuEnvironment(map)});
-    if (maps_.size() > kMostMaps) maps_.pop_back();
+    if (maps_.size() > kMaxMaps) maps_.pop_back();
     return maps_.front().environment;
 }
 

@@ -4,7 +4,7 @@
 #include "gl/buffer.h"
 #include "gl/texture.h"
 #include "gl/vertex_array.h"
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
 
 #include <map>

@@ -6,9 +6,9 @@
 #include "passes/gpu_scene.h"
 #include "passes/material_block.h"
 #include "passes/traced_texels.h"
-#include "plan/lighting.h"
+#include "plan/effects/lighting.h"
 #include "scene/classification.h"
-#include "scene/dressing.h"
+#include "scene/material_bindings.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ std::span<const std::byte> bytesOf(const std::vector<T>& values) {
     return std::as_bytes(std::span(values));
 }
 
-Dressing dressingOf(const FramePlan& plan) {
+MaterialBindings materialsOf(const FramePlan& plan) {
     return {plan.materials, plan.materialOfInstance};
 }
 
@@ -61,13 +61,13 @@ void appendMaterial(std::vector<glm::vec4>& rows, const Scene& scene, const Mate
 
 bool GpuTracer::offered() {
     // Three corners of a triangle share no vertex at worst.
-    constexpr std::uint64_t kMostTexels =
-        std::max<std::uint64_t>(kMostTracedTexels, 3 * TRACE_VERTEX_PAIRS * kMostBvhTriangles);
+    constexpr std::uint64_t kMaxTexels =
+        std::max<std::uint64_t>(kMaxTracedTexels, 3 * TRACE_VERTEX_PAIRS * kMaxBvhTriangles);
     GLint units = 0, texels = 0;
     glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
     return units > UNIT_TRACE_TEXELS && texels >= 0 &&
-           static_cast<std::uint64_t>(texels) >= kMostTexels;
+           static_cast<std::uint64_t>(texels) >= kMaxTexels;
 }
 
 GpuTracer::GpuTracer(const GpuScene& scene)
@@ -85,11 +85,11 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
     std::vector<std::uint64_t> deformed;
     for (const auto& mesh : pose.deformed) deformed.push_back(mesh->hash);
     const bool moved = !built_ || pose.worldFromNode != worldFromNode_ || deformed != deformed_;
-    const bool dressed = !built_ || plan.materialOfInstance != materialOfInstance_ ||
-                         plan.materials != ownMaterials_;
-    if (moved || dressed) buildHierarchy(plan, pose, dressed);
+    const bool materialsChanged = !built_ || plan.materialOfInstance != materialOfInstance_ ||
+                                  plan.materials != ownMaterials_;
+    if (moved || materialsChanged) buildHierarchy(plan, pose, materialsChanged);
     if (moved || plan.lights != lights_) findLights(plan, pose);
-    if (dressed) {
+    if (materialsChanged) {
         fillMaterials(plan);
         findGlass(plan);
     }
@@ -101,12 +101,12 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
     built_ = true;
 }
 
-void GpuTracer::buildHierarchy(const FramePlan& plan, const Pose& pose, bool dressed) {
+void GpuTracer::buildHierarchy(const FramePlan& plan, const Pose& pose, bool materialsChanged) {
     const Scene& scene = scene_.scene();
-    const Dressing dressing = dressingOf(plan);
-    if (scene.clips.empty()) return uploadHierarchy(buildBvh(scene, pose, dressing));
-    if (dressed) still_ = buildStill(scene, pose, dressing);
-    uploadHierarchy(joined(still_, buildMoving(scene, pose, dressing, still_)));
+    const MaterialBindings materials = materialsOf(plan);
+    if (scene.clips.empty()) return uploadHierarchy(buildBvh(scene, pose, materials));
+    if (materialsChanged) still_ = buildStill(scene, pose, materials);
+    uploadHierarchy(joined(still_, buildMoving(scene, pose, materials, still_)));
 }
 
 void GpuTracer::uploadHierarchy(Bvh bvh) {
@@ -135,7 +135,7 @@ void GpuTracer::findLights(const FramePlan& plan, const Pose& pose) {
 // A material alone does not tell: a sheet is a pane, whatever thickness it says.
 void GpuTracer::findGlass(const FramePlan& plan) {
     glassOfInstance_.assign(scene_.scene().instances.size(), 0.0f);
-    for (const Surface& surface : surfacesOf(scene_.scene(), dressingOf(plan))) {
+    for (const Surface& surface : surfacesOf(scene_.scene(), materialsOf(plan))) {
         const int flag = surface.glass == Glass::solid  ? TRACE_SOLID
                          : surface.glass == Glass::pane ? TRACE_PANE
                                                         : 0;

@@ -5,7 +5,7 @@
 
 #include "gl/buffer.h"
 #include "passes/blocks.h"
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 #include "scene/bvh.h"
 
 #include <vector>
@@ -16,12 +16,12 @@ class DrawStream;
 class GpuScene;
 
 // Pictures at hits are read from a copy: their largest levels are left out until it fits.
-inline constexpr std::uint64_t kMostTracedTexels = 32'000'000;  // four bytes each
+inline constexpr std::uint64_t kMaxTracedTexels = 32'000'000;  // four bytes each
 
 class GpuTracer {
 public:
     // Whether the driver at hand has the texture units and the buffer textures for it, for any
-    // scene of up to kMostBvhTriangles.
+    // scene of up to kMaxBvhTriangles.
     static bool offered();
 
     // Uploads what no frame changes. `scene` must outlive it.
@@ -38,7 +38,7 @@ public:
     std::uint64_t bytes() const;
 
 private:
-    void buildHierarchy(const FramePlan& plan, const Pose& pose, bool dressed);
+    void buildHierarchy(const FramePlan& plan, const Pose& pose, bool materialsChanged);
     void uploadHierarchy(Bvh bvh);
     void findLights(const FramePlan& plan, const Pose& pose);
     void fillMaterials(const FramePlan& plan);

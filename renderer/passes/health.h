@@ -2,7 +2,7 @@
 #pragma once
 
 #include "passes/targets.h"
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 #include <cstdint>
 #include <vector>

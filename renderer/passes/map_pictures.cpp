@@ -6,7 +6,7 @@
 namespace clerestory {
 namespace {
 
-constexpr std::uint32_t kMostEdge = 256;
+constexpr std::uint32_t kMaxPictureEdge = 256;
 
 // The rows of `source` into `sheet` with its left upper corner at (x, y).
 void place(const gl::Framebuffer& source, bool lowestFirst, Image& sheet, std::uint32_t x,
@@ -25,7 +25,7 @@ void place(const gl::Framebuffer& source, bool lowestFirst, Image& sheet, std::u
 
 Image sheetOf(const Target& cube) {
     std::uint32_t level = 0;
-    while (level + 1 < cube.spec().levels && cube.spec().width >> level > kMostEdge) ++level;
+    while (level + 1 < cube.spec().levels && cube.spec().width >> level > kMaxPictureEdge) ++level;
     const std::uint32_t edge = cube.readable(0, level).width();
     Image sheet = makeImage(3 * edge, 2 * edge, 3, PixelType::float32);
     // A cube's first row is the top of its face as seen from within (OpenGL 4.3, table 8.18).

@@ -4,7 +4,7 @@
 
 #include "image/image.h"
 #include "passes/targets.h"
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 #include <string>
 #include <vector>

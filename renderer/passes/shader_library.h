@@ -2,7 +2,7 @@
 #pragma once
 
 #include "gl/program.h"
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 #include <compare>
 #include <map>

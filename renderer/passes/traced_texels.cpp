@@ -54,7 +54,7 @@ void takeRoots(std::span<std::byte> rgba) {
 
 TracedTexels tracedTexels(const Scene& scene, const std::vector<gl::Texture>& images) {
     std::uint32_t edge = 1u << 15;
-    while (edge > 1 && texelsBelow(scene, edge) > kMostTracedTexels) edge /= 2;
+    while (edge > 1 && texelsBelow(scene, edge) > kMaxTracedTexels) edge /= 2;
 
     TracedTexels result;
     result.bytes.resize(4 * std::max<std::uint64_t>(1, texelsBelow(scene, edge)));

@@ -20,7 +20,7 @@ struct TracedTexels {
     std::vector<glm::vec4> rows;
 };
 // `images` as Scene::images, on the GPU. The largest levels are left out until the texels are at
-// most kMostTracedTexels.
+// most kMaxTracedTexels.
 TracedTexels tracedTexels(const Scene& scene, const std::vector<gl::Texture>& images);
 
 }  // namespace clerestory

@@ -1,13 +1,13 @@
 // The walk over what a frame could need, and the reasons.
 #include "plan/planner.h"
 
-#include "plan/draws.h"
+#include "plan/effects/filters.h"
+#include "plan/effects/lighting.h"
 #include "plan/features.h"
-#include "plan/filters.h"
-#include "plan/lighting.h"
-#include "plan/plan_hash.h"
-#include "plan/view.h"
+#include "plan/graph/plan_hash.h"
 #include "plan/view_tree.h"
+#include "plan/visibility/draws.h"
+#include "plan/visibility/view.h"
 
 #include <algorithm>
 #include <bit>
@@ -163,14 +163,14 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     if (color) {
         plan.lights = placedLights(scene, pose, environment, fromMap, plan.environmentIntensity);
     }
-    const Dressing dressing = dressed(scene, request.overrides);
-    plan.materials = dressing.own;
-    const std::vector<Surface> surfaces = surfacesOf(scene, dressing);
+    const MaterialBindings materials = bindMaterials(scene, request.overrides);
+    plan.materials = materials.own;
+    const std::vector<Surface> surfaces = surfacesOf(scene, materials);
     const Stage stage{.scene = scene,
                       .pose = pose,
                       .request = request,
-                      .dressing = dressing,
-                      .dressingHash = hashOf(dressing),
+                      .materials = materials,
+                      .materialsHash = hashOf(materials),
                       .surfaces = surfaces,
                       .lights = plan.lights};
 
@@ -212,7 +212,7 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     const SeenView seen = tree.add(root);
     if (std::any_of(plan.passes.begin(), plan.passes.end(),
                     [](const Pass& pass) { return followsRays(pass); })) {
-        plan.materialOfInstance = dressing.materialOfInstance;
+        plan.materialOfInstance = materials.materialOfInstance;
         plan.hitFeatures = featuresOfAll(stage);
         plan.bounces = request.accuracy.bounces;
     }

@@ -1,7 +1,7 @@
 // The one place that decides: scene + request + maps already resident -> FramePlan. Pure.
 #pragma once
 
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 #include <map>
 #include <memory>

@@ -1,10 +1,10 @@
 // The walk: what a view sees, who serves it, and the passes that follow.
 #include "plan/view_tree.h"
 
-#include "plan/cost.h"
+#include "plan/cost/cost.h"
 #include "plan/features.h"
-#include "plan/view.h"
-#include "plan/visibility.h"
+#include "plan/visibility/view.h"
+#include "plan/visibility/visibility.h"
 
 #include <algorithm>
 #include <bit>
@@ -15,7 +15,7 @@ namespace clerestory {
 namespace {
 
 // Layers of glass behind glass that one view keeps apart; what is nearer shares the last one.
-constexpr std::size_t kMostGlassLayers = 4;
+constexpr std::size_t kMaxGlassLayers = 4;
 
 // What copying a pixel takes of shading one.
 constexpr double kCopiedPixel = 0.04;
@@ -327,7 +327,7 @@ void ViewTree::addGlass(const ViewJob& job, const SeenView& seen, const DrawScen
         const bool rough = surface.roughness > kSharpRoughness;
         const bool apart = surface.glass == Glass::pane && !rough;
         if (apart || !layerOf.contains(item.seen)) {
-            const bool full = layers.size() == (job.generation == 0 ? kMostGlassLayers : 1);
+            const bool full = layers.size() == (job.generation == 0 ? kMaxGlassLayers : 1);
             const ScreenBox box =
                 screenBox(job.view, apart ? item.box : seen.surfaces[item.seen].box);
             if (layers.empty() || (!full && !joins(layers.back(), box))) layers.emplace_back();

@@ -3,9 +3,9 @@
 // passes, children first, and the reasons. Pure.
 #pragma once
 
-#include "plan/draws.h"
-#include "plan/occlusion.h"
 #include "plan/planner.h"
+#include "plan/visibility/draws.h"
+#include "plan/visibility/occlusion.h"
 
 #include <map>
 #include <tuple>
@@ -23,7 +23,7 @@ struct ViewJob {
     TargetId target = kNoTarget;
     std::uint32_t face = 0;
     std::uint32_t generation = 0;   // 0: the root
-    double weight = 1.0;            // of the view in the frame; see kLeastWeight
+    double weight = 1.0;            // of the view in the frame; see kMinWeight
     bool captured = false;          // a probe's face, or what a mirror shows to one
     std::uint32_t mirrorsLeft = 0;  // mirrored views in mirrored views that may still be asked for
     std::uint32_t probeGeneration = 0;  // of the captured cubes that this view shows; 0: none
@@ -91,7 +91,7 @@ private:
         std::string name;
         Effect effect;
         double share = 0.0;   // of the view's picture
-        double weight = 0.0;  // share of the view's light; see kLeastWeight
+        double weight = 0.0;  // share of the view's light; see kMinWeight
         std::optional<Method> forced;
     };
     Method decide(const ViewJob& job, Case about, std::span<const Candidate> candidates);

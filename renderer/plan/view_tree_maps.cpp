@@ -1,5 +1,5 @@
 // Stored maps of a view tree: prefiltered, blurred where a material asks for it, and kept.
-#include "plan/plan_hash.h"
+#include "plan/graph/plan_hash.h"
 #include "plan/view_tree.h"
 
 #include <bit>

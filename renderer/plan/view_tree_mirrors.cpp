@@ -1,9 +1,9 @@
 // Flat mirrors of a view: which of them are worth a picture, and the views that draw those.
-#include "plan/cost.h"
+#include "plan/cost/cost.h"
 #include "plan/features.h"
-#include "plan/mirror.h"
 #include "plan/view_tree.h"
-#include "plan/visibility.h"
+#include "plan/visibility/mirror.h"
+#include "plan/visibility/visibility.h"
 
 #include <algorithm>
 #include <bit>
@@ -34,12 +34,12 @@ double sheetPixels(Preset preset) {
 
 // Pictures that one view has drawn, the strongest first; a mirrored view, which shows less, has
 // fewer.
-constexpr std::size_t kMostMirrors = 8;
-constexpr std::size_t kMostMirrorsMirrored = 3;
+constexpr std::size_t kMaxMirrors = 8;
+constexpr std::size_t kMaxMirrorsMirrored = 3;
 
 // Pixels beyond a rough mirror's edge that its blur may ask for: a lobe's tail of 5 alpha radians
 // (erratum P9), at most this share of the picture.
-constexpr double kMostGuard = 0.25;
+constexpr double kMaxGuard = 0.25;
 
 // Pictures of rough mirrors are whole squares of so many pixels: their blur does not depend on
 // where their borders lie.
@@ -65,7 +65,7 @@ struct ViewTree::MirrorGroup {
     Plane plane;                       // world, its front towards the eye
     double height = 0.0;               // of the eye above it, metres
     double roughness = 0.0;            // of the roughest, 0..1
-    double share = 0.0, weight = 0.0;  // of the view; see kLeastWeight
+    double share = 0.0, weight = 0.0;  // of the view; see kMinWeight
     std::string name;
     Index instance = 0;    // of its first surface
     bool flipped = false;  // all of it is seen from the back of two-sided parts
@@ -154,7 +154,7 @@ void ViewTree::serveFlat(const ViewJob& job, SeenView& seen, DrawScene& drawn) {
     for (const MirrorGroup& group : groups) strongest.push_back(&group);
     std::stable_sort(strongest.begin(), strongest.end(),
                      [](const auto* a, const auto* b) { return a->weight > b->weight; });
-    const std::size_t most = job.generation == 0 ? kMostMirrors : kMostMirrorsMirrored;
+    const std::size_t most = job.generation == 0 ? kMaxMirrors : kMaxMirrorsMirrored;
     for (std::size_t i = most; i < strongest.size(); ++i) {
         skip(job, strongest[i]->name, Effect::planarReflection,
              "weaker than the " + std::to_string(most) + " mirrors that have a picture");
@@ -173,7 +173,7 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, DrawScene& drawn,
         skip(job, group.name, Effect::planarReflection, "no generation is left for it");
         return;
     }
-    if (job.weight * group.weight < kLeastWeight) {
+    if (job.weight * group.weight < kMinWeight) {
         skip(job, group.name, Effect::planarReflection, "too weak or too small to be seen");
         return;
     }
@@ -189,7 +189,7 @@ void ViewTree::serveGroup(const ViewJob& job, SeenView& seen, DrawScene& drawn,
     const bool rough = group.roughness > kSharpRoughness;
     const double slope = pixelsPerSlope(job.view, job.height);
     const double guard =
-        rough ? std::min(5.0 * alpha * slope, kMostGuard * std::max(job.width, job.height)) : 0.0;
+        rough ? std::min(5.0 * alpha * slope, kMaxGuard * std::max(job.width, job.height)) : 0.0;
     const PixelRect touched = pixelRect(group.covered, job.width, job.height, guard);
     const PixelRect rect = rough ? ofWholeSquares(touched, kRoughSquare) : touched;
     const View child = mirroredView(cropped(job.view, rect, job.width, job.height), group.plane);

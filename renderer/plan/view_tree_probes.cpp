@@ -2,13 +2,13 @@
 // owner, without the owner; in generation k it shows the cubes of generation k - 1. A cube's
 // content is known by the passes that would draw it, so what is resident and still true is not
 // drawn.
-#include "plan/cost.h"
-#include "plan/enclosure.h"
+#include "plan/cost/cost.h"
 #include "plan/features.h"
-#include "plan/mirror.h"
-#include "plan/plan_hash.h"
-#include "plan/view.h"
+#include "plan/graph/plan_hash.h"
 #include "plan/view_tree.h"
+#include "plan/visibility/enclosure.h"
+#include "plan/visibility/mirror.h"
+#include "plan/visibility/view.h"
 
 #include <algorithm>
 #include <bit>
@@ -32,11 +32,11 @@ constexpr float kRoughLobe = 0.2f;
 // Texels along a face for a lobe of this roughness: a texel as wide as the lobe is 1 / (sqrt(6)
 // alpha) of a face's edge (erratum R1); this many make up one.
 constexpr double kTexelsPerLobe = 8.0;
-constexpr std::uint32_t kFewestTexels = 32;
+constexpr std::uint32_t kMinTexels = 32;
 std::uint32_t texelsFor(double roughness) {
     const double alpha = std::max(roughness * roughness, 1e-4);
     const double texels = kTexelsPerLobe / (2.449489742783178 * alpha);
-    return std::bit_ceil(std::max(kFewestTexels, static_cast<std::uint32_t>(texels)));
+    return std::bit_ceil(std::max(kMinTexels, static_cast<std::uint32_t>(texels)));
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ void ViewTree::serveCurved(const ViewJob& job, SeenView& seen, DrawScene& drawn)
         }
         if (hidden(job, name, Effect::environmentReflection, s.box)) continue;
         const double weight = reflectanceSeen(s.surface->reflectance, 0.5) * share;
-        if (job.weight * weight < kLeastWeight) {
+        if (job.weight * weight < kMinWeight) {
             skip(job, name, Effect::environmentReflection, "too weak or too small to be seen");
             continue;
         }
@@ -114,7 +114,7 @@ void ViewTree::serveRough(const ViewJob& job, SeenView& seen) const {
     for (SeenSurface& s : seen.surfaces) {
         const bool served = s.features & (FEATURE_MIRROR | FEATURE_TRACED_REFLECTION);
         const bool mirrors =
-            s.surface->reflector != Reflector::none || s.surface->why == Why::rough;
+            s.surface->reflector != Reflector::none || s.surface->why == ReflectorReason::rough;
         // Of what a texture varies the factor is the most.
         const bool rough = stage_.material(*s.surface).roughness > kRoughLobe;
         if (mirrors && rough && !served) s.features |= FEATURE_MAP_SAMPLES;
@@ -332,7 +332,7 @@ std::uint64_t ViewTree::circumstancesOf(const CapturePoint& point, std::uint32_t
     const Effects& on = stage_.request.effects;
     PlanHash hash;
     hash.add(stage_.scene.contentHash);
-    hash.add(stage_.dressingHash);
+    hash.add(stage_.materialsHash);
     hash.add(environment_.contentHash);
     for (const glm::dmat4& m : stage_.pose.worldFromNode) hash.add(m);
     for (const auto& deformed : stage_.pose.deformed) hash.add(deformed->hash);

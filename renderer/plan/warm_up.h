@@ -4,7 +4,7 @@
 //     for (const FramePlan plan = warmUpPlan(planFrame(...)); ...)  // draw each pass once
 #pragma once
 
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 namespace clerestory {
 

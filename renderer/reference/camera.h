@@ -1,7 +1,7 @@
 // Rays of a picture, from the numbers of a View and by this file's own formulae.
 #pragma once
 
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 namespace clerestory::reference {
 

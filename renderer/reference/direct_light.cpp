@@ -7,7 +7,7 @@
 namespace clerestory::reference {
 namespace {
 
-constexpr int kMostHoles = 64;  // surfaces that light passes on its way
+constexpr int kMaxHoles = 64;  // surfaces that light passes on its way
 
 double weighed(double chosen, double other) {
     return chosen / (chosen + other);
@@ -19,7 +19,7 @@ glm::dvec3 PathTracer::arriving(Ray ray, bool throughGlass) const {
     if (!world_.anyClear()) return glm::dvec3(world_.blocked(ray) ? 0.0 : 1.0);
     glm::dvec3 share(1.0);
     Media media;
-    for (int i = 0; i < kMostHoles; ++i) {
+    for (int i = 0; i < kMaxHoles; ++i) {
         const std::optional<Hit> hit = world_.nearest(ray);
         if (!hit) return share;
         const Point p = world_.pointAt(*hit, ray.direction);

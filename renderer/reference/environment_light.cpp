@@ -162,8 +162,8 @@ glm::dvec3 EnvironmentLight::diffuse(const glm::dvec3& normal) const {
 // A cell is chosen by its mean luminance times its solid angle; a uniform share of a twentieth
 // keeps what interpolation carries into dark cells findable.
 void EnvironmentLight::prepareChoices() {
-    constexpr std::uint32_t kMostCells = 128;
-    cells_ = std::min(map_.faceSize, kMostCells);
+    constexpr std::uint32_t kMaxCells = 128;
+    cells_ = std::min(map_.faceSize, kMaxCells);
     const std::uint32_t step = map_.faceSize / cells_;
     std::vector<double> weights;
     double all = 0.0;

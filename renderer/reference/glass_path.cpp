@@ -7,12 +7,12 @@
 namespace clerestory::reference {
 namespace {
 
-constexpr int kMostTries = 8;
+constexpr int kMaxTries = 8;
 const glm::dvec3 kUp(0.0, 0.0, 1.0);
 
 // A facet as v sees them; the last try is the surface itself, as is the first of smooth glass.
 glm::dvec3 facetFor(const glm::dvec3& v, double alpha, int attempt, Random& random) {
-    if (alpha < kLeastAlpha || attempt == kMostTries) return kUp;
+    if (alpha < kMinReferenceAlpha || attempt == kMaxTries) return kUp;
     return visibleFacet(v, alpha, random.pair());
 }
 
@@ -49,11 +49,11 @@ void PathTracer::meetSolid(Path& path, const Point& point) const {
         const double choice = path.random.one();
         if (choice < fresnel(cosine, eta).mean()) {
             const glm::dvec3 l = 2.0 * cosine * facet - v;
-            if (l.z <= 0.0 && attempt < kMostTries) continue;
+            if (l.z <= 0.0 && attempt < kMaxTries) continue;
             return reflectGlass(path, point, frame.toWorld(l));
         }
         const glm::dvec3 l = refracted(-v, facet, eta);
-        if (l.z >= 0.0 && attempt < kMostTries) continue;
+        if (l.z >= 0.0 && attempt < kMaxTries) continue;
         const glm::dvec3 tint = point.front ? point.baseColor : glm::dvec3(1.0);
         path.turn(World::leaving(point, above(frame.toWorld(l), -point.face)), tint);
         path.media = beyond;
@@ -68,7 +68,7 @@ void PathTracer::meetPane(Path& path, const Point& point) const {
     const Frame frame(point.normal);
     const glm::dvec3 v = frame.toLocal(-path.ray.direction);
     const double alpha = point.roughness * point.roughness;
-    const bool rough = alpha >= kLeastAlpha;
+    const bool rough = alpha >= kMinReferenceAlpha;
     for (int attempt = 0;; ++attempt) {
         const glm::dvec3 facet = facetFor(v, alpha, attempt, path.random);
         const double cosine = std::clamp(glm::dot(v, facet), 0.0, 1.0);
@@ -86,12 +86,12 @@ void PathTracer::meetPane(Path& path, const Point& point) const {
         const double chance = bright / all;
         if (path.random.one() < chance) {
             const glm::dvec3 l = 2.0 * cosine * facet - v;
-            if (l.z <= 0.0 && attempt < kMostTries) continue;
+            if (l.z <= 0.0 && attempt < kMaxTries) continue;
             path.weight *= shares.reflected / chance;
             return reflectGlass(path, point, frame.toWorld(l));
         }
         glm::dvec3 out = -v;
-        if (rough && attempt < kMostTries) {
+        if (rough && attempt < kMaxTries) {
             const glm::dvec3 within = refracted(-v, facet, ior);
             if (within.z >= 0.0) continue;
             const glm::dvec3 back = visibleFacet(-within, alpha, path.random.pair());

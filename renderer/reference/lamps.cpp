@@ -5,8 +5,8 @@ namespace {
 
 // As the renderer has them (shaders/include/optics.glsl): a lamp nearer than 1 cm shines as from 1
 // cm, and no spot's edge is sharper than this in the cosine.
-constexpr double kLeastDistanceSquared = 1e-4;
-constexpr double kLeastConeWidth = 1e-3;
+constexpr double kMinDistanceSquared = 1e-4;
+constexpr double kMinConeWidth = 1e-3;
 
 double areaOf(const World::Triangle& t) {
     return 0.5 * glm::length(glm::cross(glm::dvec3(t.b) - glm::dvec3(t.a),
@@ -50,13 +50,13 @@ LampLight lightAt(const Lamp& lamp, const glm::dvec3& place) {
     LampLight light;
     light.distance = glm::length(way);
     light.toLamp = unitOr(way, lamp.toLamp);
-    double share = 1.0 / std::max(light.distance * light.distance, kLeastDistanceSquared);
+    double share = 1.0 / std::max(light.distance * light.distance, kMinDistanceSquared);
     if (lamp.range > 0.0) {
         const double part = std::min(light.distance / lamp.range, 1.0);
         share *= 1.0 - part * part * part * part;
     }
     if (lamp.kind == LightKind::spot) {
-        const double width = std::max(lamp.cosInner - lamp.cosOuter, kLeastConeWidth);
+        const double width = std::max(lamp.cosInner - lamp.cosOuter, kMinConeWidth);
         const double within =
             std::clamp((glm::dot(light.toLamp, lamp.toLamp) - lamp.cosOuter) / width, 0.0, 1.0);
         share *= within * within;

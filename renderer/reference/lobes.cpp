@@ -7,7 +7,7 @@ namespace clerestory::reference {
 namespace {
 
 // The renderer's kMinRoughness, squared.
-constexpr double kLeastLampAlpha = 0.045 * 0.045;
+constexpr double kMinLampAlpha = 0.045 * 0.045;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ Lobes::Lobes(const Point& point, const glm::dvec3& toEye)
 }
 
 bool Lobes::mirror() const {
-    return alpha_ < kLeastAlpha;
+    return alpha_ < kMinReferenceAlpha;
 }
 
 // Metals have no index in glTF: theirs is Schlick's curve by definition. Of the others, the exact
@@ -84,7 +84,7 @@ glm::dvec3 Lobes::underLamp(const glm::dvec3& l, double diffuseShare, double cov
     if (l.z <= 0.0) return glm::dvec3(0.0);
     const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
     const double rest = 1.0 - greatest(fresnel(glm::dot(v_, half)));
-    return lobe(l, std::max(alpha_, kLeastLampAlpha), covered) +
+    return lobe(l, std::max(alpha_, kMinLampAlpha), covered) +
            diffuse_ * (diffuseShare * rest / kPi);
 }
 

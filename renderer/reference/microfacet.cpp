@@ -72,7 +72,7 @@ constexpr int kTableSize = 48;  // even in the root of the cosine and in the roo
 constexpr int kTableSamples = 32 * 32;
 
 double returnedOnceExactly(double cosine, double alpha) {
-    if (alpha < kLeastAlpha) return 1.0;
+    if (alpha < kMinReferenceAlpha) return 1.0;
     const double c = std::max(cosine, 1e-4);
     const glm::dvec3 v(std::sqrt(1.0 - c * c), 0.0, c);
     double sum = 0.0;

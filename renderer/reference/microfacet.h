@@ -7,7 +7,7 @@
 namespace clerestory::reference {
 
 // Lobes narrower than this (roughness 0.03) are mirrors.
-inline constexpr double kLeastAlpha = 1e-3;
+inline constexpr double kMinReferenceAlpha = 1e-3;
 
 // Density of facet normals per steradian.
 double facetDensity(const glm::dvec3& normal, double alpha);

@@ -7,18 +7,18 @@ namespace clerestory::reference {
 namespace {
 
 // The end of a path that cannot lose light, which chance reaches once in e^50.
-constexpr int kMostTurns = 1200;
+constexpr int kMaxTurns = 1200;
 
 // Rougher lobes are found by chance, and discs of slopes are no wider.
-constexpr double kMostAveraged = 0.6, kMostCovered = 0.5;
+constexpr double kMaxAveraged = 0.6, kMaxCovered = 0.5;
 
 // The chance that a path of that weight goes on after so many turns. Mirrors in mirrors are
 // followed for as long as they are seen clearly; light that diffuse walls have spread is not.
-double chanceToGoOn(ReferenceMode mode, int turns, double bright) {
-    constexpr double kMost = 0.95;
-    if (mode == ReferenceMode::full) return turns < 3 ? 1.0 : std::min(bright, kMost);
+double survivalProbability(ReferenceMode mode, int turns, double bright) {
+    constexpr double kMax = 0.95;
+    if (mode == ReferenceMode::full) return turns < 3 ? 1.0 : std::min(bright, kMax);
     constexpr double kFaint = 0.1;
-    return turns < 8 ? 1.0 : std::min(bright / kFaint, turns < 128 ? 1.0 : kMost);
+    return turns < 8 ? 1.0 : std::min(bright / kFaint, turns < 128 ? 1.0 : kMax);
 }
 
 }  // namespace
@@ -30,7 +30,7 @@ glm::dvec3 above(const glm::dvec3& direction, const glm::dvec3& face) {
 }
 
 void Media::enter(const Point& point) {
-    if (count < kMost) bodies[count++] = {point.instance, point.material};
+    if (count < kMax) bodies[count++] = {point.instance, point.material};
 }
 
 bool Media::leave(const Point& point) {
@@ -56,14 +56,14 @@ void PathTracer::Path::turn(const Ray& next, const glm::dvec3& share, double tur
 
 glm::dvec3 PathTracer::radiance(const Ray& ray, Random& random, const PixelShare& share) const {
     Path path{.ray = ray, .random = random, .stands = share};
-    for (int turns = 0; !path.ended && turns < kMostTurns; ++turns) {
+    for (int turns = 0; !path.ended && turns < kMaxTurns; ++turns) {
         if (const std::optional<Hit> hit = world_.nearest(path.ray))
             meet(path, *hit);
         else
             meetNothing(path);
         const double bright = greatest(path.weight);
         if (!(bright > 0.0)) break;
-        const double chance = chanceToGoOn(mode_, turns, bright);
+        const double chance = survivalProbability(mode_, turns, bright);
         if (chance >= 1.0) continue;
         if (random.one() >= chance) break;
         path.weight /= chance;
@@ -106,11 +106,11 @@ void PathTracer::meet(Path& path, const Hit& hit) const {
         path.ended = true;
         return;
     }
-    if (path.stands.edge > 0.0 && point.roughness < kMostAveraged && !lighting_.lamps.empty()) {
+    if (path.stands.edge > 0.0 && point.roughness < kMaxAveraged && !lighting_.lamps.empty()) {
         point.turn = world_.turnAcross(hit, point, path.ray.direction, path.stands.width);
         const double radius2 =
             point.turn * point.turn + 0.25 * path.stands.spread * path.stands.spread;
-        point.covered = std::min(radius2 / kPi, kMostCovered);
+        point.covered = std::min(radius2 / kPi, kMaxCovered);
     }
     // Only the dielectric part lets light through, so what is beside the clear share is more of a
     // metal than the whole, and the clear share is none.
@@ -138,15 +138,15 @@ void PathTracer::meetOpaque(Path& path, const Point& point) const {
 }
 
 bool PathTracer::hasOwnMap(const Point& point) const {
-    return effects_.environmentReflection && point.surface->why == Why::map &&
+    return effects_.environmentReflection && point.surface->why == ReflectorReason::map &&
            lighting_.named.contains(point.material->environmentMap);
 }
 
 bool PathTracer::traces(const Surface& surface) const {
-    if (surface.why == Why::map) return false;
+    if (surface.why == ReflectorReason::map) return false;
     if (mode_ == ReferenceMode::full) return true;
     if (surface.reflector == Reflector::flat) return effects_.planarReflection;
-    if (surface.reflector == Reflector::curved || surface.why == Why::round) {
+    if (surface.reflector == Reflector::curved || surface.why == ReflectorReason::round) {
         return effects_.environmentReflection;
     }
     return false;

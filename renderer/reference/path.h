@@ -27,8 +27,8 @@ struct Media {
         Index instance = 0;
         const Material* material = nullptr;
     };
-    static constexpr std::size_t kMost = 8;  // deeper ones count as empty
-    std::array<Body, kMost> bodies;
+    static constexpr std::size_t kMax = 8;  // deeper ones count as empty
+    std::array<Body, kMax> bodies;
     std::size_t count = 0;
 
     double index() const { return count > 0 ? std::max(1.0, double(last().material->ior)) : 1.0; }

@@ -1,9 +1,9 @@
 // From a request to a picture: what to trace, pixels to threads, two halves to a noise floor.
 #include "reference/reference.h"
 
-#include "plan/lighting.h"
+#include "plan/effects/lighting.h"
 #include "plan/planner.h"
-#include "plan/view.h"
+#include "plan/visibility/view.h"
 #include "reference/camera.h"
 #include "reference/path.h"
 
@@ -27,13 +27,12 @@ void check(const ReferenceRequest& r) {
         throw InvalidRequest(std::move(errors));
     }
     if (!clipsNamed(r.scene, r.frame.clip)) throw InvalidRequest({noSuchClip(r.scene)});
-    if (r.samples < 2 || r.samples > kMostReferenceSamples) {
-        throw std::invalid_argument("samples must be 2 to " +
-                                    std::to_string(kMostReferenceSamples));
+    if (r.samples < 2 || r.samples > kMaxReferenceSamples) {
+        throw std::invalid_argument("samples must be 2 to " + std::to_string(kMaxReferenceSamples));
     }
-    if (r.threads > kMostReferenceThreads) {
+    if (r.threads > kMaxReferenceThreads) {
         throw std::invalid_argument("threads must be at most " +
-                                    std::to_string(kMostReferenceThreads));
+                                    std::to_string(kMaxReferenceThreads));
     }
 }
 
@@ -212,9 +211,9 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
     const FrameRequest& frame = request.frame;
     const Pose pose = poseAt(request.scene, *clipsNamed(request.scene, frame.clip), frame.time);
     const View view = requestedView(frame.camera, request.scene, pose, frame.width, frame.height);
-    const Dressing dressing = dressed(request.scene, frame.overrides);
+    const MaterialBindings materials = bindMaterials(request.scene, frame.overrides);
 
-    const World world(request.scene, pose, dressing, frame.effects);
+    const World world(request.scene, pose, materials, frame.effects);
     const Lighting lighting =
         lightingOf(request, pose, world.origin(), worldFromMap(frame, request.scene));
     const PathTracer tracer(world, lighting, frame.effects, request.mode);
@@ -222,7 +221,7 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
     const std::uint32_t threads =
         request.threads > 0 ? request.threads : std::max(1u, std::thread::hardware_concurrency());
     Picture picture(world, tracer, view, request);
-    if (!traceAll(picture, std::min(threads, kMostReferenceThreads), progress)) {
+    if (!traceAll(picture, std::min(threads, kMaxReferenceThreads), progress)) {
         return std::nullopt;
     }
     return picture.finished();

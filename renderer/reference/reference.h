@@ -24,8 +24,8 @@
 #pragma once
 
 #include "image/image.h"
-#include "plan/frame_request.h"
 #include "plan/planner.h"
+#include "plan/request/frame_request.h"
 #include "scene/environment.h"
 #include "scene/scene.h"
 
@@ -36,8 +36,8 @@ namespace clerestory {
 
 enum class ReferenceMode { effects, full };
 
-inline constexpr std::uint32_t kMostReferenceSamples = 65536;
-inline constexpr std::uint32_t kMostReferenceThreads = 256;
+inline constexpr std::uint32_t kMaxReferenceSamples = 65536;
+inline constexpr std::uint32_t kMaxReferenceThreads = 256;
 
 struct ReferenceRequest {
     const Scene& scene;  // with the texels of its images: not the copy that a Renderer keeps
@@ -47,7 +47,7 @@ struct ReferenceRequest {
     const EnvironmentMap& environment;  // the map that lights the scene
     EnvironmentMaps maps = {};          // those that materials name
     ReferenceMode mode = ReferenceMode::effects;
-    std::uint32_t samples = 64;  // a pixel, 2 ... kMostReferenceSamples; odd ones are rounded up
+    std::uint32_t samples = 64;  // a pixel, 2 ... kMaxReferenceSamples; odd ones are rounded up
     std::uint64_t seed = 1;
     std::uint32_t threads = 0;  // 0: one for each processor; the picture is the same for any number
 };

@@ -42,13 +42,14 @@ glm::dvec3 bumpOf(const Scene& scene, const TextureSlot& slot, const glm::dvec4&
 
 }  // namespace
 
-World::World(const Scene& scene, const Pose& pose, const Dressing& dressing, const Effects& effects)
+World::World(const Scene& scene, const Pose& pose, const MaterialBindings& materials,
+             const Effects& effects)
     : scene_(scene),
       pose_(pose),
-      dressing_(dressing),
+      materials_(materials),
       emission_(effects.emission),
       refraction_(effects.refraction),
-      surfaces_(surfacesOf(scene, dressing)) {
+      surfaces_(surfacesOf(scene, materials)) {
     for (const TextureImage& image : scene.images) {
         if (image.texels.size() < std::size_t{4} * image.width * image.height) {
             throw std::invalid_argument("the scene's images hold no texels");

@@ -2,7 +2,7 @@
 // materials say at a point.
 #pragma once
 
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 #include "reference/vectors.h"
 #include "scene/classification.h"
 
@@ -53,7 +53,8 @@ struct Point {
 class World {
 public:
     // What is referred to must outlive it. Throws std::invalid_argument for images without texels.
-    World(const Scene& scene, const Pose& pose, const Dressing& dressing, const Effects& effects);
+    World(const Scene& scene, const Pose& pose, const MaterialBindings& materials,
+          const Effects& effects);
     ~World();
     World(const World&) = delete;
     World& operator=(const World&) = delete;
@@ -92,7 +93,7 @@ public:
     const std::vector<Triangle>& triangles() const { return triangles_; }
     const Surface& surfaceOf(const Triangle& triangle) const { return surfaces_[triangle.surface]; }
     const Material& materialOf(const Surface& surface) const {
-        return dressing_.material(scene_, surface.material);
+        return materials_.material(scene_, surface.material);
     }
 
     // Whether a hit counts; for Embree.
@@ -115,7 +116,7 @@ private:
 
     const Scene& scene_;
     const Pose& pose_;
-    const Dressing& dressing_;
+    const MaterialBindings& materials_;
     bool emission_ = true, refraction_ = true;
     std::vector<Surface> surfaces_;
     std::vector<Placing> placings_;

@@ -10,7 +10,7 @@ namespace clerestory {
 namespace {
 
 constexpr int kBins = 16;
-constexpr std::uint32_t kMostInLeaf = 4;
+constexpr std::uint32_t kMaxInLeaf = 4;
 // Of a step through a node, in triangle tests (both fetch about as much).
 constexpr float kNodeCost = 1.0f;
 // Deeper than any sensible split goes; from here on halves are even, so recursion is bounded.
@@ -64,16 +64,17 @@ float sideOf(const Material& material, const glm::dmat4& worldFromModel) {
 }
 
 // Of the instances that `chosen` says; at most `most`.
-std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose, const Dressing& dressing,
-                                  const glm::dvec3& origin, const std::vector<bool>& chosen,
-                                  std::uint64_t most, std::uint64_t& dropped) {
+std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose,
+                                  const MaterialBindings& materials, const glm::dvec3& origin,
+                                  const std::vector<bool>& chosen, std::uint64_t most,
+                                  std::uint64_t& dropped) {
     std::vector<BvhTriangle> triangles;
     for (Index i = 0; i < scene.instances.size(); ++i) {
         if (!chosen[i]) continue;
         const Instance& instance = scene.instances[i];
         const glm::dmat4& worldFromModel = pose.worldFromNode[instance.node];
         const float side =
-            sideOf(dressing.material(scene, dressing.materialOf(scene, i)), worldFromModel);
+            sideOf(materials.material(scene, materials.materialOf(scene, i)), worldFromModel);
         const Mesh& mesh = scene.meshes[instance.mesh];
         const MeshVertices vertices = verticesOf(scene, pose, mesh);
         for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
@@ -147,7 +148,7 @@ private:
         const float area = box.area();
         const bool pays =
             split.axis >= 0 && kNodeCost * area + split.cost < static_cast<float>(count) * area;
-        if (count == 1 || (count <= kMostInLeaf && !pays)) {
+        if (count == 1 || (count <= kMaxInLeaf && !pays)) {
             bvh_.nodes[node].leaf =
                 static_cast<float>(kBvhLeafCount * bvh_.triangles.size() + count);
             for (std::uint32_t i = begin; i < end; ++i) {
@@ -264,12 +265,12 @@ Frame frameOf(const Scene& scene, const Pose& pose) {
             std::max({half.x, half.y, half.z})};
 }
 
-Bvh built(const Scene& scene, const Pose& pose, const Dressing& dressing, const Frame& frame,
-          const std::vector<bool>& chosen, std::uint64_t most) {
+Bvh built(const Scene& scene, const Pose& pose, const MaterialBindings& materials,
+          const Frame& frame, const std::vector<bool>& chosen, std::uint64_t most) {
     Bvh bvh;
     bvh.origin = frame.origin;
     const std::vector<BvhTriangle> triangles =
-        gathered(scene, pose, dressing, bvh.origin, chosen, most, bvh.dropped);
+        gathered(scene, pose, materials, bvh.origin, chosen, most, bvh.dropped);
     if (!triangles.empty()) Builder(triangles, frame.farthest, bvh);
     return bvh;
 }
@@ -288,17 +289,18 @@ void append(Bvh& to, const Bvh& part) {
 
 }  // namespace
 
-Bvh buildStill(const Scene& scene, const Pose& pose, const Dressing& dressing) {
+Bvh buildStill(const Scene& scene, const Pose& pose, const MaterialBindings& materials) {
     std::vector<bool> chosen = instancesThatMove(scene);
     chosen.flip();
-    return built(scene, pose, dressing, frameOf(scene, pose), chosen, kMostBvhTriangles);
+    return built(scene, pose, materials, frameOf(scene, pose), chosen, kMaxBvhTriangles);
 }
 
-Bvh buildMoving(const Scene& scene, const Pose& pose, const Dressing& dressing, const Bvh& still) {
+Bvh buildMoving(const Scene& scene, const Pose& pose, const MaterialBindings& materials,
+                const Bvh& still) {
     Frame frame = frameOf(scene, pose);
     frame.origin = still.origin;
-    return built(scene, pose, dressing, frame, instancesThatMove(scene),
-                 kMostBvhTriangles - still.triangles.size());
+    return built(scene, pose, materials, frame, instancesThatMove(scene),
+                 kMaxBvhTriangles - still.triangles.size());
 }
 
 Bvh joined(const Bvh& still, const Bvh& moving) {
@@ -314,9 +316,9 @@ Bvh joined(const Bvh& still, const Bvh& moving) {
     return both;
 }
 
-Bvh buildBvh(const Scene& scene, const Pose& pose, const Dressing& dressing) {
-    const Bvh still = buildStill(scene, pose, dressing);
-    return joined(still, buildMoving(scene, pose, dressing, still));
+Bvh buildBvh(const Scene& scene, const Pose& pose, const MaterialBindings& materials) {
+    const Bvh still = buildStill(scene, pose, materials);
+    return joined(still, buildMoving(scene, pose, materials, still));
 }
 
 namespace {

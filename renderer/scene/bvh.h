@@ -8,7 +8,7 @@
 // Does not: shade, know OpenGL.
 #pragma once
 
-#include "scene/dressing.h"
+#include "scene/material_bindings.h"
 
 #include <cstdint>
 #include <optional>
@@ -53,15 +53,16 @@ struct Bvh {
 
 // Everything that is drawn, each instance's triangles where the pose puts them. A side that is not
 // drawn is not met: single-sided surfaces turn rays away from the front alone, transmissive ones
-// from both sides. An empty scene has no nodes. Triangles above kMostBvhTriangles are dropped, the
+// from both sides. An empty scene has no nodes. Triangles above kMaxBvhTriangles are dropped, the
 // last first.
-inline constexpr std::uint64_t kMostBvhTriangles = 2'000'000;
-Bvh buildBvh(const Scene& scene, const Pose& pose, const Dressing& dressing = {});
+inline constexpr std::uint64_t kMaxBvhTriangles = 2'000'000;
+Bvh buildBvh(const Scene& scene, const Pose& pose, const MaterialBindings& materials = {});
 
 // The same in two steps, for who keeps the first: buildBvh() is the two joined. The
 // pose of the first may be of any moment. A scene in which nothing moves is all still.
-Bvh buildStill(const Scene& scene, const Pose& pose, const Dressing& dressing = {});
-Bvh buildMoving(const Scene& scene, const Pose& pose, const Dressing& dressing, const Bvh& still);
+Bvh buildStill(const Scene& scene, const Pose& pose, const MaterialBindings& materials = {});
+Bvh buildMoving(const Scene& scene, const Pose& pose, const MaterialBindings& materials,
+                const Bvh& still);
 // One root over both; the still part's nodes stand behind it, then the others. Of a part that is
 // empty nothing is left, not even the root.
 Bvh joined(const Bvh& still, const Bvh& moving);

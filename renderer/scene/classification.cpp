@@ -28,35 +28,37 @@ float reflectanceOf(const Scene& scene, const Material& m, float metallic) {
 }
 
 void setReflectors(const Material& m, MaterialClass& c) {
-    const auto both = [&](Reflector flat, Reflector curved, Why why) {
+    const auto both = [&](Reflector flat, Reflector curved, ReflectorReason why) {
         c.onFlat = flat;
         c.onCurved = curved;
         c.whyFlat = c.whyCurved = why;
     };
     const bool metal = c.metallic >= kMirrorMetallic;
     const bool lobe = metal || m.specular > 0.0f;
-    if (m.unlit) return both(Reflector::none, Reflector::none, Why::unlit);
+    if (m.unlit) return both(Reflector::none, Reflector::none, ReflectorReason::unlit);
     if (m.reflection == Reflection::none) {
-        return both(Reflector::none, Reflector::none, Why::refused);
+        return both(Reflector::none, Reflector::none, ReflectorReason::refused);
     }
-    if (!lobe) return both(Reflector::none, Reflector::none, Why::noLobe);
-    if (!m.environmentMap.empty()) return both(Reflector::curved, Reflector::curved, Why::map);
-    if (!m.probe.empty()) return both(Reflector::curved, Reflector::curved, Why::probe);
+    if (!lobe) return both(Reflector::none, Reflector::none, ReflectorReason::noLobe);
+    if (!m.environmentMap.empty())
+        return both(Reflector::curved, Reflector::curved, ReflectorReason::map);
+    if (!m.probe.empty()) return both(Reflector::curved, Reflector::curved, ReflectorReason::probe);
     if (m.reflection == Reflection::mirror) {
-        return both(Reflector::flat, Reflector::curved, Why::asked);
+        return both(Reflector::flat, Reflector::curved, ReflectorReason::asked);
     }
     if (metal) {
         if (c.roughness <= kMirrorRoughness) {
-            return both(Reflector::flat, Reflector::curved, Why::metal);
+            return both(Reflector::flat, Reflector::curved, ReflectorReason::metal);
         }
-        return both(Reflector::none, Reflector::none, Why::rough);
+        return both(Reflector::none, Reflector::none, ReflectorReason::rough);
     }
-    if (c.roughness > kGlossRoughness) return both(Reflector::none, Reflector::none, Why::dull);
+    if (c.roughness > kGlossRoughness)
+        return both(Reflector::none, Reflector::none, ReflectorReason::dull);
     if (m.alphaMode == AlphaMode::mask) {
-        return both(Reflector::none, Reflector::none, Why::cutOut);
+        return both(Reflector::none, Reflector::none, ReflectorReason::cutOut);
     }
-    both(Reflector::flat, Reflector::none, Why::gloss);
-    c.whyCurved = Why::round;
+    both(Reflector::flat, Reflector::none, ReflectorReason::gloss);
+    c.whyCurved = ReflectorReason::round;
 }
 
 // Whether all of a mesh lies in one plane, or in both sides of it.
@@ -105,24 +107,24 @@ MaterialClass classOf(const Scene& scene, const Material& m) {
     return c;
 }
 
-std::vector<Surface> surfacesOf(const Scene& scene, const Dressing& dressing) {
+std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& materials) {
     std::vector<MaterialClass> classes;
-    classes.reserve(scene.materials.size() + dressing.own.size());
+    classes.reserve(scene.materials.size() + materials.own.size());
     for (const Material& m : scene.materials) classes.push_back(classOf(scene, m));
-    for (const Material& m : dressing.own) classes.push_back(classOf(scene, m));
+    for (const Material& m : materials.own) classes.push_back(classOf(scene, m));
 
     std::vector<Surface> surfaces;
     surfaces.reserve(scene.instances.size());
     for (Index i = 0; i < scene.instances.size(); ++i) {
         const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
-        const Index material = dressing.materialOf(scene, i);
+        const Index material = materials.materialOf(scene, i);
         const MaterialClass& c = classes[material];
         Surface rest{.instance = i,
                      .material = material,
                      .firstCluster = mesh.firstCluster,
                      .clusterCount = mesh.clusterCount,
                      .emitter = c.emitter,
-                     .glass = glassOf(scene, dressing.material(scene, material), c, mesh),
+                     .glass = glassOf(scene, materials.material(scene, material), c, mesh),
                      .reflector = c.onCurved,
                      .why = c.whyCurved,
                      .roughness = c.roughness,
@@ -149,45 +151,47 @@ std::vector<Surface> surfacesOf(const Scene& scene, const Dressing& dressing) {
     return surfaces;
 }
 
-std::string reflectorReason(const Scene& scene, const Dressing& dressing, const Surface& surface) {
-    const Material& m = dressing.material(scene, surface.material);
+std::string reflectorReason(const Scene& scene, const MaterialBindings& materials,
+                            const Surface& surface) {
+    const Material& m = materials.material(scene, surface.material);
     const float metallic = classOf(scene, m).metallic;
     const float roughness = surface.roughness;
     switch (surface.why) {
-        case Why::metal:
+        case ReflectorReason::metal:
             return words("metal (metallic %.2g) and smooth (roughness %.2g)", metallic, roughness);
-        case Why::gloss:
+        case ReflectorReason::gloss:
             return words("smooth (roughness %.2g) and in one plane", roughness);
-        case Why::asked:
+        case ReflectorReason::asked:
             return "its material says reflection: mirror";
-        case Why::probe:
+        case ReflectorReason::probe:
             return "its material names the probe '" + m.probe + "'";
-        case Why::map:
+        case ReflectorReason::map:
             return "its material names the environment map '" + m.environmentMap + "'";
-        case Why::unlit:
+        case ReflectorReason::unlit:
             return "unlit";
-        case Why::refused:
+        case ReflectorReason::refused:
             return "its material says reflection: none";
-        case Why::rough:
+        case ReflectorReason::rough:
             return words("a metal, but rough (roughness %.2g, at most %.2g mirrors)", roughness,
                          kMirrorRoughness);
-        case Why::dull:
+        case ReflectorReason::dull:
             return words(
                 "no metal (metallic %.2g), and rough (roughness %.2g, at most %.2g is a "
                 "glossy plane)",
                 metallic, roughness, kGlossRoughness);
-        case Why::round:
+        case ReflectorReason::round:
             return words("smooth (roughness %.2g), but neither metal nor flat", roughness);
-        case Why::cutOut:
+        case ReflectorReason::cutOut:
             return "no metal, and cut out by its picture";
-        case Why::noLobe:
+        case ReflectorReason::noLobe:
             return "no metal, and its specular factor is 0";
     }
     return {};
 }
 
-std::string glassReason(const Scene& scene, const Dressing& dressing, const Surface& surface) {
-    const Material& m = dressing.material(scene, surface.material);
+std::string glassReason(const Scene& scene, const MaterialBindings& materials,
+                        const Surface& surface) {
+    const Material& m = materials.material(scene, surface.material);
     const float transmission = classOf(scene, m).transmission;
     if (surface.glass == Glass::solid) {
         return words("transmission %.2g and thickness %.3g: light passes a volume", transmission,
@@ -200,9 +204,10 @@ std::string glassReason(const Scene& scene, const Dressing& dressing, const Surf
                : words("transmission %.2g without thickness: thin-walled", transmission);
 }
 
-std::string emitterReason(const Scene& scene, const Dressing& dressing, const Surface& surface) {
+std::string emitterReason(const Scene& scene, const MaterialBindings& materials,
+                          const Surface& surface) {
     if (!surface.emitter) return "emits nothing";
-    const glm::vec3 radiance = emittedRadiance(dressing.material(scene, surface.material));
+    const glm::vec3 radiance = emittedRadiance(materials.material(scene, surface.material));
     return words("emits up to (%.3g, %.3g, %.3g)", radiance.x, radiance.y, radiance.z);
 }
 

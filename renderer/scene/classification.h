@@ -3,7 +3,7 @@
 // Does not: decide what is drawn for it (plan), nor look at views or switches.
 #pragma once
 
-#include "scene/dressing.h"
+#include "scene/material_bindings.h"
 
 #include <string>
 #include <vector>
@@ -22,7 +22,7 @@ enum class Reflector : std::uint8_t {
 };
 
 // Why a surface reflects the scene, or why not.
-enum class Why : std::uint8_t {
+enum class ReflectorReason : std::uint8_t {
     metal,    // metallic >= kMirrorMetallic and roughness <= kMirrorRoughness
     gloss,    // a smooth dielectric in one plane: floors, panes, table tops
     asked,    // reflection: mirror
@@ -47,7 +47,7 @@ struct MaterialClass {
     bool transmits = false;
     Reflector onFlat = Reflector::none;    // what its flat parts are
     Reflector onCurved = Reflector::none;  // and everything else
-    Why whyFlat = Why::dull, whyCurved = Why::dull;
+    ReflectorReason whyFlat = ReflectorReason::dull, whyCurved = ReflectorReason::dull;
     float metallic = 0.0f, roughness = 1.0f, transmission = 0.0f;
     float reflectance = 0.0f;  // of light along the normal, mean of the channels
 };
@@ -56,14 +56,14 @@ MaterialClass classOf(const Scene& scene, const Material& material);
 // Clusters of one instance that follow each other and are one thing to light.
 struct Surface {
     Index instance = 0;
-    Index material = 0;  // as in Dressing
+    Index material = 0;  // as in MaterialBindings
     std::uint32_t firstCluster = 0;
     std::uint32_t clusterCount = 0;
     Index flatPart = kNone;  // in Scene::flatParts, when it is a flat mirror
     bool emitter = false;
     Glass glass = Glass::none;
     Reflector reflector = Reflector::none;
-    Why why = Why::dull;
+    ReflectorReason why = ReflectorReason::dull;
     float roughness = 1.0f;    // mean
     float reflectance = 0.0f;  // along the normal, mean
     double area = 0.0;         // mesh space
@@ -73,12 +73,15 @@ struct Surface {
 
 // Every cluster of every instance once: an instance's flat mirrors first, largest first, then the
 // rest of it as one surface. In the order of instances.
-std::vector<Surface> surfacesOf(const Scene& scene, const Dressing& dressing = {});
+std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& materials = {});
 
 // Sentences without a full stop, for people: why it reflects or not, why it is glass of that kind,
 // what it emits.
-std::string reflectorReason(const Scene& scene, const Dressing& dressing, const Surface& surface);
-std::string glassReason(const Scene& scene, const Dressing& dressing, const Surface& surface);
-std::string emitterReason(const Scene& scene, const Dressing& dressing, const Surface& surface);
+std::string reflectorReason(const Scene& scene, const MaterialBindings& materials,
+                            const Surface& surface);
+std::string glassReason(const Scene& scene, const MaterialBindings& materials,
+                        const Surface& surface);
+std::string emitterReason(const Scene& scene, const MaterialBindings& materials,
+                          const Surface& surface);
 
 }  // namespace clerestory

@@ -17,9 +17,9 @@ constexpr double kThinnestPart = 1e-6;   // second extent over first: thinner is
 constexpr double kCoarse = 4e-3;         // what may at all lie in a plane that is not yet fitted
 constexpr float kCoarseCosine = 0.003f;  // some 3.4 degrees more than kSameDirection
 // Vertex normals that lean away by less follow the plane; by more they were smoothed over an edge.
-constexpr double kLeastLean = 1.0 * kDegree, kMostLean = 33.0 * kDegree;
-constexpr int kMostAttempts = 48;
-constexpr int kMostRounds = 8;
+constexpr double kMinLean = 1.0 * kDegree, kMaxLean = 33.0 * kDegree;
+constexpr int kMaxAttempts = 48;
+constexpr int kMaxRounds = 8;
 
 // Directions on 64 x 64 cells of an octahedron (some 2 degrees), offsets in 512 steps.
 constexpr int kCells = 64, kSteps = 512;
@@ -60,7 +60,7 @@ public:
         measure();
         binTriangles();
         std::vector<FlatGroup> found;
-        for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+        for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
             const auto fullest = std::max_element(binArea_.begin(), binArea_.end());
             // A plane's area is shared by eight bins at worst.
             if (fullest == binArea_.end() || *fullest < leastArea_ / 8.0) break;
@@ -82,7 +82,7 @@ public:
         std::sort(found.begin(), found.end(), [](const FlatGroup& a, const FlatGroup& b) {
             return a.area != b.area ? a.area > b.area : a.triangles[0] < b.triangles[0];
         });
-        if (found.size() > kMostFlatParts) found.resize(kMostFlatParts);
+        if (found.size() > kMaxFlatParts) found.resize(kMaxFlatParts);
         for (FlatGroup& group : found) inMeshSpace(group);
         return found;
     }
@@ -118,7 +118,7 @@ private:
         unit_ = std::exp2(std::floor(std::log2(glm::length(high - low))));
         perUnit_ = 1.0 / unit_;
         const glm::dvec3 extent = (high - low) * perUnit_;
-        leastArea_ = kLeastFlatShare *
+        leastArea_ = kMinFlatShare *
                      std::max({extent.x * extent.y, extent.y * extent.z, extent.z * extent.x});
         // Half a unit in the last place of the farthest coordinate, along each of three axes.
         const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
@@ -219,7 +219,7 @@ private:
                 candidates.push_back(t);
             }
         }
-        for (int round = 0; round < kMostRounds; ++round) {
+        for (int round = 0; round < kMaxRounds; ++round) {
             const double tolerance = std::max(kFlatness * diagonal, 2.0 * noise_);
             std::vector<std::uint32_t> next;
             for (const std::uint32_t t : candidates) {
@@ -274,7 +274,7 @@ private:
             for (const std::uint32_t v : triangles_[t]) {
                 const double cosine = glm::dot(glm::dvec3(vertices_[v].normal), group.plane.normal);
                 const double lean = std::acos(std::clamp(cosine, -1.0, 1.0));
-                if (lean > kLeastLean && lean < kMostLean) leaning += facets_[t].area / 3.0;
+                if (lean > kMinLean && lean < kMaxLean) leaning += facets_[t].area / 3.0;
             }
         }
         return leaning > 0.5 * group.area;

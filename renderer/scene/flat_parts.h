@@ -15,10 +15,10 @@ struct FlatGroup {
     double area = 0.0;
 };
 
-inline constexpr std::size_t kMostFlatParts = 12;  // per mesh
+inline constexpr std::size_t kMaxFlatParts = 12;  // per mesh
 
 // A part's share of the largest face of the mesh's box, below which nobody would miss its mirror.
-inline constexpr double kLeastFlatShare = 0.02;
+inline constexpr double kMinFlatShare = 0.02;
 
 // Largest first. Scale-free and the same in any orientation (erratum P4): in a group every corner
 // is within 1e-4 of the group's diagonal of its plane, every triangle's normal within 1 degree of

@@ -128,34 +128,34 @@ std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialO
     return errors;
 }
 
-Dressing dressed(const Scene& scene, const std::vector<MaterialOverride>& overrides) {
-    Dressing dressing;
-    if (overrides.empty()) return dressing;
+MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides) {
+    MaterialBindings materials;
+    if (overrides.empty()) return materials;
     const auto choices = choicesOf(scene, overrides);
     std::map<std::pair<Index, std::vector<std::uint32_t>>, Index> made;
     for (std::size_t i = 0; i < choices.size(); ++i) {
         const Index own = scene.instances[i].material;
-        dressing.materialOfInstance.push_back(own);
+        materials.materialOfInstance.push_back(own);
         if (choices[i].empty()) continue;
-        const auto next = static_cast<Index>(scene.materials.size() + dressing.own.size());
+        const auto next = static_cast<Index>(scene.materials.size() + materials.own.size());
         const auto [found, isNew] = made.try_emplace({own, choices[i]}, next);
         if (isNew) {
             Material material = scene.materials[own];
             for (const std::uint32_t o : choices[i]) apply(scene, overrides[o], material);
-            dressing.own.push_back(std::move(material));
+            materials.own.push_back(std::move(material));
         }
-        dressing.materialOfInstance.back() = found->second;
+        materials.materialOfInstance.back() = found->second;
     }
-    if (dressing.own.empty()) dressing.materialOfInstance.clear();
-    return dressing;
+    if (materials.own.empty()) materials.materialOfInstance.clear();
+    return materials;
 }
 
 void dressForGood(Scene& scene, const std::vector<MaterialOverride>& overrides) {
-    Dressing dressing = dressed(scene, overrides);
-    for (std::size_t i = 0; i < dressing.materialOfInstance.size(); ++i) {
-        scene.instances[i].material = dressing.materialOfInstance[i];
+    MaterialBindings materials = bindMaterials(scene, overrides);
+    for (std::size_t i = 0; i < materials.materialOfInstance.size(); ++i) {
+        scene.instances[i].material = materials.materialOfInstance[i];
     }
-    for (Material& material : dressing.own) scene.materials.push_back(std::move(material));
+    for (Material& material : materials.own) scene.materials.push_back(std::move(material));
 }
 
 }  // namespace clerestory

@@ -1,8 +1,8 @@
 // Other materials for chosen surfaces: in a request for one frame, in a scene's side file for good.
 #pragma once
 
-#include "scene/dressing.h"
 #include "scene/fields.h"
+#include "scene/material_bindings.h"
 #include "scene/rotation.h"
 
 #include <array>
@@ -82,7 +82,7 @@ std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialO
 
 // The scene with the overrides on, in their order. Instances that come to the same share a material
 // of their own; one that chooses nothing costs nothing and is no error here.
-Dressing dressed(const Scene& scene, const std::vector<MaterialOverride>& overrides);
+MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides);
 
 // The same for good.
 void dressForGood(Scene& scene, const std::vector<MaterialOverride>& overrides);

@@ -56,7 +56,7 @@ private:
             const MorphWeights& w = scene_.morphWeights[i];
             require(w.node < scene_.nodes.size() &&
                         std::all_of(w.rest.begin(), w.rest.end(),
-                                    [](float v) { return std::abs(v) <= kGreatestKey; }),
+                                    [](float v) { return std::abs(v) <= kMaxKey; }),
                     "morph weights are out of range", i);
         }
     }
@@ -70,7 +70,7 @@ private:
             require(std::isfinite(clip.duration) && clip.duration >= 0.0,
                     "a clip's duration is out of range", i);
             for (const Track& c : clip.tracks) {
-                const bool weights = c.moved == Moved::weights;
+                const bool weights = c.moved == AnimatedProperty::weights;
                 require(sound(c, weights ? scene_.morphWeights.size() : scene_.movingNodes.size()),
                         "a clip's track is not sound", i);
             }

@@ -20,7 +20,7 @@ struct Sampled {
 };
 
 void apply(const Track& track, double time, Sampled& sampled) {
-    if (track.moved == Moved::weights) {
+    if (track.moved == AnimatedProperty::weights) {
         std::vector<double>& weights = sampled.weights[track.target];
         std::vector<double> values(track.components());
         sample(track, time, values);
@@ -31,9 +31,9 @@ void apply(const Track& track, double time, Sampled& sampled) {
     sample(track, time, v);
     Transform& t = sampled.transforms[track.target];
     sampled.touched[track.target] = true;
-    if (track.moved == Moved::translation) t.translation = {v[0], v[1], v[2]};
-    if (track.moved == Moved::rotation) t.rotation = glm::dquat(v[3], v[0], v[1], v[2]);
-    if (track.moved == Moved::scale) t.scale = {v[0], v[1], v[2]};
+    if (track.moved == AnimatedProperty::translation) t.translation = {v[0], v[1], v[2]};
+    if (track.moved == AnimatedProperty::rotation) t.rotation = glm::dquat(v[3], v[0], v[1], v[2]);
+    if (track.moved == AnimatedProperty::scale) t.scale = {v[0], v[1], v[2]};
 }
 
 Sampled sampledAt(const Scene& scene, std::span<const Index> clips, double time) {
@@ -153,7 +153,8 @@ bool staysInReach(const Scene& scene, const Pose& pose) {
 // What a clip moves, as pairs of what and which.
 std::vector<std::pair<bool, Index>> targetsOf(const Clip& clip) {
     std::vector<std::pair<bool, Index>> targets;
-    for (const Track& c : clip.tracks) targets.push_back({c.moved == Moved::weights, c.target});
+    for (const Track& c : clip.tracks)
+        targets.push_back({c.moved == AnimatedProperty::weights, c.target});
     std::sort(targets.begin(), targets.end());
     return targets;
 }

@@ -7,9 +7,9 @@ namespace clerestory {
 namespace {
 
 // Words longer than any name we know are not compared: the work is the product of the lengths.
-constexpr std::size_t kLongestCompared = 64;
+constexpr std::size_t kMaxWordLength = 64;
 // Nor more words than a person would look through: a scene may have 200 000 names.
-constexpr std::size_t kMostCompared = 2000;
+constexpr std::size_t kMaxCandidates = 2000;
 
 std::size_t distance(std::string_view a, std::string_view b) {
     std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -37,13 +37,13 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 std::string_view nearestWord(std::string_view word,
                              const std::vector<std::string_view>& candidates) {
-    if (word.size() > kLongestCompared) return {};
+    if (word.size() > kMaxWordLength) return {};
     std::string_view best;
     // A third of the word may differ: "positon", "fov" for "yfov", but not "a" for "up".
     std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
-    for (std::size_t i = 0; i < std::min(candidates.size(), kMostCompared); ++i) {
+    for (std::size_t i = 0; i < std::min(candidates.size(), kMaxCandidates); ++i) {
         const std::string_view candidate = candidates[i];
-        if (candidate.size() > kLongestCompared) continue;
+        if (candidate.size() > kMaxWordLength) continue;
         const std::size_t d = distance(word, candidate);
         if (d < least && d < candidate.size()) {
             least = d;
@@ -66,20 +66,20 @@ std::string listed(const std::vector<std::string_view>& words) {
 }
 
 std::string listedNearest(std::string_view word, const std::vector<std::string_view>& words) {
-    constexpr std::size_t kMostListed = 8;
-    if (words.size() <= kMostListed) return listed(words);
+    constexpr std::size_t kMaxListed = 8;
+    if (words.size() <= kMaxListed) return listed(words);
     std::vector<std::pair<std::size_t, std::string_view>> near;
-    word = word.substr(0, kLongestCompared);
-    for (std::size_t i = 0; i < std::min(words.size(), kMostCompared); ++i) {
-        near.emplace_back(distance(word, words[i].substr(0, kLongestCompared)), words[i]);
+    word = word.substr(0, kMaxWordLength);
+    for (std::size_t i = 0; i < std::min(words.size(), kMaxCandidates); ++i) {
+        near.emplace_back(distance(word, words[i].substr(0, kMaxWordLength)), words[i]);
     }
-    const auto end = near.begin() + kMostListed;
+    const auto end = near.begin() + kMaxListed;
     std::partial_sort(near.begin(), end, near.end());
     std::string text;
     for (auto it = near.begin(); it != end; ++it) {
         text += (text.empty() ? "" : ", ") + std::string(it->second);
     }
-    return text + " and " + std::to_string(words.size() - kMostListed) + " more";
+    return text + " and " + std::to_string(words.size() - kMaxListed) + " more";
 }
 
 }  // namespace clerestory

@@ -1,7 +1,7 @@
 // The passes of a frame in one short line, for a header.
 #pragma once
 
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 #include <string>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "image/encode.h"
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 
 #include <string>
 

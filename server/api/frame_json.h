@@ -1,5 +1,5 @@
 // JSON (and links) <-> FrameRequest, and FramePlan -> JSON. With its .cpp files the only place that
-// knows both. All of it walks the field tables of plan/frame_request.h.
+// knows both. All of it walks the field tables of plan/request/frame_request.h.
 #pragma once
 
 #include "renderer.h"

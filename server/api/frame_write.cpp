@@ -1,6 +1,6 @@
 // FrameRequest and FramePlan -> JSON.
-#include "plan/view.h"
-#include "plan/work.h"
+#include "plan/graph/work.h"
+#include "plan/visibility/view.h"
 #include "scene/field_values.h"
 #include "server/api/frame_json.h"
 

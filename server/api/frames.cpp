@@ -1,7 +1,7 @@
 #include "server/api/frames.h"
 
 #include "measures/displayed.h"
-#include "plan/work.h"
+#include "plan/graph/work.h"
 #include "server/api/compact_passes.h"
 #include "server/api/encode_answer.h"
 #include "server/api/explained.h"
@@ -232,7 +232,7 @@ Turn turnOf(Service& service, const Call& call, std::uint64_t kind) {
     return {.client = call.client,
             .kind = kind,
             .patience = std::max(whole - waited, std::chrono::duration<double>(0.0)),
-            .departure = call.departure,
+            .cancellation = call.cancellation,
             .compilePatience = compilePatience};
 }
 

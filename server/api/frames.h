@@ -1,7 +1,7 @@
 // Frames and plans over HTTP.
 #pragma once
 
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 #include "scene/scene.h"
 #include "server/base/call.h"
 #include "server/queue/render_queue.h"

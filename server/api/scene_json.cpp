@@ -55,7 +55,7 @@ public:
     ordered_json mirrors(Reflector kind) const {
         ordered_json list = ordered_json::array();
         for (const Surface& s : all_) {
-            if (s.reflector != kind || list.size() == kMostListed) continue;
+            if (s.reflector != kind || list.size() == kMaxListed) continue;
             ordered_json entry = named(s, worldArea(s));
             if (s.flatPart != kNone) {
                 const auto plane = transformed(scene_.flatParts[s.flatPart].plane(), world(s));
@@ -102,7 +102,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t kMostListed = 500;  // of each kind; counts() has them all
+    static constexpr std::size_t kMaxListed = 500;  // of each kind; counts() has them all
 
     const Material& material(const Surface& s) const { return scene_.materials[s.material]; }
     const glm::dmat4& world(const Surface& s) const {
@@ -134,7 +134,7 @@ private:
     template <class Belongs, class Describe>
     ordered_json perInstance(Belongs belongs, Describe describe) const {
         ordered_json list = ordered_json::array();
-        for (std::size_t i = 0; i < all_.size() && list.size() < kMostListed;) {
+        for (std::size_t i = 0; i < all_.size() && list.size() < kMaxListed;) {
             const Surface& first = all_[i];
             double area = 0.0;
             for (; i < all_.size() && all_[i].instance == first.instance; ++i) {

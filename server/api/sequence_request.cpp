@@ -42,9 +42,9 @@ void checkWhole(const json& body, const SequenceRequest& request, std::vector<Fi
     }
     if (request.path) {
         append(errors, "/path", problems(*request.path));
-        if (frameCount(*request.path) > static_cast<double>(kMostSequenceFrames)) {
+        if (frameCount(*request.path) > static_cast<double>(kMaxSequenceFrames)) {
             errors.push_back({"/path", "makes too many frames",
-                              "at most " + std::to_string(kMostSequenceFrames)});
+                              "at most " + std::to_string(kMaxSequenceFrames)});
         }
     } else if (request.frames.empty()) {
         errors.push_back({"/frames", "is empty", "one frame at least; or a path"});
@@ -77,9 +77,9 @@ Sequence sequenceFrom(const json& body) {
                       .own = ownFields(body, request),
                       .channels = request.channels,
                       .first = request.first};
-    if (sequence.common.dump().size() > kMostSequenceText / sequence.count()) {
+    if (sequence.common.dump().size() > kMaxSequenceText / sequence.count()) {
         refuse({{"/common", "is too long for so many frames",
-                 std::to_string(kMostSequenceText / sequence.count()) + " bytes"}});
+                 std::to_string(kMaxSequenceText / sequence.count()) + " bytes"}});
     }
     for (std::size_t i = 0; i < sequence.count(); ++i) {
         try {

@@ -1,7 +1,7 @@
 // What a sequence is asked for: what all its frames have in common, and what each has of its own.
 #pragma once
 
-#include "plan/camera_path.h"
+#include "plan/request/camera_path.h"
 #include "server/api/frame_json.h"
 
 #include <nlohmann/json.hpp>
@@ -22,7 +22,7 @@ struct SequenceRequest {
     std::uint32_t first = 0;
 };
 
-inline constexpr std::size_t kMostSequenceFrames = 100'000;
+inline constexpr std::size_t kMaxSequenceFrames = 100'000;
 
 template <class V>
 void fields(SequenceChannels& c, V&& visit) {
@@ -36,16 +36,16 @@ void fields(SequenceChannels& c, V&& visit) {
 template <class V>
 void fields(SequenceRequest& s, V&& visit) {
     visit("common", s.common, Nested{}, "a frame's fields, for all frames");
-    visit("frames", s.frames, NestedList{kMostSequenceFrames},
+    visit("frames", s.frames, NestedList{kMaxSequenceFrames},
           "each frame's own fields; each replaces the common one of its name whole");
     visit("path", s.path, Nested{}, "instead of frames: a camera that moves between key poses");
     visit("channels", s.channels, Nested{}, "the files of every frame");
-    visit("first", s.first, Range{0, kMostSequenceFrames - 1},
+    visit("first", s.first, Range{0, kMaxSequenceFrames - 1},
           "the frame to begin with, to go on where an answer broke off");
 }
 
 // Of the common fields' text in all frames together: what checking a sequence may take.
-inline constexpr std::size_t kMostSequenceText = 256 * 1024 * 1024;
+inline constexpr std::size_t kMaxSequenceText = 256 * 1024 * 1024;
 
 struct Sequence {
     nlohmann::json common;

@@ -18,7 +18,7 @@ using nlohmann::json;
 // Beyond the time that one import may take: another one may be under way.
 constexpr std::chrono::seconds kPatienceBesideImport{10};
 constexpr std::chrono::milliseconds kBetweenLooks{20};
-constexpr std::size_t kLongestTitle = 100;
+constexpr std::size_t kMaxTitle = 100;
 
 // Of what may be sent; none is a type that a page elsewhere can send without being asked whether it
 // may.
@@ -90,7 +90,7 @@ std::string titleIn(const Call& call) {
             throw RequestError(
                 invalidFields({{"/" + name.substr(0, 64), "is not a known query name", "title"}}));
         }
-        title = value.substr(0, kLongestTitle);
+        title = value.substr(0, kMaxTitle);
     }
     for (char& c : title) {
         if (static_cast<unsigned char>(c) < 32 || c == 127) c = ' ';
@@ -110,7 +110,7 @@ Answer described(Server& server, const Call& call, const std::string& id) {
                        .arrived = Clock::now(),
                        .header = [](const char*) { return std::string(); },
                        .client = call.client,
-                       .departure = nullptr});
+                       .cancellation = nullptr});
 }
 
 bool mayLeave(const Call& call) {
@@ -129,7 +129,7 @@ Answer settled(Server& server, const Call& call, const std::string& id, bool isN
             throw noScene(scene.value("failure", ""), scene.value("reason", ""));
         }
         const bool ready = state == "ready" || scene.contains("triangles");
-        const bool left = call.departure && call.departure->left();
+        const bool left = call.cancellation && call.cancellation->left();
         if (!ready && !mayLeave(call) && !left && !server.stopping() && Clock::now() < until) {
             std::this_thread::sleep_for(kBetweenLooks);
             continue;

@@ -1,8 +1,8 @@
 // One request and its answer as the routes see them: plain values, no HTTP library.
 #pragma once
 
+#include "server/base/cancellation_token.h"
 #include "server/base/clock.h"
-#include "server/base/departure.h"
 
 #include <functional>
 #include <map>
@@ -23,7 +23,7 @@ struct Call {
     Clock::time_point arrived;                            // with its last byte
     std::function<std::string(const char* name)> header;  // empty when absent
     std::string client;                                   // its address, or what a proxy says of it
-    std::shared_ptr<Departure> departure;                 // null for what HTTP itself refused
+    std::shared_ptr<CancellationToken> cancellation;      // null for what HTTP itself refused
     std::string job = {};  // of one that is begun again: its id; no client can set it
 };
 

@@ -2,7 +2,7 @@
 // every refusal; nothing here says a path, an exception's text or anything else of the inside.
 #pragma once
 
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 
 #include <string>
 #include <vector>

@@ -90,7 +90,7 @@ int runCompare(const CommandLine& line) {
                                     return true;
                                 });
     tracing.end();
-    const Truth truth{*std::move(image), millisecondsSince(start)};
+    const ReferenceRender truth{*std::move(image), millisecondsSince(start)};
 
     Renderer renderer(line.config.renderer);
     for (const auto& [name, map] : maps) renderer.addEnvironment(map);

@@ -46,7 +46,7 @@ void addServe(CLI::App& app, CommandLine& line) {
     Config& config = line.config;
     CLI::App* serve = app.add_subcommand("serve", "Serve frames over HTTP");
     config.singleProcess = false;
-    config.renderer.mostSamples = kMostSamplesServed;
+    config.renderer.mostSamples = kMaxSamplesServed;
     serve->callback([&line] { line.command = Command::serve; });
     serve->add_option("--port", config.http.port, "port; 0 takes a free one")
         ->check(CLI::Range(0, 65535).description(""))
@@ -173,7 +173,7 @@ void addReferenceFlags(CLI::App& command, ReferenceCommand& reference) {
     static const std::map<std::string, ReferenceMode> kModes = {{"effects", ReferenceMode::effects},
                                                                 {"full", ReferenceMode::full}};
     command.add_option("--samples", reference.samples, "paths of each pixel of the truth")
-        ->check(CLI::Range(2u, kMostReferenceSamples).description(""))
+        ->check(CLI::Range(2u, kMaxReferenceSamples).description(""))
         ->type_name("N")
         ->capture_default_str();
     command
@@ -185,7 +185,7 @@ void addReferenceFlags(CLI::App& command, ReferenceCommand& reference) {
         ->type_name("N")
         ->capture_default_str();
     command.add_option("--threads", reference.threads, "0: one for each processor")
-        ->check(CLI::Range(0u, kMostReferenceThreads).description(""))
+        ->check(CLI::Range(0u, kMaxReferenceThreads).description(""))
         ->type_name("N")
         ->capture_default_str();
 }

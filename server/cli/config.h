@@ -19,8 +19,8 @@ struct CacheOptions {
     std::uint64_t mostBytes = 4ull << 30;
 };
 
-// Samples that one frame may shade unless --max-work says otherwise; see plan/work.h.
-inline constexpr std::uint64_t kMostSamplesServed = 2'000'000'000;
+// Samples that one frame may shade unless --max-work says otherwise; see plan/graph/work.h.
+inline constexpr std::uint64_t kMaxSamplesServed = 2'000'000'000;
 
 struct Config {
     RendererOptions renderer;

@@ -16,7 +16,7 @@ namespace {
 
 using Digest = std::array<unsigned char, 32>;
 
-constexpr std::size_t kLeastSecret = 16;
+constexpr std::size_t kMinSecret = 16;
 constexpr std::string_view kSignature = "&signature=", kExpires = "expires=";
 
 Digest hmac(const std::string& key, std::string_view text) {
@@ -71,9 +71,9 @@ std::string secretFrom(const std::string& file) {
         throw std::runtime_error("cannot read a secret from " + file);
     }
     while (!secret.empty() && (secret.back() == '\r' || secret.back() == ' ')) secret.pop_back();
-    if (secret.size() < kLeastSecret) {
+    if (secret.size() < kMinSecret) {
         throw std::runtime_error("the secret in " + file + " has less than " +
-                                 std::to_string(kLeastSecret) + " bytes");
+                                 std::to_string(kMinSecret) + " bytes");
     }
     return secret;
 }

@@ -146,26 +146,26 @@ void EventLoop::accept(int most) {
 
 void EventLoop::welcome(Listener::Accepted& accepted) {
     const Id id = nextId_++;
-    std::shared_ptr<SocketOutlet> outlet;
+    std::shared_ptr<SocketWriter> writer;
     try {
-        outlet = std::make_shared<SocketOutlet>(accepted.socket, unsent_,
+        writer = std::make_shared<SocketWriter>(accepted.socket, unsent_,
                                                 [this, id] { post({.id = id}); });
     } catch (...) {
         close(accepted.socket);  // nobody owns it yet
         throw;
     }
-    if (clients_.size() >= limits_.connections && !evict(milliseconds(0))) return turnAway(*outlet);
-    clients_.emplace(id, Client{.outlet = std::move(outlet),
+    if (clients_.size() >= limits_.connections && !evict(milliseconds(0))) return turnAway(*writer);
+    clients_.emplace(id, Client{.writer = std::move(writer),
                                 .reader = RequestReader(limits_),
                                 .address = std::move(accepted.client)});
     counters_.open = clients_.size();
     with(id, [&](Client& client) { advance(id, client); });
 }
 
-void EventLoop::turnAway(SocketOutlet& outlet) {
+void EventLoop::turnAway(SocketWriter& writer) {
     ++counters_.turnedAway;
     const Exchange nothing{.requestId = requestIdFrom("")};
-    outlet.send(wireBytes(hooks_.refuse(callOf(nothing), tooManyConnections()), nothing.requestId,
+    writer.send(wireBytes(hooks_.refuse(callOf(nothing), tooManyConnections()), nothing.requestId,
                           false, false),
                 false);
 }
@@ -208,8 +208,8 @@ void EventLoop::end(Id id) {
     if (found == clients_.end()) return;
     Client& client = found->second;
     deadlines_.forget(id);
-    if (client.watched) epoll_ctl(epoll_, EPOLL_CTL_DEL, client.outlet->socket(), nullptr);
-    client.outlet->breakOff();
+    if (client.watched) epoll_ctl(epoll_, EPOLL_CTL_DEL, client.writer->socket(), nullptr);
+    client.writer->breakOff();
     largeBodies_ -= client.large;
     clients_.erase(found);
     counters_.open = clients_.size();
@@ -242,10 +242,10 @@ void EventLoop::handle(Id id, std::uint32_t events, Client& client) {
     if (client.phase == Phase::reading) return read(id, client);
     if (dead && client.phase != Phase::serving) return end(id);
     if (dead) {
-        client.outlet->breakOff();
+        client.writer->breakOff();
         left(client);
         // epoll would tell it for ever. The worker's letter ends the connection.
-        epoll_ctl(epoll_, EPOLL_CTL_DEL, client.outlet->socket(), nullptr);
+        epoll_ctl(epoll_, EPOLL_CTL_DEL, client.writer->socket(), nullptr);
         client.watched = false;
         return deadlines_.forget(id);
     }
@@ -260,7 +260,7 @@ void EventLoop::left(Client& client) {
     if (client.halfClosed) return;
     client.halfClosed = true;
     ++counters_.clientsLeft;
-    if (client.departure) client.departure->leave();
+    if (client.cancellation) client.cancellation->leave();
 }
 
 // --- time
@@ -269,7 +269,7 @@ EventLoop::Wait EventLoop::waitOf(const Client& client) const {
     switch (client.phase) {
         case Phase::serving:
         case Phase::flushing:
-            return client.outlet->pending() ? Wait::write : Wait::nothing;
+            return client.writer->pending() ? Wait::write : Wait::nothing;
         case Phase::draining:
             return Wait::drain;
         case Phase::reading:
@@ -301,7 +301,7 @@ milliseconds EventLoop::timeFor(Wait wait) const {
 void EventLoop::updateDeadline(Id id, Client& client) {
     const Wait wait = waitOf(client);
     const bool writes = wait == Wait::write, reads = wait == Wait::body;
-    const std::uint64_t moved = writes  ? client.outlet->sentBytes()
+    const std::uint64_t moved = writes  ? client.writer->sentBytes()
                                 : reads ? client.reader.bodyBytes()
                                         : 0;
     const bool progress =
@@ -336,7 +336,7 @@ void EventLoop::expired(Id id, Client& client) {
     }
     if (client.phase == Phase::serving) {  // of a stream
         ++counters_.stalled;
-        client.outlet->breakOff();
+        client.writer->breakOff();
         left(client);
         return deadlines_.forget(id);
     }
@@ -357,13 +357,13 @@ void EventLoop::watch(Id id, Client& client) {
             if (!client.halfClosed) interest |= EPOLLRDHUP;
             [[fallthrough]];
         case Phase::flushing:
-            if (client.outlet->pending()) interest |= EPOLLOUT;
+            if (client.writer->pending()) interest |= EPOLLOUT;
             break;
     }
     if (client.watched && interest == client.interest) return;
-    if (!client.watched && client.phase == Phase::serving && client.outlet->broken()) return;
+    if (!client.watched && client.phase == Phase::serving && client.writer->broken()) return;
     epoll_event event{.events = interest, .data = {.u64 = id}};
-    epoll_ctl(epoll_, client.watched ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, client.outlet->socket(),
+    epoll_ctl(epoll_, client.watched ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, client.writer->socket(),
               &event);
     client.watched = true;
     client.interest = interest;

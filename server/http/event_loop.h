@@ -8,8 +8,8 @@
 #include "server/http/deadlines.h"
 #include "server/http/exchange.h"
 #include "server/http/listener.h"
-#include "server/http/outlet.h"
 #include "server/http/request_reader.h"
+#include "server/http/response_writer.h"
 #include "server/http/worker_pool.h"
 
 #include <unordered_map>
@@ -28,7 +28,7 @@ public:
         std::function<std::optional<Problem>(const RequestHead&)> admit;
         std::function<Answer(const Call&, const Problem&)> refuse;
         // On a worker's thread; true when the connection may carry another. Must not throw.
-        std::function<bool(Exchange&, Outlet&)> answer;
+        std::function<bool(Exchange&, ResponseWriter&)> answer;
     };
 
     EventLoop(Listener& listener, const FrontLimits& limits, std::size_t threads, Hooks hooks,
@@ -51,10 +51,10 @@ private:
     // What a connection is given time for.
     enum class Wait { nothing, idle, head, body, write, drain };
     struct Client {
-        std::shared_ptr<SocketOutlet> outlet;
+        std::shared_ptr<SocketWriter> writer;
         RequestReader reader;
         std::string address;
-        std::shared_ptr<Departure> departure;  // of the exchange that is served
+        std::shared_ptr<CancellationToken> cancellation;  // of the exchange that is served
         Phase phase = Phase::reading;
         Wait wait = Wait::nothing;
         std::uint64_t moved = 0;  // bytes of what is waited for, at the last progress
@@ -81,7 +81,7 @@ private:
     void with(Id id, Act act);
     void accept(int most);
     void welcome(Listener::Accepted& accepted);
-    void turnAway(SocketOutlet& outlet);
+    void turnAway(SocketWriter& writer);
     bool evict(std::chrono::milliseconds youngest);
     void pauseAccepting(int error);
     void read(Id id, Client& client);

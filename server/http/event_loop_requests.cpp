@@ -24,7 +24,7 @@ void EventLoop::read(Id id, Client& client) {
     // A few pieces, then others have their turn; epoll tells what is left.
     for (int i = 0; i < kPiecesAtOnce && client.phase == Phase::reading; ++i) {
         const std::size_t room = std::min(client.reader.room(), buffer.size());
-        const ssize_t n = recv(client.outlet->socket(), buffer.data(), room, MSG_DONTWAIT);
+        const ssize_t n = recv(client.writer->socket(), buffer.data(), room, MSG_DONTWAIT);
         if (n < 0 && errno == EINTR) continue;
         if (n < 0 && errno == EAGAIN) return watch(id, client);
         if (n <= 0) return end(id);
@@ -37,7 +37,7 @@ void EventLoop::read(Id id, Client& client) {
 void EventLoop::drain(Id id, Client& client) {
     std::array<char, 16384> buffer;
     while (client.drained < kDrainBytes) {
-        const ssize_t n = recv(client.outlet->socket(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+        const ssize_t n = recv(client.writer->socket(), buffer.data(), buffer.size(), MSG_DONTWAIT);
         if (n < 0 && errno == EINTR) continue;
         if (n < 0 && errno == EAGAIN) return;
         if (n <= 0) break;
@@ -48,9 +48,9 @@ void EventLoop::drain(Id id, Client& client) {
 
 // The socket took something, or a worker has given something.
 void EventLoop::flushed(Id id, Client& client) {
-    client.outlet->flush();
+    client.writer->flush();
     if (client.phase == Phase::flushing) answered(client);
-    if (client.phase == Phase::serving && client.outlet->broken()) left(client);
+    if (client.phase == Phase::serving && client.writer->broken()) left(client);
     advance(id, client);
 }
 
@@ -68,13 +68,13 @@ void EventLoop::advance(Id id, Client& client) {
             break;
         }
     }
-    if (client.outlet->broken() && client.phase != Phase::serving) return end(id);
+    if (client.writer->broken() && client.phase != Phase::serving) return end(id);
     const bool bodyIsAwaited = client.phase == Phase::reading && !client.told &&
                                client.reader.state() == State::body &&
                                client.reader.head().expectsContinue;
     if (bodyIsAwaited) {
         client.told = true;
-        client.outlet->send("HTTP/1.1 100 Continue\r\n\r\n", false);
+        client.writer->send("HTTP/1.1 100 Continue\r\n\r\n", false);
     }
     updateDeadline(id, client);
     watch(id, client);
@@ -89,17 +89,17 @@ void EventLoop::begin(Id id, Client& client) {
                  .requestId = requestIdFrom(reader.head().header("X-Request-Id")),
                  .client = hooks_.client(reader.head(), client.address),
                  .arrived = Clock::now(),
-                 .departure = std::make_shared<Departure>(),
+                 .cancellation = std::make_shared<CancellationToken>(),
                  .last = !reader.head().keepAlive || closing_});
     client.told = false;
     client.keepAlive = !exchange->last;
     if (const auto answer = hooks_.quick(*exchange)) {
         return reply(client, *answer, exchange->requestId, exchange->head.method == "HEAD");
     }
-    client.departure = exchange->departure;
+    client.cancellation = exchange->cancellation;
     client.halfClosed = false;
-    workers_.run([this, id, exchange, outlet = client.outlet] {
-        const bool keepAlive = hooks_.answer(*exchange, *outlet);
+    workers_.run([this, id, exchange, writer = client.writer] {
+        const bool keepAlive = hooks_.answer(*exchange, *writer);
         post({.id = id, .answered = true, .keepAlive = keepAlive});
     });
     client.phase = Phase::serving;
@@ -132,7 +132,7 @@ std::optional<Problem> EventLoop::refusalOfBody(Client& client) {
 
 void EventLoop::reply(Client& client, const Answer& answer, const std::string& requestId,
                       bool isHead) {
-    client.outlet->send(wireBytes(answer, requestId, client.keepAlive, isHead), false);
+    client.writer->send(wireBytes(answer, requestId, client.keepAlive, isHead), false);
     answered(client);
 }
 
@@ -140,16 +140,16 @@ void EventLoop::reply(Client& client, const Answer& answer, const std::string& r
 void EventLoop::answered(Client& client) {
     client.phase = Phase::flushing;
     client.wait = Wait::nothing;  // time for what follows counts from now
-    client.departure = nullptr;
+    client.cancellation = nullptr;
     largeBodies_ -= std::exchange(client.large, 0);
-    if (client.outlet->pending() || client.outlet->broken()) return;
+    if (client.writer->pending() || client.writer->broken()) return;
     if (client.keepAlive) {
         client.phase = Phase::reading;
         client.reader.next();
     } else {
         client.phase = Phase::draining;
         client.reader = RequestReader(limits_);
-        shutdown(client.outlet->socket(), SHUT_WR);
+        shutdown(client.writer->socket(), SHUT_WR);
     }
 }
 

@@ -13,7 +13,7 @@ struct Exchange {
     std::string requestId;
     std::string client;  // for fair shares; no two clients of one address are told apart
     Clock::time_point arrived;
-    std::shared_ptr<Departure> departure;
+    std::shared_ptr<CancellationToken> cancellation;
     bool last = false;  // the connection ends with this answer
 };
 

@@ -48,7 +48,7 @@ public:
             .admit = [this](const RequestHead& head) { return refusal(head); },
             .refuse = routes.refuse,
             .answer = [this](Exchange& exchange,
-                             Outlet& outlet) { return library.answer(exchange, outlet); }};
+                             ResponseWriter& writer) { return library.answer(exchange, writer); }};
     }
 
     std::optional<Problem> refusal(const RequestHead& head) const {
@@ -68,7 +68,7 @@ public:
     FrontCounters counters;
     Listener listener;
     const int port;
-    Library library;
+    HttplibAdapter library;
     EventLoop loop;
 };
 

@@ -4,7 +4,7 @@
 
 #include "server/http/access.h"
 #include "server/http/counters.h"
-#include "server/http/library.h"
+#include "server/http/httplib_adapter.h"
 #include "server/http/limits.h"
 
 namespace clerestory {

@@ -13,7 +13,7 @@ namespace clerestory {
 namespace {
 
 // A few kilobytes each; the scenes and sizes that one server is asked for are few.
-constexpr std::size_t kMostCurves = 256;
+constexpr std::size_t kMaxCurves = 256;
 // Frames whose milliseconds go to the disk together.
 constexpr int kCorrectionsKept = 50;
 
@@ -32,9 +32,9 @@ std::optional<Curve> measured(Service& service, const FrameRequest& request,
                               const JobControl& control) {
     const auto trace = [&](const FrameRequest& frame,
                            std::uint32_t samples) -> std::optional<ReferenceImage> {
-        const auto truth =
-            tracedTruth(service, frame, ReferenceMode::effects, samples, 1,
-                        [&](double share) { return control.proceed(kCurveTracingShare * share); });
+        const auto truth = tracedReference(
+            service, frame, ReferenceMode::effects, samples, 1,
+            [&](double share) { return control.proceed(kCurveTracingShare * share); });
         if (!truth) return std::nullopt;
         return truth->image;
     };
@@ -66,7 +66,7 @@ std::optional<double> progressOf(const Jobs& jobs, const std::string& id) {
 Budgets::Pick Budgets::pick(Service& service, const Scene& scene, const FrameRequest& request) {
     const std::string key = keyOf(service, scene, request);
     const std::lock_guard lock(mutex_);
-    if (curves_.size() >= kMostCurves && curves_.count(key) == 0) curves_.clear();
+    if (curves_.size() >= kMaxCurves && curves_.count(key) == 0) curves_.clear();
     Measured& found = curves_[key];
     const CurveStore* store = service.config().curves.get();
     if (!found.curve && found.job.empty() && store) {

@@ -32,7 +32,7 @@ std::string truthKey(Service& service, const Scene& scene, const ComparisonReque
 }
 
 // As a frame of the request would show it.
-Image shownTruth(const Truth& truth, const FrameRequest& frame) {
+Image displayedReference(const ReferenceRender& truth, const FrameRequest& frame) {
     const auto factor = static_cast<float>(std::exp2(frame.exposure));
     return quantised(displayed(truth.image.color, frame.toneMap, factor));
 }
@@ -59,8 +59,9 @@ JobResult compared(Service& service, const ComparisonRequest& request, const std
                    const JobControl& control) {
     const auto scene = service.library().require(request.frame.scene);
     const auto truth = service.truths().find(truthKey(service, *scene, request), [&] {
-        return tracedTruth(service, request.frame, request.mode, request.samples, request.seed,
-                           [&](double share) { return control.proceed(kTracingShare * share); });
+        return tracedReference(
+            service, request.frame, request.mode, request.samples, request.seed,
+            [&](double share) { return control.proceed(kTracingShare * share); });
     });
     if (!truth) return {};
     try {
@@ -71,7 +72,7 @@ JobResult compared(Service& service, const ComparisonRequest& request, const std
                 return control.proceed(kTracingShare + (1.0 - kTracingShare) * share);
             });
         if (!comparison) return {};
-        return resultOf(*comparison, shownTruth(*truth, request.frame), job);
+        return resultOf(*comparison, displayedReference(*truth, request.frame), job);
     } catch (const JobCancelled&) {
         return {};
     }

@@ -14,8 +14,8 @@ namespace clerestory {
 namespace {
 
 constexpr const char* kExtension = ".curve";
-constexpr std::uint64_t kMostCurveBytes = 1 << 20;  // of one; a few kilobytes as a rule
-constexpr std::uint64_t kMostBytesOfAll = 64ull << 20;
+constexpr std::uint64_t kMaxCurveBytes = 1 << 20;  // of one; a few kilobytes as a rule
+constexpr std::uint64_t kMaxBytesOfAll = 64ull << 20;
 
 // Its settings are those of ladder(), which another program (and so another key) may have changed.
 std::string figuresOf(const Curve& curve) {
@@ -55,7 +55,7 @@ std::filesystem::path CurveStore::fileOf(const std::string& key) const {
 }
 
 std::optional<Curve> CurveStore::find(const std::string& key) const {
-    const auto content = readKept(fileOf(key), kMostCurveBytes);
+    const auto content = readKept(fileOf(key), kMaxCurveBytes);
     if (!content) return std::nullopt;
     const std::string_view text(reinterpret_cast<const char*>(content->bytes.get()), content->size);
     const std::size_t first = text.find('\n');
@@ -70,9 +70,9 @@ std::optional<Curve> CurveStore::find(const std::string& key) const {
 void CurveStore::keep(const std::string& key, const Curve& curve) const {
     const std::string rest = figuresOf(curve) + '\n' + key;
     const std::string text = hashWordOf(rest) + '\n' + rest;
-    if (text.size() > kMostCurveBytes) return;
+    if (text.size() > kMaxCurveBytes) return;
     if (writeKept(fileOf(key), {std::as_bytes(std::span(text))})) {
-        sweepKept(folder_, kExtension, kMostBytesOfAll);
+        sweepKept(folder_, kExtension, kMaxBytesOfAll);
     } else {
         logDebug({"a curve cannot be kept: ", std::strerror(errno)});
     }

@@ -12,10 +12,9 @@ constexpr std::chrono::milliseconds kBusyPause{200};
 
 }  // namespace
 
-std::shared_ptr<const Truth> tracedTruth(Service& service, const FrameRequest& frame,
-                                         ReferenceMode mode, std::uint32_t samples,
-                                         std::uint64_t seed,
-                                         const std::function<bool(double)>& progress) {
+std::shared_ptr<const ReferenceRender> tracedReference(
+    Service& service, const FrameRequest& frame, ReferenceMode mode, std::uint32_t samples,
+    std::uint64_t seed, const std::function<bool(double)>& progress) {
     const auto start = Clock::now();
     const Scene scene = service.library().whole(frame.scene);
     EnvironmentMaps maps;
@@ -36,7 +35,8 @@ std::shared_ptr<const Truth> tracedTruth(Service& service, const FrameRequest& f
                                  .seed = seed},
                                 progress);
     if (!image) return nullptr;
-    return std::make_shared<const Truth>(Truth{*std::move(image), millisecondsSince(start)});
+    return std::make_shared<const ReferenceRender>(
+        ReferenceRender{*std::move(image), millisecondsSince(start)});
 }
 
 DrawnFrame drawnBy(Renderer& renderer, const FrameRequest& request) {

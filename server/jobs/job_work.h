@@ -14,10 +14,10 @@ struct JobCancelled {};
 
 // The truth of a frame whose scene has been loaded. Null when `progress` ended it. Throws
 // InvalidRequest when the frame names a map that is not there.
-std::shared_ptr<const Truth> tracedTruth(Service& service, const FrameRequest& frame,
-                                         ReferenceMode mode, std::uint32_t samples,
-                                         std::uint64_t seed,
-                                         const std::function<bool(double)>& progress);
+std::shared_ptr<const ReferenceRender> tracedReference(Service& service, const FrameRequest& frame,
+                                                       ReferenceMode mode, std::uint32_t samples,
+                                                       std::uint64_t seed,
+                                                       const std::function<bool(double)>& progress);
 
 // On the thread that owns the renderer.
 DrawnFrame drawnBy(Renderer& renderer, const FrameRequest& request);

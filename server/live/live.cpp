@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 using namespace std::chrono_literals;
 
-constexpr double kDefaultRate = 15.0, kMostRate = 60.0;
+constexpr double kDefaultRate = 15.0, kMaxRate = 60.0;
 // Browsers show a part when the next begins, so the last frame is sent once more.
 constexpr auto kSettled = 150ms;
 // Again now and then: a connection that carries nothing is taken for dead, and only writing tells
@@ -76,7 +76,7 @@ Wish wishFrom(Server& server, const Call& call) {
         const auto [end, error] =
             std::from_chars(text->data(), text->data() + text->size(), wish.rate);
         const bool whole = error == std::errc() && end == text->data() + text->size();
-        if (!whole || !(wish.rate >= 0.1) || !(wish.rate <= kMostRate)) {
+        if (!whole || !(wish.rate >= 0.1) || !(wish.rate <= kMaxRate)) {
             errors.push_back({"/fps", "is out of range", "a number from 0.1 to 60"});
         }
     }

@@ -34,7 +34,7 @@ LiveView::Picture LiveView::picture(const std::string& body,
 
 std::shared_ptr<LiveView> LiveViews::make(const std::string& name) {
     const std::lock_guard lock(mutex_);
-    if (!views_.contains(name) && views_.size() == kMost) {
+    if (!views_.contains(name) && views_.size() == kMax) {
         views_.erase(std::min_element(
             views_.begin(), views_.end(),
             [](const auto& a, const auto& b) { return a.second.madeAt < b.second.madeAt; }));

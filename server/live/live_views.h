@@ -42,7 +42,7 @@ private:
 
 class LiveViews {
 public:
-    static constexpr std::size_t kMost = 64;
+    static constexpr std::size_t kMax = 64;
 
     // The view of that name, made when there is none; the one made or put to longest ago goes when
     // there are too many, and those who watch it keep what they see.

@@ -15,7 +15,7 @@ constexpr std::chrono::seconds kBeforeRest{1};
 
 }  // namespace
 
-RenderQueue::RenderQueue(const RendererOptions& options, const WorkLine::Limits& limits)
+RenderQueue::RenderQueue(const RendererOptions& options, const FairQueue::Limits& limits)
     : line_(limits),
       identity_(made_.get_future().share()),
       thread_([this, options] { serve(options); }) {}
@@ -82,7 +82,7 @@ bool RenderQueue::compiledSince(Clock::time_point then) const {
 }
 
 RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
-    : queue_(queue), departure_(turn.departure), patience_(turn.patience) {
+    : queue_(queue), cancellation_(turn.cancellation), patience_(turn.patience) {
     const auto patience = std::chrono::duration_cast<Clock::duration>(turn.patience);
     longest_ =
         Clock::now() + patience + std::chrono::duration_cast<Clock::duration>(turn.compilePatience);
@@ -91,7 +91,7 @@ RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
         deadline_ = queue.queueTime() + patience;
     }
     id_ = queue.push(turn, deadline_, {std::move(work), dropped_});
-    if (departure_) departure_->whenLeft([this] { queue_.withdraw(id_, clientLeft()); });
+    if (cancellation_) cancellation_->whenLeft([this] { queue_.withdraw(id_, clientLeft()); });
 }
 
 Clock::duration RenderQueue::Place::left() const {
@@ -106,20 +106,20 @@ Clock::duration RenderQueue::Place::left() const {
 }
 
 RenderQueue::Place::~Place() {
-    if (departure_) departure_->whenLeft(nullptr);
+    if (cancellation_) cancellation_->whenLeft(nullptr);
     queue_.withdraw(id_, internalError());  // nobody hears the reason
 }
 
-WorkLine::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job job) {
+FairQueue::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job job) {
     std::vector<Job> gone;  // freed after the lock: that wakes those who waited for them
-    WorkLine::Id id = 0;
+    FairQueue::Id id = 0;
     {
         const std::lock_guard lock(mutex_);
         if (refusing_) throw RequestError(shuttingDown());
         const auto now = queueTime();
         if (deadline <= now) throw RequestError(overDeadline(turn.patience.count()));
-        const WorkLine::Entry entry = line_.enter({turn.client, turn.kind, deadline}, now);
-        for (const WorkLine::Id out : entry.pushedOut) gone.push_back(dropped(out, full()));
+        const FairQueue::Entry entry = line_.enter({turn.client, turn.kind, deadline}, now);
+        for (const FairQueue::Id out : entry.pushedOut) gone.push_back(dropped(out, full()));
         if (!entry.id) throw RequestError(full());
         id = *entry.id;
         try {
@@ -134,7 +134,7 @@ WorkLine::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job
 }
 
 // Takes a job that has left the line out of the table. Called with the lock held.
-RenderQueue::Job RenderQueue::dropped(WorkLine::Id id, const Problem& why) {
+RenderQueue::Job RenderQueue::dropped(FairQueue::Id id, const Problem& why) {
     const auto found = jobs_.find(id);
     Job job = std::move(found->second);
     jobs_.erase(found);
@@ -143,7 +143,7 @@ RenderQueue::Job RenderQueue::dropped(WorkLine::Id id, const Problem& why) {
     return job;
 }
 
-void RenderQueue::withdraw(WorkLine::Id id, const Problem& why) {
+void RenderQueue::withdraw(FairQueue::Id id, const Problem& why) {
     Job gone;
     const std::lock_guard lock(mutex_);
     if (line_.leave(id)) gone = dropped(id, why);
@@ -268,8 +268,8 @@ std::chrono::duration<double> RenderQueue::workingFor() const {
 void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
     std::vector<Job> gone;
     Job job;
-    const WorkLine::Turn turn = line_.next(queueTime());
-    for (const WorkLine::Id late : turn.late) gone.push_back(dropped(late, overDeadline(0.0)));
+    const FairQueue::Turn turn = line_.next(queueTime());
+    for (const FairQueue::Id late : turn.late) gone.push_back(dropped(late, overDeadline(0.0)));
     if (turn.id) {
         running_ = true;
         workingSince_ = Clock::now();

@@ -5,10 +5,10 @@
 #pragma once
 
 #include "renderer.h"
+#include "server/base/cancellation_token.h"
 #include "server/base/clock.h"
-#include "server/base/departure.h"
 #include "server/base/problem.h"
-#include "server/queue/work_line.h"
+#include "server/queue/fair_queue.h"
 
 #include <condition_variable>
 #include <functional>
@@ -23,7 +23,7 @@ struct Turn {
     std::string client;      // whose it is; empty: the server's own
     std::uint64_t kind = 0;  // equal kinds take about the same time
     std::chrono::duration<double> patience{10.0};
-    std::shared_ptr<Departure> departure;  // null: whoever waits stays
+    std::shared_ptr<CancellationToken> cancellation;  // null: whoever waits stays
     // Beside its patience: how much longer it waits while shaders are compiled, its own or others'.
     std::chrono::duration<double> compilePatience{60.0};
 };
@@ -37,7 +37,7 @@ struct CompileTotals {
 class RenderQueue {
 public:
     // Starts the thread and makes the Renderer in it; call identity() to wait for that.
-    RenderQueue(const RendererOptions& options, const WorkLine::Limits& limits);
+    RenderQueue(const RendererOptions& options, const FairQueue::Limits& limits);
     // Finishes what was accepted.
     ~RenderQueue();
     RenderQueue(const RenderQueue&) = delete;
@@ -117,19 +117,19 @@ private:
 
     private:
         RenderQueue& queue_;
-        std::shared_ptr<Departure> departure_;
+        std::shared_ptr<CancellationToken> cancellation_;
         std::shared_ptr<Problem> dropped_ = std::make_shared<Problem>(internalError());
         std::chrono::duration<double> patience_;
         Clock::time_point longest_;   // by the clock
         Clock::time_point deadline_;  // in the queue's time
-        WorkLine::Id id_ = 0;
+        FairQueue::Id id_ = 0;
     };
 
     Clock::time_point queueTime() const;
     void compiling(bool begins);
-    WorkLine::Id push(const Turn& turn, Clock::time_point deadline, Job job);
-    void withdraw(WorkLine::Id id, const Problem& why);
-    Job dropped(WorkLine::Id id, const Problem& why);
+    FairQueue::Id push(const Turn& turn, Clock::time_point deadline, Job job);
+    void withdraw(FairQueue::Id id, const Problem& why);
+    Job dropped(FairQueue::Id id, const Problem& why);
     Problem full() const;
     void serve(const RendererOptions& options);
     void servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock);
@@ -139,8 +139,8 @@ private:
 
     mutable std::mutex mutex_;
     std::condition_variable wake_, idle_;
-    WorkLine line_;
-    std::unordered_map<WorkLine::Id, Job> jobs_;  // that wait in line_
+    FairQueue line_;
+    std::unordered_map<FairQueue::Id, Job> jobs_;  // that wait in line_
     std::deque<Work> posted_;
     std::deque<std::function<bool(Renderer&)>> background_;
     bool backgroundIsNext_ = true;

@@ -11,7 +11,7 @@ namespace clerestory {
 namespace {
 
 // To load an upload, when whoever tried it ended each time.
-constexpr std::uint64_t kMostTries = 3;
+constexpr std::uint64_t kMaxTries = 3;
 
 // After a failure that was not the scene's own, so that hopeless attempts do not fill the time.
 constexpr std::chrono::seconds kBetweenTries{2};
@@ -171,7 +171,7 @@ void SceneLibrary::failed(const Entry& entry, const std::exception& error) {
 // What ended the renderer's process each time it was loaded is not tried for ever.
 void SceneLibrary::requireHarmless(const SceneEntry& entry) {
     if (!entry.status.uploaded || entry.harmless) return;
-    if (uploads_->beginLoading(entry.status.id) < kMostTries) return;
+    if (uploads_->beginLoading(entry.status.id) < kMaxTries) return;
     throw Harmful();
 }
 

@@ -9,7 +9,7 @@ namespace clerestory {
 namespace {
 
 // Of the largest frame there is as float32, with room for its plan. More is no message of ours.
-constexpr std::uint64_t kMostBytes = 512ull << 20;
+constexpr std::uint64_t kMaxBytes = 512ull << 20;
 
 struct Head {
     MessageKind kind;
@@ -41,7 +41,7 @@ void MessagePipe::trySend(MessageKind kind, std::uint64_t id) {
 std::optional<Message> MessagePipe::receive() {
     Head head{};
     if (!readAll(reinterpret_cast<char*>(&head), sizeof head)) return std::nullopt;
-    if (head.kind > MessageKind::failed || head.size > kMostBytes) return std::nullopt;
+    if (head.kind > MessageKind::failed || head.size > kMaxBytes) return std::nullopt;
     Message message{.kind = head.kind, .id = head.id, .bytes = std::string(head.size, '\0')};
     if (!readAll(message.bytes.data(), message.bytes.size())) return std::nullopt;
     return message;

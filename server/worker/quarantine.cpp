@@ -15,7 +15,7 @@ std::uint64_t fingerprintOf(const Call& call) {
 
 void Quarantine::add(std::uint64_t fingerprint, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    if (until_.size() >= kMost) {
+    if (until_.size() >= kMax) {
         until_.erase(
             std::min_element(until_.begin(), until_.end(),
                              [](const auto& a, const auto& b) { return a.second < b.second; }));

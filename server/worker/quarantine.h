@@ -14,7 +14,7 @@ std::uint64_t fingerprintOf(const Call& call);
 class Quarantine {
 public:
     static constexpr std::chrono::minutes kLasts{10};
-    static constexpr std::size_t kMost = 4096;  // remembered; then the oldest is forgotten
+    static constexpr std::size_t kMax = 4096;  // remembered; then the oldest is forgotten
 
     void add(std::uint64_t fingerprint, Clock::time_point now);
     bool holds(std::uint64_t fingerprint, Clock::time_point now) const;

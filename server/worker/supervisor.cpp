@@ -15,9 +15,9 @@ constexpr std::chrono::seconds kPatience{10};
 constexpr std::chrono::seconds kBetweenStarts{2};
 // A suspect is guilty when so many workers crash while it is alone with them; or end in any way,
 // for who takes all memory has them killed from outside.
-constexpr int kMostCrashes = 2, kMostEnds = 8;
+constexpr int kMaxCrashes = 2, kMaxEnds = 8;
 // How soon the end of a worker is seen that nobody asked anything.
-constexpr std::chrono::seconds kLooksUp{1};
+constexpr std::chrono::seconds kPollInterval{1};
 constexpr std::chrono::milliseconds kWarmingLooksUp{50};
 
 bool holdsAll(const std::vector<std::string>& there, const std::vector<std::string>& wanted) {
@@ -68,7 +68,7 @@ void Supervisor::keep() {
         share();
         if (active_ && active_->compilesFast() && standbyIsReady()) replaceFastWorker();
         if (active_ && (standby_ || !options_.standby)) {
-            changed_.wait_for(lock, kLooksUp);
+            changed_.wait_for(lock, kPollInterval);
             continue;
         }
         if (active_ && !active_->warm()) {  // the second must not slow down the first
@@ -147,9 +147,9 @@ void Supervisor::lost(Worker worker) {
 }
 
 std::optional<Answer> Supervisor::askAlone(const Call& call, std::uint64_t fingerprint) {
-    const Gate::Entry entry = gate_.enterAlone();
-    for (int crashes = 0, ends = 0; crashes < kMostCrashes && ends < kMostEnds; ++ends) {
-        if (call.departure && call.departure->left()) return std::nullopt;
+    const ExclusiveGate::Entry entry = gate_.enterAlone();
+    for (int crashes = 0, ends = 0; crashes < kMaxCrashes && ends < kMaxEnds; ++ends) {
+        if (call.cancellation && call.cancellation->left()) return std::nullopt;
         const Worker worker = active(Clock::now() + kPatience);
         if (!worker) return std::nullopt;
         ++counters_.askedAgain;
@@ -169,7 +169,7 @@ Answer Supervisor::ask(const Call& call) {
         throw RequestError(quarantined());
     }
     {
-        const Gate::Entry entry = gate_.enter();
+        const ExclusiveGate::Entry entry = gate_.enter();
         const Worker worker = active(Clock::now() + kPatience);
         if (!worker) throw RequestError(noWorker());
         if (auto answer = worker->ask(call)) return *std::move(answer);

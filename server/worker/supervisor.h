@@ -6,7 +6,7 @@
 // happens then is its own doing. Who ends a worker twice in that way is refused for a while.
 #pragma once
 
-#include "server/worker/gate.h"
+#include "server/worker/exclusive_gate.h"
 #include "server/worker/quarantine.h"
 #include "server/worker/worker_process.h"
 
@@ -67,7 +67,7 @@ private:
     const SupervisorOptions options_;
     SupervisorCounters counters_;
     Quarantine quarantine_;
-    Gate gate_;  // a suspect is alone in it
+    ExclusiveGate gate_;  // a suspect is alone in it
 
     mutable std::mutex mutex_;
     mutable std::condition_variable changed_;

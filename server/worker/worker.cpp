@@ -18,9 +18,9 @@ constexpr std::chrono::milliseconds kBeat{200};
 
 // Says that this process lives, is warm, and which scenes it holds; and ends it when the renderer
 // works on one thing for too long, which no thread of a process can end.
-class Beating {
+class Heartbeat {
 public:
-    Beating(MessagePipe& pipe, std::chrono::duration<double> longest)
+    Heartbeat(MessagePipe& pipe, std::chrono::duration<double> longest)
         : thread_([this, &pipe, longest] {
               std::unique_lock lock(mutex_);
               bool warm = false;
@@ -36,7 +36,7 @@ public:
                   wake_.wait_for(lock, kBeat, [&] { return ending_; });
               }
           }) {}
-    ~Beating() {
+    ~Heartbeat() {
         {
             const std::lock_guard lock(mutex_);
             ending_ = true;
@@ -44,8 +44,8 @@ public:
         wake_.notify_all();
         thread_.join();
     }
-    Beating(const Beating&) = delete;
-    Beating& operator=(const Beating&) = delete;
+    Heartbeat(const Heartbeat&) = delete;
+    Heartbeat& operator=(const Heartbeat&) = delete;
 
     void watch(Service& service) {
         const std::lock_guard lock(mutex_);
@@ -71,16 +71,16 @@ private:
 // The calls that are being answered, so that one can be taken back.
 class Departures {
 public:
-    std::shared_ptr<Departure> add(std::uint64_t id) {
+    std::shared_ptr<CancellationToken> add(std::uint64_t id) {
         const std::lock_guard lock(mutex_);
-        return list_[id] = std::make_shared<Departure>();
+        return list_[id] = std::make_shared<CancellationToken>();
     }
     void remove(std::uint64_t id) {
         const std::lock_guard lock(mutex_);
         list_.erase(id);
     }
     void leave(std::uint64_t id) {
-        std::shared_ptr<Departure> found;
+        std::shared_ptr<CancellationToken> found;
         {
             const std::lock_guard lock(mutex_);
             const auto place = list_.find(id);
@@ -91,7 +91,7 @@ public:
 
 private:
     std::mutex mutex_;
-    std::unordered_map<std::uint64_t, std::shared_ptr<Departure>> list_;
+    std::unordered_map<std::uint64_t, std::shared_ptr<CancellationToken>> list_;
 };
 
 void serve(Service& service, MessagePipe& pipe, std::size_t threads) {
@@ -103,7 +103,7 @@ void serve(Service& service, MessagePipe& pipe, std::size_t threads) {
             service.library().hold(unpackedIds(message->bytes));
         if (message->kind != MessageKind::call) continue;
         Call call = unpackedCall(message->bytes);
-        call.departure = departures.add(message->id);
+        call.cancellation = departures.add(message->id);
         pool.run([&service, &pipe, &departures, id = message->id, call = std::move(call)] {
             const Answer answer = answerTo(service, call);
             departures.remove(id);
@@ -122,7 +122,7 @@ int runWorker(const Config& config) {
     std::signal(SIGTERM, SIG_IGN);
     setLogLevel(config.logLevel);
     MessagePipe pipe(kWorkerSocket);
-    Beating beating(pipe, std::chrono::duration<double>(config.hangSeconds));
+    Heartbeat beating(pipe, std::chrono::duration<double>(config.hangSeconds));
     try {
         confine(config.workerMemoryBytes);
         endWithoutMemory();

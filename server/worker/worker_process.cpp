@@ -106,11 +106,11 @@ std::optional<Answer> WorkerProcess::ask(const Call& call) {
     }
     message.id = id;
     pipe_->send(message);
-    if (call.departure) {
-        call.departure->whenLeft([this, id] { pipe_->trySend(MessageKind::cancel, id); });
+    if (call.cancellation) {
+        call.cancellation->whenLeft([this, id] { pipe_->trySend(MessageKind::cancel, id); });
     }
     auto result = answer.get();
-    if (call.departure) call.departure->whenLeft(nullptr);
+    if (call.cancellation) call.cancellation->whenLeft(nullptr);
     if (result) result->headers.emplace_back(kWorkerHeader, std::to_string(number_));
     return result;
 }

@@ -108,7 +108,7 @@ float ggxMeanLobe(Surface s, vec3 halfway, float nDotL, float eyeDotH) {
 }
 
 // What the surface sends on of light that comes along toLight, unit; nDotL: normal . toLight.
-vec3 sentOn(Surface s, vec3 toLight, float nDotL) {
+vec3 evalDirectLight(Surface s, vec3 toLight, float nDotL) {
     vec3 halfway = toLight + s.toEye;
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
     vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
@@ -121,7 +121,7 @@ vec3 sentOn(Surface s, vec3 toLight, float nDotL) {
 vec3 sunLight(Surface s, int first) {
     vec3 toLight = texelFetch(lightTable, first).xyz;
     float nDotL = dot(s.normal, toLight);
-    return texelFetch(lightTable, first + 1).rgb * sentOn(s, toLight, nDotL);
+    return texelFetch(lightTable, first + 1).rgb * evalDirectLight(s, toLight, nDotL);
 }
 
 // Of any lamp.
@@ -139,7 +139,7 @@ vec3 lampLight(Surface s, vec3 position, int first) {
     float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
     float falloff = inCone * inCone * (1.0f - inRange * inRange) /
                     max(squared, kMinLightDistanceSquared);
-    return power.rgb * falloff * sentOn(s, toLight, nDotL);
+    return power.rgb * falloff * evalDirectLight(s, toLight, nDotL);
 }
 
 // The lamps that stand in the table from number `first` on, at least one. position: of the surface,

@@ -5,11 +5,11 @@
 // A surface that mirrors the scene (scene/classification.h) sends rays on where it is smoother than
 // this and more than so much of the ray's light follows; else the environment is mirrored.
 const float kTracedRoughness = 0.3f;
-const float kLeastMirrored = 0.05f;
+const float kMinMirrored = 0.05f;
 // Flat: the normal turns by less than this, radians, over the ray's length.
 const float kFlatEnough = 1e-3f;
 // Holes of masks that a path may pass.
-const int kMostHoles = 12;
+const int kMaxHoles = 12;
 
 // Slope of a pixel's cone from which on the environment is averaged over it.
 const float kWidePixel = 0.5f;
@@ -33,7 +33,7 @@ vec3 environmentAtEnd(vec3 along, RayCone cone) {
 // what they turn by to every side. It covers more of what it meets at an angle: along the sight its
 // width over n.v, and where the surface turns away from it no more than what is left of a ball. Wider
 // ones see more than this surface.
-const float kMostTurned = 0.84f;
+const float kMaxTurned = 0.84f;
 Surface coveredByCone(Surface s, float curvature, RayCone cone) {
     float across = curvature * cone.width;
     float slant = across / max(max(s.nDotV, sqrt(0.5f * across)), 1e-6f);
@@ -41,13 +41,13 @@ Surface coveredByCone(Surface s, float curvature, RayCone cone) {
     const float kEdge = 0.8862269f;  // of a square as large as a disc, over its diameter
     vec3 side = cross(s.normal, s.toEye);
     side = dot(side, side) > kNoDirection ? direction(side) : frameAbout(s.normal)[0];
-    return covering(s, cross(side, s.normal) * (kEdge * min(slant + spread, kMostTurned)),
-                    side * (kEdge * min(across + spread, kMostTurned)));
+    return covering(s, cross(side, s.normal) * (kEdge * min(slant + spread, kMaxTurned)),
+                    side * (kEdge * min(across + spread, kMaxTurned)));
 }
 
 // Away from the face that a ray leaves from, on the side of `normal`. Corners and sums of them are
 // off by some 2^-22 of their greatest coordinate.
-vec3 beside(vec3 place, vec3 normal, float reach) {
+vec3 offsetRayOrigin(vec3 place, vec3 normal, float reach) {
     return place + worldAxes(normal) * (2e-6f * reach + 1e-30f);
 }
 
@@ -71,7 +71,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
     vec3 sum = vec3(0.0f);
     vec3 weight = vec3(1.0f);
     int turns = int(tracing.limits.x);
-    int holes = kMostHoles;
+    int holes = kMaxHoles;
     bool going = true;
     do {
         Hit hit = traceClosest(start, worldAxes(along), 0.0f, 1e30f);
@@ -109,7 +109,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         bool mirror = there && !solid && !pane && !veil && !unlit &&
                       (p.flags & (level ? TRACE_MIRROR_FLAT : TRACE_MIRROR_CURVED)) != 0 &&
                       m.roughness <= kTracedRoughness &&
-                      maxComponent(weight * s.reflectance) > kLeastMirrored;
+                      maxComponent(weight * s.reflectance) > kMinMirrored;
 
         // What the surface itself sends along the ray: all but what the path goes on for.
         vec3 around = environmentAlong(reflect(along, s.normal), s.roughness);
@@ -183,7 +183,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         going = (turned && turns >= 0) || passed;
         // Nothing more to meet, or no turn left: the rest is the environment's.
         if (!going && (turned || !met)) sum += weight * environmentAtEnd(next, cone);
-        start = beside(p.place + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
+        start = offsetRayOrigin(p.place + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;
     } while (going);
     return sum;
@@ -213,7 +213,7 @@ vec3 startBeside(vec3 position, vec3 normal) {
     vec3 covered = coveredPosition(position, normal);
     vec3 place = tracing.eye.xyz + worldAxes(covered);
     float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
-    return beside(place, normal, reach + 5.0f * length(covered));
+    return offsetRayOrigin(place, normal, reach + 5.0f * length(covered));
 }
 
 float changeInPixel(vec3 v) {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kStep = 1e-3;  // radians that the camera turns from frame to frame
 // No more frames are begun in a turn of this many milliseconds: slow ones need fewer for a median.
-constexpr double kLongestTurn = 1500.0;
+constexpr double kMaxTurn = 1500.0;
 
 // Whether two plans draw the same; what else was weighed does not matter.
 bool drawSame(FramePlan a, FramePlan b) {
@@ -61,7 +61,7 @@ public:
         return kept;
     }
 
-    Truth truth() const {
+    ReferenceRender truth() const {
         const FrameRequest frame = request(accuracyOf(Preset::standard));
         const Stopwatch watch;
         auto image = traceReference({.scene = scene_,
@@ -72,7 +72,7 @@ public:
         return {*std::move(image), watch.milliseconds()};
     }
 
-    Comparison compared(const std::vector<Accuracy>& settings, const Truth& truth) {
+    Comparison compared(const std::vector<Accuracy>& settings, const ReferenceRender& truth) {
         ComparisonRequest comparison;
         comparison.frame = request(accuracyOf(Preset::standard));
         comparison.settings = settings;
@@ -93,7 +93,7 @@ public:
                 renderer_.render(request(settings[s], -kStep));
                 const Stopwatch turn;
                 for (int i = 0; i < options_.framesPerRound; ++i) {
-                    if (i > 0 && turn.milliseconds() > kLongestTurn) break;
+                    if (i > 0 && turn.milliseconds() > kMaxTurn) break;
                     const FrameRequest frame = request(settings[s], kStep * i);
                     const double before = processorMilliseconds();
                     const Stopwatch watch;
@@ -123,7 +123,7 @@ Measured measureAccuracy(const AccuracyScene& scene, const std::vector<Accuracy>
                          const MeasureOptions& options) {
     Subject subject(scene, options);
     const std::vector<Accuracy> kept = subject.thatDiffer(settings);
-    const Truth truth = subject.truth();
+    const ReferenceRender truth = subject.truth();
     const Comparison comparison = subject.compared(kept, truth);
     const std::vector<Clocked> clocks = subject.clocked(kept);
 

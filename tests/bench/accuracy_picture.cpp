@@ -105,7 +105,7 @@ public:
             errors.push_back(c.error);
         }
         const Point& first = curve.points.front();
-        if (first.relMseOff > kLeastError) errors.push_back(first.relMseOff);
+        if (first.relMseOff > kMinError) errors.push_back(first.relMseOff);
         x_ = axisOver(ms, 0.6, left + kLeft, left + kPanelWidth - kRight);
         y_ = axisOver(errors, 0.8, top + kPanelHeight - kBottom, top + kTop);
     }
@@ -144,7 +144,7 @@ private:
     std::string levels() const {
         const Point& first = curve_.points.front();
         std::string out;
-        if (first.relMseOff > kLeastError) {
+        if (first.relMseOff > kMinError) {
             out += level(x_, y_.at(first.relMseOff), "#b91c1c",
                          curve_.effect == Effect::base ? "all effects off" : "effect off");
         }

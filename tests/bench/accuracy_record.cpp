@@ -51,7 +51,7 @@ Held heldAgainst(const std::string& record, const Points& points) {
             continue;
         }
         ++result.held;
-        if (p.relMse > kMostGrowth * std::max(found->second, kLeastError)) {
+        if (p.relMse > kMaxGrowth * std::max(found->second, kMinError)) {
             result.exceeded.push_back(
                 keyOf(p) + text(": relMSE %.6g, recorded %.6g", p.relMse, found->second));
         }

@@ -5,7 +5,7 @@
 
 namespace clerestory::bench {
 
-inline constexpr double kMostGrowth = 1.05;
+inline constexpr double kMaxGrowth = 1.05;
 
 // The file's text: a comment that names the driver, then scene, effect, setting, relMse.
 std::string recordOf(const Points& points, const std::string& renderer);

@@ -1,7 +1,7 @@
 // Which settings a curve is drawn through, and on which scenes.
 #pragma once
 
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 #include "scene/scene.h"
 
 #include <filesystem>

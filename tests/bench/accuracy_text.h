@@ -24,9 +24,9 @@ text(const char* format, ...) {
 }
 
 // Logarithms need more than 0: what is below cannot be told from the truth in half floats.
-inline constexpr double kLeastError = 1e-9;
+inline constexpr double kMinError = 1e-9;
 inline double errorFor(const Point& p) {
-    return std::max(p.relMse, kLeastError);
+    return std::max(p.relMse, kMinError);
 }
 
 inline std::vector<CostAndError> costsOf(const Points& points) {

@@ -78,7 +78,7 @@ struct Subject {
 
 constexpr double kStep = 0.01;  // radians from frame to frame
 constexpr int kWarmFrames = 2;
-constexpr double kLeastPrediction = 1.0;  // milliseconds; less is lost in the noise of a clock
+constexpr double kMinPrediction = 1.0;  // milliseconds; less is lost in the noise of a clock
 
 // The base frame keeps its map: all others are measured by it.
 std::vector<Series> measure(Renderer& renderer, const Subject& subject, int frames, bool redraw) {
@@ -160,7 +160,7 @@ void printPredictions(const char* title, const std::vector<Series>& all) {
     for (std::size_t s = 1; s < all.size(); ++s) {
         const double added = (median(all[s].processor) - median(all.front().processor)) / cores;
         std::printf("| %s | %.1f | %.1f |", kSettings[s].name, all[s].predictedMs, added);
-        if (all[s].predictedMs < kLeastPrediction || added <= 0.0) {
+        if (all[s].predictedMs < kMinPrediction || added <= 0.0) {
             std::printf(" - |\n");
             continue;
         }

@@ -107,9 +107,9 @@ public:
     void draw(int frames) {
         httplib::Client client("127.0.0.1", port_);
         client.set_read_timeout(120);
-        constexpr int kMostTries = 2400;
+        constexpr int kMaxTries = 2400;
         for (int tries = 0; frames > 0; ++tries) {
-            if (tries == kMostTries) throw std::runtime_error("the server draws no frame");
+            if (tries == kMaxTries) throw std::runtime_error("the server draws no frame");
             const auto reply =
                 client.Post("/v1/frames", R"({"width":1280,"height":720})", "application/json");
             if (reply && reply->status == 200) {

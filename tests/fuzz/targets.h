@@ -19,7 +19,7 @@ inline void require(bool holds, const char* words) {
     std::abort();
 }
 
-// The guard and the library behind it, over an outlet in memory: however a request is cut into
+// The guard and the library behind it, over an writer in memory: however a request is cut into
 // pieces, it is understood in the same way, within the limits, and answered once.
 void fuzzHttp(Bytes bytes);
 // The JSON reader: a checked request or a refusal in plain words, never another exception.

@@ -115,13 +115,13 @@ Scene everything() {
     scene.movingNodes.push_back({.node = below});
     scene.clips.push_back({.name = "swing",
                            .duration = 1.0,
-                           .tracks = {{.moved = Moved::translation,
+                           .tracks = {{.moved = AnimatedProperty::translation,
                                        .target = 0,
                                        .times = {0.0f, 1.0f},
                                        .values = {0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f}},
-                                      {.moved = Moved::weights,
+                                      {.moved = AnimatedProperty::weights,
                                        .target = 0,
-                                       .between = Between::step,
+                                       .between = Interpolation::step,
                                        .times = {0.0f},
                                        .values = {1.0f}}}});
     finishMotion(scene);

@@ -1,12 +1,12 @@
 #include "tests/fuzz/targets.h"
 
-#include "server/http/library.h"
+#include "server/http/httplib_adapter.h"
 #include "server/http/request_reader.h"
 
 namespace clerestory::test {
 namespace {
 
-class TextOutlet final : public Outlet {
+class TextWriter final : public ResponseWriter {
 public:
     bool send(std::string_view bytes, bool) override {
         text += bytes;
@@ -53,8 +53,8 @@ Answer echoed(const Call& call) {
     return {.type = "text/plain", .body = text + call.body};
 }
 
-Library& library() {
-    static Library only(FrontLimits{}, echoed, [](const Call&, const Problem& problem) {
+HttplibAdapter& library() {
+    static HttplibAdapter only(FrontLimits{}, echoed, [](const Call&, const Problem& problem) {
         return Answer{.status = problem.status, .type = "application/problem+json", .body = "{}"};
     });
     return only;
@@ -74,13 +74,13 @@ void fuzzHttp(Bytes input) {
                           .headBytes = whole.heads[i],
                           .body = whole.bodies[i],
                           .requestId = "fuzz",
-                          .departure = std::make_shared<Departure>()};
+                          .cancellation = std::make_shared<CancellationToken>()};
         exchange.last = !exchange.head.keepAlive;
-        TextOutlet outlet;
-        const bool keepAlive = library().answer(exchange, outlet);
+        TextWriter writer;
+        const bool keepAlive = library().answer(exchange, writer);
         require(!(exchange.last && keepAlive), "the last answer is the last");
-        require(outlet.text.starts_with("HTTP/1.1 "), "there is an answer");
-        require(outlet.text.find("X-Request-Id: fuzz\r\n") != std::string::npos,
+        require(writer.text.starts_with("HTTP/1.1 "), "there is an answer");
+        require(writer.text.find("X-Request-Id: fuzz\r\n") != std::string::npos,
                 "it is our answer, not the library's own");
     }
 }

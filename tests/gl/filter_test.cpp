@@ -1,5 +1,5 @@
 // Twirl, convolution and glow against the same filters on the processor, and what each promises.
-#include "plan/filter_request.h"
+#include "plan/request/filter_request.h"
 #include "support.h"
 #include "tests/support/filter_truth.h"
 
@@ -282,7 +282,7 @@ TEST_F(Filters, RunInTheOrderOfTheRequest) {
     // As many as there may be: two pictures take turns.
     Picture smooth = plain;
     std::vector<FilterRequest> many;
-    while (many.size() < kMostFilters) {
+    while (many.size() < kMaxFilters) {
         many.push_back(convolve(KernelName::gaussian, EdgeRule::repeat));
         smooth = convolved(smooth, numbersOf(KernelName::gaussian), true);
     }

@@ -3,7 +3,7 @@
 
 #include "support.h"
 
-#include "plan/view.h"
+#include "plan/visibility/view.h"
 
 #include <algorithm>
 #include <cmath>

@@ -31,7 +31,7 @@ constexpr const char* kDeadline = "30";
 // Seconds. So few small frames fill such a queue only if compilation counts as work that waits.
 constexpr const char* kQueue = "60";
 // Every answer that is none of the promised ones is reported; after so many the server is given up.
-constexpr int kMostWrong = 10;
+constexpr int kMaxWrong = 10;
 
 // Empty folders for all caches of the servers that are started from here on.
 class EmptyCaches {
@@ -178,13 +178,13 @@ public:
                 const auto wait = waiting.after(result, wrong);
                 if (!wait) {
                     ADD_FAILURE() << request << "\n  " << wrong;
-                    if (++wrong_ >= kMostWrong) return;
+                    if (++wrong_ >= kMaxWrong) return;
                 }
                 std::this_thread::sleep_for(wait.value_or(1s));
             }
         }
     }
-    bool givenUp() const { return wrong_ >= kMostWrong; }
+    bool givenUp() const { return wrong_ >= kMaxWrong; }
     std::size_t pictures() const { return pictures_.size(); }
 
 private:

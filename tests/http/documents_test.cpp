@@ -56,7 +56,7 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
     expectListed<EnvironmentRequest>(properties["environment"]);
     expectListed<Output>(properties["output"]);
     expectListed<FilterRequest>(properties["filters"]["items"]);
-    EXPECT_EQ(properties["filters"]["maxItems"], kMostFilters);
+    EXPECT_EQ(properties["filters"]["maxItems"], kMaxFilters);
     const json& kernel = properties["filters"]["items"]["properties"]["kernel"]["oneOf"];
     EXPECT_EQ(kernel[0]["enum"][0], "sharpen");
     EXPECT_EQ(kernel[1]["minItems"], 9);

@@ -87,11 +87,11 @@ private:
     }
 
     Answer wait(const Call& call) {
-        call.departure->whenLeft([this] { ++leavers; });
+        call.cancellation->whenLeft([this] { ++leavers; });
         ++waiting;
         opened_.wait();
         --waiting;
-        call.departure->whenLeft(nullptr);
+        call.cancellation->whenLeft(nullptr);
         return {.type = "text/plain", .body = "waited"};
     }
 

@@ -2,7 +2,7 @@
 // worker, and crashes or stops on the word.
 #include "server/worker/supervisor.h"
 #include "server/worker/call_wire.h"
-#include "server/worker/gate.h"
+#include "server/worker/exclusive_gate.h"
 #include "server/worker/worker.h"
 
 #include "server/base/problem.h"
@@ -172,15 +172,15 @@ TEST(CallWire, EveryCutAndEveryFlippedByteIsRefusedOrRead) {
     }
 }
 
-TEST(Gate, WhoWantsToBeAloneIsAloneAndNotStarved) {
-    Gate gate;
+TEST(ExclusiveGate, WhoWantsToBeAloneIsAloneAndNotStarved) {
+    ExclusiveGate gate;
     std::atomic<int> inside{0};
     std::atomic<bool> ending{false}, wasAlone{false};
     std::vector<std::thread> crowd;
     for (int i = 0; i < 8; ++i) {
         crowd.emplace_back([&] {
             while (!ending) {
-                const Gate::Entry entry = gate.enter();
+                const ExclusiveGate::Entry entry = gate.enter();
                 ++inside;
                 std::this_thread::sleep_for(1ms);
                 --inside;
@@ -189,7 +189,7 @@ TEST(Gate, WhoWantsToBeAloneIsAloneAndNotStarved) {
     }
     {
         std::this_thread::sleep_for(20ms);
-        const Gate::Entry entry = gate.enterAlone();
+        const ExclusiveGate::Entry entry = gate.enterAlone();
         wasAlone = inside == 0;
         std::this_thread::sleep_for(20ms);
         wasAlone = wasAlone && inside == 0;
@@ -310,10 +310,10 @@ TEST(Supervisor, NonsenseFromAWorkerIsItsEnd) {
 TEST(Supervisor, AClientThatLeavesIsToldToTheWorker) {
     Supervisor supervisor(options());
     Call call = callWith("until cancelled");
-    call.departure = std::make_shared<Departure>();
+    call.cancellation = std::make_shared<CancellationToken>();
     auto answer = std::async(std::launch::async, [&] { return supervisor.ask(call).body; });
     EXPECT_EQ(answer.wait_for(50ms), std::future_status::timeout);
-    call.departure->leave();
+    call.cancellation->leave();
     EXPECT_THAT(answer.get(), testing::StartsWith("until cancelled"));
 }
 

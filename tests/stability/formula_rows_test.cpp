@@ -1,6 +1,6 @@
 // Rows of the stability table that formulae alone decide: furnaces, grazing, roughness, transforms
 // of planes, the field of view, meshes that are none.
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 #include "scene/environment_brdf.h"
 #include "scene/plane.h"
 #include "tests/stability/table.h"

@@ -32,7 +32,7 @@ namespace {
 constexpr std::uint32_t kSquare = 8;     // pixels of a frame along one of the truth
 constexpr std::uint32_t kSamples = 256;  // paths a pixel
 // Of the truth: in a small ball the scene is small, and rays sample what a cube averages.
-constexpr std::uint32_t kLeastPixels = 40;
+constexpr std::uint32_t kMinPixels = 40;
 // 8 x 8 samples tell an edge's share of a pixel to a sixteenth: its square, of a picture that is
 // all edges.
 constexpr double kEdges = 1.0 / 256.0;
@@ -207,7 +207,7 @@ TEST_F(RandomLadder, DearerIsNeverWorse) {
         std::optional<ReferenceImage> truth;
         for (const Rung& rung : kRungs) {
             const Mask mask = whole(maskOf(through, rung.effect), kSquare);
-            if (mask.pixels() < kLeastPixels) continue;
+            if (mask.pixels() < kMinPixels) continue;
             if ((rung.smoothOnly && !smooth) || (rung.panesOnly && anySolid(scene))) continue;
             if (!truth) truth = truthOf(scene, r);
             Image noisy = truth->color;

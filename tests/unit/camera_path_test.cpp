@@ -1,6 +1,6 @@
 // A camera's way between keys: through every key, straight or smooth, never a wrong turn.
-#include "plan/camera_path.h"
-#include "plan/view.h"
+#include "plan/request/camera_path.h"
+#include "plan/visibility/view.h"
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ TEST(CameraPath, HasAFrameAtEveryMultipleOfTheRateWithBothEnds) {
 }
 
 TEST(CameraPath, BothInterpolationsPassThroughEveryKey) {
-    for (const Interpolation way : {Interpolation::linear, Interpolation::smooth}) {
+    for (const PathInterpolation way : {PathInterpolation::linear, PathInterpolation::smooth}) {
         const CameraPath path{.keys = {key(0, {0, 1, 5}, {0, 0, 0}), key(1, {4, 2, 3}, {1, 0, 0}),
                                        key(3, {5, 1, -4}, {0, 2, 0})},
                               .frameRate = 2.0,
@@ -54,7 +54,7 @@ TEST(CameraPath, StraightIsStraightAndSmoothKeepsItsSpeedOverAKey) {
     CameraPath path{.keys = {key(0, {0, 0, 0}, {0, 0, -9}), key(1, {1, 0, 0}, {0, 0, -9}),
                              key(3, {3, 4, 0}, {0, 0, -9})},
                     .frameRate = 1000.0,
-                    .interpolation = Interpolation::linear};
+                    .interpolation = PathInterpolation::linear};
     EXPECT_LT(glm::distance(*framesOf(path)[500].camera.position, glm::dvec3(0.5, 0, 0)), 1e-12);
     const auto turnAtKey = [&] {
         const auto f = framesOf(path);
@@ -63,7 +63,7 @@ TEST(CameraPath, StraightIsStraightAndSmoothKeepsItsSpeedOverAKey) {
         return glm::length(after - before) / glm::length(before);
     };
     EXPECT_GT(turnAtKey(), 0.5);
-    path.interpolation = Interpolation::smooth;
+    path.interpolation = PathInterpolation::smooth;
     EXPECT_LT(turnAtKey(), 0.02);
 }
 
@@ -77,7 +77,7 @@ TEST(CameraPath, EvenKeysOnALineMoveEvenly) {
 }
 
 TEST(CameraPath, TurnsTheShorterWayWhateverTheSignsOfTheQuaternions) {
-    for (const Interpolation way : {Interpolation::linear, Interpolation::smooth}) {
+    for (const PathInterpolation way : {PathInterpolation::linear, PathInterpolation::smooth}) {
         CameraPath path{
             .keys = {turned(0, -0.5), turned(1, 0.5)}, .frameRate = 2.0, .interpolation = way};
         for (double& c : *path.keys[1].camera.orientation) c = -c;

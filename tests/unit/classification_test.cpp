@@ -17,7 +17,7 @@ struct Dressed {
     bool emitter;
     Glass glass;
     Reflector flat, curved;
-    Why why;  // of the flat part
+    ReflectorReason why;  // of the flat part
 };
 class OnABox : public testing::TestWithParam<Dressed> {};
 
@@ -55,56 +55,56 @@ constexpr auto kNo = Reflector::none, kFlat = Reflector::flat, kCurved = Reflect
 INSTANTIATE_TEST_SUITE_P(
     Materials, OnABox,
     testing::Values(
-        Dressed{"plain", [](Material&) {}, false, Glass::none, kNo, kNo, Why::dull},
+        Dressed{"plain", [](Material&) {}, false, Glass::none, kNo, kNo, ReflectorReason::dull},
         Dressed{"metal", [](Material& m) { m.metallic = 1, m.roughness = 0.2f; }, false,
-                Glass::none, kFlat, kCurved, Why::metal},
+                Glass::none, kFlat, kCurved, ReflectorReason::metal},
         Dressed{"roughMetal", [](Material& m) { m.metallic = 1, m.roughness = 0.51f; }, false,
-                Glass::none, kNo, kNo, Why::rough},
+                Glass::none, kNo, kNo, ReflectorReason::rough},
         Dressed{"polished", [](Material& m) { m.roughness = 0.3f; }, false, Glass::none, kFlat, kNo,
-                Why::gloss},
+                ReflectorReason::gloss},
         Dressed{"polishedWithoutSpecular",
                 [](Material& m) { m.roughness = 0.3f, m.specular = 0.0f; }, false, Glass::none, kNo,
-                kNo, Why::noLobe},
+                kNo, ReflectorReason::noLobe},
         Dressed{"polishedLeaf",
                 [](Material& m) { m.roughness = 0.1f, m.alphaMode = AlphaMode::mask; }, false,
-                Glass::none, kNo, kNo, Why::cutOut},
+                Glass::none, kNo, kNo, ReflectorReason::cutOut},
         Dressed{"asked", [](Material& m) { m.reflection = Reflection::mirror; }, false, Glass::none,
-                kFlat, kCurved, Why::asked},
+                kFlat, kCurved, ReflectorReason::asked},
         Dressed{
             "refused",
             [](Material& m) { m.metallic = 1, m.roughness = 0, m.reflection = Reflection::none; },
-            false, Glass::none, kNo, kNo, Why::refused},
+            false, Glass::none, kNo, kNo, ReflectorReason::refused},
         Dressed{"unlitMirrorLampOfGlass",
                 [](Material& m) {
                     m.unlit = true, m.metallic = 1, m.roughness = 0, m.emissive = glm::vec3(1);
                     m.transmission = 1, m.reflection = Reflection::mirror;
                 },
-                false, Glass::none, kNo, kNo, Why::unlit},
+                false, Glass::none, kNo, kNo, ReflectorReason::unlit},
         Dressed{"lamp",
                 [](Material& m) {
                     m.emissive = {0, 2, 0};
                 },
-                true, Glass::none, kNo, kNo, Why::dull},
+                true, Glass::none, kNo, kNo, ReflectorReason::dull},
         Dressed{"lampSwitchedOff",
                 [](Material& m) {
                     m.emissive = {0, 2, 0}, m.emissiveStrength = 0;
                 },
-                false, Glass::none, kNo, kNo, Why::dull},
+                false, Glass::none, kNo, kNo, ReflectorReason::dull},
         Dressed{"thinGlass", [](Material& m) { m.transmission = 1, m.roughness = 0; }, false,
-                Glass::pane, kFlat, kNo, Why::gloss},
+                Glass::pane, kFlat, kNo, ReflectorReason::gloss},
         Dressed{"thickGlass",
                 [](Material& m) { m.transmission = 0.5f, m.thickness = 1, m.roughness = 0.4f; },
-                false, Glass::solid, kNo, kNo, Why::dull},
+                false, Glass::solid, kNo, kNo, ReflectorReason::dull},
         Dressed{"metalLetsNothingThrough",
                 [](Material& m) { m.transmission = 1, m.metallic = 1, m.roughness = 0.9f; }, false,
-                Glass::none, kNo, kNo, Why::rough},
+                Glass::none, kNo, kNo, ReflectorReason::rough},
         Dressed{"coverageIsNoGlass",  // erratum G6
                 [](Material& m) { m.alphaMode = AlphaMode::blend, m.baseColor.w = 0.1f; }, false,
-                Glass::none, kNo, kNo, Why::dull},
+                Glass::none, kNo, kNo, ReflectorReason::dull},
         Dressed{"ownMap", [](Material& m) { m.environmentMap = "dusk"; }, false, Glass::none,
-                kCurved, kCurved, Why::map},
+                kCurved, kCurved, ReflectorReason::map},
         Dressed{"ownProbe", [](Material& m) { m.probe = "middle"; }, false, Glass::none, kCurved,
-                kCurved, Why::probe}),
+                kCurved, ReflectorReason::probe}),
     [](const auto& row) { return row.param.name; });
 
 TEST(Classification, TexturesCountWithTheirMean) {
@@ -116,7 +116,7 @@ TEST(Classification, TexturesCountWithTheirMean) {
     const MaterialClass c = classOf(scene, m);
     EXPECT_EQ(c.metallic, 0.25f);
     EXPECT_EQ(c.roughness, 0.5f);
-    EXPECT_EQ(c.whyFlat, Why::dull);
+    EXPECT_EQ(c.whyFlat, ReflectorReason::dull);
 }
 
 TEST(Classification, ReflectanceIsThatAlongTheNormal) {
@@ -201,15 +201,15 @@ TEST(Classification, FollowsTheFramesOwnMaterials) {
     Scene scene;
     place(scene, addBoxMesh(scene, "box", addMaterial(scene, dielectric(1.0f))), {0, 0, 0}, 1);
     addInstance(scene, 0, 0);
-    Dressing dressing;
-    dressing.own.push_back(dielectric(0.05f));
-    dressing.materialOfInstance = {0, 1};
-    const auto surfaces = surfacesOf(scene, dressing);
+    MaterialBindings materials;
+    materials.own.push_back(dielectric(0.05f));
+    materials.materialOfInstance = {0, 1};
+    const auto surfaces = surfacesOf(scene, materials);
     ASSERT_EQ(surfaces.size(), 1u + 6u);
     EXPECT_TRUE(surfaces[0].plain());
     EXPECT_EQ(surfaces[1].reflector, Reflector::flat);
     EXPECT_EQ(surfaces[1].material, 1u);
-    EXPECT_EQ(surfaces[1].why, Why::gloss);
+    EXPECT_EQ(surfaces[1].why, ReflectorReason::gloss);
 }
 
 }  // namespace

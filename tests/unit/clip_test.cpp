@@ -22,12 +22,12 @@ std::vector<double> at(const Track& track, double time) {
     return out;
 }
 
-Track moves(Between between, std::vector<float> times, std::vector<float> values) {
-    return {Moved::translation, 0, between, std::move(times), std::move(values)};
+Track moves(Interpolation between, std::vector<float> times, std::vector<float> values) {
+    return {AnimatedProperty::translation, 0, between, std::move(times), std::move(values)};
 }
 
 TEST(Clip, StepsHoldTheLastKey) {
-    const Track t = moves(Between::step, {1, 2, 4}, {1, 0, 0, 5, 0, 0, 9, 0, 0});
+    const Track t = moves(Interpolation::step, {1, 2, 4}, {1, 0, 0, 5, 0, 0, 9, 0, 0});
     EXPECT_EQ(at(t, 0.0)[0], 1.0) << "before the first key";
     EXPECT_EQ(at(t, 1.999)[0], 1.0);
     EXPECT_EQ(at(t, 2.0)[0], 5.0);
@@ -37,7 +37,7 @@ TEST(Clip, StepsHoldTheLastKey) {
 }
 
 TEST(Clip, LinesRunStraight) {
-    const Track t = moves(Between::linear, {1, 3}, {1, 10, 0, 5, -10, 2});
+    const Track t = moves(Interpolation::linear, {1, 3}, {1, 10, 0, 5, -10, 2});
     EXPECT_THAT(at(t, 0.5), ElementsAre(1, 10, 0));
     EXPECT_THAT(at(t, 1.5), ElementsAre(2, 5, 0.5));
     EXPECT_THAT(at(t, 2.0), ElementsAre(3, 0, 1));
@@ -55,7 +55,7 @@ TEST(Clip, SplinesFollowACubicExactly) {
             values.insert(values.end(), {v, 0, 0});
         }
     }
-    const Track t = moves(Between::cubicSpline, {1, 4}, values);
+    const Track t = moves(Interpolation::cubicSpline, {1, 4}, values);
     for (const double time : {1.0, 1.25, 2.0, 2.5, 3.9, 4.0}) {
         EXPECT_NEAR(at(t, time)[0], time * time * time - 2 * time, 1e-9) << time;
     }
@@ -66,9 +66,9 @@ TEST(Clip, SplinesFollowACubicExactly) {
 TEST(Clip, RotationsTurnEvenlyTheShorterWay) {
     const auto half = [](double degrees) { return float(glm::radians(degrees) / 2); };
     // From 10 degrees about y to 100, the second quaternion written with its opposite sign.
-    Track t{Moved::rotation,
+    Track t{AnimatedProperty::rotation,
             0,
-            Between::linear,
+            Interpolation::linear,
             {0, 1},
             {0, std::sin(half(10)), 0, std::cos(half(10)), 0, -std::sin(half(100)), 0,
              -std::cos(half(100))}};
@@ -82,7 +82,7 @@ TEST(Clip, RotationsTurnEvenlyTheShorterWay) {
 }
 
 TEST(Clip, SplinesOfRotationsAreOfUnitLength) {
-    Track t{Moved::rotation, 0, Between::cubicSpline, {0, 1}, {}};
+    Track t{AnimatedProperty::rotation, 0, Interpolation::cubicSpline, {0, 1}, {}};
     t.values = {0, 0, 0, 0, 0, 0, 0, 1, 3, 0, 0, 0, 0, 2, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0};
     for (double s = 0; s <= 1; s += 0.125) {
         const auto q = at(t, s);
@@ -94,7 +94,7 @@ TEST(Clip, SplinesOfRotationsAreOfUnitLength) {
 
 TEST(Clip, TwoKeysAtOneTimeAreAJump) {
     const Track t =
-        moves(Between::linear, {0, 1, 1, 2}, {0, 0, 0, 1, 0, 0, 5, 0, 0, 6, 0, 0});
+        moves(Interpolation::linear, {0, 1, 1, 2}, {0, 0, 0, 1, 0, 0, 5, 0, 0, 6, 0, 0});
     ASSERT_TRUE(sound(t, 1));
     EXPECT_NEAR(at(t, 0.999999)[0], 1.0, 1e-5);
     EXPECT_EQ(at(t, 1.0)[0], 5.0);
@@ -103,7 +103,7 @@ TEST(Clip, TwoKeysAtOneTimeAreAJump) {
 
 TEST(Clip, WhatIsNotSoundIsKnown) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    const Track good = moves(Between::linear, {0, 1}, {0, 0, 0, 1, 1, 1});
+    const Track good = moves(Interpolation::linear, {0, 1}, {0, 0, 0, 1, 1, 1});
     EXPECT_TRUE(sound(good, 1));
     EXPECT_FALSE(sound(good, 0)) << "nothing there to move";
     const auto changed = [&](auto&& change) {
@@ -119,8 +119,8 @@ TEST(Clip, WhatIsNotSoundIsKnown) {
     EXPECT_FALSE(changed([](Track& t) { t.values[4] = 1e30f; }));
     EXPECT_FALSE(changed([](Track& t) { t.values.pop_back(); }));
     EXPECT_FALSE(changed([](Track& t) { t.times.clear(); }));
-    EXPECT_FALSE(changed([](Track& t) { t.moved = Moved::rotation; }));
-    EXPECT_FALSE(changed([](Track& t) { t.between = Between::cubicSpline; }));
+    EXPECT_FALSE(changed([](Track& t) { t.moved = AnimatedProperty::rotation; }));
+    EXPECT_FALSE(changed([](Track& t) { t.between = Interpolation::cubicSpline; }));
 }
 
 TEST(Clip, BeginsAnewBehindItsEnd) {
@@ -145,11 +145,21 @@ Scene mobile() {
     scene.clips = {
         {"turn",
          1.0,
-         {{Moved::rotation, 0, Between::linear, {0, 1}, {0, 0, 0, 1, 0, h, 0, h}}}},
+         {{AnimatedProperty::rotation,
+           0,
+           Interpolation::linear,
+           {0, 1},
+           {0, 0, 0, 1, 0, h, 0, h}}}},
         {"turn back",
          1.0,
-         {{Moved::rotation, 0, Between::linear, {0, 1}, {0, h, 0, h, 0, 0, 0, 1}}}},
-        {"shrink", 2.0, {{Moved::scale, 1, Between::linear, {0, 2}, {1, 1, 1, 0, 0, 0}}}}};
+         {{AnimatedProperty::rotation,
+           0,
+           Interpolation::linear,
+           {0, 1},
+           {0, h, 0, h, 0, 0, 0, 1}}}},
+        {"shrink",
+         2.0,
+         {{AnimatedProperty::scale, 1, Interpolation::linear, {0, 2}, {1, 1, 1, 0, 0, 0}}}}};
     return scene;
 }
 
@@ -192,7 +202,8 @@ TEST(Clip, EndlessGrowthStaysFinite) {
     }
     Clip clip{"grow", 1.0, {}};
     for (Index i = 0; i < 60; ++i) {
-        clip.tracks.push_back({Moved::scale, i, Between::step, {0}, {1e9f, 1e9f, 1e9f}});
+        clip.tracks.push_back(
+            {AnimatedProperty::scale, i, Interpolation::step, {0}, {1e9f, 1e9f, 1e9f}});
     }
     scene.clips = {clip};
     for (const glm::dmat4& m : poseAt(scene, 0.0).worldFromNode) {
@@ -207,10 +218,11 @@ Scene bending() {
     scene.nodes = {{"world", kNone, glm::dmat4(1.0)}, {"joint", kNone, glm::dmat4(1.0)}};
     scene.movingNodes = {{1, {}}};
     const float h = std::sqrt(0.5f);
-    scene.clips = {{"bend",
-                    1.0,
-                    {{Moved::rotation, 0, Between::linear, {0, 1}, {0, 0, 0, 1, 0, 0, h, h}},
-                     {Moved::weights, 0, Between::linear, {0, 1}, {0, 1}}}}};
+    scene.clips = {
+        {"bend",
+         1.0,
+         {{AnimatedProperty::rotation, 0, Interpolation::linear, {0, 1}, {0, 0, 0, 1, 0, 0, h, h}},
+          {AnimatedProperty::weights, 0, Interpolation::linear, {0, 1}, {0, 1}}}}};
     scene.skins = {{{0, 1}, {glm::dmat4(1.0), glm::dmat4(1.0)}}};
     scene.morphWeights = {{0, {0.0f}}};
     for (const glm::vec3 p : {glm::vec3(0, 0, 0), glm::vec3(1, 0, 0), glm::vec3(1, 1, 0)}) {

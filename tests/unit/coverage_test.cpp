@@ -1,8 +1,8 @@
 // How much of a picture a surface covers: rectangles that overlap, areas against solid geometry.
 #include "plan_scenes.h"
 
-#include "plan/coverage.h"
-#include "plan/draws.h"
+#include "plan/visibility/coverage.h"
+#include "plan/visibility/draws.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // How much of what is around a place is not sky.
-#include "plan/enclosure.h"
-#include "plan/cost.h"
+#include "plan/visibility/enclosure.h"
+#include "plan/cost/cost.h"
 
 #include <gtest/gtest.h>
 

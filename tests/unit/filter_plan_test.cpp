@@ -47,7 +47,7 @@ TEST(FilterPlan, FiltersStandBetweenTheSceneAndToneMapping) {
 }
 
 TEST(FilterPlan, EachReadsWhatTheOneBeforeWrote) {
-    const std::vector<FilterRequest> eight(kMostFilters, twirl(1));
+    const std::vector<FilterRequest> eight(kMaxFilters, twirl(1));
     const FramePlan plan = planWith(eight, OutputFormat::npy);
     TargetId picture = 0;
     std::set<TargetId> written;

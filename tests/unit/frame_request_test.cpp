@@ -1,5 +1,5 @@
 // Rules that bind several fields of a request together.
-#include "plan/frame_request.h"
+#include "plan/request/frame_request.h"
 
 #include <gmock/gmock.h>
 

@@ -164,8 +164,8 @@ TEST(DisplayedErrors, equalPicturesAreAsFarApartAsWeSay) {
     for (const Image& p : {picture, quantised(picture)}) {
         const DisplayedErrors e = displayedErrors(p, p);
         EXPECT_EQ(e.pixels, 24u * 20u);
-        EXPECT_EQ(e.psnr, kMostDecibels);
-        EXPECT_EQ(e.decibels, -kMostDecibels);
+        EXPECT_EQ(e.psnr, kMaxDecibels);
+        EXPECT_EQ(e.decibels, -kMaxDecibels);
         EXPECT_NEAR(e.ssim, 1.0, 1e-12);
         EXPECT_EQ(e.flip, 0.0);
     }
@@ -203,7 +203,7 @@ TEST(DisplayedErrors, whatIsNotFiniteIsLeftOut) {
     const DisplayedErrors e = displayedErrors(painted(16, 12, spoilt), uniform(Color(0.5f)));
     EXPECT_EQ(e.nonFinite, 1u);
     EXPECT_EQ(e.pixels, 16u * 12u - 1u);
-    EXPECT_EQ(e.psnr, kMostDecibels);
+    EXPECT_EQ(e.psnr, kMaxDecibels);
     EXPECT_EQ(e.flip, 0.0);
 }
 

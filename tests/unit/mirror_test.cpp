@@ -1,7 +1,7 @@
 // Views that a view asks for: reflected against the explicitly reflected world, cropped against the
 // whole, cube faces against OpenGL's table; and where a mirror is on the picture.
-#include "plan/mirror.h"
-#include "plan/view.h"
+#include "plan/visibility/mirror.h"
+#include "plan/visibility/view.h"
 
 #include "plan_scenes.h"
 

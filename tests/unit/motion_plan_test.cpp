@@ -15,9 +15,9 @@ void letMove(Scene& scene, Index instance, const glm::dvec3& to) {
          {.translation = glm::dvec3(from), .scale = glm::dvec3(glm::length(glm::dvec3(rest[0])))}});
     const glm::vec3 end(to);
     Clip clip{"go " + std::to_string(scene.clips.size()), 1.0, {}};
-    clip.tracks.push_back({Moved::translation,
+    clip.tracks.push_back({AnimatedProperty::translation,
                            static_cast<Index>(scene.movingNodes.size() - 1),
-                           Between::linear,
+                           Interpolation::linear,
                            {0, 1},
                            {from.x, from.y, from.z, end.x, end.y, end.z}});
     scene.clips.push_back(clip);

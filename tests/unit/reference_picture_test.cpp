@@ -2,7 +2,7 @@
 // triangles, threads, seeds, cancelling, noise, mistakes.
 #include "reference_support.h"
 
-#include "plan/view.h"
+#include "plan/visibility/view.h"
 #include "reference/random.h"
 #include "reference/world.h"
 
@@ -60,8 +60,8 @@ Scene rubble(int count) {
 TEST(ReferenceWorld, MeetsWhatALoopOverTrianglesMeets) {
     const Scene scene = rubble(300);
     const Pose pose = poseAt(scene, 0.0);
-    const Dressing dressing;
-    const reference::World world(scene, pose, dressing, Effects{});
+    const MaterialBindings materials;
+    const reference::World world(scene, pose, materials, Effects{});
     ASSERT_EQ(world.triangleCount(), 600u);
     int met = 0;
     for (std::uint32_t i = 0; i < 4000; ++i) {
@@ -84,8 +84,8 @@ TEST(ReferenceWorld, MeetsWhatALoopOverTrianglesMeets) {
 TEST(ReferenceWorld, DropsTrianglesWithoutArea) {
     Scene scene = rubble(10);
     for (int i = 0; i < 3; ++i) scene.vertices[i].position = glm::vec3(1.0f);
-    const Dressing dressing;
-    EXPECT_EQ(reference::World(scene, poseAt(scene, 0.0), dressing, Effects{}).triangleCount(),
+    const MaterialBindings materials;
+    EXPECT_EQ(reference::World(scene, poseAt(scene, 0.0), materials, Effects{}).triangleCount(),
               19u);
 }
 
@@ -170,7 +170,7 @@ TEST(ReferencePicture, ReportsAndCanBeCancelled) {
     EXPECT_EQ(shares.back(), 1.0);
     EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
 
-    request.samples = kMostReferenceSamples;  // hours
+    request.samples = kMaxReferenceSamples;  // hours
     int calls = 0;
     EXPECT_FALSE(traceReference(request, [&](double) { return ++calls < 2; }).has_value());
     EXPECT_EQ(calls, 2);

@@ -26,7 +26,7 @@ TEST(Pose, AMomentOutOfReachIsAtRest) {
         scene.movingNodes.push_back({.node = 0});
         scene.clips.push_back({.name = "grow",
                                .duration = 1.0,
-                               .tracks = {{.moved = Moved::scale,
+                               .tracks = {{.moved = AnimatedProperty::scale,
                                            .target = 0,
                                            .times = {0.0f, 1.0f},
                                            .values = {1.0f, 1.0f, 1.0f, scale, 1.0f, 1.0f}}}});
@@ -43,7 +43,7 @@ TEST(Pose, AMomentOutOfReachIsAtRest) {
     addInstance(deep, 3, 0, 0);
     deep.clips.push_back({.name = "grow", .duration = 1.0});
     for (Index i = 0; i < 3; ++i) {
-        deep.clips[0].tracks.push_back({.moved = Moved::scale,
+        deep.clips[0].tracks.push_back({.moved = AnimatedProperty::scale,
                                         .target = i,
                                         .times = {0.0f, 1.0f},
                                         .values = {1.0f, 1.0f, 1.0f, 1e9f, 1.0f, 1.0f}});

@@ -61,9 +61,9 @@ TEST_F(SideFile, ChangesMaterialsForGood) {
     EXPECT_EQ(of(scene, 1).reflection, Reflection::mirror);
     EXPECT_NE(scene.contentHash, plain.contentHash);
     EXPECT_EQ(warning(scene, "sideFile"), nullptr);
-    EXPECT_EQ(surfacesOf(scene)[0].why, Why::gloss);
-    EXPECT_EQ(surfacesOf(scene)[1].why, Why::asked);
-    EXPECT_EQ(surfacesOf(plain)[0].why, Why::dull);
+    EXPECT_EQ(surfacesOf(scene)[0].why, ReflectorReason::gloss);
+    EXPECT_EQ(surfacesOf(scene)[1].why, ReflectorReason::asked);
+    EXPECT_EQ(surfacesOf(plain)[0].why, ReflectorReason::dull);
 }
 
 TEST_F(SideFile, PlacesProbesThatMaterialsNameThem) {

@@ -1,6 +1,6 @@
 // Cameras: one pose in every form, pixels where the lens says, frusta that never hide the visible.
-#include "plan/view.h"
-#include "plan/visibility.h"
+#include "plan/visibility/view.h"
+#include "plan/visibility/visibility.h"
 
 #include "plan_scenes.h"
 

@@ -1,6 +1,6 @@
 // What flat mirrors make a frame do, and what they do not: plan rules as sentences. And how ways of
 // serving reflectors are decided on.
-#include "plan/cost.h"
+#include "plan/cost/cost.h"
 #include "view_tree_support.h"
 
 #include "plan/features.h"

@@ -1,5 +1,5 @@
 // R3: what a frame shades, counted by hand, and the refusal of what is more than is allowed.
-#include "plan/work.h"
+#include "plan/graph/work.h"
 #include "view_tree_support.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "plan/graph/picture_passes.h"
 
-#include "plan/frame_plan.h"
+#include "plan/graph/frame_plan.h"
 
 namespace clerestory {
 

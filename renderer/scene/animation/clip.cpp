@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kThinnest = 1e-6;
 
-std::size_t fixedComponents(Moved moved) {
-    return moved == Moved::rotation ? 4 : 3;
+std::size_t fixedComponents(AnimatedProperty moved) {
+    return moved == AnimatedProperty::rotation ? 4 : 3;
 }
 
 glm::dquat unit(const glm::dquat& q) {
@@ -50,7 +50,7 @@ glm::dmat4 matrixOf(const Transform& t) {
 }
 
 std::size_t Track::components() const {
-    const std::size_t parts = between == Between::cubicSpline ? 3 : 1;
+    const std::size_t parts = between == Interpolation::cubicSpline ? 3 : 1;
     return times.empty() ? 0 : values.size() / (parts * times.size());
 }
 
@@ -62,8 +62,8 @@ double localTime(const Clip& clip, double time) {
 void sample(const Track& track, double time, std::span<double> out) {
     const std::vector<float>& times = track.times;
     const std::size_t n = track.components();
-    const bool cubic = track.between == Between::cubicSpline;
-    const bool turns = track.moved == Moved::rotation;
+    const bool cubic = track.between == Interpolation::cubicSpline;
+    const bool turns = track.moved == AnimatedProperty::rotation;
     const std::size_t stride = cubic ? 3 * n : n;
     // Of key k: part 0 is the tangent that comes in, 1 the value, 2 the tangent that goes out.
     const auto part = [&](std::size_t k, std::size_t which) {
@@ -74,7 +74,7 @@ void sample(const Track& track, double time, std::span<double> out) {
     const auto next = static_cast<std::size_t>(after - times.begin());
     const std::size_t k = next > 0 ? next - 1 : 0;
     const bool between = next > 0 && next < times.size();
-    if (!between || track.between == Between::step) {
+    if (!between || track.between == Interpolation::step) {
         std::copy(part(k, 1), part(k, 1) + n, out.begin());
         if (turns) normalise(out);
         return;
@@ -98,11 +98,11 @@ void sample(const Track& track, double time, std::span<double> out) {
 }
 
 bool sound(const Track& track, std::size_t targets) {
-    const auto held = [](float v) { return std::abs(v) <= kGreatestKey; };  // false for a NaN
-    const std::size_t parts = track.between == Between::cubicSpline ? 3 : 1;
+    const auto held = [](float v) { return std::abs(v) <= kMaxKey; };  // false for a NaN
+    const std::size_t parts = track.between == Interpolation::cubicSpline ? 3 : 1;
     const std::size_t keys = track.times.size(), n = track.components();
     return track.target < targets && keys > 0 && n > 0 && track.values.size() == keys * parts * n &&
-           (track.moved == Moved::weights || n == fixedComponents(track.moved)) &&
+           (track.moved == AnimatedProperty::weights || n == fixedComponents(track.moved)) &&
            std::all_of(track.values.begin(), track.values.end(), held) &&
            std::all_of(track.times.begin(), track.times.end(),
                        [&](float t) { return held(t) && t >= 0.0f; }) &&

@@ -39,13 +39,13 @@ struct MorphWeights {
 };
 
 // What happens between two keys.
-enum class Between : std::uint32_t { step, linear, cubicSpline };
-enum class Moved : std::uint32_t { translation, rotation, scale, weights };
+enum class Interpolation : std::uint32_t { step, linear, cubicSpline };
+enum class AnimatedProperty : std::uint32_t { translation, rotation, scale, weights };
 
 struct Track {
-    Moved moved = Moved::translation;
+    AnimatedProperty moved = AnimatedProperty::translation;
     Index target = 0;  // into Scene::movingNodes; of weights, into Scene::morphWeights
-    Between between = Between::linear;
+    Interpolation between = Interpolation::linear;
     std::vector<float> times;  // seconds, from 0, ascending, at least one
     // For each time its numbers: 3, 4 (unit x y z w) or as many as there are weights. Of a cubic
     // spline three times as many: the tangent that comes in, the value, the tangent that goes out;
@@ -74,6 +74,6 @@ void sample(const Track& track, double time, std::span<double> out);
 bool sound(const Track& track, std::size_t targets);
 
 // Greatest magnitude of any number of a track: products of a few stay finite.
-inline constexpr float kGreatestKey = 1e9f;
+inline constexpr float kMaxKey = 1e9f;
 
 }  // namespace clerestory

@@ -126,7 +126,7 @@ void addLanterns(Scene& scene) {
         const Index moves = motion::mayMove(scene, node, {.translation = at});
         addInstance(scene, node, addMesh(scene, std::move(lantern)));
         circling.tracks.push_back(
-            motion::repeating(Moved::translation, moves, kRound, 32, [&](double t) {
+            motion::repeating(AnimatedProperty::translation, moves, kRound, 32, [&](double t) {
                 const double turn = glm::two_pi<double>() * t / kBob + 2.5 * double(i);
                 return motion::numbers(at + glm::dvec3(0.0, 0.13 * std::sin(turn), 0.0));
             }));

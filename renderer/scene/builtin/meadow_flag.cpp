@@ -107,7 +107,9 @@ void addFlag(Scene& scene, const glm::dvec3& foot) {
         return values;
     };
     scene.clips.push_back(
-        {"flag", kDuration, {motion::repeating(Moved::weights, weights, kDuration, 80, turns)}});
+        {"flag",
+         kDuration,
+         {motion::repeating(AnimatedProperty::weights, weights, kDuration, 80, turns)}});
 }
 
 }  // namespace clerestory::meadow_parts

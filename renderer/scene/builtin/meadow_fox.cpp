@@ -307,15 +307,15 @@ void addFox(Scene& scene) {
     Clip walk{"walk", kStride, {}};
     for (std::uint32_t b = 1; b < bones; ++b) {
         walk.tracks.push_back(
-            motion::repeating(Moved::rotation, moving[b], kStride, kKeys, [&](double t) {
+            motion::repeating(AnimatedProperty::rotation, moving[b], kStride, kKeys, [&](double t) {
                 const glm::dvec2 angles = bend(b, t / kStride);
                 return motion::numbers(glm::angleAxis(angles.y, glm::dvec3(0, 1, 0)) *
                                        glm::angleAxis(angles.x, glm::dvec3(0, 0, 1)));
             }));
     }
     const glm::dvec3 back = rest[body].joint;
-    walk.tracks.push_back(
-        motion::repeating(Moved::translation, moving[body], kStride, kKeys, [&](double t) {
+    walk.tracks.push_back(motion::repeating(
+        AnimatedProperty::translation, moving[body], kStride, kKeys, [&](double t) {
             const double turn = 2.0 * glm::two_pi<double>() * t / kStride;
             return motion::numbers(back + glm::dvec3(0.0, 0.012 * std::sin(turn) - 0.02, 0.0));
         }));

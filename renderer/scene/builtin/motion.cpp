@@ -44,7 +44,7 @@ Track turning(const Scene& scene, Index movingNode, const glm::dvec3& axis, int 
               double duration) {
     // Thirds of a turn: of two halves nobody could tell which way round.
     const int keys = 3 * std::abs(turns);
-    Track track{Moved::rotation, movingNode, Between::linear, {}, {}};
+    Track track{AnimatedProperty::rotation, movingNode, Interpolation::linear, {}, {}};
     for (int i = 0; i <= keys; ++i) {
         const double angle = glm::two_pi<double>() * turns * i / keys;
         const glm::dquat q =
@@ -55,9 +55,9 @@ Track turning(const Scene& scene, Index movingNode, const glm::dvec3& axis, int 
     return track;
 }
 
-Track repeating(Moved moved, Index target, double duration, int keys,
+Track repeating(AnimatedProperty moved, Index target, double duration, int keys,
                 const std::function<std::vector<double>(double t)>& value) {
-    Track track{moved, target, Between::cubicSpline, {}, {}};
+    Track track{moved, target, Interpolation::cubicSpline, {}, {}};
     const double step = duration / keys;
     std::vector<std::vector<double>> values;
     for (int i = 0; i < keys; ++i) values.push_back(value(i * step));

@@ -19,7 +19,7 @@ Track turning(const Scene& scene, Index movingNode, const glm::dvec3& axis, int 
 
 // Through value(t) at `keys` even steps, as a cubic spline. What value() gives at 0 and at
 // `duration` must be the same, and its slope too: central differences run across the seam.
-Track repeating(Moved moved, Index target, double duration, int keys,
+Track repeating(AnimatedProperty moved, Index target, double duration, int keys,
                 const std::function<std::vector<double>(double t)>& value);
 
 std::vector<double> numbers(const glm::dvec3& v);

@@ -150,10 +150,11 @@ Scene orbitingCubes() {
             scene, node,
             {.translation = turned * glm::dvec3(0, 0.9 + 0.35 * (i % 2), 2.6), .rotation = turned});
         addInstance(scene, node, addMesh(scene, std::move(cube)));
-        pulse.tracks.push_back(motion::repeating(Moved::scale, moves, kPulse, 16, [i](double t) {
-            const double swing = 0.35 * std::sin(glm::two_pi<double>() * t / kPulse);
-            return motion::numbers(glm::dvec3(1.0 + (i % 2 ? -swing : swing)));
-        }));
+        pulse.tracks.push_back(
+            motion::repeating(AnimatedProperty::scale, moves, kPulse, 16, [i](double t) {
+                const double swing = 0.35 * std::sin(glm::two_pi<double>() * t / kPulse);
+                return motion::numbers(glm::dvec3(1.0 + (i % 2 ? -swing : swing)));
+            }));
     }
     scene.clips = {orbit, pulse};
     finishMotion(scene);

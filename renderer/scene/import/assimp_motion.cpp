@@ -18,7 +18,7 @@ namespace {
 constexpr double kTicksPerSecond = 30.0;
 
 // Most bones that move one vertex; more are the ones that matter least.
-constexpr std::size_t kMostInfluences = 8;
+constexpr std::size_t kMaxInfluences = 8;
 
 std::array<double, 3> numbersOf(const aiVector3D& v) {
     return {v.x, v.y, v.z};
@@ -31,8 +31,8 @@ std::array<double, 4> numbersOf(const aiQuaternion& q) {
 
 // Keys as a track. factor: on every value.
 template <class Key>
-Track trackOf(Moved moved, std::span<const Key> keys, double ticksPerSecond, double firstTick,
-              double factor = 1.0) {
+Track trackOf(AnimatedProperty moved, std::span<const Key> keys, double ticksPerSecond,
+              double firstTick, double factor = 1.0) {
     Track track{.moved = moved};
     for (const Key& key : keys) {
         track.times.push_back(static_cast<float>((key.mTime - firstTick) / ticksPerSecond));
@@ -46,8 +46,8 @@ Track trackOf(Moved moved, std::span<const Key> keys, double ticksPerSecond, dou
 // Readers give every channel all three kinds of keys; most say only where the node is anyway.
 bool staysAtRest(const Track& track, const Transform& rest) {
     const glm::dquat& q = rest.rotation;
-    const bool turns = track.moved == Moved::rotation;
-    const glm::dvec3& v = track.moved == Moved::scale ? rest.scale : rest.translation;
+    const bool turns = track.moved == AnimatedProperty::rotation;
+    const glm::dvec3& v = track.moved == AnimatedProperty::scale ? rest.scale : rest.translation;
     const glm::dvec4 still = turns ? glm::dvec4(q.x, q.y, q.z, q.w) : glm::dvec4(v, 0.0);
     constexpr double kFloats = 1e-6;
     const double near = kFloats * glm::length(still);
@@ -113,13 +113,14 @@ int AssimpMotion::addTracks(const aiNodeAnim& channel, double ticksPerSecond, do
     if (node == kNone) return 1;
     const Transform rest = partsOf(scene_.nodes[node].parentFromLocal);
     const double factor = node == 0 ? metresPerUnit_ : 1.0;
-    const auto make = [&](Moved moved, const auto* keys, unsigned count, double by) {
+    const auto make = [&](AnimatedProperty moved, const auto* keys, unsigned count, double by) {
         return trackOf(moved, std::span(keys, count), ticksPerSecond, firstTick, by);
     };
     std::array tracks{
-        make(Moved::translation, channel.mPositionKeys, channel.mNumPositionKeys, factor),
-        make(Moved::rotation, channel.mRotationKeys, channel.mNumRotationKeys, 1.0),
-        make(Moved::scale, channel.mScalingKeys, channel.mNumScalingKeys, factor)};
+        make(AnimatedProperty::translation, channel.mPositionKeys, channel.mNumPositionKeys,
+             factor),
+        make(AnimatedProperty::rotation, channel.mRotationKeys, channel.mNumRotationKeys, 1.0),
+        make(AnimatedProperty::scale, channel.mScalingKeys, channel.mNumScalingKeys, factor)};
     int dropped = 0;
     for (Track& track : tracks) {
         if (track.times.empty() || staysAtRest(track, rest)) continue;
@@ -184,7 +185,7 @@ void AssimpMotion::addDeformation(const aiMesh& from, const std::vector<std::uin
             most = std::max(most, bonesOf[vertex].size());
         }
     }
-    const std::size_t perVertex = std::min(most, kMostInfluences);
+    const std::size_t perVertex = std::min(most, kMaxInfluences);
     for (std::vector<Influence>& bones : bonesOf) {
         std::stable_sort(bones.begin(), bones.end(),
                          [](const Influence& a, const Influence& b) { return a.share > b.share; });

@@ -50,8 +50,8 @@ private:
     const std::map<std::string, Index>& nodeNamed_;
     double metresPerUnit_;
     std::set<std::string> names_;
-    std::set<std::pair<Moved, Index>> movedByClip_;  // of the clip that is being read
-    std::map<Index, Index> movingAt_;                // by node
+    std::set<std::pair<AnimatedProperty, Index>> movedByClip_;  // of the clip that is being read
+    std::map<Index, Index> movingAt_;                           // by node
     std::vector<bool> nodeMoves_;
 };
 

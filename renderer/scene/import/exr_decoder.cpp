@@ -14,7 +14,7 @@ namespace {
 using Reason = ImportError::Reason;
 
 // Planes of a picture that are decoded though only three are used.
-constexpr int kMostChannels = 16;
+constexpr int kMaxChannels = 16;
 
 struct ExrHeader : EXRHeader {
     ExrHeader() { InitEXRHeader(this); }
@@ -49,7 +49,7 @@ void checkHeader(std::span<const unsigned char> file, std::uint64_t maxPixels) {
     const std::int64_t width = std::int64_t{box.max_x} - box.min_x + 1;
     const std::int64_t height = std::int64_t{box.max_y} - box.min_y + 1;
     if (width <= 0 || height <= 0 || header.num_channels <= 0) broken();
-    if (header.num_channels > kMostChannels || width > INT32_MAX || height > INT32_MAX ||
+    if (header.num_channels > kMaxChannels || width > INT32_MAX || height > INT32_MAX ||
         static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > maxPixels) {
         throw ImportError(Reason::limit, "the .exr picture of " + std::to_string(width) + " x " +
                                              std::to_string(height) + " pixels and " +

@@ -72,10 +72,10 @@ Material GltfMaterials::material(const Json& json) {
                                     : AlphaMode::opaque;
     m.alphaCutoff = real(json, "alphaCutoff", 0.5f);
     m.doubleSided = flag(json, "doubleSided", false);
-    constexpr std::size_t kMostExtras = 16384;  // bytes; notes are short
+    constexpr std::size_t kMaxExtras = 16384;  // bytes; notes are short
     if (json.contains("extras")) {
         m.extras = json["extras"].dump(-1, ' ', false, Json::error_handler_t::replace);
-        if (m.extras.size() > kMostExtras) m.extras.clear();
+        if (m.extras.size() > kMaxExtras) m.extras.clear();
         readMaterialExtras(json["extras"], m, scene_);
     }
     readExtensions(json, m);

@@ -268,8 +268,8 @@ void GltfMeshes::addTargets(const Json& primitive, std::size_t fileVertices,
         if (tangents.components != 3 || tangents.count() != fileVertices) tangents = {};
         const auto at = [](const Numbers& from, std::size_t i) {
             const glm::vec3 v = from.count() > 0 ? threeOf(from, i) : glm::vec3(0.0f);
-            const bool held = std::abs(v.x) <= kGreatestKey && std::abs(v.y) <= kGreatestKey &&
-                              std::abs(v.z) <= kGreatestKey;
+            const bool held =
+                std::abs(v.x) <= kMaxKey && std::abs(v.y) <= kMaxKey && std::abs(v.z) <= kMaxKey;
             return held ? v : glm::vec3(0.0f);
         };
         for (std::uint32_t i = 0; i < fileVertexOf.size(); ++i) {

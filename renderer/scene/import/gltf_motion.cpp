@@ -11,7 +11,7 @@ namespace clerestory {
 namespace {
 
 // Of all channels together; a small file could ask for one long list many times.
-constexpr std::uint64_t kMostNumbers = 64'000'000;
+constexpr std::uint64_t kMaxNumbers = 64'000'000;
 
 }  // namespace
 
@@ -95,24 +95,24 @@ bool GltfMotion::addTrack(const Json& animation, const Json& json, Clip& clip) {
     const Json& sampler =
         element(array(animation, "samplers"), indexAt(json, "sampler"), "samplers");
     const std::string word = text(sampler, "interpolation");
-    Track track{.between = word == "STEP"          ? Between::step
-                           : word == "CUBICSPLINE" ? Between::cubicSpline
-                                                   : Between::linear};
+    Track track{.between = word == "STEP"          ? Interpolation::step
+                           : word == "CUBICSPLINE" ? Interpolation::cubicSpline
+                                                   : Interpolation::linear};
     // Everything that is read is thrown away again when the target is none.
     const Numbers times = document_.floats(indexAt(sampler, "input"));
     Numbers values = document_.floats(indexAt(sampler, "output"));
     numbers_ += times.values.size() + values.values.size();
-    if (numbers_ > kMostNumbers) {
+    if (numbers_ > kMaxNumbers) {
         throw ImportError(ImportError::Reason::limit, "the animations hold too many numbers");
     }
     track.times = times.values;
     track.values = std::move(values.values);
     const std::string path = text(object(json, "target"), "path");
-    track.moved = path == "rotation"  ? Moved::rotation
-                  : path == "scale"   ? Moved::scale
-                  : path == "weights" ? Moved::weights
-                                      : Moved::translation;
-    const bool known = path == "translation" || track.moved != Moved::translation;
+    track.moved = path == "rotation"  ? AnimatedProperty::rotation
+                  : path == "scale"   ? AnimatedProperty::scale
+                  : path == "weights" ? AnimatedProperty::weights
+                                      : AnimatedProperty::translation;
+    const bool known = path == "translation" || track.moved != AnimatedProperty::translation;
     if (!known || times.components != 1) return false;
     track.target = 0;
     if (!sound(track, 1)) return false;  // before anything is made for it
@@ -125,7 +125,7 @@ bool GltfMotion::addTrack(const Json& animation, const Json& json, Clip& clip) {
 bool GltfMotion::setTarget(const Json& target, Track& track) {
     const Index node = indexAt(target, "node");
     if (node >= nodeOf_.size() || nodeOf_[node] == kNone) return false;
-    if (track.moved != Moved::weights) {
+    if (track.moved != AnimatedProperty::weights) {
         track.target = movingNode(node);
         return track.target != kNone;
     }
@@ -162,7 +162,7 @@ Index GltfMotion::morphWeights(Index gltfNode) {
     const Json& rest = json.contains("weights") ? array(json, "weights") : array(mesh, "weights");
     for (std::size_t i = 0; i < std::min(targets, rest.size()); ++i) {
         const double weight = rest[i].is_number() ? rest[i].get<double>() : 0.0;
-        if (std::abs(weight) <= double{kGreatestKey}) {
+        if (std::abs(weight) <= double{kMaxKey}) {
             weights.rest[i] = static_cast<float>(weight);
         }
     }

@@ -41,8 +41,8 @@ private:
     Scene& scene_;
     const std::vector<Index>& nodeOf_;
     std::set<std::string> names_;
-    std::set<std::pair<Moved, Index>> movedByClip_;  // of the clip that is being read
-    std::map<Index, Index> movingAt_, weightsAt_;    // by node
+    std::set<std::pair<AnimatedProperty, Index>> movedByClip_;  // of the clip that is being read
+    std::map<Index, Index> movingAt_, weightsAt_;               // by node
     std::vector<bool> nodeMoves_;
     Index stillNode_ = kNone;    // stands for joints that are not in the scene
     std::uint64_t numbers_ = 0;  // of all channels

@@ -31,8 +31,8 @@ Scene sceneIn(const SceneFolder& folder, const std::string& name, const ImportLi
     Scene scene = isGltf ? gltfScene(folder.read(name), folder, limits, progress)
                          : assimpScene(name, extension, folder, limits, progress);
     finishScene(scene);
-    const bool dressed = applySideFile(scene, folder, name);
-    if (dropUnknownProbes(scene) || dressed) finishScene(scene);
+    const bool sideFileApplied = applySideFile(scene, folder, name);
+    if (dropUnknownProbes(scene) || sideFileApplied) finishScene(scene);
     scene.title = cleanText(std::filesystem::path(name).stem().string());
     return scene;
 }

@@ -161,14 +161,14 @@ public:
 
 private:
     void hear(char c) {
-        constexpr std::size_t kLongestLine = 8192, kMostReadings = 10'000;
+        constexpr std::size_t kMaxLine = 8192, kMaxReadings = 10'000;
         if (c != '\n') {
-            if (line_.size() < kLongestLine) line_ += c;
+            if (line_.size() < kMaxLine) line_ += c;
             return;
         }
         if (const auto step = readProgress(line_); step && progress_) progress_(*step);
         if (const auto error = readError(line_)) error_.emplace(*error);
-        if (auto reading = readReading(line_); reading && readings_.size() < kMostReadings) {
+        if (auto reading = readReading(line_); reading && readings_.size() < kMaxReadings) {
             readings_.push_back(*std::move(reading));
         }
         line_.clear();

@@ -16,7 +16,7 @@ namespace {
 using Reason = ImportError::Reason;
 using Files = std::map<std::string, std::string>;
 
-constexpr std::size_t kLongestName = 1024, kMostFolders = 32;
+constexpr std::size_t kMaxName = 1024, kMaxFolders = 32;
 
 struct Closing {
     void operator()(struct archive* a) const { archive_read_free(a); }
@@ -46,7 +46,7 @@ std::vector<std::string_view> partsOf(std::string_view name) {
         refuse(Reason::malformed, "the archive has a file whose name " + std::string(what) + ": '" +
                                       cleanText(std::string(name.substr(0, 100))) + "'");
     };
-    if (name.empty() || name.size() > kLongestName) bad("is empty or too long");
+    if (name.empty() || name.size() > kMaxName) bad("is empty or too long");
     if (name.front() == '/') bad("is not relative");
     if (name.find('\\') != std::string_view::npos || name.find(':') != std::string_view::npos) {
         bad("has a backslash or a colon");
@@ -59,7 +59,7 @@ std::vector<std::string_view> partsOf(std::string_view name) {
         if (part == "..") bad("leads out of it");
         if (!part.empty() && part != ".") parts.push_back(part);
     }
-    if (parts.size() > kMostFolders) bad("lies too deep");
+    if (parts.size() > kMaxFolders) bad("lies too deep");
     return parts;
 }
 

@@ -103,7 +103,7 @@ void fields(A& a, Probe& p) {
 }
 template <class A>
 void fields(A& a, Track& c) {
-    a(c.moved, Moved::weights), a(c.target), a(c.between, Between::cubicSpline);
+    a(c.moved, AnimatedProperty::weights), a(c.target), a(c.between, Interpolation::cubicSpline);
     a(c.times), a(c.values);
 }
 template <class A>

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kExtension = ".scene";
-constexpr std::size_t kMostReadings = 8192, kMostWaiting = 2;
+constexpr std::size_t kMaxReadings = 8192, kMaxWaiting = 2;
 
 struct EntryHeader {
     char magic[8] = {'C', 'L', 'C', 'A', 'C', 'H', 'E', '\0'};
@@ -82,7 +82,7 @@ std::string packed(const std::vector<FileReading>& readings) {
 std::optional<std::vector<FileReading>> unpackedReadings(std::string_view text,
                                                          std::uint32_t count) {
     std::vector<FileReading> list;
-    bool sound = count <= kMostReadings;
+    bool sound = count <= kMaxReadings;
     const auto take = [&](auto& value) {
         sound = sound && text.size() >= sizeof value;
         if (!sound) return;
@@ -171,7 +171,7 @@ void SceneCache::keep(const Place& place, const std::vector<FileReading>& readin
                       std::span<const std::byte> blob, std::shared_ptr<const void> owner) {
     // The scene file may have changed between our look at it and the import's.
     const bool same = std::find(readings.begin(), readings.end(), place.whole) != readings.end();
-    if (!same || readings.size() > kMostReadings || blob.size() > options_.mostBytes / 2) return;
+    if (!same || readings.size() > kMaxReadings || blob.size() > options_.mostBytes / 2) return;
     const std::string list = packed(readings);
     EntryHeader header;
     header.readings = static_cast<std::uint32_t>(readings.size());
@@ -180,7 +180,7 @@ void SceneCache::keep(const Place& place, const std::vector<FileReading>& readin
     header.blobBytes = blob.size();
     std::string head(reinterpret_cast<const char*>(&header), sizeof header);
     const std::lock_guard lock(mutex_);
-    if (toWrite_.size() >= kMostWaiting) return;  // they hold memory
+    if (toWrite_.size() >= kMaxWaiting) return;  // they hold memory
     toWrite_.push_back({fileOf(place), head + list, blob, std::move(owner)});
     if (!writer_.joinable()) writer_ = std::thread([this] { write(); });
     changed_.notify_all();

@@ -1,0 +1,50 @@
+// What each way of serving a reflector or a piece of glass takes and gets wrong, and which one to
+// take: as a database plans a query.
+//
+// Milliseconds are those of one reference machine (two cores, Mesa 22.3 llvmpipe) or of a small
+// GPU: their ratios decide, and a decision must not depend on how busy a machine is, nor on what
+// happens to be resident: the same request gives the same bytes. Errors are relative RMSE on the
+// pixels of the effect (accuracy.md, section 1).
+#pragma once
+
+#include "plan/graph/frame_plan.h"
+
+#include <span>
+
+namespace clerestory {
+
+// What a way would have to do.
+struct Work {
+    double triangles = 0.0;  // drawn in child views
+    double pixels = 0.0;     // shaded in child views
+    double views = 0.0;
+    double rayPixels = 0.0;  // pixels of the parent view that follow rays
+    double rays = 0.0;       // for each of them
+    double frames = 1.0;     // frames that share the work
+    bool software = true;
+};
+double milliseconds(const Work& work);
+
+// The cheapest candidate whose error is at most `tolerance` (relative, on the surface's pixels);
+// where none is that good, the one with the least error. Ties go to the first. candidates is not
+// empty.
+std::size_t cheapest(std::span<const Candidate> candidates, double tolerance);
+
+// What a surface weighs is its share of the frame's light, about: what it reflects or lets through
+// (0..1, at the angle it is seen at) times its share of the frame. Lighter ones are not worth a
+// view or a ray, even when the request asks for it.
+inline constexpr double kMinWeight = 4e-4;
+
+// Error that a preset accepts of a surface: relative error times weight.
+double toleranceOf(Preset preset);
+
+// Relative RMSE of a curved mirror's pixels, by roughness: the environment map alone, a captured
+// cube, rays through the mesh. enclosed: share of its surroundings that is not sky; see
+// enclosure.h. apart: how far the mirror reaches from the cube's centre, in radii of the scene.
+double environmentError(double roughness, double enclosed = 0.0);
+double probeError(double roughness, double apart = 0.0);
+double tracedError(double roughness);
+// The same of a flat mirror's own picture.
+double mirrorError(double roughness);
+
+}  // namespace clerestory

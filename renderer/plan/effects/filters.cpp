@@ -1,0 +1,153 @@
+// A filter reads the picture and writes another. Two of those take turns, so that eight filters
+// need no more memory than two.
+#include "plan/effects/filters.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+std::string nameOf(std::size_t index, FilterType type) {
+    const char* words[] = {"twirl", "convolve", "glow"};
+    return "filter" + std::to_string(index) + ":" + words[static_cast<int>(type)];
+}
+
+class FilterChain {
+public:
+    FilterChain(FramePlan& plan, TargetId picture, float exposureFactor)
+        : plan_(plan), picture_(picture), exposureFactor_(exposureFactor) {}
+
+    TargetId picture() const { return picture_; }
+
+    void add(const std::string& name, const FilterRequest& filter) {
+        switch (*filter.type) {
+            case FilterType::twirl:
+                twirl(name, filter);
+                break;
+            case FilterType::convolve:
+                convolve(name, filter);
+                break;
+            case FilterType::glow:
+                glow(name, filter);
+                break;
+        }
+    }
+
+private:
+    TargetId addTarget(const std::string& name, std::uint32_t width, std::uint32_t height) {
+        plan_.targets.push_back({.name = name,
+                                 .format = plan_.targets[picture_].format,
+                                 .width = width,
+                                 .height = height});
+        return static_cast<TargetId>(plan_.targets.size() - 1);
+    }
+
+    void addPass(const std::string& name, TargetId target, PassWork work, const char* reason) {
+        plan_.passes.push_back({.name = name,
+                                .effect = Effect::filters,
+                                .target = target,
+                                .reason = reason,
+                                .work = std::move(work)});
+    }
+
+    // A pass from the picture to the next; `work` reads the picture.
+    template <class Work>
+    void addStep(const std::string& name, Work work, const char* reason) {
+        TargetId& free = turns_[0] == picture_ ? turns_[1] : turns_[0];
+        if (free == kNoTarget) free = addTarget("picture:" + name, plan_.width, plan_.height);
+        work.source = picture_;
+        picture_ = free;
+        addPass(name, picture_, std::move(work), reason);
+    }
+
+    void twirl(const std::string& name, const FilterRequest& filter) {
+        const double corner = std::hypot(plan_.width, plan_.height);
+        Twirl work;
+        work.turn = static_cast<float>(*filter.amount / plan_.height);
+        work.radius = static_cast<float>(filter.radius.value_or(corner));
+        addStep(name, work, "turns the picture about its centre");
+    }
+
+    void convolve(const std::string& name, const FilterRequest& filter) {
+        const auto* word = std::get_if<KernelName>(&*filter.kernel);
+        const KernelNumbers kernel =
+            word ? numbersOf(*word) : std::get<KernelNumbers>(*filter.kernel);
+        Convolve work;
+        std::transform(kernel.begin(), kernel.end(), work.kernel.begin(),
+                       [](double x) { return static_cast<float>(x); });
+        work.repeat = filter.edge == EdgeRule::repeat;
+        addStep(name, work, "weighs each pixel with its neighbours");
+    }
+
+    // Level k of a pyramid spreads light over about 2^k pixels. All levels that `radius` reaches
+    // weigh the same, the last one as far as it is reached, so that a glow grows evenly with it.
+    void glow(const std::string& name, const FilterRequest& filter) {
+        const double octaves = std::log2(filter.radius.value_or(kDefaultGlowRadius));
+        const auto levels = static_cast<std::uint32_t>(std::ceil(octaves));
+        const auto weight = [&](std::uint32_t level) {
+            return std::min(1.0, octaves - static_cast<double>(level));
+        };
+        const float threshold =
+            static_cast<float>(filter.threshold.value_or(kDefaultGlowThreshold)) / exposureFactor_;
+
+        std::vector<TargetId> pyramid;
+        std::uint32_t width = plan_.width, height = plan_.height;
+        for (std::uint32_t level = 0; level < levels; ++level) {
+            width = (width + 1) / 2;
+            height = (height + 1) / 2;
+            const TargetId target =
+                addTarget(name + ":" + std::to_string(level + 1), width, height);
+            if (level == 0) {
+                addPass(name, target, GlowBright{{picture_}, threshold},
+                        "what is brighter than the threshold");
+            } else {
+                addPass(name, target, GlowDown{{pyramid.back()}}, "spreads it twice as wide");
+            }
+            pyramid.push_back(target);
+        }
+        double wider = 0.0;  // weight of all levels below
+        for (std::uint32_t level = levels - 1; level > 0; --level) {
+            wider += weight(level);
+            const double share = wider / (wider + weight(level - 1));
+            addPass(name, pyramid[level - 1], GlowUp{{pyramid[level]}, static_cast<float>(share)},
+                    "adds up what is spread");
+        }
+        Glow work;
+        work.spread = pyramid.front();
+        work.threshold = threshold;
+        // Below an octave the rest stays where it is.
+        work.share = static_cast<float>(filter.strength.value_or(kDefaultGlowStrength) *
+                                        std::min(1.0, octaves));
+        addStep(name, work, "spreads what is bright");
+    }
+
+    FramePlan& plan_;
+    TargetId picture_;
+    float exposureFactor_;
+    TargetId turns_[2] = {kNoTarget, kNoTarget};
+};
+
+}  // namespace
+
+TargetId planFilters(FramePlan& plan, const std::vector<FilterRequest>& filters, TargetId picture,
+                     float exposureFactor) {
+    FilterChain chain(plan, picture, exposureFactor);
+    for (std::size_t i = 0; i < filters.size(); ++i) {
+        const std::string name = nameOf(i, *filters[i].type);
+        if (std::string reason = reasonToLeaveOut(filters[i]); !reason.empty())
+            plan.skipped.push_back({name, Effect::filters, std::move(reason)});
+        else
+            chain.add(name, filters[i]);
+    }
+    return chain.picture();
+}
+
+void explainFilters(FramePlan& plan, const std::vector<FilterRequest>& filters) {
+    for (std::size_t i = 0; i < filters.size(); ++i) {
+        plan.skipped.push_back({nameOf(i, *filters[i].type), Effect::filters,
+                                "the request asks for numbers instead of colour"});
+    }
+}
+
+}  // namespace clerestory

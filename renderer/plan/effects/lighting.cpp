@@ -1,0 +1,104 @@
+// Lights of a frame and of a draw.
+#include "plan/effects/lighting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace clerestory {
+namespace {
+
+float brightest(const glm::vec3& c) {
+    return std::max({c.x, c.y, c.z});
+}
+
+// Irradiance at the box's nearest point, at most; 0 when the light cannot reach the box.
+double strengthAt(const PlacedLight& light, const glm::dvec3& eye, const Bounds& box) {
+    if (light.kind == LightKind::directional) return brightest(light.intensity);
+    const glm::dvec3 position = light.position - eye;
+    const glm::dvec3 nearest = glm::clamp(position, glm::dvec3(box.min), glm::dvec3(box.max));
+    const double distance = glm::length(nearest - position);
+    if (light.range > 0.0f && distance >= light.range) return 0.0;
+    if (light.kind == LightKind::spot) {
+        // The box's sphere against the cone: outside when the sphere's centre is farther from the
+        // axis than the cone's half angle plus the angle under which the sphere is seen.
+        const glm::dvec3 toCenter = glm::dvec3(box.center()) - position;
+        const double radius = 0.5 * box.diagonal(), length = glm::length(toCenter);
+        if (length > radius) {
+            const double cosine =
+                std::clamp(glm::dot(toCenter / length, -glm::dvec3(light.toLight)), -1.0, 1.0);
+            const double angle = std::acos(cosine) - std::asin(radius / length);
+            if (angle > std::acos(std::clamp<double>(light.cosOuter, -1.0, 1.0)) + 1e-6) return 0.0;
+        }
+    }
+    constexpr double kNearest = 1e-4;  // squared metres; keeps a lamp inside the box finite
+    return brightest(light.intensity) / std::max(kNearest, distance * distance);
+}
+
+}  // namespace
+
+glm::dmat3 worldFromMap(const FrameRequest& request, const Scene& scene) {
+    glm::dquat turn = scene.environmentRotation;
+    if (const auto& q = request.environment.rotation) {
+        turn = glm::dquat((*q)[3], (*q)[0], (*q)[1], (*q)[2]);
+    }
+    return glm::mat3_cast(glm::normalize(turn));
+}
+
+std::vector<PlacedLight> placedLights(const Scene& scene, const Pose& pose,
+                                      const EnvironmentMap& environment,
+                                      const glm::dmat3& worldFromMap, float environmentIntensity) {
+    std::vector<PlacedLight> placed;
+    for (const Light& light : scene.lights) {
+        if (placed.size() + 1 >= kMaxLights) break;
+        if (!(brightest(light.intensity) > 0.0f)) continue;
+        const glm::dmat4 m = light.node == kNone ? glm::dmat4(1.0) : pose.worldFromNode[light.node];
+        const glm::dvec3 back(m[2]);
+        const double length = glm::length(back);
+        placed.push_back(
+            {.kind = light.kind,
+             .position = glm::dvec3(m[3]),
+             .toLight = length > 0.0 ? glm::vec3(back / length) : glm::vec3(0.0f, 0.0f, 1.0f),
+             .intensity = light.intensity,
+             .range = light.range,
+             .cosInner = std::cos(light.innerConeAngle),
+             .cosOuter = std::cos(light.outerConeAngle)});
+    }
+    if (environment.sun && brightest(environment.sun->irradiance) * environmentIntensity > 0.0f) {
+        placed.push_back({.kind = LightKind::directional,
+                          .toLight = glm::vec3(worldFromMap * glm::dvec3(environment.sun->toSun)),
+                          .intensity = environment.sun->irradiance * environmentIntensity});
+    }
+    return placed;
+}
+
+LightList lightsReaching(const std::vector<PlacedLight>& lights, const glm::dvec3& eye,
+                         const Bounds& box, std::uint32_t& reaching) {
+    std::vector<std::pair<double, std::uint8_t>> found;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        const double strength = strengthAt(lights[i], eye, box);
+        if (strength > 0.0) found.emplace_back(strength, static_cast<std::uint8_t>(i));
+    }
+    reaching = static_cast<std::uint32_t>(found.size());
+    if (found.size() > kMaxLightsPerDraw) {
+        std::stable_sort(found.begin(), found.end(),
+                         [](const auto& a, const auto& b) { return a.first > b.first; });
+        found.resize(kMaxLightsPerDraw);
+        std::sort(found.begin(), found.end(),
+                  [](const auto& a, const auto& b) { return a.second < b.second; });
+    }
+    LightList list;
+    for (const auto& [strength, index] : found) list.indices[list.count++] = index;
+    return list;
+}
+
+std::vector<std::uint8_t> allLightsReaching(const std::vector<PlacedLight>& lights,
+                                            const glm::dvec3& eye, const Bounds& box) {
+    std::vector<std::uint8_t> found;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        if (strengthAt(lights[i], eye, box) > 0.0) found.push_back(static_cast<std::uint8_t>(i));
+    }
+    return found;
+}
+
+}  // namespace clerestory

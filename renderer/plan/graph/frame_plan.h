@@ -1,0 +1,94 @@
+// What will be done for one frame, before doing it: targets, passes, draws, and a reason for
+// everything done and everything left out. Plain values; comparable, printable, no OpenGL.
+#pragma once
+
+#include "plan/graph/pass.h"
+#include "scene/environment.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+// The fields of a request that the size of a frame comes from; see Pass::knobs.
+inline constexpr std::string_view kKnobsOfTheFrame = "/width, /height, /accuracy/samples";
+
+// How a reflector or a piece of glass is served.
+enum class Method {
+    environment,  // by the environment map
+    probe,        // by a captured cube
+    mirror,       // by a picture from the mirrored eye
+    backdrop,     // glass: by a copy of what was drawn behind it
+    traced,       // by rays through the mesh
+};
+struct Candidate {
+    Method method = Method::environment;
+    double milliseconds = 0.0;  // predicted; see plan/cost/cost.h
+    double error = 0.0;         // predicted relative RMSE on the surface's pixels
+    bool operator==(const Candidate&) const = default;
+};
+// A decision of the planner: what there was to choose from, and what was taken.
+struct Decision {
+    std::string name;
+    Effect effect = Effect::base;
+    std::uint32_t generation = 0;
+    double share = 0.0;  // of the frame that it covers, about
+    Method taken = Method::environment;
+    std::vector<Candidate> candidates;
+    std::string reason;
+    bool operator==(const Decision&) const = default;
+};
+
+struct Skipped {
+    std::string name;
+    Effect effect = Effect::base;
+    std::string reason;
+    bool operator==(const Skipped&) const = default;
+};
+
+struct PlanTotals {
+    std::uint64_t passes = 0, views = 0, draws = 0, triangles = 0;
+    bool operator==(const PlanTotals&) const = default;
+};
+
+struct FramePlan {
+    std::vector<TargetSpec> targets;
+    std::vector<Pass> passes;
+    std::vector<Skipped> skipped;
+    std::vector<Decision> decisions;
+    std::vector<PlacedLight> lights;
+    std::vector<Material> materials;  // the frame's own; their indices follow those of the scene's
+    TargetId output = kNoTarget;
+
+    // Read by the passes: everything of the request that reaches the GPU as a number.
+    std::uint32_t width = 0, height = 0;
+    Channel channel = Channel::color;
+    std::uint32_t anisotropy = 1;
+    std::string environment;  // name of the map
+    glm::dmat3 mapFromWorld{1.0};
+    float environmentIntensity = 1.0f;
+    std::uint32_t curvedSamples = 0;
+    // For rays, where some draw follows any: the materials of all instances as in MaterialBindings,
+    // the union of what their surfaces ask of a shader, and how often a ray turns.
+    std::vector<Index> materialOfInstance;
+    Features hitFeatures = 0;
+    std::uint32_t bounces = 0;
+    double perMetre = 1.0;  // 1 / diagonal of the scene: pictures keep distances as shares of it
+
+    bool operator==(const FramePlan&) const = default;
+};
+
+// The frame's own view, as requested: of the last pass that draws the scene for the output. Null
+// for a plan without one.
+const View* frameView(const FramePlan& plan);
+
+PlanTotals totals(const Pass& pass);
+PlanTotals totals(const FramePlan& plan);
+
+// One line a pass and one a thing left out; for people and for test messages.
+std::string toText(const FramePlan& plan);
+
+std::string_view nameOf(Method method);
+
+}  // namespace clerestory

@@ -1,0 +1,147 @@
+// Presets, and the rules that bind several fields of a request together.
+#include "plan/request/frame_request.h"
+
+#include <cmath>
+
+namespace clerestory {
+
+// Chosen from docs/accuracy_presets.csv, which says on what machine; docs/accuracy.md says why.
+Accuracy accuracyOf(Preset preset) {
+    Accuracy a;
+    a.preset = preset;
+    switch (preset) {
+        case Preset::draft:
+            a.edgeFilter = false;
+            a.environmentSize = 64;
+            a.environmentSamples = 16;
+            a.planarSamples = 1;
+            a.generations = 1;
+            a.probeSize = 128;
+            a.probeSamples = 8;
+            a.bounces = 2;
+            break;
+        case Preset::standard:
+            break;
+        case Preset::fine:
+            a.samples = 4;
+            a.edgeFilter = false;
+            a.planarSamples = 8;
+            a.backFaces = true;
+            a.parallax = Parallax::depth;
+            a.bounces = 8;
+            break;
+    }
+    return a;
+}
+
+namespace {
+
+std::string joined(const std::vector<FieldError>& errors) {
+    std::string text;
+    for (const FieldError& e : errors) {
+        text += (text.empty() ? "" : "; ") + e.pointer + ": " + e.detail;
+    }
+    return text.empty() ? "invalid request" : text;
+}
+
+double length(const std::array<double, 4>& q) {
+    return std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+}
+
+// How far from 1 a unit quaternion or a rotation's rows may be: a client's rounding to float.
+constexpr double kUnitTolerance = 1e-3;
+
+bool isRigid(const std::array<double, 16>& m) {
+    const glm::dvec3 x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
+    const auto near = [](double value, double wanted) {
+        return std::abs(value - wanted) <= kUnitTolerance;
+    };
+    return near(glm::dot(x, x), 1) && near(glm::dot(y, y), 1) && near(glm::dot(z, z), 1) &&
+           near(glm::dot(x, y), 0) && near(glm::dot(y, z), 0) && near(glm::dot(z, x), 0) &&
+           glm::dot(glm::cross(x, y), z) > 0 && near(m[3], 0) && near(m[7], 0) && near(m[11], 0) &&
+           near(m[15], 1);
+}
+
+void checkPose(const CameraRequest& c, std::vector<FieldError>& errors) {
+    const auto refuse = [&](const char* pointer, const char* detail, const char* allowed) {
+        errors.push_back({pointer, detail, allowed});
+    };
+    const char* onePose =
+        "one of: position + target (+ up), position + orientation, cameraToWorld, name, or nothing";
+    if (c.cameraToWorld && (c.position || c.target || c.up || c.orientation || c.name)) {
+        refuse("/camera/cameraToWorld", "stands beside another pose", onePose);
+    }
+    if (c.name && (c.position || c.target || c.up || c.orientation)) {
+        refuse("/camera/name", "stands beside another pose", onePose);
+    }
+    if (c.target && c.orientation) {
+        refuse("/camera/orientation", "stands beside target", onePose);
+    }
+    if (c.position && !c.target && !c.orientation) {
+        refuse("/camera/position", "needs a target or an orientation beside it", onePose);
+    }
+    if (!c.position && (c.target || c.orientation)) {
+        refuse(c.target ? "/camera/target" : "/camera/orientation", "needs a position beside it",
+               onePose);
+    }
+    if (c.up && !c.target) {
+        refuse("/camera/up", "is used with target only", onePose);
+    }
+    if (c.position && c.target && *c.position == *c.target) {
+        refuse("/camera/target", "is the same point as position", "a point away from position");
+    }
+    if (c.up && *c.up == glm::dvec3(0.0)) {
+        refuse("/camera/up", "has no length", "any direction");
+    }
+    if (c.orientation && std::abs(length(*c.orientation) - 1.0) > kUnitTolerance) {
+        refuse("/camera/orientation", "is not a unit quaternion", "x y z w with length 1");
+    }
+    if (c.cameraToWorld && !isRigid(*c.cameraToWorld)) {
+        refuse("/camera/cameraToWorld", "is not a rotation and a translation",
+               "column-major, orthonormal, determinant 1, last row 0 0 0 1");
+    }
+    if (c.convention == Convention::opencv && !c.cameraToWorld) {
+        refuse("/camera/convention", "is used with cameraToWorld only",
+               "opengl, or give cameraToWorld");
+    }
+}
+
+}  // namespace
+
+InvalidRequest::InvalidRequest(std::vector<FieldError> errors)
+    : std::runtime_error(joined(errors)), errors_(std::move(errors)) {}
+
+std::vector<FieldError> problems(const FrameRequest& request) {
+    std::vector<FieldError> errors;
+    const CameraRequest& c = request.camera;
+    checkPose(c, errors);
+    if (c.yfov && c.intrinsics) {
+        errors.push_back({"/camera/intrinsics", "stands beside yfov", "one of the two"});
+    }
+    if (c.znear && c.zfar && !(*c.znear < *c.zfar)) {
+        errors.push_back({"/camera/zfar", "is not beyond znear", "more than znear"});
+    }
+    if (std::uint64_t{request.width} * request.height > kMaxPixels) {
+        errors.push_back({"/width", "width x height is too large",
+                          "at most " + std::to_string(kMaxPixels) + " pixels"});
+    }
+    if (request.environment.rotation && !isUnit(*request.environment.rotation)) {
+        errors.push_back({"/environment/rotation", "is not a rotation", kRotationForms});
+    }
+    const std::vector<FieldError> ofFilters = problems(request.filters);
+    errors.insert(errors.end(), ofFilters.begin(), ofFilters.end());
+    Accuracy knobs = request.accuracy;
+    knobs.maxMilliseconds = knobs.maxError = std::nullopt;
+    if (request.accuracy.isBudget() && knobs != Accuracy{}) {
+        errors.push_back({"/accuracy", "has knobs beside a budget, which picks them all",
+                          "maxMilliseconds, maxError or both; or a preset and knobs"});
+    }
+    const bool floats =
+        request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
+    if (request.output.channel != Channel::color && !floats) {
+        errors.push_back({"/output/format", "cannot hold this channel", "npy or exr"});
+    }
+    return errors;
+}
+
+}  // namespace clerestory

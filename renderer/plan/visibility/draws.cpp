@@ -1,0 +1,297 @@
+// Culling, classing and ordering of draws.
+#include "plan/visibility/draws.h"
+
+#include "plan/effects/lighting.h"
+#include "plan/features.h"
+#include "plan/visibility/visibility.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace clerestory {
+namespace {
+
+// What a material has where its file says nothing: a textured surface, as a rule.
+bool hasDefaultNumbers(const Material& m) {
+    const Material none;
+    return m.metallic == none.metallic && m.roughness == none.roughness &&
+           m.normalScale == none.normalScale && m.ior == none.ior && m.specular == none.specular &&
+           m.specularColor == none.specularColor;
+}
+
+Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mesh,
+                          const Effects& effects) {
+    Features f = 0;
+    std::vector<const TextureSlot*> used;
+    const auto map = [&](const TextureSlot& slot, Features bit) {
+        if (slot.present()) {
+            f |= bit;
+            used.push_back(&slot);
+        }
+    };
+    map(m.baseColorTexture, FEATURE_BASE_COLOR_MAP);
+    if (m.unlit) {
+        f |= FEATURE_UNLIT;
+    } else {
+        map(m.metallicRoughnessTexture, FEATURE_METALLIC_ROUGHNESS_MAP);
+        if (m.normalScale != 0.0f) map(m.normalTexture, FEATURE_NORMAL_MAP);
+        if ((f & FEATURE_NORMAL_MAP) &&
+            scene.images[scene.textures[m.normalTexture.texture].image].packedNormal) {
+            f |= FEATURE_PACKED_NORMAL;
+        }
+        if ((f & FEATURE_METALLIC_ROUGHNESS_MAP) && hasDefaultNumbers(m)) {
+            f |= FEATURE_DEFAULT_NUMBERS;
+        }
+        if (m.occlusionStrength > 0.0f) map(m.occlusionTexture, FEATURE_OCCLUSION_MAP);
+        const glm::vec3 emitted = emittedRadiance(m);
+        if (effects.emission && std::max({emitted.x, emitted.y, emitted.z}) > 0.0f) {
+            f |= FEATURE_EMISSION;
+            map(m.emissiveTexture, FEATURE_EMISSIVE_MAP);
+        }
+    }
+    for (const TextureSlot* slot : used) {
+        if (slot->transformed()) f |= FEATURE_TEXTURE_TRANSFORM;
+        if (slot->texCoord == 1) f |= FEATURE_SECOND_TEXCOORD;
+    }
+    if (mesh.hasColors) f |= FEATURE_VERTEX_COLOR;
+    if (m.alphaMode == AlphaMode::mask) f |= FEATURE_MASK;
+    if (m.alphaMode == AlphaMode::blend) f |= FEATURE_BLEND;
+    if (m.doubleSided) f |= FEATURE_DOUBLE_SIDED;
+    return f;
+}
+
+struct OrderedDraw {
+    Draw draw;
+    double distance;  // from the eye to the nearest point of its box, metres
+    double share;     // of the picture, that its box covers
+};
+
+bool continues(const Draw& before, const Draw& next) {
+    return before.instance == next.instance && before.features == next.features &&
+           before.reflection == next.reflection && before.through == next.through &&
+           before.lights == next.lights && before.firstIndex + before.indexCount == next.firstIndex;
+}
+
+std::vector<Draw> merged(const std::vector<OrderedDraw>& draws) {
+    std::vector<Draw> result;
+    for (const OrderedDraw& next : draws) {
+        if (!result.empty() && continues(result.back(), next.draw))
+            result.back().indexCount += next.draw.indexCount;
+        else
+            result.push_back(next.draw);
+    }
+    return result;
+}
+
+// Ties are broken by the place in the scene, so that order never depends on the sort.
+bool nearer(const OrderedDraw& a, const OrderedDraw& b) {
+    return std::tie(a.distance, a.draw.firstIndex, a.draw.instance) <
+           std::tie(b.distance, b.draw.firstIndex, b.draw.instance);
+}
+bool sameStateFirst(const OrderedDraw& a, const OrderedDraw& b) {
+    const auto key = [](const OrderedDraw& c) {
+        return std::tie(c.draw.features, c.draw.material, c.draw.reflection, c.draw.instance,
+                        c.draw.firstIndex);
+    };
+    return key(a) < key(b);
+}
+
+std::vector<Draw> depthDraws(std::vector<OrderedDraw> draws) {
+    std::erase_if(draws, [](const OrderedDraw& each) {
+        return each.share < kOccluderShare * (each.draw.indexCount / 3);
+    });
+    for (OrderedDraw& each : draws) {
+        each.draw.features &= FEATURE_DOUBLE_SIDED;
+        each.draw.reflection = kNoReflection;
+        each.draw.lights = {};
+    }
+    std::sort(draws.begin(), draws.end(), nearer);
+    return merged(draws);
+}
+
+// Small clusters that follow each other (the sides of a box) are culled and drawn as one. Moves
+// `cluster` behind the last of them.
+constexpr std::uint32_t kSmallDraw = 256;  // triangles
+Cluster drawnTogether(const Stage& stage, const Mesh& mesh, std::uint32_t& cluster,
+                      std::uint32_t end) {
+    const Scene& scene = stage.scene;
+    const auto box = [&] { return boundsOf(scene, stage.pose, mesh, cluster - mesh.firstCluster); };
+    Cluster sum = scene.clusters[cluster];
+    sum.bounds = box();
+    ++cluster;
+    while (cluster < end && sum.indexCount + scene.clusters[cluster].indexCount <= 3 * kSmallDraw) {
+        sum.indexCount += scene.clusters[cluster].indexCount;
+        sum.bounds.add(box());
+        ++cluster;
+    }
+    return sum;
+}
+
+// Of many small things in one mesh: each cluster has its part of the area, by its triangles, and
+// its own distance.
+double shareOfClusters(const Stage& stage, const View& view, const SeenSurface& seen, double area) {
+    const Surface& surface = *seen.surface;
+    double indices = 0.0;
+    for (std::uint32_t c = 0; c < surface.clusterCount; ++c) {
+        indices += stage.scene.clusters[surface.firstCluster + c].indexCount;
+    }
+    double sum = 0.0;
+    for (const SeenCluster& cluster : seen.clusters) {
+        const double part = area * cluster.indexCount / std::max(indices, 1.0);
+        sum += std::min(kBoxFill * cluster.share, areaShare(view, cluster.box, part, std::nullopt));
+    }
+    return sum;
+}
+
+double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
+               const SeenSurface& seen, std::span<const ScreenBox> rects) {
+    const Surface& surface = *seen.surface;
+    if (surface.flatPart == kNone) {
+        const double area = transformedArea(toEye, surface.area, std::nullopt);
+        const double whole = shareOf(view, rects, seen.box, area, std::nullopt);
+        // A piece of glass is what rays and backdrops were measured with, all of it.
+        if (surface.glass != Glass::none) return whole;
+        return std::min(whole, shareOfClusters(stage, view, seen, area));
+    }
+    const FlatPart& part = stage.scene.flatParts[surface.flatPart];
+    const double area = transformedArea(toEye, surface.area, part.normal);
+    return shareOf(view, rects, seen.box, area, transformed(part.plane(), toEye));
+}
+
+// What rays through it read.
+Features featuresOfGlass(const Stage& stage) {
+    Features all = 0;
+    const auto map = [&](const TextureSlot& slot, Features bit) {
+        if (!slot.present()) return;
+        all |= bit;
+        if (slot.transformed()) all |= FEATURE_TEXTURE_TRANSFORM;
+        if (slot.texCoord == 1) all |= FEATURE_SECOND_TEXCOORD;
+    };
+    for (const Surface& surface : stage.surfaces) {
+        if (surface.glass == Glass::none) continue;
+        const Material& material = stage.material(surface);
+        all |= FEATURE_GLASS;
+        map(material.transmissionTexture, FEATURE_TRANSMISSION_MAP);
+        // A body is as thick as rays find it.
+        const bool thick = surface.glass == Glass::pane && material.thickness > 0.0f;
+        if (thick) map(material.thicknessTexture, FEATURE_THICKNESS_MAP);
+    }
+    return all;
+}
+
+}  // namespace
+
+SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden) {
+    SeenView result;
+    const Scene& scene = stage.scene;
+    const Frustum frustum = frustumOf(view);
+    Index measured = kNone;  // the instance whose whole box was tested last
+    bool instanceOutside = false;
+    glm::dmat4 toEye(1.0);
+    std::vector<ScreenBox> rects;  // of the surface's clusters
+    for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
+        const Surface& surface = stage.surfaces[i];
+        if (std::binary_search(hidden.begin(), hidden.end(), i)) continue;
+        const Instance& instance = scene.instances[surface.instance];
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        result.clusters += surface.clusterCount;
+        if (measured != surface.instance) {
+            measured = surface.instance;
+            toEye = eyeFromLocal(view, stage.pose.worldFromNode[instance.node]);
+            instanceOutside = outside(frustum, transformed(boundsOf(stage.pose, mesh), toEye));
+        }
+        if (instanceOutside) {
+            result.culled += surface.clusterCount;
+            continue;
+        }
+        const Material& material = stage.material(surface);
+        SeenSurface seen{
+            .surface = &surface,
+            .features = materialFeatures(scene, material, mesh, stage.request.effects)};
+        rects.clear();
+        const bool opaque = !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
+        const std::uint32_t end = surface.firstCluster + surface.clusterCount;
+        for (std::uint32_t c = surface.firstCluster; c < end;) {
+            const std::uint32_t first = c;
+            const Cluster cluster = drawnTogether(stage, mesh, c, end);
+            const Bounds box = transformed(cluster.bounds, toEye);
+            if (outside(frustum, box) || clippedAway(view, box)) {
+                result.culled += c - first;
+                continue;
+            }
+            const ScreenBox rect = screenBox(view, box);
+            const double share = rect.share();
+            SeenCluster part{
+                cluster.firstIndex, cluster.indexCount, distanceTo(box), share, {}, box};
+            if (!material.unlit) {
+                std::uint32_t reaching = 0;
+                part.lights = lightsReaching(stage.lights, view.eye, box, reaching);
+                result.mostLights = std::max(result.mostLights, reaching);
+            }
+            if (opaque) result.overdraw += kBoxFill * share;
+            rects.push_back(rect);
+            seen.box.add(box);
+            seen.clusters.push_back(part);
+            result.triangles += cluster.indexCount / 3;
+            result.anyLit |= !material.unlit;
+            result.anyEmissive |= (seen.features & FEATURE_EMISSION) != 0;
+        }
+        const bool served = surface.glass != Glass::none || surface.reflector != Reflector::none;
+        if (served) seen.share = shareIn(stage, view, toEye, seen, rects);
+        if (!seen.clusters.empty()) result.surfaces.push_back(std::move(seen));
+    }
+    return result;
+}
+
+Features featuresOfAll(const Stage& stage) {
+    Features all = stage.lights.empty() ? 0 : FEATURE_LIGHTS;
+    for (Index i = 0; i < stage.scene.instances.size(); ++i) {
+        const Material& material =
+            stage.materials.material(stage.scene, stage.materials.materialOf(stage.scene, i));
+        all |= materialFeatures(stage.scene, material,
+                                stage.scene.meshes[stage.scene.instances[i].mesh],
+                                stage.request.effects);
+    }
+    all &= ~FEATURE_DEFAULT_NUMBERS;  // of each hit's material; rays read the numbers
+    return stage.request.effects.refraction ? all | featuresOfGlass(stage) : all;
+}
+
+DrawLists drawLists(const SeenView& view) {
+    DrawLists lists;
+    std::vector<OrderedDraw> opaque, masked;
+    for (std::size_t i = 0; i < view.surfaces.size(); ++i) {
+        const SeenSurface& seen = view.surfaces[i];
+        for (const SeenCluster& cluster : seen.clusters) {
+            Draw draw{.instance = seen.surface->instance,
+                      .material = seen.surface->material,
+                      .firstIndex = cluster.firstIndex,
+                      .indexCount = cluster.indexCount,
+                      .features = seen.features,
+                      .reflection = seen.reflection,
+                      .through = seen.through,
+                      .lights = cluster.lights};
+            if (cluster.lights.count > 0) draw.features |= FEATURE_LIGHTS;
+            if (seen.overBackdrop || (seen.features & FEATURE_BLEND))
+                lists.through.push_back(
+                    {cluster.distance, seen.overBackdrop, i, draw, cluster.box});
+            else
+                (seen.features & FEATURE_MASK ? masked : opaque)
+                    .push_back({draw, cluster.distance, cluster.share});
+        }
+    }
+    if (view.overdraw > kPrepassOverdraw) lists.depth = depthDraws(opaque);
+    std::sort(opaque.begin(), opaque.end(), lists.depth.empty() ? nearer : sameStateFirst);
+    std::sort(masked.begin(), masked.end(), nearer);
+    opaque.insert(opaque.end(), masked.begin(), masked.end());
+    lists.opaque = merged(opaque);
+    // An eye within several boxes (panes at an angle) goes by their middles.
+    const auto key = [&](const DrawLists::Behind& b) {
+        const double middle = glm::length(glm::dvec3(view.surfaces[b.seen].box.center()));
+        return std::tuple(-b.distance, -middle, b.draw.firstIndex, b.draw.instance);
+    };
+    std::sort(lists.through.begin(), lists.through.end(),
+              [&](const auto& a, const auto& b) { return key(a) < key(b); });
+    return lists;
+}
+
+}  // namespace clerestory

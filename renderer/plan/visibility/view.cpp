@@ -1,0 +1,213 @@
+// Formulae about cameras. Projections are derived in place: with the camera looking down -Z,
+// w = -Z, so a pixel's x is fx X / w + cx.
+#include "plan/visibility/view.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+glm::dmat4 rigid(const glm::dmat3& rotation, const glm::dvec3& translation) {
+    glm::dmat4 m(rotation);
+    m[3] = glm::dvec4(translation, 1.0);
+    return m;
+}
+
+// One rotation, whatever form it came in: as a quaternion on a grid of 2^-30 (a billionth of a
+// radian, a millionth of a pixel), with w >= 0.
+glm::dmat3 canonicalRotation(const glm::dmat3& rotation) {
+    glm::dquat q = glm::normalize(glm::quat_cast(rotation));
+    const double sign = q.w < 0.0 ? -1.0 : 1.0;
+    const double grid = 1073741824.0;
+    const auto snapped = [&](double v) { return std::round(sign * v * grid) / grid + 0.0; };
+    q = glm::dquat(snapped(q.w), snapped(q.x), snapped(q.y), snapped(q.z));
+    return glm::mat3_cast(glm::normalize(q));
+}
+
+// Gram-Schmidt; a rotation given with a client's rounding becomes an exact one.
+glm::dmat3 orthonormal(const glm::dmat3& m) {
+    const glm::dvec3 z = glm::normalize(m[2]);
+    const glm::dvec3 y = glm::normalize(m[1] - glm::dot(m[1], z) * z);
+    return {glm::cross(y, z), y, z};
+}
+
+struct PlacedCamera {
+    glm::dmat4 worldFromCamera{1.0};
+    double yfov = kDefaultYfov;
+    std::optional<double> orthographicHalfHeight;
+    std::optional<double> znear, zfar;
+};
+
+PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose& pose) {
+    std::string names;
+    for (const Camera& c : scene.cameras) {
+        if (c.name == name) {
+            PlacedCamera placed;
+            const glm::dmat4& m = pose.worldFromNode[c.node];
+            // A camera's own scale is no part of its view (glTF 2.0, section 3.10).
+            placed.worldFromCamera = rigid(orthonormal(glm::dmat3(m)), glm::dvec3(m[3]));
+            placed.yfov = c.yfov;
+            if (c.orthographic) placed.orthographicHalfHeight = c.yHalfHeight;
+            if (c.znear > 0.0) placed.znear = c.znear;
+            if (c.zfar > 0.0) placed.zfar = c.zfar;
+            return placed;
+        }
+        names += (names.empty() ? "" : ", ") + c.name;
+    }
+    throw InvalidRequest({{"/camera/name", "the scene has no camera of this name",
+                           names.empty() ? "none: the scene has no cameras" : "one of: " + names}});
+}
+
+PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose& pose) {
+    if (c.name) return sceneCamera(*c.name, scene, pose);
+    PlacedCamera placed;
+    if (const auto own = worldFromPose(c)) {
+        placed.worldFromCamera = *own;
+    } else {
+        const DefaultView view = defaultView(scene);
+        placed.worldFromCamera =
+            worldFromLookAt(view.position, view.target, glm::dvec3(0.0, 1.0, 0.0));
+        placed.yfov = view.yfov;
+    }
+    return placed;
+}
+
+// Reversed depth resolves 1e-7 of the distance wherever the near plane lies, so it may be close.
+constexpr double kNearPerDiagonal = 1e-4;
+
+}  // namespace
+
+glm::dmat4 worldFromLookAt(const glm::dvec3& position, const glm::dvec3& target,
+                           const glm::dvec3& up) {
+    const glm::dvec3 back = glm::normalize(position - target);
+    // Sine of the angle below which `up` says nothing about the picture's up.
+    constexpr double kParallel = 1e-9;
+    glm::dvec3 right(0.0);
+    for (const glm::dvec3& candidate :
+         {glm::normalize(up), glm::dvec3(0, 0, -1), glm::dvec3(0, 1, 0)}) {
+        right = glm::cross(candidate, back);
+        if (glm::length(right) > kParallel) break;
+    }
+    right = glm::normalize(right);
+    return rigid({right, glm::cross(back, right), back}, position);
+}
+
+std::optional<glm::dmat4> worldFromPose(const CameraRequest& c) {
+    if (c.cameraToWorld) {
+        const std::array<double, 16>& m = *c.cameraToWorld;
+        glm::dmat3 rotation(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]);
+        if (c.convention == Convention::opencv) {
+            rotation[1] = -rotation[1];
+            rotation[2] = -rotation[2];
+        }
+        return rigid(orthonormal(rotation), {m[12], m[13], m[14]});
+    }
+    if (!c.position) return std::nullopt;
+    if (c.orientation) {
+        const auto& [x, y, z, w] = *c.orientation;
+        return rigid(glm::mat3_cast(glm::normalize(glm::dquat(w, x, y, z))), *c.position);
+    }
+    return worldFromLookAt(*c.position, *c.target, c.up.value_or(glm::dvec3(0.0, 1.0, 0.0)));
+}
+
+Intrinsics lensOf(const glm::dmat4& clipFromView, std::uint32_t width, std::uint32_t height) {
+    const glm::dmat4& m = clipFromView;
+    return {.fx = 0.5 * m[0][0] * width,
+            .fy = 0.5 * m[1][1] * height,
+            .cx = 0.5 * (1.0 - m[2][0]) * width,
+            .cy = 0.5 * (1.0 + m[2][1]) * height,
+            .pixelCenter = PixelCenter::half};
+}
+
+namespace {
+
+// Reversed: 1 at znear, 0 at zfar or at infinity.
+void setDepth(glm::dmat4& clipFromView, double znear, std::optional<double> zfar) {
+    clipFromView[2][2] = zfar ? znear / (*zfar - znear) : 0.0;
+    clipFromView[3][2] = zfar ? znear * *zfar / (*zfar - znear) : znear;
+}
+
+}  // namespace
+
+glm::dmat4 perspective(const Intrinsics& lens, std::uint32_t width, std::uint32_t height,
+                       double znear, std::optional<double> zfar) {
+    const double shift = lens.pixelCenter == PixelCenter::integer ? 0.5 : 0.0;
+    glm::dmat4 m(0.0);
+    m[0][0] = 2.0 * lens.fx / width;
+    m[1][1] = 2.0 * lens.fy / height;
+    m[2][0] = 1.0 - 2.0 * (lens.cx + shift) / width;
+    m[2][1] = 2.0 * (lens.cy + shift) / height - 1.0;
+    m[2][3] = -1.0;
+    setDepth(m, znear, zfar);
+    return m;
+}
+
+View withFar(const View& view, double zfar) {
+    View result = view;
+    setDepth(result.clipFromView, view.znear, zfar);
+    return result;
+}
+
+glm::dmat4 perspective(double yfov, double aspect, double znear, std::optional<double> zfar) {
+    // The lens of a picture two units wide and high, centred.
+    const double f = 1.0 / std::tan(0.5 * yfov);
+    return perspective(Intrinsics{f / aspect, f, 1.0, 1.0, PixelCenter::half}, 2, 2, znear, zfar);
+}
+
+glm::dmat4 orthographic(double halfWidth, double halfHeight, double znear, double zfar) {
+    glm::dmat4 m(1.0);
+    m[0][0] = 1.0 / halfWidth;
+    m[1][1] = 1.0 / halfHeight;
+    m[2][2] = 1.0 / (zfar - znear);
+    m[3][2] = zfar / (zfar - znear);
+    return m;
+}
+
+View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
+                   std::uint32_t width, std::uint32_t height) {
+    const PlacedCamera placed = placedCamera(camera, scene, pose);
+    const Bounds bounds = lastingBounds(scene, pose);
+    const double diagonal =
+        bounds.empty() ? 1.0 : std::max(1e-6, static_cast<double>(bounds.diagonal()));
+    const double aspect = static_cast<double>(width) / height;
+
+    View view;
+    view.eye = glm::dvec3(placed.worldFromCamera[3]);
+    const glm::dmat3 worldFromCamera = canonicalRotation(glm::dmat3(placed.worldFromCamera));
+    const glm::dmat3 cameraFromWorld = glm::transpose(worldFromCamera);
+    view.viewFromWorld = rigid(cameraFromWorld, -(cameraFromWorld * view.eye));
+
+    std::optional<double> zfar = camera.zfar ? camera.zfar : placed.zfar;
+    view.znear = camera.znear.value_or(placed.znear.value_or(kNearPerDiagonal * diagonal));
+    if (zfar && !(*zfar > view.znear)) {
+        if (camera.zfar && !camera.znear)
+            view.znear = 1e-3 * *zfar;
+        else
+            zfar.reset();
+    }
+
+    const bool keepsOrthographic =
+        placed.orthographicHalfHeight && !camera.yfov && !camera.intrinsics;
+    if (keepsOrthographic) {
+        view.orthographic = true;
+        if (!camera.znear && !placed.znear) view.znear = 0.0;
+        if (!zfar) {
+            const double reach =
+                bounds.empty() ? 1.0
+                               : glm::length(glm::dvec3(bounds.center()) - view.eye) + diagonal;
+            zfar = view.znear + reach;
+        }
+        const double halfHeight = std::max(1e-9, *placed.orthographicHalfHeight);
+        view.clipFromView = orthographic(halfHeight * aspect, halfHeight, view.znear, *zfar);
+    } else if (camera.intrinsics) {
+        view.clipFromView = perspective(*camera.intrinsics, width, height, view.znear, zfar);
+    } else {
+        view.clipFromView =
+            perspective(camera.yfov.value_or(placed.yfov), aspect, view.znear, zfar);
+    }
+    return view;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,225 @@
+#include "server/http/httplib_adapter.h"
+
+#include "server/base/log.h"
+#include "server/http/wire.h"
+
+#include <httplib.h>
+
+#include <atomic>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+namespace clerestory {
+namespace {
+
+// The head of a request to read, and an writer to write to.
+class MemoryStream final : public httplib::Stream {
+public:
+    MemoryStream(const Exchange& exchange, ResponseWriter& writer)
+        : exchange_(exchange), writer_(writer), rest_(exchange.headBytes) {}
+
+    bool is_readable() const override { return true; }
+    bool is_writable() const override { return !gone_; }
+
+    ssize_t read(char* data, std::size_t size) override {
+        const std::size_t count = std::min(size, rest_.size());
+        std::memcpy(data, rest_.data(), count);
+        rest_.remove_prefix(count);
+        return static_cast<ssize_t>(count);
+    }
+
+    // Head and body come one after the other and leave together.
+    ssize_t write(const char* data, std::size_t size) override {
+        const std::string_view bytes(data, size);
+        if (kept_.size() + size <= kKept) {
+            kept_ += bytes;
+        } else if (flush()) {
+            gone_ = !writer_.send(bytes, streamed_);
+        }
+        return gone_ ? -1 : static_cast<ssize_t>(size);
+    }
+
+    bool flush() {
+        if (!kept_.empty() && !gone_) gone_ = !writer_.send(kept_, streamed_);
+        kept_.clear();
+        return !gone_;
+    }
+
+    // From now on no faster than the client reads.
+    void beginStream() { streamed_ = true; }
+
+    void get_remote_ip_and_port(std::string& ip, int& port) const override {
+        ip = exchange_.client;
+        port = 0;
+    }
+    void get_local_ip_and_port(std::string& ip, int& port) const override {
+        ip.clear();
+        port = 0;
+    }
+    // The library compares it with the largest descriptor that select() can take.
+    socket_t socket() const override { return 0; }
+
+private:
+    static constexpr std::size_t kKept = 16 * 1024;
+
+    const Exchange& exchange_;
+    ResponseWriter& writer_;
+    std::string_view rest_;
+    std::string kept_;
+    bool streamed_ = false;
+    bool gone_ = false;
+};
+
+// The library's handlers know no exchange; a thread serves one at a time.
+struct Serving {
+    Exchange* exchange = nullptr;
+    std::function<bool(const Sink&)> pieces = {};  // what follows the head of a streamed answer
+};
+thread_local Serving serving;
+
+// The protected interface for derived classes: its parameters differ by version of the library.
+using Prepare = std::function<void(httplib::Request&)>;
+using ProcessBefore0_16 = bool (httplib::Server::*)(httplib::Stream&, bool, bool&, const Prepare&);
+using ProcessSince0_16 = bool (httplib::Server::*)(httplib::Stream&, const std::string&, int,
+                                                   const std::string&, int, bool, bool&,
+                                                   const Prepare&);
+
+std::string chunkOf(std::string_view piece) {
+    char size[24];
+    std::snprintf(size, sizeof size, "%zx\r\n", piece.size());
+    return std::string(size).append(piece).append("\r\n");
+}
+
+std::size_t secondsIn(std::chrono::milliseconds time) {
+    return static_cast<std::size_t>(std::chrono::ceil<std::chrono::seconds>(time).count());
+}
+
+}  // namespace
+
+Call callOf(const Exchange& exchange) {
+    const RequestHead& head = exchange.head;
+    return {.method = head.method == "HEAD" ? "GET" : head.method,
+            .path = std::string(head.path()),
+            .requestId = exchange.requestId,
+            .arrived = exchange.arrived,
+            .header = [&head](const char* name) { return std::string(head.header(name)); },
+            .client = exchange.client,
+            .cancellation = exchange.cancellation};
+}
+
+class HttplibAdapter::Server final : public httplib::Server {
+public:
+    Server(const FrontLimits& limits, Responder responder, Refuser refuser)
+        : responder_(std::move(responder)), refuser_(std::move(refuser)) {
+        // Only what the header Keep-Alive promises.
+        set_keep_alive_timeout(static_cast<time_t>(secondsIn(limits.idle)));
+        set_keep_alive_max_count(1'000'000);
+        httplib::Headers everyAnswer;
+        for (const auto& [name, value] : headersOfEveryAnswer()) everyAnswer.emplace(name, value);
+        set_default_headers(everyAnswer);
+        // Before the library's own routes, which match by recursive regular expressions, and before
+        // it looks for a body, which the exchange has.
+        set_pre_routing_handler(
+            [this](const httplib::Request& request, httplib::Response& response) {
+                Call call = callOf(*serving.exchange);
+                call.path = request.path;
+                call.query = request.params;
+                call.body = std::move(serving.exchange->body);
+                give(call, responder_(call), response);
+                return HandlerResponse::Handled;
+            });
+        // Called with the finished head. A stream has no body that the library knows of.
+        set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
+            if (serving.pieces) response.headers.erase("Content-Length");
+        });
+        set_error_handler([this](const httplib::Request&, httplib::Response& response) {
+            if (!response.has_header("X-Request-Id")) refuse(notHttp(), response);
+        });
+        set_exception_handler([this](const httplib::Request&, httplib::Response& response,
+                                     std::exception_ptr) { refuse(internalError(), response); });
+    }
+
+    bool answer(Exchange& exchange, ResponseWriter& writer) {
+        MemoryStream stream(exchange, writer);
+        serving = {&exchange};
+        bool closing = false;
+        const Prepare prepare = [&](httplib::Request& request) {
+            request.ranges.clear();           // a part of a picture helps nobody
+            request.headers.erase("Expect");  // the event loop has seen to it
+            if (exchange.last) request.set_header("Connection", "close");
+        };
+        const bool sent = process(&Server::process_request, stream, exchange, closing, prepare) &&
+                          sendPieces(stream, exchange);
+        return stream.flush() && sent && !closing && !exchange.last;
+    }
+
+    void endStreams() { ending_ = true; }
+
+private:
+    void refuse(const Problem& problem, httplib::Response& response) {
+        const Call call = callOf(*serving.exchange);
+        give(call, refuser_(call, problem), response);
+    }
+
+    void give(const Call& call, Answer answer, httplib::Response& response) {
+        response.status = answer.status;
+        for (const auto& [name, value] : answer.headers) response.set_header(name, value);
+        response.set_header("X-Request-Id", call.requestId);
+        if (!answer.type.empty()) response.set_header("Content-Type", answer.type);
+        response.body = std::move(answer.body);
+        serving.pieces = std::move(answer.stream);
+        if (serving.pieces && serving.exchange->head.minorVersion > 0) {
+            response.set_header("Transfer-Encoding", "chunked");
+        }
+    }
+
+    bool process(ProcessBefore0_16 inherited, MemoryStream& stream, const Exchange& exchange,
+                 bool& closing, const Prepare& prepare) {
+        return (this->*inherited)(stream, exchange.last, closing, prepare);
+    }
+    bool process(ProcessSince0_16 inherited, MemoryStream& stream, const Exchange& exchange,
+                 bool& closing, const Prepare& prepare) {
+        return (this->*inherited)(stream, exchange.client, 0, "", 0, exchange.last, closing,
+                                  prepare);
+    }
+
+    // The library would stop a stream unless its own socket listens. It has none, so the pieces
+    // are written here, behind the head that it wrote.
+    bool sendPieces(MemoryStream& stream, const Exchange& exchange) {
+        const auto pieces = std::exchange(serving.pieces, nullptr);
+        if (!pieces || exchange.head.method == "HEAD") return true;
+        const bool chunked = exchange.head.minorVersion > 0;  // otherwise: until the end
+        stream.beginStream();
+        const bool whole = pieces([&](std::string_view piece) {
+            if (ending_ || exchange.cancellation->left()) return false;
+            if (piece.empty()) return true;
+            const std::string bytes = chunked ? chunkOf(piece) : std::string(piece);
+            return stream.write(bytes.data(), bytes.size()) >= 0 && stream.flush();
+        });
+        return whole && (!chunked || stream.write("0\r\n\r\n", 5) >= 0);
+    }
+
+    Responder responder_;
+    Refuser refuser_;
+    std::atomic<bool> ending_{false};
+};
+
+HttplibAdapter::HttplibAdapter(const FrontLimits& limits, Responder responder, Refuser refuser)
+    : server_(std::make_unique<Server>(limits, std::move(responder), std::move(refuser))) {}
+HttplibAdapter::~HttplibAdapter() = default;
+
+bool HttplibAdapter::answer(Exchange& exchange, ResponseWriter& writer) {
+    try {
+        return server_->answer(exchange, writer);
+    } catch (const std::exception& error) {  // memory, mostly; the worker must live on
+        logError({"request ", exchange.requestId, ": ", error.what()});
+    }
+    return false;
+}
+
+void HttplibAdapter::endStreams() {
+    server_->endStreams();
+}
+
+}  // namespace clerestory

@@ -1,0 +1,168 @@
+// What the port's side remembers of a renderer in another process: its jobs, and that its line was
+// full a moment ago. The renderer is a function here.
+#include "server/jobs/job_journal.h"
+#include "server/api/job_routes.h"
+#include "server/queue/overload_cache.h"
+#include "server/worker/worker_process.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <set>
+
+namespace clerestory::test {
+namespace {
+
+using nlohmann::json;
+
+// Jobs that never end, in a renderer that can be ended.
+class Renderers {
+public:
+    Answer operator()(const Call& call) {
+        Answer answer = answerTo(call);
+        answer.headers.emplace_back(kWorkerHeader, std::to_string(number_));
+        return answer;
+    }
+    void end() {
+        ++number_;
+        jobs_.clear();
+    }
+    void letResultsGo() { jobs_.clear(); }
+    void refuseWith(int status) { refusal_ = status; }
+    int begun() const { return begun_; }
+
+private:
+    Answer answerTo(const Call& call) {
+        if (call.method == "POST") {
+            if (refusal_ != 0) return {.status = refusal_};
+            ++begun_;
+            const std::string id = call.job.empty() ? "job-" + std::to_string(begun_) : call.job;
+            jobs_.insert(id);
+            EXPECT_EQ(call.body, "the work");
+            return accepted({.id = id});
+        }
+        const std::string id = jobIdIn(call.path);
+        if (!jobs_.contains(id)) return {.status = 404};
+        return toldJob({.id = id, .state = JobState::running, .progress = 0.5});
+    }
+    int number_ = 1, begun_ = 0, refusal_ = 0;
+    std::set<std::string> jobs_;
+};
+
+class BookOfJobs : public testing::Test {
+protected:
+    Answer ask(const std::string& method, const std::string& path, const std::string& body = "") {
+        return book.ask({.method = method, .path = path, .body = body},
+                        [this](const Call& call) { return renderers(call); });
+    }
+    std::string post() {
+        const Answer answer = ask("POST", "/v1/comparisons", "the work");
+        EXPECT_EQ(answer.status, 202);
+        return json::parse(answer.body).at("id");
+    }
+    json told(const std::string& id) {
+        const Answer answer = ask("GET", "/v1/jobs/" + id);
+        EXPECT_EQ(answer.status, 200);
+        return answer.status == 200 ? json::parse(answer.body) : json{{"state", ""}};
+    }
+    Renderers renderers;
+    JobJournal book;
+};
+
+TEST_F(BookOfJobs, AJobIsDoneAgainByTheNextRendererUnderItsId) {
+    const std::string id = post(), other = post();
+    renderers.end();
+    for (const std::string& one : {id, other, id}) EXPECT_EQ(told(one).at("state"), "running");
+    EXPECT_EQ(renderers.begun(), 4) << "each once more";
+}
+
+TEST_F(BookOfJobs, AJobThatEndsItsRenderersIsGivenUp) {
+    const std::string id = post();
+    for (int run = 1; run < JobJournal::kMaxRuns; ++run) {
+        renderers.end();
+        EXPECT_EQ(told(id).at("state"), "running");
+    }
+    renderers.end();
+    const json job = told(id);
+    EXPECT_EQ(job.at("state"), "failed");
+    EXPECT_THAT(job.at("failure").get<std::string>(), testing::HasSubstr("Post it again"));
+    EXPECT_EQ(renderers.begun(), JobJournal::kMaxRuns);
+}
+
+TEST_F(BookOfJobs, ARendererThatIsNotReadyGetsItLater) {
+    const std::string id = post();
+    renderers.end();
+    renderers.refuseWith(409);
+    EXPECT_EQ(told(id).at("state"), "queued");
+    EXPECT_EQ(told(id).at("state"), "queued");
+    renderers.refuseWith(0);
+    EXPECT_EQ(told(id).at("state"), "running");
+    renderers.end();
+    renderers.refuseWith(422);
+    EXPECT_EQ(told(id).at("state"), "failed");
+}
+
+TEST_F(BookOfJobs, WhatTheSameRendererLetGoIsGone) {
+    const std::string id = post();
+    renderers.letResultsGo();
+    EXPECT_EQ(ask("GET", "/v1/jobs/" + id).status, 404);
+    EXPECT_EQ(ask("GET", "/v1/jobs/unknown").status, 404);
+    EXPECT_EQ(renderers.begun(), 1);
+}
+
+TEST_F(BookOfJobs, WhoCancelsALostJobGetsItCancelled) {
+    const std::string id = post();
+    renderers.end();
+    const Answer answer = ask("DELETE", "/v1/jobs/" + id);
+    EXPECT_EQ(json::parse(answer.body).at("state"), "cancelled");
+    EXPECT_EQ(ask("GET", "/v1/jobs/" + id).status, 404);
+    EXPECT_EQ(renderers.begun(), 1);
+}
+
+TEST_F(BookOfJobs, RemembersNoMoreThanSoMany) {
+    const std::string first = post();
+    for (std::size_t i = 0; i < JobJournal::kMaxJobs; ++i) post();
+    renderers.end();
+    EXPECT_EQ(ask("GET", "/v1/jobs/" + first).status, 404);
+}
+
+// ---- a full line ---------------------------------------------------------------------------
+
+Answer full(int seconds) {
+    return {.status = 503,
+            .headers = {{"Retry-After", std::to_string(seconds)}},
+            .problem = queueFull(1).code};
+}
+
+TEST(FullLineOfARenderer, RefusesWhomItRefusedUntilSomethingComesBack) {
+    const Clock::time_point now{};
+    OverloadCache line;
+    EXPECT_FALSE(line.refusalFor("a", now));
+    line.end(line.begin(), "a", full(7), now);
+    ASSERT_TRUE(line.refusalFor("a", now));
+    EXPECT_EQ(line.refusalFor("a", now)->retryAfterSeconds, 7);
+    EXPECT_FALSE(line.refusalFor("b", now)) << "who has fewer frames there may push in";
+    line.end(line.begin(), "b", {.status = 200}, now);
+    EXPECT_FALSE(line.refusalFor("a", now));
+}
+
+TEST(FullLineOfARenderer, ARefusalFromBeforeAPlaceWasFreeIsStale) {
+    const Clock::time_point now{};
+    OverloadCache line;
+    const OverloadCache::Moment begun = line.begin();
+    line.end(line.begin(), "b", {.status = 200}, now);
+    line.end(begun, "a", full(1), now);
+    EXPECT_FALSE(line.refusalFor("a", now));
+}
+
+TEST(FullLineOfARenderer, RefusesNobodyForLong) {
+    const Clock::time_point now{};
+    OverloadCache line;
+    line.end(line.begin(), "a", full(1), now);
+    EXPECT_TRUE(line.refusalFor("a", now + OverloadCache::kLasts - std::chrono::milliseconds(1)));
+    EXPECT_FALSE(line.refusalFor("a", now + OverloadCache::kLasts));
+}
+
+}  // namespace
+}  // namespace clerestory::test
