@@ -4,9 +4,9 @@ import { floatsOf, partsOf } from "./bytes.js";
 
 // A problem document (RFC 9457), or its like for a server that did not answer.
 export class Problem extends Error {
-  constructor({ status = 0, title = "No answer", detail = "", errors = [] }, retryAfterSeconds) {
+  constructor({ status = 0, code = "", title = "No answer", detail = "", errors = [] }, retryAfterSeconds) {
     super(detail || title);
-    Object.assign(this, { status, title, detail, errors, retryAfterSeconds });
+    Object.assign(this, { status, code, title, detail, errors, retryAfterSeconds });
   }
 }
 

@@ -14,6 +14,17 @@ export const wordsOf = (name) => {
   return words[0].toUpperCase() + words.slice(1);
 };
 
+// The schema with every { $ref } replaced by what it refers to. Cycles are not supported.
+export function resolved(schema, document) {
+  if (Array.isArray(schema)) return schema.map((part) => resolved(part, document));
+  if (schema === null || typeof schema !== "object") return schema;
+  if (typeof schema.$ref === "string") {
+    const target = schema.$ref.slice(2).split("/").reduce((at, name) => at[name], document);
+    return resolved(target, document);
+  }
+  return Object.fromEntries(Object.entries(schema).map(([name, part]) => [name, resolved(part, document)]));
+}
+
 // The object among the ways a value may be given.
 export const objectOf = (schema) => (schema.oneOf ?? [schema]).find((s) => s.type === "object") ?? schema;
 
@@ -53,19 +64,22 @@ export function positionFor(control, value) {
   return Math.round(t * sliderSteps(control));
 }
 
-// A list item's fields that belong to its type: the descriptions begin with the types they are for, as in
-// "convolve, needed: …" or "pixels. twirl: …; glow: …".
-export function filterFields(item, type) {
-  return Object.fromEntries(Object.entries(item.properties).filter(([name, { description = "" }]) =>
-    name !== "type" && new RegExp(`\\b${type}(, needed)?:`).test(description)));
+// A tagged union is a schema { oneOf: [{ properties: { type: { const: "twirl" }, … }, required }, …] }.
+export const typesOf = (union) => union.oneOf.map((alternative) => alternative.properties.type.const);
+const alternativeOf = (union, type) => union.oneOf.find((alternative) => alternative.properties.type.const === type);
+
+// The schemas of an alternative's fields, without its type.
+export function fieldsOfType(union, type) {
+  const { type: _, ...fields } = alternativeOf(union, type)?.properties ?? {};
+  return fields;
 }
 
-// Such an item with what it cannot be without: the first word, or a plain number.
-export function newFilter(item, type) {
+// A value of the alternative with its required fields: the first word, or the number nearest to 1.
+export function newOfType(union, type) {
   const made = { type };
-  for (const [name, schema] of Object.entries(filterFields(item, type))) {
-    if (!schema.description.includes(`${type}, needed`)) continue;
-    const control = controlOf(name, schema);
+  for (const name of alternativeOf(union, type).required) {
+    if (name === "type") continue;
+    const control = controlOf(name, fieldsOfType(union, type)[name]);
     if (control.kind === "choice") made[name] = control.words[0];
     if (control.kind === "range") made[name] = Math.min(control.max, Math.max(control.min, 1));
   }

@@ -2,7 +2,7 @@
 // back. Pure: no document, no network.
 import { fromDirection, fromLookAt, lensFor, positionOf } from "./camera.js";
 import { queryOf, requestOf, rounded } from "./links.js";
-import { defaultsOf, objectOf } from "./schema.js";
+import { defaultsOf, fieldsOfType, objectOf } from "./schema.js";
 
 // Fields with a place of their own in the page; every other one gets a control among the picture's.
 const kPlaced = ["scene", "camera", "width", "height", "time", "clip", "effects", "accuracy", "environment", "overrides",
@@ -104,9 +104,9 @@ export class Session {
   }
 
   #scaled(filter, scale) {
-    const { properties } = this.schema.properties.filters.items;
+    const fields = fieldsOfType(this.schema.properties.filters.items, filter.type);
     return Object.fromEntries(Object.entries(filter).map(([name, value]) =>
-      [name, /^pixels/.test(properties[name]?.description) ? value * scale : value]));
+      [name, fields[name]?.["x-unit"] === "pixels" ? value * scale : value]));
   }
 
   // For the page's own address: everything but the size, which is the window's.

@@ -10,7 +10,7 @@ import { Frames } from "./frames.js";
 import { Hands, flyPad } from "./hands.js";
 import { showMaps } from "./maps_panel.js";
 import * as note from "./note.js";
-import { objectOf, wordsOf } from "./schema.js";
+import { resolved, wordsOf } from "./schema.js";
 import { Session } from "./session.js";
 import { share } from "./share.js";
 import { TimeRow } from "./time_row.js";
@@ -231,7 +231,7 @@ function listenToBar() {
 async function start() {
   const [schema, renderer] = await Promise.all([getJson("openapi.json"), getJson("v1/renderer")]);
   $("renderer").textContent = `${renderer.renderer}${renderer.software ? ", software" : ""}`;
-  session = new Session(schema.components.schemas.FrameRequest);
+  session = new Session(resolved(schema.components.schemas.FrameRequest, schema));
   const asked = session.read(location.hash);
   const limits = { maxPixels: Math.min(renderer.limits.pixels, renderer.software ? 1280 * 720 : 2560 * 1440), maxEdge: renderer.limits.edge };
   const box = () => ({ width: $("stage").clientWidth, height: $("stage").clientHeight, ratio: Math.min(2, devicePixelRatio || 1) });
@@ -253,7 +253,7 @@ async function start() {
   drawView(renderer.environments);
   drawKnobs();
   const { filters } = session.schema.properties;
-  if (filters && objectOf(filters.items).properties?.type?.enum) filtersPart(session, filters, changed);
+  if (filters) filtersPart(session, filters, changed);
   $("knobs-reset").addEventListener("click", () => {
     session.knobs = {};
     drawKnobs();

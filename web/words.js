@@ -5,7 +5,7 @@ const fieldWords = ({ pointer, detail, allowed }) =>
   `${pointer || "The request"} ${detail}${allowed ? ` (allowed: ${allowed})` : ""}`;
 
 // -> { title, lines, waits }: waits says that asking again later may help without anybody's doing.
-export function problemWords({ status, title, detail, errors = [] }) {
+export function problemWords({ status, code, title, detail, errors = [] }) {
   switch (status) {
     case 0:
       return { title: "The server does not answer", lines: ["It may be restarting, or the network is gone."], waits: true };
@@ -19,7 +19,7 @@ export function problemWords({ status, title, detail, errors = [] }) {
     case 502:
       return { title: "The server is not there", lines: ["Whatever stands before it got no answer; it may be restarting."], waits: true };
     case 503:
-      return /shutting/i.test(title)
+      return code === "shuttingDown"
         ? { title: "The server is shutting down", lines: ["The picture comes back when it does."], waits: true }
         : { title: "The server is busy", lines: [detail], waits: true };
     case 504:

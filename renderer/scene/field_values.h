@@ -25,6 +25,11 @@ struct Unwrap<std::optional<T>> {
     static constexpr bool optional = true;
 };
 
+template <class Kind>
+inline constexpr bool isRequired = false;
+template <class Kind>
+inline constexpr bool isRequired<Required<Kind>> = true;
+
 // How many numbers a value holds; 1 for a plain number.
 template <class T>
 inline constexpr std::size_t components = 1;

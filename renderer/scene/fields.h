@@ -13,6 +13,7 @@ namespace clerestory {
 
 struct Range {  // numbers, and each component of a vector
     double min, max;
+    const char* unit = nullptr;  // plural, such as "pixels"; `x-unit` in the schema
 };
 struct Text {
     std::size_t maxLength;
@@ -27,6 +28,19 @@ struct NestedList {      // a list of such structs
 struct NestedPresetList {  // each of which may also be given as the name of its preset
     std::size_t most;
 };
+// A list of std::variant<S...>. The member `type` of each element selects the alternative whose
+// S::kType it equals.
+struct NestedUnionList {
+    std::size_t most;
+    const char* name;  // of the union in the schema; an alternative is the type followed by it
+};
+// A field that must be present.
+template <class Kind>
+struct Required {
+    Kind kind;
+};
+template <class Kind>
+Required(Kind) -> Required<Kind>;
 template <class E>
 struct Choice {
     // Every allowed word with its value, in the order documents show them.

@@ -39,8 +39,9 @@ nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTim
 // Sums, and a list of the targets.
 nlohmann::ordered_json healthJson(const std::vector<TargetHealth>& health);
 
-// JSON Schema (2020-12) of the body, and OpenAPI parameters of the link.
-nlohmann::ordered_json frameRequestSchema();
+// JSON Schemas (2020-12) by the name of the component: "FrameRequest" and what it refers to.
+nlohmann::ordered_json frameRequestSchemas();
+// The query of a link as OpenAPI parameters.
 nlohmann::ordered_json frameQueryParameters();
 
 // "eye" -> "camera.position" and the like.

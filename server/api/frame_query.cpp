@@ -75,7 +75,9 @@ void collect(std::vector<QueryField>& all, const std::string& prefix) {
         const std::string path = prefix + name;
         if constexpr (std::is_same_v<K, Nested> || std::is_same_v<K, NestedPreset>) {
             collect<T>(all, path + ".");
-        } else if constexpr (!std::is_same_v<K, NestedList>) {  // a link has no lists of objects
+        } else if constexpr (!std::is_same_v<K, NestedList> &&
+                             !std::is_same_v<K,
+                                             NestedUnionList>) {  // a link has no lists of objects
             all.push_back({path, name, [kind](const std::string& text) {
                                return valueFrom(text, static_cast<const T*>(nullptr), kind);
                            }});
@@ -160,7 +162,7 @@ json bodyFromQuery(const std::multimap<std::string, std::string>& query) {
 
 nlohmann::ordered_json frameQueryParameters() {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    const nlohmann::ordered_json schema = frameRequestSchema();
+    const nlohmann::ordered_json schema = frameRequestSchemas()["FrameRequest"];
     for (const QueryField& f : queryFields()) {
         nlohmann::ordered_json at = schema;
         for (std::size_t begin = 0; begin < f.path.size();) {

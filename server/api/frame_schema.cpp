@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cctype>
+
 namespace clerestory {
 namespace {
 
@@ -15,20 +17,27 @@ using namespace field;
 template <class S>
 ordered_json objectSchema();
 
+ordered_json schemaReference(const std::string& name) {
+    return {{"$ref", "#/components/schemas/" + name}};
+}
+
 template <class T>
 ordered_json schemaOf(const T*, const Range& range) {
+    ordered_json schema;
     if constexpr (isWhole<T>) {
-        return {{"type", "integer"},
-                {"minimum", static_cast<std::int64_t>(range.min)},
-                {"maximum", static_cast<std::int64_t>(range.max)}};
+        schema = {{"type", "integer"},
+                  {"minimum", static_cast<std::int64_t>(range.min)},
+                  {"maximum", static_cast<std::int64_t>(range.max)}};
     } else if constexpr (components<T> == 1) {
-        return {{"type", "number"}, {"minimum", range.min}, {"maximum", range.max}};
+        schema = {{"type", "number"}, {"minimum", range.min}, {"maximum", range.max}};
     } else {
-        return {{"type", "array"},
-                {"items", {{"type", "number"}, {"minimum", range.min}, {"maximum", range.max}}},
-                {"minItems", components<T>},
-                {"maxItems", components<T>}};
+        schema = {{"type", "array"},
+                  {"items", {{"type", "number"}, {"minimum", range.min}, {"maximum", range.max}}},
+                  {"minItems", components<T>},
+                  {"maxItems", components<T>}};
     }
+    if (range.unit) schema["x-unit"] = range.unit;
+    return schema;
 }
 ordered_json schemaOf(const Quaternion*, const Rotation&) {
     ordered_json forms = ordered_json::array();
@@ -66,6 +75,15 @@ ordered_json schemaOf(const T*, const Nested&) {
 template <class T>
 ordered_json schemaOf(const std::vector<T>*, const NestedList& list) {
     return {{"type", "array"}, {"maxItems", list.most}, {"items", objectSchema<T>()}};
+}
+// The union itself is a component: see addUnion().
+template <class... S>
+ordered_json schemaOf(const std::vector<std::variant<S...>>*, const NestedUnionList& list) {
+    return {{"type", "array"}, {"maxItems", list.most}, {"items", schemaReference(list.name)}};
+}
+template <class T, class K>
+ordered_json schemaOf(const T* type, const Required<K>& required) {
+    return schemaOf(type, required.kind);
 }
 template <class T>
 ordered_json schemaOf(const T*, const NestedPreset&) {
@@ -110,7 +128,7 @@ void addDefault(ordered_json& schema, const Accuracy& value, const NestedPreset&
 
 template <class S>
 ordered_json objectSchema() {
-    ordered_json properties = ordered_json::object();
+    ordered_json properties = ordered_json::object(), required = ordered_json::array();
     S defaults;
     fields(defaults, [&](const char* name, auto& member, const auto& kind, const char* words) {
         using Held = std::decay_t<decltype(member)>;
@@ -119,15 +137,52 @@ ordered_json objectSchema() {
         schema["description"] = words;
         if constexpr (!Unwrap<Held>::optional) addDefault(schema, member, kind);
         properties[name] = std::move(schema);
+        if (isRequired<std::decay_t<decltype(kind)>>) required.push_back(name);
     });
-    return {
+    ordered_json schema = {
         {"type", "object"}, {"additionalProperties", false}, {"properties", std::move(properties)}};
+    if (!required.empty()) schema["required"] = std::move(required);
+    return schema;
+}
+
+// Adds an alternative of a union: its fields and `type`, by which clients tell the alternatives
+// apart.
+template <class S>
+void addAlternative(ordered_json& schemas, const std::string& unionName) {
+    std::string name = std::string(S::kType) + unionName;
+    name[0] = static_cast<char>(std::toupper(name[0]));
+    ordered_json schema = objectSchema<S>();
+    ordered_json properties = {
+        {"type", {{"type", "string"}, {"const", S::kType}, {"description", "which one it is"}}}};
+    properties.update(schema["properties"]);
+    schema["properties"] = std::move(properties);
+    ordered_json required = ordered_json::array({"type"});
+    for (const auto& member : schema.value("required", ordered_json::array())) {
+        required.push_back(member);
+    }
+    schema["required"] = std::move(required);
+    ordered_json& whole = schemas[unionName];
+    whole["oneOf"].push_back(schemaReference(name));
+    whole["discriminator"]["propertyName"] = "type";
+    whole["discriminator"]["mapping"][std::string(S::kType)] = schemaReference(name)["$ref"];
+    schemas[name] = std::move(schema);
+}
+template <class... S>
+void addUnion(ordered_json& schemas, const std::variant<S...>*, const std::string& name) {
+    (addAlternative<S>(schemas, name), ...);
 }
 
 }  // namespace
 
-ordered_json frameRequestSchema() {
-    return objectSchema<FrameRequest>();
+ordered_json frameRequestSchemas() {
+    ordered_json schemas = {{"FrameRequest", objectSchema<FrameRequest>()}};
+    FrameRequest request;
+    fields(request, [&]<class T, class K>(const char*, T& member, const K& kind, const char*) {
+        if constexpr (std::is_same_v<K, NestedUnionList>) {
+            addUnion(schemas, member.data(), kind.name);
+        }
+    });
+    return schemas;
 }
 
 ordered_json comparisonRequestSchema() {
@@ -136,8 +191,7 @@ ordered_json comparisonRequestSchema() {
 
 ordered_json sequenceRequestSchema() {
     ordered_json schema = objectSchema<SequenceRequest>();
-    // The frame's fields stand once.
-    const ordered_json frame = {{"$ref", "#/components/schemas/FrameRequest"}};
+    const ordered_json frame = schemaReference("FrameRequest");
     schema["properties"]["common"] = frame;
     schema["properties"]["frames"]["items"] = frame;
     return schema;

@@ -54,6 +54,25 @@ template <class S>
 ordered_json member(const std::vector<S>& values, const NestedPresetList&) {
     return member(values, NestedList{});
 }
+// `type` comes first.
+template <class... S>
+ordered_json member(const std::vector<std::variant<S...>>& values, const NestedUnionList&) {
+    ordered_json list = ordered_json::array();
+    for (const auto& value : values) {
+        list.push_back(std::visit(
+            [](const auto& held) {
+                ordered_json json = {{"type", std::decay_t<decltype(held)>::kType}};
+                json.update(written(held));
+                return json;
+            },
+            value));
+    }
+    return list;
+}
+template <class T, class K>
+ordered_json member(const T& value, const Required<K>& required) {
+    return member(value, required.kind);
+}
 template <class T>
 ordered_json member(const T& value, const Range&) {
     if constexpr (components<T> == 1) {

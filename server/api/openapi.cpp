@@ -279,9 +279,9 @@ ordered_json operations() {
 }  // namespace
 
 ordered_json openApiDocument() {
-    ordered_json schemas = {{"FrameRequest", frameRequestSchema()},
-                            {"ComparisonRequest", comparisonRequestSchema()},
-                            {"SequenceRequest", sequenceRequestSchema()}};
+    ordered_json schemas = frameRequestSchemas();
+    schemas["ComparisonRequest"] = comparisonRequestSchema();
+    schemas["SequenceRequest"] = sequenceRequestSchema();
     schemas.update(responseSchemas());
     return {{"openapi", "3.1.0"},
             {"info",

@@ -40,7 +40,10 @@ ordered_json oneOf(std::initializer_list<const char*> words) {
 ordered_json problemSchema() {
     const ordered_json fieldError =
         object({{"pointer", described(kText, "RFC 6901")}, {"detail", kText}, {"allowed", kText}});
-    return object({{"type", kText}, {"title", kText}, {"status", kCount}},
+    return object({{"type", described(kText, "urn:clerestory:problem: followed by the code")},
+                   {"code", described(kText, "stable identifier, such as queueFull")},
+                   {"title", kText},
+                   {"status", kCount}},
                   {{"detail", kText},
                    {"requestId", kText},
                    {"reason", kText},

@@ -307,6 +307,7 @@ Problem noRoom(std::string detail) {
 
 std::string problemJson(const Problem& problem, const std::string& requestId) {
     nlohmann::ordered_json json = {{"type", "urn:clerestory:problem:" + problem.code},
+                                   {"code", problem.code},
                                    {"title", problem.title},
                                    {"status", problem.status},
                                    {"detail", problem.detail},

@@ -49,7 +49,7 @@ FrameRequest everythingRequest() {
     // The same passes with little to do in each, for there are thousands of points.
     r.accuracy.environmentSize = r.accuracy.probeSize = 16;
     r.accuracy.environmentSamples = r.accuracy.probeSamples = 1;
-    r.filters = {{.type = FilterType::glow}};
+    r.filters = {GlowFilter{}};
     return r;
 }
 
@@ -69,10 +69,8 @@ void failEach(Fault fault, std::uint64_t step) {
     renderer().forgetMaps();
     std::set<std::string_view> kinds;
     for (const Pass& pass : renderer().plan(r).passes) kinds.insert(pass.kind());
-    for (const std::string_view kind :
-         {"environment", "capture", "prefilter", "mirror",
-          "surface", "backdrop", "glass", "glow", "toneMap",
-          "edgeFilter"}) {
+    for (const std::string_view kind : {"environment", "capture", "prefilter", "mirror", "surface",
+                                        "backdrop", "glass", "glow", "toneMap", "edgeFilter"}) {
         ASSERT_TRUE(kinds.contains(kind)) << kind;
     }
     const std::vector<std::byte> right = drawn(r);

@@ -18,17 +18,16 @@ class Filters : public GlTest {};
 constexpr double kFloatError = 1e-4;
 
 FilterRequest twirl(double amount, std::optional<double> radius = {}) {
-    return {.type = FilterType::twirl, .amount = amount, .radius = radius};
+    return TwirlFilter{.amount = amount, .radius = radius};
 }
-FilterRequest convolve(KernelName kernel, EdgeRule edge = EdgeRule::clamp) {
-    return {.type = FilterType::convolve, .kernel = kernel, .edge = edge};
+ConvolveFilter convolve(KernelName kernel, EdgeRule edge = EdgeRule::clamp) {
+    return {.kernel = kernel, .edge = edge};
 }
-FilterRequest convolve(const KernelNumbers& kernel, EdgeRule edge = EdgeRule::clamp) {
-    return {.type = FilterType::convolve, .kernel = kernel, .edge = edge};
+ConvolveFilter convolve(const KernelNumbers& kernel, EdgeRule edge = EdgeRule::clamp) {
+    return {.kernel = kernel, .edge = edge};
 }
 FilterRequest glow(double threshold, double strength, double radius) {
-    return {
-        .type = FilterType::glow, .radius = radius, .threshold = threshold, .strength = strength};
+    return GlowFilter{.radius = radius, .threshold = threshold, .strength = strength};
 }
 
 // Squares of four colours and a lamp under a sky: edges everywhere, light from 0 to 20.
@@ -147,7 +146,7 @@ TEST_F(Filters, BeyondATwirlsRadiusNoBitChanges) {
 
 TEST_F(Filters, AConvolutionIsThatOfTheProcessor) {
     const double n = 1.0 / 9.0, s = 1.0 / 16.0;
-    const std::vector<std::pair<FilterRequest, KernelNumbers>> rows = {
+    const std::vector<std::pair<ConvolveFilter, KernelNumbers>> rows = {
         {convolve(KernelName::sharpen), {0, -1, 0, -1, 5, -1, 0, -1, 0}},
         {convolve(KernelName::box), {n, n, n, n, n, n, n, n, n}},
         {convolve(KernelName::gaussian), {s, 2 * s, s, 2 * s, 4 * s, 2 * s, s, 2 * s, s}},
@@ -163,7 +162,7 @@ TEST_F(Filters, AConvolutionIsThatOfTheProcessor) {
         const Picture plain = drawn(r);
         for (const bool repeat : {false, true}) {
             for (std::size_t i = 0; i < rows.size(); ++i) {
-                FilterRequest filter = rows[i].first;
+                ConvolveFilter filter = rows[i].first;
                 filter.edge = repeat ? EdgeRule::repeat : EdgeRule::clamp;
                 EXPECT_LT(greatestDifference(drawn(r, {filter}),
                                              convolved(plain, rows[i].second, repeat)),

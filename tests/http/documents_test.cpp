@@ -55,11 +55,8 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
     expectListed<Accuracy>(properties["accuracy"]["oneOf"][1]);
     expectListed<EnvironmentRequest>(properties["environment"]);
     expectListed<Output>(properties["output"]);
-    expectListed<FilterRequest>(properties["filters"]["items"]);
+    EXPECT_EQ(properties["filters"]["items"]["$ref"], "#/components/schemas/Filter");
     EXPECT_EQ(properties["filters"]["maxItems"], kMaxFilters);
-    const json& kernel = properties["filters"]["items"]["properties"]["kernel"]["oneOf"];
-    EXPECT_EQ(kernel[0]["enum"][0], "sharpen");
-    EXPECT_EQ(kernel[1]["minItems"], 9);
     expectListed<MaterialOverride>(properties["overrides"]["items"]);
     EXPECT_EQ(properties["overrides"]["maxItems"], 64);
     EXPECT_EQ(properties["width"]["default"], 1280);
@@ -74,6 +71,27 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
         std::transform(method.begin(), method.end(), method.begin(), ::tolower);
         EXPECT_TRUE(document["paths"][path].contains(method)) << path;
     }
+}
+
+TEST(Documents, FiltersAreATaggedUnion) {
+    const json schemas = documentAt("/openapi.json")["components"]["schemas"];
+    const json& filter = schemas["Filter"];
+    EXPECT_EQ(filter["discriminator"]["propertyName"], "type");
+    EXPECT_EQ(filter["oneOf"].size(), std::variant_size_v<FilterRequest>);
+    for (const auto& [type, reference] : filter["discriminator"]["mapping"].items()) {
+        const std::string name = reference.get<std::string>().substr(21);
+        EXPECT_THAT(filter["oneOf"], testing::Contains(json{{"$ref", reference}}));
+        EXPECT_EQ(schemas[name]["properties"]["type"]["const"], type);
+        EXPECT_EQ(schemas[name]["additionalProperties"], false);
+        EXPECT_EQ(schemas[name]["required"][0], "type");
+    }
+    EXPECT_EQ(schemas["TwirlFilter"]["required"], json({"type", "amount"}));
+    EXPECT_EQ(schemas["TwirlFilter"]["properties"]["radius"]["x-unit"], "pixels");
+    EXPECT_EQ(schemas["GlowFilter"]["required"], json({"type"}));
+    EXPECT_EQ(schemas["GlowFilter"]["properties"]["radius"]["default"], 32.0);
+    const json& kernel = schemas["ConvolveFilter"]["properties"]["kernel"]["oneOf"];
+    EXPECT_EQ(kernel[0]["enum"][0], "sharpen");
+    EXPECT_EQ(kernel[1]["minItems"], 9);
 }
 
 // What of `value` the schema does not describe, or describes otherwise; by JSON Pointer.

@@ -58,7 +58,35 @@ std::vector<Pair> pairsOf(const json& schema) {
     return {{least, std::nextafter(least, -INFINITY)}, {most, std::nextafter(most, INFINITY)}};
 }
 
-void walk(const json& schema, const Place& place, int& pairs) {
+// The schema without references; the document has no cycles.
+json resolved(json schema, const json& schemas) {
+    if (schema.is_object() && schema.contains("$ref")) {
+        const std::string path = schema["$ref"];
+        return resolved(schemas.at(path.substr(path.rfind('/') + 1)), schemas);
+    }
+    if (schema.is_structured()) {
+        for (json& part : schema) part = resolved(std::move(part), schemas);
+    }
+    return schema;
+}
+
+json frameSchema() {
+    const json schemas(frameRequestSchemas());
+    return resolved(schemas.at("FrameRequest"), schemas);
+}
+
+// The place inside of an object of a tagged union, or `place` itself.
+Place inAlternative(const json& schema, const Place& place) {
+    const json type = schema.value("/properties/type/const"_json_pointer, json());
+    if (type.is_null()) return place;
+    return {place.pointer, [outer = place.body, type](json value) {
+                if (value.is_object()) value.emplace("type", type);
+                return outer(std::move(value));
+            }};
+}
+
+void walk(const json& schema, const Place& outside, int& pairs) {
+    const Place place = inAlternative(schema, outside);
     for (const json& one : schema.value("oneOf", json::array())) walk(one, place, pairs);
     const json properties = schema.value("properties", json::object());
     for (const auto& [name, inner] : properties.items()) walk(inner, place.field(name), pairs);
@@ -117,8 +145,10 @@ void walkKinds(const json& schema, const Place& place, int& cases) {
     const auto inner = [&](const json& one) {
         const json properties = one.value("properties", json::object());
         for (const auto& [name, property] : properties.items()) {
-            walkKinds(property, place.field(name), cases);
+            walkKinds(property, inAlternative(one, place).field(name), cases);
         }
+        if (one.contains("items"))
+            walkKinds(one.at("items"), place.element(one.value("minItems", std::size_t{1})), cases);
     };
     inner(schema);
     for (const json& one : schema.value("oneOf", json::array())) inner(one);
@@ -126,14 +156,14 @@ void walkKinds(const json& schema, const Place& place, int& cases) {
 
 TEST(Limits, EveryFieldRefusesEveryOtherKindOfValue) {
     int cases = 0;
-    walkKinds(json(frameRequestSchema()), Place{}, cases);
+    walkKinds(frameSchema(), Place{}, cases);
     EXPECT_GT(cases, 300);
     std::cout << cases << " cases\n";
 }
 
 TEST(Limits, HoldForEveryNumberOfTheSchema) {
     int pairs = 0;
-    walk(json(frameRequestSchema()), Place{}, pairs);
+    walk(frameSchema(), Place{}, pairs);
     EXPECT_GT(pairs, 80);
     RecordProperty("pairs", pairs);
     std::cout << pairs << " pairs\n";

@@ -13,10 +13,10 @@ using testing::Field;
 using testing::HasSubstr;
 
 FilterRequest twirl(double amount) {
-    return {.type = FilterType::twirl, .amount = amount};
+    return TwirlFilter{.amount = amount};
 }
 FilterRequest glow(double radius) {
-    return {.type = FilterType::glow, .radius = radius};
+    return GlowFilter{.radius = radius};
 }
 
 FramePlan planWith(std::vector<FilterRequest> filters, OutputFormat format = OutputFormat::jpeg) {
@@ -77,12 +77,10 @@ TEST(FilterPlan, AGlowsPyramidReachesItsRadius) {
 
 TEST(FilterPlan, WhatChangesNothingIsLeftOutWithAReason) {
     const FramePlan plain = planWith({});
-    const FramePlan plan = planWith(
-        {twirl(0),
-         {.type = FilterType::twirl, .amount = 1.0, .radius = 0.0},
-         {.type = FilterType::convolve, .kernel = KernelNumbers{0, 0, 0, 0, 1, 0, 0, 0, 0}},
-         {.type = FilterType::glow, .strength = 0.0},
-         glow(1)});
+    const FramePlan plan =
+        planWith({twirl(0), TwirlFilter{.amount = 1.0, .radius = 0.0},
+                  ConvolveFilter{.kernel = KernelNumbers{0, 0, 0, 0, 1, 0, 0, 0, 0}},
+                  GlowFilter{.strength = 0.0}, glow(1)});
     EXPECT_EQ(plan.passes, plain.passes);
     EXPECT_EQ(plan.targets, plain.targets);
     const auto skipped = [](const char* name, const char* reason) {

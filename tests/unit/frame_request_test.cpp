@@ -96,15 +96,6 @@ INSTANTIATE_TEST_SUITE_P(
               [](auto& r) {
                   r.environment.rotation = {0, 0, 0, 3};
               }},
-        Wrong{"filterWithoutType", "/filters/0/type", [](auto& r) { r.filters.resize(1); }},
-        Wrong{"twirlWithoutAmount", "/filters/0/amount",
-              [](auto& r) { r.filters = {{.type = FilterType::twirl}}; }},
-        Wrong{"convolutionWithoutKernel", "/filters/1/kernel",
-              [](auto& r) {
-                  r.filters = {{.type = FilterType::glow}, {.type = FilterType::convolve}};
-              }},
-        Wrong{"amountOfAGlow", "/filters/0/amount",
-              [](auto& r) { r.filters = {{.type = FilterType::glow, .amount = 1.0}}; }},
         Wrong{"depthInJpeg", "/output/format", [](auto& r) { r.output.channel = Channel::depth; }}),
     [](const auto& row) { return row.param.name; });
 

@@ -97,7 +97,7 @@ TEST(Work, ARefusalNamesWhatTookIt) {
               (std::set<std::string>{"/width", "/height", "/accuracy/samples",
                                      "/accuracy/environmentSize", "/accuracy/environmentSamples"}));
     request = forced(request);
-    request.filters = {{.type = FilterType::glow}};
+    request.filters = {GlowFilter{}};
     const auto knobs = refusedKnobs(planOf(ballScene(), request), 100);
     for (const char* pointer : {"/accuracy/probeSize", "/accuracy/probeSamples",
                                 "/accuracy/generations", "/filters", "/width"}) {

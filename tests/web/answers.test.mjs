@@ -76,9 +76,9 @@ test("the shares of a frame's time add up to its total", () => {
 // ---- problems ---------------------------------------------------------------------------------
 
 test("a busy, leaving or absent server is waited for; a refusal is not", () => {
-  const words = (status, title = "") => problemWords({ status, title, detail: "why" });
-  assert.match(words(503, "Queue full").title, /busy/);
-  assert.match(words(503, "Shutting down").title, /shutting down/);
+  const words = (status, code = "") => problemWords({ status, code, title: "", detail: "why" });
+  assert.match(words(503, "queueFull").title, /busy/);
+  assert.match(words(503, "shuttingDown").title, /shutting down/);
   for (const status of [0, 409, 429, 502, 503]) assert.equal(words(status).waits, true, status);
   for (const status of [400, 403, 404, 422, 500, 504]) assert.equal(words(status).waits, false, status);
   const refused = problemWords({ status: 422, title: "", errors: [{ pointer: "/width", detail: "is out of range", allowed: "1 to 4096" }] });

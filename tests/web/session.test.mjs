@@ -4,7 +4,7 @@ import { test } from "node:test";
 
 import { positionOf } from "../../web/camera.js";
 import { curlOf, queryOf, requestOf, rounded } from "../../web/links.js";
-import { controlOf, filterFields, newFilter, positionFor, sliderSteps, valueAt, wordsOf } from "../../web/schema.js";
+import { controlOf, fieldsOfType, newOfType, positionFor, resolved, sliderSteps, typesOf, valueAt, wordsOf } from "../../web/schema.js";
 import { Session } from "../../web/session.js";
 import { spanOf } from "../../web/time_row.js";
 import { withChoice, wipeChoices } from "../../web/wipe.js";
@@ -18,12 +18,20 @@ const knobs = {
   generations: { type: "integer", minimum: 1, maximum: 8, default: 2 },
   maxError: { type: "number", minimum: 1e-6, maximum: 1000 },
 };
-const filter = object({
-  type: { type: "string", enum: ["twirl", "convolve"], description: "which filter; needed" },
-  amount: { type: "number", minimum: -100, maximum: 100, description: "twirl, needed: radians" },
-  radius: { type: "number", minimum: 0, maximum: 8192, description: "pixels. twirl: how far. glow: how wide" },
-  kernel: { oneOf: [{ type: "string", enum: ["sharpen", "box"] }, numbers(9)], description: "convolve, needed: a name" },
-});
+const filterSchemas = {
+  Filter: { oneOf: [{ $ref: "#/components/schemas/TwirlFilter" }, { $ref: "#/components/schemas/ConvolveFilter" }],
+            discriminator: { propertyName: "type" } },
+  TwirlFilter: { required: ["type", "amount"], ...object({
+    type: { type: "string", const: "twirl" },
+    amount: { type: "number", minimum: -100, maximum: 100 },
+    radius: { type: "number", minimum: 0, maximum: 8192, "x-unit": "pixels" },
+  }) },
+  ConvolveFilter: { required: ["type", "kernel"], ...object({
+    type: { type: "string", const: "convolve" },
+    kernel: { oneOf: [{ type: "string", enum: ["sharpen", "box"] }, numbers(9)] },
+  }) },
+};
+const filter = resolved(filterSchemas.Filter, { components: { schemas: filterSchemas } });
 const frame = object({
   scene: { type: "string", maxLength: 128 },
   camera: object({ position: numbers(3), target: numbers(3), yfov: { type: "number", minimum: 0.01, maximum: 3 } }),
@@ -58,7 +66,7 @@ function session() {
 test("each kind of field gets its kind of control", () => {
   assert.deepEqual(controlOf("x", flag), { kind: "switch" });
   assert.deepEqual(controlOf("x", frame.properties.toneMap).words, ["neutral", "aces"]);
-  assert.deepEqual(controlOf("x", filter.properties.kernel), { kind: "choice", words: ["sharpen", "box"] });
+  assert.deepEqual(controlOf("x", fieldsOfType(filter, "convolve").kernel), { kind: "choice", words: ["sharpen", "box"] });
   assert.deepEqual(controlOf("x", numbers(4)), { kind: "vector", count: 4 });
   assert.equal(controlOf("x", frame.properties.camera).kind, "other");
   assert.equal(wordsOf("planarReflection"), "Planar reflection");
@@ -80,10 +88,12 @@ test("a slider's ends are the range's, whole numbers stay whole, and positions a
   assert.deepEqual([controlOf("exposure", frame.properties.exposure).min, positionFor(controlOf("exposure", frame.properties.exposure), -30)], [-6, 0]);
 });
 
-test("a filter's fields are those that its type speaks of, and a new one has what it needs", () => {
-  assert.deepEqual(Object.keys(filterFields(filter, "twirl")), ["amount", "radius"]);
-  assert.deepEqual(newFilter(filter, "twirl"), { type: "twirl", amount: 1 });
-  assert.deepEqual(newFilter(filter, "convolve"), { type: "convolve", kernel: "sharpen" });
+test("a filter has the fields of its type, and a new one has the required ones", () => {
+  assert.deepEqual(typesOf(filter), ["twirl", "convolve"]);
+  assert.deepEqual(Object.keys(fieldsOfType(filter, "twirl")), ["amount", "radius"]);
+  assert.deepEqual(fieldsOfType(filter, "unknown"), {});
+  assert.deepEqual(newOfType(filter, "twirl"), { type: "twirl", amount: 1 });
+  assert.deepEqual(newOfType(filter, "convolve"), { type: "convolve", kernel: "sharpen" });
 });
 
 // ---- requests ---------------------------------------------------------------------------------

@@ -8,9 +8,8 @@
 namespace clerestory {
 namespace {
 
-std::string nameOf(std::size_t index, FilterType type) {
-    const char* words[] = {"twirl", "convolve", "glow"};
-    return "filter" + std::to_string(index) + ":" + words[static_cast<int>(type)];
+std::string nameOf(std::size_t index, const FilterRequest& filter) {
+    return "filter" + std::to_string(index) + ":" + std::string(typeOf(filter));
 }
 
 class FilterChain {
@@ -20,18 +19,63 @@ public:
 
     TargetId picture() const { return picture_; }
 
-    void add(const std::string& name, const FilterRequest& filter) {
-        switch (*filter.type) {
-            case FilterType::twirl:
-                twirl(name, filter);
-                break;
-            case FilterType::convolve:
-                convolve(name, filter);
-                break;
-            case FilterType::glow:
-                glow(name, filter);
-                break;
+    void add(const std::string& name, const TwirlFilter& filter) {
+        const double corner = std::hypot(plan_.width, plan_.height);
+        Twirl work;
+        work.turn = static_cast<float>(filter.amount / plan_.height);
+        work.radius = static_cast<float>(filter.radius.value_or(corner));
+        addStep(name, work, "turns the picture about its centre");
+    }
+
+    void add(const std::string& name, const ConvolveFilter& filter) {
+        const auto* word = std::get_if<KernelName>(&filter.kernel);
+        const KernelNumbers kernel =
+            word ? numbersOf(*word) : std::get<KernelNumbers>(filter.kernel);
+        Convolve work;
+        std::transform(kernel.begin(), kernel.end(), work.kernel.begin(),
+                       [](double x) { return static_cast<float>(x); });
+        work.repeat = filter.edge == EdgeRule::repeat;
+        addStep(name, work, "weighs each pixel with its neighbours");
+    }
+
+    // Level k of a pyramid spreads light over about 2^k pixels. All levels that `radius` reaches
+    // weigh the same, the last one as far as it is reached, so that a glow grows evenly with it.
+    void add(const std::string& name, const GlowFilter& filter) {
+        const double octaves = std::log2(filter.radius);
+        const auto levels = static_cast<std::uint32_t>(std::ceil(octaves));
+        const auto weight = [&](std::uint32_t level) {
+            return std::min(1.0, octaves - static_cast<double>(level));
+        };
+        const float threshold = static_cast<float>(filter.threshold) / exposureFactor_;
+
+        std::vector<TargetId> pyramid;
+        std::uint32_t width = plan_.width, height = plan_.height;
+        for (std::uint32_t level = 0; level < levels; ++level) {
+            width = (width + 1) / 2;
+            height = (height + 1) / 2;
+            const TargetId target =
+                addTarget(name + ":" + std::to_string(level + 1), width, height);
+            if (level == 0) {
+                addPass(name, target, GlowBright{{picture_}, threshold},
+                        "what is brighter than the threshold");
+            } else {
+                addPass(name, target, GlowDown{{pyramid.back()}}, "spreads it twice as wide");
+            }
+            pyramid.push_back(target);
         }
+        double wider = 0.0;  // weight of all levels below
+        for (std::uint32_t level = levels - 1; level > 0; --level) {
+            wider += weight(level);
+            const double share = wider / (wider + weight(level - 1));
+            addPass(name, pyramid[level - 1], GlowUp{{pyramid[level]}, static_cast<float>(share)},
+                    "adds up what is spread");
+        }
+        Glow work;
+        work.spread = pyramid.front();
+        work.threshold = threshold;
+        // Below an octave the rest stays where it is.
+        work.share = static_cast<float>(filter.strength * std::min(1.0, octaves));
+        addStep(name, work, "spreads what is bright");
     }
 
 private:
@@ -61,67 +105,6 @@ private:
         addPass(name, picture_, std::move(work), reason);
     }
 
-    void twirl(const std::string& name, const FilterRequest& filter) {
-        const double corner = std::hypot(plan_.width, plan_.height);
-        Twirl work;
-        work.turn = static_cast<float>(*filter.amount / plan_.height);
-        work.radius = static_cast<float>(filter.radius.value_or(corner));
-        addStep(name, work, "turns the picture about its centre");
-    }
-
-    void convolve(const std::string& name, const FilterRequest& filter) {
-        const auto* word = std::get_if<KernelName>(&*filter.kernel);
-        const KernelNumbers kernel =
-            word ? numbersOf(*word) : std::get<KernelNumbers>(*filter.kernel);
-        Convolve work;
-        std::transform(kernel.begin(), kernel.end(), work.kernel.begin(),
-                       [](double x) { return static_cast<float>(x); });
-        work.repeat = filter.edge == EdgeRule::repeat;
-        addStep(name, work, "weighs each pixel with its neighbours");
-    }
-
-    // Level k of a pyramid spreads light over about 2^k pixels. All levels that `radius` reaches
-    // weigh the same, the last one as far as it is reached, so that a glow grows evenly with it.
-    void glow(const std::string& name, const FilterRequest& filter) {
-        const double octaves = std::log2(filter.radius.value_or(kDefaultGlowRadius));
-        const auto levels = static_cast<std::uint32_t>(std::ceil(octaves));
-        const auto weight = [&](std::uint32_t level) {
-            return std::min(1.0, octaves - static_cast<double>(level));
-        };
-        const float threshold =
-            static_cast<float>(filter.threshold.value_or(kDefaultGlowThreshold)) / exposureFactor_;
-
-        std::vector<TargetId> pyramid;
-        std::uint32_t width = plan_.width, height = plan_.height;
-        for (std::uint32_t level = 0; level < levels; ++level) {
-            width = (width + 1) / 2;
-            height = (height + 1) / 2;
-            const TargetId target =
-                addTarget(name + ":" + std::to_string(level + 1), width, height);
-            if (level == 0) {
-                addPass(name, target, GlowBright{{picture_}, threshold},
-                        "what is brighter than the threshold");
-            } else {
-                addPass(name, target, GlowDown{{pyramid.back()}}, "spreads it twice as wide");
-            }
-            pyramid.push_back(target);
-        }
-        double wider = 0.0;  // weight of all levels below
-        for (std::uint32_t level = levels - 1; level > 0; --level) {
-            wider += weight(level);
-            const double share = wider / (wider + weight(level - 1));
-            addPass(name, pyramid[level - 1], GlowUp{{pyramid[level]}, static_cast<float>(share)},
-                    "adds up what is spread");
-        }
-        Glow work;
-        work.spread = pyramid.front();
-        work.threshold = threshold;
-        // Below an octave the rest stays where it is.
-        work.share = static_cast<float>(filter.strength.value_or(kDefaultGlowStrength) *
-                                        std::min(1.0, octaves));
-        addStep(name, work, "spreads what is bright");
-    }
-
     FramePlan& plan_;
     TargetId picture_;
     float exposureFactor_;
@@ -134,18 +117,18 @@ TargetId planFilters(FramePlan& plan, const std::vector<FilterRequest>& filters,
                      float exposureFactor) {
     FilterChain chain(plan, picture, exposureFactor);
     for (std::size_t i = 0; i < filters.size(); ++i) {
-        const std::string name = nameOf(i, *filters[i].type);
+        const std::string name = nameOf(i, filters[i]);
         if (std::string reason = reasonToLeaveOut(filters[i]); !reason.empty())
             plan.skipped.push_back({name, Effect::filters, std::move(reason)});
         else
-            chain.add(name, filters[i]);
+            std::visit([&](const auto& filter) { chain.add(name, filter); }, filters[i]);
     }
     return chain.picture();
 }
 
 void explainFilters(FramePlan& plan, const std::vector<FilterRequest>& filters) {
     for (std::size_t i = 0; i < filters.size(); ++i) {
-        plan.skipped.push_back({nameOf(i, *filters[i].type), Effect::filters,
+        plan.skipped.push_back({nameOf(i, filters[i]), Effect::filters,
                                 "the request asks for numbers instead of colour"});
     }
 }

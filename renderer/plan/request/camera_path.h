@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxCameraKeys = 1024;
 
 template <class V>
 void fields(CameraKey& k, V&& visit) {
-    visit("time", k.time, Range{0, 1e6}, "seconds, later than the key before");
+    visit("time", k.time, Range{0, 1e6, "seconds"}, "seconds, later than the key before");
     visit("camera", k.camera, Nested{}, "a pose and lens; not a camera of the scene");
 }
 

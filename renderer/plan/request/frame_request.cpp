@@ -128,8 +128,6 @@ std::vector<FieldError> problems(const FrameRequest& request) {
     if (request.environment.rotation && !isUnit(*request.environment.rotation)) {
         errors.push_back({"/environment/rotation", "is not a rotation", kRotationForms});
     }
-    const std::vector<FieldError> ofFilters = problems(request.filters);
-    errors.insert(errors.end(), ofFilters.begin(), ofFilters.end());
     Accuracy knobs = request.accuracy;
     knobs.maxMilliseconds = knobs.maxError = std::nullopt;
     if (request.accuracy.isBudget() && knobs != Accuracy{}) {

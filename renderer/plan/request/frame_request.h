@@ -127,10 +127,10 @@ inline constexpr std::uint64_t kMaxPixels = 8'847'360;  // 4096 x 2160
 
 template <class V>
 void fields(Intrinsics& i, V&& visit) {
-    visit("fx", i.fx, Range{1e-3, 1e7}, "focal length along x in pixels");
-    visit("fy", i.fy, Range{1e-3, 1e7}, "focal length along y in pixels");
-    visit("cx", i.cx, Range{-1e6, 1e6}, "principal point, pixels from the left edge");
-    visit("cy", i.cy, Range{-1e6, 1e6}, "principal point, pixels from the top edge");
+    visit("fx", i.fx, Range{1e-3, 1e7, "pixels"}, "focal length along x in pixels");
+    visit("fy", i.fy, Range{1e-3, 1e7, "pixels"}, "focal length along y in pixels");
+    visit("cx", i.cx, Range{-1e6, 1e6, "pixels"}, "principal point, pixels from the left edge");
+    visit("cy", i.cy, Range{-1e6, 1e6, "pixels"}, "principal point, pixels from the top edge");
     visit("pixelCenter", i.pixelCenter,
           Choice<PixelCenter>{{{"half", PixelCenter::half}, {"integer", PixelCenter::integer}}},
           "where the first pixel's centre lies: 0.5 or 0");
@@ -138,8 +138,8 @@ void fields(Intrinsics& i, V&& visit) {
 
 template <class V>
 void fields(CameraRequest& c, V&& visit) {
-    visit("position", c.position, Range{-1e9, 1e9}, "the eye, metres");
-    visit("target", c.target, Range{-1e9, 1e9}, "the point looked at, metres");
+    visit("position", c.position, Range{-1e9, 1e9, "metres"}, "the eye, metres");
+    visit("target", c.target, Range{-1e9, 1e9, "metres"}, "the point looked at, metres");
     visit("up", c.up, Range{-1e9, 1e9}, "the direction that is up in the picture");
     visit("orientation", c.orientation, Range{-1e3, 1e3},
           "world from camera, unit quaternion x y z w; the camera looks down its own -Z");
@@ -149,11 +149,11 @@ void fields(CameraRequest& c, V&& visit) {
           "axes of cameraToWorld: opengl is +Y up looking down -Z, opencv is +Y down looking down "
           "+Z");
     visit("name", c.name, Text{256}, "a camera of the scene");
-    visit("yfov", c.yfov, Range{0.0174532925, 3.1241394},
+    visit("yfov", c.yfov, Range{0.0174532925, 3.1241394, "radians"},
           "vertical field of view, radians (1 to 179 degrees)");
     visit("intrinsics", c.intrinsics, Nested{}, "the lens in pixels, instead of yfov");
-    visit("znear", c.znear, Range{1e-9, 1e9}, "nearest visible distance, metres");
-    visit("zfar", c.zfar, Range{1e-9, 1e12},
+    visit("znear", c.znear, Range{1e-9, 1e9, "metres"}, "nearest visible distance, metres");
+    visit("zfar", c.zfar, Range{1e-9, 1e12, "metres"},
           "farthest visible distance, metres; infinite when absent");
 }
 
@@ -186,7 +186,7 @@ void fields(Accuracy& a, V&& visit) {
     visit("edgeFilter", a.edgeFilter, Flag{}, "smooths edges after tone mapping");
     visit("anisotropy", a.anisotropy, Range{1, 16},
           "longest texture footprint; lowered to what the renderer has");
-    visit("environmentSize", a.environmentSize, Range{16, 1024},
+    visit("environmentSize", a.environmentSize, Range{16, 1024, "texels"},
           "edge of a prefiltered environment face, texels");
     visit("environmentSamples", a.environmentSamples, Range{1, 1024},
           "GGX samples for each of its texels");
@@ -215,7 +215,8 @@ void fields(Accuracy& a, V&& visit) {
     visit("planarSamples", a.planarSamples, Range{1, 64},
           "directions that a rough flat mirror adds up; 1: one blurred look-up");
     visit("generations", a.generations, Range{1, 8}, "depth of reflections in reflections");
-    visit("probeSize", a.probeSize, Range{16, 2048}, "edge of a captured cube's face, texels");
+    visit("probeSize", a.probeSize, Range{16, 2048, "texels"},
+          "edge of a captured cube's face, texels");
     visit("probeSamples", a.probeSamples, Range{1, 1024},
           "GGX samples for each of its texels; 1: plain averages");
     visit("curvedSamples", a.curvedSamples, Range{0, 64},
@@ -226,7 +227,7 @@ void fields(Accuracy& a, V&& visit) {
               {{"none", Parallax::none}, {"box", Parallax::box}, {"depth", Parallax::depth}}},
           "where a captured cube's light is taken to come from: infinity, a box, its own depth");
     visit("bounces", a.bounces, Range{1, 16}, "turns of a traced ray");
-    visit("maxMilliseconds", a.maxMilliseconds, Range{1, 60000},
+    visit("maxMilliseconds", a.maxMilliseconds, Range{1, 60000, "milliseconds"},
           "a budget instead of knobs: the least error that a frame of so many milliseconds has, by "
           "the scene's measured curve");
     visit(
@@ -275,9 +276,9 @@ template <class V>
 void fields(FrameRequest& r, V&& visit) {
     visit("scene", r.scene, Text{128}, "id of a scene; the server's first when empty");
     visit("camera", r.camera, Nested{}, "pose and lens; the scene's default view when empty");
-    visit("width", r.width, Range{1, kMaxEdge}, "pixels");
-    visit("height", r.height, Range{1, kMaxEdge}, "pixels");
-    visit("time", r.time, Range{0, 1e6},
+    visit("width", r.width, Range{1, kMaxEdge, "pixels"}, "pixels");
+    visit("height", r.height, Range{1, kMaxEdge, "pixels"}, "pixels");
+    visit("time", r.time, Range{0, 1e6, "seconds"},
           "the moment, seconds; beyond a clip's end the clip begins anew");
     visit("clip", r.clip, Text{256},
           "which of the scene's animations plays; absent: the first, and those that move nothing "
@@ -287,7 +288,7 @@ void fields(FrameRequest& r, V&& visit) {
     visit("environment", r.environment, Nested{}, "light from all around");
     visit("overrides", r.overrides, NestedList{64},
           "other materials for what a material's or node's name chooses; a later one wins");
-    visit("filters", r.filters, NestedList{kMaxFilters},
+    visit("filters", r.filters, NestedUnionList{kMaxFilters, "Filter"},
           "filters on the finished picture, in order: on linear light, before tone mapping; "
           "channels that hold numbers are not filtered");
     visit(
@@ -295,7 +296,7 @@ void fields(FrameRequest& r, V&& visit) {
         Choice<ToneMap>{
             {{"neutral", ToneMap::neutral}, {"aces", ToneMap::aces}, {"linear", ToneMap::linear}}},
         "how radiance becomes display colour");
-    visit("exposure", r.exposure, Range{-32, 32}, "stops");
+    visit("exposure", r.exposure, Range{-32, 32, "stops"}, "stops");
     visit("output", r.output, Nested{}, "what comes back");
 }
 

@@ -34,18 +34,24 @@ class FieldReader {
 public:
     explicit FieldReader(std::vector<FieldError>& errors) : errors_(errors) {}
 
+    // `known`: members that the caller reads.
     template <class S>
-    void object(const nlohmann::json& value, S& target, const std::string& pointer) {
+    void object(const nlohmann::json& value, S& target, const std::string& pointer,
+                std::vector<std::string_view> known = {}) {
         if (!value.is_object()) {
             refuse(pointer, typed(value), "an object");
             return;
         }
-        std::vector<std::string_view> known;
         fields(target,
                [&](const char* name, auto& member, const auto& kind, const char* /*words*/) {
                    known.push_back(name);
                    const auto found = value.find(name);
-                   if (found == value.end()) return;
+                   if (found == value.end()) {
+                       if (field::isRequired<std::decay_t<decltype(kind)>>) {
+                           refuse(pointer + "/" + name, "is missing", "this field is required");
+                       }
+                       return;
+                   }
                    if constexpr (field::Unwrap<std::decay_t<decltype(member)>>::optional) {
                        this->optionalMember(*found, member, kind, pointer + "/" + name);
                    } else {
@@ -200,6 +206,12 @@ private:
         object(value, target, pointer);
     }
 
+    template <class T, class K>
+    void member(const nlohmann::json& value, T& target, const Required<K>& required,
+                const std::string& pointer) {
+        member(value, target, required.kind, pointer);
+    }
+
     template <class S>
     void member(const nlohmann::json& value, std::vector<S>& target, const NestedList& list,
                 const std::string& pointer) {
@@ -210,6 +222,38 @@ private:
     void member(const nlohmann::json& value, std::vector<S>& target, const NestedPresetList& list,
                 const std::string& pointer) {
         elements(value, target, list.most, NestedPreset{}, pointer);
+    }
+
+    template <class... S>
+    void member(const nlohmann::json& value, std::vector<std::variant<S...>>& target,
+                const NestedUnionList& list, const std::string& pointer) {
+        elements(value, target, list.most, list, pointer);
+    }
+
+    template <class... S>
+    void member(const nlohmann::json& value, std::variant<S...>& target, const NestedUnionList&,
+                const std::string& pointer) {
+        const std::vector<std::string_view> types{S::kType...};
+        const std::string at = pointer + "/type", allowed = "one of: " + listed(types);
+        if (!value.is_object()) return refuse(pointer, typed(value), "an object");
+        const auto type = value.find("type");
+        if (type == value.end()) return refuse(at, "is missing", allowed);
+        if (!type->is_string()) return refuse(at, typed(*type), allowed);
+        const auto& word = type->template get_ref<const std::string&>();
+        if (!(alternative<S>(value, word, target, pointer) || ...)) {
+            refuse(at, "is not a known word" + didYouMean(word, types), allowed);
+        }
+    }
+
+    // Reads `value` as an S if that is its type.
+    template <class S, class Union>
+    bool alternative(const nlohmann::json& value, std::string_view type, Union& target,
+                     const std::string& pointer) {
+        if (type != S::kType) return false;
+        S read;
+        object(value, read, pointer, {"type"});
+        target = std::move(read);
+        return true;
     }
 
     template <class S, class K>
