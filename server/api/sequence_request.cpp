@@ -38,7 +38,7 @@ void append(std::vector<FieldError>& errors, const std::string& pointer,
 // The rules that bind several fields of the body.
 void checkWhole(const json& body, const SequenceRequest& request, std::vector<FieldError>& errors) {
     if (request.path && body.contains("frames")) {
-        errors.push_back({"/path", "stands beside frames", "one of the two"});
+        errors.push_back({"/path", "conflicts with frames", "one of the two"});
     }
     if (request.path) {
         append(errors, "/path", problems(*request.path));

@@ -2,13 +2,15 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstdio>
+
 namespace clerestory {
 namespace {
 
-// With one digit behind the point.
-std::string shortNumber(double value) {
-    std::string text = std::to_string(value);
-    text.resize(text.find('.') + 2);
+// "5 s", "0.5 s"
+std::string secondsText(double seconds) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g s", seconds);
     return text;
 }
 
@@ -24,14 +26,14 @@ Problem badRequest(std::string detail) {
 }
 
 Problem notHttp() {
-    return badRequest("This is not a request of HTTP/1.1.");
+    return badRequest("This is not an HTTP/1.1 request.");
 }
 
 Problem unauthorized() {
     return {.status = 401,
             .code = "unauthorized",
             .title = "Unauthorized",
-            .detail = "Send the server's token as Authorization: Bearer TOKEN."};
+            .detail = "A valid token is required: Authorization: Bearer TOKEN."};
 }
 
 Problem forbidden(std::string detail) {
@@ -43,7 +45,7 @@ Problem notFound(std::string detail) {
 }
 
 Problem methodNotAllowed(std::string allow) {
-    std::string detail = "This path answers " + allow + ".";
+    std::string detail = "Methods allowed for this path: " + allow + ".";
     return {.status = 405,
             .code = "methodNotAllowed",
             .title = "Method not allowed",
@@ -55,8 +57,8 @@ Problem requestTimeout(const char* part, double seconds) {
     return {.status = 408,
             .code = "requestTimeout",
             .title = "Request timeout",
-            .detail = std::string("The ") + part + " of the request was not here within " +
-                      shortNumber(seconds) + " seconds."};
+            .detail = std::string("The ") + part + " of the request was not received within " +
+                      secondsText(seconds) + "."};
 }
 
 Problem stillLoading(std::string detail) {
@@ -71,9 +73,11 @@ Problem stillMeasuring(const std::string& job, double progress) {
     return {.status = 409,
             .code = "stillMeasuring",
             .title = "Still measuring",
-            .detail = "What accuracy costs in this scene is being measured, " +
-                      std::to_string(static_cast<int>(100.0 * progress)) + " %: /v1/jobs/" + job +
-                      ". Then the budget is kept without waiting.",
+            .detail =
+                "The cost of each accuracy in this scene is being measured, which the "
+                "budget requires: " +
+                std::to_string(static_cast<int>(100.0 * progress)) + " % done, see /v1/jobs/" +
+                job + ".",
             .retryAfterSeconds = 2};
 }
 
@@ -81,52 +85,51 @@ Problem lengthRequired() {
     return {.status = 411,
             .code = "lengthRequired",
             .title = "Length required",
-            .detail = "Send the body with a Content-Length."};
+            .detail = "A request with a body requires a Content-Length."};
 }
 
 Problem tooLarge(std::size_t maxBytes) {
     return {.status = 413,
             .code = "tooLarge",
-            .title = "Too large",
-            .detail = "A body may have " + std::to_string(maxBytes) + " bytes."};
+            .title = "Request body too large",
+            .detail = "Request body exceeds " + std::to_string(maxBytes) + " bytes."};
 }
 
 Problem uriTooLong(std::size_t maxPath, std::size_t maxLine) {
     return {.status = 414,
             .code = "uriTooLong",
             .title = "URI too long",
-            .detail = "A path may have " + std::to_string(maxPath) + " bytes and a request line " +
-                      std::to_string(maxLine) + ". Long requests go into the body of a POST."};
+            .detail = "The path exceeds " + std::to_string(maxPath) +
+                      " bytes or the request line exceeds " + std::to_string(maxLine) +
+                      " bytes. Send a long request as the body of a POST."};
 }
 
 Problem notJsonType() {
     return {.status = 415,
             .code = "unsupportedType",
             .title = "Unsupported media type",
-            .detail = "Send the body as Content-Type: application/json."};
+            .detail = "The Content-Type of the body must be application/json."};
 }
 
 Problem encodedBody() {
     return {.status = 415,
             .code = "unsupportedEncoding",
             .title = "Unsupported content encoding",
-            .detail = "Send the body without a Content-Encoding."};
+            .detail = "Content-Encoding of request bodies is not supported."};
 }
 
 Problem expectationFailed() {
     return {.status = 417,
             .code = "expectationFailed",
             .title = "Expectation failed",
-            .detail = "The only expectation known is 100-continue."};
+            .detail = "The only supported expectation is 100-continue."};
 }
 
 Problem misdirected() {
     return {.status = 421,
             .code = "misdirected",
             .title = "Misdirected request",
-            .detail =
-                "The server does not go by this name. Whoever runs it can allow one with "
-                "--allow-host."};
+            .detail = "Host not allowed. The operator can allow it with --allow-host."};
 }
 
 Problem invalidFields(std::vector<FieldError> errors) {
@@ -147,16 +150,16 @@ Problem notSceneType() {
             .code = "unsupportedType",
             .title = "Unsupported media type",
             .detail =
-                "Send a .glb (model/gltf-binary), a .gltf that holds all its files "
-                "(model/gltf+json), or a .zip, .tar or .tar.gz of a scene and its files "
-                "(application/zip, application/x-tar, application/gzip); any of them as "
-                "application/octet-stream. The content decides."};
+                "Supported are .glb (model/gltf-binary), .gltf with embedded files "
+                "(model/gltf+json), and .zip, .tar or .tar.gz archives of one scene and its "
+                "files (application/zip, application/x-tar, application/gzip), each also as "
+                "application/octet-stream. The format is detected from the content."};
 }
 
 Problem sceneFailed(std::string detail, std::string reason) {
     return {.status = 422,
             .code = "sceneFailed",
-            .title = "The scene could not be loaded",
+            .title = "Scene could not be loaded",
             .detail = std::move(detail),
             .errors = {{"/scene", "could not be loaded", "a scene whose state is ready"}},
             .reason = std::move(reason)};
@@ -166,29 +169,29 @@ Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders) {
     return {.status = 431,
             .code = "headTooLarge",
             .title = "Request header fields too large",
-            .detail = "The head of a request may have " + std::to_string(maxBytes) + " bytes and " +
-                      std::to_string(maxHeaders) + " headers."};
+            .detail = "The request line and headers exceed " + std::to_string(maxBytes) +
+                      " bytes or " + std::to_string(maxHeaders) + " fields."};
 }
 
 Problem notImplemented() {
     return {.status = 501,
             .code = "notImplemented",
             .title = "Not implemented",
-            .detail = "The server knows no such method."};
+            .detail = "This method is not supported."};
 }
 
 Problem versionNotSupported() {
     return {.status = 505,
             .code = "versionNotSupported",
             .title = "HTTP version not supported",
-            .detail = "The server speaks HTTP/1.1."};
+            .detail = "Only HTTP/1.1 is supported."};
 }
 
 Problem clientLeft() {
     return {.status = 503,
             .code = "clientLeft",
-            .title = "The client left",
-            .detail = "The connection was closed on the client's side while the frame waited.",
+            .title = "Client disconnected",
+            .detail = "The client closed the connection while the frame was in the queue.",
             .retryAfterSeconds = 1};
 }
 
@@ -196,15 +199,15 @@ Problem tooManyConnections() {
     return {.status = 503,
             .code = "tooManyConnections",
             .title = "Too many connections",
-            .detail = "As many clients are being answered as may be. Ask again later.",
+            .detail = "The limit of concurrent connections is reached; retry later.",
             .retryAfterSeconds = 1};
 }
 
 Problem queueFull(int retryAfterSeconds) {
     return {.status = 503,
             .code = "queueFull",
-            .title = "Queue full",
-            .detail = "As many frames wait as may wait. Ask again later.",
+            .title = "Render queue full",
+            .detail = "Render queue is full; retry later.",
             .retryAfterSeconds = retryAfterSeconds};
 }
 
@@ -212,7 +215,7 @@ Problem jobsFull() {
     return {.status = 503,
             .code = "jobsFull",
             .title = "Too many jobs",
-            .detail = "As many long jobs wait as may wait. Ask again later, or cancel one.",
+            .detail = "Job queue is full; retry later or cancel a job.",
             .retryAfterSeconds = 10};
 }
 
@@ -220,50 +223,50 @@ Problem streamsFull() {
     return {.status = 503,
             .code = "streamsFull",
             .title = "Too many streams",
-            .detail = "As many sequences and live streams run as may run. Ask again later.",
+            .detail = "The limit of concurrent sequences and live streams is reached; retry later.",
             .retryAfterSeconds = 10};
 }
 
 Problem bodiesFull() {
     return {.status = 503,
             .code = "bodiesFull",
-            .title = "Too many large bodies",
-            .detail = "As many large bodies are on their way as may be. Send this one again later.",
+            .title = "Too many large request bodies",
+            .detail = "The limit of large request bodies in transfer is reached; retry later.",
             .retryAfterSeconds = 5};
 }
 
 Problem noWorker() {
     return {.status = 503,
             .code = "noWorker",
-            .title = "No renderer",
-            .detail = "The renderer ended and another one starts. Ask again later.",
+            .title = "Renderer restarting",
+            .detail = "The renderer process ended and a new one is starting; retry later.",
             .retryAfterSeconds = 2};
 }
 
 Problem renderFailed() {
     return {.status = 503,
             .code = "renderFailed",
-            .title = "Not drawn",
+            .title = "Rendering failed",
             .detail =
-                "The graphics driver did not finish this frame, probably for want of memory. "
-                "Others are drawn; a smaller one may be.",
+                "The graphics driver could not render this frame, probably because memory ran out. "
+                "Other frames are not affected; a smaller one may succeed.",
             .retryAfterSeconds = 1};
 }
 
 Problem quarantined() {
     return {.status = 422,
             .code = "quarantined",
-            .title = "Quarantined",
+            .title = "Request quarantined",
             .detail =
-                "The renderer ended more than once while it worked on this very request, "
-                "which is refused for ten minutes. Please report it."};
+                "The renderer process ended more than once while it handled this request, so the "
+                "request is rejected for ten minutes. Please report it."};
 }
 
 Problem shuttingDown() {
     return {.status = 503,
             .code = "shuttingDown",
             .title = "Shutting down",
-            .detail = "The server finishes what runs and takes nothing new.",
+            .detail = "The server finishes running requests and accepts no new ones.",
             .retryAfterSeconds = 5};
 }
 
@@ -278,24 +281,24 @@ Problem notReady(std::string detail) {
 Problem stillCompiling(std::uint64_t programs) {
     return {.status = 503,
             .code = "stillCompiling",
-            .title = "Still compiling",
-            .detail = "The driver is compiling shaders for this frame or those before it; " +
-                      std::to_string(programs) + " programs are done. Retry later.",
+            .title = "Compiling shaders",
+            .detail = "The driver is compiling shaders for this frame or for earlier ones; " +
+                      std::to_string(programs) + " programs are compiled. Retry later.",
             .retryAfterSeconds = 2};
 }
 
 Problem overDeadline(double seconds) {
     return {.status = 504,
             .code = "overDeadline",
-            .title = "Over the deadline",
-            .detail = "The frame was not done within " + shortNumber(seconds) + " seconds."};
+            .title = "Deadline exceeded",
+            .detail = "The frame was not rendered within " + secondsText(seconds) + "."};
 }
 
 Problem internalError() {
     return {.status = 500,
             .code = "internalError",
             .title = "Internal error",
-            .detail = "The server failed. Its log tells more under this request's id."};
+            .detail = "Internal server error. The server log has details under this request id."};
 }
 
 Problem noRoom(std::string detail) {
@@ -319,7 +322,7 @@ std::string problemJson(const Problem& problem, const std::string& requestId) {
             list.push_back({{"pointer", e.pointer}, {"detail", e.detail}, {"allowed", e.allowed}});
         }
     }
-    // Bytes of the client's that are not UTF-8 become replacement characters.
+    // Text from the client may not be UTF-8: invalid bytes become replacement characters.
     return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 

@@ -1,5 +1,5 @@
-// A failure as the client sees it: a status and a problem document (RFC 9457). Knows the wording of
-// every refusal; nothing here says a path, an exception's text or anything else of the inside.
+// A failure as the client sees it: a status and a problem document (RFC 9457). All messages are
+// here; they never contain paths, exception texts or other internal details.
 #pragma once
 
 #include "plan/request/frame_request.h"
@@ -11,16 +11,16 @@ namespace clerestory {
 
 struct Problem {
     int status = 500;
-    std::string code;   // stable, camelCase; the last part of `type` and a label in the metrics
-    std::string title;  // the same for every problem of this code
+    std::string code;   // stable, camelCase; also the end of `type`, and a label in the metrics
+    std::string title;  // the same for every problem with this code
     std::string detail;
     std::vector<FieldError> errors;
     int retryAfterSeconds = 0;  // 0: no Retry-After
-    std::string allow;          // 405: the methods that are there
-    std::string reason;         // of a scene that gives none: a word
+    std::string allow;          // 405: the allowed methods
+    std::string reason;         // why a scene could not be loaded, camelCase
 };
 
-// Thrown anywhere below a route; the one try at the edge turns it into the answer.
+// Thrown by the handler of a route; the router turns it into the response.
 class RequestError : public std::runtime_error {
 public:
     explicit RequestError(Problem problem)
@@ -32,7 +32,7 @@ private:
 };
 
 Problem notJson(std::string detail);                                 // 400
-Problem badRequest(std::string detail);                              // 400: HTTP itself
+Problem badRequest(std::string detail);                              // 400: malformed HTTP
 Problem notHttp();                                                   // 400
 Problem unauthorized();                                              // 401
 Problem forbidden(std::string detail);                               // 403

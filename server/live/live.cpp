@@ -86,7 +86,7 @@ Wish wishFrom(Server& server, const Call& call) {
     }
     const auto name = taken(query, "view");
     if (name && !query.empty()) {
-        errors.push_back({"/view", "stands beside a frame's own fields", "one of the two"});
+        errors.push_back({"/view", "conflicts with the fields of a frame", "one of the two"});
     }
     if (!errors.empty()) throw RequestError(invalidFields(std::move(errors)));
     if (name) {

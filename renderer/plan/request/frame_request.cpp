@@ -69,13 +69,13 @@ void checkPose(const CameraRequest& c, std::vector<FieldError>& errors) {
     const char* onePose =
         "one of: position + target (+ up), position + orientation, cameraToWorld, name, or nothing";
     if (c.cameraToWorld && (c.position || c.target || c.up || c.orientation || c.name)) {
-        refuse("/camera/cameraToWorld", "stands beside another pose", onePose);
+        refuse("/camera/cameraToWorld", "conflicts with another form of the pose", onePose);
     }
     if (c.name && (c.position || c.target || c.up || c.orientation)) {
-        refuse("/camera/name", "stands beside another pose", onePose);
+        refuse("/camera/name", "conflicts with another form of the pose", onePose);
     }
     if (c.target && c.orientation) {
-        refuse("/camera/orientation", "stands beside target", onePose);
+        refuse("/camera/orientation", "conflicts with target", onePose);
     }
     if (c.position && !c.target && !c.orientation) {
         refuse("/camera/position", "needs a target or an orientation beside it", onePose);
@@ -116,7 +116,7 @@ std::vector<FieldError> problems(const FrameRequest& request) {
     const CameraRequest& c = request.camera;
     checkPose(c, errors);
     if (c.yfov && c.intrinsics) {
-        errors.push_back({"/camera/intrinsics", "stands beside yfov", "one of the two"});
+        errors.push_back({"/camera/intrinsics", "conflicts with yfov", "one of the two"});
     }
     if (c.znear && c.zfar && !(*c.znear < *c.zfar)) {
         errors.push_back({"/camera/zfar", "is not beyond znear", "more than znear"});

@@ -5,7 +5,8 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { Visit, freePort, serve, server, text, visit } from "./support.mjs";
+import { freePort, serve } from "../server_process.mjs";
+import { Visit, server, text, visit } from "./support.mjs";
 
 visit("a full frame that nobody will see any more is given up", {}, async (v, page) => {
   v.mayRun = 2;  // the browser tells of the end of what was given up after the next has begun
@@ -28,11 +29,11 @@ visit("a busy server is told about, waited for and asked again", {}, async (v, p
   let refusals = 0;
   await page.route("**/v1/frames*", (route) => (refusals++ < 1
     ? route.fulfill({ status: 503, headers: { "Retry-After": "2" }, contentType: "application/problem+json",
-                      body: JSON.stringify({ title: "Queue full", status: 503, detail: "As many frames wait as may wait." }) })
+                      body: JSON.stringify({ title: "Render queue full", code: "queueFull", status: 503, detail: "Render queue is full; retry later." }) })
     : route.continue()));
   await page.click("[data-field=emission] input");
   await page.waitForSelector("#note:not([hidden])");
-  assert.match(await text(page, "#note"), /The server is busy.*As many frames wait.*Trying again in [12] s/s);
+  assert.match(await text(page, "#note"), /The server is busy.*Render queue is full.*Trying again in [12] s/s);
   await v.picture("busy");
   await page.click("[data-field=refraction] input");  // is not sent meanwhile
   assert.equal((await v.rest()).effects.refraction, false);
@@ -46,7 +47,7 @@ visit("a frame over the deadline comes with fewer pixels", {}, async (v, page) =
     const { width, height } = route.request().postDataJSON();
     return width * height > 0.3 * full
       ? route.fulfill({ status: 504, contentType: "application/problem+json",
-                        body: JSON.stringify({ title: "Over the deadline", status: 504, detail: "Not done within 10 seconds." }) })
+                        body: JSON.stringify({ title: "Deadline exceeded", code: "overDeadline", status: 504, detail: "The frame was not rendered within 10 s." }) })
       : route.continue();
   });
   await page.click("[data-field=emission] input");
