@@ -39,7 +39,8 @@ nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTim
 // Sums, and a list of the targets.
 nlohmann::ordered_json healthJson(const std::vector<TargetHealth>& health);
 
-// JSON Schemas (2020-12) by the name of the component: "FrameRequest" and what it refers to.
+// JSON Schemas (2020-12) by the name of the component: "FrameRequest", what it refers to, and
+// "Accuracy".
 nlohmann::ordered_json frameRequestSchemas();
 // The query of a link as OpenAPI parameters.
 nlohmann::ordered_json frameQueryParameters();

@@ -175,7 +175,8 @@ void addUnion(ordered_json& schemas, const std::variant<S...>*, const std::strin
 }  // namespace
 
 ordered_json frameRequestSchemas() {
-    ordered_json schemas = {{"FrameRequest", objectSchema<FrameRequest>()}};
+    ordered_json schemas = {{"FrameRequest", objectSchema<FrameRequest>()},
+                            {"Accuracy", objectSchema<Accuracy>()}};
     FrameRequest request;
     fields(request, [&]<class T, class K>(const char*, T& member, const K& kind, const char*) {
         if constexpr (std::is_same_v<K, NestedUnionList>) {

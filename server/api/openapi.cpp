@@ -23,6 +23,11 @@ ordered_json jsonContent(ordered_json schema) {
     return {{"application/json", {{"schema", std::move(schema)}}}};
 }
 
+// Bytes that are not JSON.
+ordered_json binaryContent() {
+    return {{"schema", {{"type", "string"}, {"format", "binary"}}}};
+}
+
 ordered_json problemAnswer(const char* description) {
     return {{"description", description},
             {"content", {{"application/problem+json", {{"schema", reference("Problem")}}}}}};
@@ -37,9 +42,9 @@ ordered_json frameAnswers() {
     ordered_json content = ordered_json::object();
     for (const OutputFormat format :
          {OutputFormat::jpeg, OutputFormat::png, OutputFormat::npy, OutputFormat::exr}) {
-        content[std::string(mediaType(format))] = ordered_json::object();
+        content[std::string(mediaType(format))] = binaryContent();
     }
-    content["multipart/mixed"] = ordered_json::object();
+    content["multipart/mixed"] = binaryContent();
     ordered_json json = answers("the frame; with explain=1 the plan follows it", content);
     json["304"] = {{"description", "the frame has the ETag that If-None-Match names"}};
     return json;
@@ -110,7 +115,7 @@ ordered_json scenesPath() {
     ordered_json content = ordered_json::object();
     for (const char* type : {"model/gltf-binary", "model/gltf+json", "application/zip",
                              "application/x-tar", "application/gzip", "application/octet-stream"}) {
-        content[type] = ordered_json::object();
+        content[type] = binaryContent();
     }
     path["post"] = {
         {"summary", "Takes a scene of the client's, where uploads are allowed"},
@@ -196,8 +201,8 @@ ordered_json paths() {
              "manifest.json stands last."},
             {"requestBody",
              {{"required", true}, {"content", jsonContent(reference("SequenceRequest"))}}},
-            {"responses", answers("the files", {{kTarType, ordered_json::object()},
-                                                {"multipart/mixed", ordered_json::object()}})}}}}},
+            {"responses", answers("the files", {{kTarType, binaryContent()},
+                                                {"multipart/mixed", binaryContent()}})}}}}},
         {"/v1/views/{name}",
          {{"put",
            {{"summary", "What a live view shows from now on"},
@@ -216,13 +221,13 @@ ordered_json paths() {
             {"description", "view names a live view; without it the query is a frame's link."},
             {"parameters", streamParameters()},
             {"responses", answers("parts of a picture each",
-                                  {{"multipart/x-mixed-replace", ordered_json::object()}})}}}}},
+                                  {{"multipart/x-mixed-replace", binaryContent()}})}}}}},
         {"/v1/jobs/{id}",
          {{"get", jobOperation("How far a job is, and what came out")},
           {"delete", jobOperation("Cancels a job; what is done stays done")}}},
         {"/v1/jobs/{id}/pictures/{number}",
          withPathParameters(get("A picture that a job made",
-                                answers("the picture", {{"image/png", ordered_json::object()}})),
+                                answers("the picture", {{"image/png", binaryContent()}})),
                             {"id", "number"})},
         {"/v1/scenes", scenesPath()},
         {"/v1/scenes/{id}", scenePath()},
@@ -231,10 +236,12 @@ ordered_json paths() {
         {"/readyz",
          getObject("A canary frame was drawn within the last seconds; the queue has room",
                    "Status")},
-        {"/metrics",
-         get("Prometheus text", answers("metrics", {{"text/plain", ordered_json::object()}}))},
+        {"/metrics", get("Prometheus text",
+                         answers("metrics", {{"text/plain", {{"schema", {{"type", "string"}}}}}}))},
         {"/openapi.json",
-         get("This document", answers("OpenAPI 3.1", jsonContent({{"type", "object"}})))}};
+         get("This document",
+             answers("OpenAPI 3.1",
+                     jsonContent({{"type", "object"}, {"additionalProperties", true}})))}};
 }
 
 // Names for generated clients, and what holds for every operation.

@@ -50,13 +50,69 @@ ordered_json problemSchema() {
                    {"errors", listOf(fieldError)}});
 }
 
+// JSON has no infinities: a measure that is not finite is null.
+const ordered_json kMeasure = {{"type", {"number", "null"}}};
+const ordered_json kAccuracy = {{"$ref", "#/components/schemas/Accuracy"}};
+
+ordered_json linearErrors(ordered_json more) {
+    ordered_json always = {{"pixels", kCount}, {"relMse", kMeasure}, {"rmse", kMeasure},
+                           {"bias", kMeasure}, {"p95", kMeasure},    {"meanReference", kMeasure}};
+    always.update(more);
+    return object(std::move(always), {{"nonFinite", kCount}});
+}
+
+ordered_json comparisonSchema() {
+    const ordered_json frame = linearErrors(
+        {{"psnr", kMeasure}, {"ssim", kMeasure}, {"flip", kMeasure}, {"decibels", kMeasure}});
+    const ordered_json effect =
+        linearErrors({{"relMseOff", kMeasure}, {"relMseNoise", kMeasure}, {"closedGap", kMeasure}});
+    const ordered_json setting = object(
+        {{"name", kText},
+         {"accuracy", kAccuracy},
+         {"milliseconds", object({{"cold", kNumber},
+                                  {"median", kNumber},
+                                  {"p95", kNumber},
+                                  {"predictedForEffects", kNumber}})},
+         {"counts",
+          object(
+              {{"passes", kCount}, {"views", kCount}, {"draws", kCount}, {"triangles", kCount}})},
+         {"error", object({{"frame", frame}}, {{"emission", effect},
+                                               {"refraction", effect},
+                                               {"planarReflection", effect},
+                                               {"environmentReflection", effect}})},
+         {"closedGap", kMeasure},
+         {"jpeg", object({{"psnr", kMeasure}})}},
+        {{"errorPicture", described(kText, "path of the picture")}});
+    const ordered_json reference = object({{"mode", oneOf({"effects", "full"})},
+                                           {"samples", described(kCount, "paths per pixel")},
+                                           {"seed", kCount},
+                                           {"milliseconds", kNumber},
+                                           {"noise", object({{"relMse", kMeasure}})},
+                                           {"nonFinite", kCount}},
+                                          {{"picture", described(kText, "path of the picture")}});
+    return object({{"reference", reference},
+                   {"effectsOff", object({{"relMse", kMeasure}})},
+                   {"settings", described(listOf(setting), "in the order of the request")}});
+}
+
+ordered_json curveSchema() {
+    const ordered_json point = object({{"name", kText},
+                                       {"accuracy", kAccuracy},
+                                       {"milliseconds", kNumber},
+                                       {"relMse", kMeasure}});
+    return object({{"noise", object({{"relMse", kMeasure}})}, {"points", listOf(point)}});
+}
+
 ordered_json jobSchema() {
     return object({{"id", kText},
                    {"state", oneOf({"queued", "running", "done", "failed", "cancelled"})},
                    {"progress", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}}},
                   {{"failure", kText},
-                   {"result", described({{"type", "object"}},
-                                        "of a comparison: one entry for each setting")}});
+                   {"result", described({{"anyOf",
+                                          {{{"$ref", "#/components/schemas/Comparison"}},
+                                           {{"$ref", "#/components/schemas/AccuracyCurve"}}}}},
+                                        "of a comparison, or of the measurement that a budget of "
+                                        "accuracy needs")}});
 }
 
 ordered_json viewSchema() {
@@ -257,6 +313,8 @@ ordered_json rendererSchema() {
 ordered_json responseSchemas() {
     return {{"Problem", problemSchema()},
             {"Job", jobSchema()},
+            {"Comparison", comparisonSchema()},
+            {"AccuracyCurve", curveSchema()},
             {"Plan", planSchema()},
             {"Scene", sceneSchema()},
             {"SceneList", object({{"scenes", listOf(summarySchema())}})},

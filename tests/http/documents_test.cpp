@@ -7,9 +7,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <regex>
 #include <set>
 #include <sstream>
+#include <thread>
 
 namespace clerestory::test {
 namespace {
@@ -100,8 +102,21 @@ void compare(const json& document, json schema, const json& value, const std::st
     if (schema.contains("$ref")) {
         schema = document.at(json::json_pointer(schema["$ref"].get<std::string>().substr(1)));
     }
-    if (schema.contains("oneOf")) schema = schema["oneOf"][value.is_null() ? 1 : 0];
-    const std::string type = schema["type"];
+    for (const char* either : {"oneOf", "anyOf"}) {
+        if (!schema.contains(either)) continue;
+        // What is wrong by the alternative that fits best.
+        std::vector<std::string> least(1000);
+        for (const json& alternative : schema[either]) {
+            std::vector<std::string> found;
+            compare(document, alternative, value, pointer, found);
+            if (found.size() < least.size()) least = std::move(found);
+        }
+        wrong.insert(wrong.end(), least.begin(), least.end());
+        return;
+    }
+    const std::string type = schema["type"].is_array()
+                                 ? schema["type"][value.is_null() ? 1 : 0].get<std::string>()
+                                 : schema["type"].get<std::string>();
     const bool fits = type == "object"    ? value.is_object()
                       : type == "array"   ? value.is_array()
                       : type == "string"  ? value.is_string()
@@ -153,8 +168,35 @@ TEST(Documents, EveryAnswerIsWhatItsSchemaSays) {
     expectDescribed("Renderer", documentAt("/v1/renderer"));
     expectDescribed("Status", documentAt("/healthz"));
     expectDescribed("Plan", json::parse(postJson(client, "/v1/plans", smallFrame())->body));
+    const auto started =
+        postJson(client, "/v1/comparisons", smallFrame(R"("frames": 1, "samples": 1)"));
+    ASSERT_TRUE(started);
+    expectDescribed("Job", json::parse(started->body));
+    const std::string place = started->get_header_value("Location");
+    json job;
+    do {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        job = documentAt(place.c_str());
+    } while (job.value("state", "") == "queued" || job.value("state", "") == "running");
+    EXPECT_EQ(job["state"], "done");
+    expectDescribed("Job", job);
     expectDescribed("Problem",
                     json::parse(postJson(client, "/v1/plans", R"({"width": -1})")->body));
+}
+
+TEST(Documents, EveryResponseHasASchema) {
+    const json document = documentAt("/openapi.json");
+    for (const auto& [path, operations] : document["paths"].items()) {
+        for (const auto& [method, operation] : operations.items()) {
+            for (const auto& [status, response] : operation["responses"].items()) {
+                for (const auto& [type, content] :
+                     response.value("content", json::object()).items()) {
+                    EXPECT_FALSE(content.value("schema", json()).empty())
+                        << method << " " << path << " " << status << " " << type;
+                }
+            }
+        }
+    }
 }
 
 // Generated clients call operations by these names.

@@ -112,6 +112,7 @@ nlohmann::json problemOf(const httplib::Result& result, int status) {
     EXPECT_EQ(json.value("status", 0), status);
     EXPECT_EQ(json.value("requestId", ""), result->get_header_value("X-Request-Id"));
     EXPECT_FALSE(json.value("title", "").empty());
+    EXPECT_EQ(json.value("type", ""), "urn:clerestory:problem:" + json.value("code", ""));
     EXPECT_FALSE(json.value("detail", "").empty());
     return json;
 }

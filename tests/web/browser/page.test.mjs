@@ -3,7 +3,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { near } from "../near.mjs";
-import { Visit, distance, same, server, text, visit, patiently } from "./support.mjs";
+import { patiently } from "../server_process.mjs";
+import { Visit, distance, same, server, text, visit } from "./support.mjs";
 
 visit("the first frame comes with what it cost and why", {}, async (v, page) => {
   assert.equal(v.frames.length, 1);

@@ -1,57 +1,16 @@
 // A Clerestory server and a real Chromium for the page's tests.
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
 import { existsSync, mkdirSync } from "node:fs";
-import { createServer } from "node:net";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { chromium } from "playwright-core";
 
 import { near } from "../near.mjs";
+import { killServers, serve } from "../server_process.mjs";
 
-const program = process.env.CLERESTORY_PROGRAM;
 const pictures = process.env.CLERESTORY_SCREENSHOTS;
 const chromiumPath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
   .find((path) => path && existsSync(path));
-
-const running = new Set();  // servers; one that a failed test left would keep this process from its end
-
-// -> { url, stop() }; port 0 takes a free one.
-export async function serve({ port = 0, scenes = ["six-walls"], more = [] } = {}) {
-  const flags = ["serve", "--port", String(port), "--log-level", "warn", "--deadline", "60", "--scene-cache", "none", ...scenes.flatMap((s) => ["--scene", s]), ...more];
-  const child = spawn(program, flags, { stdio: ["ignore", "pipe", "inherit"] });
-  running.add(child);
-  child.on("exit", () => running.delete(child));
-  const url = await new Promise((resolve, reject) => {
-    let said = "";
-    child.stdout.on("data", (text) => {
-      said += text;
-      const place = /http:\/\/\S+/.exec(said);
-      if (place) resolve(place[0]);
-    });
-    child.on("exit", (code) => reject(new Error(`the server ended with ${code}`)));
-  });
-  const ended = new Promise((resolve) => child.on("exit", resolve));
-  return { url, stop: () => (child.kill("SIGTERM"), ended) };
-}
-
-// fetch, again for as long as the server says to come back later.
-export async function patiently(url, init) {
-  for (;;) {
-    const response = await fetch(url, init);
-    const seconds = Number(response.headers.get("Retry-After"));
-    if (![409, 503].includes(response.status) || !seconds) return response;
-    await new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
-  }
-}
-
-export async function freePort() {
-  const server = createServer().listen(0, "127.0.0.1");
-  await new Promise((resolve) => server.on("listening", resolve));
-  const { port } = server.address();
-  await new Promise((resolve) => server.close(resolve));
-  return port;
-}
 
 let browser;
 const launch = async () => { browser = await chromium.launch({ executablePath: chromiumPath, args: ["--no-sandbox"] }); };
@@ -133,7 +92,7 @@ before(async () => {
 after(async () => {
   await browser?.close();
   await server?.stop();
-  for (const left of running) left.kill("SIGKILL");
+  killServers();
 });
 
 // Opens, waits for the first full frame, runs the steps, and checks what holds everywhere.
