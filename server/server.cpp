@@ -9,8 +9,8 @@ namespace {
 constexpr std::size_t kMaxStreams = 16;
 
 // Every frame that waits and every stream holds a thread; the others must not wait for it.
-FrontOptions frontOptions(const Config& config) {
-    FrontOptions options = config.http;
+HttpServerOptions httpServerOptions(const Config& config) {
+    HttpServerOptions options = config.http;
     options.threads += config.queue + kMaxStreams;
     options.limits.large.push_back({"POST", "/v1/sequences", config.sequenceBytes});
     const UploadOptions& uploads = config.scenes.uploads;
@@ -26,7 +26,7 @@ FrontOptions frontOptions(const Config& config) {
 Server::Server(const Config& config)
     : streams_(kMaxStreams),
       uploadLimits_(config.scenes.uploads.import),
-      http_(frontOptions(config),
+      http_(httpServerOptions(config),
             {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
              .respond = [this](const Call& call) { return answerTo(*this, call); },
              .refuse = [this](const Call& call,

@@ -39,7 +39,7 @@ public:
 
     int port() const { return http_.port(); }
     RequestMetrics& metrics() { return metrics_; }
-    const FrontCounters& connections() const { return http_.counters(); }
+    const ConnectionCounters& connections() const { return http_.counters(); }
     Streams& streams() { return streams_; }
     LiveViews& views() { return views_; }
     // Null when nobody may upload.
@@ -58,7 +58,7 @@ private:
     std::optional<UploadStore> uploads_;
     const ImportLimits uploadLimits_;
     std::atomic<bool> stopping_{false};
-    Front http_;  // binds before there is a renderer: a taken port is known at once
+    HttpServer http_;  // binds before there is a renderer: a taken port is known at once
     std::unique_ptr<Service> service_;
     std::unique_ptr<Supervisor> supervisor_;
     OverloadCache overloadCache_;  // of the worker, as JobJournal

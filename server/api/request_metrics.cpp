@@ -85,7 +85,7 @@ void RequestMetrics::refused(const std::string& code) {
     families_->refusals.Add({{"reason", code}}).Increment();
 }
 
-std::string RequestMetrics::text(const FrontCounters& front, const Supervisor* workers) const {
+std::string RequestMetrics::text(const ConnectionCounters& front, const Supervisor* workers) const {
     const auto set = [](auto& family, const char* label, auto&& rows) {
         for (const auto& [name, count] : rows) {
             family.Add({{label, name}}).Set(static_cast<double>(count));
@@ -95,11 +95,11 @@ std::string RequestMetrics::text(const FrontCounters& front, const Supervisor* w
     set(families_->connectionEvents, "event",
         std::initializer_list<Row>{{"accepted", front.accepted},
                                    {"evicted", front.evicted},
-                                   {"turnedAway", front.turnedAway},
+                                   {"turnedAway", front.rejected},
                                    {"acceptError", front.acceptErrors},
                                    {"requestTimeout", front.timeouts},
                                    {"answerStalled", front.stalled},
-                                   {"clientLeft", front.clientsLeft}});
+                                   {"clientLeft", front.disconnected}});
     families_->logDropped.Set(static_cast<double>(logLinesDropped()));
     families_->connections.Add({}).Set(static_cast<double>(front.open));
     if (workers) {

@@ -21,7 +21,7 @@ public:
 
     // Prometheus text, version 0.0.4. No name in it is one of Metrics::text(). `workers`: null
     // where the renderer lives in this process.
-    std::string text(const FrontCounters& front, const Supervisor* workers) const;
+    std::string text(const ConnectionCounters& front, const Supervisor* workers) const;
 
 private:
     struct Families;

@@ -1,7 +1,7 @@
 // The command line -> what to do, checked at start.
 #pragma once
 
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 #include "server/scenes/scene_library.h"
 #include "server/worker/supervisor.h"
 
@@ -24,7 +24,7 @@ inline constexpr std::uint64_t kMaxSamplesServed = 2'000'000'000;
 
 struct Config {
     RendererOptions renderer;
-    FrontOptions http;
+    HttpServerOptions http;
     SceneSources scenes;
     CacheOptions cache;
     std::filesystem::path shaderCache;         // see useShaderCache()

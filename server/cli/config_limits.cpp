@@ -34,7 +34,7 @@ void addSeconds(CLI::App& serve, const char* flag, std::chrono::milliseconds& va
 }  // namespace
 
 void addLimitFlags(CLI::App& serve, Config& config) {
-    FrontLimits& limits = config.http.limits;
+    HttpLimits& limits = config.http.limits;
     addCount(serve, "--queue", config.queue, 1, 4096, "frames that may wait");
     serve
         .add_option("--queue-seconds", config.queueSeconds,

@@ -27,8 +27,8 @@ Digest hmac(const std::string& key, std::string_view text) {
     return digest;
 }
 
-// Of texts of any length, in the same time wherever they differ.
-bool same(std::string_view a, std::string_view b) {
+// Compares in constant time, whatever the lengths.
+bool equalInConstantTime(std::string_view a, std::string_view b) {
     static const std::string key = "compares";
     const Digest x = hmac(key, a), y = hmac(key, b);
     return CRYPTO_memcmp(x.data(), y.data(), x.size()) == 0;
@@ -72,7 +72,7 @@ std::string secretFrom(const std::string& file) {
     }
     while (!secret.empty() && (secret.back() == '\r' || secret.back() == ' ')) secret.pop_back();
     if (secret.size() < kMinSecret) {
-        throw std::runtime_error("the secret in " + file + " has less than " +
+        throw std::runtime_error("the secret in " + file + " is shorter than " +
                                  std::to_string(kMinSecret) + " bytes");
     }
     return secret;
@@ -91,20 +91,21 @@ Access::Access(const AccessOptions& options, Paths paths)
     if (!options.linkKeyFile.empty()) linkKey_ = secretFrom(options.linkKeyFile);
 }
 
-// A page of somebody else's can make a browser send its requests here under a name of its own,
-// never under an address (DNS rebinding).
-bool Access::hostIsOurs(std::string_view host) const {
+// DNS rebinding lets a foreign page send requests to this server under the page's own host name,
+// but never under an IP address.
+bool Access::hostIsAllowed(std::string_view host) const {
     const std::string name = nameIn(host);
     if (name == "localhost" || isAddress(name)) return true;
-    return std::any_of(options_.hosts.begin(), options_.hosts.end(),
-                       [&](const std::string& ours) { return ours == "*" || lower(ours) == name; });
+    return std::any_of(
+        options_.hosts.begin(), options_.hosts.end(),
+        [&](const std::string& allowed) { return allowed == "*" || lower(allowed) == name; });
 }
 
-bool Access::tokenIsRight(const RequestHead& head) const {
+bool Access::tokenIsValid(const RequestHead& head) const {
     constexpr std::string_view kScheme = "bearer ";
     const std::string_view given = head.header("Authorization");
     const bool bearer = lower(given.substr(0, kScheme.size())) == kScheme;
-    return same(bearer ? given.substr(kScheme.size()) : std::string_view(), token_);
+    return equalInConstantTime(bearer ? given.substr(kScheme.size()) : std::string_view(), token_);
 }
 
 std::optional<Problem> Access::linkRefusal(const RequestHead& head, Seconds now) const {
@@ -112,10 +113,10 @@ std::optional<Problem> Access::linkRefusal(const RequestHead& head, Seconds now)
     const std::size_t end = target.rfind(kSignature);
     if (end == std::string_view::npos) return forbidden("This link is not signed.");
     const std::string_view text = target.substr(0, end);
-    if (!same(target.substr(end + kSignature.size()), hexOf(hmac(linkKey_, text)))) {
-        return forbidden("The signature of this link is not right.");
+    if (!equalInConstantTime(target.substr(end + kSignature.size()), hexOf(hmac(linkKey_, text)))) {
+        return forbidden("The signature of this link is invalid.");
     }
-    std::int64_t expires = 0;  // without one it has expired
+    std::int64_t expires = 0;  // a link without it has expired
     const std::size_t from = text.rfind(kExpires);
     if (from != std::string_view::npos) {
         std::from_chars(text.data() + from + kExpires.size(), text.data() + text.size(), expires);
@@ -126,21 +127,22 @@ std::optional<Problem> Access::linkRefusal(const RequestHead& head, Seconds now)
 
 std::optional<Problem> Access::refusal(const RequestHead& head, Seconds now) const {
     const std::string_view host = head.header("Host");
-    if (!host.empty() && !hostIsOurs(host)) return misdirected();
+    if (!host.empty() && !hostIsAllowed(host)) return misdirected();
     if (paths_.open(head.path())) return std::nullopt;
     const bool reads = head.method == "GET" || head.method == "HEAD";
     if (!linkKey_.empty() && reads && paths_.linked(head.path())) {
-        if (!token_.empty() && tokenIsRight(head)) return std::nullopt;
+        if (!token_.empty() && tokenIsValid(head)) return std::nullopt;
         return linkRefusal(head, now);
     }
-    if (token_.empty() || tokenIsRight(head)) return std::nullopt;
+    if (token_.empty() || tokenIsValid(head)) return std::nullopt;
     return unauthorized();
 }
 
 std::string Access::clientOf(const RequestHead& head, const std::string& address) const {
     if (options_.clientHeader.empty()) return address;
     std::string_view names = head.header(options_.clientHeader);
-    const std::size_t comma = names.rfind(',');  // what stands before it others may have written
+    const std::size_t comma =
+        names.rfind(',');  // the client itself may have written what precedes it
     if (comma != std::string_view::npos) names.remove_prefix(comma + 1);
     while (!names.empty() && names.front() == ' ') names.remove_prefix(1);
     return names.empty() ? address : std::string(names.substr(0, 64));

@@ -1,5 +1,5 @@
-// Who may ask: host names that a browser cannot be tricked with, an optional token, signed links.
-// Answers no route, and tells nobody which part of a secret was wrong.
+// Access control: allowed host names (against DNS rebinding), an optional token, signed links.
+// Responses never reveal which part of a secret was wrong.
 #pragma once
 
 #include "server/http/exchange.h"
@@ -12,33 +12,33 @@
 namespace clerestory {
 
 struct AccessOptions {
-    std::vector<std::string> hosts;  // names beside localhost and every address; "*": any
-    std::string tokenFile;           // empty: no token is asked for
+    std::vector<std::string> hosts;  // names allowed besides localhost and IP addresses; "*": any
+    std::string tokenFile;           // empty: no token is required
     std::string linkKeyFile;         // empty: links are not signed
-    std::string clientHeader;        // of a proxy in front, that names its client; empty: none
+    std::string clientHeader;        // header in which a reverse proxy names its client; or empty
 };
 
 class Access {
 public:
     using Seconds = std::chrono::sys_seconds;
     struct Paths {
-        std::function<bool(std::string_view path)> open;    // for everybody: health, the page
-        std::function<bool(std::string_view path)> linked;  // whose GET a signed link opens
+        std::function<bool(std::string_view path)> open;    // needs no token: health, the page
+        std::function<bool(std::string_view path)> linked;  // GET is allowed with a signed link
     };
 
-    // Reads the files. Throws std::runtime_error with one line when one is missing or has less than
-    // 16 bytes.
+    // Reads the files. Throws std::runtime_error if one is missing or shorter than 16 bytes.
     Access(const AccessOptions& options, Paths paths);
 
-    // Why not: 421 host, 401 token, 403 link. Takes as long for every wrong secret.
+    // 421 for the host, 401 for the token, 403 for the link, or nothing if the request is allowed.
+    // Secrets are compared in constant time.
     std::optional<Problem> refusal(const RequestHead& head, Seconds now) const;
 
-    // Whom a request counts for: its address, or the last name in the proxy's header.
+    // The client for fair shares: the address, or the last name in the proxy's header.
     std::string clientOf(const RequestHead& head, const std::string& address) const;
 
 private:
-    bool hostIsOurs(std::string_view host) const;
-    bool tokenIsRight(const RequestHead& head) const;
+    bool hostIsAllowed(std::string_view host) const;
+    bool tokenIsValid(const RequestHead& head) const;
     std::optional<Problem> linkRefusal(const RequestHead& head, Seconds now) const;
 
     const AccessOptions options_;
@@ -46,10 +46,11 @@ private:
     std::string token_, linkKey_;
 };
 
-// The first line of a file of at least 16 bytes. Throws std::runtime_error with one line.
+// The first line of the file, at least 16 bytes. Throws std::runtime_error.
 std::string secretFrom(const std::string& file);
 
-// The target with "expires" and "signature" (HMAC-SHA-256 over all before it) behind its query.
+// The target with "expires" and "signature" (HMAC-SHA-256 of everything before it) appended to its
+// query.
 std::string signedLink(const std::string& key, const std::string& target, Access::Seconds expires);
 
 }  // namespace clerestory

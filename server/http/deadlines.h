@@ -1,4 +1,4 @@
-// Who has until when; the soonest first.
+// Deadlines by id, in the order of time.
 #pragma once
 
 #include "server/base/clock.h"
@@ -21,7 +21,7 @@ public:
         order_.emplace(time, id);
     }
 
-    // No later than `time`.
+    // Sets the deadline unless the present one is earlier.
     void shorten(Id id, Clock::time_point time) {
         const auto found = times_.find(id);
         if (found == times_.end() || found->second > time) set(id, time);

@@ -1,7 +1,8 @@
-// One thread, every connection: accepts, reads whole requests within the limits, hands them to
-// workers, sends what they answered, and gives up on whoever is too slow.
+// One thread with epoll serves every connection: it accepts, reads complete requests within the
+// limits, passes them to worker threads, sends their responses, and closes connections that are too
+// slow.
 //
-// Does not: know routes; wait for anybody.
+// Does not: know routes; block.
 #pragma once
 
 #include "server/http/counters.h"
@@ -19,70 +20,71 @@ namespace clerestory {
 class EventLoop {
 public:
     struct Hooks {
-        // Whom a request from that address counts for.
+        // The client for fair shares.
         std::function<std::string(const RequestHead&, const std::string& address)> client;
-        // On the loop's thread, so they must not wait: the answer to what needs no worker, if it is
-        // such; and the answer to what HTTP rules out.
+        // On the loop's thread, must not block: the response to a request that needs no worker, or
+        // nothing.
         std::function<std::optional<Answer>(const Exchange&)> quick;
-        // Why a large body need not come at all.
+        // Why a large body is rejected before it is received, or nothing.
         std::function<std::optional<Problem>(const RequestHead&)> admit;
+        // The response to a rejected request.
         std::function<Answer(const Call&, const Problem&)> refuse;
-        // On a worker's thread; true when the connection may carry another. Must not throw.
-        std::function<bool(Exchange&, ResponseWriter&)> answer;
+        // On a worker's thread; returns true if the connection can be reused. Must not throw.
+        std::function<bool(Exchange&, ResponseWriter&)> handle;
     };
 
-    EventLoop(Listener& listener, const FrontLimits& limits, std::size_t threads, Hooks hooks,
-              FrontCounters& counters);
+    EventLoop(Listener& listener, const HttpLimits& limits, std::size_t threads, Hooks hooks,
+              ConnectionCounters& counters);
     ~EventLoop();
     EventLoop(const EventLoop&) = delete;
     EventLoop& operator=(const EventLoop&) = delete;
 
-    void run();   // until stop(), and then until everybody has an answer
+    void run();   // until stop(), then until every request has its response
     void stop();  // from any thread
 
 private:
     using Id = Deadlines::Id;
     enum class Phase {
         reading,   // a request, or waiting for one
-        serving,   // a worker has it
-        flushing,  // the answer is given and not yet taken
-        draining,  // the end was told; what still comes is thrown away
+        handling,  // by a worker
+        flushing,  // the response is complete but not sent
+        draining,  // our side is closed; discards what the client still sends
     };
-    // What a connection is given time for.
+    // What a deadline applies to.
     enum class Wait { nothing, idle, head, body, write, drain };
     struct Client {
         std::shared_ptr<SocketWriter> writer;
         RequestReader reader;
         std::string address;
-        std::shared_ptr<CancellationToken> cancellation;  // of the exchange that is served
+        std::shared_ptr<CancellationToken> cancellation;  // of the exchange that is handled
         Phase phase = Phase::reading;
         Wait wait = Wait::nothing;
-        std::uint64_t moved = 0;  // bytes of what is waited for, at the last progress
-        std::size_t large = 0;    // of largeBodies_: its own
-        std::uint32_t interest = 0;
-        bool watched = false;
+        std::uint64_t transferred = 0;  // bytes of the body or response, when the deadline was set
+        std::size_t largeBytes = 0;     // part of largeBytes_
+        std::uint32_t interest = 0;     // of epoll
+        bool watched = false;           // by epoll
         bool halfClosed = false;
         bool keepAlive = true;
-        bool told = false;  // 100 Continue
-        std::size_t drained = 0;
+        bool sentContinue = false;
+        std::size_t drained = 0;  // bytes
     };
-    struct Letter {  // of a worker to the loop
+    struct Message {  // of a worker to the loop
         Id id = 0;
-        bool answered = false;  // otherwise: there is something to send
+        bool done = false;  // otherwise there are bytes to send
         bool keepAlive = false;
     };
 
-    void post(const Letter& letter);
-    void readLetters();
-    void readLetter(const Letter& letter, Client& client);
+    void post(const Message& message);
+    void readMessages();
+    void readMessage(const Message& message, Client& client);
     void handle(Id id, std::uint32_t events, Client& client);
-    // Calls `act` on the client, if it is still there; an exception costs it the connection.
+    // Calls `act` on the client if it is still connected; an exception closes the connection.
     template <class Act>
     void with(Id id, Act act);
     void accept(int most);
-    void welcome(Listener::Accepted& accepted);
-    void turnAway(SocketWriter& writer);
-    bool evict(std::chrono::milliseconds youngest);
+    void addClient(Listener::Accepted& accepted);
+    void reject(SocketWriter& writer);
+    bool evict(std::chrono::milliseconds minimumAge);
     void pauseAccepting(int error);
     void read(Id id, Client& client);
     void advance(Id id, Client& client);
@@ -90,37 +92,37 @@ private:
     void reply(Client& client, const Answer& answer, const std::string& requestId, bool isHead);
     void refuse(Client& client, const Problem& problem);
     std::optional<Problem> refusalOfBody(Client& client);
-    void answered(Client& client);
-    void flushed(Id id, Client& client);
+    void finishResponse(Client& client);
+    void flush(Id id, Client& client);
     void drain(Id id, Client& client);
-    void left(Client& client);
-    void expire();
-    void expired(Id id, Client& client);
+    void clientDisconnected(Client& client);
+    void expireDeadlines();
+    void deadlineExpired(Id id, Client& client);
     void beginStopping();
     void watch(Id id, Client& client);
     Wait waitOf(const Client& client) const;
     std::chrono::milliseconds timeFor(Wait wait) const;
     void updateDeadline(Id id, Client& client);
     void end(Id id);
-    int millisecondsToNext() const;
+    int millisecondsToNextDeadline() const;
 
     Listener& listener_;
-    const FrontLimits limits_;
+    const HttpLimits limits_;
     const Hooks hooks_;
-    FrontCounters& counters_;
+    ConnectionCounters& counters_;
     UnsentBytes unsent_;
-    std::size_t largeBodies_ = 0;  // bytes, coming or being answered
+    std::size_t largeBytes_ = 0;  // of large bodies that are being received or handled
     int epoll_ = -1;
     int wake_ = -1;
     std::atomic<bool> stopping_{false};
-    bool closing_ = false;  // the loop has seen stopping_
-    Clock::time_point acceptAgain_ = Clock::time_point::max();
+    bool closing_ = false;  // set by the loop after stopping_
+    Clock::time_point acceptPausedUntil_ = Clock::time_point::max();
     Id nextId_ = 2;
     std::unordered_map<Id, Client> clients_;
     Deadlines deadlines_;
     std::mutex mutex_;
-    std::vector<Letter> letters_;
-    WorkerPool workers_;  // ends first: its work writes letters
+    std::vector<Message> messages_;
+    WorkerPool workers_;  // destroyed first, because its work posts messages
 };
 
 }  // namespace clerestory

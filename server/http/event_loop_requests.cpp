@@ -1,6 +1,5 @@
-// The event loop's other half: a request from its first byte to its answer.
+// The part of the event loop that handles a request, from its first byte to its response.
 #include "server/http/event_loop.h"
-#include "server/http/wire.h"
 
 #include <sys/socket.h>
 
@@ -13,16 +12,16 @@ namespace {
 
 using State = RequestReader::State;
 
-constexpr int kPiecesAtOnce = 4;
-// Closing over bytes that were not read resets the connection, and the client may lose the answer.
+constexpr int kReadsAtOnce = 4;
+// Closing a socket with unread bytes resets the connection, and the client may lose the response.
 constexpr std::size_t kDrainBytes = 1 << 20;
 
 }  // namespace
 
 void EventLoop::read(Id id, Client& client) {
     std::array<char, 16384> buffer;
-    // A few pieces, then others have their turn; epoll tells what is left.
-    for (int i = 0; i < kPiecesAtOnce && client.phase == Phase::reading; ++i) {
+    // A few reads, then other connections; epoll reports what is left.
+    for (int i = 0; i < kReadsAtOnce && client.phase == Phase::reading; ++i) {
         const std::size_t room = std::min(client.reader.room(), buffer.size());
         const ssize_t n = recv(client.writer->socket(), buffer.data(), room, MSG_DONTWAIT);
         if (n < 0 && errno == EINTR) continue;
@@ -46,15 +45,15 @@ void EventLoop::drain(Id id, Client& client) {
     end(id);
 }
 
-// The socket took something, or a worker has given something.
-void EventLoop::flushed(Id id, Client& client) {
+// The socket is writable, or a worker has written to it.
+void EventLoop::flush(Id id, Client& client) {
     client.writer->flush();
-    if (client.phase == Phase::flushing) answered(client);
-    if (client.phase == Phase::serving && client.writer->broken()) left(client);
+    if (client.phase == Phase::flushing) finishResponse(client);
+    if (client.phase == Phase::handling && client.writer->broken()) clientDisconnected(client);
     advance(id, client);
 }
 
-// Goes on as far as can be gone without waiting, then sets what is waited for.
+// Processes everything that does not block, then sets the deadline and the epoll events.
 void EventLoop::advance(Id id, Client& client) {
     while (client.phase == Phase::reading) {
         const State state = client.reader.state();
@@ -68,12 +67,12 @@ void EventLoop::advance(Id id, Client& client) {
             break;
         }
     }
-    if (client.writer->broken() && client.phase != Phase::serving) return end(id);
-    const bool bodyIsAwaited = client.phase == Phase::reading && !client.told &&
-                               client.reader.state() == State::body &&
-                               client.reader.head().expectsContinue;
-    if (bodyIsAwaited) {
-        client.told = true;
+    if (client.writer->broken() && client.phase != Phase::handling) return end(id);
+    const bool expectsContinue = client.phase == Phase::reading && !client.sentContinue &&
+                                 client.reader.state() == State::body &&
+                                 client.reader.head().expectsContinue;
+    if (expectsContinue) {
+        client.sentContinue = true;
         client.writer->send("HTTP/1.1 100 Continue\r\n\r\n", false);
     }
     updateDeadline(id, client);
@@ -91,7 +90,7 @@ void EventLoop::begin(Id id, Client& client) {
                  .arrived = Clock::now(),
                  .cancellation = std::make_shared<CancellationToken>(),
                  .last = !reader.head().keepAlive || closing_});
-    client.told = false;
+    client.sentContinue = false;
     client.keepAlive = !exchange->last;
     if (const auto answer = hooks_.quick(*exchange)) {
         return reply(client, *answer, exchange->requestId, exchange->head.method == "HEAD");
@@ -99,10 +98,10 @@ void EventLoop::begin(Id id, Client& client) {
     client.cancellation = exchange->cancellation;
     client.halfClosed = false;
     workers_.run([this, id, exchange, writer = client.writer] {
-        const bool keepAlive = hooks_.answer(*exchange, *writer);
-        post({.id = id, .answered = true, .keepAlive = keepAlive});
+        const bool keepAlive = hooks_.handle(*exchange, *writer);
+        post({.id = id, .done = true, .keepAlive = keepAlive});
     });
-    client.phase = Phase::serving;
+    client.phase = Phase::handling;
 }
 
 void EventLoop::refuse(Client& client, const Problem& problem) {
@@ -115,33 +114,33 @@ void EventLoop::refuse(Client& client, const Problem& problem) {
           exchange.head.method == "HEAD");
 }
 
-// Of a large body, before it comes: who may not send it, and whoever it would be too much of.
+// Checks a large body before it is received: access, and the memory of all large bodies together.
 std::optional<Problem> EventLoop::refusalOfBody(Client& client) {
     const RequestReader& reader = client.reader;
-    if (reader.state() != State::body || client.large > 0) return std::nullopt;
+    if (reader.state() != State::body || client.largeBytes > 0) return std::nullopt;
     const std::size_t size = reader.head().contentLength;
     if (size <= limits_.bodyBytes) return std::nullopt;
     if (auto problem = hooks_.admit(reader.head())) return problem;
-    if (size > limits_.largeBytes - std::min(limits_.largeBytes, largeBodies_)) {
+    if (size > limits_.largeBytes - std::min(limits_.largeBytes, largeBytes_)) {
         return bodiesFull();
     }
-    client.large = size;
-    largeBodies_ += size;
+    client.largeBytes = size;
+    largeBytes_ += size;
     return std::nullopt;
 }
 
 void EventLoop::reply(Client& client, const Answer& answer, const std::string& requestId,
                       bool isHead) {
-    client.writer->send(wireBytes(answer, requestId, client.keepAlive, isHead), false);
-    answered(client);
+    client.writer->send(responseBytes(answer, requestId, client.keepAlive, isHead), false);
+    finishResponse(client);
 }
 
-// The whole answer is given; what follows depends on how much of it is taken.
-void EventLoop::answered(Client& client) {
+// The response is complete: continues with the next request once it is sent, or closes.
+void EventLoop::finishResponse(Client& client) {
     client.phase = Phase::flushing;
-    client.wait = Wait::nothing;  // time for what follows counts from now
+    client.wait = Wait::nothing;  // restarts the deadline
     client.cancellation = nullptr;
-    largeBodies_ -= std::exchange(client.large, 0);
+    largeBytes_ -= std::exchange(client.largeBytes, 0);
     if (client.writer->pending() || client.writer->broken()) return;
     if (client.keepAlive) {
         client.phase = Phase::reading;

@@ -1,7 +1,6 @@
 #include "server/http/httplib_adapter.h"
 
 #include "server/base/log.h"
-#include "server/http/wire.h"
 
 #include <httplib.h>
 
@@ -13,14 +12,14 @@
 namespace clerestory {
 namespace {
 
-// The head of a request to read, and an writer to write to.
+// Reads the headers of a request from memory and writes to a ResponseWriter.
 class MemoryStream final : public httplib::Stream {
 public:
     MemoryStream(const Exchange& exchange, ResponseWriter& writer)
         : exchange_(exchange), writer_(writer), rest_(exchange.headBytes) {}
 
     bool is_readable() const override { return true; }
-    bool is_writable() const override { return !gone_; }
+    bool is_writable() const override { return !failed_; }
 
     ssize_t read(char* data, std::size_t size) override {
         const std::size_t count = std::min(size, rest_.size());
@@ -29,24 +28,24 @@ public:
         return static_cast<ssize_t>(count);
     }
 
-    // Head and body come one after the other and leave together.
+    // Collects small writes, so that headers and body are sent together.
     ssize_t write(const char* data, std::size_t size) override {
         const std::string_view bytes(data, size);
-        if (kept_.size() + size <= kKept) {
-            kept_ += bytes;
+        if (buffer_.size() + size <= kBufferBytes) {
+            buffer_ += bytes;
         } else if (flush()) {
-            gone_ = !writer_.send(bytes, streamed_);
+            failed_ = !writer_.send(bytes, streamed_);
         }
-        return gone_ ? -1 : static_cast<ssize_t>(size);
+        return failed_ ? -1 : static_cast<ssize_t>(size);
     }
 
     bool flush() {
-        if (!kept_.empty() && !gone_) gone_ = !writer_.send(kept_, streamed_);
-        kept_.clear();
-        return !gone_;
+        if (!buffer_.empty() && !failed_) failed_ = !writer_.send(buffer_, streamed_);
+        buffer_.clear();
+        return !failed_;
     }
 
-    // From now on no faster than the client reads.
+    // Writes block from now on until the client has read them.
     void beginStream() { streamed_ = true; }
 
     void get_remote_ip_and_port(std::string& ip, int& port) const override {
@@ -61,24 +60,24 @@ public:
     socket_t socket() const override { return 0; }
 
 private:
-    static constexpr std::size_t kKept = 16 * 1024;
+    static constexpr std::size_t kBufferBytes = 16 * 1024;
 
     const Exchange& exchange_;
     ResponseWriter& writer_;
     std::string_view rest_;
-    std::string kept_;
+    std::string buffer_;
     bool streamed_ = false;
-    bool gone_ = false;
+    bool failed_ = false;
 };
 
-// The library's handlers know no exchange; a thread serves one at a time.
+// The handlers of the library do not pass an exchange; a thread handles one at a time.
 struct Serving {
     Exchange* exchange = nullptr;
-    std::function<bool(const Sink&)> pieces = {};  // what follows the head of a streamed answer
+    std::function<bool(const Sink&)> pieces = {};  // writes the body of a streamed response
 };
 thread_local Serving serving;
 
-// The protected interface for derived classes: its parameters differ by version of the library.
+// A protected member of the library, whose parameters differ by version.
 using Prepare = std::function<void(httplib::Request&)>;
 using ProcessBefore0_16 = bool (httplib::Server::*)(httplib::Stream&, bool, bool&, const Prepare&);
 using ProcessSince0_16 = bool (httplib::Server::*)(httplib::Stream&, const std::string&, int,
@@ -97,29 +96,18 @@ std::size_t secondsIn(std::chrono::milliseconds time) {
 
 }  // namespace
 
-Call callOf(const Exchange& exchange) {
-    const RequestHead& head = exchange.head;
-    return {.method = head.method == "HEAD" ? "GET" : head.method,
-            .path = std::string(head.path()),
-            .requestId = exchange.requestId,
-            .arrived = exchange.arrived,
-            .header = [&head](const char* name) { return std::string(head.header(name)); },
-            .client = exchange.client,
-            .cancellation = exchange.cancellation};
-}
-
 class HttplibAdapter::Server final : public httplib::Server {
 public:
-    Server(const FrontLimits& limits, Responder responder, Refuser refuser)
+    Server(const HttpLimits& limits, Responder responder, Refuser refuser)
         : responder_(std::move(responder)), refuser_(std::move(refuser)) {
-        // Only what the header Keep-Alive promises.
+        // Used for the header Keep-Alive only.
         set_keep_alive_timeout(static_cast<time_t>(secondsIn(limits.idle)));
         set_keep_alive_max_count(1'000'000);
-        httplib::Headers everyAnswer;
-        for (const auto& [name, value] : headersOfEveryAnswer()) everyAnswer.emplace(name, value);
-        set_default_headers(everyAnswer);
-        // Before the library's own routes, which match by recursive regular expressions, and before
-        // it looks for a body, which the exchange has.
+        httplib::Headers common;
+        for (const auto& [name, value] : commonHeaders()) common.emplace(name, value);
+        set_default_headers(common);
+        // Runs before the routes of the library, which match with recursive regular expressions,
+        // and before the library reads a body.
         set_pre_routing_handler(
             [this](const httplib::Request& request, httplib::Response& response) {
                 Call call = callOf(*serving.exchange);
@@ -129,7 +117,7 @@ public:
                 give(call, responder_(call), response);
                 return HandlerResponse::Handled;
             });
-        // Called with the finished head. A stream has no body that the library knows of.
+        // Called with the final headers. The library does not know the body of a stream.
         set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
             if (serving.pieces) response.headers.erase("Content-Length");
         });
@@ -145,8 +133,8 @@ public:
         serving = {&exchange};
         bool closing = false;
         const Prepare prepare = [&](httplib::Request& request) {
-            request.ranges.clear();           // a part of a picture helps nobody
-            request.headers.erase("Expect");  // the event loop has seen to it
+            request.ranges.clear();           // range requests are not supported
+            request.headers.erase("Expect");  // handled by the event loop
             if (exchange.last) request.set_header("Connection", "close");
         };
         const bool sent = process(&Server::process_request, stream, exchange, closing, prepare) &&
@@ -184,12 +172,13 @@ private:
                                   prepare);
     }
 
-    // The library would stop a stream unless its own socket listens. It has none, so the pieces
-    // are written here, behind the head that it wrote.
+    // The library stops a stream unless its own socket listens, and it has none. So the chunks are
+    // written here, after its headers.
     bool sendPieces(MemoryStream& stream, const Exchange& exchange) {
         const auto pieces = std::exchange(serving.pieces, nullptr);
         if (!pieces || exchange.head.method == "HEAD") return true;
-        const bool chunked = exchange.head.minorVersion > 0;  // otherwise: until the end
+        const bool chunked =
+            exchange.head.minorVersion > 0;  // otherwise the end of the connection ends the body
         stream.beginStream();
         const bool whole = pieces([&](std::string_view piece) {
             if (ending_ || exchange.cancellation->left()) return false;
@@ -205,14 +194,14 @@ private:
     std::atomic<bool> ending_{false};
 };
 
-HttplibAdapter::HttplibAdapter(const FrontLimits& limits, Responder responder, Refuser refuser)
+HttplibAdapter::HttplibAdapter(const HttpLimits& limits, Responder responder, Refuser refuser)
     : server_(std::make_unique<Server>(limits, std::move(responder), std::move(refuser))) {}
 HttplibAdapter::~HttplibAdapter() = default;
 
 bool HttplibAdapter::answer(Exchange& exchange, ResponseWriter& writer) {
     try {
         return server_->answer(exchange, writer);
-    } catch (const std::exception& error) {  // memory, mostly; the worker must live on
+    } catch (const std::exception& error) {  // usually out of memory; the thread must continue
         logError({"request ", exchange.requestId, ": ", error.what()});
     }
     return false;

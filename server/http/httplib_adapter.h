@@ -1,5 +1,5 @@
-// cpp-httplib between a whole request in memory and the bytes of its answer: it decodes paths and
-// queries, writes heads, compresses, cuts streams into chunks. It never sees a socket.
+// Passes a complete request in memory to cpp-httplib, which decodes path and query, calls the
+// handler, and writes headers and compressed bodies. The library never sees a socket.
 #pragma once
 
 #include "server/http/exchange.h"
@@ -8,20 +8,19 @@
 namespace clerestory {
 
 using Responder = std::function<Answer(const Call&)>;
-// The answer to a request that HTTP itself rules out; its call has no body.
+// Makes the response to a request that is rejected before routing; its call has no body.
 using Refuser = std::function<Answer(const Call&, const Problem&)>;
 
 class HttplibAdapter {
 public:
-    // Both are called on any thread and never throw.
-    HttplibAdapter(const FrontLimits& limits, Responder responder, Refuser refuser);
+    // Both are called from any thread and must not throw.
+    HttplibAdapter(const HttpLimits& limits, Responder responder, Refuser refuser);
     ~HttplibAdapter();
 
-    // Carries one exchange through; true when the connection may carry another.
-    // Takes its body.
+    // Handles one exchange and takes its body. Returns true if the connection can be reused.
     bool answer(Exchange& exchange, ResponseWriter& writer);
 
-    void endStreams();  // their sinks say no from now on
+    void endStreams();  // sinks return false from now on
 
 private:
     class Server;

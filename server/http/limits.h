@@ -1,4 +1,4 @@
-// What one client may ask of the server, before any route is asked: bytes, counts and times.
+// Limits of the HTTP server that apply before routing: bytes, counts and times.
 #pragma once
 
 #include <chrono>
@@ -8,29 +8,29 @@
 
 namespace clerestory {
 
-// A route whose bodies may be larger than those of all others.
+// A route that allows a larger body than the others.
 struct LargeBodies {
-    std::string method, path;  // the path as it comes, without the query
+    std::string method, path;  // the path is not decoded
     std::size_t bytes = 0;
 };
 
-struct FrontLimits {
+struct HttpLimits {
     std::size_t requestLine = 2048;
     std::size_t path = 512;             // of the request line, without the query
     std::size_t headBytes = 16 * 1024;  // request line and headers
     std::size_t headers = 64;           // lines
     std::size_t bodyBytes = 64 * 1024;
-    std::size_t connections = 1024;  // open at once; above it the idlest gives way
-    std::chrono::milliseconds head{
-        5000};  // from the first byte of a request to the last of its head
-    // From there to its last byte; in which a large one makes half a megabyte of progress.
+    std::size_t connections = 1024;  // open at once; above it the most idle one is closed
+    // From the first byte of a request to the end of its headers.
+    std::chrono::milliseconds head{5000};
+    // To receive a body, or half a megabyte of a large one.
     std::chrono::milliseconds body{10000};
-    std::chrono::milliseconds write{10000};  // in which a client takes kProgress of its answer
+    std::chrono::milliseconds write{10000};  // for a client to read 4 KiB of a response
     std::chrono::milliseconds idle{15000};   // between requests
-    // Of all answers together that lie here for clients to take; above it the one who writes waits.
+    // Buffered for all clients together; above it writers block.
     std::size_t unsentBytes = 64 * 1024 * 1024;
     std::vector<LargeBodies> large;
-    // Of all bodies above bodyBytes together that are on their way or being answered.
+    // Of all bodies above bodyBytes together that are being received or handled.
     std::size_t largeBytes = 256 * 1024 * 1024;
 };
 

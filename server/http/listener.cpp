@@ -13,7 +13,7 @@
 namespace clerestory {
 namespace {
 
-constexpr int kBacklog = 1024;  // a few would make bursts of clients wait a second
+constexpr int kBacklog = 1024;  // a short one delays bursts of clients by a second
 
 std::string nameOf(const sockaddr_storage& address) {
     char text[INET6_ADDRSTRLEN] = "";
@@ -65,7 +65,7 @@ Listener::Listener(const std::string& host, int port) {
     }
     if (socket_ < 0) {
         throw std::runtime_error("cannot listen on " + host + ":" + std::to_string(port) +
-                                 ": the port is taken or the address is not ours");
+                                 ": the port is in use or the address is not local");
     }
     port_ = portOf(socket_);
 }
@@ -86,14 +86,14 @@ Listener::Accepted Listener::accept() {
     const int fd = accept4(socket_, reinterpret_cast<sockaddr*>(&address), &size,
                            SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd >= 0) {
-        const int on = 1;  // otherwise a kept-alive answer takes 40 ms more
+        const int on = 1;  // otherwise delayed ACKs add 40 ms on a persistent connection
         setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
         return {.what = What::connection, .socket = fd, .client = nameOf(address)};
     }
     switch (errno) {
         case EAGAIN:
             return {};
-        // One connection's own misfortune (accept(2) lists these of TCP/IP).
+        // Errors of one connection; see accept(2), TCP/IP.
         case EINTR:
         case ECONNABORTED:
         case EPROTO:
@@ -106,7 +106,7 @@ Listener::Accepted Listener::accept() {
         case ENONET:
         case EPERM:
             return {.what = What::retry, .error = errno};
-        default:  // EMFILE, ENFILE, ENOBUFS, ENOMEM, and what nobody expects
+        default:  // EMFILE, ENFILE, ENOBUFS, ENOMEM, and unexpected errors
             return {.what = What::exhausted, .error = errno};
     }
 }

@@ -1,4 +1,4 @@
-// A listening TCP socket whose accept() outlives every error.
+// A listening TCP socket. Errors of accept() never end it.
 #pragma once
 
 #include <string>
@@ -7,21 +7,20 @@ namespace clerestory {
 
 class Listener {
 public:
-    // Port 0 takes a free one. Throws std::runtime_error with one line for people.
+    // Port 0 selects a free one. Throws std::runtime_error with a message for the user.
     Listener(const std::string& host, int port);
     ~Listener();
     Listener(const Listener&) = delete;
     Listener& operator=(const Listener&) = delete;
 
     struct Accepted {
-        enum class What { connection, nobody, retry, exhausted };
-        What what = What::nobody;
-        int socket = -1;  // a connection: non-blocking, close-on-exec, without delay
-        std::string
-            client;     // its address; of IPv6 the network's half, since one client has the rest
-        int error = 0;  // retry, exhausted
+        enum class What { connection, none, retry, exhausted };
+        What what = What::none;
+        int socket = -1;     // non-blocking, close-on-exec, TCP_NODELAY
+        std::string client;  // its address; of IPv6 the /64 network, which is one client's
+        int error = 0;       // retry, exhausted
     };
-    // `retry`: this one failed, the next may not. `exhausted`: descriptors or memory are short.
+    // `retry`: this connection failed. `exhausted`: file descriptors or memory ran out.
     Accepted accept();
 
     int socket() const { return socket_; }

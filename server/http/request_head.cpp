@@ -26,8 +26,8 @@ std::string_view trimmed(std::string_view text) {
     return text;
 }
 
-// One of the words that commas part.
-bool names(std::string_view list, std::string_view word) {
+// Whether the comma-separated list contains the word.
+bool contains(std::string_view list, std::string_view word) {
     while (!list.empty()) {
         const std::size_t comma = std::min(list.find(','), list.size());
         if (sameName(trimmed(list.substr(0, comma)), word)) return true;
@@ -36,7 +36,7 @@ bool names(std::string_view list, std::string_view word) {
     return false;
 }
 
-// Every %XX whole, and no byte that a URI may not have.
+// Percent-encoding is complete, and no byte is invalid in a URI.
 bool isTarget(std::string_view text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
@@ -50,7 +50,7 @@ bool isTarget(std::string_view text) {
     return !text.empty() && text.front() == '/';
 }
 
-// The next line without its CRLF, which is taken off too.
+// Removes the next line from `text` and returns it without its CRLF.
 std::string_view nextLine(std::string_view& text) {
     const std::size_t end = std::min(text.find("\r\n"), text.size());
     const std::string_view line = text.substr(0, end);
@@ -59,7 +59,7 @@ std::string_view nextLine(std::string_view& text) {
 }
 
 std::optional<Problem> readRequestLine(std::string_view line, RequestHead& head,
-                                       const FrontLimits& limits) {
+                                       const HttpLimits& limits) {
     const std::size_t first = line.find(' '), last = line.rfind(' ');
     if (first == std::string_view::npos || first == last) return notHttp();
     const std::string_view method = line.substr(0, first), version = line.substr(last + 1);
@@ -84,13 +84,13 @@ std::optional<Problem> readHeaderLine(std::string_view line, RequestHead& head) 
     const std::size_t colon = line.find(':');
     // A name is a token up to its colon: no blank before it, and no line that goes on with another.
     if (colon == std::string_view::npos || !isToken(line.substr(0, colon))) {
-        return badRequest("A header is not NAME: VALUE.");
+        return badRequest("A header field is not of the form NAME: VALUE.");
     }
     const std::string_view value = trimmed(line.substr(colon + 1));
     const bool plain = std::none_of(value.begin(), value.end(), [](unsigned char c) {
         return (c < 32 && c != '\t') || c == 127;
     });
-    if (!plain) return badRequest("A header has a control character.");
+    if (!plain) return badRequest("A header field contains a control character.");
     head.headers.emplace_back(line.substr(0, colon), value);
     return std::nullopt;
 }
@@ -101,11 +101,12 @@ std::size_t countOf(const RequestHead& head, std::string_view name) {
                       [&](const auto& header) { return sameName(header.first, name); }));
 }
 
-// What frames the body; anything that two readers could take in two ways is refused.
-std::optional<Problem> readBodyHeaders(RequestHead& head, const FrontLimits& limits) {
+// Headers that determine the length of the body; ambiguous ones are rejected.
+std::optional<Problem> readBodyHeaders(RequestHead& head, const HttpLimits& limits) {
     const std::size_t lengths = countOf(head, "Content-Length");
     if (countOf(head, "Transfer-Encoding") > 0) {
-        if (lengths > 0) return badRequest("Content-Length and Transfer-Encoding exclude another.");
+        if (lengths > 0)
+            return badRequest("Content-Length and Transfer-Encoding exclude each other.");
         return lengthRequired();
     }
     if (lengths > 0) {
@@ -113,7 +114,7 @@ std::optional<Problem> readBodyHeaders(RequestHead& head, const FrontLimits& lim
         const bool digits =
             !text.empty() &&
             std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
-        if (lengths > 1 || !digits) return badRequest("The Content-Length is not a number.");
+        if (lengths > 1 || !digits) return badRequest("Content-Length is not a number.");
         const std::size_t most = bodyLimit(head, limits);
         for (const char digit : text) {
             head.contentLength = 10 * head.contentLength + static_cast<std::size_t>(digit - '0');
@@ -123,7 +124,7 @@ std::optional<Problem> readBodyHeaders(RequestHead& head, const FrontLimits& lim
     const bool takesBody =
         head.method != "GET" && head.method != "HEAD" && head.method != "OPTIONS";
     if (!takesBody && head.contentLength > 0) {
-        return badRequest("A " + head.method + " has no body.");
+        return badRequest(head.method + " requests cannot have a body.");
     }
     if (lengths == 0 && takesBody && head.method != "DELETE") return lengthRequired();
     const std::string_view encoding = head.header("Content-Encoding");
@@ -154,14 +155,14 @@ std::string_view RequestHead::path() const {
     return std::string_view(target).substr(0, target.find('?'));
 }
 
-std::size_t bodyLimit(const RequestHead& head, const FrontLimits& limits) {
+std::size_t bodyLimit(const RequestHead& head, const HttpLimits& limits) {
     for (const LargeBodies& route : limits.large) {
         if (head.method == route.method && head.path() == route.path) return route.bytes;
     }
     return limits.bodyBytes;
 }
 
-HeadOutcome readHead(std::string_view text, const FrontLimits& limits) {
+HeadOutcome readHead(std::string_view text, const HttpLimits& limits) {
     HeadOutcome outcome;
     RequestHead& head = outcome.head;
     outcome.problem = readRequestLine(nextLine(text), head, limits);
@@ -177,11 +178,11 @@ HeadOutcome readHead(std::string_view text, const FrontLimits& limits) {
     if (!outcome.problem) outcome.problem = readBodyHeaders(head, limits);
     const std::size_t hosts = countOf(head, "Host");
     if (!outcome.problem && (hosts > 1 || (hosts == 0 && head.minorVersion == 1))) {
-        outcome.problem = badRequest("A request names one Host.");
+        outcome.problem = badRequest("A request requires exactly one Host header.");
     }
     head.keepAlive = head.minorVersion == 1;
     for (const auto& [name, value] : head.headers) {
-        if (sameName(name, "Connection") && names(value, "close")) head.keepAlive = false;
+        if (sameName(name, "Connection") && contains(value, "close")) head.keepAlive = false;
     }
     return outcome;
 }

@@ -1,5 +1,5 @@
-// The first lines of a request, read strictly: what RFC 9112 lets a server refuse is refused, so
-// that nobody further on can understand them in another way.
+// The request line and headers, parsed strictly: everything that RFC 9112 lets a server reject is
+// rejected, which prevents request smuggling.
 #pragma once
 
 #include "server/base/problem.h"
@@ -15,30 +15,30 @@ namespace clerestory {
 
 struct RequestHead {
     std::string method;
-    std::string target;    // as it came: a path from "/" on with its query, or "*"
+    std::string target;    // not decoded: a path from "/" on with its query, or "*"
     int minorVersion = 1;  // of HTTP/1.x
     std::vector<std::pair<std::string, std::string>> headers;
     std::size_t contentLength = 0;
     bool keepAlive = true;
     bool expectsContinue = false;
 
-    // The first of that name in any case; empty when absent.
+    // The first header of that name, ignoring case; empty if absent.
     std::string_view header(std::string_view name) const;
-    std::string_view path() const;  // as it came, without the query
+    std::string_view path() const;  // not decoded
 };
 
 struct HeadOutcome {
-    RequestHead head;                // as far as it was understood
+    RequestHead head;                // as far as it could be parsed
     std::optional<Problem> problem;  // 400, 411, 413, 414, 415, 417, 431, 501, 505
 };
 
-// `text`: every line with its CRLF, up to the blank one.
-HeadOutcome readHead(std::string_view text, const FrontLimits& limits);
+// `text`: all lines with their CRLF, up to the blank line.
+HeadOutcome readHead(std::string_view text, const HttpLimits& limits);
 
-// The bytes that a body may have there.
-std::size_t bodyLimit(const RequestHead& head, const FrontLimits& limits);
+// The maximum size of the body in bytes.
+std::size_t bodyLimit(const RequestHead& head, const HttpLimits& limits);
 
-// Of a method's or header's name (RFC 9110 5.6.2).
+// Whether a method or header name may contain the byte (RFC 9110 5.6.2).
 bool isTokenByte(unsigned char c);
 
 }  // namespace clerestory

@@ -3,7 +3,7 @@
 namespace clerestory {
 namespace {
 
-// Some clients end a body with a line too many (RFC 9112 2.2).
+// Some clients send an extra CRLF after a body (RFC 9112 2.2).
 constexpr std::size_t kBlankLines = 4;
 
 }  // namespace
@@ -39,7 +39,7 @@ std::size_t RequestReader::bodyBytes() const {
     return state_ == State::body ? bytes_.size() - headEnd_ : 0;
 }
 
-// A large body is moved, never copied.
+// Moves a large body instead of copying it.
 std::string RequestReader::takeBody() {
     behind_ = bytes_.substr(headEnd_ + head_.contentLength);
     taken_ = true;
@@ -52,7 +52,7 @@ std::string RequestReader::takeBody() {
 
 void RequestReader::next() {
     std::string rest = taken_ ? std::move(behind_) : bytes_.substr(headEnd_ + head_.contentLength);
-    *this = RequestReader(*limits_);  // frees what a large request took
+    *this = RequestReader(*limits_);  // frees the memory of a large request
     bytes_ = std::move(rest);
     advance();
 }
@@ -70,8 +70,8 @@ void RequestReader::skipBlankLines() {
     }
 }
 
-// Looks at new bytes only, so that a request that drips costs no more than one that pours; and at
-// one after the other, so that it makes no difference in which pieces they came.
+// Examines each byte once, in order: the cost does not grow with the number of pieces, and the
+// result does not depend on how the bytes are divided.
 bool RequestReader::foundHead() {
     for (; scanned_ < bytes_.size(); ++scanned_) {
         if (lines_ == 0 && scanned_ >= limits_->requestLine + 2) {
@@ -81,7 +81,7 @@ bool RequestReader::foundHead() {
             return refuse(headTooLarge(limits_->headBytes, limits_->headers)), false;
         }
         if (bytes_[scanned_] != '\n') continue;
-        // Some read a bare LF as the end of a line and some do not: here lies smuggling.
+        // Servers disagree on whether a bare LF ends a line, which allows request smuggling.
         if (scanned_ == lineBegin_ || bytes_[scanned_ - 1] != '\r') return refuse(notHttp()), false;
         if (scanned_ - lineBegin_ == 1) {
             headEnd_ = scanned_ + 1;
@@ -101,14 +101,14 @@ void RequestReader::advance() {
         if (state_ == State::refused) return;
         state_ = bytes_.empty() ? State::idle : State::head;
         if (bytes_.empty() || bytes_ == "\r") return;
-        // A greeting of another protocol is known by its first byte.
+        // Other protocols are recognised by their first byte.
         if (!isTokenByte(static_cast<unsigned char>(bytes_.front()))) return refuse(notHttp());
         if (!foundHead()) return;
         HeadOutcome outcome = readHead(headBytes(), *limits_);
         head_ = std::move(outcome.head);
         if (outcome.problem) return refuse(*std::move(outcome.problem));
         state_ = State::body;
-        bytes_.reserve(headEnd_ + head_.contentLength);  // no second copy while it grows
+        bytes_.reserve(headEnd_ + head_.contentLength);  // avoids reallocation
     }
     if (state_ == State::body && bytes_.size() >= headEnd_ + head_.contentLength) {
         state_ = State::complete;

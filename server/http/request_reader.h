@@ -1,4 +1,4 @@
-// Bytes as they come from a client -> whole requests, never more than the limits allow of them.
+// Parses the bytes of a connection into complete requests within the limits.
 //
 // Does not: know sockets or clocks.
 #pragma once
@@ -12,23 +12,23 @@ public:
     enum class State { idle, head, body, complete, refused };
 
     // The limits must outlive it.
-    explicit RequestReader(const FrontLimits& limits) : limits_(&limits) {}
-    explicit RequestReader(const FrontLimits&&) = delete;
+    explicit RequestReader(const HttpLimits& limits) : limits_(&limits) {}
+    explicit RequestReader(const HttpLimits&&) = delete;
 
-    // How many bytes take() may be given now; 0 when the request is complete or refused.
+    // Maximum number of bytes for the next take(); 0 if the request is complete or refused.
     std::size_t room() const;
     void take(std::string_view bytes);
 
     State state() const { return state_; }
     const Problem& problem() const { return *problem_; }  // when refused
-    // From State::body on; when refused, what had been understood.
+    // From State::body on; if refused, as far as it was parsed.
     const RequestHead& head() const { return head_; }
-    std::string_view headBytes() const;  // with the blank line
+    std::string_view headBytes() const;  // up to the blank line, inclusive
     std::string_view body() const;       // when complete, until it is taken
     std::string takeBody();              // when complete; once
-    std::size_t bodyBytes() const;       // of the body, that have come
+    std::size_t bodyBytes() const;       // of the body, received so far
 
-    // Forgets the complete request, and goes on with what came behind it.
+    // Continues with the bytes after the complete request.
     void next();
 
 private:
@@ -37,16 +37,16 @@ private:
     bool foundHead();
     void refuse(Problem problem);
 
-    const FrontLimits* limits_;
+    const HttpLimits* limits_;
     State state_ = State::idle;
     std::string bytes_;
-    std::size_t scanned_ = 0;    // of bytes_, without the end of the head
-    std::size_t lineBegin_ = 0;  // of the line that is coming
-    std::size_t lines_ = 0;      // that are whole
+    std::size_t scanned_ = 0;    // bytes of bytes_ that were searched for the end of the headers
+    std::size_t lineBegin_ = 0;  // of the incomplete line
+    std::size_t lines_ = 0;      // complete ones
     std::size_t headEnd_ = 0;
-    std::string behind_;  // what came after the body, when that was taken
+    std::string behind_;  // bytes after a body that was taken
     bool taken_ = false;
-    std::size_t blanks_ = 0;  // lines skipped before the request
+    std::size_t blanks_ = 0;  // blank lines before the request
     RequestHead head_;
     std::optional<Problem> problem_;
 };

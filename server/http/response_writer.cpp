@@ -9,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-// What a stream may be ahead of its reader, beside what the kernel holds.
+// Bytes that a stream may be ahead of its reader, in addition to the socket's buffer.
 constexpr std::size_t kAhead = 256 * 1024;
 
 }  // namespace
@@ -32,7 +32,7 @@ bool SocketWriter::send(std::string_view bytes, bool streamed) {
         if (unsent() == piece.size()) flushLocked();
         if (unsent() == 0 || broken_) continue;
         wake_();
-        const bool waits = streamed || all_.now > all_.most;
+        const bool waits = streamed || all_.now > all_.max;
         if (waits) drained_.wait(lock, [&] { return broken_ || unsent() <= kAhead; });
     }
     return !broken_;
@@ -57,7 +57,7 @@ void SocketWriter::flushLocked() {
         sent_ += static_cast<std::size_t>(n);
         all_.now -= static_cast<std::size_t>(n);
     }
-    // Frees what was sent, not at every step: that would move the rest each time.
+    // Frees sent bytes occasionally: each time would move the rest too often.
     if (unsent() == 0) {
         bytes_ = std::string();
         begin_ = 0;
@@ -68,7 +68,7 @@ void SocketWriter::flushLocked() {
     if (broken_ || unsent() <= kAhead) drained_.notify_all();
 }
 
-void SocketWriter::breakOff() {
+void SocketWriter::abort() {
     const std::lock_guard lock(mutex_);
     broken_ = true;
     drained_.notify_all();

@@ -1,5 +1,5 @@
-// The way out to one client: whoever answers hands bytes over and goes on, the event loop sees to
-// it that they leave. So a slow reader holds nobody but itself.
+// Sends a response to one client: send() buffers the bytes and returns, the event loop writes them
+// to the socket. So a slow client does not block a worker thread.
 #pragma once
 
 #include <atomic>
@@ -15,21 +15,21 @@ namespace clerestory {
 class ResponseWriter {
 public:
     virtual ~ResponseWriter() = default;
-    // Takes the bytes over. `streamed`: returns only when the client has taken nearly all of them,
-    // so that a stream is no faster than its reader. False: the client is gone or took nothing for
-    // too long; nothing more is worth sending. From any thread.
+    // Buffers the bytes. If `streamed`, blocks until the client has read nearly all of them, so
+    // that a stream is no faster than its reader. Returns false if the client disconnected or
+    // stalled. May be called from any thread.
     virtual bool send(std::string_view bytes, bool streamed) = 0;
 };
 
-// Of all outlets of a server: what lies in them together.
+// Bytes that all writers of a server buffer together.
 struct UnsentBytes {
     std::atomic<std::size_t> now{0};
-    std::size_t most = 0;  // above it send() waits as for a stream
+    std::size_t max = 0;  // above it send() blocks as for a stream
 };
 
 class SocketWriter final : public ResponseWriter {
 public:
-    // Takes the non-blocking socket over. `wake` tells the loop that flush() is needed.
+    // Owns the non-blocking socket. `wake` is called when the event loop must call flush().
     SocketWriter(int socket, UnsentBytes& all, std::function<void()> wake);
     ~SocketWriter() override;
     SocketWriter(const SocketWriter&) = delete;
@@ -37,12 +37,12 @@ public:
 
     bool send(std::string_view bytes, bool streamed) override;
 
-    // The loop's side.
-    void flush();     // sends what the socket takes now
-    void breakOff();  // from now on send() is false; ends its waits
+    // Called by the event loop.
+    void flush();  // writes as much as the socket accepts
+    void abort();  // send() returns false from now on and no longer blocks
     bool pending() const;
     bool broken() const;
-    std::uint64_t sentBytes() const;  // since the beginning
+    std::uint64_t sentBytes() const;  // total
     int socket() const { return socket_; }
 
 private:
@@ -55,7 +55,7 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable drained_;
     std::string bytes_;
-    std::size_t begin_ = 0;  // of what is not sent yet
+    std::size_t begin_ = 0;  // of the bytes that are not sent yet
     std::uint64_t sent_ = 0;
     bool broken_ = false;
 };

@@ -15,11 +15,11 @@ WorkerPool::~WorkerPool() {
 
 void WorkerPool::run(std::function<void()> work) {
     const std::lock_guard lock(mutex_);
-    if (idle_ <= waiting_.size() && threads_.size() < most_) {
+    if (idle_ <= waiting_.size() && threads_.size() < maxThreads_) {
         try {
             threads_.emplace_back([this] { serve(); });
         } catch (const std::exception&) {
-            if (threads_.empty()) throw;  // otherwise those that are there take it in turn
+            if (threads_.empty()) throw;  // otherwise an existing thread runs it later
         }
     }
     waiting_.push_back(std::move(work));

@@ -1,4 +1,4 @@
-// Threads that carry requests through. They come as they are needed and stay.
+// A pool of threads that handle requests. Threads are started on demand and kept.
 #pragma once
 
 #include <condition_variable>
@@ -13,19 +13,21 @@ namespace clerestory {
 
 class WorkerPool {
 public:
-    explicit WorkerPool(std::size_t most) : most_(most) { threads_.reserve(most); }
-    ~WorkerPool();  // finishes what was given
+    explicit WorkerPool(std::size_t maxThreads) : maxThreads_(maxThreads) {
+        threads_.reserve(maxThreads);
+    }
+    ~WorkerPool();  // after all queued work is done
     WorkerPool(const WorkerPool&) = delete;
     WorkerPool& operator=(const WorkerPool&) = delete;
 
-    // `work` must not throw. Throws when there is no thread and none can be made, and for want of
-    // memory; then `work` is not done.
+    // `work` must not throw. Throws if there is no thread and none can be started, or if memory is
+    // exhausted; then `work` is not run.
     void run(std::function<void()> work);
 
 private:
     void serve();
 
-    const std::size_t most_;
+    const std::size_t maxThreads_;
     std::mutex mutex_;
     std::condition_variable wake_;
     std::deque<std::function<void()>> waiting_;

@@ -23,7 +23,7 @@ struct Understood {
     bool operator==(const Understood&) const = default;
 };
 
-Understood understood(std::string_view bytes, std::size_t piece, const FrontLimits& limits) {
+Understood understood(std::string_view bytes, std::size_t piece, const HttpLimits& limits) {
     Understood all;
     RequestReader reader(limits);
     while (!bytes.empty() && reader.state() != RequestReader::State::refused) {
@@ -54,7 +54,7 @@ Answer echoed(const Call& call) {
 }
 
 HttplibAdapter& library() {
-    static HttplibAdapter only(FrontLimits{}, echoed, [](const Call&, const Problem& problem) {
+    static HttplibAdapter only(HttpLimits{}, echoed, [](const Call&, const Problem& problem) {
         return Answer{.status = problem.status, .type = "application/problem+json", .body = "{}"};
     });
     return only;
@@ -64,7 +64,7 @@ HttplibAdapter& library() {
 
 void fuzzHttp(Bytes input) {
     const std::string_view bytes(reinterpret_cast<const char*>(input.data()), input.size());
-    const FrontLimits limits{
+    const HttpLimits limits{
         .requestLine = 256, .path = 64, .headBytes = 1024, .headers = 8, .bodyBytes = 512};
     const Understood whole = understood(bytes, 4096, limits);
     require(whole == understood(bytes, 1, limits), "byte by byte means the same");

@@ -1,6 +1,6 @@
 // The front by itself, before a few answers of the test's own: connections, streams, leaving,
 // ending.
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 #include "scene/import/sanitizer.h"
 #include "tests/support/raw_client.h"
 
@@ -26,8 +26,8 @@ bool soon(Condition condition) {
     return condition();
 }
 
-FrontLimits quickLimits() {
-    FrontLimits limits;
+HttpLimits quickLimits() {
+    HttpLimits limits;
     limits.head = milliseconds(400);
     limits.body = milliseconds(400);
     limits.write = milliseconds(500);
@@ -37,7 +37,7 @@ FrontLimits quickLimits() {
 
 class ToyServer {
 public:
-    explicit ToyServer(const FrontLimits& limits = quickLimits(), std::size_t threads = 4)
+    explicit ToyServer(const HttpLimits& limits = quickLimits(), std::size_t threads = 4)
         : front_({.port = 0, .threads = threads, .limits = limits},
                  {.quick = [](const Call& call) -> std::optional<Answer> {
                       if (call.path != "/quick") return std::nullopt;
@@ -69,7 +69,7 @@ public:
         if (!released_.exchange(true)) gate_.set_value();
     }
     int port() const { return front_.port(); }
-    const FrontCounters& counters() const { return front_.counters(); }
+    const ConnectionCounters& counters() const { return front_.counters(); }
 
     std::atomic<int> waiting{0};      // in /wait
     std::atomic<int> leavers{0};      // told to /wait
@@ -114,7 +114,7 @@ private:
     std::promise<void> gate_;
     std::shared_future<void> opened_{gate_.get_future()};
     std::atomic<bool> released_{false};
-    Front front_;
+    HttpServer front_;
     std::thread thread_;
 };
 
@@ -164,8 +164,8 @@ TEST(Front, ABodyMayAskWhetherItIsWelcome) {
     EXPECT_EQ(bodyOf(client.answer(5)), "POST /b body");
 }
 
-FrontLimits limitsWithALargeRoute() {
-    FrontLimits limits = quickLimits();
+HttpLimits limitsWithALargeRoute() {
+    HttpLimits limits = quickLimits();
     limits.large = {{"POST", "/large", 4 << 20}};
     limits.largeBytes = 5 << 20;
     return limits;
@@ -283,7 +283,7 @@ TEST(Front, WholeAnswersHoldNoWorkerWhileTheyAreTaken) {
 }
 
 TEST(Front, AReaderAtAFairPaceGetsAllOfIt) {
-    FrontLimits limits = quickLimits();
+    HttpLimits limits = quickLimits();
     if (kSanitized) limits.write = milliseconds(3000);  // its reader is slow beyond its pauses
     ToyServer server(limits);
     RawClient client(server.port(), nullptr, 1 << 18);
@@ -319,7 +319,7 @@ TEST(Front, WhoeverAnswersIsToldThatTheClientLeft) {
 }
 
 TEST(Front, TheIdlestConnectionGivesWay) {
-    FrontLimits limits = quickLimits();
+    HttpLimits limits = quickLimits();
     limits.connections = 16;
     limits.idle = milliseconds(60000);
     ToyServer server(limits);
@@ -342,7 +342,7 @@ TEST(Front, TheIdlestConnectionGivesWay) {
 }
 
 TEST(Front, WhenEverybodyIsBeingAnsweredTheNextIsToldSo) {
-    FrontLimits limits = quickLimits();
+    HttpLimits limits = quickLimits();
     limits.connections = 3;
     ToyServer server(limits);
     std::vector<RawClient> busy;
@@ -355,7 +355,7 @@ TEST(Front, WhenEverybodyIsBeingAnsweredTheNextIsToldSo) {
     const std::string answer = next.answer(5);
     EXPECT_EQ(statusOf(answer), 503);
     EXPECT_EQ(headerOf(answer, "Content-Type"), "application/problem+json");
-    EXPECT_EQ(server.counters().turnedAway, 1u);
+    EXPECT_EQ(server.counters().rejected, 1u);
 }
 
 TEST(Front, TheEndFinishesWhatRunsAndAnswersWhatHasBegunToCome) {

@@ -8,11 +8,11 @@ namespace {
 
 using State = RequestReader::State;
 
-FrontLimits small() {
+HttpLimits small() {
     return {.requestLine = 64, .path = 32, .headBytes = 256, .headers = 4, .bodyBytes = 16};
 }
 
-int statusAfter(const std::string& bytes, const FrontLimits& limits = small()) {
+int statusAfter(const std::string& bytes, const HttpLimits& limits = small()) {
     RequestReader reader(limits);
     for (const char byte : bytes) {
         if (reader.room() > 0) reader.take({&byte, 1});
@@ -27,7 +27,7 @@ std::string request(const std::string& more, const std::string& body = "",
 }
 
 TEST(RequestReader, ARouteMayTakeLargerBodiesThanOthers) {
-    FrontLimits limits = small();
+    HttpLimits limits = small();
     limits.large = {{"POST", "/big", 64}};
     const auto statusOf = [&](const char* line, std::size_t size) {
         return statusAfter(request("Content-Length: " + std::to_string(size) + "\r\n",
@@ -44,7 +44,7 @@ TEST(RequestReader, ARouteMayTakeLargerBodiesThanOthers) {
 
 TEST(RequestReader, ABodyThatIsTakenLeavesWhatComesBehindIt) {
     for (const bool whole : {true, false}) {  // how much is there when the body is complete
-        const FrontLimits limits = small();
+        const HttpLimits limits = small();
         RequestReader reader(limits);
         const std::string first = request("Content-Length: 4\r\n", "body");
         const std::string second = request("", "", "GET /2 HTTP/1.1");
@@ -94,7 +94,7 @@ TEST(RequestReader, EveryLimitHoldsToTheByte) {
 }
 
 TEST(RequestReader, AnEndlessLineIsRefusedAtTheLimitNotAtItsEnd) {
-    const FrontLimits limits = small();
+    const HttpLimits limits = small();
     RequestReader reader(limits);
     std::size_t taken = 0;
     while (reader.room() > 0) {
@@ -106,7 +106,7 @@ TEST(RequestReader, AnEndlessLineIsRefusedAtTheLimitNotAtItsEnd) {
 }
 
 TEST(RequestReader, RequestsInOnePieceComeOneByOne) {
-    const FrontLimits limits;
+    const HttpLimits limits;
     RequestReader reader(limits);
     reader.take(
         "POST /a HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\n{}\r\nGET /b HTTP/1.1\r\nHost: "

@@ -1,4 +1,4 @@
-#include "server/http/wire.h"
+#include "server/http/exchange.h"
 
 #include <algorithm>
 #include <atomic>
@@ -9,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-constexpr std::pair<const char*, const char*> kEveryAnswer[] = {
+constexpr std::pair<const char*, const char*> kCommonHeaders[] = {
     {"X-Content-Type-Options", "nosniff"},
     {"Content-Security-Policy",
      "default-src 'self'; img-src 'self' blob: data:; frame-ancestors 'none'"},
@@ -54,17 +54,28 @@ const char* reasonOf(int status) {
 
 }  // namespace
 
-std::span<const std::pair<const char*, const char*>> headersOfEveryAnswer() {
-    return kEveryAnswer;
+Call callOf(const Exchange& exchange) {
+    const RequestHead& head = exchange.head;
+    return {.method = head.method == "HEAD" ? "GET" : head.method,
+            .path = std::string(head.path()),
+            .requestId = exchange.requestId,
+            .arrived = exchange.arrived,
+            .header = [&head](const char* name) { return std::string(head.header(name)); },
+            .client = exchange.client,
+            .cancellation = exchange.cancellation};
 }
 
-std::string wireBytes(const Answer& answer, const std::string& requestId, bool keepAlive,
-                      bool isHead) {
+std::span<const std::pair<const char*, const char*>> commonHeaders() {
+    return kCommonHeaders;
+}
+
+std::string responseBytes(const Answer& answer, const std::string& requestId, bool keepAlive,
+                          bool isHead) {
     std::string text = "HTTP/1.1 " + std::to_string(answer.status) + " " + reasonOf(answer.status);
     const auto add = [&](std::string_view name, std::string_view value) {
         text.append("\r\n").append(name).append(": ").append(value);
     };
-    for (const auto& [name, value] : headersOfEveryAnswer()) add(name, value);
+    for (const auto& [name, value] : commonHeaders()) add(name, value);
     for (const auto& [name, value] : answer.headers) add(name, value);
     add("X-Request-Id", requestId);
     if (!answer.type.empty()) add("Content-Type", answer.type);

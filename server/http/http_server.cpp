@@ -1,4 +1,4 @@
-#include "server/http/front.h"
+#include "server/http/http_server.h"
 
 #include "server/http/event_loop.h"
 
@@ -9,35 +9,36 @@
 namespace clerestory {
 namespace {
 
-// Of descriptors: for scenes, importers, the driver and what runs without asking.
-constexpr std::size_t kOtherDescriptors = 64;
+// File descriptors that are reserved for scenes, importers and the driver.
+constexpr std::size_t kReservedDescriptors = 64;
 
-// No more connections than there are descriptors, which the system lets a program raise.
-FrontLimits affordable(FrontLimits limits) {
+// Raises the limit of file descriptors as far as allowed, and lowers that of connections to it.
+HttpLimits withinDescriptors(HttpLimits limits) {
     rlimit files{};
     if (getrlimit(RLIMIT_NOFILE, &files) != 0) return limits;
-    const rlim_t wanted = limits.connections + kOtherDescriptors;
+    const rlim_t wanted = limits.connections + kReservedDescriptors;
     if (files.rlim_cur < wanted) {
         files.rlim_cur = std::min(wanted, files.rlim_max);
         setrlimit(RLIMIT_NOFILE, &files);
     }
-    const auto most = static_cast<std::size_t>(files.rlim_cur);
-    const std::size_t ours = std::max(most, 2 * kOtherDescriptors) - kOtherDescriptors;
-    limits.connections = std::min(limits.connections, ours);
+    const auto descriptors = static_cast<std::size_t>(files.rlim_cur);
+    const std::size_t available =
+        std::max(descriptors, 2 * kReservedDescriptors) - kReservedDescriptors;
+    limits.connections = std::min(limits.connections, available);
     return limits;
 }
 
 }  // namespace
 
-class Front::Parts {
+class HttpServer::Parts {
 public:
-    Parts(const FrontOptions& options, Routes given)
+    Parts(const HttpServerOptions& options, Routes given)
         : routes(std::move(given)),
           access(options.access, routes.paths),
-          limits(affordable(options.limits)),
+          limits(withinDescriptors(options.limits)),
           listener(options.host, options.port),
           port(listener.port()),
-          library(limits, routes.respond, routes.refuse),
+          adapter(limits, routes.respond, routes.refuse),
           loop(listener, limits, options.threads, hooks(), counters) {}
 
     EventLoop::Hooks hooks() {
@@ -47,8 +48,8 @@ public:
             .quick = [this](const Exchange& exchange) { return quick(exchange); },
             .admit = [this](const RequestHead& head) { return refusal(head); },
             .refuse = routes.refuse,
-            .answer = [this](Exchange& exchange,
-                             ResponseWriter& writer) { return library.answer(exchange, writer); }};
+            .handle = [this](Exchange& exchange,
+                             ResponseWriter& writer) { return adapter.answer(exchange, writer); }};
     }
 
     std::optional<Problem> refusal(const RequestHead& head) const {
@@ -64,29 +65,29 @@ public:
 
     const Routes routes;
     const Access access;
-    const FrontLimits limits;
-    FrontCounters counters;
+    const HttpLimits limits;
+    ConnectionCounters counters;
     Listener listener;
     const int port;
-    HttplibAdapter library;
+    HttplibAdapter adapter;
     EventLoop loop;
 };
 
-Front::Front(const FrontOptions& options, Routes routes)
+HttpServer::HttpServer(const HttpServerOptions& options, Routes routes)
     : parts_(std::make_unique<Parts>(options, std::move(routes))) {}
-Front::~Front() = default;
+HttpServer::~HttpServer() = default;
 
-int Front::port() const {
+int HttpServer::port() const {
     return parts_->port;
 }
-void Front::serve() {
+void HttpServer::serve() {
     parts_->loop.run();
 }
-void Front::stop() {
-    parts_->library.endStreams();
+void HttpServer::stop() {
+    parts_->adapter.endStreams();
     parts_->loop.stop();
 }
-const FrontCounters& Front::counters() const {
+const ConnectionCounters& HttpServer::counters() const {
     return parts_->counters;
 }
 
