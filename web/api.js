@@ -1,10 +1,9 @@
-// The server's HTTP interface as the page uses it: requests, answers, problems. Paths are relative, so
-// that the page also works below a prefix of a proxy.
-import { floatsOf, partsOf } from "./bytes.js";
+// The HTTP interface of the server: requests, responses and problems. Paths are relative, so that the page works
+// below a path prefix of a proxy.
 
-// A problem document (RFC 9457), or its like for a server that did not answer.
+// A problem document (RFC 9457), or its equivalent if the server did not respond.
 export class Problem extends Error {
-  constructor({ status = 0, code = "", title = "No answer", detail = "", errors = [] }, retryAfterSeconds) {
+  constructor({ status = 0, code = "", title = "No response", detail = "", errors = [] }, retryAfterSeconds) {
     super(detail || title);
     Object.assign(this, { status, code, title, detail, errors, retryAfterSeconds });
   }
@@ -23,28 +22,27 @@ async function problemOf(response) {
 }
 
 let token = "";
-// For servers that ask for one: goes with every request from now on.
-export const useToken = (given) => { token = given; };
+// For servers that require one: sent with every request from now on.
+export const useToken = (value) => { token = value; };
 
-async function ask(path, { headers, ...options } = {}) {
+async function request(path, { headers, ...options } = {}) {
   let response;
   try {
     response = await fetch(path, { ...options, headers: { ...headers, ...(token ? { Authorization: `Bearer ${token}` } : {}) } });
     if (!response.ok) throw await problemOf(response);
   } catch (error) {
     if (error instanceof Problem) throw error;
-    throw new Problem({ title: "No answer", detail: "The server cannot be reached." });
+    throw new Problem({ title: "No response", detail: "The server cannot be reached." });
   }
   return response;
 }
 
-const send = (method, path, body, signal) => ask(path, {
+const send = (method, path, body, signal) => request(path, {
   method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), signal,
 });
 const post = (path, body, signal) => send("POST", path, body, signal);
 
-export const getJson = async (path) => (await ask(path)).json();
-export const planOf = async (request) => (await post("v1/plans", request)).json();
+export const getJson = async (path) => (await request(path)).json();
 
 // `queue;dur=0.1, surface;desc="surface:main";dur=41.5` -> [{ name, milliseconds }]
 export function parseServerTiming(header) {
@@ -55,13 +53,13 @@ export function parseServerTiming(header) {
   });
 }
 
-// -> the picture as a Blob; what the headers tell about it; with `explain` the plan that ran, and the maps
-// behind it where it is "maps": [{ name, blob }].
+// -> the image as a Blob, with timings and accuracy from the headers; with `explain` also the plan; with explain "maps"
+// also the maps that the frame reads: [{ name, blob }].
 export async function renderFrame(request, explain = "0", signal = undefined) {
   const start = performance.now();
   const response = await post(`v1/frames${explain === "0" ? "" : `?explain=${explain}`}`, request, signal);
   const bytes = new Uint8Array(await response.arrayBuffer().catch(() => {
-    throw new Problem({ title: "No answer", detail: "The answer broke off." });
+    throw new Problem({ title: "No response", detail: "The connection was closed in the middle of the response." });
   }));
   const frame = {
     milliseconds: performance.now() - start,
@@ -70,55 +68,100 @@ export async function renderFrame(request, explain = "0", signal = undefined) {
   };
   const type = response.headers.get("Content-Type") ?? "";
   if (!type.startsWith("multipart/")) return { ...frame, blob: new Blob([bytes], { type }) };
-  const [picture, plan, ...maps] = partsOf(type, bytes);
+  const [image, plan, ...maps] = partsOf(type, bytes);
   const blobOf = (part) => new Blob([part.bytes], { type: part.headers["content-type"] });
   return {
     ...frame,
-    blob: blobOf(picture),
-    plan: JSON.parse(new TextDecoder().decode(plan.bytes)),
+    blob: blobOf(image),
+    plan: JSON.parse(decoder.decode(plan.bytes)),
     maps: maps.map((part) => ({ name: /name="([^"]*)"/.exec(part.headers["content-disposition"])?.[1] ?? "", blob: blobOf(part) })),
   };
 }
 
-// One pixel's number of a channel: metres for `depth`, instance + 1 for `objectId`; 0 where nothing is.
+// The value of one pixel of a channel: metres for `depth`, instance + 1 for `objectId`; 0 for the background.
 export async function pixelOf({ scene, camera: { position, target }, time }, intrinsics, channel) {
   const request = { scene, camera: { position, target, intrinsics }, width: 1, height: 1, time,
                     output: { channel, format: "npy" } };
   return floatsOf(await (await post("v1/frames", request)).arrayBuffer())[0];
 }
 
-// Moves a view that others watch as v1/stream?view=NAME.
+// Sets the live view that v1/stream?view=NAME shows.
 export const putView = (name, request) => send("PUT", `v1/views/${encodeURIComponent(name)}`, request);
 
-// ---- long work --------------------------------------------------------------------------------
+// ---- jobs -------------------------------------------------------------------------------------
 
 export const startComparison = async (body) => (await post("v1/comparisons", body)).json();
 export const jobOf = (id) => getJson(`v1/jobs/${encodeURIComponent(id)}`);
-export const cancelJob = (id) => ask(`v1/jobs/${encodeURIComponent(id)}`, { method: "DELETE" });
+export const cancelJob = (id) => request(`v1/jobs/${encodeURIComponent(id)}`, { method: "DELETE" });
 
-// A path that the server tells, below wherever the page itself lies.
-export const below = (path) => path.replace(/^\//, "");
-export const pictureAt = async (path) => (await ask(below(path))).blob();
+// A path from the server, relative to the page.
+export const relativePath = (path) => path.replace(/^\//, "");
+export const imageAt = async (path) => (await request(relativePath(path))).blob();
 
-// Sends a scene's file as the body; told(share) says how much of it is there. -> the new scene's id, which
-// may still be loading. By XMLHttpRequest, since fetch() does not tell how much it has sent.
-export function uploadScene(file, told) {
+// Uploads a scene file; onProgress(fraction). -> the id of the scene, which may still be loading. Uses XMLHttpRequest,
+// because fetch() does not report upload progress.
+export function uploadScene(file, onProgress) {
   const type = /\.glb$/i.test(file.name) ? "model/gltf-binary" : "application/octet-stream";
   return new Promise((resolve, reject) => {
-    const request = new XMLHttpRequest();
-    request.open("POST", `v1/scenes?title=${encodeURIComponent(file.name)}`);
-    request.setRequestHeader("Content-Type", type);
-    request.setRequestHeader("Prefer", "respond-async");
-    if (token) request.setRequestHeader("Authorization", `Bearer ${token}`);
-    request.upload.addEventListener("progress", (e) => told(e.lengthComputable ? e.loaded / e.total : undefined));
-    request.addEventListener("error", () => reject(new Problem({ title: "No answer", detail: "The server cannot be reached." })));
-    request.addEventListener("load", async () => {
-      const { status, statusText } = request;
-      const headers = { "Retry-After": request.getResponseHeader("Retry-After") ?? "" };
-      if (status >= 300) return reject(await problemOf(new Response(request.responseText, { status, statusText, headers })));
-      const place = request.getResponseHeader("Location");
-      resolve(decodeURIComponent(place.slice(place.lastIndexOf("/") + 1)));
+    const upload = new XMLHttpRequest();
+    upload.open("POST", `v1/scenes?title=${encodeURIComponent(file.name)}`);
+    upload.setRequestHeader("Content-Type", type);
+    upload.setRequestHeader("Prefer", "respond-async");
+    if (token) upload.setRequestHeader("Authorization", `Bearer ${token}`);
+    upload.upload.addEventListener("progress", (e) => onProgress(e.lengthComputable ? e.loaded / e.total : undefined));
+    upload.addEventListener("error", () => reject(new Problem({ title: "No response", detail: "The server cannot be reached." })));
+    upload.addEventListener("load", async () => {
+      const { status, statusText } = upload;
+      const headers = { "Retry-After": upload.getResponseHeader("Retry-After") ?? "" };
+      if (status >= 300) return reject(await problemOf(new Response(upload.responseText, { status, statusText, headers })));
+      const location = upload.getResponseHeader("Location");
+      resolve(decodeURIComponent(location.slice(location.lastIndexOf("/") + 1)));
     });
-    request.send(file);
+    upload.send(file);
   });
+}
+
+// ---- response formats ------------------------------------------------------------------------
+
+const decoder = new TextDecoder();
+
+function indexOf(bytes, pattern, from) {
+  for (let i = from; i + pattern.length <= bytes.length; ++i) {
+    let k = 0;
+    while (k < pattern.length && bytes[i + k] === pattern.charCodeAt(k)) ++k;
+    if (k === pattern.length) return i;
+  }
+  return -1;
+}
+
+// The parts of a multipart body, each of which has a Content-Length. -> [{ headers: { "content-type": … }, bytes }]
+export function partsOf(contentType, bytes) {
+  const boundary = /boundary="?([^";]+)"?/.exec(contentType)?.[1];
+  if (!boundary) throw new Error(`no boundary in ${contentType}`);
+  const parts = [];
+  for (let at = 0; ;) {
+    at = indexOf(bytes, `--${boundary}`, at);
+    if (at < 0) break;
+    const head = at + boundary.length + 4;
+    const end = indexOf(bytes, "\r\n\r\n", head);
+    if (end < 0) break;
+    const headers = Object.fromEntries(decoder.decode(bytes.subarray(head, end)).split("\r\n").map((line) => {
+      const colon = line.indexOf(":");
+      return [line.slice(0, colon).toLowerCase(), line.slice(colon + 1).trim()];
+    }));
+    const length = Number(headers["content-length"]);
+    if (!Number.isInteger(length)) throw new Error("a part has no Content-Length");
+    parts.push({ headers, bytes: bytes.subarray(end + 4, end + 4 + length) });
+    at = end + 4 + length;
+  }
+  return parts;
+}
+
+// The values of a little-endian float32 NPY file, version 1, in the order of the file.
+export function floatsOf(buffer) {
+  const view = new DataView(buffer);
+  if (view.getUint8(0) !== 0x93 || decoder.decode(buffer.slice(1, 6)) !== "NUMPY") throw new Error("not an NPY file");
+  const start = 10 + view.getUint16(8, true);
+  if (!decoder.decode(buffer.slice(10, start)).includes("'<f4'")) throw new Error("not float32");
+  return Array.from({ length: (buffer.byteLength - start) / 4 }, (_, i) => view.getFloat32(start + 4 * i, true));
 }

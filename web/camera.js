@@ -1,8 +1,7 @@
-// The orbiting camera: plain values and pure functions, so that `node --test` can check the mathematics.
-// Metres and radians; right-handed, +Y up; the camera looks down its own -Z. Yaw 0 looks along -Z,
-// pitch is positive when the eye is above the target.
+// The orbit camera: plain values and pure functions. Metres and radians; right-handed, +Y up; the camera looks along its
+// own -Z. At yaw 0 it looks along -Z; pitch is positive if the eye is above the target.
 
-// Just short of straight up and down, where yaw would lose its meaning.
+// Just below straight up and down, where yaw is undefined.
 const kMaxPitch = Math.PI / 2 - 1e-3;
 const kMinDistance = 1e-6;
 const kMaxDistance = 1e8;
@@ -25,18 +24,18 @@ export function fromLookAt({ position, target, yfov }) {
   };
 }
 
-// From an eye and the direction it looks in; `distance` says how far ahead the centre of turning lies.
+// From the eye and the view direction; the orbit centre is `distance` ahead.
 export function fromDirection({ position, direction, distance, yfov }) {
   const length = Math.hypot(...direction) || 1;
   return fromLookAt({ position, target: add(position, scale(direction, distance / length)), yfov });
 }
 
-// The direction a unit quaternion (x y z w) turns -Z to.
+// -Z rotated by a unit quaternion (x y z w).
 export function forwardOf([x, y, z, w]) {
   return [-2 * (x * z + w * y), -2 * (y * z - w * x), -(1 - 2 * (x * x + y * y))];
 }
 
-// Right, up and towards the eye: the camera's own axes in the world.
+// The axes of the camera in world space: right, up, and from target to eye.
 export function axesOf({ yaw, pitch }) {
   const [sinYaw, cosYaw, sinPitch, cosPitch] = [Math.sin(yaw), Math.cos(yaw), Math.sin(pitch), Math.cos(pitch)];
   return {
@@ -50,44 +49,43 @@ export function positionOf(camera) {
   return add(camera.target, scale(axesOf(camera).toEye, camera.distance));
 }
 
-// dx and dy in radians; positive dx turns the world to the right, as a finger drags it.
+// dx and dy in radians; positive dx moves the scene to the right, as a drag does.
 export function orbit(camera, dx, dy) {
   return { ...camera, yaw: camera.yaw - dx, pitch: clamp(camera.pitch + dy, -kMaxPitch, kMaxPitch) };
 }
 
-// dx and dy as shares of the side that yfov spans: what is at the target's depth stays under the finger.
-// Positive dy is down the screen.
+// dx and dy as fractions of the image height: points at the depth of the target follow the pointer. Positive dy is down.
 export function pan(camera, dx, dy) {
   const { right, up } = axesOf(camera);
   const metres = 2 * Math.tan(camera.yfov / 2) * camera.distance;
   return { ...camera, target: add(camera.target, add(scale(right, -dx * metres), scale(up, dy * metres))) };
 }
 
-// factor < 1 comes nearer.
+// A factor below 1 moves closer.
 export function zoom(camera, factor) {
   return { ...camera, distance: clamp(camera.distance * factor, kMinDistance, kMaxDistance) };
 }
 
-// Turns about the eye instead of the target: what flying does.
+// Rotates about the eye instead of the target.
 export function look(camera, dx, dy) {
   const position = positionOf(camera);
   const turned = orbit(camera, dx, dy);
   return { ...turned, target: subtract(position, scale(axesOf(turned).toEye, camera.distance)) };
 }
 
-// Carries eye and target along by metres in the world.
+// Translates eye and target by metres in world space.
 export function moved(camera, step) {
   return { ...camera, target: add(camera.target, step) };
 }
 
-// Turns to a point and comes nearer, so that it becomes the centre of turning.
+// Looks at the point and moves closer; the point becomes the orbit centre.
 export function focusOn(camera, point) {
   const facing = fromLookAt({ position: positionOf(camera), target: point, yfov: camera.yfov });
   return zoom(facing, 0.6);
 }
 
-// From one camera to another by t: 0..1, the short way round.
-export function between(from, to, t) {
+// Interpolates between two cameras, t in [0, 1]; yaw takes the shorter direction.
+export function interpolate(from, to, t) {
   const mix = (a, b) => a + (b - a) * t;
   const turn = ((((to.yaw - from.yaw + Math.PI) % (2 * Math.PI)) + 2 * Math.PI) % (2 * Math.PI)) - Math.PI;
   return {
@@ -99,14 +97,13 @@ export function between(from, to, t) {
   };
 }
 
-// A lens whose only pixel sees what pixel (x, y) of a picture of this size sees; from the top left, in
-// that picture's pixels, which may be fractions.
+// Intrinsics of a 1x1 image that shows pixel (x, y) of an image of this size; x and y from the top left, may be fractions.
 export function lensOfPixel(yfov, width, height, x, y) {
   const focal = height / 2 / Math.tan(yfov / 2);
   return { fx: focal, fy: focal, cx: 0.5 - (x - width / 2), cy: 0.5 - (y - height / 2) };
 }
 
-// The point that such a pixel sees at `depth` metres along the view.
+// The point that such a pixel shows at `depth` metres along the view direction.
 export function pointAt(camera, { fx, fy, cx, cy }, depth) {
   const { right, up, toEye } = axesOf(camera);
   const [x, y] = [((0.5 - cx) / fx) * depth, ((cy - 0.5) / fy) * depth];
@@ -114,7 +111,7 @@ export function pointAt(camera, { fx, fy, cx, cy }, depth) {
   return add(ahead, add(scale(right, x), scale(up, y)));
 }
 
-// An upright picture would see too little to the sides: there yfov counts for the width.
+// The vertical field of view for an image of this aspect ratio: in portrait format yfov applies to the width.
 export function lensFor(yfov, aspect) {
   return aspect >= 1 ? yfov : Math.min(2.8, 2 * Math.atan(Math.tan(yfov / 2) / aspect));
 }

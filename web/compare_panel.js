@@ -1,18 +1,89 @@
-// Accuracy against time of this view: a comparison as a job, its chart, its error pictures.
-import { Problem, cancelJob, jobOf, pictureAt, startComparison } from "./api.js";
-import { hullOf, logAxis, settingsFor, shortNumber } from "./chart.js";
+// The panel "Compare": error against time of the present view, measured by a job, with error images.
+import { Problem, cancelJob, imageAt, jobOf, startComparison } from "./api.js";
 import { $, element, showBlob, svg } from "./dom.js";
-import { millisecondsWords, problemWords } from "./words.js";
+import { messageText, millisecondsText } from "./messages.js";
+
+// ---- settings, hull and axes -----------------------------------------------------------------
+
+// The settings to compare: the presets, the current setting, and with `sweep` each knob changed separately.
+// -> [{ label, accuracy }]; at most maxSettings.
+export function settingsFor({ presets, current, knobs, values, sweep, maxSettings = 32 }) {
+  const list = presets.map((preset) => ({ label: preset, accuracy: preset, named: true }));
+  if (Object.keys(current).length > 1) list.push({ label: "current setting", accuracy: current, named: true });
+  if (sweep) {
+    for (const [name, schema] of Object.entries(knobs)) {
+      for (const value of variants(schema, values[name])) {
+        list.push({ label: `${name} ${value}`, accuracy: { ...current, [name]: value } });
+      }
+    }
+  }
+  return list.slice(0, maxSettings);
+}
+
+function variants(schema, value) {
+  if (schema.enum) return schema.enum.filter((word) => word !== value && word !== "automatic");
+  if (schema.type === "boolean") return [!value];
+  if (value === undefined) return [];  // a budget, not a knob
+  const isInteger = schema.type === "integer";
+  return [value / 2, value * 2].map((x) => (isInteger ? Math.round(x) : x))
+    .filter((x) => x >= schema.minimum && x <= schema.maximum && x !== value);
+}
+
+// The lower left convex hull in logarithms of time and error.
+export function hullOf(points) {
+  const usable = points.filter((p) => p.milliseconds > 0 && p.error > 0)
+    .map((p) => ({ ...p, x: Math.log(p.milliseconds), y: Math.log(p.error) }))
+    .sort((a, b) => a.x - b.x || a.y - b.y);
+  const hull = [];
+  for (const p of usable) {
+    if (hull.length && p.y >= hull.at(-1).y) continue;
+    while (hull.length > 1 && turnsRight(hull.at(-2), hull.at(-1), p)) hull.pop();
+    hull.push(p);
+  }
+  return hull;
+}
+const turnsRight = (a, b, c) => (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x) <= 0;
+
+// 1, 2 and 5 times powers of ten in the range; fewer if that is more than six.
+export function logTicks(low, high) {
+  const ticks = (steps) => {
+    const list = [];
+    for (let power = Math.floor(Math.log10(low)); power <= Math.ceil(Math.log10(high)); ++power) {
+      for (const step of steps) {
+        const value = Number((step * 10 ** power).toPrecision(1));
+        if (value >= low && value <= high) list.push(value);
+      }
+    }
+    return list;
+  };
+  for (const steps of [[1, 2, 5], [1, 3], [1]]) {
+    const list = ticks(steps);
+    if (list.length <= 6) return list;
+  }
+  return ticks([1]).filter((_, i) => i % 2 === 0);
+}
+
+// A logarithmic axis of `length` pixels that contains the values, with a margin at both ends.
+export function logAxis(values, length) {
+  const positive = values.filter((v) => v > 0);
+  const low = Math.min(...positive) / 1.3, high = Math.max(...positive) * 1.3;
+  const span = Math.log(high / low);
+  return { low, high, at: (v) => (Math.log(Math.max(v, low) / low) / span) * length, ticks: logTicks(low, high) };
+}
+
+export const shortNumber = (v) => (v >= 1000 ? `${v / 1000}k` : String(Number(v.toPrecision(2))));
+
+// ---- panel -----------------------------------------------------------------------------------
 
 const kWidth = 320, kHeight = 220, kLeft = 46, kBottom = 34, kTop = 10, kRight = 12;
 
-function chartOf(points, { off, noise }, chosen, choose) {
+function chartOf(points, { off, noise }, selected, select) {
   const x = logAxis(points.map((p) => p.milliseconds), kWidth - kLeft - kRight);
   const y = logAxis([...points.map((p) => p.error), off].filter((v) => v > 0), kHeight - kTop - kBottom);
   const px = (v) => kLeft + x.at(v), py = (v) => kHeight - kBottom - y.at(v);
-  const line = (v, className, words) => (v >= y.low && v <= y.high
+  const line = (v, className, label) => (v >= y.low && v <= y.high
     ? [svg("line", { x1: kLeft, x2: kWidth - kRight, y1: py(v), y2: py(v), class: className }),
-       svg("text", { x: kWidth - kRight, y: py(v) - 4, class: "end" }, words)] : []);
+       svg("text", { x: kWidth - kRight, y: py(v) - 4, class: "end" }, label)] : []);
   const hull = hullOf(points);
   return svg("svg", { viewBox: `0 0 ${kWidth} ${kHeight}`, role: "group", "aria-label": "Error against milliseconds" },
     ...x.ticks.flatMap((t) => [
@@ -21,45 +92,45 @@ function chartOf(points, { off, noise }, chosen, choose) {
     ...y.ticks.flatMap((t) => [
       svg("line", { x1: kLeft, x2: kWidth - kRight, y1: py(t), y2: py(t), class: "grid" }),
       svg("text", { x: kLeft - 6, y: py(t) + 4, class: "end" }, shortNumber(t))]),
-    svg("text", { x: (kLeft + kWidth) / 2, y: kHeight - 4, class: "middle" }, "milliseconds a frame"),
+    svg("text", { x: (kLeft + kWidth) / 2, y: kHeight - 4, class: "middle" }, "milliseconds per frame"),
     svg("text", { x: -(kHeight - kBottom) / 2, y: 11, class: "middle", transform: "rotate(-90)" }, "error, relMSE"),
-    ...line(off, "off", "all effects off"), ...line(noise, "off", "noise of the truth"),
+    ...line(off, "off", "all effects off"), ...line(noise, "off", "noise of the reference"),
     svg("polyline", { class: "hull", points: hull.map((p) => `${px(p.milliseconds)},${py(p.error)}`).join(" ") }),
     ...points.filter((p) => p.named).map((p) =>
       svg("text", { x: px(p.milliseconds), y: py(p.error) - 9, class: "middle" }, p.label)),
     ...points.map((p, i) => {
-      const words = `${p.label}: ${millisecondsWords(p.milliseconds)}, error ${shortNumber(p.error)}`;
+      const label = `${p.label}: ${millisecondsText(p.milliseconds)}, error ${shortNumber(p.error)}`;
       const on = hull.some((h) => h.label === p.label);
-      return svg("circle", { cx: px(p.milliseconds), cy: py(p.error), r: i === chosen ? 7 : 5, tabindex: 0, role: "button",
-                             class: [on ? "on" : "", i === chosen ? "chosen" : ""].join(" "), "aria-label": words,
-                             onclick: () => choose(i), onkeydown: (e) => e.key === "Enter" && choose(i) },
-                 svg("title", {}, words));
+      return svg("circle", { cx: px(p.milliseconds), cy: py(p.error), r: i === selected ? 7 : 5, tabindex: 0, role: "button",
+                             class: [on ? "on" : "", i === selected ? "chosen" : ""].join(" "), "aria-label": label,
+                             onclick: () => select(i), onkeydown: (e) => e.key === "Enter" && select(i) },
+                 svg("title", {}, label));
     }));
 }
 
-// What a measurement depends on: everything but size, accuracy and filters.
+// What a measurement depends on: everything except size, accuracy and filters.
 const viewOf = ({ width, height, accuracy, filters, ...view }) => JSON.stringify(view);
 
 export class ComparePanel {
   #job;
   #points = [];
   #lines = {};
-  #measured;  // the view that the pictures belong to
+  #measured;  // the view of the error images
 
-  // request(size) -> the view; size(width) -> a picture of its shape. use(accuracy): take it over.
-  // truth(path): a picture of the measured view's truth is there, or, with nothing, no longer fits.
-  constructor({ session, request, size, use, truth }) {
-    Object.assign(this, { session, request, size, use, truth });
+  // request(size) -> the view; size(width) -> the size with its aspect ratio. use(accuracy) applies a setting.
+  // reference(path) is called with the reference image of the measured view, or undefined if the view has changed.
+  constructor({ session, request, size, use, reference }) {
+    Object.assign(this, { session, request, size, use, reference });
     $("measure").addEventListener("click", () => this.#measure());
     $("measure-cancel").addEventListener("click", () => this.#job && cancelJob(this.#job).catch(() => {}));
   }
 
-  // This view is shown now: pictures of another one go.
-  viewIs(request) {
+  // Called with the shown view. Hides images of another view.
+  viewChanged(request) {
     if (this.#measured === undefined || this.#measured === viewOf(request)) return;
     this.#measured = undefined;
     this.#showError(undefined);
-    this.truth(undefined);
+    this.reference(undefined);
   }
 
   async #measure() {
@@ -77,21 +148,20 @@ export class ComparePanel {
       this.#job = job.id;
       while (job.state === "queued" || job.state === "running") {
         $("measure-progress").value = job.progress ?? 0;
-        $("measure-words").textContent = job.state === "queued" ? "Waiting for another measurement…"
-          : `${job.progress < 0.7 ? "Tracing the truth" : "Measuring the settings"}, ${Math.round(100 * job.progress)} %`;
+        $("measure-words").textContent = job.state === "queued" ? "Waiting for another job…"
+          : `${job.progress < 0.7 ? "Path tracing the reference" : "Measuring the settings"}, ${Math.round(100 * job.progress)} %`;
         await new Promise((resolve) => setTimeout(resolve, 300));
         job = await jobOf(this.#job);
       }
       if (job.state === "done") {
         this.#measured = viewOf(frame);
         this.#show(job.result, settings);
-        this.viewIs(this.request(this.size(1)));
+        this.viewChanged(this.request(this.size(1)));
       }
-      else $("measure-words").textContent = job.state === "cancelled" ? "Cancelled." : `It failed: ${job.failure ?? ""}`;
+      else $("measure-words").textContent = job.state === "cancelled" ? "Cancelled." : `Failed: ${job.failure ?? ""}`;
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
-      const { title, lines } = problemWords(problem);
-      $("measure-words").textContent = [title, ...lines].join(". ");
+      $("measure-words").textContent = messageText(problem);
     } finally {
       this.#busy(false);
     }
@@ -105,23 +175,23 @@ export class ComparePanel {
 
   #show(result, settings) {
     this.#points = result.settings.map((s, i) => ({
-      label: settings[i]?.label ?? s.name, named: settings[i] && typeof settings[i].accuracy === "string" || settings[i]?.label === "as set now", accuracy: settings[i]?.accuracy ?? s.accuracy,
+      label: settings[i].label, named: settings[i].named, accuracy: settings[i].accuracy,
       milliseconds: s.milliseconds.median, error: s.error.frame.relMse, psnr: s.error.frame.psnr, flip: s.error.frame.flip,
-      closedGap: s.closedGap, picture: s.errorPicture,
+      closedGap: s.closedGap, image: s.errorPicture,
     }));
     this.#lines = { off: result.effectsOff.relMse, noise: result.reference.noise.relMse };
-    $("measure-words").textContent = `${this.#points.length} settings, truth of ${result.reference.samples} paths a pixel in ${millisecondsWords(result.reference.milliseconds)}. Choose a point to see where it is wrong.`;
+    $("measure-words").textContent = `${this.#points.length} settings; reference with ${result.reference.samples} paths per pixel in ${millisecondsText(result.reference.milliseconds)}. Select a point to see its errors.`;
     this.#draw(undefined);
-    this.truth(result.reference.picture);
+    this.reference(result.reference.picture);
   }
 
-  #draw(chosen) {
+  #draw(selected) {
     $("chart").hidden = false;
-    $("chart").replaceChildren(chartOf(this.#points, this.#lines, chosen, (i) => this.#choose(i)));
-    $("chart-details").hidden = chosen === undefined;
+    $("chart").replaceChildren(chartOf(this.#points, this.#lines, selected, (i) => this.#select(i)));
+    $("chart-details").hidden = selected === undefined;
   }
 
-  #choose(i) {
+  #select(i) {
     this.#draw(i);
     const p = this.#points[i];
     const opacity = element("input", { type: "range", min: 0, max: 1, step: 0.05, id: "error-opacity", oninput: () => {
@@ -130,12 +200,12 @@ export class ComparePanel {
     opacity.value = 0.75;
     const closed = p.closedGap === undefined || p.closedGap === null ? "" : `, closes ${Math.round(100 * p.closedGap)} % of the gap`;
     $("chart-details").replaceChildren(
-      element("p", {}, element("b", {}, p.label), ` ${millisecondsWords(p.milliseconds)}, relMSE ${shortNumber(p.error)}, PSNR ${p.psnr?.toFixed(1) ?? "?"} dB${closed}`),
-      element("div", { className: "field" }, element("label", { htmlFor: "error-opacity" }, "Error picture over the view"), opacity),
+      element("p", {}, element("b", {}, p.label), ` ${millisecondsText(p.milliseconds)}, relMSE ${shortNumber(p.error)}, PSNR ${p.psnr?.toFixed(1) ?? "?"} dB${closed}`),
+      element("div", { className: "field" }, element("label", { htmlFor: "error-opacity" }, "Opacity of the error image"), opacity),
       element("div", { className: "row" },
         element("button", { type: "button", onclick: () => this.use(p.accuracy) }, "Use this setting"),
         element("button", { type: "button", onclick: () => { this.#showError(undefined); this.#draw(undefined); } }, "Hide")));
-    this.#showError(p.picture, opacity.value);
+    this.#showError(p.image, opacity.value);
   }
 
   async #showError(path, opacity) {
@@ -143,7 +213,7 @@ export class ComparePanel {
     image.hidden = true;
     if (!path) return;
     image.style.opacity = opacity;
-    await showBlob(image, await pictureAt(path));
+    await showBlob(image, await imageAt(path));
     image.hidden = false;
   }
 }

@@ -1,28 +1,27 @@
-// Making and finding elements. All styling goes by classes and properties, never by style attributes,
-// which the server's Content-Security-Policy forbids.
+// Creates and finds elements. Style attributes are not used, because the Content-Security-Policy forbids them.
 
 export const $ = (id) => document.getElementById(id);
 
 export function element(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
+  const created = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (value === undefined) continue;
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else if (name in made && name !== "list") made[name] = value;
-    else made.setAttribute(name, value);
+    if (name.startsWith("on")) created.addEventListener(name.slice(2), value);
+    else if (name in created && name !== "list") created[name] = value;
+    else created.setAttribute(name, value);
   }
-  made.append(...children.filter((child) => child !== undefined && child !== ""));
-  return made;
+  created.append(...children.filter((child) => child !== undefined && child !== ""));
+  return created;
 }
 
 export function svg(tag, attributes = {}, ...children) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  const created = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
-    else made.setAttribute(name, value);
+    if (name.startsWith("on")) created.addEventListener(name.slice(2), value);
+    else created.setAttribute(name, value);
   }
-  made.append(...children);
-  return made;
+  created.append(...children);
+  return created;
 }
 
 export function fillSelect(select, options, value) {
@@ -30,7 +29,7 @@ export function fillSelect(select, options, value) {
   select.value = value;
 }
 
-// Radio buttons that look like one strip. `changed` gets the word.
+// A segmented control made of radio buttons. `changed` is called with the selected word.
 export function segments(parent, name, words, value, changed) {
   parent.replaceChildren(...words.map((word) => {
     const input = element("input", { type: "radio", name, value: word, checked: word === value,
@@ -39,7 +38,7 @@ export function segments(parent, name, words, value, changed) {
   }));
 }
 
-// Shows a Blob in an <img>, and lets go of the one before it only then.
+// Shows a Blob in an <img>; the URL of the previous one is revoked after that.
 const shown = new WeakMap();
 export async function showBlob(image, blob) {
   const url = URL.createObjectURL(blob);
@@ -49,7 +48,7 @@ export async function showBlob(image, blob) {
   shown.set(image, url);
 }
 
-// One tab is open; left and right arrows go round, as the pattern for tabs asks.
+// Tabs with keyboard navigation, as in the WAI-ARIA pattern.
 export function tabs(list, opened) {
   const all = [...list.querySelectorAll("[role=tab]")];
   const open = (tab) => {

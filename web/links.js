@@ -1,11 +1,11 @@
-// One view in all the forms in which people carry it away: a link to the picture, a link to this page,
-// a curl command, JSON. Pure.
+// The present view as a link to the image, a link to this page, a curl command or JSON.
+import { $ } from "./dom.js";
 import { objectOf, valueOf } from "./schema.js";
 
 const isList = (value) => Array.isArray(value) && value.some((x) => typeof x === "object");
 
-// `name=value` per field, nested names joined by dots, numbers by commas. Lists of objects have no
-// place in a link of the API; where `lists` is set they go as JSON.
+// `name=value` for each field, nested names joined by dots, numbers by commas. Links of the API cannot contain lists of
+// objects; with `lists` they are written as JSON.
 export function queryOf(request, { lists = false } = {}) {
   const pairs = [];
   const walk = (value, name) => {
@@ -22,18 +22,18 @@ export function queryOf(request, { lists = false } = {}) {
   return pairs.map(([name, value]) => `${name}=${encodeURIComponent(value).replace(/%2C/g, ",")}`).join("&");
 }
 
-// The other way round. What the schema does not know or cannot hold is left out: a link may be old.
+// The inverse. Fields that the schema does not have, or of the wrong type, are ignored: the link may be old.
 export function requestOf(query, schema) {
   const request = {};
   for (const pair of query.replace(/^[#?]/, "").split("&").filter(Boolean)) {
-    const cut = pair.indexOf("=");
+    const equals = pair.indexOf("=");
     let text;
     try {
-      text = decodeURIComponent(pair.slice(cut + 1));
+      text = decodeURIComponent(pair.slice(equals + 1));
     } catch {
       continue;
     }
-    const path = pair.slice(0, cut).split(".");
+    const path = pair.slice(0, equals).split(".");
     let field = schema, into = request;
     for (const name of path.slice(0, -1)) {
       field = Object.hasOwn(objectOf(field).properties ?? {}, name) ? objectOf(field).properties[name] : {};
@@ -52,11 +52,44 @@ export function curlOf(request, base) {
   return `curl -s ${base}v1/frames -H 'Content-Type: application/json' -d '${body}' -o frame.jpg`;
 }
 
-// Short enough to share: six significant digits are a tenth of a millimetre in a hundred metres.
+// Rounds to six significant digits, which are a tenth of a millimetre in a hundred metres.
 export function rounded(value) {
   if (typeof value === "number") return Number(value.toPrecision(6));
   if (Array.isArray(value)) return value.map(rounded);
   if (value && typeof value === "object")
     return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, rounded(v)]));
   return value;
+}
+
+// ---- sharing ---------------------------------------------------------------------------------
+
+async function copy(text, what) {
+  try {
+    await navigator.clipboard.writeText(text);
+    $("copied").textContent = `Copied ${what}.`;
+  } catch {
+    $("copied").textContent = text;
+  }
+}
+
+// Connects the buttons. fullRequest(): the request of the full frame; changed(): renders it again; paths: of the OpenAPI
+// document. -> { live() }: the name of the live view, or undefined.
+export function connectSharing({ session, fullRequest, changed, paths }) {
+  const base = new URL(".", location.href).href;
+  $("copy-link").addEventListener("click", () => copy(`${base}#${session.query()}`, "a link to this page and view"));
+  $("copy-picture").addEventListener("click", () => copy(`${base}v1/frames?${queryOf(fullRequest())}`,
+    session.filters.length ? "a link to the image, without its filters" : "a link to the image"));
+  $("copy-curl").addEventListener("click", () => copy(curlOf(fullRequest(), base), "the command"));
+  $("copy-json").addEventListener("click", () => copy(JSON.stringify(fullRequest(), null, 2), "the request"));
+
+  let live;
+  $("live-row").hidden = !paths["/v1/stream"];
+  $("live").addEventListener("change", () => {
+    live = $("live").checked ? `page-${Math.random().toString(36).slice(2, 8)}` : undefined;
+    $("live-words").hidden = !live;
+    if (!live) return;
+    $("live-link").href = $("live-link").textContent = new URL(`v1/stream?view=${live}`, base).href;
+    changed();
+  });
+  return { live: () => live };
 }

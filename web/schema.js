@@ -1,15 +1,15 @@
-// From the server's own schema (/openapi.json) to what a control needs, and from strings of a link
-// back to values. Pure: a field that the server gains gets its control here without a line of code.
+// From the OpenAPI schema of the server to controls, and from strings of a link to values. Pure. New fields of the server
+// get controls without changes here.
 
-// Where the sensible stretch is shorter than the allowed one: [least, most].
-const kStretches = {
+// Ranges of sliders that are narrower than the allowed ones: [min, max].
+const kSliderRanges = {
   exposure: [-6, 6], intensity: [0, 4], amount: [-6.28, 6.28], strength: [0, 4], threshold: [0, 8],
   radius: [0, 600],
 };
 const kSliderSteps = 200;
 
 // planarReflection -> Planar reflection
-export const wordsOf = (name) => {
+export const labelOf = (name) => {
   const words = name.replace(/([A-Z])/g, (c) => ` ${c.toLowerCase()}`);
   return words[0].toUpperCase() + words.slice(1);
 };
@@ -25,28 +25,28 @@ export function resolved(schema, document) {
   return Object.fromEntries(Object.entries(schema).map(([name, part]) => [name, resolved(part, document)]));
 }
 
-// The object among the ways a value may be given.
+// The object among the alternatives of a value.
 export const objectOf = (schema) => (schema.oneOf ?? [schema]).find((s) => s.type === "object") ?? schema;
 
 // -> { kind: "switch" | "choice" | "range" | "vector" | "text" | "other", … }
 export function controlOf(name, schema) {
   const named = schema.oneOf?.find((s) => s.enum);
-  if (named) return controlOf(name, named);  // the other ways to give it are for programs
+  if (named) return controlOf(name, named);  // the other forms are for programs
   if (schema.type === "boolean") return { kind: "switch" };
   if (schema.enum) return { kind: "choice", words: schema.enum };
   if (schema.type === "array" && schema.items?.type === "number") {
     return { kind: "vector", count: schema.maxItems ?? schema.minItems ?? 3 };
   }
-  if (schema.type === "string") return { kind: "text", most: schema.maxLength };
+  if (schema.type === "string") return { kind: "text", maxLength: schema.maxLength };
   if (schema.type !== "number" && schema.type !== "integer") return { kind: "other" };
   const whole = schema.type === "integer";
-  const [low, high] = kStretches[name] ?? [schema.minimum, schema.maximum];
+  const [low, high] = kSliderRanges[name] ?? [schema.minimum, schema.maximum];
   const min = Math.max(low, schema.minimum), max = Math.min(high, schema.maximum);
   return { kind: "range", whole, min, max, logarithmic: min > 0 && max / min >= 30,
            allowed: [schema.minimum, schema.maximum] };
 }
 
-// A slider has positions 0 … sliderSteps(); far-flung ranges go by powers.
+// A slider has positions 0 … sliderSteps(); wide ranges are logarithmic.
 export const sliderSteps = ({ whole, logarithmic, min, max }) =>
   whole && !logarithmic && max - min <= kSliderSteps ? max - min : kSliderSteps;
 
@@ -76,17 +76,17 @@ export function fieldsOfType(union, type) {
 
 // A value of the alternative with its required fields: the first word, or the number nearest to 1.
 export function newOfType(union, type) {
-  const made = { type };
+  const value = { type };
   for (const name of alternativeOf(union, type).required) {
     if (name === "type") continue;
     const control = controlOf(name, fieldsOfType(union, type)[name]);
-    if (control.kind === "choice") made[name] = control.words[0];
-    if (control.kind === "range") made[name] = Math.min(control.max, Math.max(control.min, 1));
+    if (control.kind === "choice") value[name] = control.words[0];
+    if (control.kind === "range") value[name] = Math.min(control.max, Math.max(control.min, 1));
   }
-  return made;
+  return value;
 }
 
-// Every field's default, nested objects and all; lists and fields without one are left out.
+// The defaults of all fields, including nested objects; lists and fields without a default are omitted.
 export function defaultsOf(schema) {
   const values = {};
   for (const [name, field] of Object.entries(schema.properties ?? {})) {
@@ -99,7 +99,7 @@ export function defaultsOf(schema) {
   return values;
 }
 
-// A link's text as the value that the schema asks for; undefined where it is none.
+// The text of a link as a value of the schema; undefined if it is invalid.
 export function valueOf(schema, text) {
   const object = objectOf(schema);
   if (schema.oneOf && schema.oneOf.some((s) => s.enum?.includes(text))) return text;

@@ -1,25 +1,24 @@
-// What the page shows: scene, camera, and a value for every field. Turns into requests and links and
-// back. Pure: no document, no network.
+// The state of the page: scene, camera, and a value for every field; converted to requests and links and back. Pure.
 import { fromDirection, fromLookAt, lensFor, positionOf } from "./camera.js";
 import { queryOf, requestOf, rounded } from "./links.js";
 import { defaultsOf, fieldsOfType, objectOf } from "./schema.js";
 
-// Fields with a place of their own in the page; every other one gets a control among the picture's.
-const kPlaced = ["scene", "camera", "width", "height", "time", "clip", "effects", "accuracy", "environment", "overrides",
+// Fields with controls elsewhere on the page; the others have controls under "Image".
+const kHandledElsewhere = ["scene", "camera", "width", "height", "time", "clip", "effects", "accuracy", "environment", "overrides",
                  "filters", "output"];
 
 export class Session {
   scene;   // GET v1/scenes/{id}
   camera;  // see camera.js
-  start;   // where "back to start" goes
+  start;   // the view of "Reset view"
   preset;
-  knobs = {};  // beside the preset
+  knobs = {};  // that differ from the preset
   time = 0;
-  clip;  // of the scene's animations; none: what the server plays by itself
+  clip;  // animation of the scene; undefined: the default of the server
   filters = [];
-  headingDegrees = 0;  // of the environment map, about +Y
+  headingDegrees = 0;  // rotation of the environment map about +Y
 
-  // frame: the schema of a frame's request.
+  // frame: the schema of FrameRequest without references.
   constructor(frame) {
     this.schema = frame;
     const { properties } = frame;
@@ -27,7 +26,7 @@ export class Session {
     this.presets = accuracy.properties.preset.enum;
     this.knobSchemas = Object.fromEntries(Object.entries(accuracy.properties).filter(([name]) => name !== "preset"));
     this.presetValues = accuracy["x-presets"] ?? {};
-    this.pictureSchemas = Object.fromEntries(Object.entries(properties).filter(([name]) => !kPlaced.includes(name)));
+    this.pictureSchemas = Object.fromEntries(Object.entries(properties).filter(([name]) => !kHandledElsewhere.includes(name)));
     this.setDefaults();
   }
 
@@ -45,7 +44,7 @@ export class Session {
     this.clip = undefined;
   }
 
-  // What a knob is worth now: its own value, or the preset's where the server tells it.
+  // The value of a knob: set explicitly, or that of the preset.
   knobValue(name) {
     return this.knobs[name] ?? this.presetValues[this.preset]?.[name];
   }
@@ -66,8 +65,8 @@ export class Session {
     this.camera = this.start = fromDirection({ ...camera, distance });
   }
 
-  // About how large the scene is, metres: speeds follow it.
-  get reach() {
+  // Diagonal of the scene in metres, to which speeds are proportional.
+  get sceneSize() {
     const { bounds } = this.scene;
     if (!bounds) return 10;
     return Math.hypot(...bounds.max.map((x, i) => x - bounds.min[i])) || 1;
@@ -88,8 +87,8 @@ export class Session {
     };
   }
 
-  // size: [width, height] in pixels. draft: the cheapest accuracy, whatever is set. scale: of a full
-  // frame's pixels, for filters that count in them.
+  // size: [width, height] in pixels. draft: use the cheapest accuracy. scale: of a small frame relative to a full one,
+  // along an edge; filter fields in pixels are multiplied by it.
   request([width, height], { draft = false, scale = 1 } = {}) {
     const { camera } = this;
     return rounded({
@@ -109,15 +108,14 @@ export class Session {
       [name, fields[name]?.["x-unit"] === "pixels" ? value * scale : value]));
   }
 
-  // For the page's own address: everything but the size, which is the window's.
+  // For the address of the page: everything except the size, which depends on the window.
   query() {
     const { target, yfov } = this.camera;
     return queryOf(rounded({ scene: this.scene.id, camera: { position: positionOf(this.camera), target, yfov },
                              ...this.#fields() }), { lists: true });
   }
 
-  // Takes over what such an address says; -> the scene that it names, if any. Its camera is for later,
-  // when that scene is there.
+  // Applies such an address. -> its scene and view, if any; the view applies when the scene is loaded.
   read(query) {
     const { scene, camera, time, clip, effects, accuracy, environment, filters, ...rest } = requestOf(query, this.schema);
     Object.assign(this.effects, effects);
@@ -133,7 +131,7 @@ export class Session {
     if (time !== undefined) this.time = time;
     if (clip !== undefined) this.clip = clip;
     for (const name of Object.keys(this.pictureSchemas)) if (rest[name] !== undefined) this.picture[name] = rest[name];
-    const placed = camera?.position && camera.target;
-    return { scene, view: placed ? { yfov: 0.9, ...camera } : undefined };
+    const hasPose = camera?.position && camera.target;
+    return { scene, view: hasPose ? { yfov: 0.9, ...camera } : undefined };
   }
 }

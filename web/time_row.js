@@ -1,19 +1,19 @@
-// The time slider and its play button; there only while the scene lists clips that move it.
+// The time slider and its play button, shown if the scene has animations.
 import { $, fillSelect } from "./dom.js";
 
-const kUsual = "\u0000usual";  // no clip has this name
+const kDefault = "\u0000default";  // no clip has this name
 
-// Seconds that a scene's slider spans: the chosen clip, or the longest one.
-export function spanOf({ animations = [] }, clip) {
-  const asked = animations.filter((a) => clip === undefined || a.name === clip);
-  return asked.length ? Math.max(...asked.map((a) => a.duration ?? 0)) || 10 : 0;
+// Duration in seconds of the slider: that of the selected clip, or of the longest one.
+export function durationOf({ animations = [] }, clip) {
+  const clips = animations.filter((a) => clip === undefined || a.name === clip);
+  return clips.length ? Math.max(...clips.map((a) => a.duration ?? 0)) || 10 : 0;
 }
 
 export class TimeRow {
-  #span = 0;
+  #duration = 0;
   #playing;
 
-  // moved(): the session's time has changed.
+  // moved(): called after the time of the session changes.
   constructor(session, moved) {
     Object.assign(this, { session, moved });
     $("time").addEventListener("input", () => {
@@ -22,10 +22,10 @@ export class TimeRow {
     });
     $("play").addEventListener("click", () => this.toggle());
     $("clip").addEventListener("change", () => {
-      session.clip = $("clip").value === kUsual ? undefined : $("clip").value;
-      this.#span = spanOf(session.scene, session.clip);
-      $("time").max = this.#span;
-      this.#set(Math.min(session.time, this.#span));
+      session.clip = $("clip").value === kDefault ? undefined : $("clip").value;
+      this.#duration = durationOf(session.scene, session.clip);
+      $("time").max = this.#duration;
+      this.#set(Math.min(session.time, this.#duration));
     });
   }
 
@@ -34,12 +34,12 @@ export class TimeRow {
     this.#pause();
     const names = (session.scene.animations ?? []).map((a) => a.name);
     if (!names.includes(session.clip)) session.clip = undefined;
-    this.#span = spanOf(session.scene, session.clip);
-    $("time-row").hidden = this.#span === 0;
-    if (this.#span === 0) session.time = 0;
-    fillSelect($("clip"), [[kUsual, "usual clip"], ...names.map((name) => [name, name])], session.clip ?? kUsual);
+    this.#duration = durationOf(session.scene, session.clip);
+    $("time-row").hidden = this.#duration === 0;
+    if (this.#duration === 0) session.time = 0;
+    fillSelect($("clip"), [[kDefault, "default clip"], ...names.map((name) => [name, name])], session.clip ?? kDefault);
     $("clip").hidden = names.length < 2 || !("clip" in session.schema.properties);
-    $("time").max = this.#span;
+    $("time").max = this.#duration;
     this.#show();
   }
 
@@ -55,13 +55,13 @@ export class TimeRow {
 
   toggle() {
     if (this.#playing) return this.#pause();
-    if (this.#span === 0) return undefined;
+    if (this.#duration === 0) return undefined;
     const started = performance.now() / 1000 - this.session.time;
     const playing = (this.#playing = {});
-    this.#tell();
+    this.#updateButton();
     const step = () => {
       if (this.#playing !== playing) return;
-      this.#set((performance.now() / 1000 - started) % this.#span);
+      this.#set((performance.now() / 1000 - started) % this.#duration);
       requestAnimationFrame(step);
     };
     requestAnimationFrame(step);
@@ -69,9 +69,9 @@ export class TimeRow {
   }
   #pause() {
     this.#playing = undefined;
-    this.#tell();
+    this.#updateButton();
   }
-  #tell() {
+  #updateButton() {
     $("play").setAttribute("aria-pressed", Boolean(this.#playing));
     $("play").textContent = this.#playing ? "Pause" : "Play";
   }

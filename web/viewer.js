@@ -1,41 +1,38 @@
-// The page put together: the session, the hands on the picture, frames, panels, and the words about them.
+// Connects the parts of the page: session, input, frames, panels and messages.
 import { Problem, getJson, pixelOf, putView, renderFrame, uploadScene, useToken } from "./api.js";
 import { focusOn, lensFor, lensOfPixel, pointAt, positionOf } from "./camera.js";
 import { ComparePanel } from "./compare_panel.js";
-import { controlFor, controlsFor } from "./controls.js";
-import { showCost } from "./cost_panel.js";
+import { controlFor, controlsFor, filterControls } from "./controls.js";
 import { $, fillSelect, segments, showBlob, tabs } from "./dom.js";
-import { filtersPart } from "./filters_part.js";
-import { Frames } from "./frames.js";
-import { Hands, flyPad } from "./hands.js";
-import { showMaps } from "./maps_panel.js";
-import * as note from "./note.js";
-import { resolved, wordsOf } from "./schema.js";
+import { showCost, showMaps } from "./frame_panels.js";
+import { Frames, retryDelay } from "./frames.js";
+import { InputHandler, connectFlightButtons } from "./input.js";
+import { connectSharing } from "./links.js";
+import { clearMessage, messageOf, millisecondsText, showMessage, showProblem, showProgress, sizeText } from "./messages.js";
+import { labelOf, resolved } from "./schema.js";
 import { Session } from "./session.js";
-import { share } from "./share.js";
 import { TimeRow } from "./time_row.js";
 import { Wipe, wipeChoices } from "./wipe.js";
-import { millisecondsWords, problemWords, sizeWords } from "./words.js";
 
-const reduced = matchMedia("(prefers-reduced-motion: reduce)");
-const calm = () => reduced.matches;
-let session, frames, hands, wipe, compare, time, shared;
-let drawnScene;  // id of the scene that the last frame showed
+const motion = matchMedia("(prefers-reduced-motion: reduce)");
+const reducedMotion = () => motion.matches;
+let session, frames, input, wipe, compare, time, sharing;
+let shownScene;  // id of the scene of the last frame
 
 // ---- frames ---------------------------------------------------------------------------------
 
-async function shown(answer, request, still) {
-  await showBlob($("frame"), answer.blob);
-  drawnScene = request.scene;
-  note.clear();
+async function shown(frame, request, still) {
+  await showBlob($("frame"), frame.blob);
+  shownScene = request.scene;
+  clearMessage();
   const { width, height } = request;
-  $("caption").textContent = `${width} × ${height} · ${millisecondsWords(answer.milliseconds)}`;
+  $("caption").textContent = `${width} × ${height} · ${millisecondsText(frame.milliseconds)}`;
   $("stage").classList.toggle("moving", !still);
-  compare.viewIs(frameRequest([width, height]));
+  compare.viewChanged(frameRequest([width, height]));
   if (!still) return;
-  showCost(answer, request);
+  showCost(frame, request);
   if (wipe.on) await wipe.showRight(frameRequest([width, height]), renderFrame);
-  if (shared.live()) await putView(shared.live(), request);
+  if (sharing.live()) await putView(sharing.live(), request);
   history.replaceState(null, "", `#${session.query()}`);
 }
 
@@ -48,10 +45,10 @@ function moved() {
 
 // ---- scenes ---------------------------------------------------------------------------------
 
-const later = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
+const wait = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
 
-// Waits until the scene is there, and tells how far it is. A scene that waits begins to load when a
-// frame of it is asked for. Given up once nobody wants it any more.
+// Waits until the scene is loaded, and shows the progress. A waiting scene is loaded when a frame of it is requested.
+// Returns undefined if loading fails or the scene is no longer wanted.
 async function loadedScene(id, wanted = () => $("scene").value === id) {
   for (let failures = 0; wanted();) {
     try {
@@ -59,36 +56,36 @@ async function loadedScene(id, wanted = () => $("scene").value === id) {
       failures = 0;
       if (scene.state === "ready") return scene;
       if (scene.state === "failed") {
-        note.sayProblem(new Problem({ status: 422, title: "", errors: [{ pointer: id, detail: `could not be loaded: ${scene.failure ?? ""}` }] }));
+        showProblem(new Problem({ status: 422, title: "", errors: [{ pointer: id, detail: `could not be loaded: ${scene.failure ?? ""}` }] }));
         return undefined;
       }
-      note.sayProgress(`Loading ${id}`, scene.stage ?? "", scene.progress);
+      showProgress(`Loading ${id}`, scene.stage ?? "", scene.progress);
       if (scene.state === "waiting") await renderFrame({ scene: id, width: 1, height: 1 });
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
       if (problem.status !== 409) {
-        if (!problemWords(problem).waits) {
-          note.sayProblem(problem);
+        if (!messageOf(problem).retry) {
+          showProblem(problem);
           return undefined;
         }
-        const seconds = problem.retryAfterSeconds ?? Math.min(10, 2 ** failures++);
-        note.sayProblem(problem, seconds);
-        await later(seconds);
+        const seconds = retryDelay(problem.retryAfterSeconds, ++failures);
+        showProblem(problem, seconds);
+        await wait(seconds);
       }
     }
-    await later(0.3);
+    await wait(0.3);
   }
   return undefined;
 }
 
-// Until the first frame of the scene is there: how many of its shaders are compiled.
+// Shows how many shaders are compiled until the first frame of the scene is shown.
 async function showCompilation(id) {
-  for (await later(1); drawnScene !== id && $("scene").value === id; await later(0.5)) {
+  for (await wait(1); shownScene !== id && $("scene").value === id; await wait(0.5)) {
     try {
       const { shaders } = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
       if (!shaders || shaders.finished) return;
-      if (drawnScene === id || shaders.total === 0) continue;
-      note.sayProgress(`Compiling shaders for ${id}`, `${shaders.compiled} of ${shaders.total} programs`,
+      if (shownScene === id || shaders.total === 0) continue;
+      showProgress(`Compiling shaders for ${id}`, `${shaders.compiled} of ${shaders.total} programs`,
         shaders.compiled / shaders.total);
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
@@ -97,11 +94,11 @@ async function showCompilation(id) {
   }
 }
 
-// Whether it is what the page shows now.
+// -> whether the page shows the scene now.
 async function chooseScene(id, view) {
   const scene = await loadedScene(id);
   if (!scene || $("scene").value !== id) return false;
-  note.clear();
+  clearMessage();
   session.scene = scene;
   const cameras = (scene.cameras ?? []).filter((c) => c.position && c.direction && c.yfov);
   fillSelect($("camera"), [["", "default view"], ...cameras.map((c) => [c.name, c.name])], "");
@@ -125,11 +122,11 @@ async function focus(x, y) {
   const at = { scene: scene.id, camera: { position: positionOf(camera), target: camera.target }, time: session.time };
   try {
     const depth = await pixelOf(at, lens, "depth");
-    if (!(depth > 0)) return note.say("", "There is nothing there to focus on.");
-    hands.glideTo(focusOn(camera, pointAt(camera, lens, depth)));
+    if (!(depth > 0)) return showMessage("", "There is nothing to focus on at this point.");
+    input.animateTo(focusOn(camera, pointAt(camera, lens, depth)));
   } catch (problem) {
     if (!(problem instanceof Problem)) throw problem;
-    note.sayProblem(problem);
+    showProblem(problem);
   }
 }
 
@@ -160,8 +157,8 @@ function drawView(environments) {
   controlsFor($("effects"), properties.effects.properties, session.effects, changed);
   const { rotation, ...light } = properties.environment.properties;
   controlsFor($("light"), { ...light, map: { ...light.map, enum: environments } }, session.environment, changed,
-              { map: "the scene's own" });
-  const heading = { type: "number", minimum: -180, maximum: 180, description: "turns the environment map about the vertical, degrees" };
+              { map: "of the scene" });
+  const heading = { type: "number", minimum: -180, maximum: 180, description: "rotation of the environment map about the vertical axis in degrees" };
   if (rotation) {
     $("light").append(controlFor("heading", heading, session.headingDegrees, (value) => {
       session.headingDegrees = value ?? 0;
@@ -171,46 +168,46 @@ function drawView(environments) {
   controlsFor($("picture"), session.pictureSchemas, session.picture, changed);
 }
 
-// A file of the visitor's becomes a scene; where it does not, the old one stays.
-async function sendScene(file, most) {
+// Uploads a scene file and shows the scene; if that fails, the present scene stays.
+async function uploadAndShow(file, maxBytes) {
   const before = $("scene").value;
   try {
-    if (file.size > most) {
-      throw new Problem({ status: 413, title: "Too large", detail: `${file.name} has ${sizeWords(file.size)}; the server takes ${sizeWords(most)}.` });
+    if (file.size > maxBytes) {
+      throw new Problem({ status: 413, title: "File too large", detail: `${file.name} has ${sizeText(file.size)}; the limit of the server is ${sizeText(maxBytes)}.` });
     }
-    const id = await uploadScene(file, (share) => note.sayProgress(`Sending ${file.name}`, "", share));
-    const stays = () => $("scene").value === before;
-    const scene = await loadedScene(id, stays);  // not chosen before: one that fails is not in the list
-    if (scene || !stays()) await listScenes(stays() ? id : $("scene").value);
+    const id = await uploadScene(file, (fraction) => showProgress(`Uploading ${file.name}`, "", fraction));
+    const unchanged = () => $("scene").value === before;
+    const scene = await loadedScene(id, unchanged);  // selected afterwards: a scene that fails is not in the list
+    if (scene || !unchanged()) await listScenes(unchanged() ? id : $("scene").value);
     if ($("scene").value === id) await chooseScene(id);
   } catch (problem) {
     if (!(problem instanceof Problem)) throw problem;
-    note.sayProblem(problem);
+    showProblem(problem);
   }
 }
 
-function listenToUpload(most) {
-  if (!(most > 0)) return;
+function listenToUpload(maxBytes) {
+  if (!(maxBytes > 0)) return;
   $("upload-pick").hidden = false;
   $("upload").addEventListener("change", async () => {
     const [file] = $("upload").files;
-    if (file) await sendScene(file, most);
-    $("upload").value = "";  // so that the same file may be chosen again
+    if (file) await uploadAndShow(file, maxBytes);
+    $("upload").value = "";  // so that the same file can be selected again
   });
 }
 
-async function listScenes(chosen) {
+async function listScenes(selected) {
   const { scenes } = await getJson("v1/scenes");
-  const first = scenes.find((s) => s.id === chosen) ?? scenes.find((s) => s.default) ?? scenes[0];
+  const first = scenes.find((s) => s.id === selected) ?? scenes.find((s) => s.default) ?? scenes[0];
   fillSelect($("scene"), scenes.map((s) => [s.id, s.title || s.id]), first.id);
 }
 
 function listenToBar() {
-  const reset = () => hands.glideTo(session.start);
+  const reset = () => input.animateTo(session.start);
   $("reset").addEventListener("click", reset);
   for (const radio of document.querySelectorAll("input[name=mode]")) {
     radio.addEventListener("change", () => {
-      hands.mode = radio.value;
+      input.mode = radio.value;
       $("pad").hidden = radio.value !== "fly";
     });
   }
@@ -221,8 +218,8 @@ function listenToBar() {
   $("full-screen").hidden = !document.fullscreenEnabled;
   $("full-screen").addEventListener("click", () =>
     (document.fullscreenElement ? document.exitFullscreen() : $("left").requestFullscreen()).catch(() => {}));
-  hands = new Hands({ stage: $("stage"), session, moved, calm, focus, reset, play: () => time.toggle() });
-  flyPad($("pad"), hands);
+  input = new InputHandler({ stage: $("stage"), session, moved, reducedMotion, focus, reset, play: () => time.toggle() });
+  connectFlightButtons($("pad"), input);
   new ResizeObserver(() => session.camera && moved()).observe($("stage"));
 }
 
@@ -235,25 +232,25 @@ async function start() {
   const asked = session.read(location.hash);
   const limits = { maxPixels: Math.min(renderer.limits.pixels, renderer.software ? 1280 * 720 : 2560 * 1440), maxEdge: renderer.limits.edge };
   const box = () => ({ width: $("stage").clientWidth, height: $("stage").clientHeight, ratio: Math.min(2, devicePixelRatio || 1) });
-  frames = new Frames({ limits, box, calm, shown, failed: note.sayProblem, requestFor: (size, options) => {
+  frames = new Frames({ limits, box, reducedMotion, shown, failed: showProblem, requestFor: (size, options) => {
     const request = frameRequest(size, options);
     return request && wipe.left(request);
   } });
   time = new TimeRow(session, moved);
-  wipe = new Wipe(wipeChoices(session.presets, Object.keys(session.effects), wordsOf), changed);
+  wipe = new Wipe(wipeChoices(session.presets, Object.keys(session.effects), labelOf), changed);
   compare = new ComparePanel({ session, request: frameRequest, use: (accuracy) => {
     const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
     Object.assign(session, { preset, knobs });
     drawKnobs();
     changed();
-  }, truth: (path) => wipe.setTruth(path), size: (width) => {
+  }, reference: (path) => wipe.setReference(path), size: (width) => {
     const [w, h] = frames.size();
     return [width, Math.max(1, Math.round((width * h) / w))];
   } });
   drawView(renderer.environments);
   drawKnobs();
   const { filters } = session.schema.properties;
-  if (filters) filtersPart(session, filters, changed);
+  if (filters) filterControls(session, filters, changed);
   $("knobs-reset").addEventListener("click", () => {
     session.knobs = {};
     drawKnobs();
@@ -261,7 +258,7 @@ async function start() {
   });
   tabs(document.querySelector("[role=tablist]"), () => { $("hint").textContent = ""; });
   listenToBar();
-  shared = share({ session, changed, paths: schema.paths, full: () => frameRequest(frames.size()) });
+  sharing = connectSharing({ session, changed, paths: schema.paths, fullRequest: () => frameRequest(frames.size()) });
   listenToUpload(renderer.limits.uploadBytes);
   $("maps-show").addEventListener("click", () => showMaps(frameRequest(frames.size())));
   $("scene").addEventListener("change", () => chooseScene($("scene").value));
@@ -274,9 +271,9 @@ async function start() {
   await chooseScene($("scene").value, asked.view);
 }
 
-// The token lives as long as the tab.
+// The token is kept until the tab is closed.
 function askForToken() {
-  note.clear();
+  clearMessage();
   $("token-form").hidden = false;
   $("token").value = "";
   $("token").focus();
@@ -289,15 +286,15 @@ $("token-form").addEventListener("submit", (e) => {
   begin();
 });
 
-// A server that is away while the page opens is asked again like any other.
+// Retries if the server is unreachable while the page opens.
 async function begin(failures = 1) {
   try {
     await start();
   } catch (problem) {
     if (!(problem instanceof Problem)) throw problem;
     if (problem.status === 401 && !session) return askForToken();
-    const seconds = problemWords(problem).waits && !session ? problem.retryAfterSeconds ?? Math.min(10, 2 ** (failures - 1)) : undefined;
-    note.sayProblem(problem, seconds);
+    const seconds = messageOf(problem).retry && !session ? retryDelay(problem.retryAfterSeconds, failures) : undefined;
+    showProblem(problem, seconds);
     if (seconds !== undefined) setTimeout(() => begin(failures + 1), 1000 * seconds);
   }
 }

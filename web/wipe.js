@@ -1,14 +1,14 @@
-// The same view with two settings, one to the left of a line and one to the right of it.
-import { pictureAt } from "./api.js";
+// Compares the view with two settings, to the left and right of a movable line.
+import { imageAt } from "./api.js";
 import { $, element, fillSelect, showBlob } from "./dom.js";
 
-// What the wipe may show on either side: [key, words]. effects: their names.
-export const wipeChoices = (presets, effects, words) => [
-  ["now", "as set now"], ...presets.map((p) => [`preset:${p}`, `accuracy ${p}`]),
-  ...effects.map((e) => [`off:${e}`, `without ${words(e).toLowerCase()}`]), ["off:all", "all effects off"],
+// The choices for either side: [key, label]. effects: their names.
+export const wipeChoices = (presets, effects, labelOf) => [
+  ["now", "current setting"], ...presets.map((p) => [`preset:${p}`, `accuracy ${p}`]),
+  ...effects.map((e) => [`off:${e}`, `without ${labelOf(e).toLowerCase()}`]), ["off:all", "all effects off"],
 ];
 
-// The same view with such a choice.
+// The request with such a choice.
 export function withChoice(request, key) {
   const [kind, what] = key.split(":");
   if (kind === "preset") return { ...request, accuracy: what };
@@ -32,28 +32,28 @@ export class Wipe {
     $("wipe-start").addEventListener("click", () => {
       this.on = !this.on;
       $("wipe-start").setAttribute("aria-pressed", this.on);
-      $("wipe-start").textContent = this.on ? "Stop wiping" : "Wipe between them";
+      $("wipe-start").textContent = this.on ? "Stop comparing" : "Compare";
       if (!this.on) this.hide();
       changed();
     });
   }
 
-  // A picture of the view's truth, or nothing: then nobody can choose it.
-  setTruth(path) {
-    this.truth = path;
+  // Adds the reference image as a choice, or removes it if there is no path.
+  setReference(path) {
+    this.reference = path;
     const right = $("wipe-with"), option = right.querySelector("[value=truth]");
-    if (path && !option) right.append(element("option", { value: "truth", textContent: "the traced truth" }));
+    if (path && !option) right.append(element("option", { value: "truth", textContent: "path-traced reference" }));
     if (!path && option) {
-      const chosen = right.value === "truth";
+      const selected = right.value === "truth";
       option.remove();
-      if (chosen) right.value = "off:all";
+      if (selected) right.value = "off:all";
     }
   }
 
-  // Fills the right side: with the truth, or with what `draw(request)` comes to.
-  async showRight(request, draw) {
+  // Shows the right side: the reference image or the frame of render(request).
+  async showRight(request, render) {
     const right = $("wipe-with").value;
-    const blob = right === "truth" ? await pictureAt(this.truth) : (await draw(withChoice(request, right))).blob;
+    const blob = right === "truth" ? await imageAt(this.reference) : (await render(withChoice(request, right))).blob;
     await showBlob($("after"), blob);
     this.#show();
   }

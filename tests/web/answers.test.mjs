@@ -1,22 +1,20 @@
-// What comes back: headers, multipart bodies, NumPy files, plans, problems, comparisons; and how often
-// the page asks.
+// Responses: headers, multipart bodies, NumPy files, plans, problems, comparisons; and the scheduling of requests.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { below, parseServerTiming } from "../../web/api.js";
-import { floatsOf, partsOf } from "../../web/bytes.js";
-import { hullOf, logAxis, logTicks, settingsFor, shortNumber } from "../../web/chart.js";
-import { Latest, Pace, frameSize, patience } from "../../web/pace.js";
-import { decisionRows, planRows, skippedRows, timeShares } from "../../web/plan.js";
-import { problemWords, subjectOf } from "../../web/words.js";
+import { floatsOf, parseServerTiming, partsOf, relativePath } from "../../web/api.js";
+import { hullOf, logAxis, logTicks, settingsFor, shortNumber } from "../../web/compare_panel.js";
+import { decisionRows, planRows, skippedRows, timeParts } from "../../web/frame_panels.js";
+import { Latest, Pace, frameSize, retryDelay } from "../../web/frames.js";
+import { messageOf, subjectOf } from "../../web/messages.js";
 
 const bytesOf = (text) => new TextEncoder().encode(text);
 
-test("Server-Timing is read with and without descriptions", () =>
+test("Server-Timing is parsed with and without descriptions", () =>
   assert.deepEqual(parseServerTiming('queue;dur=0.1, surface;desc="a, b";dur=41.5, odd'),
                    [{ name: "queue", milliseconds: 0.1 }, { name: "surface", milliseconds: 41.5 }]));
 
-test("parts of a multipart answer come out whole, even when one holds what looks like a boundary", () => {
+test("parts of a multipart response are complete, even if one contains the boundary", () => {
   const body = "--cut\r\nContent-Type: a/b\r\nContent-Length: 9\r\n\r\nx\r\n--cut!\r\n--cut\r\n" +
     'Content-Length: 2\r\nContent-Disposition: attachment; name="mirror:floor"\r\n\r\n{}\r\n--cut--\r\n';
   const parts = partsOf("multipart/mixed; boundary=cut", bytesOf(body));
@@ -25,7 +23,7 @@ test("parts of a multipart answer come out whole, even when one holds what looks
   assert.throws(() => partsOf("image/jpeg", bytesOf(body)));
 });
 
-test("a NumPy file's numbers come out, and another type is refused", () => {
+test("a float32 NumPy file is read, and other types are rejected", () => {
   const file = (type) => {
     const head = `{'descr': '${type}', 'fortran_order': False, 'shape': (1, 1, 1), }`.padEnd(117) + "\n";
     const bytes = new Uint8Array(10 + head.length + 4);
@@ -38,7 +36,7 @@ test("a NumPy file's numbers come out, and another type is refused", () => {
   assert.throws(() => floatsOf(new ArrayBuffer(16)));
 });
 
-test("a path of the server lies below the page", () => assert.equal(below("/v1/jobs/1"), "v1/jobs/1"));
+test("a path of the server is relative to the page", () => assert.equal(relativePath("/v1/jobs/1"), "v1/jobs/1"));
 
 // ---- the plan ---------------------------------------------------------------------------------
 
@@ -52,21 +50,21 @@ const plan = {
     candidates: [{ method: "environment", milliseconds: 0, error: 0.8 }, { method: "traced", milliseconds: 3, error: 0.1 }] })),
 };
 
-test("the passes of one thing are one row, with their time together", () => {
+test("the passes of one object are one row with their total time", () => {
   const rows = planRows(plan);
   assert.deepEqual(rows.map((r) => [r.title, r.milliseconds, r.draws]), [["Ball", 4.5, 20], ["Surfaces", undefined, 5]]);
-  assert.deepEqual(rows[0].kinds, [{ words: "cube faces", count: 2 }, { words: "smaller levels", count: 1 }]);
+  assert.deepEqual(rows[0].kinds, [{ text: "cube faces", count: 2 }, { text: "mip levels", count: 1 }]);
 });
 
-test("what is decided or left out alike stands once, with its reason", () => {
+test("equal decisions and equal skipped passes are one row with a reason", () => {
   const [row, ...others] = decisionRows(plan);
-  assert.deepEqual([row.title, row.taken, row.times, row.candidates[1].taken, others.length], ["Window", "traced rays", 2, true, 0]);
+  assert.deepEqual([row.title, row.taken, row.times, row.candidates[1].taken, others.length], ["Window", "ray traced", 2, true, 0]);
   assert.deepEqual(skippedRows(plan), [{ title: "Floor", effect: "Planar reflection", reason: "behind", times: 2 }]);
   assert.equal(subjectOf("probe:brassFigure:levels"), "Brass figure");
 });
 
-test("the shares of a frame's time add up to its total", () => {
-  const { total, parts } = timeShares([1, 2, 3, 4, 5, 6, 7].map((ms) => ({ name: `p${ms}`, milliseconds: ms }))
+test("the parts of the time of a frame add up to the total", () => {
+  const { total, parts } = timeParts([1, 2, 3, 4, 5, 6, 7].map((ms) => ({ name: `p${ms}`, milliseconds: ms }))
     .concat({ name: "total", milliseconds: 30 }));
   assert.equal(total, 30);
   assert.equal(parts.reduce((sum, p) => sum + p.milliseconds, 0), 30);
@@ -75,63 +73,63 @@ test("the shares of a frame's time add up to its total", () => {
 
 // ---- problems ---------------------------------------------------------------------------------
 
-test("a busy, leaving or absent server is waited for; a refusal is not", () => {
-  const words = (status, code = "") => problemWords({ status, code, title: "", detail: "why" });
-  assert.match(words(503, "queueFull").title, /busy/);
-  assert.match(words(503, "shuttingDown").title, /shutting down/);
-  for (const status of [0, 409, 429, 502, 503]) assert.equal(words(status).waits, true, status);
-  for (const status of [400, 403, 404, 422, 500, 504]) assert.equal(words(status).waits, false, status);
-  const refused = problemWords({ status: 422, title: "", errors: [{ pointer: "/width", detail: "is out of range", allowed: "1 to 4096" }] });
+test("requests are retried if the server is busy, stopping or unreachable, not if they are invalid", () => {
+  const message = (status, code = "") => messageOf({ status, code, title: "", detail: "why" });
+  assert.match(message(503, "queueFull").title, /busy/);
+  assert.match(message(503, "shuttingDown").title, /shutting down/);
+  for (const status of [0, 409, 429, 502, 503]) assert.equal(message(status).retry, true, status);
+  for (const status of [400, 403, 404, 422, 500, 504]) assert.equal(message(status).retry, false, status);
+  const refused = messageOf({ status: 422, title: "", errors: [{ pointer: "/width", detail: "is out of range", allowed: "1 to 4096" }] });
   assert.deepEqual(refused.lines, ["/width is out of range (allowed: 1 to 4096)"]);
 });
 
-test("the page waits as long as the server says, or longer with every failure", () => {
-  assert.equal(patience(3, 5), 3);
-  assert.deepEqual([1, 2, 3, 9].map((n) => patience(undefined, n)), [1, 2, 4, 10]);
+test("the retry delay is that of the server, or grows with every failure", () => {
+  assert.equal(retryDelay(3, 5), 3);
+  assert.deepEqual([1, 2, 3, 9].map((n) => retryDelay(undefined, n)), [1, 2, 4, 10]);
 });
 
 // ---- pace -------------------------------------------------------------------------------------
 
-test("only the newest of many wishes runs after the one under way", async () => {
+test("of the requests that arrive during another only the newest runs", async () => {
   const ran = [];
   let release;
   const gate = new Promise((resolve) => { release = resolve; });
-  const latest = new Latest(async (wish) => {
-    ran.push(wish);
-    if (wish === 1) await gate;
+  const latest = new Latest(async (wanted) => {
+    ran.push(wanted);
+    if (wanted === 1) await gate;
   });
-  for (const wish of [1, 2, 3, 4]) latest.ask(wish);
+  for (const wanted of [1, 2, 3, 4]) latest.request(wanted);
   release();
   await new Promise((resolve) => setTimeout(resolve));
   assert.deepEqual(ran, [1, 4]);
 });
 
-test("a frame keeps its shape within the limits", () => {
+test("a frame keeps its aspect ratio within the limits", () => {
   assert.deepEqual(frameSize(100, 50, 2, { maxPixels: 1e6, maxEdge: 4096 }), [200, 100]);
   const [width, height] = frameSize(4000, 2000, 2, { maxPixels: 1280 * 720, maxEdge: 4096 });
   assert.ok(width * height <= 1280 * 720 && Math.abs(width / height - 2) < 0.01);
 });
 
-test("moving frames follow the budget: pixels first, then accuracy, and back", () => {
-  const pace = new Pace({ budgetMs: 100, least: 100, most: 10000, pixels: 1000 });
-  pace.took(1000, 200);
+test("frames in motion follow the time budget: pixels first, then accuracy, and back", () => {
+  const pace = new Pace({ budgetMs: 100, minPixels: 100, maxPixels: 10000, pixels: 1000 });
+  pace.measured(1000, 200);
   assert.deepEqual([pace.pixels, pace.draft], [500, false]);
-  pace.took(120, 1000);
+  pace.measured(120, 1000);
   assert.deepEqual([pace.pixels, pace.draft], [100, true]);
-  for (let i = 0; i < 4; ++i) pace.took(pace.pixels, 1);
+  for (let i = 0; i < 4; ++i) pace.measured(pace.pixels, 1);
   assert.deepEqual([pace.pixels, pace.draft], [1600, false]);
 });
 
 // ---- the chart --------------------------------------------------------------------------------
 
-test("the hull keeps what no mixture of others beats", () => {
+test("the hull is the lower left convex hull", () => {
   const at = (label, milliseconds, error) => ({ label, milliseconds, error });
   const hull = hullOf([at("fine", 100, 0.01), at("worse", 120, 0.02), at("dull", 10, 0.9), at("draft", 1, 1),
                        at("standard", 10, 0.05), at("broken", 0, 0)]);
   assert.deepEqual(hull.map((p) => p.label), ["draft", "standard", "fine"]);
 });
 
-test("ticks are round numbers on the axis, and few", () => {
+test("ticks are few round numbers on the axis", () => {
   assert.deepEqual(logTicks(40, 600), [50, 100, 200, 500]);
   for (const [low, high] of [[1e-4, 1e4], [0.9, 1.2], [3, 1e6]]) {
     const ticks = logTicks(low, high);
@@ -142,7 +140,7 @@ test("ticks are round numbers on the axis, and few", () => {
   assert.deepEqual([shortNumber(2000), shortNumber(0.0123)], ["2k", "0.012"]);
 });
 
-test("a sweep moves each knob by itself, within its range and the list's length", () => {
+test("a sweep varies each knob separately, within its range and the maximum number of settings", () => {
   const knobs = {
     planar: { type: "string", enum: ["automatic", "mirror", "traced"] }, backFaces: { type: "boolean" },
     generations: { type: "integer", minimum: 1, maximum: 8 }, maxError: { type: "number", minimum: 1e-6, maximum: 1000 },
@@ -151,7 +149,7 @@ test("a sweep moves each knob by itself, within its range and the list's length"
   const plain = settingsFor({ ...common, current: { preset: "draft" }, sweep: false });
   assert.deepEqual(plain.map((s) => s.label), ["draft", "fine"]);
   const swept = settingsFor({ ...common, current: { preset: "draft", bounces: 2 }, sweep: true });
-  assert.deepEqual(swept.map((s) => s.label), ["draft", "fine", "as set now", "planar mirror", "planar traced", "backFaces true", "generations 2"]);
+  assert.deepEqual(swept.map((s) => s.label), ["draft", "fine", "current setting", "planar mirror", "planar traced", "backFaces true", "generations 2"]);
   assert.deepEqual(swept[3].accuracy, { preset: "draft", bounces: 2, planar: "mirror" });
-  assert.equal(settingsFor({ ...common, current: {}, sweep: true, most: 4 }).length, 4);
+  assert.equal(settingsFor({ ...common, current: {}, sweep: true, maxSettings: 4 }).length, 4);
 });

@@ -1,18 +1,17 @@
-// The camera's mathematics, gestures, and the path of a flight.
+// Camera mathematics, gestures and flight.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { axesOf, between, focusOn, forwardOf, fromDirection, fromLookAt, lensFor, lensOfPixel, look, moved, orbit, pan, pointAt,
+import { axesOf, focusOn, forwardOf, fromDirection, fromLookAt, interpolate, lensFor, lensOfPixel, look, moved, orbit, pan, pointAt,
          positionOf, zoom } from "../../web/camera.js";
-import { Flight, flies, inputOf, kStep } from "../../web/flight.js";
-import { gestureOf, wheelZoom } from "../../web/gestures.js";
+import { Flight, directionOf, gestureOf, isFlightKey, kStep, wheelZoom } from "../../web/navigation.js";
 import { near } from "./near.mjs";
 
 const view = { position: [3, 4, 5], target: [0, 1, 0], yfov: 0.9 };
 
-test("an orbit camera stands where its look-at says", () => near(positionOf(fromLookAt(view)), view.position));
+test("an orbit camera has the position of its look-at", () => near(positionOf(fromLookAt(view)), view.position));
 
-test("a full turn comes back and keeps the distance", () => {
+test("a full turn ends at the start and keeps the distance", () => {
   let camera = fromLookAt(view);
   for (let i = 0; i < 8; ++i) {
     camera = orbit(camera, Math.PI / 4, 0);
@@ -21,59 +20,59 @@ test("a full turn comes back and keeps the distance", () => {
   near(positionOf(camera), view.position);
 });
 
-test("no drag turns the camera past straight up or down", () => {
+test("no drag rotates the camera beyond straight up or down", () => {
   for (const dy of [100, -100]) {
     const { pitch } = orbit(fromLookAt(view), 0, dy);
     assert.ok(Math.abs(pitch) < Math.PI / 2);
   }
 });
 
-test("looking round stays where it is, and turns the same way as orbiting", () => {
+test("look() keeps the position and rotates like orbit()", () => {
   const camera = fromLookAt(view), turned = look(camera, 0.3, -0.2);
   near(positionOf(turned), view.position);
   near(axesOf(turned).toEye, axesOf(orbit(camera, 0.3, -0.2)).toEye);
 });
 
-test("panning by the whole side moves what is at the target's depth by the whole side", () => {
+test("panning by the whole side moves points at the depth of the target by the whole side", () => {
   const camera = fromLookAt({ position: [0, 0, 2], target: [0, 0, 0], yfov: Math.PI / 2 });
   near(pan(camera, 1, 0).target, [-4, 0, 0]);
   near(pan(camera, 0, 1).target, [0, 4, 0]);
 });
 
-test("zooming in and out by the same factor is nothing", () =>
+test("zooming in and out by the same factor changes nothing", () =>
   near(positionOf(zoom(zoom(fromLookAt(view), 1.3), 1 / 1.3)), view.position));
 
-test("the identity looks down -Z, a quarter turn about Y down -X", () => {
+test("the identity looks along -Z, a quarter turn about Y along -X", () => {
   near(forwardOf([0, 0, 0, 1]), [0, 0, -1]);
   near(forwardOf([0, Math.SQRT1_2, 0, Math.SQRT1_2]), [-1, 0, 0]);
 });
 
-test("an upright picture keeps its width in view", () => {
+test("in portrait format the field of view applies to the width", () => {
   assert.equal(lensFor(1, 1.5), 1);
   assert.ok(Math.abs(Math.tan(lensFor(1, 0.5) / 2) * 0.5 - Math.tan(0.5)) < 1e-9);
 });
 
-test("the middle pixel at the target's depth is the target; the edge lies where the lens says", () => {
+test("the centre pixel at the depth of the target is the target; edge pixels match the field of view", () => {
   const camera = fromDirection({ position: [1, 2, 3], direction: [0, 0, -1], distance: 5, yfov: Math.PI / 2 });
   near(pointAt(camera, lensOfPixel(camera.yfov, 200, 100, 100, 50), 5), camera.target);
   near(pointAt(camera, lensOfPixel(camera.yfov, 200, 100, 100, 0), 5), [1, 7, -2]);
   near(pointAt(camera, lensOfPixel(camera.yfov, 200, 100, 200, 50), 5), [11, 2, -2]);
 });
 
-test("focusing looks at the point, from nearer, along the line to it", () => {
+test("focusing looks at the point and moves closer along the line to it", () => {
   const camera = focusOn(fromLookAt(view), [3, 4, -5]);
   near(camera.target, [3, 4, -5]);
   near(positionOf(camera), [3, 4, 1]);
 });
 
-test("a glide begins and ends where it should and turns the short way", () => {
+test("interpolation matches both ends and takes the shorter rotation", () => {
   const from = { ...fromLookAt(view), yaw: 3 }, to = { ...from, yaw: -3, distance: 2 };
-  near(positionOf(between(from, to, 0)), positionOf(from));
-  near(positionOf(between(from, to, 1)), positionOf(to));
-  assert.ok(Math.abs(between(from, to, 0.5).yaw) > 3);
+  near(positionOf(interpolate(from, to, 0)), positionOf(from));
+  near(positionOf(interpolate(from, to, 1)), positionOf(to));
+  assert.ok(Math.abs(interpolate(from, to, 0.5).yaw) > 3);
 });
 
-// ---- flying -----------------------------------------------------------------------------------
+// ---- flight -----------------------------------------------------------------------------------
 
 // Keys at their moments, frames at a rate; the camera two seconds later.
 function flown(rate, { events = [[0.1, "press", "KeyW"], [0.6, "press", "KeyD"], [0.9, "release", "KeyW"], [1.1, "release", "KeyD"]], glides = true } = {}) {
@@ -95,7 +94,7 @@ test("the same keys fly the same path at 30, 60 and 144 frames a second", () => 
   assert.ok(Math.hypot(...slow.target.map((x, i) => x - [0, 1, 0][i])) > 2);
 });
 
-test("holding a key comes to the speed, and letting go to rest", () => {
+test("a held key reaches the full speed; after release the camera stops", () => {
   const flight = new Flight(0);
   flight.speed = 4;
   flight.press("KeyW");
@@ -108,7 +107,7 @@ test("holding a key comes to the speed, and letting go to rest", () => {
   near(positionOf(flight.advance(camera, 20)), rest);
 });
 
-test("the first step is velocity, then position: semi-implicit Euler", () => {
+test("integration is semi-implicit Euler: velocity, then position", () => {
   const flight = new Flight(0);
   flight.speed = 1;
   flight.press("KeyE");
@@ -117,25 +116,25 @@ test("the first step is velocity, then position: semi-implicit Euler", () => {
   near(camera.target, [0, flight.velocity[1] * kStep, 0]);
 });
 
-test("a diagonal is no faster, opposite keys are nothing", () => {
-  for (const codes of [["KeyW"], ["KeyW", "KeyD"], ["KeyW", "KeyD", "KeyE"]]) near([Math.hypot(...inputOf(codes))], [1]);
-  near(inputOf(["KeyW", "KeyS"]), [0, 0, 0]);
-  near(inputOf(["KeyA", "KeyW", "KeyS"]), [-1, 0, 0]);
-  assert.ok(flies("KeyQ") && !flies("KeyR"));
+test("diagonals are not faster, opposite keys cancel", () => {
+  for (const codes of [["KeyW"], ["KeyW", "KeyD"], ["KeyW", "KeyD", "KeyE"]]) near([Math.hypot(...directionOf(codes))], [1]);
+  near(directionOf(["KeyW", "KeyS"]), [0, 0, 0]);
+  near(directionOf(["KeyA", "KeyW", "KeyS"]), [-1, 0, 0]);
+  assert.ok(isFlightKey("KeyQ") && !isFlightKey("KeyR"));
 });
 
-test("where motion is unwelcome, letting go stops at once", () => {
+test("with reduced motion the camera stops at release", () => {
   const until = (seconds) => flown(60, { glides: false, events: [[0.1, "press", "KeyW"], [0.5, "release", "KeyW"], [seconds, "release", "KeyW"]] });
   near(positionOf(until(0.6)), positionOf(until(1.9)));
   assert.ok(Math.abs(positionOf(flown(60, { events: [[0.1, "press", "KeyW"], [0.5, "release", "KeyW"]] }))[2] - positionOf(until(1))[2]) > 0.1);
 });
 
-test("moving carries the target along", () => {
+test("moving translates the target too", () => {
   const camera = moved(fromLookAt(view), [1, 2, 3]);
   near(positionOf(camera), [4, 6, 8]);
 });
 
-test("one finger turns, two fingers pan and zoom", () => {
+test("one finger orbits, two fingers pan and zoom", () => {
   assert.deepEqual(gestureOf([[0, 0]], [[100, 0]], 100), { kind: "orbit", dx: Math.PI, dy: 0 });
   const pinch = gestureOf([[0, 0], [10, 0]], [[-5, 0], [15, 0]], 100);
   assert.deepEqual([pinch.kind, pinch.dx, pinch.zoom], ["pan", 0, 0.5]);

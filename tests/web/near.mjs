@@ -1,4 +1,4 @@
-// Numbers that should agree, one by one.
+// Compares numbers one by one.
 import assert from "node:assert/strict";
 
 export const near = (actual, expected, bound = 1e-9) =>

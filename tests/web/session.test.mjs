@@ -1,12 +1,12 @@
-// From the schema to controls, from settings to requests, and links there and back.
+// Controls from the schema, requests from settings, and links in both directions.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { positionOf } from "../../web/camera.js";
 import { curlOf, queryOf, requestOf, rounded } from "../../web/links.js";
-import { controlOf, fieldsOfType, newOfType, positionFor, resolved, sliderSteps, typesOf, valueAt, wordsOf } from "../../web/schema.js";
+import { controlOf, fieldsOfType, labelOf, newOfType, positionFor, resolved, sliderSteps, typesOf, valueAt } from "../../web/schema.js";
 import { Session } from "../../web/session.js";
-import { spanOf } from "../../web/time_row.js";
+import { durationOf } from "../../web/time_row.js";
 import { withChoice, wipeChoices } from "../../web/wipe.js";
 import { near } from "./near.mjs";
 
@@ -63,16 +63,16 @@ function session() {
 
 // ---- controls ---------------------------------------------------------------------------------
 
-test("each kind of field gets its kind of control", () => {
+test("each kind of field has its kind of control", () => {
   assert.deepEqual(controlOf("x", flag), { kind: "switch" });
   assert.deepEqual(controlOf("x", frame.properties.toneMap).words, ["neutral", "aces"]);
   assert.deepEqual(controlOf("x", fieldsOfType(filter, "convolve").kernel), { kind: "choice", words: ["sharpen", "box"] });
   assert.deepEqual(controlOf("x", numbers(4)), { kind: "vector", count: 4 });
   assert.equal(controlOf("x", frame.properties.camera).kind, "other");
-  assert.equal(wordsOf("planarReflection"), "Planar reflection");
+  assert.equal(labelOf("planarReflection"), "Planar reflection");
 });
 
-test("a slider's ends are the range's, whole numbers stay whole, and positions and values agree", () => {
+test("sliders span the range, integers stay integers, positions and values are consistent", () => {
   for (const schema of [knobs.generations, { type: "integer", minimum: 16, maximum: 2048 }, { type: "number", minimum: 0.125, maximum: 1 },
                         { type: "number", minimum: -32, maximum: 32 }]) {
     const control = controlOf("x", schema);
@@ -98,7 +98,7 @@ test("a filter has the fields of its type, and a new one has the required ones",
 
 // ---- requests ---------------------------------------------------------------------------------
 
-test("a session begins with the server's defaults and its scene's view", () => {
+test("a session starts with the defaults of the server and the view of its scene", () => {
   const request = session().request([640, 360]);
   assert.deepEqual(request, {
     scene: "hall", camera: { position: [0, 2, 5], target: [0, 1, 0], yfov: 0.9 }, width: 640, height: 360,
@@ -108,14 +108,14 @@ test("a session begins with the server's defaults and its scene's view", () => {
   assert.deepEqual(session().request([64, 36], { draft: true }).accuracy, "draft");
 });
 
-test("a small frame's filters count in its own pixels", () => {
+test("filter fields in pixels are scaled for small frames", () => {
   const made = session();
   made.filters = [{ type: "twirl", amount: 2, radius: 100 }];
   assert.deepEqual(made.request([64, 36], { scale: 0.5 }).filters, [{ type: "twirl", amount: 2, radius: 50 }]);
   assert.deepEqual(made.request([128, 72]).filters, made.filters);
 });
 
-test("a knob is the preset's until it is set", () => {
+test("a knob has the value of the preset until it is set", () => {
   const made = session();
   assert.equal(made.knobValue("generations"), 2);
   made.preset = "draft";
@@ -124,15 +124,15 @@ test("a knob is the preset's until it is set", () => {
   assert.deepEqual([made.knobValue("generations"), made.accuracy], [5, { preset: "draft", generations: 5 }]);
 });
 
-test("a scene's camera looks where it says; speeds follow the scene's size", () => {
+test("a camera of the scene is applied; the size of the scene is its diagonal", () => {
   const made = session();
   made.useCamera("door");
   near(positionOf(made.camera), [1, 1, 1]);
   near([made.camera.yaw, made.camera.pitch], [0, 0]);
-  assert.equal(made.reach, 13);
+  assert.equal(made.sceneSize, 13);
 });
 
-test("an address gives back the same view and settings", () => {
+test("an address restores the view and the settings", () => {
   const made = session();
   made.useCamera("door");
   Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, clip: "walk", headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }] });
@@ -147,14 +147,14 @@ test("an address gives back the same view and settings", () => {
   assert.deepEqual(other.request([300, 200]), made.request([300, 200]));
 });
 
-test("an old or broken address does no harm", () => {
+test("invalid parts of an address are ignored", () => {
   const made = session();
   const { scene: id, view } = made.read("#scene&effects.emission=maybe&gone=1&camera.gone.deep=2&exposure=x&__proto__.a=1&%zz=%zz&accuracy=best");
   assert.deepEqual([id, view], [undefined, undefined]);
   assert.deepEqual(made.request([640, 360]), session().request([640, 360]));
 });
 
-test("a request becomes a link and a command", () => {
+test("a request is written as a link and as a curl command", () => {
   const request = rounded({ scene: "a b", camera: { position: [1, 2.00000001, 3] }, effects: { emission: false } });
   assert.equal(queryOf(request), "scene=a%20b&camera.position=1,2,3&effects.emission=false");
   assert.deepEqual(requestOf(queryOf(request), frame), request);
@@ -162,17 +162,17 @@ test("a request becomes a link and a command", () => {
   assert.ok(curlOf({ scene: "it's" }, "http://h/").includes(`it'\\''s`));
 });
 
-test("the wipe's sides are the same view with another accuracy or with effects off", () => {
+test("both sides of a comparison are the same view with another accuracy or without effects", () => {
   const request = session().request([64, 36]);
   assert.deepEqual(withChoice(request, "now"), request);
   assert.equal(withChoice(request, "preset:draft").accuracy, "draft");
   assert.deepEqual(withChoice(request, "off:emission").effects, { emission: false, refraction: true });
   assert.deepEqual(withChoice(request, "off:all").effects, { emission: false, refraction: false });
-  assert.deepEqual(wipeChoices(["draft"], ["emission"], wordsOf).map(([key]) => key), ["now", "preset:draft", "off:emission", "off:all"]);
+  assert.deepEqual(wipeChoices(["draft"], ["emission"], labelOf).map(([key]) => key), ["now", "preset:draft", "off:emission", "off:all"]);
 });
 
-test("the time slider spans the longest clip, and is away where nothing moves", () => {
-  assert.equal(spanOf({}), 0);
+test("the time slider spans the longest clip", () => {
+  assert.equal(durationOf({}), 0);
   const animations = [{ name: "a", duration: 2 }, { name: "b", duration: 3 }];
-  assert.deepEqual([spanOf({ animations }), spanOf({ animations }, "a")], [3, 2]);
+  assert.deepEqual([durationOf({ animations }), durationOf({ animations }, "a")], [3, 2]);
 });

@@ -1,11 +1,10 @@
-// Pictures of the page, to be looked at, and words that must fit.
+// Screenshots of the page; text must fit and have enough contrast.
 import assert from "node:assert/strict";
 
 import { visit } from "./support.mjs";
 
-// In the page: words whose contrast with what is behind them is below that of WCAG 2.2, level AA: 4.5, and
-// 3 for large ones. What is switched off may be fainter.
-function faint() {
+// Runs in the page: text whose contrast is below WCAG 2.2, level AA: 4.5, or 3 for large text. Disabled controls are exempt.
+function lowContrastText() {
   const numbers = (color) => color.match(/[\d.]+/g).map(Number);
   const light = (color) => {
     const [r, g, b] = numbers(color).map((c) => c / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
@@ -18,19 +17,19 @@ function faint() {
     }
     return "rgb(255, 255, 255)";
   };
-  const faintOnes = [];
-  let looked = 0;
+  const found = [];
+  let examined = 0;
   for (const e of document.querySelectorAll("header *, aside *")) {
     const words = [...e.childNodes].filter((n) => n.nodeType === Node.TEXT_NODE && n.textContent.trim()).map((n) => n.textContent.trim()).join(" ");
     const style = getComputedStyle(e);
     if (!words || !e.offsetParent || style.visibility === "hidden" || e.closest(":disabled, [aria-disabled=true], option, svg")) continue;
-    ++looked;
+    ++examined;
     const [low, high] = [light(style.color), light(behind(e))].sort((a, b) => a - b);
     const size = parseFloat(style.fontSize), large = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700);
     const contrast = (high + 0.05) / (low + 0.05);
-    if (contrast < (large ? 3 : 4.5)) faintOnes.push(`${words.slice(0, 40)}: ${contrast.toFixed(2)}`);
+    if (contrast < (large ? 3 : 4.5)) found.push(`${words.slice(0, 40)}: ${contrast.toFixed(2)}`);
   }
-  return { looked, faintOnes };
+  return { examined, found };
 }
 
 const looks = [
@@ -40,7 +39,7 @@ const looks = [
   ["phone-dark", { colorScheme: "dark", viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 }],
 ];
 for (const [name, options] of looks) {
-  visit(`it looks well: ${name}`, { ...options, path: "#scene=chapel" }, async (v, page) => {
+  visit(`text fits and is legible: ${name}`, { ...options, path: "#scene=chapel" }, async (v, page) => {
     for (const tab of ["view", "accuracy", "cost", "compare", "maps"]) {
       await page.click(`#tab-${tab}`);
       if (tab === "maps") {
@@ -51,10 +50,10 @@ for (const [name, options] of looks) {
       await v.picture(`${name}-${tab}`);
       const cut = await page.evaluate(() => [...document.querySelectorAll("aside button, aside label, aside h2, header label")]
         .filter((e) => e.offsetParent && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== "inline").map((e) => e.textContent));
-      assert.deepEqual(cut, [], "words that do not fit");
-      const { looked, faintOnes } = await page.evaluate(faint);
-      assert.ok(looked > 10);
-      assert.deepEqual(faintOnes, [], "words that are hard to read");
+      assert.deepEqual(cut, [], "text does not fit");
+      const { examined, found } = await page.evaluate(lowContrastText);
+      assert.ok(examined > 10);
+      assert.deepEqual(found, [], "low contrast");
     }
   });
 }

@@ -1,4 +1,4 @@
-// The page under people's hands, in a real browser against a real server.
+// User interaction in a real browser with a real server.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -6,7 +6,7 @@ import { near } from "../near.mjs";
 import { patiently } from "../server_process.mjs";
 import { Visit, distance, same, server, text, visit } from "./support.mjs";
 
-visit("the first frame comes with what it cost and why", {}, async (v, page) => {
+visit("the first frame is shown with its costs and decisions", {}, async (v, page) => {
   assert.equal(v.frames.length, 1);
   assert.match(await text(page, "#caption"), /\d+ × \d+ · .* ms/);
   await page.click("#tab-cost");
@@ -20,7 +20,7 @@ visit("the first frame comes with what it cost and why", {}, async (v, page) => 
   assert.deepEqual(picture, [v.frames[0].width, v.frames[0].height]);
 });
 
-visit("while dragging, one frame at a time and the newest pose wins; small ones, then the full one", {}, async (v, page) => {
+visit("while dragging, one small frame at a time with the newest pose, then the full one", {}, async (v, page) => {
   const full = v.frames[0];
   await page.route("**/v1/frames*", async (route) => {
     await new Promise((resolve) => setTimeout(resolve, 120));
@@ -35,7 +35,7 @@ visit("while dragging, one frame at a time and the newest pose wins; small ones,
   assert.ok(v.frames.length < 40, `${v.frames.length} frames for 60 movements`);
   assert.ok(v.frames.some((f) => f.width * f.height < 0.5 * full.width * full.height), "small ones while moving");
   assert.deepEqual([last.width, last.height], [full.width, full.height]);
-  // 180 pixels over the shorter side are so many radians, about the target.
+  // The rotation about the target for 180 pixels.
   const turned = (180 / Math.min(box.width, box.height)) * Math.PI;
   const yaw = ({ position: p, target: t }) => Math.atan2(p[0] - t[0], p[2] - t[2]);
   const difference = Math.abs(yaw(full.camera) - yaw(last.camera));
@@ -43,7 +43,7 @@ visit("while dragging, one frame at a time and the newest pose wins; small ones,
   near([distance(last.camera.position, last.camera.target)], [distance(full.camera.position, full.camera.target)], 1e-3);
 });
 
-visit("the wheel zooms there and back, and a drag with shift pans", {}, async (v, page) => {
+visit("the wheel zooms in and out, and a drag with shift pans", {}, async (v, page) => {
   const start = v.frames.at(-1).camera, away = ({ position, target }) => distance(position, target);
   const box = await page.locator("#stage").boundingBox();
   await page.mouse.move(box.x + 300, box.y + 300);
@@ -64,7 +64,7 @@ visit("the wheel zooms there and back, and a drag with shift pans", {}, async (v
   near([distance(panned.position, start.position), away(panned)], [way, away(start)], 1e-4);
 });
 
-visit("the light is another map, turned and out of sight", {}, async (v, page) => {
+visit("the environment map can be changed, rotated and hidden", {}, async (v, page) => {
   const before = v.frames.at(-1);
   const maps = await page.locator("#light select option").evaluateAll((all) => all.map((o) => o.value).filter(Boolean));
   const other = maps.find((name) => name !== before.environment?.map);
@@ -80,9 +80,9 @@ visit("the light is another map, turned and out of sight", {}, async (v, page) =
   assert.equal((await v.rest()).environment.visible, false);
 });
 
-const kLater = 600_000;  // on that clock, milliseconds
+const kLater = 600_000;  // milliseconds of the clock of the test
 
-// Keys at moments of a clock that the test turns, frames at a rate of its own.
+// Presses keys at times of a clock that the test controls, with a given frame rate.
 async function flown(rate, keys) {
   const v = await Visit.open(server.url, { before: async (page) => {
     await page.clock.install({ time: 0 });
@@ -113,14 +113,14 @@ test("the same keys fly the same path at 30 and at 144 frames a second", { timeo
   same(slow.end, fast.end);
 });
 
-test("a diagonal is no faster than straight ahead", { timeout: 120000 }, async () => {
+test("diagonals are not faster than straight flight", { timeout: 120000 }, async () => {
   const ahead = await flown(60, [["down", "w", 400], ["up", "w", 0]]);
   const diagonal = await flown(60, [["down", "w", 0], ["down", "d", 400], ["up", "w", 0], ["up", "d", 0]]);
   assert.ok(ahead.way > 0.2);
   near([diagonal.way], [ahead.way], 2e-3);
 });
 
-visit("by keyboard alone: to the picture, turning, panning, zooming, an effect, the tabs", {}, async (v, page) => {
+visit("the keyboard reaches the image, rotation, panning, zoom, effects and tabs", {}, async (v, page) => {
   const start = v.frames.at(-1);
   const focused = () => page.evaluate(() => document.activeElement.id);
   for (let i = 0; i < 8 && await focused() !== "stage"; ++i) await page.keyboard.press("Tab");
@@ -146,7 +146,7 @@ visit("by keyboard alone: to the picture, turning, panning, zooming, an effect, 
   assert.equal((await v.rest()).effects.emission, false);
 });
 
-visit("every control has a name of its own", {}, async (v, page) => {
+visit("every control has an accessible name", {}, async (v, page) => {
   await page.check("input[value=fly]", { force: true });
   await page.click("#help");
   if (await page.isVisible("#add-filter")) {
@@ -163,10 +163,10 @@ visit("every control has a name of its own", {}, async (v, page) => {
     }).map((e) => e.outerHTML.slice(0, 120)));
   assert.deepEqual(nameless, []);
   const ids = await page.evaluate(() => [...document.querySelectorAll("[id]")].map((e) => e.id));
-  assert.equal(new Set(ids).size, ids.length, "an id stands twice");
+  assert.equal(new Set(ids).size, ids.length, "an id is not unique");
 });
 
-visit("a double click makes what was pointed at the centre of turning", {}, async (v, page) => {
+visit("a double click sets the orbit centre", {}, async (v, page) => {
   const before = v.frames.at(-1).camera;
   await page.dblclick("#stage");
   await page.waitForTimeout(500);
@@ -176,7 +176,7 @@ visit("a double click makes what was pointed at the centre of turning", {}, asyn
   assert.ok(distance(position, target) < 0.7 * distance(before.position, target));
 });
 
-visit("a link gives the same view and settings; so do curl and JSON", {}, async (v, page) => {
+visit("a link restores view and settings; so do curl and JSON", {}, async (v, page) => {
   await page.focus("#stage");
   await page.keyboard.press("ArrowLeft");
   await page.click("[data-field=planarReflection] input");
@@ -207,7 +207,7 @@ visit("a link gives the same view and settings; so do curl and JSON", {}, async 
   await other.leave();
 });
 
-visit("filters are added, ordered and taken away, and a link keeps them", {}, async (v, page) => {
+visit("filters can be added, moved and removed, and a link contains them", {}, async (v, page) => {
   await page.selectOption("#add-filter", "twirl");
   await page.selectOption("#add-filter", "convolve");
   assert.deepEqual((await v.rest()).filters, [{ type: "twirl", amount: 1 }, { type: "convolve", kernel: "sharpen" }]);
@@ -223,7 +223,7 @@ visit("filters are added, ordered and taken away, and a link keeps them", {}, as
   assert.deepEqual((await v.rest()).filters, [{ type: "twirl", amount: 2.5 }]);
 });
 
-visit("others can watch the view live", {}, async (v, page) => {
+visit("the view can be shared as a live view", {}, async (v, page) => {
   const put = page.waitForRequest((r) => r.method() === "PUT");
   await page.click("#live");
   assert.deepEqual((await put).postDataJSON(), await v.rest());
@@ -245,7 +245,7 @@ visit("where motion is unwelcome nothing glides, and every frame is a full one",
   assert.equal(await page.evaluate(() => getComputedStyle(document.querySelector("button")).transitionDuration), "0s");
 });
 
-visit("fingers turn and pinch; the pad flies", { hasTouch: true, isMobile: true, viewport: { width: 390, height: 844 } }, async (v, page) => {
+visit("touch rotates and pinches; the arrow buttons fly", { hasTouch: true, isMobile: true, viewport: { width: 390, height: 844 } }, async (v, page) => {
   const touch = await page.context().newCDPSession(page);
   const send = (type, ...points) => touch.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
   const start = v.frames[0].camera;
@@ -269,7 +269,7 @@ visit("fingers turn and pinch; the pad flies", { hasTouch: true, isMobile: true,
   assert.ok(wide[0] <= wide[1], `the page is ${wide[0]} wide on ${wide[1]}`);
 });
 
-visit("two settings lie beside each other and the line moves, by key too", {}, async (v, page) => {
+visit("two settings are compared, and the line moves by key", {}, async (v, page) => {
   await page.click("#tab-compare");
   await page.click("#wipe-start");
   await page.waitForSelector("#wipe", { state: "visible" });
@@ -287,7 +287,7 @@ visit("two settings lie beside each other and the line moves, by key too", {}, a
   assert.ok(!await page.isVisible("#after"));
 });
 
-visit("accuracy against time of this view: a chart, error pictures, and the truth in the wipe", {}, async (v, page) => {
+visit("a measurement shows a chart, error images, and the reference in the comparison", {}, async (v, page) => {
   await page.click("#tab-compare");
   await page.selectOption("#truth-samples", "4");
   await page.selectOption("#truth-edge", "160");
@@ -305,7 +305,7 @@ visit("accuracy against time of this view: a chart, error pictures, and the trut
   await page.click("#wipe-start");
   await page.waitForFunction(() => document.querySelector("#after").naturalWidth === 160);
   await page.locator("#stage").focus();
-  await page.keyboard.press("ArrowLeft");  // another view: its pictures go
+  await page.keyboard.press("ArrowLeft");  // another view: its images are hidden
   await v.rest();
   assert.ok(!await page.isVisible("#error-picture"));
   assert.equal(await page.locator("#wipe-with option[value=truth]").count(), 0);
@@ -313,7 +313,7 @@ visit("accuracy against time of this view: a chart, error pictures, and the trut
   assert.equal((await v.rest()).accuracy.preset, "standard");
 });
 
-visit("the maps that mirrors look at can be seen", {}, async (v, page) => {
+visit("the maps of reflectors can be shown", {}, async (v, page) => {
   await page.click("#tab-accuracy");
   await page.selectOption("[data-field=curved] select", "probe");
   await v.rest();

@@ -1,4 +1,4 @@
-// What the page makes of its server: loading, busy, refusing, gone, guarded.
+// The page with a server that is loading, busy, restarting or protected, or rejects a request.
 import assert from "node:assert/strict";
 import { mkdtempSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -8,10 +8,10 @@ import { test } from "node:test";
 import { freePort, serve } from "../server_process.mjs";
 import { Visit, server, text, visit } from "./support.mjs";
 
-visit("a full frame that nobody will see any more is given up", {}, async (v, page) => {
-  v.mayRun = 2;  // the browser tells of the end of what was given up after the next has begun
-  let given = 0;
-  page.on("requestfailed", (request) => { given += request.url().includes("explain=1"); });
+visit("an outdated full frame is aborted", {}, async (v, page) => {
+  v.maxRunning = 2;  // the browser reports the aborted request after the next one has begun
+  let aborted = 0;
+  page.on("requestfailed", (request) => { aborted += request.url().includes("explain=1"); });
   await page.route("**/v1/frames?explain=1", async (route) => {
     await new Promise((resolve) => setTimeout(resolve, 800));
     await route.continue().catch(() => {});
@@ -21,10 +21,10 @@ visit("a full frame that nobody will see any more is given up", {}, async (v, pa
   await page.waitForRequest((r) => r.url().includes("explain=1"));
   await page.keyboard.press("ArrowLeft");
   await v.rest();
-  assert.equal(given, 1);
+  assert.equal(aborted, 1);
 });
 
-visit("a busy server is told about, waited for and asked again", {}, async (v, page) => {
+visit("a busy server is reported and the request is retried", {}, async (v, page) => {
   v.expected.push(/503/);
   let refusals = 0;
   await page.route("**/v1/frames*", (route) => (refusals++ < 1
@@ -33,14 +33,14 @@ visit("a busy server is told about, waited for and asked again", {}, async (v, p
     : route.continue()));
   await page.click("[data-field=emission] input");
   await page.waitForSelector("#note:not([hidden])");
-  assert.match(await text(page, "#note"), /The server is busy.*Render queue is full.*Trying again in [12] s/s);
+  assert.match(await text(page, "#note"), /The server is busy.*Render queue is full.*Retrying in [12] s/s);
   await v.picture("busy");
   await page.click("[data-field=refraction] input");  // is not sent meanwhile
   assert.equal((await v.rest()).effects.refraction, false);
   assert.equal(refusals, 2);
 });
 
-visit("a frame over the deadline comes with fewer pixels", {}, async (v, page) => {
+visit("a frame that exceeds the deadline is retried with fewer pixels", {}, async (v, page) => {
   v.expected.push(/504/);
   const full = v.frames[0].width * v.frames[0].height;
   await page.route("**/v1/frames*", (route) => {
@@ -58,15 +58,15 @@ visit("a frame over the deadline comes with fewer pixels", {}, async (v, page) =
   assert.equal((await v.rest()).width, v.frames[0].width);
 });
 
-visit("a refusal says which field and what would be right", {}, async (v, page) => {
+visit("an invalid request shows the field and the allowed values", {}, async (v, page) => {
   v.expected.push(/422/);
   await page.evaluate(() => { document.querySelector("[data-field=map] select").append(new Option("nowhere", "nowhere")); });
   await page.selectOption("[data-field=map] select", "nowhere");
   await page.waitForSelector("#note.bad");
-  assert.match(await text(page, "#note"), /refuses.*\/environment\/map there is no such environment map.*one of: /s);
+  assert.match(await text(page, "#note"), /request is invalid.*\/environment\/map there is no such environment map.*one of: /s);
 });
 
-test("a server that goes away and comes back is waited for", { timeout: 120000 }, async () => {
+test("the page continues after a restart of the server", { timeout: 120000 }, async () => {
   const port = await freePort();
   const first = await serve({ port });
   const v = await Visit.open(first.url);
@@ -75,14 +75,14 @@ test("a server that goes away and comes back is waited for", { timeout: 120000 }
   await first.stop();
   await v.page.click("[data-field=emission] input");
   await v.page.waitForSelector("#note.bad");
-  assert.match(await text(v.page, "#note"), /does not answer.*restarting.*Trying again/s);
+  assert.match(await text(v.page, "#note"), /does not respond.*restarting.*Retrying/s);
   const second = await serve({ port });
   assert.equal((await v.rest()).effects.emission, false);
   await v.leave();
   await second.stop();
 });
 
-test("a server that asks for a token gets it with every request, pictures and all", { timeout: 120000 }, async () => {
+test("a required token is sent with every request", { timeout: 120000 }, async () => {
   const file = join(mkdtempSync(join(tmpdir(), "clerestory-")), "token");
   writeFileSync(file, "open-sesame-to-the-chapel\n", { mode: 0o600 });
   const guarded = await serve({ more: ["--token-file", file] });
@@ -104,7 +104,7 @@ test("a server that asks for a token gets it with every request, pictures and al
   await guarded.stop();
 });
 
-visit("a scene says how far it is while it loads; nothing of it moves, so there is no time slider; nobody may upload",
+visit("loading progress is shown; without animations there is no time slider; without uploads no upload button",
       {}, async (v, page) => {
   let polls = 0;
   await page.route("**/v1/scenes/teapots", async (route) => (polls++ < 2
@@ -118,7 +118,7 @@ visit("a scene says how far it is while it loads; nothing of it moves, so there 
   assert.ok(!await page.isVisible("#upload-pick"));
 });
 
-visit("where a scene lists clips its time plays", { path: "#scene=orbiting-cubes" }, async (v, page) => {
+visit("the time of an animated scene can be played", { path: "#scene=orbiting-cubes" }, async (v, page) => {
   await page.click("#play");
   await page.waitForFunction(() => Number(document.querySelector("#time").value) > 0.2);
   await page.click("#play");
@@ -144,7 +144,7 @@ function glb() {
                         numbers(36), Buffer.from("BIN\0"), binary]);
 }
 
-test("a visitor's own file becomes a scene, and what is none is told and changes nothing", { timeout: 120000 }, async () => {
+test("an uploaded file becomes a scene; an invalid file is reported and changes nothing", { timeout: 120000 }, async () => {
   const folder = mkdtempSync(join(tmpdir(), "clerestory-uploads-"));
   const open = await serve({ more: ["--uploads", folder, "--max-upload", "100000"] });
   const v = await Visit.open(open.url);
@@ -166,17 +166,17 @@ test("a visitor's own file becomes a scene, and what is none is told and changes
     await page.waitForFunction((w) => new RegExp(w).test(document.querySelector("#note.bad")?.textContent ?? ""), words.source);
     await page.waitForFunction((stays) => document.querySelector("#scene").value === stays, id);
   };
-  // What fails is gone from the list by the time that a slow answer tells it.
+  // A failed scene is no longer in the list when a slow response arrives.
   await page.route(/\/v1\/scenes$/, (route) => setTimeout(() => route.continue(), 500));
   await refusal("torn.glb", glb().subarray(0, 100), /not as long as its header/);
   await refusal("hollow.zip", Buffer.from("PK\x03\x04 and no more"), /could not be loaded|archive/);
   await refusal("words.glb", Buffer.from("words"), /Unsupported media type/);
-  await refusal("huge.glb", Buffer.alloc(100001), /the server takes 98 KB/);
+  await refusal("huge.glb", Buffer.alloc(100001), /the limit of the server is 98 KB/);
   await v.leave();
   await open.stop();
 });
 
-test("the page forbids what it does not need", async () => {
+test("the Content-Security-Policy is strict", async () => {
   const policy = (await fetch(server.url)).headers.get("Content-Security-Policy");
   assert.match(policy, /default-src 'self'/);
   assert.doesNotMatch(policy, /unsafe/);

@@ -17,15 +17,15 @@ const launch = async () => { browser = await chromium.launch({ executablePath: c
 
 const kDesk = { width: 1280, height: 800 };
 
-// A page in a context of its own, watched: what it posts, what goes wrong, where it asks.
+// A page in its own browser context that records requests and errors.
 export class Visit {
   frames = [];        // bodies of POST v1/frames, in order
-  foreign = [];       // requests to elsewhere
-  complaints = [];    // of the console, and uncaught errors
-  running = 0;        // frames under way
+  foreign = [];       // requests to other origins
+  errors = [];        // of the console, and uncaught ones
+  running = 0;        // frames in flight
   mostRunning = 0;
-  expected = [/409/]; // what the console may say: a scene that is still loading, on a slow machine, is 409
-  mayRun = 1;         // at once
+  expected = [/409/]; // allowed errors: a scene that is still loading is 409
+  maxRunning = 1;     // allowed at once
 
   static async open(url, { viewport = kDesk, before, path = "", ...options } = {}) {
     const visit = new Visit();
@@ -51,13 +51,13 @@ export class Visit {
       this.mostRunning = Math.max(this.mostRunning, ++this.running);
     });
     for (const end of ["requestfinished", "requestfailed"]) page.on(end, (request) => isFrame(request) && --this.running);
-    page.on("pageerror", (error) => this.complaints.push(String(error)));
+    page.on("pageerror", (error) => this.errors.push(String(error)));
     page.on("console", (message) => {
-      if (["error", "warning"].includes(message.type())) this.complaints.push(message.text());
+      if (["error", "warning"].includes(message.type())) this.errors.push(message.text());
     });
   }
 
-  // The full frame of what is set now has arrived: nothing runs, and nothing more is asked for.
+  // Waits until the full frame of the present settings is shown and no request is in flight.
   async rest() {
     await this.page.waitForFunction(() => document.querySelector("#frame").src && document.querySelector("#note").hidden &&
       !document.querySelector("#stage").classList.contains("moving"));
@@ -77,13 +77,13 @@ export class Visit {
 
   async leave() {
     await this.context.close();
-    assert.deepEqual(this.foreign, [], "requests to elsewhere");
-    assert.deepEqual(this.complaints.filter((text) => !this.expected.some((e) => e.test(text))), [], "what the console said");
-    assert.ok(this.mostRunning <= this.mayRun, "one frame at a time");
+    assert.deepEqual(this.foreign, [], "requests to other origins");
+    assert.deepEqual(this.errors.filter((text) => !this.expected.some((e) => e.test(text))), [], "errors");
+    assert.ok(this.mostRunning <= this.maxRunning, "one frame at a time");
   }
 }
 
-// ---- what every file of tests begins with -------------------------------------------------------
+// ---- setup of every test file -------------------------------------------------------------------
 
 export let server;
 before(async () => {
@@ -95,7 +95,7 @@ after(async () => {
   killServers();
 });
 
-// Opens, waits for the first full frame, runs the steps, and checks what holds everywhere.
+// Opens the page, waits for the first full frame, runs the steps, and checks the recorded requests and errors.
 export const visit = (name, options, steps) => test(name, { timeout: 120000 }, async () => {
   const visited = await Visit.open(options.url ?? server.url, options);
   await visited.rest();

@@ -1,33 +1,32 @@
-// Hands on the picture: mouse, pen, fingers, wheel, keys, and the pad of arrows for flying.
-import { between, look, orbit, pan, zoom } from "./camera.js";
-import { Flight, flies } from "./flight.js";
-import { gestureOf, wheelZoom } from "./gestures.js";
+// Input on the image: mouse, pen, touch, wheel, keys, and the arrow buttons for flying.
+import { interpolate, look, orbit, pan, zoom } from "./camera.js";
+import { Flight, gestureOf, isFlightKey, wheelZoom } from "./navigation.js";
 
-const kKeyTurn = 0.06;     // radians a key press
-const kKeyPan = 0.04;      // of the picture's shorter side
+const kKeyTurn = 0.06;     // radians per key press
+const kKeyPan = 0.04;      // of the shorter side of the image
 const kCrossing = 8;       // seconds to fly through the scene
 const kFaster = 3;         // with shift
 const kFocusMs = 350;
 const seconds = () => performance.now() / 1000;
 
-// session: holds the camera. moved(): it has changed. calm(): motion is unwelcome.
-// focus(x, y): somebody pointed twice there, in CSS pixels of the stage.
-export class Hands {
+// session: has the camera. moved(): called after it changes. reducedMotion(): the user prefers reduced motion.
+// focus(x, y): double click, in CSS pixels of the stage.
+export class InputHandler {
   mode = "orbit";
   #points = new Map();
   #flight;
   #looping = false;
-  #gliding;
+  #animation;
 
-  constructor({ stage, session, moved, calm, focus, reset, play }) {
-    Object.assign(this, { stage, session, moved, calm, focus, reset, play });
-    this.#flight = new Flight(seconds(), { glides: !calm() });
+  constructor({ stage, session, moved, reducedMotion, focus, reset, play }) {
+    Object.assign(this, { stage, session, moved, reducedMotion, focus, reset, play });
+    this.#flight = new Flight(seconds(), { glides: !reducedMotion() });
     this.#listenToPointers();
     this.#listenToKeys();
   }
 
   #set(camera) {
-    this.#gliding = undefined;
+    this.#animation = undefined;
     this.session.camera = camera;
     this.moved();
   }
@@ -79,7 +78,7 @@ export class Hands {
     this.stage.addEventListener("keydown", (e) => {
       if (e.ctrlKey || e.metaKey || e.altKey || !this.session.camera || e.target !== this.stage) return;
       const { camera } = this.session;
-      if (flies(e.code)) this.press(e.code, e.shiftKey);
+      if (isFlightKey(e.code)) this.press(e.code, e.shiftKey);
       else if (step[e.key] && e.shiftKey) this.#set(pan(camera, ...step[e.key].map((x) => x * kKeyPan)));
       else if (step[e.key]) this.#turn(...step[e.key].map((x) => x * kKeyTurn));
       else if (e.key === "+" || e.key === "=") this.#set(zoom(camera, 1 / 1.1));
@@ -91,7 +90,7 @@ export class Hands {
       e.preventDefault();
     });
     this.stage.addEventListener("keyup", (e) => {
-      if (flies(e.code)) this.release(e.code);
+      if (isFlightKey(e.code)) this.release(e.code);
       else if (e.key === "Shift") this.#changeFlight(() => { this.#flight.speed = this.#speed(false); });
     });
     this.stage.addEventListener("keydown", (e) => {
@@ -105,23 +104,23 @@ export class Hands {
   // ---- flying ---------------------------------------------------------------------------------
 
   #speed(fast) {
-    return (this.session.reach / kCrossing) * (fast ? kFaster : 1);
+    return (this.session.sceneSize / kCrossing) * (fast ? kFaster : 1);
   }
 
-  // Up to now with the keys and the camera as they were.
+  // Advances the flight to the present time.
   #fly() {
     if (this.session.camera) this.session.camera = this.#flight.advance(this.session.camera, seconds());
   }
   #changeFlight(change) {
     if (!this.session.scene) return;
     this.#fly();
-    this.#flight.glides = !this.calm();
+    this.#flight.glides = !this.reducedMotion();
     change();
     this.#loop();
   }
   press(code, fast = false) {
     this.#changeFlight(() => {
-      this.#gliding = undefined;
+      this.#animation = undefined;
       this.#flight.speed = this.#speed(fast);
       this.#flight.press(code);
     });
@@ -142,16 +141,16 @@ export class Hands {
     requestAnimationFrame(draw);
   }
 
-  // ---- gliding to a view ----------------------------------------------------------------------
+  // ---- animated move to a view ----------------------------------------------------------------
 
-  glideTo(camera) {
-    if (this.calm()) return this.#set(camera);
+  animateTo(camera) {
+    if (this.reducedMotion()) return this.#set(camera);
     const from = this.session.camera, start = performance.now();
-    const glide = (this.#gliding = {});
+    const animation = (this.#animation = {});
     const draw = () => {
-      if (this.#gliding !== glide) return;
+      if (this.#animation !== animation) return;
       const t = Math.min(1, (performance.now() - start) / kFocusMs);
-      this.session.camera = between(from, camera, t * t * (3 - 2 * t));
+      this.session.camera = interpolate(from, camera, t * t * (3 - 2 * t));
       this.moved();
       if (t < 1) requestAnimationFrame(draw);
     };
@@ -159,17 +158,17 @@ export class Hands {
   }
 }
 
-// Buttons that fly while they are held, by finger, mouse or key.
-export function flyPad(pad, hands) {
+// Buttons that fly while they are pressed.
+export function connectFlightButtons(pad, input) {
   for (const button of pad.querySelectorAll("button")) {
     const { code } = button.dataset;
     const start = (e) => {
       e.preventDefault();
-      hands.press(code);
+      input.press(code);
     };
     button.addEventListener("pointerdown", start);
-    for (const end of ["pointerup", "pointercancel", "pointerleave", "blur"]) button.addEventListener(end, () => hands.release(code));
+    for (const end of ["pointerup", "pointercancel", "pointerleave", "blur"]) button.addEventListener(end, () => input.release(code));
     button.addEventListener("keydown", (e) => (e.key === " " || e.key === "Enter") && !e.repeat && start(e));
-    button.addEventListener("keyup", () => hands.release(code));
+    button.addEventListener("keyup", () => input.release(code));
   }
 }
