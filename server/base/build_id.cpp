@@ -8,7 +8,7 @@
 namespace clerestory {
 namespace {
 
-// Notes lie one after the other, name and content each padded to four bytes (ELF specification).
+// Notes are consecutive; name and content are padded to four bytes each (ELF specification).
 std::string hexOfBuildIdNote(const char* notes, std::size_t size) {
     const auto padded = [](std::size_t n) { return (n + 3) & ~std::size_t{3}; };
     for (std::size_t at = 0; at + sizeof(ElfW(Nhdr)) <= size;) {

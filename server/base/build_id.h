@@ -1,4 +1,4 @@
-// What this program is: its version, and the linker's hash of its own bytes.
+// Version and build id of this program.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@ namespace clerestory {
 
 std::string versionText();  // "0.1.0"
 
-// The GNU build id of the running program in hex; another one after any change to the code. "none"
-// when the linker left it out.
+// The GNU build id of the running program in hex, a hash of its code; "none" if the linker did not
+// write one.
 std::string buildId();
 
 }  // namespace clerestory

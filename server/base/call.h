@@ -1,4 +1,4 @@
-// One request and its answer as the routes see them: plain values, no HTTP library.
+// A request and its response as the routes see them: plain values without the HTTP library.
 #pragma once
 
 #include "server/base/cancellation_token.h"
@@ -15,19 +15,20 @@
 namespace clerestory {
 
 struct Call {
-    std::string method;  // HEAD arrives as GET; its body is left out later
+    std::string method;  // HEAD is passed as GET; its body is removed later
     std::string path;    // decoded, without the query
     std::multimap<std::string, std::string> query;
     std::string body;
     std::string requestId;
-    Clock::time_point arrived;                            // with its last byte
-    std::function<std::string(const char* name)> header;  // empty when absent
-    std::string client;                                   // its address, or what a proxy says of it
-    std::shared_ptr<CancellationToken> cancellation;      // null for what HTTP itself refused
-    std::string job = {};  // of one that is begun again: its id; no client can set it
+    Clock::time_point arrived;                            // time of its last byte
+    std::function<std::string(const char* name)> header;  // empty if absent
+    std::string client;                                   // its address, or its name from a proxy
+    std::shared_ptr<CancellationToken> cancellation;      // null if rejected before routing
+    std::string job = {};  // id of a job that is restarted; clients cannot set it
 };
 
-// Takes the next piece of an answer and returns when the client can take more; false: it has left.
+// Sends the next chunk of a response and blocks until the client can receive more. Returns false if
+// the client disconnected.
 using Sink = std::function<bool(std::string_view piece)>;
 
 struct Answer {
@@ -35,11 +36,11 @@ struct Answer {
     std::string type;
     std::string body;
     std::vector<std::pair<std::string, std::string>> headers;
-    std::string route;    // the table's row, for the metrics
-    std::string problem;  // the code of the problem that it tells, if it does
-    // Instead of a body: what is sent as it comes, chunked. Called once, on the connection's own
-    // thread; whoever writes ends when the sink says so, or when the service stops. False: it broke
-    // off, and the connection ends without the last chunk, so that the client knows.
+    std::string route;    // row of the route table, for the metrics
+    std::string problem;  // code of the problem document, or empty
+    // Instead of a body: writes a chunked body to the sink. Called once, on the thread of the
+    // request. Must return when the sink returns false or the service stops. Returns false if the
+    // body is incomplete; then the connection is closed without the last chunk.
     std::function<bool(const Sink&)> stream;
 };
 

@@ -1,4 +1,4 @@
-// The clock of deadlines and waits.
+// The clock for deadlines and durations.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// Hashes of text, for keys and checksums: the same text has the same one in every process and at
-// every start. Not against who wants two texts to meet.
+// Hashes of text for keys and checksums, equal in all processes. Not cryptographic: collisions can
+// be constructed.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@
 namespace clerestory {
 namespace {
 
-constexpr std::size_t kLogLines = 8192;  // waiting to be written, at most
+constexpr std::size_t kLogLines = 8192;  // size of the buffer
 
 void write(spdlog::level::level_enum level, LogParts parts) noexcept {
     if (!spdlog::should_log(level)) return;
@@ -20,7 +20,7 @@ void write(spdlog::level::level_enum level, LogParts parts) noexcept {
         for (const std::string_view part : parts)
             line.append(part.data(), part.data() + part.size());
         spdlog::log(level, spdlog::string_view_t(line.data(), line.size()));
-    } catch (const std::exception&) {  // memory: the line is lost
+    } catch (const std::exception&) {  // out of memory: the line is lost
     }
 }
 

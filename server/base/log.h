@@ -1,5 +1,5 @@
-// The program's log, one line a call. Only log.cpp includes spdlog: a formatted spdlog call costs
-// about four seconds of compilation in each file that contains one.
+// The log of the program, one line per call. Only log.cpp includes spdlog: a formatted spdlog call
+// costs about four seconds of compilation in each file that contains one.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,11 @@
 
 namespace clerestory {
 
-// Every command's log: lines to standard error, written by the calling thread.
+// For commands: lines are written to standard error by the calling thread.
 void logToStandardError();
-// The server's: a thread of its own writes, and when nobody reads, the oldest lines are dropped.
+// For the server: a separate thread writes; if its buffer is full, the oldest lines are dropped.
 void logWithoutWaiting();
-// debug, info, warn, error or off; lines below it are not written.
+// debug, info, warn, error or off: the minimum level.
 void setLogLevel(const std::string& level);
 // Lines dropped by logWithoutWaiting() so far.
 std::size_t logLinesDropped();
@@ -27,7 +27,7 @@ void logWarning(LogParts parts);
 void logError(LogParts parts);
 void logCritical(LogParts parts);
 
-// A number with that many decimal places.
+// The number with `places` decimal places.
 std::string fixedPoint(double value, int places);
 
 }  // namespace clerestory

@@ -12,8 +12,8 @@
 namespace clerestory {
 namespace {
 
-// LLVM alone is larger than all else that is loaded, and runs only while a shader is compiled. Its
-// segments that cannot be written to hold what the file holds.
+// LLVM is larger than everything else that is loaded, and is used only while a shader is compiled.
+// Its read-only segments are equal to the file.
 int releaseCompilerCode(dl_phdr_info* library, std::size_t, void*) {
     if (!library->dlpi_name || !std::strstr(library->dlpi_name, "libLLVM")) return 0;
     const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));

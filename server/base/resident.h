@@ -3,12 +3,12 @@
 
 namespace clerestory {
 
-double residentBytes();  // in RAM now; 0 where the system does not tell
-// What program and libraries have allocated and not given back: without what the allocator keeps.
+double residentBytes();  // in RAM; 0 if unknown
+// Allocated by the program and its libraries, without the free memory of the allocator.
 double allocatedBytes();
 
-// Gives memory back to the system that was freed but kept by the allocator, and the pages of the
-// compiler's code, which are read again from its file when something is compiled.
+// Returns the free memory of the allocator to the system, and the pages of the shader compiler's
+// code, which are read again from its file on demand.
 void releaseUnusedMemory();
 
 }  // namespace clerestory

@@ -1,4 +1,5 @@
-// What the commands without a server read: the scene, the request, its maps; and how far they are.
+// Input of the commands that run without a server: scene, request and environment maps; and their
+// progress.
 #pragma once
 
 #include "server/cli/config.h"
@@ -8,29 +9,30 @@
 
 namespace clerestory {
 
-// A built-in scene, or a model file with its side file; what was left out of it is told on stderr.
-// Where the map that lights it is not among `maps`, the sky does. Throws std::runtime_error.
+// A built-in scene, or a model file with its side file. Prints the warnings of the import to
+// stderr. If the environment map of the scene is not in `maps`, "sky" replaces it. Throws
+// std::runtime_error.
 Scene sceneFor(const CommandLine& line, const EnvironmentMaps& maps);
 
-// The request file's text; {} when there is none. Throws std::runtime_error.
+// The text of the request file; {} if there is none. Throws std::runtime_error.
 std::string requestText(const FrameCommand& command);
 
-// The request file with the flags over it; the output's extension tells the format. Throws
-// RequestError, and std::runtime_error for an extension that no format has.
+// The request file, overridden by the flags; the extension of the output selects the format. Throws
+// RequestError, and std::runtime_error for an unknown extension.
 FrameRequest requestFor(const FrameCommand& command);
 
-// Every map by its name. A map that the line brings lights the scene, unless the request names one.
+// All maps by name. A map from the command line is used unless the request names one.
 EnvironmentMaps environmentsOf(const CommandLine& line, FrameRequest& request);
 
-// The map that lights the scene. Throws std::runtime_error when there is none of that name.
+// The environment map of the scene. Throws std::runtime_error if there is none of that name.
 const EnvironmentMap& lightingOf(const EnvironmentMaps& maps, const Scene& scene,
                                  const FrameRequest& request);
 
-// One line that overwrites itself where somebody watches it, and else one line a tenth.
+// Progress on stderr: a line that is overwritten on a terminal, otherwise a line for every 10 %.
 class ProgressLine {
 public:
     explicit ProgressLine(const char* work) : work_(work) {}
-    void show(double share);
+    void show(double fraction);
     void end() const;
 
 private:

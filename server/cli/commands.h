@@ -1,5 +1,5 @@
-// What each command of the program does. Each returns 0; failures are exceptions with one line for
-// people, which main() prints before it exits with 2.
+// The commands of the program. Each returns 0; on failure it throws an exception with a message of
+// one line, which main() prints before it exits with 2.
 #pragma once
 
 #include "server/cli/config.h"

@@ -1,4 +1,4 @@
-// `clerestory compare`: accuracies against the traced truth of one view, without a server.
+// `clerestory compare`: compares accuracy settings with the path-traced reference of a view.
 #include "server/api/comparison_json.h"
 #include "server/api/frame_json.h"
 #include "server/cli/command_input.h"
@@ -85,21 +85,22 @@ int runCompare(const CommandLine& line) {
                                  .samples = request.samples,
                                  .seed = request.seed,
                                  .threads = line.reference.threads},
-                                [&](double share) {
-                                    tracing.show(share);
+                                [&](double fraction) {
+                                    tracing.show(fraction);
                                     return true;
                                 });
     tracing.end();
-    const ReferenceRender truth{*std::move(image), millisecondsSince(start)};
+    const ReferenceRender reference{*std::move(image), millisecondsSince(start)};
 
     Renderer renderer(line.config.renderer);
     for (const auto& [name, map] : maps) renderer.addEnvironment(map);
     renderer.addScene(scene);
     ProgressLine drawing("drawing");
     const auto comparison = compare(
-        request, scene, truth, [&](const FrameRequest& frame) { return drawnBy(renderer, frame); },
-        [&](double share) {
-            drawing.show(share);
+        request, scene, reference,
+        [&](const FrameRequest& frame) { return drawnBy(renderer, frame); },
+        [&](double fraction) {
+            drawing.show(fraction);
             return true;
         });
     drawing.end();

@@ -1,5 +1,5 @@
-// `clerestory compile`: fills the shader cache, so that the first frames of scenes wait for
-// nothing.
+// `clerestory compile`: fills the shader cache, so that the first frames of scenes need no
+// compilation.
 #include "server/cli/command_input.h"
 #include "server/cli/commands.h"
 #include "server/scenes/compile_ahead.h"
@@ -13,11 +13,11 @@ namespace clerestory {
 namespace {
 
 void compileScene(const CommandLine& line, Renderer& renderer, const std::string& source) {
-    CommandLine own = line;
-    own.frame.scene = source;
-    FrameRequest none;
-    const EnvironmentMaps maps = environmentsOf(line, none);
-    Scene scene = sceneFor(own, maps);
+    CommandLine sceneLine = line;
+    sceneLine.frame.scene = source;
+    FrameRequest request;
+    const EnvironmentMaps maps = environmentsOf(line, request);
+    Scene scene = sceneFor(sceneLine, maps);
     scene.id = source;
     std::vector<std::shared_ptr<const EnvironmentMap>> list;
     for (const auto& [name, map] : maps) list.push_back(map);

@@ -26,17 +26,19 @@ void addRendererFlags(CLI::App& command, Config& config) {
         ->allow_extra_args(false);
     command
         .add_option("--scene-cache", config.cache.folder,
-                    "keeps imported scenes in this folder, so that the next start is quick; none: "
-                    "nowhere; $XDG_CACHE_HOME/clerestory or ~/.cache/clerestory unless told")
+                    "folder of imported scenes, for a fast restart; none disables it; default "
+                    "$XDG_CACHE_HOME/clerestory or ~/.cache/clerestory")
         ->type_name("DIR");
     command
-        .add_option("--shader-cache", config.shaderCache,
-                    "the driver keeps compiled shaders in this folder, shared by all renderer "
-                    "processes; none: nowhere; shaders in the user's cache unless given")
+        .add_option(
+            "--shader-cache", config.shaderCache,
+            "folder of the driver's compiled shaders, shared by all renderer processes; none "
+            "disables it; default: shaders in the scene cache")
         ->type_name("DIR");
     command
-        .add_option("--scene-cache-size", config.cache.mostBytes,
-                    "bytes in that folder; above it the scene used longest ago goes")
+        .add_option(
+            "--scene-cache-size", config.cache.mostBytes,
+            "maximum size of that folder; beyond it the least recently used scene is removed")
         ->transform(CLI::AsSizeValue(false).description(""))
         ->type_name("BYTES")
         ->capture_default_str();
@@ -48,7 +50,7 @@ void addServe(CLI::App& app, CommandLine& line) {
     config.singleProcess = false;
     config.renderer.mostSamples = kMaxSamplesServed;
     serve->callback([&line] { line.command = Command::serve; });
-    serve->add_option("--port", config.http.port, "port; 0 takes a free one")
+    serve->add_option("--port", config.http.port, "port; 0 selects a free one")
         ->check(CLI::Range(0, 65535).description(""))
         ->type_name("N")
         ->capture_default_str();
@@ -63,7 +65,7 @@ void addServe(CLI::App& app, CommandLine& line) {
         ->allow_extra_args(false);
     serve
         ->add_option("--scenes", config.scenes.folder,
-                     "a folder of models; each loads when first asked for")
+                     "a folder of models; each is loaded when first requested")
         ->type_name("DIR");
     addRendererFlags(*serve, config);
     serve->add_option("--log-level", config.logLevel, "debug, info, warn, error or off")
@@ -76,7 +78,7 @@ void addServe(CLI::App& app, CommandLine& line) {
     addWorkerFlags(*serve, config);
 }
 
-// What renders and plans have in common: the scene, the request, and flags for its usual fields.
+// Flags of all frame commands: the scene, the request, and its common fields.
 void addFrameFlags(CLI::App& command, CommandLine& line) {
     FrameCommand& frame = line.frame;
     command.add_option("scene", frame.scene, "a model file, or the id of a built-in scene")
@@ -93,21 +95,21 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
             ->type_name(type);
     };
     field("--camera", "camera.name", "a camera of the scene", "NAME");
-    field("--eye", "camera.position", "the eye, metres", "X,Y,Z");
-    field("--target", "camera.target", "the point looked at", "X,Y,Z");
-    field("--up", "camera.up", "up in the picture", "X,Y,Z");
-    field("--yfov", "camera.yfov", "vertical field of view, radians", "ANGLE");
+    field("--eye", "camera.position", "position of the eye in metres", "X,Y,Z");
+    field("--target", "camera.target", "point to look at", "X,Y,Z");
+    field("--up", "camera.up", "up direction", "X,Y,Z");
+    field("--yfov", "camera.yfov", "vertical field of view in radians", "ANGLE");
     field("--time", "time", "seconds", "SECONDS");
-    field("--clip", "clip", "which animation plays", "NAME");
+    field("--clip", "clip", "animation to play", "NAME");
     field("--accuracy", "accuracy.preset", "draft, standard or fine", "PRESET");
     field("--channel", "output.channel", "color, depth, normal, objectId or through", "NAME");
-    field("--quality", "output.quality", "of a JPEG, 1 to 100", "N");
+    field("--quality", "output.quality", "JPEG quality, 1 to 100", "N");
     command
         .add_option_function<std::string>(
             "--size",
             [&frame](const std::string& text) {
                 const std::size_t x = text.find('x');
-                if (x == std::string::npos) throw CLI::ValidationError("--size", "wants WxH");
+                if (x == std::string::npos) throw CLI::ValidationError("--size", "must be WxH");
                 frame.fields.emplace("width", text.substr(0, x));
                 frame.fields.emplace("height", text.substr(x + 1));
             },
@@ -117,20 +119,21 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
         .add_option_function<std::vector<std::string>>(
             "--effects",
             [&frame](const std::vector<std::string>& on) {
-                std::vector<std::string> left = on;
+                std::vector<std::string> unknown = on;
                 Effects defaults;
                 fields(defaults, [&](const char* name, bool, const Flag&, const char*) {
-                    const auto found = std::find(left.begin(), left.end(), name);
+                    const auto found = std::find(unknown.begin(), unknown.end(), name);
                     const bool all = !on.empty() && on.front() == "all";
-                    const bool isOn = all || found != left.end();
-                    if (found != left.end()) left.erase(found);
+                    const bool isOn = all || found != unknown.end();
+                    if (found != unknown.end()) unknown.erase(found);
                     frame.fields.emplace(std::string("effects.") + name, isOn ? "1" : "0");
                 });
-                if (!left.empty() && left.front() != "all" && left.front() != "none") {
-                    throw CLI::ValidationError("--effects", "no effect \"" + left.front() + "\"");
+                if (!unknown.empty() && unknown.front() != "all" && unknown.front() != "none") {
+                    throw CLI::ValidationError("--effects",
+                                               "no effect \"" + unknown.front() + "\"");
                 }
             },
-            "the effects that are on, by commas; or all, or none")
+            "enabled effects, separated by commas; or all, or none")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->type_name("LIST");
@@ -141,7 +144,7 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
                 for (const std::string& pair : pairs) {
                     const std::size_t equals = pair.find('=');
                     if (equals == std::string::npos) {
-                        throw CLI::ValidationError("--set", "wants NAME=VALUE");
+                        throw CLI::ValidationError("--set", "must be NAME=VALUE");
                     }
                     frame.fields.emplace(pair.substr(0, equals), pair.substr(equals + 1));
                 }
@@ -157,13 +160,13 @@ void addRender(CLI::App& app, CommandLine& line) {
     CLI::App* render = app.add_subcommand("render", "Render one frame into a file");
     render->callback([&line] { line.command = Command::render; });
     addFrameFlags(*render, line);
-    render->add_option("-o,--output", line.frame.output, "the file: .jpg, .png, .npy or .exr")
+    render->add_option("-o,--output", line.frame.output, "output file: .jpg, .png, .npy or .exr")
         ->required()
         ->type_name("FILE");
 }
 
 void addPlan(CLI::App& app, CommandLine& line) {
-    CLI::App* plan = app.add_subcommand("plan", "Print what a frame would take");
+    CLI::App* plan = app.add_subcommand("plan", "Print the plan of a frame without rendering it");
     plan->callback([&line] { line.command = Command::plan; });
     addFrameFlags(*plan, line);
     plan->add_flag("--json", line.frame.planAsJson, "as JSON");
@@ -172,16 +175,17 @@ void addPlan(CLI::App& app, CommandLine& line) {
 void addReferenceFlags(CLI::App& command, ReferenceCommand& reference) {
     static const std::map<std::string, ReferenceMode> kModes = {{"effects", ReferenceMode::effects},
                                                                 {"full", ReferenceMode::full}};
-    command.add_option("--samples", reference.samples, "paths of each pixel of the truth")
+    command.add_option("--samples", reference.samples, "paths per pixel of the reference")
         ->check(CLI::Range(2u, kMaxReferenceSamples).description(""))
         ->type_name("N")
         ->capture_default_str();
     command
-        .add_option("--mode", reference.mode,
-                    "effects (the renderer's light, its effects exact) or full")
+        .add_option(
+            "--mode", reference.mode,
+            "effects (light as in the renderer, effects exact) or full (all light transport)")
         ->transform(CLI::CheckedTransformer(kModes).description(""))
         ->type_name("MODE");
-    command.add_option("--seed", reference.seed, "of chance: another one, other noise")
+    command.add_option("--seed", reference.seed, "random seed")
         ->type_name("N")
         ->capture_default_str();
     command.add_option("--threads", reference.threads, "0: one for each processor")
@@ -191,45 +195,47 @@ void addReferenceFlags(CLI::App& command, ReferenceCommand& reference) {
 }
 
 void addReference(CLI::App& app, CommandLine& line) {
-    CLI::App* command =
-        app.add_subcommand("reference", "Trace the truth that frames are held against");
+    CLI::App* command = app.add_subcommand("reference", "Path trace the reference of a frame");
     command->callback([&line] { line.command = Command::reference; });
     addFrameFlags(*command, line);
     addReferenceFlags(*command, line.reference);
     command
-        ->add_option("-o,--output", line.frame.output, "the file: .exr, .npy, .pfm, .png or .jpg")
+        ->add_option("-o,--output", line.frame.output,
+                     "output file: .exr, .npy, .pfm, .png or .jpg")
         ->required()
         ->type_name("FILE");
 }
 
 void addCompare(CLI::App& app, CommandLine& line) {
     CLI::App* command =
-        app.add_subcommand("compare", "Hold accuracies against the traced truth of the view");
+        app.add_subcommand("compare", "Compare accuracy settings with the path-traced reference");
     command->callback([&line] { line.command = Command::compare; });
     addFrameFlags(*command, line);
     addReferenceFlags(*command, line.reference);
     CompareCommand& compare = line.compare;
     command
-        ->add_option("--settings", compare.settings,
-                     "presets by commas, or a JSON list of accuracies; every preset unless told")
+        ->add_option(
+            "--settings", compare.settings,
+            "presets separated by commas, or a JSON list of accuracies; default: every preset")
         ->type_name("LIST");
-    command->add_option("--frames", compare.frames, "warm frames measured for each setting")
+    command
+        ->add_option("--frames", compare.frames, "frames measured after warm-up for each setting")
         ->check(CLI::Range(1u, 200u).description(""))
         ->type_name("N")
         ->capture_default_str();
-    command->add_option("-o,--output", compare.report, "a .json file for every figure")
+    command->add_option("-o,--output", compare.report, "a .json file for all results")
         ->type_name("FILE");
-    command->add_option("--pictures", compare.pictures, "a folder for pictures of the error")
+    command->add_option("--pictures", compare.pictures, "a folder for error images")
         ->type_name("FOLDER");
 }
 
 void addCompile(CLI::App& app, CommandLine& line) {
     CLI::App* command = app.add_subcommand(
-        "compile", "Fill the shader cache with what the first frames of scenes draw");
+        "compile", "Compile the shaders of the first frames of scenes into the shader cache");
     command->callback([&line] { line.command = Command::compile; });
     command
         ->add_option("scenes", line.compileScenes,
-                     "model files, or ids of built-in scenes; every built-in scene unless given")
+                     "model files, or ids of built-in scenes; default: all built-in scenes")
         ->type_name("SCENE");
     addRendererFlags(*command, line.config);
 }
@@ -243,7 +249,7 @@ void addSequence(CLI::App& app, CommandLine& line) {
         ->description("a sequence as JSON, as for POST /v1/sequences; - reads standard input");
     command
         ->add_option("-o,--output", line.frame.output,
-                     "the folder; a run that was ended goes on where it was")
+                     "output folder; an interrupted run is resumed")
         ->required()
         ->type_name("FOLDER");
 }
@@ -251,11 +257,13 @@ void addSequence(CLI::App& app, CommandLine& line) {
 void addSign(CLI::App& app, CommandLine& line) {
     CLI::App* sign = app.add_subcommand("sign", "Sign a link to a frame for serve --link-key-file");
     sign->callback([&line] { line.command = Command::sign; });
-    sign->add_option("link", line.sign.link, "from /v1/frames? on")->required()->type_name("LINK");
-    sign->add_option("--key-file", line.sign.keyFile, "its first line is the key")
+    sign->add_option("link", line.sign.link, "path and query, from /v1/frames? on")
+        ->required()
+        ->type_name("LINK");
+    sign->add_option("--key-file", line.sign.keyFile, "file whose first line is the key")
         ->required()
         ->type_name("FILE");
-    sign->add_option("--valid", line.sign.validSeconds, "from now")
+    sign->add_option("--valid", line.sign.validSeconds, "validity from now")
         ->check(CLI::Range(std::int64_t{1}, std::int64_t{100} * 366 * 24 * 3600).description(""))
         ->type_name("SECONDS")
         ->capture_default_str();
@@ -267,8 +275,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     CLI::App app("Clerestory renders frames from camera poses.", "clerestory");
     app.require_subcommand(1);
     app.set_version_flag(
-        "--version", [] { return versionReport(); },
-        "this program, its build and the libraries that it stands on");
+        "--version", [] { return versionReport(); }, "print version, build and libraries");
     addServe(app, line);
     addRender(app, line);
     addPlan(app, line);
@@ -285,8 +292,8 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     } catch (const CLI::Success& help) {  // --help and --version
         return app.exit(help);
     } catch (const CLI::ParseError& error) {
-        const std::string words = error.what();
-        std::cerr << "clerestory: " << words.substr(0, words.find('\n'))
+        const std::string message = error.what();
+        std::cerr << "clerestory: " << message.substr(0, message.find('\n'))
                   << " (see clerestory --help)\n";
         return 2;
     }

@@ -1,4 +1,4 @@
-// The command line -> what to do, checked at start.
+// The command line, parsed and checked.
 #pragma once
 
 #include "server/http/http_server.h"
@@ -46,13 +46,13 @@ struct Config {
 struct FrameCommand {
     std::string scene;        // id of a built-in scene, or a file
     std::string requestFile;  // "-": standard input; empty: {}
-    // What flags say, by the field's path; they win over the file.
+    // Values of flags by the path of the field; they override the file.
     std::multimap<std::string, std::string> fields;
-    std::string output;  // its extension tells the format; of a sequence: a folder
+    std::string output;  // a file whose extension selects the format; for sequence: a folder
     bool planAsJson = false;
 };
 
-// `clerestory reference` and `compare`: the truth.
+// `clerestory reference` and `compare`: the path-traced reference.
 struct ReferenceCommand {
     ReferenceMode mode = ReferenceMode::effects;
     std::uint32_t samples = 64;
@@ -60,15 +60,15 @@ struct ReferenceCommand {
     std::uint32_t threads = 0;  // 0: one for each processor
 };
 
-// `clerestory compare`: what it takes beside the frame and the truth.
+// Options of `clerestory compare`.
 struct CompareCommand {
-    std::string settings;       // presets by commas, or a JSON list; empty: every preset
-    std::uint32_t frames = 15;  // warm ones measured for each setting
+    std::string settings;       // presets separated by commas, or a JSON list; empty: every preset
+    std::uint32_t frames = 15;  // measured after warm-up, for each setting
     std::string report;         // a JSON file; empty: none
-    std::string pictures;       // a folder for error pictures; empty: none
+    std::string pictures;       // a folder for error images; empty: none
 };
 
-// `clerestory sign`: a link that opens for a while.
+// `clerestory sign`: a link that is valid for a limited time.
 struct SignCommand {
     std::string link;
     std::string keyFile;
@@ -84,11 +84,10 @@ struct CommandLine {
     ReferenceCommand reference;
     CompareCommand compare;
     SignCommand sign;
-    std::vector<std::string> compileScenes;  // of `clerestory compile`; empty: every built-in one
+    std::vector<std::string> compileScenes;  // of `clerestory compile`; empty: all built-in scenes
 };
 
-// Nothing to do any more (help was shown, or the line was wrong and one line said so): the exit
-// code.
+// Returns the exit code if the program is done: help was printed, or an error message.
 std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line);
 
 }  // namespace clerestory

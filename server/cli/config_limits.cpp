@@ -5,10 +5,10 @@
 namespace clerestory {
 namespace {
 
-void addCount(CLI::App& serve, const char* flag, std::size_t& value, double least, double most,
-              const char* words) {
-    serve.add_option(flag, value, words)
-        ->check(CLI::Range(least, most).description(""))
+void addCount(CLI::App& serve, const char* flag, std::size_t& value, double min, double max,
+              const char* description) {
+    serve.add_option(flag, value, description)
+        ->check(CLI::Range(min, max).description(""))
         ->type_name("N")
         ->group("Limits")
         ->capture_default_str();
@@ -35,37 +35,35 @@ void addSeconds(CLI::App& serve, const char* flag, std::chrono::milliseconds& va
 
 void addLimitFlags(CLI::App& serve, Config& config) {
     HttpLimits& limits = config.http.limits;
-    addCount(serve, "--queue", config.queue, 1, 4096, "frames that may wait");
+    addCount(serve, "--queue", config.queue, 1, 4096, "maximum number of queued frames");
     serve
         .add_option("--queue-seconds", config.queueSeconds,
-                    "predicted seconds of work that may wait; one frame always may")
+                    "maximum predicted time of queued frames; one frame may always wait")
         ->check(CLI::Range(0.01, 3600.0).description(""))
         ->type_name("SECONDS")
         ->group("Limits")
         ->capture_default_str();
-    serve.add_option("--deadline", config.deadlineSeconds, "from request to answer")
+    serve.add_option("--deadline", config.deadlineSeconds, "from request to response")
         ->check(CLI::Range(0.001, 3600.0).description(""))
         ->type_name("SECONDS")
         ->group("Limits")
         ->capture_default_str();
     addCount(serve, "--max-work", config.renderer.mostSamples, 0, 1e15,
-             "samples that one frame may shade: pixels x samples over all its passes; 0: any");
-    addCount(serve, "--threads", config.http.threads, 4, 4096,
-             "requests answered at once, beside those that wait for a frame");
+             "samples that one frame may shade: pixels x samples over all passes; 0: no limit");
+    addCount(serve, "--threads", config.http.threads, 4, 4096, "concurrent request handlers, in addition to those that wait for a frame");
     addCount(serve, "--connections", limits.connections, 8, 1e5,
-             "open at once; above it the idlest gives way");
+             "open connections; beyond it the most idle one is closed");
     addCount(serve, "--max-line", limits.requestLine, 64, 65536, "bytes of a request line");
-    addCount(serve, "--max-path", limits.path, 32, 4096, "bytes of a path in it");
+    addCount(serve, "--max-path", limits.path, 32, 4096, "bytes of the path");
     addCount(serve, "--max-head", limits.headBytes, 256, 1 << 20,
              "bytes of request line and headers");
-    addCount(serve, "--max-headers", limits.headers, 4, 1024, "headers of a request");
-    addCount(serve, "--max-body", limits.bodyBytes, 1024, 64 * 1024, "bytes of a request's body");
+    addCount(serve, "--max-headers", limits.headers, 4, 1024, "number of headers of a request");
+    addCount(serve, "--max-body", limits.bodyBytes, 1024, 64 * 1024, "bytes of a request body");
     addCount(serve, "--max-sequence", config.sequenceBytes, 1024, 64 << 20,
-             "bytes of a sequence's body");
-    addSeconds(serve, "--head-seconds", limits.head, "for a request's head to come");
-    addSeconds(serve, "--body-seconds", limits.body, "for its body to come");
-    addSeconds(serve, "--write-seconds", limits.write,
-               "for the next 4 KB of an answer to be taken");
+             "bytes of the body of a sequence request");
+    addSeconds(serve, "--head-seconds", limits.head, "to receive request line and headers");
+    addSeconds(serve, "--body-seconds", limits.body, "to receive the body");
+    addSeconds(serve, "--write-seconds", limits.write, "for the client to read 4 KB of a response");
     addSeconds(serve, "--idle-seconds", limits.idle, "between requests of a connection");
 }
 
@@ -75,20 +73,22 @@ void addAccessFlags(CLI::App& serve, Config& config) {
         serve.add_option(flag, value, words)->type_name("FILE")->group("Access");
     };
     serve
-        .add_option("--allow-host", access.hosts,
-                    "a host name that the server goes by, beside localhost and any address; may be "
-                    "repeated; * is any")
+        .add_option(
+            "--allow-host", access.hosts,
+            "allowed host name, besides localhost and IP addresses; may be repeated; * allows "
+            "any")
         ->type_name("NAME")
         ->group("Access")
         ->take_all()
         ->allow_extra_args(false);
     file("--token-file", access.tokenFile,
-         "asks for Authorization: Bearer with the first line of this file");
-    file("--link-key-file", access.linkKeyFile,
-         "asks that links to frames are signed (clerestory sign) with the first line of this file");
+         "requires Authorization: Bearer with the first line of this file");
+    file(
+        "--link-key-file", access.linkKeyFile,
+        "requires links to frames to be signed (clerestory sign) with the first line of this file");
     serve
         .add_option("--client-header", access.clientHeader,
-                    "a header in which a proxy in front names its client; its last name counts")
+                    "header in which a reverse proxy names its client; the last name counts")
         ->type_name("NAME")
         ->group("Access");
 }
@@ -105,14 +105,15 @@ void addSceneFlags(CLI::App& serve, Config& config) {
             ->capture_default_str();
     };
     bytes("--scene-memory", config.scenes.memoryBytes,
-          "of loaded scenes; above it those that nobody uses are let go until they are asked for");
+          "memory of loaded scenes; beyond it the least recently used ones are unloaded");
     serve
         .add_option("--uploads", uploads.folder,
-                    "allows clients to POST scenes, and keeps them in this folder")
+                    "allows clients to upload scenes, which are stored in this folder")
         ->type_name("DIR")
         ->group(group);
-    bytes("--max-upload", uploads.limits.fileBytes, "of one upload, and of one file packed in it");
-    bytes("--upload-space", uploads.limits.keptBytes, "of all uploads that are kept");
+    bytes("--max-upload", uploads.limits.fileBytes,
+          "size of an upload, and of a file in an archive");
+    bytes("--upload-space", uploads.limits.keptBytes, "size of all stored uploads");
     const auto number = [&](const char* flag, auto& value, double most, const char* words) {
         serve.add_option(flag, value, words)
             ->check(CLI::Range(1.0, most).description(""))
@@ -120,10 +121,10 @@ void addSceneFlags(CLI::App& serve, Config& config) {
             ->group(group)
             ->capture_default_str();
     };
-    number("--upload-count", uploads.limits.count, 1e6, "uploads that are kept");
-    number("--upload-files", import.maxFiles, 1e6, "files packed in one upload");
+    number("--upload-count", uploads.limits.count, 1e6, "number of stored uploads");
+    number("--upload-files", import.maxFiles, 1e6, "files in an uploaded archive");
     number("--upload-triangles", import.maxTriangles, 1e9, "triangles of an uploaded scene");
-    bytes("--upload-memory", import.addressSpaceBytes, "of address space while one is read");
+    bytes("--upload-memory", import.addressSpaceBytes, "address space of the import");
     const auto seconds = [&](const char* flag, auto& value, const char* words) {
         using Duration = std::remove_reference_t<decltype(value)>;
         serve
@@ -136,8 +137,8 @@ void addSceneFlags(CLI::App& serve, Config& config) {
             ->default_str(
                 std::to_string(std::chrono::duration_cast<std::chrono::seconds>(value).count()));
     };
-    seconds("--upload-cpu", import.cpu, "of processor time for reading one");
-    seconds("--upload-seconds", import.wallClock, "for reading one");
+    seconds("--upload-cpu", import.cpu, "processor time of the import");
+    seconds("--upload-seconds", import.wallClock, "duration of the import");
 }
 
 void addWorkerFlags(CLI::App& serve, Config& config) {
@@ -145,29 +146,32 @@ void addWorkerFlags(CLI::App& serve, Config& config) {
     serve
         .add_flag_callback(
             "--single-process", [&config] { config.singleProcess = true; },
-            "render in the server's own process, for debuggers")
+            "render in the process of the server, for debugging")
         ->group(group);
     serve
         .add_flag_callback(
             "--no-standby", [&config] { config.workers.standby = false; },
-            "keep no second renderer warm: less memory, a slower restart")
+            "no standby renderer: less memory, slower restart")
         ->group(group);
     static const std::map<std::string, bool> kCompilations = {{"fast", true}, {"optimized", false}};
     serve
-        .add_option("--first-compile", config.fastStart,
-                    "fast: while no shaders are cached, the first renderer compiles without "
-                    "optimising, until the standby has compiled them optimised; or optimized")
+        .add_option(
+            "--first-compile", config.fastStart,
+            "fast: without cached shaders the first renderer compiles without optimisation, "
+            "until the standby has compiled optimised ones; or optimized")
         ->transform(CLI::CheckedTransformer(kCompilations).description(""))
         ->type_name("KIND")
         ->group(group);
     serve
         .add_option("--worker-memory", config.workerMemoryBytes,
-                    "bytes of address space of a renderer; 0: any")
+                    "address space of a renderer process; 0: no limit")
         ->transform(CLI::AsSizeValue(false).description(""))
         ->type_name("BYTES")
         ->group(group)
         ->capture_default_str();
-    serve.add_option("--hang", config.hangSeconds, "seconds on one frame that end a renderer")
+    serve
+        .add_option("--hang", config.hangSeconds,
+                    "a renderer that needs longer for one frame is restarted")
         ->check(CLI::Range(1.0, 86400.0).description(""))
         ->type_name("SECONDS")
         ->group(group)

@@ -1,5 +1,4 @@
-// The flags of `clerestory serve` that say how much one client may ask, who may, and what the
-// renderer's process may take.
+// Flags of `clerestory serve` for limits, access, scenes and the renderer process.
 #pragma once
 
 #include "server/cli/config.h"

@@ -1,5 +1,5 @@
-// `clerestory render`, `plan` and `scenes`: the server's own reading, planning and encoding, for
-// one frame.
+// `clerestory render`, `plan` and `scenes`, and the input of all commands that run without a
+// server.
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
 #include "server/cli/command_input.h"
@@ -101,12 +101,12 @@ const EnvironmentMap& lightingOf(const EnvironmentMaps& maps, const Scene& scene
     return *found->second;
 }
 
-void ProgressLine::show(double share) {
-    const bool watched = ::isatty(STDERR_FILENO) == 1;
-    const int percent = static_cast<int>(100.0 * share);
-    if (percent == shown_ || (!watched && percent / 10 == shown_ / 10)) return;
+void ProgressLine::show(double fraction) {
+    const bool onTerminal = ::isatty(STDERR_FILENO) == 1;
+    const int percent = static_cast<int>(100.0 * fraction);
+    if (percent == shown_ || (!onTerminal && percent / 10 == shown_ / 10)) return;
     shown_ = percent;
-    std::fprintf(stderr, watched ? "\r%s %3d %%" : "%s %3d %%\n", work_, percent);
+    std::fprintf(stderr, onTerminal ? "\r%s %3d %%" : "%s %3d %%\n", work_, percent);
 }
 
 void ProgressLine::end() const {
@@ -115,15 +115,16 @@ void ProgressLine::end() const {
 
 namespace {
 
-// A renderer that holds the scene, and the request that names it.
+// A renderer with the scene, and the request for it.
 struct Prepared {
     std::unique_ptr<Renderer> renderer;
     FrameRequest request;
-    std::unique_ptr<CompileAhead> ahead;  // of one frame
-    std::string mark;                     // that it was compiled
+    std::unique_ptr<CompileAhead> compileAhead;  // null unless for one frame
+    std::string compiledMark;                    // see setCompiled()
 };
 
-// A budget is chosen from the curve of this very view, measured now; says on stderr what it was.
+// Measures the curve of this view, replaces the budget by the setting that meets it, and prints
+// that to stderr.
 void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps& maps,
                    FrameRequest& request) {
     ProgressLine progress("measuring");
@@ -138,8 +139,8 @@ void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps
                                    .samples = samples});
         },
         [&](const FrameRequest& frame) { return drawnBy(renderer, frame); },
-        [&](double share) {
-            progress.show(share);
+        [&](double fraction) {
+            progress.show(fraction);
             return true;
         });
     progress.end();
@@ -148,7 +149,7 @@ void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps
     std::cerr << chosen.words << "\n";
 }
 
-// For one frame, which costs less than what it has the driver compile.
+// `oneFrame`: shaders are compiled without optimisation, which would take longer than the frame.
 Prepared prepare(const CommandLine& line, bool oneFrame = false) {
     Prepared p{.request = requestFor(line.frame)};
     oneFrame = oneFrame && !p.request.accuracy.isBudget() && !compiledBefore(line.frame.scene);
@@ -161,17 +162,19 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
     p.renderer = std::make_unique<Renderer>(line.config.renderer);
     Scene scene = loading.get();
     scene.id = p.request.scene = "scene";
-    FrameRequest kind = p.request;  // frames of one kind draw about the same programs
+    FrameRequest kind = p.request;  // frames that differ only in this use nearly the same programs
     kind.camera = {};
     kind.time = 0.0;
     kind.output = {};
     kind.width = kind.height = 1;
-    p.mark = "frame of " + std::to_string(scene.contentHash) + '\n' + canonicalText(kind);
-    if (oneFrame && !compiledBefore(p.mark) && CompileAhead::helps(p.renderer->identity())) {
+    p.compiledMark = "frame of " + std::to_string(scene.contentHash) + '\n' + canonicalText(kind);
+    if (oneFrame && !compiledBefore(p.compiledMark) &&
+        CompileAhead::helps(p.renderer->identity())) {
         std::vector<std::shared_ptr<const EnvironmentMap>> list;
         for (const auto& [name, map] : maps) list.push_back(map);
-        p.ahead = std::make_unique<CompileAhead>(line.config.renderer, copyWithoutTexels(scene),
-                                                 std::move(list), std::vector{p.request});
+        p.compileAhead =
+            std::make_unique<CompileAhead>(line.config.renderer, copyWithoutTexels(scene),
+                                           std::move(list), std::vector{p.request});
     }
     for (const auto& [name, map] : maps) p.renderer->addEnvironment(map);
     if (p.request.accuracy.isBudget()) {
@@ -188,9 +191,9 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
 int runRender(const CommandLine& line) {
     Prepared p = prepare(line, true);
     const Frame frame = p.renderer->render(p.request);
-    if (p.ahead) {
-        p.ahead->stop();
-        setCompiled(p.mark);
+    if (p.compileAhead) {
+        p.compileAhead->stop();
+        setCompiled(p.compiledMark);
     }
     const Bytes bytes = encoded(frame.image, p.request.output);
     std::ofstream file(line.frame.output, std::ios::binary);

@@ -27,12 +27,12 @@ std::string dotted(unsigned long a, unsigned long b, unsigned long c) {
     return std::to_string(a) + "." + std::to_string(b) + "." + std::to_string(c);
 }
 
-std::string seccompNow() {
+std::string seccompVersion() {
     const scmp_version* version = seccomp_version();
     return version ? dotted(version->major, version->minor, version->micro) : "";
 }
 
-std::string embreeNow() {
+std::string embreeVersion() {
     const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(rtcNewDevice("threads=1"),
                                                                    rtcReleaseDevice);
     if (!device) return "";
@@ -43,34 +43,35 @@ std::string embreeNow() {
                   part(RTC_DEVICE_PROPERTY_VERSION_PATCH));
 }
 
-// The driver says its version only to a context.
-std::string openglNow() {
+// Creates a context, which is required to query the version.
+std::string openglVersion() {
     try {
         const RendererIdentity found = Renderer({}).identity();
         return found.version + ", " + found.renderer;
     } catch (const std::exception& error) {
-        return std::string("cannot be used: ") + error.what();
+        return std::string("not available: ") + error.what();
     }
 }
 
 }  // namespace
 
 std::vector<LibraryVersion> libraryVersions() {
-    const std::string archiveNow = archive_version_string();  // "libarchive 3.6.2"
+    const std::string archiveVersion = archive_version_string();  // "libarchive 3.6.2"
     return {
         {"assimp", CLERESTORY_ASSIMP_VERSION,
          dotted(aiGetVersionMajor(), aiGetVersionMinor(), aiGetVersionPatch())},
         {"CLI11", CLI11_VERSION, ""},
         {"cpp-httplib", CLERESTORY_HTTPLIB_VERSION, ""},
-        {"embree", RTC_VERSION_STRING, embreeNow()},
+        {"embree", RTC_VERSION_STRING, embreeVersion()},
         {"glm",
          dotted(GLM_VERSION_MAJOR, GLM_VERSION_MINOR, GLM_VERSION_PATCH) + "." +
              std::to_string(GLM_VERSION_REVISION),
          ""},
-        {"libarchive", ARCHIVE_VERSION_ONLY_STRING, archiveNow.substr(archiveNow.rfind(' ') + 1)},
+        {"libarchive", ARCHIVE_VERSION_ONLY_STRING,
+         archiveVersion.substr(archiveVersion.rfind(' ') + 1)},
         {"libjpeg-turbo", CLERESTORY_JPEG_VERSION, ""},
         {"libpng", PNG_LIBPNG_VER_STRING, png_get_libpng_ver(nullptr)},
-        {"libseccomp", dotted(SCMP_VER_MAJOR, SCMP_VER_MINOR, SCMP_VER_MICRO), seccompNow()},
+        {"libseccomp", dotted(SCMP_VER_MAJOR, SCMP_VER_MINOR, SCMP_VER_MICRO), seccompVersion()},
         {"nlohmann-json",
          dotted(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
                 NLOHMANN_JSON_VERSION_PATCH),
@@ -89,8 +90,8 @@ std::string versionReport() {
         text += "\n  " + library.name + " " + (library.runs.empty() ? library.built : library.runs);
         if (!same) text += " (built with " + library.built + ")";
     }
-    text += "\n  OpenGL " + openglNow();
-    return text + "\nknown weaknesses of these, and what stands before each: SECURITY.md";
+    text += "\n  OpenGL " + openglVersion();
+    return text + "\nknown vulnerabilities of these libraries and their mitigation: SECURITY.md";
 }
 
 }  // namespace clerestory

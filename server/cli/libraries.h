@@ -1,4 +1,4 @@
-// What this program stands on: other people's libraries and their versions, for `--version`.
+// Third-party libraries and their versions, for `--version`.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@ namespace clerestory {
 
 struct LibraryVersion {
     std::string name;
-    std::string built;  // with
-    std::string runs;   // with, now; empty where the library is part of the program or does not say
+    std::string built;  // version at compile time
+    std::string runs;   // version at run time; empty if it is linked statically or unknown
 };
 
 std::vector<LibraryVersion> libraryVersions();

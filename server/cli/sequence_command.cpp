@@ -1,5 +1,5 @@
-// `clerestory sequence`: the frames of a POST /v1/sequences into a folder, going on where an
-// earlier run was ended.
+// `clerestory sequence`: renders a sequence as of POST /v1/sequences into a folder. Resumes an
+// interrupted run.
 #include "server/api/encode_answer.h"
 #include "server/base/build_id.h"
 #include "server/cli/command_input.h"
@@ -21,7 +21,7 @@ std::string contentOf(const fs::path& file) {
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-// Whole or not at all, also when the run is ended here.
+// Atomic: an interrupted run leaves no incomplete file.
 void writeFrameFile(const fs::path& folder, const SequenceFile& file) {
     const fs::path unfinished = folder / (file.name + ".part");
     std::ofstream stream(unfinished, std::ios::binary);
@@ -31,16 +31,16 @@ void writeFrameFile(const fs::path& folder, const SequenceFile& file) {
     fs::rename(unfinished, folder / file.name);
 }
 
-// The folder belongs to this sequence: new, or begun by it.
-void claim(const fs::path& folder, const std::string& identity) {
+// Creates the folder, or verifies that it belongs to this sequence.
+void openFolder(const fs::path& folder, const std::string& identity) {
     std::error_code error;
     fs::create_directories(folder, error);
-    if (error) throw std::runtime_error("cannot make the folder \"" + folder.string() + "\"");
+    if (error) throw std::runtime_error("cannot create the folder \"" + folder.string() + "\"");
     const fs::path mark = folder / "sequence.json";
     if (!fs::exists(mark)) return writeFrameFile(folder, {"sequence.json", "", identity});
     if (contentOf(mark) != identity) {
         throw std::runtime_error("\"" + folder.string() +
-                                 "\" holds frames of another sequence, scene or build; take "
+                                 "\" contains frames of another sequence, scene or build; use "
                                  "another folder");
     }
 }
@@ -59,16 +59,16 @@ Sequence sequenceOf(const FrameCommand& command) {
 
 int runSequence(const CommandLine& line) {
     const Sequence sequence = sequenceOf(line.frame);
-    FrameRequest lighting;  // a map that the line brings lights every frame that names none
+    FrameRequest lighting;  // has the map from the command line, for frames that name none
     const EnvironmentMaps maps = environmentsOf(line, lighting);
     Scene scene = sceneFor(line, maps);
     const fs::path folder = line.frame.output;
-    claim(folder, json{{"build", buildId()},
-                       {"scene", scene.contentHash},
-                       {"channels", channelsJson(sequence.channels)},
-                       {"common", sequence.common},
-                       {"frames", sequence.own}}
-                      .dump(1, ' ', false, json::error_handler_t::replace));
+    openFolder(folder, json{{"build", buildId()},
+                            {"scene", scene.contentHash},
+                            {"channels", channelsJson(sequence.channels)},
+                            {"common", sequence.common},
+                            {"frames", sequence.own}}
+                           .dump(1, ' ', false, json::error_handler_t::replace));
     scene.id = "scene";
     Renderer renderer(line.config.renderer);
     for (const auto& [name, map] : maps) renderer.addEnvironment(map);
@@ -79,7 +79,7 @@ int runSequence(const CommandLine& line) {
         request.scene = "scene";
         if (!request.environment.map) request.environment.map = lighting.environment.map;
         if (request.accuracy.isBudget()) {
-            throw std::runtime_error("a sequence in a folder takes knobs, not a budget");
+            throw std::runtime_error("sequence does not support budgets; use knobs or a preset");
         }
         const Frame frame = renderer.render(request);
         return MadeFrame{.bytes = encoded(frame.image, request.output),
@@ -88,11 +88,11 @@ int runSequence(const CommandLine& line) {
     };
     ProgressLine progress("drawing");
     Manifest manifest;
-    std::size_t there = 0;
+    std::size_t resumed = 0;
     for (std::size_t i = sequence.first; i < sequence.count(); ++i) {
         const std::string last = frameStem(i) + ".json";
         if (fs::exists(folder / last)) {
-            ++there;
+            ++resumed;
             manifest.add({last, "", contentOf(folder / last)});
         } else {
             for (const SequenceFile& file : filesOf(sequence, i, make)) {
@@ -106,7 +106,7 @@ int runSequence(const CommandLine& line) {
     progress.end();
     writeFrameFile(folder, manifest.file());
     std::cout << sequence.count() - sequence.first << " frames in " << folder.string();
-    if (there > 0) std::cout << ", " << there << " of them there already";
+    if (resumed > 0) std::cout << ", " << resumed << " of them from an earlier run";
     std::cout << "\n";
     return 0;
 }

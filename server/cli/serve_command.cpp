@@ -1,4 +1,4 @@
-// `clerestory serve`: from start to the signal that ends it.
+// `clerestory serve`: runs the server until SIGINT or SIGTERM.
 #include "server/base/log.h"
 #include "server/cli/commands.h"
 #include "server/scenes/shader_cache.h"
@@ -13,13 +13,13 @@
 namespace clerestory {
 
 int runServe(const CommandLine& line) {
-    // Blocked before any thread begins, so that only sigwait() below takes them.
+    // Blocked before any thread starts, so that only sigwait() below receives them.
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGTERM);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    std::signal(SIGHUP, SIG_IGN);  // a terminal that goes takes nobody with it
+    std::signal(SIGHUP, SIG_IGN);  // closing the terminal does not stop the server
 
     logWithoutWaiting();
     setLogLevel(line.config.logLevel);
@@ -34,10 +34,10 @@ int runServe(const CommandLine& line) {
     int signal = 0;
     sigwait(&signals, &signal);
     logInfo({"stopping: running frames finish"});
-    // A second signal ends the program at once.
+    // A second signal terminates the program immediately.
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     server.stop();
-    // Everybody is answered; the importer is a child that ends with this process.
+    // All responses are sent; the importer is a child that ends with this process.
     if (server.service() && server.service()->library().importing()) std::_Exit(0);
     return 0;
 }

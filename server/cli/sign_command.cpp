@@ -1,4 +1,4 @@
-// `clerestory sign`: a link that whoever has it may open for a while.
+// `clerestory sign`: signs a link that is valid for a limited time.
 #include "server/cli/commands.h"
 #include "server/http/access.h"
 

@@ -125,7 +125,7 @@ TEST(CommandLine, TracesTheTruth) {
     const Outcome outcome = run(arguments + "--threads 1 -o '" + numbers + "'");
     ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
     EXPECT_THAT(outcome.output, HasSubstr("tracing 100 %"));
-    EXPECT_THAT(outcome.output, HasSubstr("4 samples a pixel, noise "));
+    EXPECT_THAT(outcome.output, HasSubstr("4 samples per pixel, noise "));
     const Image image = decodeNpy(contentOf(numbers));
     EXPECT_EQ(image.width, 32u);
     EXPECT_EQ(image.height, 24u);

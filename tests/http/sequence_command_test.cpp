@@ -59,7 +59,7 @@ TEST_F(SequenceCommand, FillsAFolderAndGoesOnWhereItWasEnded) {
     const Outcome again = sequence();
     ASSERT_EQ(again.exitCode, 0) << again.output;
     EXPECT_THAT(again.output, HasSubstr("4 frames"));
-    EXPECT_THAT(again.output, HasSubstr("2 of them there already"));
+    EXPECT_THAT(again.output, HasSubstr("2 of them from an earlier run"));
     EXPECT_EQ(fs::last_write_time(folder / "000000.jpg"), untouched);
     EXPECT_EQ(contentOf(folder / "000001.jpg"), second);
     EXPECT_TRUE(fs::exists(folder / "000001.objectId.npy"));
