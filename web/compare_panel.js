@@ -139,10 +139,10 @@ export class ComparePanel {
       presets: session.presets, current: session.accuracy, knobs: session.knobSchemas, sweep: $("sweep").checked,
       values: { ...session.presetValues[session.preset], ...session.knobs },
     });
-    const { accuracy, filters, ...frame } = this.request(this.size(Number($("truth-edge").value)));
+    const { accuracy, filters, ...frame } = this.request(this.size(Number($("reference-width").value)));
     this.#busy(true);
     try {
-      const body = { ...frame, settings: settings.map((s) => s.accuracy), samples: Number($("truth-samples").value),
+      const body = { ...frame, settings: settings.map((s) => s.accuracy), samples: Number($("reference-samples").value),
                      frames: 5, errorPictures: true };
       let job = await startComparison(body);
       this.#job = job.id;
@@ -195,7 +195,7 @@ export class ComparePanel {
     this.#draw(i);
     const p = this.#points[i];
     const opacity = element("input", { type: "range", min: 0, max: 1, step: 0.05, id: "error-opacity", oninput: () => {
-      $("error-picture").style.opacity = opacity.value;
+      $("error-image").style.opacity = opacity.value;
     } });
     opacity.value = 0.75;
     const closed = p.closedGap === undefined || p.closedGap === null ? "" : `, closes ${Math.round(100 * p.closedGap)} % of the gap`;
@@ -209,7 +209,7 @@ export class ComparePanel {
   }
 
   async #showError(path, opacity) {
-    const image = $("error-picture");
+    const image = $("error-image");
     image.hidden = true;
     if (!path) return;
     image.style.opacity = opacity;

@@ -15,8 +15,8 @@ export class Latest {
     this.#run = run;
   }
 
-  request(wanted) {
-    this.#next = { wanted };
+  request(settings) {
+    this.#next = { settings };
     if (!this.#busy) this.#drain();
   }
 
@@ -28,9 +28,9 @@ export class Latest {
     this.#busy = true;
     try {
       while (this.#next) {
-        const { wanted } = this.#next;
+        const { settings } = this.#next;
         this.#next = undefined;
-        await this.#run(wanted);
+        await this.#run(settings);
       }
     } finally {
       this.#busy = false;
@@ -71,7 +71,7 @@ const kRestMs = 160;   // without motion until the full frame is requested
 const kMinPixels = 160 * 90;
 
 export class Frames {
-  #latest = new Latest((wanted) => this.#render(wanted));
+  #latest = new Latest((settings) => this.#render(settings));
   #rest;
   #running;  // { still, stop: AbortController } of the frame under way
   #waiting = false;   // for a retry
@@ -107,8 +107,8 @@ export class Frames {
     this.#request({ still: true });
   }
 
-  #request(wanted) {
-    if (!this.#waiting) this.#latest.request(wanted);
+  #request(settings) {
+    if (!this.#waiting) this.#latest.request(settings);
   }
 
   async #render({ still }) {

@@ -26,7 +26,7 @@ export class Session {
     this.presets = accuracy.properties.preset.enum;
     this.knobSchemas = Object.fromEntries(Object.entries(accuracy.properties).filter(([name]) => name !== "preset"));
     this.presetValues = accuracy["x-presets"] ?? {};
-    this.pictureSchemas = Object.fromEntries(Object.entries(properties).filter(([name]) => !kHandledElsewhere.includes(name)));
+    this.imageSchemas = Object.fromEntries(Object.entries(properties).filter(([name]) => !kHandledElsewhere.includes(name)));
     this.setDefaults();
   }
 
@@ -36,7 +36,7 @@ export class Session {
     this.knobs = {};
     this.effects = { ...defaults.effects };
     this.environment = { ...defaults.environment };
-    this.picture = Object.fromEntries(Object.keys(this.pictureSchemas)
+    this.image = Object.fromEntries(Object.keys(this.imageSchemas)
       .filter((name) => defaults[name] !== undefined).map((name) => [name, defaults[name]]));
     this.filters = [];
     this.headingDegrees = 0;
@@ -83,7 +83,7 @@ export class Session {
       accuracy: this.accuracy,
       environment,
       ...(this.filters.length ? { filters: this.filters } : {}),
-      ...this.picture,
+      ...this.image,
     };
   }
 
@@ -130,7 +130,7 @@ export class Session {
     if (filters) this.filters = filters;
     if (time !== undefined) this.time = time;
     if (clip !== undefined) this.clip = clip;
-    for (const name of Object.keys(this.pictureSchemas)) if (rest[name] !== undefined) this.picture[name] = rest[name];
+    for (const name of Object.keys(this.imageSchemas)) if (rest[name] !== undefined) this.image[name] = rest[name];
     const hasPose = camera?.position && camera.target;
     return { scene, view: hasPose ? { yfov: 0.9, ...camera } : undefined };
   }

@@ -48,9 +48,9 @@ function moved() {
 const wait = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
 
 // Waits until the scene is loaded, and shows the progress. A waiting scene is loaded when a frame of it is requested.
-// Returns undefined if loading fails or the scene is no longer wanted.
-async function loadedScene(id, wanted = () => $("scene").value === id) {
-  for (let failures = 0; wanted();) {
+// Returns undefined if loading fails or stillWanted() is false.
+async function loadedScene(id, stillWanted = () => $("scene").value === id) {
+  for (let failures = 0; stillWanted();) {
     try {
       const scene = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
       failures = 0;
@@ -165,7 +165,7 @@ function drawView(environments) {
       changed();
     }));
   }
-  controlsFor($("picture"), session.pictureSchemas, session.picture, changed);
+  controlsFor($("image-settings"), session.imageSchemas, session.image, changed);
 }
 
 // Uploads a scene file and shows the scene; if that fails, the present scene stays.
@@ -229,7 +229,7 @@ async function start() {
   const [schema, renderer] = await Promise.all([getJson("openapi.json"), getJson("v1/renderer")]);
   $("renderer").textContent = `${renderer.renderer}${renderer.software ? ", software" : ""}`;
   session = new Session(resolved(schema.components.schemas.FrameRequest, schema));
-  const asked = session.read(location.hash);
+  const fromLink = session.read(location.hash);
   const limits = { maxPixels: Math.min(renderer.limits.pixels, renderer.software ? 1280 * 720 : 2560 * 1440), maxEdge: renderer.limits.edge };
   const box = () => ({ width: $("stage").clientWidth, height: $("stage").clientHeight, ratio: Math.min(2, devicePixelRatio || 1) });
   frames = new Frames({ limits, box, reducedMotion, shown, failed: showProblem, requestFor: (size, options) => {
@@ -267,8 +267,8 @@ async function start() {
     changed();
   });
   addEventListener("hashchange", () => location.reload());
-  await listScenes(asked.scene);
-  await chooseScene($("scene").value, asked.view);
+  await listScenes(fromLink.scene);
+  await chooseScene($("scene").value, fromLink.view);
 }
 
 // The token is kept until the tab is closed.

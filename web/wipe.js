@@ -41,10 +41,10 @@ export class Wipe {
   // Adds the reference image as a choice, or removes it if there is no path.
   setReference(path) {
     this.reference = path;
-    const right = $("wipe-with"), option = right.querySelector("[value=truth]");
-    if (path && !option) right.append(element("option", { value: "truth", textContent: "path-traced reference" }));
+    const right = $("wipe-with"), option = right.querySelector("[value=reference]");
+    if (path && !option) right.append(element("option", { value: "reference", textContent: "path-traced reference" }));
     if (!path && option) {
-      const selected = right.value === "truth";
+      const selected = right.value === "reference";
       option.remove();
       if (selected) right.value = "off:all";
     }
@@ -53,7 +53,7 @@ export class Wipe {
   // Shows the right side: the reference image or the frame of render(request).
   async showRight(request, render) {
     const right = $("wipe-with").value;
-    const blob = right === "truth" ? await imageAt(this.reference) : (await render(withChoice(request, right))).blob;
+    const blob = right === "reference" ? await imageAt(this.reference) : (await render(withChoice(request, right))).blob;
     await showBlob($("after"), blob);
     this.#show();
   }

@@ -50,7 +50,8 @@ void addLimitFlags(CLI::App& serve, Config& config) {
         ->capture_default_str();
     addCount(serve, "--max-work", config.renderer.mostSamples, 0, 1e15,
              "samples that one frame may shade: pixels x samples over all passes; 0: no limit");
-    addCount(serve, "--threads", config.http.threads, 4, 4096, "concurrent request handlers, in addition to those that wait for a frame");
+    addCount(serve, "--threads", config.http.threads, 4, 4096,
+             "concurrent request handlers, in addition to those that wait for a frame");
     addCount(serve, "--connections", limits.connections, 8, 1e5,
              "open connections; beyond it the most idle one is closed");
     addCount(serve, "--max-line", limits.requestLine, 64, 65536, "bytes of a request line");
@@ -114,9 +115,9 @@ void addSceneFlags(CLI::App& serve, Config& config) {
     bytes("--max-upload", uploads.limits.fileBytes,
           "size of an upload, and of a file in an archive");
     bytes("--upload-space", uploads.limits.keptBytes, "size of all stored uploads");
-    const auto number = [&](const char* flag, auto& value, double most, const char* words) {
+    const auto number = [&](const char* flag, auto& value, double max, const char* words) {
         serve.add_option(flag, value, words)
-            ->check(CLI::Range(1.0, most).description(""))
+            ->check(CLI::Range(1.0, max).description(""))
             ->type_name("N")
             ->group(group)
             ->capture_default_str();

@@ -121,9 +121,9 @@ void EventLoop::with(Id id, Act act) {
 
 // --- connections
 
-void EventLoop::accept(int most) {
+void EventLoop::accept(int maxCount) {
     using What = Listener::Accepted::What;
-    for (int i = 0; i < most; ++i) {
+    for (int i = 0; i < maxCount; ++i) {
         Listener::Accepted accepted = listener_.accept();
         if (accepted.what == What::none) return;
         const bool full = accepted.error == EMFILE || accepted.error == ENFILE;

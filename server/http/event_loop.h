@@ -81,7 +81,7 @@ private:
     // Calls `act` on the client if it is still connected; an exception closes the connection.
     template <class Act>
     void with(Id id, Act act);
-    void accept(int most);
+    void accept(int maxCount);
     void addClient(Listener::Accepted& accepted);
     void reject(SocketWriter& writer);
     bool evict(std::chrono::milliseconds minimumAge);

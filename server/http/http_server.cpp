@@ -16,9 +16,9 @@ constexpr std::size_t kReservedDescriptors = 64;
 HttpLimits withinDescriptors(HttpLimits limits) {
     rlimit files{};
     if (getrlimit(RLIMIT_NOFILE, &files) != 0) return limits;
-    const rlim_t wanted = limits.connections + kReservedDescriptors;
-    if (files.rlim_cur < wanted) {
-        files.rlim_cur = std::min(wanted, files.rlim_max);
+    const rlim_t needed = limits.connections + kReservedDescriptors;
+    if (files.rlim_cur < needed) {
+        files.rlim_cur = std::min(needed, files.rlim_max);
         setrlimit(RLIMIT_NOFILE, &files);
     }
     const auto descriptors = static_cast<std::size_t>(files.rlim_cur);

@@ -55,11 +55,11 @@ int portOf(int fd) {
 }  // namespace
 
 Listener::Listener(const std::string& host, int port) {
-    addrinfo wanted{};
-    wanted.ai_socktype = SOCK_STREAM;
-    wanted.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+    addrinfo hints{};
+    hints.ai_socktype = SOCK_STREAM;
+    hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
     addrinfo* found = nullptr;
-    if (getaddrinfo(host.c_str(), std::to_string(port).c_str(), &wanted, &found) == 0) {
+    if (getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) == 0) {
         const std::unique_ptr<addrinfo, void (*)(addrinfo*)> list(found, freeaddrinfo);
         for (const addrinfo* at = found; at && socket_ < 0; at = at->ai_next) socket_ = bound(*at);
     }

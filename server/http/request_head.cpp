@@ -115,10 +115,10 @@ std::optional<Problem> readBodyHeaders(RequestHead& head, const HttpLimits& limi
             !text.empty() &&
             std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
         if (lengths > 1 || !digits) return badRequest("Content-Length is not a number.");
-        const std::size_t most = bodyLimit(head, limits);
+        const std::size_t maxBytes = bodyLimit(head, limits);
         for (const char digit : text) {
             head.contentLength = 10 * head.contentLength + static_cast<std::size_t>(digit - '0');
-            if (head.contentLength > most) return tooLarge(most);
+            if (head.contentLength > maxBytes) return tooLarge(maxBytes);
         }
     }
     const bool takesBody =

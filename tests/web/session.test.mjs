@@ -138,7 +138,7 @@ test("an address restores the view and the settings", () => {
   Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, clip: "walk", headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }] });
   made.effects.refraction = false;
   made.environment.map = "a b";
-  made.picture.exposure = -1.25;
+  made.image.exposure = -1.25;
   const other = new Session(frame);
   const { scene: id, view } = other.read(`#${made.query()}`);
   assert.equal(id, "hall");

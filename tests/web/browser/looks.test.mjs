@@ -47,7 +47,7 @@ for (const [name, options] of looks) {
         await page.waitForFunction(() => [...document.querySelectorAll("#maps img")].every((i) => i.naturalWidth > 0) &&
           document.querySelectorAll("#maps img").length > 2);
       }
-      await v.picture(`${name}-${tab}`);
+      await v.screenshot(`${name}-${tab}`);
       const cut = await page.evaluate(() => [...document.querySelectorAll("aside button, aside label, aside h2, header label")]
         .filter((e) => e.offsetParent && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== "inline").map((e) => e.textContent));
       assert.deepEqual(cut, [], "text does not fit");

@@ -31,7 +31,7 @@ visit("while dragging, one small frame at a time with the newest pose, then the 
   await page.mouse.down();
   for (let i = 1; i <= 60; ++i) await page.mouse.move(box.x + 300 + 3 * i, box.y + 300);
   await page.mouse.up();
-  const last = await v.rest();
+  const last = await v.settled();
   assert.ok(v.frames.length < 40, `${v.frames.length} frames for 60 movements`);
   assert.ok(v.frames.some((f) => f.width * f.height < 0.5 * full.width * full.height), "small ones while moving");
   assert.deepEqual([last.width, last.height], [full.width, full.height]);
@@ -48,18 +48,18 @@ visit("the wheel zooms in and out, and a drag with shift pans", {}, async (v, pa
   const box = await page.locator("#stage").boundingBox();
   await page.mouse.move(box.x + 300, box.y + 300);
   await page.mouse.wheel(0, -300);
-  const nearer = (await v.rest()).camera;
+  const nearer = (await v.settled()).camera;
   assert.ok(away(nearer) < 0.95 * away(start), "nearer");
   near(nearer.target, start.target, 1e-6);
   await page.mouse.wheel(0, 300);
-  near([away((await v.rest()).camera)], [away(start)], 1e-6);
+  near([away((await v.settled()).camera)], [away(start)], 1e-6);
 
   await page.keyboard.down("Shift");
   await page.mouse.down();
   await page.mouse.move(box.x + 400, box.y + 300, { steps: 5 });
   await page.mouse.up();
   await page.keyboard.up("Shift");
-  const panned = (await v.rest()).camera, way = distance(panned.target, start.target);
+  const panned = (await v.settled()).camera, way = distance(panned.target, start.target);
   assert.ok(way > 0.05 * away(start), "moved");
   near([distance(panned.position, start.position), away(panned)], [way, away(start)], 1e-4);
 });
@@ -69,15 +69,15 @@ visit("the environment map can be changed, rotated and hidden", {}, async (v, pa
   const maps = await page.locator("#light select option").evaluateAll((all) => all.map((o) => o.value).filter(Boolean));
   const other = maps.find((name) => name !== before.environment?.map);
   await page.selectOption("#light select", other);
-  assert.equal((await v.rest()).environment.map, other);
+  assert.equal((await v.settled()).environment.map, other);
   const heading = page.getByLabel("Heading").last();
   await heading.fill("90");
   await heading.press("Enter");
   const half = Math.SQRT1_2;
-  near((await v.rest()).environment.rotation.map(Math.abs), [0, half, 0, half], 1e-6);
+  near((await v.settled()).environment.rotation.map(Math.abs), [0, half, 0, half], 1e-6);
   await page.getByLabel("Visible").first().focus();
   await page.keyboard.press("Space");
-  assert.equal((await v.rest()).environment.visible, false);
+  assert.equal((await v.settled()).environment.visible, false);
 });
 
 const kLater = 600_000;  // milliseconds of the clock of the test
@@ -91,7 +91,7 @@ async function flown(rate, keys) {
     }, rate);
   } });
   const { page } = v;
-  const start = (await v.rest()).camera;
+  const start = (await v.settled()).camera;
   await page.focus("#stage");
   await page.clock.pauseAt(kLater);
   for (const [act, key, milliseconds] of keys) {
@@ -100,7 +100,7 @@ async function flown(rate, keys) {
   }
   await page.clock.runFor(4000);
   await page.clock.resume();
-  await v.rest();
+  await v.settled();
   const end = v.frames.at(-1).camera;
   await v.leave();
   return { start, end, way: distance(start.position, end.position) };
@@ -126,24 +126,24 @@ visit("the keyboard reaches the image, rotation, panning, zoom, effects and tabs
   for (let i = 0; i < 8 && await focused() !== "stage"; ++i) await page.keyboard.press("Tab");
   assert.equal(await focused(), "stage");
   for (const [key, changes] of [["ArrowLeft", "position"], ["Shift+ArrowUp", "target"], ["+", "position"]]) {
-    const before = (await v.rest()).camera;
+    const before = (await v.settled()).camera;
     await page.keyboard.press(key);
-    assert.ok(distance((await v.rest()).camera[changes], before[changes]) > 1e-3, key);
+    assert.ok(distance((await v.settled()).camera[changes], before[changes]) > 1e-3, key);
   }
   await page.keyboard.press("r");
   await page.waitForTimeout(400);
-  same((await v.rest()).camera, start.camera);
+  same((await v.settled()).camera, start.camera);
   for (let i = 0; i < 12 && await focused() !== "tab-view"; ++i) await page.keyboard.press("Tab");
   await page.keyboard.press("ArrowRight");
   assert.equal(await focused(), "tab-accuracy");
   assert.ok(await page.isVisible("#panel-accuracy") && !await page.isVisible("#panel-view"));
   await page.keyboard.press("Tab");
   await page.keyboard.press("ArrowRight");  // the preset after standard
-  assert.equal((await v.rest()).accuracy.preset, "fine");
+  assert.equal((await v.settled()).accuracy.preset, "fine");
   await page.click("#tab-view");
   await page.focus("#effects input");
   await page.keyboard.press("Space");
-  assert.equal((await v.rest()).effects.emission, false);
+  assert.equal((await v.settled()).effects.emission, false);
 });
 
 visit("every control has an accessible name", {}, async (v, page) => {
@@ -153,7 +153,7 @@ visit("every control has an accessible name", {}, async (v, page) => {
     for (const { value } of await page.locator("#add-filter option").evaluateAll((all) => all.map((o) => ({ value: o.value })))) {
       if (value) await page.selectOption("#add-filter", value);
     }
-    await v.rest();
+    await v.settled();
   }
   const nameless = await page.evaluate(() => [...document.querySelectorAll("button, input, select, [role]:not(option), a[href]")]
     .filter((e) => {
@@ -170,7 +170,7 @@ visit("a double click sets the orbit centre", {}, async (v, page) => {
   const before = v.frames.at(-1).camera;
   await page.dblclick("#stage");
   await page.waitForTimeout(500);
-  const { position, target } = (await v.rest()).camera;
+  const { position, target } = (await v.settled()).camera;
   near([Math.hypot(...target)], [0.5], 0.01);  // the ball of six-walls
   near([distance(position, before.position) + distance(position, target)], [distance(before.position, target)], 1e-3);
   assert.ok(distance(position, target) < 0.7 * distance(before.position, target));
@@ -186,47 +186,47 @@ visit("a link restores view and settings; so do curl and JSON", {}, async (v, pa
   await page.fill("[data-field=generations] input[type=number]", "3");
   await page.locator("[data-field=generations] input[type=number]").blur();
   await page.click("#tab-view");
-  const asked = await v.rest();
-  assert.deepEqual([asked.exposure, asked.accuracy.generations, asked.effects.planarReflection], [-0.5, 3, false]);
+  const requested = await v.settled();
+  assert.deepEqual([requested.exposure, requested.accuracy.generations, requested.effects.planarReflection], [-0.5, 3, false]);
   const copied = async (id) => {
     await page.click(id);
     await page.waitForFunction(() => document.querySelector("#copied").textContent.startsWith("Copied"));
     return page.evaluate(() => navigator.clipboard.readText());
   };
-  assert.deepEqual(JSON.parse(await copied("#copy-json")), asked);
+  assert.deepEqual(JSON.parse(await copied("#copy-json")), requested);
   const curl = await copied("#copy-curl");
-  assert.deepEqual(JSON.parse(/-d '(.*)' -o/s.exec(curl)[1]), asked);
-  const picture = await (await patiently(await copied("#copy-picture"))).arrayBuffer();
+  assert.deepEqual(JSON.parse(/-d '(.*)' -o/s.exec(curl)[1]), requested);
+  const picture = await (await patiently(await copied("#copy-image-link"))).arrayBuffer();
   const posted = await (await patiently(`${server.url}v1/frames`, {
-    method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(asked) })).arrayBuffer();
+    method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(requested) })).arrayBuffer();
   assert.deepEqual(Buffer.from(picture), Buffer.from(posted));
   const other = await Visit.open(await copied("#copy-link"));
-  const again = await other.rest();
-  same(again.camera, asked.camera);
-  assert.deepEqual({ ...again, camera: 0 }, { ...asked, camera: 0 });
+  const again = await other.settled();
+  same(again.camera, requested.camera);
+  assert.deepEqual({ ...again, camera: 0 }, { ...requested, camera: 0 });
   await other.leave();
 });
 
 visit("filters can be added, moved and removed, and a link contains them", {}, async (v, page) => {
   await page.selectOption("#add-filter", "twirl");
   await page.selectOption("#add-filter", "convolve");
-  assert.deepEqual((await v.rest()).filters, [{ type: "twirl", amount: 1 }, { type: "convolve", kernel: "sharpen" }]);
+  assert.deepEqual((await v.settled()).filters, [{ type: "twirl", amount: 1 }, { type: "convolve", kernel: "sharpen" }]);
   await page.fill("#filters [data-field=amount] input[type=number]", "2.5");
   await page.locator("#filters [data-field=amount] input[type=number]").blur();
   await page.click("#filters li:nth-child(2) [aria-label=Earlier]");
-  const asked = await v.rest();
-  assert.deepEqual(asked.filters, [{ type: "convolve", kernel: "sharpen" }, { type: "twirl", amount: 2.5 }]);
+  const requested = await v.settled();
+  assert.deepEqual(requested.filters, [{ type: "convolve", kernel: "sharpen" }, { type: "twirl", amount: 2.5 }]);
   const other = await Visit.open(page.url());
-  assert.deepEqual((await other.rest()).filters, asked.filters);
+  assert.deepEqual((await other.settled()).filters, requested.filters);
   await other.leave();
   await page.click("#filters [aria-label=Remove]");
-  assert.deepEqual((await v.rest()).filters, [{ type: "twirl", amount: 2.5 }]);
+  assert.deepEqual((await v.settled()).filters, [{ type: "twirl", amount: 2.5 }]);
 });
 
 visit("the view can be shared as a live view", {}, async (v, page) => {
   const put = page.waitForRequest((r) => r.method() === "PUT");
   await page.click("#live");
-  assert.deepEqual((await put).postDataJSON(), await v.rest());
+  assert.deepEqual((await put).postDataJSON(), await v.settled());
   const place = new URL(await page.getAttribute("#live-link", "href"));
   const view = await (await fetch(`${server.url}v1/views/${place.searchParams.get("view")}`)).json();
   assert.deepEqual(view.camera, v.frames.at(-1).camera);
@@ -235,11 +235,11 @@ visit("the view can be shared as a live view", {}, async (v, page) => {
 visit("where motion is unwelcome nothing glides, and every frame is a full one", { reducedMotion: "reduce" }, async (v, page) => {
   const full = v.frames[0];
   await page.dblclick("#stage");
-  await v.rest();
+  await v.settled();
   await page.focus("#stage");
   await page.keyboard.press("w", { delay: 120 });
   const { length } = v.frames;
-  await v.rest();
+  await v.settled();
   assert.ok(v.frames.every((f) => f.width === full.width && f.accuracy.preset), "full ones only");
   assert.ok(v.frames.length - length <= 3, "it stops with the key");
   assert.equal(await page.evaluate(() => getComputedStyle(document.querySelector("button")).transitionDuration), "0s");
@@ -254,17 +254,17 @@ visit("touch rotates and pinches; the arrow buttons fly", { hasTouch: true, isMo
   await send("touchStart", [x, y]);
   for (let i = 1; i <= 5; ++i) await send("touchMove", [x + 10 * i, y]);
   await send("touchEnd");
-  const turned = (await v.rest()).camera;
+  const turned = (await v.settled()).camera;
   near(turned.target, start.target, 1e-6);
   assert.ok(distance(turned.position, start.position) > 0.1);
   await send("touchStart", [x - 30, y], [x + 30, y]);
   for (let i = 1; i <= 5; ++i) await send("touchMove", [x - 30 - 6 * i, y], [x + 30 + 6 * i, y]);
   await send("touchEnd");
-  const pinched = (await v.rest()).camera;
+  const pinched = (await v.settled()).camera;
   near([distance(pinched.position, pinched.target) / distance(turned.position, turned.target)], [0.5], 0.01);
   await page.check("input[value=fly]", { force: true });
   await page.locator("[data-code=KeyE]").click({ delay: 200 });
-  assert.ok((await v.rest()).camera.position[1] > pinched.position[1] + 0.01);
+  assert.ok((await v.settled()).camera.position[1] > pinched.position[1] + 0.01);
   const wide = await page.evaluate(() => [document.scrollingElement.scrollWidth, innerWidth]);
   assert.ok(wide[0] <= wide[1], `the page is ${wide[0]} wide on ${wide[1]}`);
 });
@@ -273,7 +273,7 @@ visit("two settings are compared, and the line moves by key", {}, async (v, page
   await page.click("#tab-compare");
   await page.click("#wipe-start");
   await page.waitForSelector("#wipe", { state: "visible" });
-  await v.rest();
+  await v.settled();
   assert.deepEqual(Object.values(v.frames.at(-1).effects), [false, false, false, false]);
   const edge = () => page.locator("#wipe-line").evaluate((e) => e.getBoundingClientRect().left);
   const before = await edge();
@@ -281,42 +281,42 @@ visit("two settings are compared, and the line moves by key", {}, async (v, page
   for (let i = 0; i < 20; ++i) await page.keyboard.press("ArrowRight");
   assert.ok(await edge() > before + 50);
   await page.selectOption("#wipe-with", "preset:draft");
-  assert.equal((await v.rest()).accuracy, "draft");
+  assert.equal((await v.settled()).accuracy, "draft");
   await page.click("#wipe-start");
-  await v.rest();
+  await v.settled();
   assert.ok(!await page.isVisible("#after"));
 });
 
 visit("a measurement shows a chart, error images, and the reference in the comparison", {}, async (v, page) => {
   await page.click("#tab-compare");
-  await page.selectOption("#truth-samples", "4");
-  await page.selectOption("#truth-edge", "160");
+  await page.selectOption("#reference-samples", "4");
+  await page.selectOption("#reference-width", "160");
   await page.click("#measure");
   await page.waitForSelector("#chart circle");
   assert.equal(await page.locator("#chart circle").count(), 3);
   assert.ok((await page.locator("#chart .hull").getAttribute("points")).trim().length > 0);
   await page.locator("#chart circle").nth(1).focus();
   await page.keyboard.press("Enter");
-  await page.waitForFunction(() => document.querySelector("#error-picture").naturalWidth === 160);
-  assert.ok(await page.isVisible("#error-picture"));
+  await page.waitForFunction(() => document.querySelector("#error-image").naturalWidth === 160);
+  assert.ok(await page.isVisible("#error-image"));
   assert.match(await text(page, "#chart-details"), /standard.*relMSE/s);
-  await v.picture("desk-compare-error");
-  await page.selectOption("#wipe-with", "truth");
+  await v.screenshot("desk-compare-error");
+  await page.selectOption("#wipe-with", "reference");
   await page.click("#wipe-start");
   await page.waitForFunction(() => document.querySelector("#after").naturalWidth === 160);
   await page.locator("#stage").focus();
   await page.keyboard.press("ArrowLeft");  // another view: its images are hidden
-  await v.rest();
-  assert.ok(!await page.isVisible("#error-picture"));
-  assert.equal(await page.locator("#wipe-with option[value=truth]").count(), 0);
+  await v.settled();
+  assert.ok(!await page.isVisible("#error-image"));
+  assert.equal(await page.locator("#wipe-with option[value=reference]").count(), 0);
   await page.click("#chart-details button >> text=Use this setting");
-  assert.equal((await v.rest()).accuracy.preset, "standard");
+  assert.equal((await v.settled()).accuracy.preset, "standard");
 });
 
 visit("the maps of reflectors can be shown", {}, async (v, page) => {
   await page.click("#tab-accuracy");
   await page.selectOption("[data-field=curved] select", "probe");
-  await v.rest();
+  await v.settled();
   await page.click("#tab-maps");
   await page.click("#maps-show");
   await page.waitForFunction(() => [...document.querySelectorAll("#maps img")].some((i) => i.naturalWidth > 0));

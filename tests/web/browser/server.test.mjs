@@ -20,7 +20,7 @@ visit("an outdated full frame is aborted", {}, async (v, page) => {
   await page.keyboard.press("ArrowLeft");
   await page.waitForRequest((r) => r.url().includes("explain=1"));
   await page.keyboard.press("ArrowLeft");
-  await v.rest();
+  await v.settled();
   assert.equal(aborted, 1);
 });
 
@@ -34,9 +34,9 @@ visit("a busy server is reported and the request is retried", {}, async (v, page
   await page.click("[data-field=emission] input");
   await page.waitForSelector("#note:not([hidden])");
   assert.match(await text(page, "#note"), /The server is busy.*Render queue is full.*Retrying in [12] s/s);
-  await v.picture("busy");
+  await v.screenshot("busy");
   await page.click("[data-field=refraction] input");  // is not sent meanwhile
-  assert.equal((await v.rest()).effects.refraction, false);
+  assert.equal((await v.settled()).effects.refraction, false);
   assert.equal(refusals, 2);
 });
 
@@ -51,11 +51,11 @@ visit("a frame that exceeds the deadline is retried with fewer pixels", {}, asyn
       : route.continue();
   });
   await page.click("[data-field=emission] input");
-  const last = await v.rest();
+  const last = await v.settled();
   assert.ok(last.width * last.height > 0.2 * full && last.width * last.height < 0.3 * full);
   await page.unroute("**/v1/frames*");
   await page.click("[data-field=emission] input");
-  assert.equal((await v.rest()).width, v.frames[0].width);
+  assert.equal((await v.settled()).width, v.frames[0].width);
 });
 
 visit("an invalid request shows the field and the allowed values", {}, async (v, page) => {
@@ -71,13 +71,13 @@ test("the page continues after a restart of the server", { timeout: 120000 }, as
   const first = await serve({ port });
   const v = await Visit.open(first.url);
   v.expected.push(/Failed to load resource|ERR_/);
-  await v.rest();
+  await v.settled();
   await first.stop();
   await v.page.click("[data-field=emission] input");
   await v.page.waitForSelector("#note.bad");
   assert.match(await text(v.page, "#note"), /does not respond.*restarting.*Retrying/s);
   const second = await serve({ port });
-  assert.equal((await v.rest()).effects.emission, false);
+  assert.equal((await v.settled()).effects.emission, false);
   await v.leave();
   await second.stop();
 });
@@ -96,9 +96,9 @@ test("a required token is sent with every request", { timeout: 120000 }, async (
   await page.waitForFunction(() => document.activeElement.id === "token" && document.querySelector("#token").value === "");
   await page.fill("#token", "open-sesame-to-the-chapel");
   await page.keyboard.press("Enter");
-  await v.rest();
+  await v.settled();
   await page.reload();
-  await v.rest();
+  await v.settled();
   assert.ok(!await page.isVisible("#token-form"));
   await v.leave();
   await guarded.stop();
@@ -113,7 +113,7 @@ visit("loading progress is shown; without animations there is no time slider; wi
   await page.waitForFunction(() => document.querySelector("#note progress:not([hidden])")?.value === 0.4);
   assert.match(await text(page, "#note"), /Loading teapots.*cutting clusters/s);
   await page.waitForFunction(() => location.hash.includes("scene=teapots"));
-  assert.equal((await v.rest()).scene, "teapots");
+  assert.equal((await v.settled()).scene, "teapots");
   assert.ok(!await page.isVisible("#time-row"));
   assert.ok(!await page.isVisible("#upload-pick"));
 });
@@ -122,7 +122,7 @@ visit("the time of an animated scene can be played", { path: "#scene=orbiting-cu
   await page.click("#play");
   await page.waitForFunction(() => Number(document.querySelector("#time").value) > 0.2);
   await page.click("#play");
-  const { time } = await v.rest();
+  const { time } = await v.settled();
   assert.ok(time > 0.2);
   const [first, last] = [v.frames[0], v.frames.at(-1)];
   assert.equal(first.scene, "orbiting-cubes");
@@ -150,16 +150,16 @@ test("an uploaded file becomes a scene; an invalid file is reported and changes 
   const v = await Visit.open(open.url);
   v.expected.push(/415|422/);
   const { page } = v;
-  await v.rest();
+  await v.settled();
   const send = (name, buffer) => page.setInputFiles("#upload", { name, mimeType: "model/gltf-binary", buffer });
   const posted = page.waitForRequest((r) => r.method() === "POST" && r.url().includes("/v1/scenes"));
   await send("My triangle.glb", glb());
   assert.equal((await posted).headers()["content-type"], "model/gltf-binary");
   await page.waitForFunction(() => location.hash.includes("scene=upload-"));
-  const id = (await v.rest()).scene;
+  const id = (await v.settled()).scene;
   assert.match(id, /^upload-[0-9a-f]{32}$/);
   assert.equal(await page.locator("#scene option:checked").textContent(), "My triangle.glb");
-  await v.picture("upload");
+  await v.screenshot("upload");
 
   const refusal = async (name, buffer, words) => {
     await send(name, buffer);

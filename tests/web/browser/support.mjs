@@ -8,7 +8,7 @@ import { chromium } from "playwright-core";
 import { near } from "../near.mjs";
 import { killServers, serve } from "../server_process.mjs";
 
-const pictures = process.env.CLERESTORY_SCREENSHOTS;
+const screenshotFolder = process.env.CLERESTORY_SCREENSHOTS;
 const chromiumPath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
   .find((path) => path && existsSync(path));
 
@@ -58,7 +58,7 @@ export class Visit {
   }
 
   // Waits until the full frame of the present settings is shown and no request is in flight.
-  async rest() {
+  async settled() {
     await this.page.waitForFunction(() => document.querySelector("#frame").src && document.querySelector("#note").hidden &&
       !document.querySelector("#stage").classList.contains("moving"));
     for (let quiet = 0; quiet < 8;) {
@@ -69,10 +69,10 @@ export class Visit {
     return this.frames.at(-1);
   }
 
-  async picture(name) {
-    if (!pictures) return;
-    mkdirSync(pictures, { recursive: true });
-    await this.page.screenshot({ animations: "disabled", path: join(pictures, `${name}.png`) });
+  async screenshot(name) {
+    if (!screenshotFolder) return;
+    mkdirSync(screenshotFolder, { recursive: true });
+    await this.page.screenshot({ animations: "disabled", path: join(screenshotFolder, `${name}.png`) });
   }
 
   async leave() {
@@ -98,7 +98,7 @@ after(async () => {
 // Opens the page, waits for the first full frame, runs the steps, and checks the recorded requests and errors.
 export const visit = (name, options, steps) => test(name, { timeout: 120000 }, async () => {
   const visited = await Visit.open(options.url ?? server.url, options);
-  await visited.rest();
+  await visited.settled();
   await steps(visited, visited.page);
   await visited.leave();
 });
