@@ -1,6 +1,7 @@
 // `bench_accuracy [--short] [--size WxH] [--samples N] [--output FOLDER] [SCENE...]`: error against
-// milliseconds of every knob, on every scene, for every effect. Writes accuracy.csv, accuracy.md
-// and a picture an effect. `--with CSV` joins what was measured before.
+// milliseconds of every setting, on every scene, for every effect. Writes accuracy.csv,
+// accuracy_hull.csv, accuracy_settings.csv, accuracy.md and one picture for each effect.
+// `--with CSV` adds earlier measurements.
 //
 // `--short`: the presets on small pictures of the built-in scenes. With `--against FILE` no error
 // may exceed 1.05 times the one recorded there; with `--record FILE` that file is written. Time is
@@ -88,6 +89,8 @@ void tell(const AccuracyScene& scene, const Measured& measured, double milliseco
 void writeReports(const std::filesystem::path& folder, const Points& points, Clock clock) {
     std::filesystem::create_directories(folder);
     writeFile(folder / "accuracy.csv", csvOf(points));
+    writeFile(folder / "accuracy_hull.csv", hullCsvOf(points, clock));
+    writeFile(folder / "accuracy_settings.csv", settingsCsvOf(points, clock));
     writeFile(folder / "accuracy.md", markdownOf(points, clock));
     for (const Effect effect : kCurveEffects) {
         const std::string svg = svgOf(points, effect, clock);
@@ -130,7 +133,8 @@ int run(int argc, char** argv) {
     CLI11_PARSE(app, argc, argv);
 
     const MeasureOptions measuring = measureOptions(options);
-    const std::vector<Accuracy> settings = options.brief || options.presetsOnly ? presets() : sweep();
+    const std::vector<Accuracy> settings =
+        options.brief || options.presetsOnly ? presets() : sweep();
     Points points;
     for (const std::string& file : options.with) {
         const Points before = pointsFrom(readFile(file));

@@ -65,6 +65,9 @@ TEST(AccuracyReport, NamesPresetsThatLieOffTheHull) {
     points[0].preset = Preset::standard;
     EXPECT_THAT(markdownOf(points), HasSubstr("`standard` (0.1, 10 ms) against `standard, "
                                               "probeSize 64` (0.05, 8 ms)"));
+    EXPECT_THAT(hullCsvOf(points),
+                HasSubstr("room,frame,standard,0.1,10.0,0,\"standard, probeSize 64\"\n"));
+    EXPECT_THAT(settingsCsvOf(points), HasSubstr("\"standard, probeSize 64\",frame,0.50,0.80,1\n"));
     points[1].medianMs = 12;
     EXPECT_THAT(markdownOf(points), HasSubstr("None."));
 }

@@ -113,7 +113,7 @@ Multiples multiplesOf(const std::vector<Curve>& curves, Effect effect, const std
     return m;
 }
 
-std::string knobTable(const std::vector<Curve>& curves) {
+std::vector<std::string> settingsOf(const std::vector<Curve>& curves) {
     std::vector<std::string> settings;
     for (const Curve& curve : curves) {
         for (const Point& p : curve.points) {
@@ -122,13 +122,17 @@ std::string knobTable(const std::vector<Curve>& curves) {
             }
         }
     }
+    return settings;
+}
+
+std::string knobTable(const std::vector<Curve>& curves) {
     std::string out = "| setting |", rule = "|---|";
     for (const Effect effect : kCurveEffects) {
         out += " " + curveName(effect) + " |";
         rule += "---|";
     }
     out += "\n" + rule + "\n";
-    for (const std::string& setting : settings) {
+    for (const std::string& setting : settingsOf(curves)) {
         out += "| " + setting + " |";
         for (const Effect effect : kCurveEffects) {
             const Multiples m = multiplesOf(curves, effect, setting);
@@ -171,6 +175,40 @@ std::string csvOf(const Points& points) {
                     static_cast<unsigned long long>(p.totals.triangles));
         out += text(",%.6g,%.4g,%.6g,%.4f,%.6g,%.3f,%.3f\n", p.relMse, p.relMseNoise, p.relMseOff,
                     p.closedGap, p.frameRelMse, p.psnr, p.decibels);
+    }
+    return out;
+}
+
+std::string hullCsvOf(const Points& points, Clock clock) {
+    std::string out = "scene,effect,setting,relMse,medianMs,onHull,better\n";
+    const auto add = [&](const Curve& curve, const Point& p, bool onHull,
+                         const std::string& better) {
+        out += quoted(curve.scene) + "," + curveName(curve.effect) + "," + quoted(p.setting) +
+               text(",%.3g,%.1f,%d,", p.relMse, p.medianMs, onHull ? 1 : 0) + quoted(better) + "\n";
+    };
+    for (const Curve& curve : curvesBy(points, clock)) {
+        const auto costs = costsOf(curve.points);
+        for (const std::size_t i : lowerHull(costs)) add(curve, curve.points[i], true, "");
+        for (std::size_t i = 0; i < curve.points.size(); ++i) {
+            if (!curve.points[i].preset) continue;
+            const auto better = betterInBoth(costs, i, kOffHull);
+            if (better) add(curve, curve.points[i], false, curve.points[*better].setting);
+        }
+    }
+    return out;
+}
+
+std::string settingsCsvOf(const Points& points, Clock clock) {
+    const std::vector<Curve> curves = curvesBy(points, clock);
+    std::string out = "setting,effect,error,time,scenes\n";
+    for (const std::string& setting : settingsOf(curves)) {
+        for (const Effect effect : kCurveEffects) {
+            const Multiples m = multiplesOf(curves, effect, setting);
+            if (m.scenes == 0) continue;
+            out += quoted(setting) + "," + curveName(effect) +
+                   text(",%.2f,%.2f,%d\n", std::exp(m.logError / m.scenes),
+                        std::exp(m.logMs / m.scenes), m.scenes);
+        }
     }
     return out;
 }

@@ -15,6 +15,13 @@ std::vector<Curve> curvesBy(const Points& points, Clock clock);
 
 std::string csvOf(const Points& points);  // both clocks
 
+// The settings on the hull of each scene and effect, cheapest first, and the presets off it with
+// the setting that is better in both error and time.
+std::string hullCsvOf(const Points& points, Clock clock = Clock::wall);
+
+// Geometric means over the scenes of each setting's error and time, as multiples of standard's.
+std::string settingsCsvOf(const Points& points, Clock clock = Clock::wall);
+
 // The presets by scene and effect, what lies on the hulls, presets that are off them, and what each
 // knob does on average.
 std::string markdownOf(const Points& points, Clock clock = Clock::wall);
