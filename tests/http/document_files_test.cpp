@@ -1,0 +1,154 @@
+// The documents of the repository: generated parts are up to date, links lead to files, and the
+// requests that they show work.
+//
+// CLERESTORY_UPDATE_DOCUMENTS=1 writes the generated parts.
+#include "tests/support/test_server.h"
+
+#include "server/api/api_document.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+namespace clerestory::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+const fs::path kRoot = CLERESTORY_SOURCE_DIR;
+
+std::string contentOf(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    EXPECT_TRUE(file) << path;
+    std::ostringstream content;
+    content << file.rdbuf();
+    return content.str();
+}
+
+void expectContent(const fs::path& path, const std::string& expected) {
+    if (std::getenv("CLERESTORY_UPDATE_DOCUMENTS")) std::ofstream(path) << expected;
+    EXPECT_TRUE(contentOf(path) == expected)
+        << path << " is out of date: run CLERESTORY_UPDATE_DOCUMENTS=1 scripts/test -R http_api";
+}
+
+std::vector<fs::path> documents() {
+    std::vector<fs::path> list;
+    for (const char* folder : {"", "docs", "docs/architecture"}) {
+        for (const auto& entry : fs::directory_iterator(kRoot / folder)) {
+            if (entry.path().extension() == ".md") list.push_back(entry.path());
+        }
+    }
+    return list;
+}
+
+// As GitHub makes them of headings.
+std::string anchorOf(std::string heading) {
+    std::string anchor;
+    for (const char c : heading) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (c == ' ') anchor += '-';
+        if (std::isalnum(byte) || c == '-' || c == '_' || byte >= 128) {
+            anchor += static_cast<char>(std::tolower(byte));
+        }
+    }
+    return anchor;
+}
+
+bool hasHeading(const std::string& document, const std::string& anchor) {
+    std::istringstream lines(document);
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t text = line.find_first_not_of('#');
+        if (text == 0 || text == std::string::npos || line[text] != ' ') continue;
+        if (anchorOf(line.substr(text + 1)) == anchor) return true;
+    }
+    return false;
+}
+
+TEST(DocumentFiles, TheApiReferenceIsThatOfTheFieldTables) {
+    expectContent(kRoot / "docs/api.md", apiDocument());
+}
+
+TEST(DocumentFiles, LinksLeadToFilesAndHeadings) {
+    static const std::regex link(R"(\]\(([^)\s]+)\))");
+    std::size_t count = 0;
+    for (const fs::path& path : documents()) {
+        const std::string text = contentOf(path);
+        for (std::sregex_iterator it(text.begin(), text.end(), link), end; it != end; ++it) {
+            const std::string target = (*it)[1];
+            if (target.find("://") != std::string::npos) continue;
+            const std::size_t hash = std::min(target.find('#'), target.size());
+            const fs::path file = hash == 0 ? path : path.parent_path() / target.substr(0, hash);
+            ++count;
+            ASSERT_TRUE(fs::exists(file)) << path << " links to " << target;
+            if (hash == target.size()) continue;
+            EXPECT_TRUE(hasHeading(contentOf(file), target.substr(hash + 1)))
+                << path << " links to " << target;
+        }
+    }
+    EXPECT_GT(count, 50u);
+}
+
+TEST(DocumentFiles, TheReadmeHasAtMost120Lines) {
+    const std::string readme = contentOf(kRoot / "README.md");
+    EXPECT_LE(std::count(readme.begin(), readme.end(), '\n'), 120);
+}
+
+// Small and quick, otherwise as written.
+json reduced(json body) {
+    for (const char* name : {"width", "height"}) {
+        if (body.contains(name)) body[name] = 32;
+        if (body.contains("common")) body["common"][name] = 32;
+    }
+    if (body.contains("samples")) body["samples"] = 2;
+    if (body.contains("settings")) body["frames"] = 1;
+    return body;
+}
+
+// What curl is given with -d.
+TEST(DocumentFiles, PostedRequestsAreAccepted) {
+    static const std::regex command(
+        R"(curl [^\n]*localhost:8080(/v1/[a-z]+)[^']*-H 'Content-Type: application/json'[^']*-d '([^']*)')");
+    Config config = testConfig();
+    config.scenes.scenes = {"chapel"};
+    TestServer server(config);
+    server.awaitReady();
+    auto client = server.client();
+    std::size_t count = 0;
+    for (const fs::path& path : documents()) {
+        const std::string text = contentOf(path);
+        for (std::sregex_iterator it(text.begin(), text.end(), command), end; it != end; ++it) {
+            const json body = json::parse((*it)[2].str());
+            const auto result = postJson(client, (*it)[1], reduced(body).dump());
+            ASSERT_TRUE(result) << path;
+            EXPECT_EQ(result->status / 100, 2) << path << ": " << result->body;
+            ++count;
+        }
+    }
+    EXPECT_GE(count, 3u);
+}
+
+TEST(DocumentFiles, FencedFrameRequestsAreAccepted) {
+    static const std::regex block("```json\n(\\{ \"scene\"[^`]*)```");
+    auto client = sharedServer().client();
+    std::size_t count = 0;
+    for (const fs::path& path : documents()) {
+        const std::string text = contentOf(path);
+        for (std::sregex_iterator it(text.begin(), text.end(), block), end; it != end; ++it) {
+            json body = json::parse((*it)[1].str());
+            body["scene"] = "six-walls";
+            const auto result = postJson(client, "/v1/plans", body.dump());
+            ASSERT_TRUE(result) << path;
+            EXPECT_EQ(result->status, 200) << path << ": " << result->body;
+            ++count;
+        }
+    }
+    EXPECT_GE(count, 1u);
+}
+
+}  // namespace
+}  // namespace clerestory::test
