@@ -2,6 +2,7 @@
 #include "scene/import/gltf_scene.h"
 
 #include "scene/import/clip_reading.h"
+#include "scene/import/gltf/extensions.h"
 #include "scene/import/gltf_material.h"
 #include "scene/import/gltf_mesh.h"
 #include "scene/import/gltf_motion.h"
@@ -13,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <set>
 
 namespace clerestory {
 namespace {
@@ -21,24 +21,6 @@ namespace {
 using Reason = ImportError::Reason;
 
 constexpr double kPi = std::numbers::pi;
-
-// What we read, or can leave out and still show the scene.
-const std::set<std::string> kKnownExtensions{"KHR_lights_punctual",
-                                             "KHR_materials_emissive_strength",
-                                             "KHR_materials_ior",
-                                             "KHR_materials_specular",
-                                             "KHR_materials_transmission",
-                                             "KHR_materials_unlit",
-                                             "KHR_materials_volume",
-                                             "KHR_mesh_quantization",
-                                             "KHR_texture_transform",
-                                             "EXT_mesh_gpu_instancing",
-                                             "KHR_materials_pbrSpecularGlossiness"};
-const std::set<std::string> kOptionalExtensions{
-    "KHR_materials_clearcoat",  "KHR_materials_sheen",      "KHR_materials_iridescence",
-    "KHR_materials_anisotropy", "KHR_materials_dispersion", "KHR_materials_variants",
-    "KHR_texture_basisu",       "EXT_texture_webp",         "KHR_xmp",
-    "KHR_xmp_json_ld",          "KHR_animation_pointer",    "FB_ngon_encoding"};
 
 glm::dmat4 placed(const glm::dvec3& translation, const glm::dvec4& xyzw, const glm::dvec3& scale) {
     const double length = glm::length(xyzw);
@@ -112,13 +94,14 @@ private:
             }
         };
         named("extensionsRequired", [&](const std::string& name) {
-            if (!kKnownExtensions.contains(name) && !kOptionalExtensions.contains(name)) {
+            if (gltfSupport(name) == Support::refused) {
                 throw ImportError(Reason::unsupported,
                                   "the file needs the glTF extension " + cleanText(name));
             }
         });
         named("extensionsUsed", [&](const std::string& name) {
-            if (!kKnownExtensions.contains(name)) {
+            const Support support = gltfSupport(name);
+            if (support == Support::ignored || support == Support::refused) {
                 scene_.warnings.push_back(
                     {"unsupportedExtension", name, "this glTF extension is not read"});
             }

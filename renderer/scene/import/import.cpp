@@ -39,12 +39,6 @@ Scene sceneIn(const SceneFolder& folder, const std::string& name, const ImportLi
 
 }  // namespace
 
-const std::vector<std::string>& importableExtensions() {
-    static const std::vector<std::string> kExtensions{"gltf", "glb", "obj", "fbx", "dae", "ply",
-                                                      "stl",  "3ds", "zip", "tar", "tgz"};
-    return kExtensions;
-}
-
 Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits,
                       const ProgressCallback& progress, const ReadingCallback& readings) {
     const std::string extension = lowerExtension(file);

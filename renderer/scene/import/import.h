@@ -6,6 +6,7 @@
 #pragma once
 
 #include "scene/environment.h"
+#include "scene/import/formats.h"
 #include "scene/scene.h"
 
 #include <chrono>
@@ -56,9 +57,6 @@ struct ImportOptions {
     ImportLimits limits;
     std::shared_ptr<SceneCache> cache;  // of what was imported before; null: none
 };
-
-// Extensions that can be read, lower case, without the dot.
-const std::vector<std::string>& importableExtensions();
 
 // Taken from the cache, when that has what the file and all files beside it would give. Throws
 // ImportError.
