@@ -1,5 +1,6 @@
 // The program: reads the command line and runs one command. Failures end here, as one line.
 #include "renderer.h"
+#include "scene/import/child.h"
 #include "server/base/log.h"
 #include "server/base/problem.h"
 #include "server/cli/commands.h"

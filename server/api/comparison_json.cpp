@@ -1,6 +1,6 @@
 #include "server/api/comparison_json.h"
 
-#include "scene/import/field_reader.h"
+#include "scene/import/base/field_reader.h"
 #include "server/api/frame_json.h"
 
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // JSON -> FrameRequest.
 #include "server/api/frame_json.h"
 
-#include "scene/import/field_reader.h"
+#include "scene/import/base/field_reader.h"
 
 #include <nlohmann/json.hpp>
 

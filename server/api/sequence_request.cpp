@@ -1,6 +1,6 @@
 #include "server/api/sequence_request.h"
 
-#include "scene/import/field_reader.h"
+#include "scene/import/base/field_reader.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #include "server/api/service_routes.h"
 
-#include "scene/import/import_jail.h"
+#include "scene/import/sandbox/jail.h"
 #include "server/api/frames.h"
 #include "server/api/job_routes.h"
 #include "server/api/route_table.h"

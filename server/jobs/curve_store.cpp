@@ -1,7 +1,7 @@
 // A file: a line with the checksum of the rest, a line of figures, the key.
 #include "server/jobs/curve_store.h"
 
-#include "scene/import/kept_file.h"
+#include "scene/import/cache/cache_file.h"
 #include "server/base/content_hash.h"
 #include "server/base/log.h"
 
@@ -55,7 +55,7 @@ std::filesystem::path CurveStore::fileOf(const std::string& key) const {
 }
 
 std::optional<Curve> CurveStore::find(const std::string& key) const {
-    const auto content = readKept(fileOf(key), kMaxCurveBytes);
+    const auto content = readCacheFile(fileOf(key), kMaxCurveBytes);
     if (!content) return std::nullopt;
     const std::string_view text(reinterpret_cast<const char*>(content->bytes.get()), content->size);
     const std::size_t first = text.find('\n');
@@ -71,8 +71,8 @@ void CurveStore::keep(const std::string& key, const Curve& curve) const {
     const std::string rest = figuresOf(curve) + '\n' + key;
     const std::string text = hashWordOf(rest) + '\n' + rest;
     if (text.size() > kMaxCurveBytes) return;
-    if (writeKept(fileOf(key), {std::as_bytes(std::span(text))})) {
-        sweepKept(folder_, kExtension, kMaxBytesOfAll);
+    if (writeCacheFile(fileOf(key), {std::as_bytes(std::span(text))})) {
+        trimCacheFolder(folder_, kExtension, kMaxBytesOfAll);
     } else {
         logDebug({"a curve cannot be kept: ", std::strerror(errno)});
     }

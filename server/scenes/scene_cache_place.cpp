@@ -1,6 +1,6 @@
 #include "server/scenes/scene_cache_place.h"
 
-#include "scene/import/scene_cache.h"
+#include "scene/import/cache/scene_cache.h"
 #include "server/base/build_id.h"
 #include "server/base/log.h"
 
@@ -39,9 +39,9 @@ std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options) {
     if (folder.empty()) return nullptr;
     return std::make_shared<SceneCache>(
         SceneCacheOptions{.folder = folder,
-                          .mostBytes = options.mostBytes,
+                          .maxBytes = options.mostBytes,
                           .version = buildId(),
-                          .complain = [asked](const std::string& words) {
+                          .reportFailure = [asked](const std::string& words) {
                               // Nobody asked for the usual place, so nobody misses it.
                               asked ? logWarning({words}) : logDebug({words});
                           }});

@@ -1,7 +1,7 @@
 // The C library's allocator, but that a renderer's process ends when it has no memory left for
 // little things; see endWithoutMemory(). It belongs to the program alone, whose definitions of
 // these functions are those that every library and driver in its process calls.
-#include "scene/import/sanitizer.h"
+#include "scene/import/sandbox/sanitizer.h"
 #include "server/worker/confinement.h"
 
 #include <unistd.h>

@@ -1,6 +1,6 @@
 #include "server/worker/confinement.h"
 
-#include "scene/import/sanitizer.h"
+#include "scene/import/sandbox/sanitizer.h"
 #include "server/base/log.h"
 
 #include <seccomp.h>

@@ -3,7 +3,7 @@
 
 #include "renderer.h"
 #include "scene/builtin/builtin_scenes.h"
-#include "scene/import/import.h"
+#include "scene/import/in_process.h"
 
 #include <cmath>
 #include <cstdio>
@@ -17,7 +17,7 @@ inline Scene loadScene(const std::string& argument) {
     const std::size_t at = argument.rfind('@');
     const std::string name = argument.substr(0, at);
     std::optional<Scene> builtin = makeBuiltinScene(name);
-    Scene scene = builtin ? std::move(*builtin) : importSceneHere(name);
+    Scene scene = builtin ? std::move(*builtin) : importSceneInProcess(name);
     if (!builtin) scene.id = std::filesystem::path(name).stem().string();
     if (at != std::string::npos) {
         DefaultView view{.yfov = 1.0};

@@ -1,7 +1,7 @@
 #include "tests/fuzz/targets.h"
 
 #include "scene/classification.h"
-#include "scene/import/scene_blob.h"
+#include "scene/import/cache/blob.h"
 #include "scene/mesh_builder.h"
 #include "scene/scene.h"
 

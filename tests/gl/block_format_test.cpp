@@ -1,5 +1,5 @@
 // The import's block decoders against the driver's: any bytes are a block.
-#include "scene/import/block_decoder.h"
+#include "scene/import/textures/block_decoder.h"
 #include "support.h"
 
 #include "gl/api.h"

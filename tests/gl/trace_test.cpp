@@ -1,6 +1,6 @@
 // Rays through the mesh against what the rasteriser draws.
 #include "scene/builtin/builtin_scenes.h"
-#include "scene/import/import.h"
+#include "scene/import/in_process.h"
 #include "support.h"
 #include "trace_support.h"
 
@@ -57,7 +57,7 @@ void expectRaysSeeWhatIsDrawn(Scene scene) {
 std::optional<Scene> shared(const std::string& path) {
     const std::filesystem::path file = std::filesystem::path(CLERESTORY_SHARED_SCENES) / path;
     if (!std::filesystem::exists(file)) return std::nullopt;
-    return importSceneHere(file);
+    return importSceneInProcess(file);
 }
 
 }  // namespace

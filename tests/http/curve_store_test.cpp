@@ -1,7 +1,7 @@
 // Curves of budgets on the disk: found again by another process and after a worker's end, and never
 // when anything of a file or of what it belongs to is not as it was.
 #include "server/jobs/curve_store.h"
-#include "scene/import/sanitizer.h"
+#include "scene/import/sandbox/sanitizer.h"
 #include "tests/support/test_server.h"
 #include "tests/unit/import_support.h"
 

@@ -1,7 +1,7 @@
 // The front by itself, before a few answers of the test's own: connections, streams, leaving,
 // ending.
+#include "scene/import/sandbox/sanitizer.h"
 #include "server/http/http_server.h"
-#include "scene/import/sanitizer.h"
 #include "tests/support/raw_client.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // G5, M2: the GPU is reset, and allocations fail one by one, within the renderer's process with its
 // driver and all libraries, and within the server's own. Long form: CLERESTORY_FAULTS=all, or N
 // for one in N.
-#include "scene/import/sanitizer.h"
+#include "scene/import/sandbox/sanitizer.h"
 #include "tests/bench/process_tree.h"
 #include "tests/support/failing_process.h"
 #include "tests/support/raw_client.h"

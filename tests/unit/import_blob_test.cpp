@@ -1,5 +1,5 @@
 // The blob between the two processes: whole, or an exception.
-#include "scene/import/scene_blob.h"
+#include "scene/import/cache/blob.h"
 #include "tests/unit/import_support.h"
 
 namespace clerestory {
@@ -15,7 +15,7 @@ std::vector<std::byte> blobOf(const Scene& scene) {
 }
 
 Scene sample() {
-    Scene scene = importSceneHere(ownScene("everything.gltf"));
+    Scene scene = importSceneInProcess(ownScene("everything.gltf"));
     scene.id = "sample";
     scene.environment = "dusk";
     scene.defaultView = DefaultView{{1, 2, 3}, {4, 5, 6}, 0.5};

@@ -1,6 +1,6 @@
 // Imported scenes on the disk: found again without an importer, and never when anything of what
 // they came from, or of themselves, has changed.
-#include "scene/import/scene_cache.h"
+#include "scene/import/cache/scene_cache.h"
 #include "tests/support/scene_files.h"
 #include "tests/unit/import_support.h"
 
@@ -20,9 +20,9 @@ protected:
     void start(std::uint64_t mostBytes = 1 << 30, const std::string& version = "1") {
         options.cache = std::make_shared<SceneCache>(SceneCacheOptions{
             .folder = cache(),
-            .mostBytes = mostBytes,
+            .maxBytes = mostBytes,
             .version = version,
-            .complain = [this](const std::string& words) { complaints.push_back(words); }});
+            .reportFailure = [this](const std::string& words) { complaints.push_back(words); }});
     }
     fs::path cache() const { return folder / "cache"; }
     std::vector<fs::path> files() const {
@@ -33,7 +33,7 @@ protected:
     }
     // Whether the scene is had without an importer.
     bool isKept(const fs::path& scene) const {
-        options.cache->finish();
+        options.cache->flush();
         ImportOptions none = options;
         none.importer = folder / "no-such-program";
         try {
@@ -111,16 +111,16 @@ TEST_F(ImportCache, AnyChangeOfWhatWasReadIsSeen) {
 TEST_F(ImportCache, EveryCutAndChangedBytesAreDetected) {
     const fs::path scene = folder.write("a.gltf", triangleGltf());
     importScene(scene, options);
-    options.cache->finish();
+    options.cache->flush();
     ASSERT_EQ(files().size(), 1u);
     const fs::path file = files().front();
     std::ifstream stream(file, std::ios::binary);
     const std::string whole{std::istreambuf_iterator<char>(stream), {}};
-    const auto place = options.cache->placeOf(scene, options.limits);
-    ASSERT_TRUE(place);
+    const auto key = options.cache->keyOf(scene, options.limits);
+    ASSERT_TRUE(key);
     const auto foundIn = [&](const std::string& bytes) {
         std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
-        return options.cache->find(*place).has_value();
+        return options.cache->find(*key).has_value();
     };
     for (std::size_t size = 0; size < whole.size(); ++size) {
         ASSERT_FALSE(foundIn(whole.substr(0, size))) << "cut at " << size;
@@ -142,7 +142,7 @@ TEST_F(ImportCache, TheOldestGiveWay) {
     for (unsigned i = 0; i < 4; ++i) {
         scenes.push_back(folder.write("s" + std::to_string(i) + ".glb", triangleGlb(i, 1000)));
         importScene(scenes.back(), options);
-        options.cache->finish();
+        options.cache->flush();
         if (i == 0) start(3 * fs::file_size(files().front()) + 1000);
         std::this_thread::sleep_for(std::chrono::milliseconds(20));  // file times differ
         EXPECT_TRUE(isKept(scenes[0])) << "used, and so the latest";
@@ -157,7 +157,7 @@ TEST_F(ImportCache, WhereNothingCanBeWrittenScenesAreImported) {
     folder.write("cache", "a file where the folder should be");
     const fs::path scene = folder.write("a.gltf", triangleGltf());
     for (int i = 0; i < 3; ++i) EXPECT_EQ(triangleCount(importScene(scene, options)), 1u);
-    options.cache->finish();
+    options.cache->flush();
     EXPECT_EQ(complaints.size(), 1u) << "one line is enough";
     fs::remove(cache());
     importScene(scene, options);

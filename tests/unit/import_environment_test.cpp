@@ -1,7 +1,7 @@
 // Environment maps from every container: the same light in every direction; and files that were
 // made to do harm.
 #include "image/encode.h"
-#include "scene/import/ktx_cube.h"
+#include "scene/import/textures/ktx_cube.h"
 #include "tests/support/ktx_files.h"
 #include "tests/unit/import_support.h"
 

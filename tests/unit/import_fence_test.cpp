@@ -1,6 +1,6 @@
 // Nothing outside the scene file's folder is opened. A canary lies beside that folder; no scene may
 // come to know what is in it.
-#include "scene/import/scene_folder.h"
+#include "scene/import/base/scene_folder.h"
 #include "tests/unit/import_support.h"
 
 #include <sys/stat.h>

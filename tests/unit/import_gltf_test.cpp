@@ -1,5 +1,5 @@
 // glTF: what the file says is what the scene holds.
-#include "scene/import/json_fields.h"
+#include "scene/import/base/json_fields.h"
 #include "tests/unit/import_support.h"
 
 #include <algorithm>
@@ -8,7 +8,7 @@ namespace clerestory {
 namespace {
 
 const Scene& everything() {
-    static const Scene scene = importSceneHere(ownScene("everything.gltf"));
+    static const Scene scene = importSceneInProcess(ownScene("everything.gltf"));
     return scene;
 }
 
@@ -26,7 +26,7 @@ Json triangle() {
 
 Scene imported(const Json& json) {
     const TemporaryFolder folder;
-    return importSceneHere(folder.write("scene.gltf", json.dump()));
+    return importSceneInProcess(folder.write("scene.gltf", json.dump()));
 }
 
 ImportError::Reason reasonFor(const Json& json) {
@@ -249,14 +249,14 @@ TEST(Gltf, LimitsAreKept) {
     const auto file = folder.write("two.gltf", json.dump());
     ImportLimits limits;
     limits.maxNodes = 1;
-    EXPECT_THROW(importSceneHere(file, limits), ImportError);
+    EXPECT_THROW(importSceneInProcess(file, limits), ImportError);
     limits = {};
     limits.maxTriangles = 0;
-    EXPECT_THROW(importSceneHere(file, limits), ImportError);
+    EXPECT_THROW(importSceneInProcess(file, limits), ImportError);
     limits = {};
     limits.fileBytes = 100;
-    EXPECT_THROW(importSceneHere(file, limits), ImportError);
-    EXPECT_NO_THROW(importSceneHere(file));
+    EXPECT_THROW(importSceneInProcess(file, limits), ImportError);
+    EXPECT_NO_THROW(importSceneInProcess(file));
 }
 
 // Erratum P1: a flattened mirror still mirrors.
@@ -264,7 +264,7 @@ TEST(Gltf, ANodeThatFlattensItsMeshKeepsIt) {
     const float corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0};
     const TemporaryFolder folder;
     folder.write("quad.bin", {reinterpret_cast<const char*>(corners), sizeof corners});
-    const Scene scene = importSceneHere(folder.write("quad.gltf", R"({
+    const Scene scene = importSceneInProcess(folder.write("quad.gltf", R"({
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 2]}],
         "nodes": [{"scale": [200, 200, 200], "rotation": [0.6, 0, 0, 0.8], "children": [1]},
                   {"name": "flat", "mesh": 0, "scale": [2, 3, 0], "translation": [0, 0, 1]},

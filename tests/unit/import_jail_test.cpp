@@ -1,5 +1,5 @@
 // The importer's jail: a process in it tries what a flaw in a reader would try.
-#include "scene/import/import_jail.h"
+#include "scene/import/sandbox/jail.h"
 
 #include <gtest/gtest.h>
 

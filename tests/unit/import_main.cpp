@@ -1,5 +1,5 @@
 // The test program is its own import child, so that these tests need no server.
-#include "scene/import/import.h"
+#include "scene/import/child.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@ namespace clerestory {
 namespace {
 
 const Scene& materials() {
-    static const Scene scene = importSceneHere(ownScene("materials.obj"));
+    static const Scene scene = importSceneInProcess(ownScene("materials.obj"));
     return scene;
 }
 
@@ -62,7 +62,7 @@ class Mtl : public testing::TestWithParam<MtlRow> {};
 TEST_P(Mtl, IsClassedAsItsWordsMean) {
     const TemporaryFolder folder;
     folder.write("m.mtl", std::string("newmtl m\n") + GetParam().mtl);
-    const Scene scene = importSceneHere(
+    const Scene scene = importSceneInProcess(
         folder.write("m.obj",
                      "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n"
                      "v 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\n"
@@ -136,7 +136,7 @@ TEST(Obj, EmissionIsKeForEveryKd) {
     }
     const TemporaryFolder folder;
     folder.write("all.mtl", mtl);
-    const Scene scene = importSceneHere(folder.write("all.obj", obj));
+    const Scene scene = importSceneInProcess(folder.write("all.obj", obj));
     for (int i = 0; i < 64; ++i) {
         const Material& m = *material(scene, "m" + std::to_string(i));
         const glm::vec3 expected(numbers[i % 4], numbers[i / 4 % 4], numbers[i / 16]);
@@ -163,7 +163,7 @@ TEST(Obj, AnOpaqueAlphaChannelChangesNothing) {
         const TemporaryFolder folder;
         folder.write("wall.tga", tga);
         folder.write("wall.mtl", "newmtl wall\nKd 1 1 1\nmap_Kd wall.tga\n");
-        return importSceneHere(
+        return importSceneInProcess(
             folder.write("wall.obj",
                          "mtllib wall.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
                          "usemtl wall\nf 1/1 2/2 3/3\n"));
@@ -181,9 +181,9 @@ TEST(Obj, AnOpaqueAlphaChannelChangesNothing) {
 
 TEST(Obj, EdgesWithoutNormalsStaySharp) {
     const TemporaryFolder folder;
-    const Scene scene = importSceneHere(folder.write("roof.obj",
-                                                     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
-                                                     "f 1 3 2\nf 1 2 4\n"));
+    const Scene scene = importSceneInProcess(folder.write("roof.obj",
+                                                          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                                                          "f 1 3 2\nf 1 2 4\n"));
     for (const Vertex& v : scene.vertices) {
         const glm::vec3 a = glm::abs(v.normal);
         EXPECT_NEAR(std::max({a.x, a.y, a.z}), 1.0f, 1e-6f) << "a right angle is not smoothed";

@@ -1,5 +1,5 @@
 // Whatever happens to the import's process, ours gets a Scene or an ImportError.
-#include "scene/import/import_wire.h"
+#include "scene/import/sandbox/wire.h"
 #include "tests/unit/import_support.h"
 
 #include <assimp/version.h>
@@ -25,7 +25,7 @@ ImportOptions script(const TemporaryFolder& folder, const std::string& lines) {
 }
 
 TEST(ImportProcess, HandsOverTheSameSceneAsHere) {
-    const Scene here = importSceneHere(ownScene("everything.gltf"));
+    const Scene here = importSceneInProcess(ownScene("everything.gltf"));
     const Scene there = importScene(ownScene("everything.gltf"));
     EXPECT_NE(there.contentHash, 0u);
     EXPECT_EQ(there.contentHash, here.contentHash);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/import/import.h"
+#include "scene/import/in_process.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

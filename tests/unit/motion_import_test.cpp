@@ -2,7 +2,7 @@
 #include "corners.h"
 #include "gltf_truth.h"
 #include "import_support.h"
-#include "scene/import/scene_blob.h"
+#include "scene/import/cache/blob.h"
 
 #include <gmock/gmock.h>
 
@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(AnimatedFiles, ABlobKeepsAllThatMoves) {
     const auto file = sharedScene("RobotExpressive/RobotExpressive.glb");
     CLERESTORY_NEEDS(file);
-    const Scene scene = importSceneHere(file);
+    const Scene scene = importSceneInProcess(file);
     std::vector<std::byte> blob;
     writeScene(scene, [&](const void* bytes, std::size_t count) {
         const auto* from = static_cast<const std::byte*>(bytes);

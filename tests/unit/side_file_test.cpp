@@ -2,7 +2,7 @@
 #include "tests/unit/import_support.h"
 
 #include "scene/classification.h"
-#include "scene/import/side_file.h"
+#include "scene/import/base/sidecar.h"
 
 #include <gmock/gmock.h>
 
@@ -38,7 +38,7 @@ protected:
         std::string model = kHall;
         model.replace(model.find("EXTRAS"), 6, extras);
         if (!sideFile.empty()) folder_.write("hall.clerestory.json", sideFile);
-        return importSceneHere(folder_.write("hall.gltf", model));
+        return importSceneInProcess(folder_.write("hall.gltf", model));
     }
     static const Material& of(const Scene& scene, std::size_t instance) {
         return scene.materials.at(scene.instances.at(instance).material);
@@ -174,7 +174,7 @@ TEST_F(SideFile, StandsBesideOtherFormatsToo) {
     folder_.write("one.clerestory.json",
                   R"({"overrides": [{"node": "one.obj", "transmission": 1, "roughness": 0}]})");
     const Scene scene =
-        importSceneHere(folder_.write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+        importSceneInProcess(folder_.write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
     EXPECT_EQ(surfacesOf(scene).at(0).glass, Glass::pane)
         << (scene.warnings.empty() ? "" : scene.warnings[0].message);
 }
@@ -189,7 +189,7 @@ TEST_F(SideFile, LeadsNowhereOutsideTheFolder) {
 TEST(GltfMaterial, GlassWhoseMetallicWasLeftOutIsNoMetal) {
     const auto file = sharedScene("GlassTable/glass-table.glb");
     CLERESTORY_NEEDS(file);
-    const Scene scene = importSceneHere(file);
+    const Scene scene = importSceneInProcess(file);
     EXPECT_EQ(material(scene, "Glass")->metallic, 0.0f);
     EXPECT_NE(warning(scene, "transmissiveMetal"), nullptr);
     int panes = 0;

@@ -1,68 +1,69 @@
-// The import in this process: chooses the reader by the file's extension.
+// The import as the server calls it: cache, child process, check of the result.
 #include "scene/import/import.h"
 
-#include "scene/import/assimp_scene.h"
-#include "scene/import/gltf_scene.h"
-#include "scene/import/scene_archive.h"
-#include "scene/import/scene_cleaning.h"
-#include "scene/import/side_file.h"
+#include "scene/import/base/cleaning.h"
+#include "scene/import/cache/blob.h"
+#include "scene/import/cache/scene_cache.h"
+#include "scene/import/sandbox/process.h"
 
-#include <algorithm>
+#include <optional>
+#include <utility>
 
 namespace clerestory {
 namespace {
 
-std::string lowerExtension(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    extension.erase(0, extension.empty() ? 0 : 1);
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-    return extension;
-}
+using Reason = ImportError::Reason;
 
-Scene sceneIn(const SceneFolder& folder, const std::string& name, const ImportLimits& limits,
-              const ProgressCallback& progress) {
-    const std::string extension = lowerExtension(name);
-    const bool isGltf = extension == "gltf" || extension == "glb";
-    if (!isGltf && !folder.has(name)) {
-        throw ImportError(ImportError::Reason::notFound,
-                          "'" + cleanText(name) + "' is not a readable file");
+Scene checkedScene(std::span<const std::byte> blob) {
+    try {
+        Scene scene = readScene(blob);
+        if (const auto problems = sceneProblems(scene); !problems.empty()) {
+            throw ImportError(Reason::crashed,
+                              "the import made a wrong scene: " + problems.front());
+        }
+        return scene;
+    } catch (const BlobError&) {
+        throw ImportError(Reason::crashed, "the import handed over a broken scene");
+    } catch (const std::bad_alloc&) {
+        throw ImportError(Reason::memory, "no memory for the scene");
     }
-    Scene scene = isGltf ? gltfScene(folder.read(name), folder, limits, progress)
-                         : assimpScene(name, extension, folder, limits, progress);
-    finishScene(scene);
-    const bool sideFileApplied = applySideFile(scene, folder, name);
-    if (dropUnknownProbes(scene) || sideFileApplied) finishScene(scene);
-    scene.title = cleanText(std::filesystem::path(name).stem().string());
-    return scene;
 }
 
 }  // namespace
 
-Scene importSceneHere(const std::filesystem::path& file, const ImportLimits& limits,
-                      const ProgressCallback& progress, const ReadingCallback& readings) {
-    const std::string extension = lowerExtension(file);
-    const auto& known = importableExtensions();
-    if (std::find(known.begin(), known.end(), extension) == known.end()) {
-        throw ImportError(ImportError::Reason::unsupported,
-                          "files of the kind '." + cleanText(extension) + "' cannot be read");
+Scene importScene(const std::filesystem::path& file, const ImportOptions& options,
+                  const ProgressCallback& progress) {
+    const auto key = options.cache ? options.cache->keyOf(file, options.limits) : std::nullopt;
+    if (key) {
+        if (auto cached = options.cache->find(*key)) return *std::move(cached);
     }
+    const ChildResult result =
+        runImportChild(file, "scene", options.importer, options.limits, progress);
+    Scene scene = checkedScene(result.bytes);
+    if (key) options.cache->store(*key, result.dependencies, result.bytes, result.owner);
     if (progress) {
-        progress({"reading", 0.0});
-    }
-    const SceneFolder folder(file.parent_path(), limits.fileBytes, limits.maxFiles);
-    const std::string name = file.filename().string();
-    Scene scene;
-    if (isArchive(extension)) {
-        UnpackedScene unpacked = unpackedScene(folder.read(name), limits);
-        scene = sceneIn(SceneFolder(std::move(unpacked.files)), unpacked.name, limits, progress);
-    } else {
-        scene = sceneIn(folder, name, limits, progress);
-    }
-    if (readings) {
-        for (const FileReading& reading : folder.readings()) readings(reading);
+        progress({"handing over", 1.0});
     }
     return scene;
+}
+
+EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder,
+                               const ImportOptions& options) {
+    std::filesystem::path path = fileOrFolder;
+    if (!path.has_filename()) path = path.parent_path();  // "folder/" becomes "folder"
+    try {
+        const ChildResult result =
+            runImportChild(path, "environment", options.importer, options.limits, {});
+        EnvironmentMap map = readEnvironment(result.bytes);
+        std::error_code error;
+        const bool folder = std::filesystem::is_directory(path, error);
+        map.name = map.title = cleanText((folder ? path.filename() : path.stem()).string());
+        return map;
+    } catch (const BlobError&) {
+        throw ImportError(Reason::crashed, "the import handed over a broken environment map");
+    } catch (const std::bad_alloc&) {
+        throw ImportError(Reason::memory, "no memory for the environment map");
+    }
 }
 
 }  // namespace clerestory

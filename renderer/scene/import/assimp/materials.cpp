@@ -1,0 +1,286 @@
+#include "scene/import/assimp/materials.h"
+
+#include "scene/import/base/cleaning.h"
+
+#include <assimp/material.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace clerestory {
+namespace {
+
+float brightest(const glm::vec3& color) {
+    return std::max({color.x, color.y, color.z});
+}
+
+std::optional<glm::vec3> color(const aiMaterial& from, const char* key, unsigned type,
+                               unsigned index) {
+    aiColor3D value;
+    if (from.Get(key, type, index, value) != aiReturn_SUCCESS) {
+        return std::nullopt;
+    }
+    return glm::vec3(value.r, value.g, value.b);
+}
+
+std::optional<float> real(const aiMaterial& from, const char* key, unsigned type, unsigned index) {
+    float value = 0.0f;
+    if (from.Get(key, type, index, value) != aiReturn_SUCCESS || !std::isfinite(value)) {
+        return std::nullopt;
+    }
+    return value;
+}
+
+constexpr float kBlack = 0.04f, kBright = 0.2f;
+
+// MTL's "glass on" and "refraction on".
+bool refracts(int illumination) {
+    return illumination == 4 || illumination == 6 || illumination == 7 || illumination == 9;
+}
+
+int illumination(const aiMaterial& from) {  // MTL's "illum"; 2 is its everyday value
+    int model = 2;
+    from.Get("$mat.illum", 0, 0, model);
+    return model;
+}
+
+Wrap wrapOfAssimp(int mode) {
+    switch (mode) {
+        case aiTextureMapMode_Clamp:
+        case aiTextureMapMode_Decal:
+            return Wrap::clampToEdge;
+        case aiTextureMapMode_Mirror:
+            return Wrap::mirroredRepeat;
+        default:
+            return Wrap::repeat;
+    }
+}
+
+}  // namespace
+
+float roughnessFromExponent(float exponent) {
+    return std::pow(2.0f / (std::max(exponent, 0.0f) + 2.0f), 0.25f);
+}
+
+void AssimpMaterials::read() {
+    for (unsigned i = 0; i < file_.mNumMaterials; ++i) {
+        scene_.materials.push_back(material(*file_.mMaterials[i]));
+        cleanMaterial(scene_.materials.back(), scene_);
+    }
+}
+
+Material AssimpMaterials::material(const aiMaterial& from) {
+    Material m;
+    aiString name;
+    if (from.Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS) {
+        m.name = name.C_Str();
+    }
+    // These formats do not promise a winding, so both sides are drawn unless the file knows better.
+    int twoSided = 1;
+    from.Get(AI_MATKEY_TWOSIDED, twoSided);
+    m.doubleSided = twoSided != 0;
+    readSurface(from, m);
+    readReflection(from, m);
+    readTransparency(from, m);
+    readTextures(from, m);
+    return m;
+}
+
+void AssimpMaterials::readSurface(const aiMaterial& from, Material& m) {
+    const glm::vec3 diffuse = color(from, AI_MATKEY_COLOR_DIFFUSE).value_or(glm::vec3(0.8f));
+    const glm::vec3 specular = color(from, AI_MATKEY_COLOR_SPECULAR).value_or(glm::vec3(0.0f));
+    m.baseColor = glm::vec4(color(from, AI_MATKEY_BASE_COLOR).value_or(diffuse), 1.0f);
+    m.metallic = real(from, AI_MATKEY_METALLIC_FACTOR).value_or(0.0f);
+    const auto exponent = real(from, AI_MATKEY_SHININESS);
+    const int model = illumination(from);
+    const bool shines = brightest(specular) > 0.0f;
+    m.roughness = real(from, AI_MATKEY_ROUGHNESS_FACTOR)
+                      .value_or(shines && exponent ? roughnessFromExponent(*exponent) : 1.0f);
+    // MTL 3 and 5 trace reflections, which are sharp whatever Ns says of highlights; a surface
+    // without a body colour is then a mirror of metal.
+    if (isObj_ && (model == 3 || model == 5) && brightest(diffuse) < kBlack &&
+        brightest(specular) > kBright) {
+        m.metallic = 1.0f;
+        m.roughness = 0.0f;
+        m.baseColor = glm::vec4(specular, 1.0f);
+    }
+    // Emission is what the file says, whatever the body colour is (erratum E1).
+    m.emissive = color(from, AI_MATKEY_COLOR_EMISSIVE).value_or(glm::vec3(0.0f));
+    m.emissiveStrength = real(from, AI_MATKEY_EMISSIVE_INTENSITY).value_or(1.0f);
+}
+
+// Who reflects the scene, whatever its highlights say: what MTL traces or maps reflections for, and
+// in other formats what reflects at least half of the light and has highlights at all (writers put
+// a reflectivity of 1 beside a black reflective colour, or on matte surfaces).
+void AssimpMaterials::readReflection(const aiMaterial& from, Material& m) {
+    const glm::vec3 specular = color(from, AI_MATKEY_COLOR_SPECULAR).value_or(glm::vec3(0.0f));
+    if (isObj_) {
+        const int model = illumination(from);
+        const bool traced = model == 3 || model == 5 || model == 8;
+        if (!traced || brightest(specular) <= kBright || m.metallic > 0.0f) return;
+        m.reflection = Reflection::mirror;
+        if (real(from, AI_MATKEY_SHININESS).value_or(0.0f) <= 0.0f) m.roughness = 0.0f;
+        return;
+    }
+    constexpr float kReflective = 0.5f;
+    int shading = 0;
+    from.Get(AI_MATKEY_SHADING_MODEL, shading);
+    const bool shines = shading == aiShadingMode_Phong || shading == aiShadingMode_Blinn;
+    const float strength =
+        real(from, AI_MATKEY_REFLECTIVITY).value_or(0.0f) *
+        brightest(color(from, AI_MATKEY_COLOR_REFLECTIVE).value_or(glm::vec3(0.0f)));
+    if (shines && brightest(specular) > 0.0f && strength >= kReflective) {
+        m.reflection = Reflection::mirror;
+    }
+}
+
+void AssimpMaterials::giveGlassThickness() {
+    if (!isObj_) return;
+    std::vector<const Mesh*> largest(scene_.materials.size(), nullptr);
+    for (const Mesh& mesh : scene_.meshes) {
+        if (mesh.material >= largest.size()) continue;
+        const Mesh*& most = largest[mesh.material];
+        if (!most || mesh.bounds.diagonal() > most->bounds.diagonal()) most = &mesh;
+    }
+    for (std::size_t i = 0; i < largest.size() && i < file_.mNumMaterials; ++i) {
+        Material& m = scene_.materials[i];
+        const float ior = real(*file_.mMaterials[i], AI_MATKEY_REFRACTI).value_or(1.0f);
+        if (!largest[i] || !(m.transmission > 0.0f) || !(ior > 1.0f)) continue;
+        const glm::vec3 extent = largest[i]->bounds.extent();
+        m.thickness = std::min({extent.x, extent.y, extent.z});
+    }
+}
+
+void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
+    const float opacity = std::clamp(real(from, AI_MATKEY_OPACITY).value_or(1.0f), 0.0f, 1.0f);
+    const float ior = real(from, AI_MATKEY_REFRACTI).value_or(1.0f);
+    if (ior > 1.0f) {  // 1 is what formats write when nobody chose
+        m.ior = ior;
+    }
+    m.transmission = real(from, AI_MATKEY_TRANSMISSION_FACTOR).value_or(0.0f);
+    // Some writers say "glass on" and nothing of opacity: clear when it has no colour of its own,
+    // as others say "glass on" of everything.
+    const bool black = !(brightest(glm::vec3(m.baseColor)) >= kBlack) &&
+                       from.GetTextureCount(aiTextureType_DIFFUSE) == 0;
+    const bool glass = isObj_ && refracts(illumination(from));
+    if (opacity >= 1.0f && !(glass && black)) {
+        return;
+    }
+    if (!isObj_ || !(glass || ior > 1.0f)) {
+        if (opacity == 0.0f) {
+            // Several COLLADA and FBX writers say 0 where they mean 1; nobody models the invisible.
+            scene_.warnings.push_back(
+                {"invisibleMaterial", m.name, "its opacity is 0; it is drawn as opaque"});
+            return;
+        }
+        m.alphaMode = AlphaMode::blend;
+        m.baseColor.w = opacity;
+        return;
+    }
+    m.transmission = opacity < 1.0f ? 1.0f - opacity : 1.0f;
+    m.roughness = 0.0f;  // as with mirrors: traced refraction is sharp
+    if (black) {         // glass takes its tint from Tf
+        const glm::vec3 filter = color(from, AI_MATKEY_COLOR_TRANSPARENT).value_or(glm::vec3(1.0f));
+        m.baseColor = glm::vec4(brightest(filter) > 0.0f ? filter : glm::vec3(1.0f), 1.0f);
+    }
+}
+
+void AssimpMaterials::readTextures(const aiMaterial& from, Material& m) {
+    const auto has = [&](aiTextureType kind) { return from.GetTextureCount(kind) > 0; };
+    const aiTextureType colorKind =
+        has(aiTextureType_BASE_COLOR) ? aiTextureType_BASE_COLOR : aiTextureType_DIFFUSE;
+    // A picture's alpha is coverage only where the material says so (erratum G6): by naming the
+    // picture for opacity again, or another one whose brightness is meant.
+    aiString opacityPath, colorPath;
+    from.GetTexture(aiTextureType_OPACITY, 0, &opacityPath);
+    from.GetTexture(colorKind, 0, &colorPath);
+    if (has(aiTextureType_OPACITY) && has(colorKind) && m.alphaMode == AlphaMode::opaque) {
+        m.alphaMode = AlphaMode::mask;
+    }
+    const bool coveredByAnother = has(aiTextureType_OPACITY) && !(opacityPath == colorPath);
+    m.baseColorTexture = slot(from, colorKind, ColorSpace::srgb,
+                              coveredByAnother ? opacityPath.C_Str() : std::string());
+    if (m.baseColorTexture.present() && !(brightest(glm::vec3(m.baseColor)) > 0.0f)) {
+        m.baseColor = glm::vec4(1.0f, 1.0f, 1.0f, m.baseColor.w);  // the picture is the colour
+    }
+    m.normalTexture =
+        slot(from,
+             has(aiTextureType_NORMAL_CAMERA) ? aiTextureType_NORMAL_CAMERA : aiTextureType_NORMALS,
+             ColorSpace::linear);
+    m.emissiveTexture = slot(from, aiTextureType_EMISSIVE, ColorSpace::srgb);
+    if (m.emissiveTexture.present() && !(brightest(m.emissive) > 0.0f)) {
+        m.emissive = glm::vec3(1.0f);
+    }
+    m.occlusionTexture = slot(from, aiTextureType_AMBIENT_OCCLUSION, ColorSpace::linear);
+
+    if (has(aiTextureType_HEIGHT)) {
+        scene_.warnings.push_back({"unsupportedTexture", m.name, "a bump picture is not used"});
+    }
+    if (has(aiTextureType_METALNESS) || has(aiTextureType_DIFFUSE_ROUGHNESS)) {
+        scene_.warnings.push_back(
+            {"unsupportedTexture", m.name, "separate metal and roughness pictures are not used"});
+    }
+}
+
+TextureSlot AssimpMaterials::slot(const aiMaterial& from, int kind, ColorSpace colorSpace,
+                                  const std::string& coverage) {
+    TextureSlot slot;
+    const auto type = static_cast<aiTextureType>(kind);
+    aiString path;
+    if (from.GetTexture(type, 0, &path) != aiReturn_SUCCESS || path.length == 0) {
+        return slot;
+    }
+    Texture how;
+    int modeU = aiTextureMapMode_Wrap;
+    int modeV = aiTextureMapMode_Wrap;
+    from.Get(AI_MATKEY_MAPPINGMODE_U(type, 0), modeU);
+    from.Get(AI_MATKEY_MAPPINGMODE_V(type, 0), modeV);
+    how.wrapU = wrapOfAssimp(modeU);
+    how.wrapV = wrapOfAssimp(modeV);
+    ImageSource source = imageSource(path.C_Str());
+    if (!coverage.empty()) {
+        source.coverage = imageSource(coverage).name;
+        source.key += " covered by " + source.coverage;
+    }
+    slot.texture = textures_.texture(source, colorSpace, how);
+    int channel = 0;
+    if (from.Get(AI_MATKEY_UVWSRC(type, 0), channel) == aiReturn_SUCCESS) {
+        slot.texCoord = channel == 1 ? 1 : 0;
+    }
+    aiUVTransform transform;
+    if (from.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == aiReturn_SUCCESS) {
+        // The formats count v upwards, and aiProcess_FlipUVs has already turned the sign of the
+        // translation: v' = 1 - (scale * (1 - v) + offset).
+        slot.scale = {transform.mScaling.x, transform.mScaling.y};
+        slot.offset = {transform.mTranslation.x,
+                       1.0f - transform.mScaling.y + transform.mTranslation.y};
+    }
+    return slot;
+}
+
+// Authoring programs write paths of their own machine; then a file of that name beside the scene is
+// meant.
+ImageSource AssimpMaterials::imageSource(std::string path) {
+    ImageSource source;
+    if (const aiTexture* embedded = file_.GetEmbeddedTexture(path.c_str())) {
+        source.name = path;
+        source.key = "embedded " + path;
+        if (embedded->mHeight == 0) {  // still compressed; mWidth counts bytes
+            source.embedded = {reinterpret_cast<const unsigned char*>(embedded->pcData),
+                               embedded->mWidth};
+        }
+        return source;
+    }
+    std::replace(path.begin(), path.end(), '\\', '/');
+    if (!folder_.has(path)) {
+        const std::string last = path.substr(path.find_last_of('/') + 1);
+        path = folder_.has(last) ? last : path;
+    }
+    source.name = path;
+    source.key = "file " + path;
+    return source;
+}
+
+}  // namespace clerestory

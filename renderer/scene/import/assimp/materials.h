@@ -1,0 +1,51 @@
+// Materials of the older formats (OBJ/MTL, COLLADA, FBX, 3DS, PLY, STL) -> glTF's words.
+#pragma once
+
+#include "scene/import/textures/texture_store.h"
+
+#include <string>
+
+struct aiMaterial;
+struct aiScene;
+
+namespace clerestory {
+
+// How a highlight exponent of Blinn and Phong reads as perceptual roughness: GGX's alpha is
+// sqrt(2 / (exponent + 2)) (Walter et al. 2007), and roughness is its root.
+float roughnessFromExponent(float exponent);
+
+class AssimpMaterials {
+public:
+    // `extension` is the file's, lower case. All must outlive the object.
+    AssimpMaterials(const aiScene& file, const std::string& extension, const SceneFolder& folder,
+                    TextureStore& textures, Scene& scene)
+        : file_(file),
+          isObj_(extension == "obj"),
+          folder_(folder),
+          textures_(textures),
+          scene_(scene) {}
+
+    void read();  // one Material for each of the file's, in its order
+
+    // When the scene has its meshes: MTL has no word for thickness, so glass with an index of
+    // refraction is as thick as the largest mesh of it, and thin where that is a sheet.
+    void giveGlassThickness();
+
+private:
+    Material material(const aiMaterial& from);
+    void readSurface(const aiMaterial& from, Material& m);
+    void readReflection(const aiMaterial& from, Material& m);
+    void readTransparency(const aiMaterial& from, Material& m);
+    void readTextures(const aiMaterial& from, Material& m);
+    TextureSlot slot(const aiMaterial& from, int kind, ColorSpace colorSpace,
+                     const std::string& coverage = {});
+    ImageSource imageSource(std::string path);
+
+    const aiScene& file_;
+    bool isObj_;
+    const SceneFolder& folder_;
+    TextureStore& textures_;
+    Scene& scene_;
+};
+
+}  // namespace clerestory

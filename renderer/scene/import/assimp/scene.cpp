@@ -1,0 +1,351 @@
+#include "scene/import/assimp/scene.h"
+
+#include "scene/import/assimp/animations.h"
+#include "scene/import/assimp/file_system.h"
+#include "scene/import/assimp/materials.h"
+#include "scene/import/assimp/matrix.h"
+#include "scene/import/base/cleaning.h"
+#include "scene/import/base/clips.h"
+#include "scene/mesh_builder.h"
+
+#include <assimp/BaseImporter.h>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <assimp/Importer.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+
+namespace clerestory {
+namespace {
+
+using Reason = ImportError::Reason;
+
+constexpr float kCreaseDegrees = 45.0f;  // sharper edges stay edges where normals are made
+constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_GenSmoothNormals |
+                            aiProcess_JoinIdenticalVertices | aiProcess_SortByPType |
+                            aiProcess_ValidateDataStructure | aiProcess_FlipUVs;
+
+// Only the reader of this extension stays: Assimp would look into the file and choose another one.
+void keepOnlyReader(Assimp::Importer& importer, const std::string& extension) {
+    const Assimp::BaseImporter* kept = importer.GetImporter(extension.c_str());
+    for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+        Assimp::BaseImporter* reader = importer.GetImporter(i);
+        if (reader && reader != kept) {
+            importer.UnregisterLoader(reader);
+            delete reader;  // unregistering gives it to us
+        }
+    }
+    if (!kept) {
+        throw ImportError(Reason::unsupported, "there is no reader for ." + extension);
+    }
+}
+
+glm::dvec3 vector(const aiVector3D& v) {
+    return {v.x, v.y, v.z};
+}
+
+// A frame at `position` whose -Z looks along `direction`.
+glm::dmat4 looking(const glm::dvec3& position, glm::dvec3 direction, glm::dvec3 up) {
+    const double length = glm::length(direction);
+    direction = length > 0.0 && std::isfinite(length) ? direction / length : glm::dvec3(0, 0, -1);
+    glm::dvec3 right = glm::cross(direction, up);
+    if (!(glm::length(right) > 1e-9)) {  // up along the view
+        up = std::abs(direction.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
+        right = glm::cross(direction, up);
+    }
+    right = glm::normalize(right);
+    glm::dmat4 frame(1.0);
+    frame[0] = glm::dvec4(right, 0.0);
+    frame[1] = glm::dvec4(glm::cross(right, direction), 0.0);
+    frame[2] = glm::dvec4(-direction, 0.0);
+    frame[3] = glm::dvec4(position, 1.0);
+    return frame;
+}
+
+float linearChannel(float c) {  // IEC 61966-2-1
+    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+}
+
+// FBX counts in centimetres times a factor of its own, and Assimp leaves that to us; of COLLADA it
+// has taken care, and the others do not say.
+double metresPerUnit(const aiScene& file) {
+    float centimetres = 100.0f;
+    const bool said = file.mMetaData && file.mMetaData->Get("UnitScaleFactor", centimetres);
+    const bool sane = said && centimetres > 1e-6f && centimetres < 1e6f;
+    return sane ? static_cast<double>(centimetres) / 100.0 : 1.0;
+}
+
+glm::dmat4 scaled(const glm::dmat4& matrix, double factor) {
+    glm::dmat4 scale(factor);
+    scale[3][3] = 1.0;
+    return scale * matrix;
+}
+
+class AssimpReader {
+public:
+    AssimpReader(const aiScene& file, const std::string& extension, const ImportLimits& limits)
+        : file_(file),
+          colorsAreSrgb_(extension == "ply" || extension == "obj"),
+          metresPerUnit_(metresPerUnit(file)),
+          limits_(limits) {}
+
+    Scene run(const std::string& extension, const SceneFolder& folder,
+              const ProgressCallback& progress) {
+        TextureStore textures(folder, limits_);
+        AssimpMaterials materials(file_, extension, folder, textures, scene_);
+        materials.read();
+        readNodes();
+        motion_.readClips();
+        for (unsigned i = 0; i < file_.mNumMeshes; ++i) {
+            meshes_.push_back(add(*file_.mMeshes[i]));
+        }
+        materials.giveGlassThickness();
+        hangMeshes();
+        finishMotion(scene_);
+        readCameras();
+        readLights();
+        textures.finish(scene_, progress);
+        return std::move(scene_);
+    }
+
+private:
+    Index add(const aiMesh& from) {
+        if (!(from.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) {
+            scene_.warnings.push_back(
+                {"pointsAndLines", from.mName.C_Str(), "points and lines are not drawn"});
+            return kNone;
+        }
+        countTriangles(triangles_, from.mNumFaces, limits_);
+        MeshDraft draft;
+        draft.name = from.mName.C_Str();
+        draft.material = from.mMaterialIndex;
+        draft.hasNormals = from.HasNormals();
+        draft.hasTexCoords = from.HasTextureCoords(0);
+        draft.vertices.resize(from.mNumVertices);
+        for (unsigned i = 0; i < from.mNumVertices; ++i) {
+            Vertex& v = draft.vertices[i];
+            v.position = glm::vec3(vector(from.mVertices[i]));
+            if (draft.hasNormals) v.normal = glm::vec3(vector(from.mNormals[i]));
+            if (draft.hasTexCoords) {
+                v.texCoord0 = {from.mTextureCoords[0][i].x, from.mTextureCoords[0][i].y};
+            }
+            if (from.HasTextureCoords(1)) {
+                v.texCoord1 = {from.mTextureCoords[1][i].x, from.mTextureCoords[1][i].y};
+            }
+            if (from.HasVertexColors(0)) {
+                v.color = color(from.mColors[0][i]);
+            }
+        }
+        draft.indices.reserve(std::size_t{3} * from.mNumFaces);
+        for (unsigned f = 0; f < from.mNumFaces; ++f) {
+            const aiFace& face = from.mFaces[f];
+            if (face.mNumIndices == 3) {
+                draft.indices.insert(draft.indices.end(), face.mIndices, face.mIndices + 3);
+            }
+        }
+        if (!motion_.moves(from)) return addMesh(scene_, std::move(draft));
+        draft.deforms = true;
+        std::vector<std::uint32_t> sources;
+        const Index mesh = addMesh(scene_, std::move(draft), sources);
+        if (mesh != kNone) motion_.addDeformation(from, sources);
+        return mesh;
+    }
+
+    // OBJ and PLY carry the colours of a screen, the others carry light.
+    glm::vec4 color(const aiColor4D& c) const {
+        return colorsAreSrgb_
+                   ? glm::vec4(linearChannel(c.r), linearChannel(c.g), linearChannel(c.b), c.a)
+                   : glm::vec4(c.r, c.g, c.b, c.a);
+    }
+
+    // Depth first without recursion.
+    void readNodes() {
+        std::vector<std::pair<const aiNode*, Index>> pending{{file_.mRootNode, kNone}};
+        while (!pending.empty()) {
+            const auto [from, parent] = pending.back();
+            pending.pop_back();
+            glm::dmat4 local = matrixOf(from->mTransformation);
+            if (parent == kNone) {
+                local = scaled(local, metresPerUnit_);
+            }
+            if (!finite(local)) {
+                scene_.warnings.push_back({"nonFiniteTransform", from->mName.C_Str(),
+                                           "a transform that is not of numbers was left out"});
+                local = glm::dmat4(1.0);
+            }
+            const Index node = addCheckedNode(from->mName.C_Str(), local, parent);
+            nodeNamed_.try_emplace(from->mName.C_Str(), node);
+            for (unsigned i = 0; i < from->mNumMeshes; ++i) {
+                meshAt_.emplace_back(node, from->mMeshes[i]);
+            }
+            if (meshAt_.size() > 4 * limits_.maxNodes) {
+                throw ImportError(Reason::limit, "the scene has too many instances");
+            }
+            for (unsigned i = from->mNumChildren; i-- > 0;) {
+                pending.emplace_back(from->mChildren[i], node);
+            }
+        }
+    }
+
+    // A mesh whose bones move stands where they are, not where its node is; one whose bones stand
+    // still stands in its bind pose at its own node.
+    void hangMeshes() {
+        for (const auto& [node, number] : meshAt_) {
+            const Index mesh = meshes_.at(number);
+            if (mesh == kNone) continue;
+            const Index deformation = scene_.meshes[mesh].deformation;
+            Index place = node;
+            if (deformation != kNone) {
+                const Skin& skin = scene_.skins[scene_.deformations[deformation].skin];
+                const glm::dvec3 origin = skinOrigin(scene_, skin.joints.front());
+                place = addCheckedNode(scene_.nodes[node].name + " (skinned)",
+                                       glm::translate(glm::dmat4(1.0), origin), kNone);
+            }
+            addInstance(scene_, place, mesh);
+        }
+    }
+
+    Index addCheckedNode(const std::string& name, const glm::dmat4& local, Index parent) {
+        if (scene_.nodes.size() >= limits_.maxNodes) {
+            throw ImportError(Reason::limit, "the scene has more than " +
+                                                 std::to_string(limits_.maxNodes) + " nodes");
+        }
+        return addNode(scene_, name, local, parent);
+    }
+
+    // A node for what Assimp ties to another one by name.
+    Index frameNode(const aiString& name, const aiVector3D& position, const aiVector3D& direction,
+                    const aiVector3D& up) {
+        const auto parent = nodeNamed_.find(name.C_Str());
+        glm::dmat4 frame = looking(vector(position), vector(direction), vector(up));
+        return addCheckedNode(name.C_Str(), finite(frame) ? frame : glm::dmat4(1.0),
+                              parent == nodeNamed_.end() ? kNone : parent->second);
+    }
+
+    // Near and far planes of these formats are defaults more often than choices; ours are fitted.
+    void readCameras() {
+        for (unsigned i = 0; i < file_.mNumCameras; ++i) {
+            const aiCamera& from = *file_.mCameras[i];
+            Camera camera;
+            camera.name = from.mName.C_Str();
+            camera.orthographic = from.mOrthographicWidth > 0.0f;
+            const double aspect = from.mAspect > 0.0f ? static_cast<double>(from.mAspect) : 1.0;
+            const double half = static_cast<double>(from.mHorizontalFOV) / 2.0;
+            camera.yfov = 2.0 * std::atan(std::tan(half) / aspect);
+            camera.yHalfHeight = static_cast<double>(from.mOrthographicWidth) / aspect;
+            const bool sound = camera.orthographic
+                                   ? std::isfinite(camera.yHalfHeight) && camera.yHalfHeight > 0.0
+                                   : camera.yfov > 0.0 && camera.yfov < std::numbers::pi;
+            if (!sound) {
+                scene_.warnings.push_back(
+                    {"badCamera", camera.name, "a camera that sees nothing was dropped"});
+                continue;
+            }
+            camera.yfov = camera.orthographic ? Camera{}.yfov : camera.yfov;
+            camera.yHalfHeight = camera.orthographic ? camera.yHalfHeight : 1.0;
+            camera.node = frameNode(from.mName, from.mPosition, from.mLookAt, from.mUp);
+            scene_.cameras.push_back(camera);
+        }
+    }
+
+    void readLights() {
+        for (unsigned i = 0; i < file_.mNumLights; ++i) {
+            const aiLight& from = *file_.mLights[i];
+            if (from.mType == aiLightSource_AMBIENT || from.mType == aiLightSource_UNDEFINED) {
+                scene_.warnings.push_back({"unsupportedLight", from.mName.C_Str(),
+                                           "an ambient light was dropped; the environment is one"});
+                continue;
+            }
+            Light light;
+            light.name = from.mName.C_Str();
+            light.kind = from.mType == aiLightSource_DIRECTIONAL ? LightKind::directional
+                         : from.mType == aiLightSource_SPOT      ? LightKind::spot
+                                                                 : LightKind::point;
+            const aiColor3D& c = from.mColorDiffuse;
+            const glm::dvec3 intensity = intensityPerColor(from) * glm::dvec3(c.r, c.g, c.b);
+            constexpr double kBrightest = 1e9;  // keeps products finite in float
+            for (int k = 0; k < 3; ++k) {
+                const bool sound = std::isfinite(intensity[k]);
+                light.intensity[k] =
+                    static_cast<float>(sound ? std::clamp(intensity[k], 0.0, kBrightest) : 0.0);
+            }
+            if (light.kind == LightKind::spot) {  // Assimp's angles are those of whole cones
+                light.outerConeAngle = halfCone(from.mAngleOuterCone);
+                light.innerConeAngle =
+                    std::min(halfCone(from.mAngleInnerCone), light.outerConeAngle);
+            }
+            light.node = frameNode(from.mName, from.mPosition, from.mDirection, from.mUp);
+            scene_.lights.push_back(light);
+        }
+    }
+
+    // These formats say how bright a white surface that faces the light becomes, and how that falls
+    // with distance; ours says intensity. The two agree at half the scene's diagonal (everywhere,
+    // where the file falls off by the square): intensity = pi * colour * d^2 / attenuation(d). A
+    // colour far above white is a power in watts instead, as Blender writes it into FBX.
+    double intensityPerColor(const aiLight& light) const {
+        constexpr double kPi = std::numbers::pi;
+        constexpr float kFarAboveWhite = 10.0f;
+        const aiColor3D& color = light.mColorDiffuse;
+        if (light.mType == aiLightSource_DIRECTIONAL) {
+            return kPi;
+        }
+        if (std::max({color.r, color.g, color.b}) > kFarAboveWhite) {
+            return 1.0 / (4.0 * kPi);
+        }
+        const auto diagonal = static_cast<double>(worldBounds(scene_, restPose(scene_)).diagonal());
+        const double metres = diagonal > 0.0 && std::isfinite(diagonal) ? diagonal / 2.0 : 1.0;
+        const double units = metres / metresPerUnit_;
+        const double attenuation = light.mAttenuationConstant + light.mAttenuationLinear * units +
+                                   light.mAttenuationQuadratic * units * units;
+        return kPi * metres * metres / (attenuation > 0.0 ? attenuation : 1.0);
+    }
+
+    static float halfCone(float whole) {
+        constexpr float kNarrowest = 1e-3f, kWidest = 1.57079f;
+        return std::isfinite(whole) ? std::clamp(whole / 2.0f, kNarrowest, kWidest)
+                                    : Light{}.outerConeAngle;
+    }
+
+    const aiScene& file_;
+    bool colorsAreSrgb_;
+    double metresPerUnit_;
+    ImportLimits limits_;
+    Scene scene_;
+    std::vector<Index> meshes_;
+    std::vector<std::pair<Index, unsigned>> meshAt_;  // node, and the file's mesh at it
+    std::map<std::string, Index> nodeNamed_;
+    AssimpMotion motion_{file_, scene_, nodeNamed_, metresPerUnit_};
+    std::uint64_t triangles_ = 0;
+};
+
+}  // namespace
+
+Scene assimpScene(const std::string& file, const std::string& extension, const SceneFolder& folder,
+                  const ImportLimits& limits, const ProgressCallback& progress) {
+    Assimp::Importer importer;
+    keepOnlyReader(importer, extension);
+    importer.SetIOHandler(new AssimpFolder(folder));  // the importer deletes it
+    importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kCreaseDegrees);
+    const aiScene* scene = importer.ReadFile(file, kSteps);
+    if (!scene || !scene->mRootNode) {
+        const std::string words = importer.GetErrorString();
+        if (words.find("bad_alloc") != std::string::npos) {
+            throw std::bad_alloc();
+        }
+        throw ImportError(Reason::malformed,
+                          words.empty() ? "the file holds no scene" : cleanText(words));
+    }
+    if (progress) {
+        progress({"meshes", 0.2});
+    }
+    return AssimpReader(*scene, extension, limits).run(extension, folder, progress);
+}
+
+}  // namespace clerestory

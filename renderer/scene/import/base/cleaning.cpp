@@ -1,0 +1,235 @@
+#include "scene/import/base/cleaning.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+using Reason = ImportError::Reason;
+
+constexpr std::size_t kMaxTextBytes = 200;
+constexpr std::size_t kMaxWarnings = 1000;
+constexpr float kMaxFactor = 1e6f;  // keeps products of a few factors finite in float
+
+// Returns whether the value had to be changed.
+bool clampTo(float& value, float low, float high, float otherwise) {
+    const float before = value;
+    value = std::isfinite(value) ? std::clamp(value, low, high) : otherwise;
+    return !(value == before);
+}
+
+template <int N>
+bool clampTo(glm::vec<N, float>& value, float low, float high, float otherwise) {
+    bool changed = false;
+    for (int i = 0; i < N; ++i) {
+        changed |= clampTo(value[i], low, high, otherwise);
+    }
+    return changed;
+}
+
+// The length of the UTF-8 sequence that starts here, 0 when it is none (RFC 3629).
+std::size_t sequenceLength(const std::string& text, std::size_t at) {
+    const auto byte = [&](std::size_t i) -> unsigned {
+        return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
+    };
+    const auto follows = [&](std::size_t n) {
+        for (std::size_t i = 1; i <= n; ++i) {
+            if ((byte(at + i) & 0xC0u) != 0x80u) return false;
+        }
+        return true;
+    };
+    const unsigned first = byte(at);
+    const unsigned second = byte(at + 1);
+    if (first < 0x80) return 1;
+    if (first >= 0xC2 && first <= 0xDF) return follows(1) ? 2 : 0;
+    if (first >= 0xE0 && first <= 0xEF) {
+        const bool overlong = first == 0xE0 && second < 0xA0;
+        const bool surrogate = first == 0xED && second >= 0xA0;
+        return follows(2) && !overlong && !surrogate ? 3 : 0;
+    }
+    if (first >= 0xF0 && first <= 0xF4) {
+        const bool overlong = first == 0xF0 && second < 0x90;
+        const bool tooLarge = first == 0xF4 && second >= 0x90;
+        return follows(3) && !overlong && !tooLarge ? 4 : 0;
+    }
+    return 0;
+}
+
+// A matrix that flattens space has no inverse. Relative to the longest column, so that tiny scenes
+// are not taken for flat ones.
+bool singular(const glm::dmat4& m) {
+    double longest = 0.0;
+    for (int column = 0; column < 3; ++column) {
+        longest = std::max(longest, glm::length(glm::dvec3(m[column])));
+    }
+    constexpr double kFlat = 1e-12, kSmallest = 1e-30, kLargest = 1e30;
+    const double determinant = glm::determinant(glm::dmat3(m));
+    const double farthest = glm::length(glm::dvec3(m[3]));
+    return !(longest > kSmallest && longest < kLargest && farthest < kLargest &&
+             std::abs(determinant) > kFlat * longest * longest * longest);
+}
+
+// A transform that flattens space into a plane (a scale of 0 along one axis, which modellers write
+// for mirrors and decals) gets the least thickness that leaves it an inverse; far below what makes
+// a flat part. Its front is where a positive determinant has it. Whether it was one.
+bool thickened(glm::dmat4& m) {
+    const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
+    const double longest = std::max({glm::length(x), glm::length(y), glm::length(z)});
+    if (!(longest > 1e-30 && longest < 1e30)) return false;
+    // The longest cross product of two columns stands on the plane that is left.
+    const glm::dmat3 cofactors(glm::cross(y, z), glm::cross(z, x), glm::cross(x, y));
+    int across = 0;
+    for (int i = 1; i < 3; ++i) {
+        if (glm::length(cofactors[i]) > glm::length(cofactors[across])) across = i;
+    }
+    constexpr double kFlat = 1e-12, kThickness = 1e-6;
+    const double area = glm::length(cofactors[across]);
+    if (!(area > kFlat * longest * longest)) return false;  // a line or a point
+    const glm::dvec3 normal = cofactors[across] / area;
+    // The direction that is lost: at right angles to all rows.
+    const glm::dmat3 rows = glm::transpose(glm::dmat3(m));
+    glm::dvec3 lost(0.0);
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec3 c = glm::cross(rows[(i + 1) % 3], rows[(i + 2) % 3]);
+        if (glm::length(c) > glm::length(lost)) lost = c;
+    }
+    lost = glm::normalize(lost);
+    glm::dmat3 thick = glm::dmat3(m) + glm::outerProduct(kThickness * longest * normal, lost);
+    if (glm::determinant(thick) < 0.0) {
+        thick = glm::dmat3(m) - glm::outerProduct(kThickness * longest * normal, lost);
+    }
+    for (int i = 0; i < 3; ++i) m[i] = glm::dvec4(thick[i], 0.0);
+    return true;
+}
+
+void thickenFlatNodes(Scene& scene) {
+    for (Node& node : scene.nodes) {
+        if (singular(node.parentFromLocal)) thickened(node.parentFromLocal);
+    }
+}
+
+void dropSingularInstances(Scene& scene) {
+    const Pose pose = restPose(scene);
+    std::vector<std::uint64_t> dropped(scene.nodes.size(), 0);
+    std::erase_if(scene.instances, [&](const Instance& instance) {
+        const bool drop = singular(pose.worldFromNode[instance.node]);
+        dropped[instance.node] += drop ? 1 : 0;
+        return drop;
+    });
+    for (std::size_t i = 0; i < dropped.size(); ++i) {
+        if (dropped[i] > 0) {
+            scene.warnings.push_back(
+                {"singularTransform", scene.nodes[i].name,
+                 "a transform that leaves a line or a point of the mesh; it is not "
+                 "drawn",
+                 dropped[i]});
+        }
+    }
+}
+
+void cleanTexts(Scene& scene) {
+    scene.title = cleanText(scene.title);
+    const auto cleanNames = [](auto& things) {
+        for (auto& thing : things) thing.name = cleanText(thing.name);
+    };
+    cleanNames(scene.meshes);
+    cleanNames(scene.materials);
+    cleanNames(scene.images);
+    cleanNames(scene.nodes);
+    cleanNames(scene.lights);
+    cleanNames(scene.cameras);
+    cleanNames(scene.probes);
+    for (Material& m : scene.materials) {
+        m.probe = cleanText(m.probe);
+        m.environmentMap = cleanText(m.environmentMap);
+    }
+    for (ImportWarning& warning : scene.warnings) {
+        warning.subject = cleanText(warning.subject);
+        warning.message = cleanText(warning.message);
+    }
+}
+
+}  // namespace
+
+void cleanMaterial(Material& m, Scene& scene) {
+    bool changed = clampTo(m.baseColor, 0.0f, kMaxFactor, 1.0f);
+    changed |= clampTo(m.baseColor.w, 0.0f, 1.0f, 1.0f);
+    changed |= clampTo(m.metallic, 0.0f, 1.0f, 0.0f);
+    changed |= clampTo(m.roughness, 0.0f, 1.0f, 1.0f);
+    changed |= clampTo(m.normalScale, -kMaxFactor, kMaxFactor, 1.0f);
+    changed |= clampTo(m.occlusionStrength, 0.0f, 1.0f, 1.0f);
+    changed |= clampTo(m.emissive, 0.0f, kMaxFactor, 0.0f);
+    changed |= clampTo(m.emissiveStrength, 0.0f, kMaxFactor, 1.0f);
+    changed |= clampTo(m.alphaCutoff, 0.0f, kMaxFactor, 0.5f);
+    changed |= clampTo(m.ior, 1.0f, 100.0f, 1.5f);
+    changed |= clampTo(m.specular, 0.0f, 1.0f, 1.0f);
+    changed |= clampTo(m.specularColor, 0.0f, kMaxFactor, 1.0f);
+    changed |= clampTo(m.transmission, 0.0f, 1.0f, 0.0f);
+    changed |= clampTo(m.thickness, 0.0f, kMaxFactor, 0.0f);
+    changed |= clampTo(m.attenuationColor, 0.0f, 1.0f, 1.0f);
+    changed |= clampTo(m.attenuationDistance, 0.0f, 1e30f, 0.0f);
+    for (TextureSlot* slot : textureSlots(m)) {
+        changed |= clampTo(slot->offset, -kMaxFactor, kMaxFactor, 0.0f);
+        changed |= clampTo(slot->scale, -kMaxFactor, kMaxFactor, 1.0f);
+        changed |= clampTo(slot->rotation, -kMaxFactor, kMaxFactor, 0.0f);
+        if (slot->texCoord > 1) {
+            slot->texCoord = 0;
+            scene.warnings.push_back({"unsupportedTexCoord", m.name,
+                                      "a texture asks for a third set of texture coordinates; it "
+                                      "gets the first"});
+        }
+    }
+    if (changed) {
+        scene.warnings.push_back(
+            {"materialOutOfRange", m.name, "factors out of their range were brought back"});
+    }
+}
+
+std::string cleanText(const std::string& text) {
+    std::string clean;
+    for (std::size_t i = 0; i < text.size();) {
+        const std::size_t length = sequenceLength(text, i);
+        if (clean.size() + std::max<std::size_t>(length, 1) > kMaxTextBytes) {
+            break;
+        }
+        const bool control =
+            length == 1 && (static_cast<unsigned char>(text[i]) < 0x20 || text[i] == 0x7f);
+        clean += length == 0 || control ? "?" : text.substr(i, length);
+        i += std::max<std::size_t>(length, 1);
+    }
+    return clean;
+}
+
+void countTriangles(std::uint64_t& total, std::uint64_t triangles, const ImportLimits& limits) {
+    total += triangles;
+    if (total > limits.maxTriangles) {
+        throw ImportError(Reason::limit, "the scene has more than " +
+                                             std::to_string(limits.maxTriangles) + " triangles");
+    }
+}
+
+void finishScene(Scene& scene) {
+    thickenFlatNodes(scene);
+    dropSingularInstances(scene);
+    if (scene.instances.empty()) {
+        std::string why = "the file holds no triangles to draw";
+        if (!scene.warnings.empty()) {  // what became of those it may have had
+            const ImportWarning& first = scene.warnings.front();
+            why += ": " + (first.subject.empty() ? "" : first.subject + ": ") + first.message;
+        }
+        throw ImportError(Reason::malformed, why);
+    }
+    if (scene.warnings.size() > kMaxWarnings) {
+        const std::uint64_t more = scene.warnings.size() - kMaxWarnings;
+        scene.warnings.resize(kMaxWarnings);
+        scene.warnings.push_back({"moreWarnings", "", "further warnings were left out", more});
+    }
+    cleanTexts(scene);
+    if (const auto problems = sceneProblems(scene); !problems.empty()) {
+        throw ImportError(Reason::malformed, "the scene is not sound: " + problems.front());
+    }
+    updateContentHash(scene);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,197 @@
+#include "scene/import/base/sidecar.h"
+
+#include "scene/import/base/field_reader.h"
+#include "scene/import/base/types.h"
+#include "scene/material_override.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace clerestory {
+namespace {
+
+struct ProbeFields {
+    std::string name;
+    std::optional<std::string> node;
+    glm::dvec3 position{0.0};
+    double size = 1.0;
+    std::uint32_t resolution = 0;
+    double zfar = 0.0;
+    MapBlur blur;
+};
+
+template <class V>
+void fields(ProbeFields& p, V&& visit) {
+    visit("name", p.name, Text{128}, "what materials call it");
+    visit("node", p.node, Text{256}, "the node it moves with; none: the world");
+    visit("position", p.position, Range{-1e9, 1e9}, "its middle, in the node's space, metres");
+    visit("size", p.size, Range{1e-9, 1e9}, "edge of its imaginary cube, metres");
+    visit("resolution", p.resolution, Range{0, 4096}, "edge of a face, texels; 0: the request's");
+    visit("zfar", p.zfar, Range{0, 1e12}, "farthest it sees, metres; 0: infinite");
+    visit("blur", p.blur, Nested{}, "Gaussian blur of what it captured");
+}
+
+struct EnvironmentFields {
+    std::optional<std::string> map;
+    std::optional<Quaternion> rotation;
+};
+
+template <class V>
+void fields(EnvironmentFields& e, V&& visit) {
+    visit("map", e.map, Text{128}, "the map that lights the scene unless a request names one");
+    visit("rotation", e.rotation, Rotation{}, "world from map, unless a request says another");
+}
+
+struct SideFile {
+    std::vector<MaterialOverride> overrides;
+    std::vector<ProbeFields> probes;
+    EnvironmentFields environment;
+};
+
+template <class V>
+void fields(SideFile& s, V&& visit) {
+    visit("overrides", s.overrides, NestedList{1000}, "as in a request, but for good");
+    visit("probes", s.probes, NestedList{100}, "placed probes");
+    visit("environment", s.environment, Nested{}, "light from all around");
+}
+
+// What a glTF material may say of itself.
+struct MaterialNotes {
+    MaterialOverride fields;
+};
+
+template <class V>
+void fields(MaterialNotes& n, V&& visit) {
+    fields(n.fields, [&](const char* name, auto& member, const auto& kind, const char* words) {
+        const std::string_view word = name;
+        if (word == "reflection" || word == "probe" || word == "environmentMap" ||
+            word == "environmentRotation" || word == "mapBlur") {
+            visit(name, member, kind, words);
+        }
+    });
+}
+
+void warn(Scene& scene, const char* code, const std::string& place,
+          const std::vector<FieldError>& errors) {
+    for (const FieldError& e : errors) {
+        const std::string allowed = e.allowed.empty() ? "" : "; allowed: " + e.allowed;
+        scene.warnings.push_back({code, place + e.pointer, e.detail + allowed});
+    }
+}
+
+void addProbe(Scene& scene, const ProbeFields& from, Index node, const char* code,
+              const std::string& place) {
+    const auto refuse = [&](const char* what) { scene.warnings.push_back({code, place, what}); };
+    if (from.name.empty()) return refuse("a probe without a name was left out");
+    for (const Probe& probe : scene.probes) {
+        if (probe.name == from.name) return refuse("a second probe of the same name was left out");
+    }
+    if (from.node) {
+        const auto found = std::find_if(scene.nodes.begin(), scene.nodes.end(),
+                                        [&](const Node& n) { return n.name == *from.node; });
+        if (found == scene.nodes.end()) return refuse("its node is not in the scene");
+        node = static_cast<Index>(found - scene.nodes.begin());
+    }
+    scene.probes.push_back({.name = from.name,
+                            .node = node,
+                            .position = from.position,
+                            .size = from.size,
+                            .resolution = from.resolution,
+                            .zfar = from.zfar,
+                            .blur = from.blur});
+}
+
+constexpr const char* kSideFile = "sideFile";
+constexpr const char* kExtras = "badExtras";
+
+}  // namespace
+
+std::string sidecarName(const std::string& modelName) {
+    return std::filesystem::path(modelName).stem().string() + ".clerestory.json";
+}
+
+bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& modelName) {
+    const std::string name = sidecarName(modelName);
+    if (!folder.has(name)) return false;
+    Json json;
+    try {
+        json = parsedFile(folder.read(name));
+    } catch (const ImportError& error) {
+        scene.warnings.push_back({kSideFile, name, error.what()});
+        return true;
+    }
+    SideFile side;
+    std::vector<FieldError> errors;
+    FieldReader(errors).object(json, side, "");
+    for (std::size_t i = 0; i < side.probes.size(); ++i) {
+        addProbe(scene, side.probes[i], kNone, kSideFile, name + "/probes/" + std::to_string(i));
+    }
+    // What an override's names get wrong makes it choose nothing; a bad rotation or probe goes.
+    for (const FieldError& e : problems(scene, side.overrides)) errors.push_back(e);
+    for (MaterialOverride& o : side.overrides) {
+        const auto wrong = problems(scene, {o}, "");
+        const auto names = [&](const char* field) {
+            return std::any_of(wrong.begin(), wrong.end(), [&](const FieldError& e) {
+                return e.pointer == "/0/" + std::string(field);
+            });
+        };
+        if (names("environmentRotation")) o.environmentRotation.reset();
+        if (names("probe")) o.probe.reset();
+    }
+    if (side.environment.map) scene.environment = *side.environment.map;
+    if (const auto& q = side.environment.rotation) {
+        scene.environmentRotation = glm::normalize(glm::dquat((*q)[3], (*q)[0], (*q)[1], (*q)[2]));
+    }
+    warn(scene, kSideFile, name, errors);
+    dressForGood(scene, side.overrides);
+    return true;
+}
+
+void readMaterialExtras(const Json& extras, Material& material, Scene& scene) {
+    if (!extras.is_object()) return;
+    Json known = Json::object();  // others write notes into extras, too
+    MaterialNotes notes;
+    fields(notes, [&](const char* name, auto&, const auto&, const char*) {
+        if (const auto found = extras.find(name); found != extras.end()) known[name] = *found;
+    });
+    std::vector<FieldError> errors;
+    FieldReader(errors).object(known, notes, "");
+    notes.fields.material = material.name;  // it chooses itself
+    for (const FieldError& e : problems(Scene{}, {notes.fields}, "")) {
+        if (e.pointer == "/0/environmentRotation") {
+            errors.push_back({"/environmentRotation", e.detail, e.allowed});
+            notes.fields.environmentRotation.reset();
+        }
+    }
+    warn(scene, kExtras, material.name, errors);
+    apply(scene, notes.fields, material);
+}
+
+void readNodeExtras(const Json& extras, Index node, Scene& scene) {
+    if (!extras.is_object()) return;
+    const auto found = extras.find("probe");
+    if (found == extras.end() || !found->is_object()) return;
+    ProbeFields probe{.name = scene.nodes[node].name};
+    std::vector<FieldError> errors;
+    FieldReader(errors).object(*found, probe, "/probe");
+    const std::string place = scene.nodes[node].name;
+    probe.node.reset();  // it stands where it is written
+    warn(scene, kExtras, place, errors);
+    addProbe(scene, probe, node, kExtras, place);
+}
+
+bool dropUnknownProbes(Scene& scene) {
+    bool dropped = false;
+    for (Material& m : scene.materials) {
+        const bool known =
+            m.probe.empty() || std::any_of(scene.probes.begin(), scene.probes.end(),
+                                           [&](const Probe& p) { return p.name == m.probe; });
+        if (known) continue;
+        scene.warnings.push_back({"unknownProbe", m.name, "there is no probe '" + m.probe + "'"});
+        m.probe.clear();
+        dropped = true;
+    }
+    return dropped;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,360 @@
+// One list of fields serves writing and reading, so that the two cannot drift apart.
+//
+// Layout: header, payload, checksum of both (XXH3). Plain arrays lie as in memory after their
+// count; texts and lists of structures are a count and their parts.
+#include "scene/import/cache/blob.h"
+
+#include "scene/import/base/types.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cstring>
+#include <memory>
+#include <string>
+#include <type_traits>
+
+namespace clerestory {
+namespace {
+
+struct Header {
+    char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
+    std::uint32_t version = 6;
+    std::uint32_t vertexBytes = sizeof(Vertex);
+};
+
+template <class T>
+constexpr bool kFlat =
+    std::is_arithmetic_v<T> || std::is_same_v<T, Vertex> || std::is_same_v<T, Cluster> ||
+    std::is_same_v<T, Instance> || std::is_same_v<T, BaseVertex> || std::is_same_v<T, Influence> ||
+    std::is_same_v<T, MorphDelta>;
+template <class T>
+struct FlatVector : std::false_type {};
+template <class T, glm::qualifier Q, int N>
+struct FlatVector<glm::vec<N, T, Q>> : std::true_type {};
+
+template <class A>
+void fields(A& a, glm::dquat& q) {
+    a(q.x), a(q.y), a(q.z), a(q.w);
+}
+template <class A>
+void fields(A& a, glm::dmat4& m) {
+    for (int column = 0; column < 4; ++column) a(m[column]);
+}
+template <class A>
+void fields(A& a, TextureImage& i) {
+    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.packedNormal), a(i.mean);
+    a(i.texels);
+    a(i.colorSpace, ColorSpace::srgb);
+}
+template <class A>
+void fields(A& a, Texture& t) {
+    a(t.image), a(t.useLevels);
+    a(t.wrapU, Wrap::clampToEdge), a(t.wrapV, Wrap::clampToEdge);
+    a(t.magnify, Filter::linear), a(t.minify, Filter::linear);
+}
+template <class A>
+void fields(A& a, TextureSlot& s) {
+    a(s.texture), a(s.texCoord), a(s.offset), a(s.scale), a(s.rotation);
+}
+template <class A>
+void fields(A& a, MapBlur& b) {
+    a(b.size), a(b.stdev);
+}
+template <class A>
+void fields(A& a, Material& m) {
+    a(m.name), a(m.baseColor), a(m.baseColorTexture), a(m.metallic), a(m.roughness);
+    a(m.metallicRoughnessTexture), a(m.normalTexture), a(m.normalScale), a(m.occlusionTexture);
+    a(m.occlusionStrength), a(m.emissive), a(m.emissiveStrength), a(m.emissiveTexture);
+    a(m.alphaMode, AlphaMode::blend), a(m.alphaCutoff), a(m.doubleSided), a(m.unlit);
+    a(m.ior), a(m.specular), a(m.specularColor), a(m.transmission), a(m.transmissionTexture);
+    a(m.thickness), a(m.thicknessTexture), a(m.attenuationColor), a(m.attenuationDistance);
+    a(m.reflection, Reflection::mirror), a(m.probe), a(m.environmentMap);
+    a(m.environmentRotation), a(m.mapBlur), a(m.extras);
+}
+template <class A>
+void fields(A& a, Bounds& b) {
+    a(b.min), a(b.max);
+}
+template <class A>
+void fields(A& a, FlatPart& p) {
+    a(p.firstCluster), a(p.clusterCount), a(p.normal), a(p.offset), a(p.area), a(p.bounds);
+}
+template <class A>
+void fields(A& a, Mesh& m) {
+    a(m.name), a(m.firstCluster), a(m.clusterCount), a(m.firstFlatPart), a(m.flatPartCount);
+    a(m.triangles), a(m.area), a(m.material), a(m.bounds);
+    a(m.hasColors), a(m.deformation);
+}
+template <class A>
+void fields(A& a, Node& n) {
+    a(n.name), a(n.parent), a(n.parentFromLocal);
+}
+template <class A>
+void fields(A& a, Light& l) {
+    a(l.name), a(l.node), a(l.kind, LightKind::directional), a(l.intensity), a(l.range);
+    a(l.innerConeAngle), a(l.outerConeAngle);
+}
+template <class A>
+void fields(A& a, Camera& c) {
+    a(c.name), a(c.node), a(c.orthographic), a(c.yfov), a(c.yHalfHeight), a(c.znear), a(c.zfar);
+}
+template <class A>
+void fields(A& a, Probe& p) {
+    a(p.name), a(p.node), a(p.position), a(p.size), a(p.resolution), a(p.zfar), a(p.blur);
+}
+template <class A>
+void fields(A& a, Track& c) {
+    a(c.moved, AnimatedProperty::weights), a(c.target), a(c.between, Interpolation::cubicSpline);
+    a(c.times), a(c.values);
+}
+template <class A>
+void fields(A& a, Clip& c) {
+    a(c.name), a(c.duration), a(c.tracks);
+}
+template <class A>
+void fields(A& a, MovingNode& n) {
+    a(n.node), a(n.rest.translation), a(n.rest.rotation), a(n.rest.scale);
+}
+template <class A>
+void fields(A& a, MorphWeights& w) {
+    a(w.node), a(w.rest);
+}
+template <class A>
+void fields(A& a, Skin& s) {
+    a(s.joints), a(s.jointFromMesh);
+}
+template <class A>
+void fields(A& a, Deformation& d) {
+    a(d.mesh), a(d.firstVertex), a(d.base), a(d.skin), a(d.weights), a(d.perVertex);
+    a(d.influences), a(d.firstDelta), a(d.deltas), a(d.flatNormals);
+}
+template <class A>
+void fields(A& a, DefaultView& v) {
+    a(v.position), a(v.target), a(v.yfov);
+}
+template <class A>
+void fields(A& a, ImportWarning& w) {
+    a(w.code), a(w.subject), a(w.message), a(w.count);
+}
+template <class A>
+void fields(A& a, Scene& s) {
+    a(s.id), a(s.title), a(s.contentHash), a(s.vertices), a(s.indices), a(s.clusters),
+        a(s.flatParts);
+    a(s.meshes), a(s.materials), a(s.images), a(s.textures), a(s.nodes), a(s.instances);
+    a(s.lights), a(s.cameras), a(s.probes), a(s.clips), a(s.movingNodes), a(s.morphWeights);
+    a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView), a(s.environment);
+    a(s.environmentRotation), a(s.warnings);
+}
+
+struct EnvironmentHeader {
+    char magic[8] = {'C', 'L', 'E', 'N', 'V', 'M', 'A', 'P'};
+    std::uint32_t version = 1;
+    std::uint32_t faceSize = 0;
+};
+
+struct HashDeleter {
+    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
+};
+
+class Writer {
+public:
+    explicit Writer(const BlobSink& sink) : sink_(sink), hash_(XXH3_createState()) {
+        if (!hash_) throw std::bad_alloc();
+        XXH3_64bits_reset(hash_.get());
+    }
+
+    void bytes(const void* from, std::size_t count) {
+        XXH3_64bits_update(hash_.get(), from, count);
+        sink_(from, count);
+    }
+    std::uint64_t checksum() const { return XXH3_64bits_digest(hash_.get()); }
+
+    template <class T>
+    void operator()(T& value) {
+        if constexpr (std::is_same_v<T, bool>) {
+            const std::uint8_t byte = value ? 1 : 0;
+            bytes(&byte, 1);
+        } else if constexpr (kFlat<T> || FlatVector<T>::value) {
+            bytes(&value, sizeof value);
+        } else {
+            fields(*this, value);
+        }
+    }
+    template <class E>
+    void operator()(E& value, E) {
+        bytes(&value, sizeof value);
+    }
+    void operator()(std::string& text) {
+        length(text.size());
+        bytes(text.data(), text.size());
+    }
+    template <class T>
+    void operator()(std::optional<T>& value) {
+        bool present = value.has_value();
+        (*this)(present);
+        if (present) (*this)(*value);
+    }
+    template <class T>
+    void operator()(std::vector<T>& list) {
+        length(list.size());
+        if constexpr (kFlat<T>) {
+            bytes(list.data(), list.size() * sizeof(T));
+        } else {
+            for (T& item : list) fields(*this, item);
+        }
+    }
+
+private:
+    void length(std::uint64_t count) { bytes(&count, sizeof count); }
+
+    const BlobSink& sink_;
+    std::unique_ptr<XXH3_state_t, HashDeleter> hash_;
+};
+
+class Reader {
+public:
+    explicit Reader(std::span<const std::byte> left) : left_(left) {}
+
+    void bytes(void* to, std::size_t count) {
+        if (count > left_.size()) throw BlobError("the scene blob is cut short");
+        if (count > 0) std::memcpy(to, left_.data(), count);
+        left_ = left_.subspan(count);
+    }
+    bool finished() const { return left_.empty(); }
+
+    template <class T>
+    void operator()(T& value) {
+        if constexpr (std::is_same_v<T, bool>) {
+            std::uint8_t byte = 0;
+            bytes(&byte, 1);
+            value = byte != 0;
+        } else if constexpr (kFlat<T> || FlatVector<T>::value) {
+            bytes(&value, sizeof value);
+        } else {
+            fields(*this, value);
+        }
+    }
+    template <class E>
+    void operator()(E& value, E last) {
+        std::underlying_type_t<E> number = 0;
+        bytes(&number, sizeof number);
+        if (number > static_cast<std::underlying_type_t<E>>(last)) {
+            throw BlobError("the scene blob holds an unknown enumerator");
+        }
+        value = static_cast<E>(number);
+    }
+    void operator()(std::string& text) {
+        text.resize(length(1));
+        bytes(text.data(), text.size());
+    }
+    template <class T>
+    void operator()(std::optional<T>& value) {
+        bool present = false;
+        (*this)(present);
+        if (present) (*this)(value.emplace());
+    }
+    template <class T>
+    void operator()(std::vector<T>& list) {
+        if constexpr (kFlat<T>) {
+            const std::size_t count = length(sizeof(T));
+            if constexpr (sizeof(T) == 1) {  // texels, the bulk: not zeroed before they are copied
+                const auto* from = reinterpret_cast<const T*>(left_.data());
+                list.assign(from, from + count);
+                left_ = left_.subspan(count);
+            } else {
+                // Vertices and indices stay where they are now if the driver may read a little
+                // past their end; see gl::kSharedMemoryTail.
+                constexpr std::size_t kTail = 64;
+                list.reserve(count + (kTail + sizeof(T) - 1) / sizeof(T));
+                list.resize(count);
+                bytes(list.data(), count * sizeof(T));
+            }
+        } else {
+            const std::size_t count = length(1);
+            for (std::size_t i = 0; i < count; ++i) fields(*this, list.emplace_back());
+        }
+    }
+
+private:
+    // A count of things that take at least itemBytes each, so that memory stays within the blob's.
+    std::size_t length(std::size_t itemBytes) {
+        std::uint64_t count = 0;
+        bytes(&count, sizeof count);
+        if (count > left_.size() / itemBytes) throw BlobError("the scene blob is cut short");
+        return static_cast<std::size_t>(count);
+    }
+
+    std::span<const std::byte> left_;
+};
+
+}  // namespace
+
+void writeScene(const Scene& scene, const BlobSink& sink) {
+    Writer writer(sink);
+    const Header header;
+    writer.bytes(&header, sizeof header);
+    fields(writer,
+           const_cast<Scene&>(scene));  // the list is shared with reading; writing only looks
+    const std::uint64_t checksum = writer.checksum();
+    sink(&checksum, sizeof checksum);
+}
+
+Scene readScene(std::span<const std::byte> blob) {
+    const Header expected;
+    std::uint64_t checksum = 0;
+    if (blob.size() < sizeof expected + sizeof checksum ||
+        std::memcmp(blob.data(), &expected, sizeof expected) != 0) {
+        throw BlobError("this is no scene blob of this version");
+    }
+    const std::size_t covered = blob.size() - sizeof checksum;
+    std::memcpy(&checksum, blob.data() + covered, sizeof checksum);
+    if (XXH3_64bits(blob.data(), covered) != checksum) {
+        throw BlobError("the scene blob's checksum is wrong");
+    }
+    Reader reader(blob.subspan(sizeof expected, covered - sizeof expected));
+    Scene scene;
+    fields(reader, scene);
+    if (!reader.finished()) {
+        throw BlobError("the scene blob is longer than its scene");
+    }
+    updateContentHash(scene);
+    return scene;
+}
+
+void writeEnvironment(const EnvironmentMap& map, const BlobSink& sink) {
+    EnvironmentHeader header;
+    header.faceSize = map.faceSize;
+    sink(&header, sizeof header);
+    sink(map.texels.data(), map.texels.size() * sizeof(glm::vec3));
+}
+
+EnvironmentMap readEnvironment(std::span<const std::byte> blob) {
+    EnvironmentHeader header, expected;
+    if (blob.size() < sizeof header) throw BlobError("the environment map is cut short");
+    std::memcpy(&header, blob.data(), sizeof header);
+    expected.faceSize = header.faceSize;
+    if (std::memcmp(&header, &expected, sizeof header) != 0 || header.faceSize == 0 ||
+        header.faceSize > kMaxImportedFace) {
+        throw BlobError("this is no environment map of this version");
+    }
+    EnvironmentMap map;
+    map.faceSize = header.faceSize;
+    const std::size_t texels = std::size_t{6} * map.faceSize * map.faceSize;
+    if (blob.size() != sizeof header + texels * sizeof(glm::vec3)) {
+        throw BlobError("the environment map has not the texels that it says");
+    }
+    map.texels.resize(texels);
+    std::memcpy(map.texels.data(), blob.data() + sizeof header, texels * sizeof(glm::vec3));
+    for (const glm::vec3& t : map.texels) {
+        for (int c = 0; c < 3; ++c) {
+            if (!(t[c] >= 0.0f && t[c] <= 65504.0f)) {
+                throw BlobError("the environment map holds what is no light");
+            }
+        }
+    }
+    updateContentHash(map);
+    return map;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,193 @@
+#include "scene/import/gltf/animations.h"
+
+#include "scene/import/base/clips.h"
+#include "scene/import/base/types.h"
+#include "scene/mesh_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+// Of all channels together; a small file could ask for one long list many times.
+constexpr std::uint64_t kMaxNumbers = 64'000'000;
+
+}  // namespace
+
+std::vector<Index> indexList(const Json& parent, const char* key) {
+    std::vector<Index> result;
+    for (const Json& value : array(parent, key)) {
+        if (!value.is_number_unsigned() || value.get<std::uint64_t>() >= kNone) {
+            malformed("\"" + std::string(key) + "\" holds something that is no index");
+        }
+        result.push_back(value.get<Index>());
+    }
+    return result;
+}
+
+Transform transformOf(const Json& node) {
+    const Json& list = array(node, "matrix");
+    if (list.size() == 16) {
+        glm::dmat4 m(1.0);
+        for (int i = 0; i < 16; ++i) {
+            const Json& value = list[static_cast<std::size_t>(i)];
+            m[i / 4][i % 4] = value.is_number() ? value.get<double>() : 0.0;
+        }
+        return partsOf(m);
+    }
+    Transform t{.translation = numbers<3>(node, "translation", glm::dvec3(0.0)),
+                .scale = numbers<3>(node, "scale", glm::dvec3(1.0))};
+    const glm::dvec4 xyzw = numbers<4>(node, "rotation", glm::dvec4(0.0, 0.0, 0.0, 1.0));
+    const double length = glm::length(xyzw);
+    if (length > 0.0 && std::isfinite(length)) {
+        t.rotation = glm::dquat(xyzw.w, xyzw.x, xyzw.y, xyzw.z) / length;
+    }
+    return t;
+}
+
+GltfSkin gltfSkin(GltfDocument& document, const Json& skin, const std::vector<Index>& nodeOf) {
+    GltfSkin result;
+    Numbers jointFromMesh;
+    if (const Index accessor = indexAt(skin, "inverseBindMatrices"); accessor != kNone) {
+        jointFromMesh = document.floats(accessor);
+    }
+    for (const Index joint : indexList(skin, "joints")) {
+        const std::size_t i = result.joints.size();
+        result.joints.push_back(joint < nodeOf.size() ? nodeOf[joint] : kNone);
+        glm::dmat4 matrix(1.0);
+        if (jointFromMesh.components == 16 && i < jointFromMesh.count()) {
+            for (int k = 0; k < 16; ++k) {
+                matrix[k / 4][k % 4] = static_cast<double>(jointFromMesh.at(i)[k]);
+            }
+        }
+        result.jointFromMesh.push_back(finite(matrix) ? matrix : glm::dmat4(1.0));
+    }
+    if (result.joints.empty()) malformed("a skin has no joints");
+    return result;
+}
+
+void GltfMotion::readClips() {
+    const Json& animations = array(document_.json(), "animations");
+    for (std::size_t i = 0; i < animations.size(); ++i) {
+        readClip(element(animations, i, "animations"), i);
+    }
+    nodeMoves_ = nodesThatMove(scene_);
+}
+
+void GltfMotion::readClip(const Json& animation, std::size_t number) {
+    Clip clip{.name = uniqueClipName(names_, text(animation, "name"), number)};
+    std::uint64_t dropped = 0;
+    movedByClip_.clear();
+    const Json& channels = array(animation, "channels");
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+        try {
+            dropped += addTrack(animation, element(channels, i, "channels"), clip) ? 0 : 1;
+        } catch (const ImportError& error) {
+            if (error.reason() != ImportError::Reason::malformed) throw;
+            ++dropped;
+        }
+    }
+    addClip(scene_, std::move(clip), dropped);
+}
+
+bool GltfMotion::addTrack(const Json& animation, const Json& json, Clip& clip) {
+    const Json& sampler =
+        element(array(animation, "samplers"), indexAt(json, "sampler"), "samplers");
+    const std::string word = text(sampler, "interpolation");
+    Track track{.between = word == "STEP"          ? Interpolation::step
+                           : word == "CUBICSPLINE" ? Interpolation::cubicSpline
+                                                   : Interpolation::linear};
+    // Everything that is read is thrown away again when the target is none.
+    const Numbers times = document_.floats(indexAt(sampler, "input"));
+    Numbers values = document_.floats(indexAt(sampler, "output"));
+    numbers_ += times.values.size() + values.values.size();
+    if (numbers_ > kMaxNumbers) {
+        throw ImportError(ImportError::Reason::limit, "the animations hold too many numbers");
+    }
+    track.times = times.values;
+    track.values = std::move(values.values);
+    const std::string path = text(object(json, "target"), "path");
+    track.moved = path == "rotation"  ? AnimatedProperty::rotation
+                  : path == "scale"   ? AnimatedProperty::scale
+                  : path == "weights" ? AnimatedProperty::weights
+                                      : AnimatedProperty::translation;
+    const bool known = path == "translation" || track.moved != AnimatedProperty::translation;
+    if (!known || times.components != 1) return false;
+    track.target = 0;
+    if (!sound(track, 1)) return false;  // before anything is made for it
+    if (!setTarget(object(json, "target"), track)) return false;
+    if (!movedByClip_.insert({track.moved, track.target}).second) return false;
+    clip.tracks.push_back(std::move(track));
+    return true;
+}
+
+bool GltfMotion::setTarget(const Json& target, Track& track) {
+    const Index node = indexAt(target, "node");
+    if (node >= nodeOf_.size() || nodeOf_[node] == kNone) return false;
+    if (track.moved != AnimatedProperty::weights) {
+        track.target = movingNode(node);
+        return track.target != kNone;
+    }
+    const Index known = weightsOf(node);
+    track.target = known != kNone ? known : morphWeights(node);
+    return track.target != kNone &&
+           track.components() == scene_.morphWeights[track.target].rest.size();
+}
+
+Index GltfMotion::movingNode(Index gltfNode) {
+    const Index node = nodeOf_[gltfNode];
+    if (const auto known = movingAt_.find(node); known != movingAt_.end()) return known->second;
+    const Transform rest = transformOf(document_.item("nodes", gltfNode));
+    const Index added = addMovingNode(scene_, node, rest);
+    if (added != kNone) movingAt_[node] = added;
+    return added;
+}
+
+Index GltfMotion::weightsOf(Index gltfNode) const {
+    const auto known = weightsAt_.find(nodeOf_[gltfNode]);
+    return known == weightsAt_.end() ? kNone : known->second;
+}
+
+Index GltfMotion::morphWeights(Index gltfNode) {
+    const Json& json = document_.item("nodes", gltfNode);
+    const Json& mesh = document_.item("meshes", indexAt(json, "mesh"));
+    std::size_t targets = 0;
+    const Json& primitives = array(mesh, "primitives");
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+        targets = std::max(targets, array(element(primitives, i, "primitives"), "targets").size());
+    }
+    if (targets == 0) return kNone;
+    MorphWeights weights{.node = nodeOf_[gltfNode], .rest = std::vector<float>(targets, 0.0f)};
+    const Json& rest = json.contains("weights") ? array(json, "weights") : array(mesh, "weights");
+    for (std::size_t i = 0; i < std::min(targets, rest.size()); ++i) {
+        const double weight = rest[i].is_number() ? rest[i].get<double>() : 0.0;
+        if (std::abs(weight) <= double{kMaxKey}) {
+            weights.rest[i] = static_cast<float>(weight);
+        }
+    }
+    const Index place = static_cast<Index>(scene_.morphWeights.size());
+    scene_.morphWeights.push_back(std::move(weights));
+    return weightsAt_[nodeOf_[gltfNode]] = place;
+}
+
+bool GltfMotion::moves(const Json& skin) const {
+    const std::vector<Index> joints = indexList(skin, "joints");
+    return std::any_of(joints.begin(), joints.end(), [&](Index joint) {
+        return joint < nodeOf_.size() && nodeOf_[joint] != kNone && nodeMoves_[nodeOf_[joint]];
+    });
+}
+
+Index GltfMotion::addSkin(const Json& json) {
+    GltfSkin read = gltfSkin(document_, json, nodeOf_);
+    // A joint that is not in the scene moves nothing: its vertices stay where the mesh has them.
+    for (std::size_t i = 0; i < read.joints.size(); ++i) {
+        if (read.joints[i] != kNone) continue;
+        if (stillNode_ == kNone) stillNode_ = addNode(scene_, "");
+        read.joints[i] = stillNode_;
+    }
+    scene_.skins.push_back({std::move(read.joints), std::move(read.jointFromMesh)});
+    return static_cast<Index>(scene_.skins.size() - 1);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,316 @@
+#include "scene/import/gltf/document.h"
+
+#include "scene/import/base/types.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace clerestory {
+namespace {
+
+// An accessor without a buffer view is all zeros and costs no file, so its length needs a limit.
+constexpr std::uint64_t kMaxElements = 1u << 25;
+
+std::uint32_t littleEndian(const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 4; i-- > 0;) {
+        value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+    }
+    return value;
+}
+
+int base64Digit(char c) {
+    if (c >= 'A' && c <= 'Z') return c - 'A';
+    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+    if (c >= '0' && c <= '9') return c - '0' + 52;
+    if (c == '+' || c == '-') return 62;
+    if (c == '/' || c == '_') return 63;
+    return -1;
+}
+
+std::string base64Decoded(std::string_view text) {
+    std::string bytes;
+    bytes.reserve(text.size() * 3 / 4);
+    std::uint32_t bits = 0;
+    int held = 0;
+    for (const char c : text) {
+        const int digit = base64Digit(c);
+        if (digit < 0) {
+            if (c == '=') break;
+            malformed("a data URI is not base64");
+        }
+        bits = bits << 6 | static_cast<std::uint32_t>(digit);
+        held += 6;
+        if (held >= 8) {
+            held -= 8;
+            bytes += static_cast<char>(bits >> held & 0xff);
+        }
+    }
+    return bytes;
+}
+
+template <class T>
+T loaded(const unsigned char* from) {
+    T value;
+    std::memcpy(&value, from, sizeof value);
+    return value;
+}
+
+constexpr std::uint64_t kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
+                        kUnsignedInt = 5125, kFloat = 5126;
+
+double component(const unsigned char* from, std::uint64_t type) {
+    switch (type) {
+        case kByte:
+            return loaded<std::int8_t>(from);
+        case kUnsignedByte:
+            return loaded<std::uint8_t>(from);
+        case kShort:
+            return loaded<std::int16_t>(from);
+        case kUnsignedShort:
+            return loaded<std::uint16_t>(from);
+        case kUnsignedInt:
+            return loaded<std::uint32_t>(from);
+        default:
+            return static_cast<double>(loaded<float>(from));
+    }
+}
+
+std::size_t componentBytes(std::uint64_t type) {
+    switch (type) {
+        case kByte:
+        case kUnsignedByte:
+            return 1;
+        case kShort:
+        case kUnsignedShort:
+            return 2;
+        case kUnsignedInt:
+        case kFloat:
+            return 4;
+        default:
+            malformed("an accessor has an unknown component type");
+    }
+}
+
+// Zero where integers are plain numbers; glTF 2.0, 3.6.2.2.
+double normalisedOne(std::uint64_t type, bool normalized) {
+    if (!normalized) return 0.0;
+    switch (type) {
+        case kByte:
+            return 127.0;
+        case kUnsignedByte:
+            return 255.0;
+        case kShort:
+            return 32767.0;
+        case kUnsignedShort:
+            return 65535.0;
+        default:
+            return 0.0;
+    }
+}
+
+}  // namespace
+
+// How the numbers of an accessor lie in their bytes.
+struct GltfDocument::Layout {
+    std::uint64_t count = 0;
+    std::uint64_t type = 0;
+    std::size_t components = 0;
+    std::size_t rows = 0;         // components that lie together
+    std::size_t columnBytes = 0;  // matrix columns start at multiples of four
+    std::size_t elementBytes = 0;
+    double one = 0.0;
+};
+
+GltfDocument::GltfDocument(std::string file, const SceneFolder& folder) : folder_(folder) {
+    if (!file.starts_with("glTF")) {
+        json_ = parsedFile(file);
+        return;
+    }
+    constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
+    if (file.size() < 20 || littleEndian(file, 4) != 2 || littleEndian(file, 16) != kJsonChunk) {
+        malformed("the .glb header is not one of glTF 2.0");
+    }
+    const std::size_t jsonBytes = littleEndian(file, 12);
+    if (jsonBytes > file.size() - 20) {
+        malformed("the .glb file ends within its JSON");
+    }
+    json_ = parsedFile(std::string_view(file).substr(20, jsonBytes));
+    const std::size_t next = 20 + (jsonBytes + 3) / 4 * 4;
+    if (next + 8 <= file.size() && littleEndian(file, next + 4) == kBinaryChunk) {
+        const std::size_t bytes = littleEndian(file, next);
+        if (bytes > file.size() - next - 8) {
+            malformed("the .glb file ends within its binary part");
+        }
+        file.erase(0, next + 8);
+        file.resize(bytes);
+        binaryChunk_ = std::move(file);
+        hasBinaryChunk_ = true;
+    }
+}
+
+const Json& GltfDocument::item(const char* list, Index i) const {
+    return element(array(json_, list), i, list);
+}
+
+bool isDataUri(const std::string& uri) {
+    return uri.starts_with("data:");
+}
+
+ByteSpan GltfDocument::dataUri(const std::string& uri) {
+    const std::size_t comma = uri.find(',');
+    if (!isDataUri(uri) || comma == std::string::npos ||
+        !std::string_view(uri).substr(0, comma).ends_with(";base64")) {
+        malformed("a data URI is not base64");
+    }
+    const auto [place, isNew] = dataUris_.try_emplace(uri);
+    if (isNew) {
+        place->second = base64Decoded(std::string_view(uri).substr(comma + 1));
+    }
+    return {reinterpret_cast<const unsigned char*>(place->second.data()), place->second.size()};
+}
+
+const std::string& GltfDocument::buffer(Index i) {
+    const auto known = buffers_.find(i);
+    if (known != buffers_.end()) {
+        return known->second;
+    }
+    const Json& description = item("buffers", i);
+    std::string bytes;
+    if (!description.contains("uri")) {
+        if (i != 0 || !hasBinaryChunk_) {
+            malformed("buffer " + std::to_string(i) + " has no bytes");
+        }
+        bytes = std::move(binaryChunk_);
+    } else if (const std::string uri = text(description, "uri"); isDataUri(uri)) {
+        const ByteSpan data = dataUri(uri);
+        bytes.assign(data.begin(), data.end());
+    } else {
+        try {
+            bytes = folder_.read(percentDecoded(uri));
+        } catch (const ImportError& error) {
+            if (error.reason() == ImportError::Reason::notFound) {
+                malformed(error.what());  // the scene is there, a part of it is not
+            }
+            throw;
+        }
+    }
+    if (wholeNumber(description, "byteLength", 0) > bytes.size()) {
+        malformed("buffer " + std::to_string(i) + " is shorter than it says");
+    }
+    return buffers_[i] = std::move(bytes);
+}
+
+ByteSpan GltfDocument::bufferView(Index i) {
+    const Json& view = item("bufferViews", i);
+    const std::string& bytes = buffer(indexAt(view, "buffer"));
+    const std::uint64_t offset = wholeNumber(view, "byteOffset", 0);
+    const std::uint64_t length = wholeNumber(view, "byteLength", 0);
+    if (offset > bytes.size() || length > bytes.size() - offset) {
+        malformed("buffer view " + std::to_string(i) + " leaves its buffer");
+    }
+    return {reinterpret_cast<const unsigned char*>(bytes.data()) + offset, length};
+}
+
+GltfDocument::Layout GltfDocument::layout(const Json& accessor) const {
+    static const std::map<std::string, std::pair<std::size_t, std::size_t>> kShapes{
+        {"SCALAR", {1, 1}}, {"VEC2", {2, 1}}, {"VEC3", {3, 1}}, {"VEC4", {4, 1}},
+        {"MAT2", {2, 2}},   {"MAT3", {3, 3}}, {"MAT4", {4, 4}}};
+    const auto shape = kShapes.find(text(accessor, "type"));
+    if (shape == kShapes.end()) {
+        malformed("an accessor has an unknown type");
+    }
+    const auto [rows, columns] = shape->second;
+    Layout layout;
+    layout.count = wholeNumber(accessor, "count", 0);
+    if (layout.count > kMaxElements) {
+        throw ImportError(ImportError::Reason::limit, "an accessor has too many elements");
+    }
+    layout.type = wholeNumber(accessor, "componentType", 0);
+    layout.rows = rows;
+    layout.components = rows * columns;
+    const std::size_t column = rows * componentBytes(layout.type);
+    layout.columnBytes = columns > 1 ? (column + 3) / 4 * 4 : column;
+    layout.elementBytes = layout.columnBytes * columns;
+    layout.one = normalisedOne(layout.type, flag(accessor, "normalized", false));
+    return layout;
+}
+
+// Elements one after the other into `out`, then the sparse ones over them.
+template <class Out, class Convert>
+void GltfDocument::read(Index index_, std::vector<Out>& out, const Convert& convert) {
+    const Json& accessor = item("accessors", index_);
+    const Layout at = layout(accessor);
+    const std::size_t size = componentBytes(at.type);
+    out.assign(at.count * at.components, Out{});
+    const auto copyElement = [&](const unsigned char* from, std::uint64_t to) {
+        for (std::size_t c = 0; c < at.components; ++c) {
+            const std::size_t place = c / at.rows * at.columnBytes + c % at.rows * size;
+            out[to * at.components + c] = convert(component(from + place, at.type), at.one);
+        }
+    };
+    const auto outside = [&] {
+        malformed("accessor " + std::to_string(index_) + " leaves its buffer view");
+    };
+    if (const Index viewIndex = indexAt(accessor, "bufferView");
+        viewIndex != kNone && at.count > 0) {
+        const ByteSpan bytes = bufferView(viewIndex);
+        const std::uint64_t offset = wholeNumber(accessor, "byteOffset", 0);
+        std::uint64_t stride = wholeNumber(item("bufferViews", viewIndex), "byteStride", 0);
+        stride = stride ? stride : at.elementBytes;
+        if (stride > 65536 || offset > bytes.size() ||
+            (at.count - 1) * stride + at.elementBytes > bytes.size() - offset) {
+            outside();
+        }
+        for (std::uint64_t i = 0; i < at.count; ++i) {
+            copyElement(bytes.data() + offset + i * stride, i);
+        }
+    }
+    if (accessor.contains("sparse")) {
+        const Json& sparse = object(accessor, "sparse");
+        const Json& places = object(sparse, "indices");
+        const Json& values = object(sparse, "values");
+        const std::uint64_t replaced = wholeNumber(sparse, "count", 0);
+        const std::uint64_t placeType = wholeNumber(places, "componentType", 0);
+        const std::size_t placeBytes = componentBytes(placeType);
+        const ByteSpan placeSpan = bufferView(indexAt(places, "bufferView"));
+        const ByteSpan valueSpan = bufferView(indexAt(values, "bufferView"));
+        const std::uint64_t placeOffset = wholeNumber(places, "byteOffset", 0);
+        const std::uint64_t valueOffset = wholeNumber(values, "byteOffset", 0);
+        if (replaced > at.count || placeOffset > placeSpan.size() ||
+            replaced * placeBytes > placeSpan.size() - placeOffset ||
+            valueOffset > valueSpan.size() ||
+            replaced * at.elementBytes > valueSpan.size() - valueOffset) {
+            outside();
+        }
+        for (std::uint64_t i = 0; i < replaced; ++i) {
+            const double place =
+                component(placeSpan.data() + placeOffset + i * placeBytes, placeType);
+            if (!(place >= 0.0 && place < static_cast<double>(at.count))) {
+                outside();
+            }
+            copyElement(valueSpan.data() + valueOffset + i * at.elementBytes,
+                        static_cast<std::uint64_t>(place));
+        }
+    }
+}
+
+Numbers GltfDocument::floats(Index accessor) {
+    Numbers numbers;
+    numbers.components = layout(item("accessors", accessor)).components;
+    read(accessor, numbers.values, [](double value, double one) {
+        return static_cast<float>(one > 0.0 ? std::max(value / one, -1.0) : value);
+    });
+    return numbers;
+}
+
+std::vector<std::uint32_t> GltfDocument::integers(Index accessor) {
+    std::vector<std::uint32_t> result;
+    read(accessor, result, [](double value, double) {
+        // Anything else than a whole number in range becomes an index that no vertex has.
+        return value >= 0.0 && value < 4294967295.0 ? static_cast<std::uint32_t>(value) : kNone;
+    });
+    return result;
+}
+
+}  // namespace clerestory

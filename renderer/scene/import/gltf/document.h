@@ -1,0 +1,62 @@
+// A .gltf or .glb file opened: its JSON, and its binary parts as numbers.
+//
+// glTF is read by ourselves from end to end and not through Assimp 5.2.5, which loses or changes
+// too much of it: emissive strength, specular, all but one skin of a mesh, camera angles, quantised
+// attributes, interpolation.
+#pragma once
+
+#include "scene/import/base/json_fields.h"
+#include "scene/import/base/scene_folder.h"
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace clerestory {
+
+using ByteSpan = std::span<const unsigned char>;
+
+struct Numbers {
+    std::size_t components = 0;  // per element
+    std::vector<float> values;
+
+    std::size_t count() const { return components ? values.size() / components : 0; }
+    const float* at(std::size_t i) const { return values.data() + i * components; }
+};
+
+class GltfDocument {
+public:
+    // The folder must outlive the document. Throws ImportError.
+    GltfDocument(std::string file, const SceneFolder& folder);
+
+    const Json& json() const { return json_; }
+    const Json& item(const char* list, Index i) const;  // json[list][i], checked
+
+    // An accessor as floats (normalised integers decoded, sparse applied) or as whole numbers.
+    Numbers floats(Index accessor);
+    std::vector<std::uint32_t> integers(Index accessor);
+
+    ByteSpan bufferView(Index view);
+    // The content of a data URI, kept by the document; empty when it is not one we can read.
+    ByteSpan dataUri(const std::string& uri);
+
+private:
+    struct Layout;
+    Layout layout(const Json& accessor) const;
+    const std::string& buffer(Index i);
+    template <class Out, class Convert>
+    void read(Index accessor, std::vector<Out>& out, const Convert& convert);
+
+    const SceneFolder& folder_;
+    Json json_;
+    std::string binaryChunk_;
+    bool hasBinaryChunk_ = false;
+    std::map<Index, std::string> buffers_;
+    std::map<std::string, std::string> dataUris_;
+};
+
+bool isDataUri(const std::string& uri);
+
+}  // namespace clerestory

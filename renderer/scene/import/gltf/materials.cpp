@@ -1,0 +1,222 @@
+#include "scene/import/gltf/materials.h"
+
+#include "scene/import/base/cleaning.h"
+#include "scene/import/base/sidecar.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+Wrap wrapOfGltf(std::uint64_t code) {
+    switch (code) {  // the codes are OpenGL's
+        case 33071:
+            return Wrap::clampToEdge;
+        case 33648:
+            return Wrap::mirroredRepeat;
+        default:
+            return Wrap::repeat;
+    }
+}
+
+Texture sampling(const Json& sampler) {
+    constexpr std::uint64_t kNearest = 9728, kLinear = 9729, kNearestNearest = 9984,
+                            kNearestLinear = 9986, kLinearLinear = 9987;
+    Texture texture;
+    texture.wrapU = wrapOfGltf(wholeNumber(sampler, "wrapS", 10497));
+    texture.wrapV = wrapOfGltf(wholeNumber(sampler, "wrapT", 10497));
+    const std::uint64_t magnify = wholeNumber(sampler, "magFilter", kLinear);
+    const std::uint64_t minify = wholeNumber(sampler, "minFilter", kLinearLinear);
+    texture.magnify = magnify == kNearest ? Filter::nearest : Filter::linear;
+    const bool nearest =
+        minify == kNearest || minify == kNearestNearest || minify == kNearestLinear;
+    texture.minify = nearest ? Filter::nearest : Filter::linear;
+    texture.useLevels = minify != kNearest && minify != kLinear;
+    return texture;
+}
+
+glm::vec3 color(const Json& parent, const char* key, double fallback) {
+    return glm::vec3(numbers<3>(parent, key, glm::dvec3(fallback)));
+}
+
+}  // namespace
+
+void GltfMaterials::read() {
+    for (const Json& json : array(document_.json(), "materials")) {
+        if (!json.is_object()) {
+            malformed("\"materials\" holds something that is no material");
+        }
+        scene_.materials.push_back(material(json));
+        cleanMaterial(scene_.materials.back(), scene_);
+    }
+    Material standard;
+    standard.name = "glTF default";
+    scene_.materials.push_back(standard);
+}
+
+Material GltfMaterials::material(const Json& json) {
+    Material m;
+    m.name = text(json, "name");
+    readMetallicRoughness(object(json, "pbrMetallicRoughness"), m);
+    m.normalTexture = slot(json, "normalTexture", ColorSpace::linear);
+    m.normalScale = real(object(json, "normalTexture"), "scale", 1.0f);
+    m.occlusionTexture = slot(json, "occlusionTexture", ColorSpace::linear);
+    m.occlusionStrength = real(object(json, "occlusionTexture"), "strength", 1.0f);
+    m.emissive = color(json, "emissiveFactor", 0.0);
+    m.emissiveTexture = slot(json, "emissiveTexture", ColorSpace::srgb);
+
+    const std::string mode = text(json, "alphaMode");
+    m.alphaMode = mode == "MASK"    ? AlphaMode::mask
+                  : mode == "BLEND" ? AlphaMode::blend
+                                    : AlphaMode::opaque;
+    m.alphaCutoff = real(json, "alphaCutoff", 0.5f);
+    m.doubleSided = flag(json, "doubleSided", false);
+    constexpr std::size_t kMaxExtras = 16384;  // bytes; notes are short
+    if (json.contains("extras")) {
+        m.extras = json["extras"].dump(-1, ' ', false, Json::error_handler_t::replace);
+        if (m.extras.size() > kMaxExtras) m.extras.clear();
+        readMaterialExtras(json["extras"], m, scene_);
+    }
+    readExtensions(json, m);
+    // glTF's default for metallic is 1, and no light passes through a metal: who asks for
+    // transmission and leaves metallic out means a dielectric.
+    const Json& surface = object(json, "pbrMetallicRoughness");
+    if (m.transmission > 0.0f && m.metallic == 1.0f && !surface.contains("metallicFactor") &&
+        !m.metallicRoughnessTexture.present()) {
+        m.metallic = 0.0f;
+        scene_.warnings.push_back(
+            {"transmissiveMetal", m.name,
+             "it transmits light and leaves metallic at its default of 1; it is drawn as glass"});
+    }
+    return m;
+}
+
+void GltfMaterials::readMetallicRoughness(const Json& json, Material& m) {
+    m.baseColor = glm::vec4(numbers<4>(json, "baseColorFactor", glm::dvec4(1.0)));
+    m.baseColorTexture = slot(json, "baseColorTexture", ColorSpace::srgb);
+    m.metallic = real(json, "metallicFactor", 1.0f);
+    m.roughness = real(json, "roughnessFactor", 1.0f);
+    m.metallicRoughnessTexture = slot(json, "metallicRoughnessTexture", ColorSpace::linear);
+}
+
+// The older model, factors only: a bright specular colour means a metal of that colour.
+void GltfMaterials::readSpecularGlossiness(const Json& json, Material& m) {
+    const glm::vec3 specular = color(json, "specularFactor", 1.0);
+    const float brightest = std::max({specular.x, specular.y, specular.z});
+    m.baseColor = glm::vec4(numbers<4>(json, "diffuseFactor", glm::dvec4(1.0)));
+    m.baseColorTexture = slot(json, "diffuseTexture", ColorSpace::srgb);
+    m.metallicRoughnessTexture = {};
+    m.roughness = 1.0f - real(json, "glossinessFactor", 1.0f);
+    m.metallic = 0.0f;
+    constexpr float kDielectricF0 = 0.04f;
+    const float diffuse = std::max({m.baseColor.x, m.baseColor.y, m.baseColor.z});
+    if (diffuse < kDielectricF0 && brightest > kDielectricF0) {
+        m.metallic = 1.0f;
+        m.baseColor = glm::vec4(specular, m.baseColor.w);
+    } else if (brightest > 0.0f && !json.contains("specularGlossinessTexture")) {
+        m.specularColor = specular / kDielectricF0;
+    }
+    if (json.contains("specularGlossinessTexture")) {
+        scene_.warnings.push_back(
+            {"unsupportedTexture", m.name, "the specular and glossiness texture is not used"});
+    }
+}
+
+void GltfMaterials::readExtensions(const Json& json, Material& m) {
+    if (const Json* e = extension(json, "KHR_materials_pbrSpecularGlossiness")) {
+        readSpecularGlossiness(*e, m);
+    }
+    m.unlit = extension(json, "KHR_materials_unlit") != nullptr;
+    if (const Json* e = extension(json, "KHR_materials_emissive_strength")) {
+        m.emissiveStrength = real(*e, "emissiveStrength", 1.0f);
+    }
+    if (const Json* e = extension(json, "KHR_materials_ior")) {
+        m.ior = real(*e, "ior", 1.5f);
+    }
+    if (const Json* e = extension(json, "KHR_materials_specular")) {
+        m.specular = real(*e, "specularFactor", 1.0f);
+        m.specularColor = color(*e, "specularColorFactor", 1.0);
+        if (e->contains("specularTexture") || e->contains("specularColorTexture")) {
+            scene_.warnings.push_back(
+                {"unsupportedTexture", m.name, "specular textures are not used"});
+        }
+    }
+    if (const Json* e = extension(json, "KHR_materials_transmission")) {
+        m.transmission = real(*e, "transmissionFactor", 0.0f);
+        m.transmissionTexture = slot(*e, "transmissionTexture", ColorSpace::linear);
+    }
+    if (const Json* e = extension(json, "KHR_materials_volume")) {
+        m.thickness = real(*e, "thicknessFactor", 0.0f);
+        m.thicknessTexture = slot(*e, "thicknessTexture", ColorSpace::linear);
+        m.attenuationColor = color(*e, "attenuationColor", 1.0);
+        m.attenuationDistance = real(*e, "attenuationDistance", 0.0f);
+    }
+}
+
+TextureSlot GltfMaterials::slot(const Json& parent, const char* key, ColorSpace colorSpace) {
+    TextureSlot slot;
+    if (!parent.contains(key)) {
+        return slot;
+    }
+    const Json& json = object(parent, key);
+    slot.texture = texture(indexAt(json, "index"), colorSpace);
+    slot.texCoord = static_cast<std::uint32_t>(wholeNumber(json, "texCoord", 0));
+    if (const Json* transform = extension(json, "KHR_texture_transform")) {
+        slot.offset = glm::vec2(numbers<2>(*transform, "offset", glm::dvec2(0.0)));
+        slot.scale = glm::vec2(numbers<2>(*transform, "scale", glm::dvec2(1.0)));
+        slot.rotation = real(*transform, "rotation", 0.0f);
+        slot.texCoord =
+            static_cast<std::uint32_t>(wholeNumber(*transform, "texCoord", slot.texCoord));
+    }
+    return slot;
+}
+
+Index GltfMaterials::texture(Index gltfTexture, ColorSpace colorSpace) {
+    const Json& json = document_.item("textures", gltfTexture);
+    Texture how;
+    if (const Index sampler = indexAt(json, "sampler"); sampler != kNone) {
+        how = sampling(document_.item("samplers", sampler));
+    }
+    Index source = indexAt(json, "source");
+    for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {
+        if (const Json* other = extension(json, name); other && source == kNone) {
+            source = indexAt(*other, "source");  // the decoder will say that it cannot read it
+        }
+    }
+    if (source == kNone) {
+        scene_.warnings.push_back({"missingTexture", text(json, "name"), "a texture has no image"});
+        return kNone;
+    }
+    try {
+        return textures_.texture(imageSource(source), colorSpace, how);
+    } catch (const ImportError& error) {  // a picture is never worth the whole scene
+        scene_.warnings.push_back(
+            {"brokenTexture", "image " + std::to_string(source), error.what()});
+        return kNone;
+    }
+}
+
+ImageSource GltfMaterials::imageSource(Index gltfImage) {
+    const Json& json = document_.item("images", gltfImage);
+    ImageSource source;
+    source.name = text(json, "name");
+    const std::string number = "image " + std::to_string(gltfImage);
+    if (const Index view = indexAt(json, "bufferView"); view != kNone) {
+        source.key = "view " + std::to_string(view);
+        source.embedded = document_.bufferView(view);
+    } else if (const std::string uri = text(json, "uri"); isDataUri(uri)) {
+        source.key = number;
+        source.embedded = document_.dataUri(uri);
+    } else {
+        source.name = percentDecoded(uri);
+        source.key = "file " + source.name;
+        return source;
+    }
+    if (source.name.empty()) {
+        source.name = number;
+    }
+    return source;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,355 @@
+#include "scene/import/gltf/meshes.h"
+
+#include "scene/import/base/cleaning.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+namespace clerestory {
+namespace {
+
+glm::vec3 threeOf(const Numbers& numbers, std::size_t i) {
+    const float* v = numbers.at(i);
+    return {v[0], v[1], v[2]};
+}
+
+// glTF 2.0, 3.7.2.1: without normals every triangle is flat, so no two of them share a vertex.
+// Returns which vertex each was.
+std::vector<std::uint32_t> separateTriangles(MeshDraft& draft) {
+    std::vector<Vertex> vertices;
+    std::vector<std::uint32_t> sources;
+    vertices.reserve(draft.indices.size());
+    for (std::uint32_t& i : draft.indices) {
+        if (i < draft.vertices.size()) {
+            vertices.push_back(draft.vertices[i]);
+            sources.push_back(i);
+            i = static_cast<std::uint32_t>(vertices.size() - 1);
+        } else {
+            i = kNone;  // addMesh() counts it
+        }
+    }
+    draft.vertices = std::move(vertices);
+    return sources;
+}
+
+std::vector<std::uint32_t> counted(std::size_t count) {
+    std::vector<std::uint32_t> numbers(count);
+    std::iota(numbers.begin(), numbers.end(), 0u);
+    return numbers;
+}
+
+}  // namespace
+
+GltfMeshes::GltfMeshes(GltfDocument& document, Scene& scene, const ImportLimits& limits)
+    : document_(document),
+      scene_(scene),
+      limits_(limits),
+      defaultMaterial_(static_cast<Index>(scene.materials.size() - 1)) {}
+
+const std::vector<Index>& GltfMeshes::meshes(Index gltfMesh) {
+    const auto known = known_.find(gltfMesh);
+    return known != known_.end() ? known->second : known_[gltfMesh] = posedMeshes(gltfMesh, {});
+}
+
+std::vector<Index> GltfMeshes::posedMeshes(Index gltfMesh, const RestPose& pose) {
+    return deformingMeshes(gltfMesh, pose, {});
+}
+
+std::vector<Index> GltfMeshes::deformingMeshes(Index gltfMesh, const RestPose& pose,
+                                               const Movers& movers) {
+    const Json& mesh = document_.item("meshes", gltfMesh);
+    const Json& primitives = array(mesh, "primitives");
+    std::string name = text(mesh, "name");
+    if (name.empty()) {
+        name = "mesh " + std::to_string(gltfMesh);
+    }
+    std::vector<Index> result;
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+        const std::string part = primitives.size() > 1 ? " " + std::to_string(i) : "";
+        const Index added = add(element(primitives, i, "primitives"), name + part, pose, movers);
+        if (added != kNone) {
+            result.push_back(added);
+        }
+    }
+    return result;
+}
+
+Numbers GltfMeshes::attribute(const Json& attributes, const char* key, std::size_t count,
+                              const std::string& name) {
+    const Index accessor = indexAt(attributes, key);
+    if (accessor == kNone) {
+        return {};
+    }
+    Numbers numbers = document_.floats(accessor);
+    const std::string what = key;
+    const std::size_t least = what.starts_with("TEXCOORD")                       ? 2
+                              : what == "TANGENT" || what.starts_with("WEIGHTS") ? 4
+                                                                                 : 3;
+    if (numbers.count() != count || numbers.components < least) {
+        scene_.warnings.push_back(
+            {"badAttribute", name, what + " does not fit the positions and was dropped"});
+        return {};
+    }
+    return numbers;
+}
+
+std::vector<std::uint32_t> GltfMeshes::triangles(const Json& primitive, std::size_t vertexCount,
+                                                 const std::string& name) {
+    constexpr std::uint64_t kTriangles = 4, kStrip = 5, kFan = 6;
+    const std::uint64_t mode = wholeNumber(primitive, "mode", kTriangles);
+    if (mode < kTriangles || mode > kFan) {
+        scene_.warnings.push_back({"pointsAndLines", name, "points and lines are not drawn"});
+        return {};
+    }
+    std::vector<std::uint32_t> corners;
+    if (const Index accessor = indexAt(primitive, "indices"); accessor != kNone) {
+        corners = document_.integers(accessor);
+    } else {
+        corners.resize(vertexCount);
+        for (std::size_t i = 0; i < vertexCount; ++i) {
+            corners[i] = static_cast<std::uint32_t>(i);
+        }
+    }
+    if (mode == kTriangles) {
+        countTriangles(triangles_, corners.size() / 3, limits_);
+        return corners;
+    }
+    std::vector<std::uint32_t> list;
+    countTriangles(triangles_, corners.size(), limits_);
+    for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
+        const std::size_t odd = mode == kStrip ? i % 2 : 0;  // every second one is turned round
+        const std::size_t first = mode == kFan ? 0 : i;
+        list.insert(list.end(), {corners[first], corners[i + 1 + odd], corners[i + 2 - odd]});
+    }
+    return list;
+}
+
+Index GltfMeshes::add(const Json& primitive, const std::string& name, const RestPose& pose,
+                      const Movers& movers) {
+    const Json& attributes = object(primitive, "attributes");
+    const Index positionAccessor = indexAt(attributes, "POSITION");
+    if (positionAccessor == kNone) {
+        scene_.warnings.push_back({"noPositions", name, "a mesh without positions is not drawn"});
+        return kNone;
+    }
+    const Numbers positions = document_.floats(positionAccessor);
+    if (positions.components != 3) {
+        malformed("positions are not of three numbers");
+    }
+    const std::size_t count = positions.count();
+    MeshDraft draft;
+    draft.name = name;
+    draft.indices = triangles(primitive, count, name);
+    if (draft.indices.empty()) {
+        return kNone;
+    }
+    const Numbers normals = attribute(attributes, "NORMAL", count, name);
+    const Numbers tangents = attribute(attributes, "TANGENT", count, name);
+    const Numbers texCoords0 = attribute(attributes, "TEXCOORD_0", count, name);
+    const Numbers texCoords1 = attribute(attributes, "TEXCOORD_1", count, name);
+    const Numbers colors = attribute(attributes, "COLOR_0", count, name);
+
+    draft.hasNormals = normals.count() > 0;
+    draft.hasTangents = draft.hasNormals && tangents.count() > 0;
+    draft.hasTexCoords = texCoords0.count() > 0;
+    draft.vertices.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        Vertex& v = draft.vertices[i];
+        v.position = threeOf(positions, i);
+        if (draft.hasNormals) v.normal = threeOf(normals, i);
+        if (draft.hasTangents) v.tangent = {threeOf(tangents, i), tangents.at(i)[3]};
+        if (draft.hasTexCoords) v.texCoord0 = {texCoords0.at(i)[0], texCoords0.at(i)[1]};
+        if (texCoords1.count() > 0) v.texCoord1 = {texCoords1.at(i)[0], texCoords1.at(i)[1]};
+        if (colors.count() > 0) {
+            v.color = {threeOf(colors, i), colors.components > 3 ? colors.at(i)[3] : 1.0f};
+        }
+    }
+    morph(primitive, pose, draft);
+    skin(attributes, pose, draft);
+    const bool flatNormals = !draft.hasNormals;
+    std::vector<std::uint32_t> fileVertexOf =
+        flatNormals ? separateTriangles(draft) : counted(count);
+    draft.material = indexAt(primitive, "material");
+    if (draft.material == kNone) {
+        draft.material = defaultMaterial_;
+    } else if (draft.material >= defaultMaterial_) {
+        malformed("there is no material number " + std::to_string(draft.material));
+    }
+    if (!movers.any()) return addMesh(scene_, std::move(draft));
+    draft.deforms = true;
+    std::vector<std::uint32_t> sources;
+    const Index mesh = addMesh(scene_, std::move(draft), sources);
+    if (mesh == kNone) return kNone;
+    for (std::uint32_t& source : sources) source = fileVertexOf[source];
+    addDeformation(primitive, count, sources, movers, flatNormals);
+    return mesh;
+}
+
+// Of the mesh that was added last.
+void GltfMeshes::addDeformation(const Json& primitive, std::size_t fileVertices,
+                                const std::vector<std::uint32_t>& fileVertexOf,
+                                const Movers& movers, bool flatNormals) {
+    const std::size_t count = fileVertexOf.size();
+    Deformation d{.mesh = static_cast<Index>(scene_.meshes.size() - 1),
+                  .firstVertex = static_cast<std::uint32_t>(scene_.vertices.size() - count),
+                  .skin = movers.skin,
+                  .weights = movers.weights,
+                  .flatNormals = flatNormals};
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vertex& v = scene_.vertices[d.firstVertex + i];
+        d.base.push_back({v.position, v.normal, v.tangent});
+    }
+    if (d.skin != kNone) {
+        addInfluences(object(primitive, "attributes"), fileVertices, fileVertexOf, d);
+    }
+    if (d.weights != kNone) addTargets(primitive, fileVertices, fileVertexOf, d);
+    scene_.meshes.back().deformation = static_cast<Index>(scene_.deformations.size());
+    scene_.deformations.push_back(std::move(d));
+}
+
+void GltfMeshes::addInfluences(const Json& attributes, std::size_t fileVertices,
+                               const std::vector<std::uint32_t>& fileVertexOf, Deformation& d) {
+    const std::size_t jointCount = scene_.skins[d.skin].joints.size();
+    const std::string& name = scene_.meshes.back().name;
+    struct Set {
+        Numbers shares;
+        std::vector<std::uint32_t> joints;
+    };
+    std::vector<Set> sets;
+    for (const char* number : {"0", "1"}) {
+        const Index accessor = indexAt(attributes, (std::string("JOINTS_") + number).c_str());
+        if (accessor == kNone) break;
+        const std::string shares = std::string("WEIGHTS_") + number;
+        Set set{attribute(attributes, shares.c_str(), fileVertices, name),
+                document_.integers(accessor)};
+        if (set.shares.components != 4 || set.joints.size() != 4 * fileVertices) break;
+        sets.push_back(std::move(set));
+    }
+    if (sets.empty()) {
+        scene_.warnings.push_back(
+            {"badAttribute", name, "joints and weights do not fit; the first joint moves all"});
+    }
+    d.perVertex = 4 * static_cast<std::uint32_t>(std::max<std::size_t>(1, sets.size()));
+    for (const std::uint32_t v : fileVertexOf) {
+        const std::size_t first = d.influences.size();
+        double sum = 0.0;
+        for (const Set& set : sets) {
+            for (std::size_t k = 0; k < 4; ++k) {
+                const std::uint32_t joint = set.joints[4 * v + k];
+                const float share = set.shares.at(v)[k];
+                const bool counts = share > 0.0f && std::isfinite(share) && joint < jointCount;
+                d.influences.push_back(counts ? Influence{joint, share} : Influence{});
+                sum += counts ? double{share} : 0.0;
+            }
+        }
+        d.influences.resize(first + d.perVertex);
+        if (!(sum > 0.0)) d.influences[first] = {0, 1.0f};
+        for (std::size_t k = first; sum > 0.0 && k < d.influences.size(); ++k) {
+            d.influences[k].share = static_cast<float>(d.influences[k].share / sum);
+        }
+    }
+}
+
+void GltfMeshes::addTargets(const Json& primitive, std::size_t fileVertices,
+                            const std::vector<std::uint32_t>& fileVertexOf, Deformation& d) {
+    const Json& targets = array(primitive, "targets");
+    const std::string& name = scene_.meshes.back().name;
+    const std::size_t most = scene_.morphWeights[d.weights].rest.size();
+    d.firstDelta.push_back(0);
+    for (std::size_t t = 0; t < std::min(targets.size(), most); ++t) {
+        const Json& target = element(targets, t, "targets");
+        const Numbers positions = attribute(target, "POSITION", fileVertices, name);
+        const Numbers normals = attribute(target, "NORMAL", fileVertices, name);
+        // Of a target, a tangent has three numbers: its side does not move.
+        const Index tangentAccessor = indexAt(target, "TANGENT");
+        Numbers tangents = tangentAccessor == kNone ? Numbers{} : document_.floats(tangentAccessor);
+        if (tangents.components != 3 || tangents.count() != fileVertices) tangents = {};
+        const auto at = [](const Numbers& from, std::size_t i) {
+            const glm::vec3 v = from.count() > 0 ? threeOf(from, i) : glm::vec3(0.0f);
+            const bool held =
+                std::abs(v.x) <= kMaxKey && std::abs(v.y) <= kMaxKey && std::abs(v.z) <= kMaxKey;
+            return held ? v : glm::vec3(0.0f);
+        };
+        for (std::uint32_t i = 0; i < fileVertexOf.size(); ++i) {
+            const std::uint32_t v = fileVertexOf[i];
+            const MorphDelta delta{i, at(positions, v), at(normals, v), at(tangents, v)};
+            const glm::vec3 none(0.0f);
+            if (delta.position != none || delta.normal != none || delta.tangent != none) {
+                d.deltas.push_back(delta);
+            }
+        }
+        d.firstDelta.push_back(static_cast<std::uint32_t>(d.deltas.size()));
+    }
+}
+
+void GltfMeshes::morph(const Json& primitive, const RestPose& pose, MeshDraft& draft) {
+    const Json& targets = array(primitive, "targets");
+    for (std::size_t t = 0; t < std::min(targets.size(), pose.morphWeights.size()); ++t) {
+        const auto weight = static_cast<float>(pose.morphWeights[t]);
+        if (weight == 0.0f) {
+            continue;
+        }
+        const Json& target = element(targets, t, "targets");
+        const std::size_t count = draft.vertices.size();
+        const Numbers positions = attribute(target, "POSITION", count, draft.name);
+        const Numbers normals = attribute(target, "NORMAL", count, draft.name);
+        for (std::size_t i = 0; i < count; ++i) {
+            Vertex& v = draft.vertices[i];
+            if (positions.count() > 0) v.position += weight * threeOf(positions, i);
+            if (normals.count() > 0) v.normal += weight * threeOf(normals, i);
+        }
+    }
+    if (draft.hasNormals && !pose.morphWeights.empty()) {
+        for (Vertex& v : draft.vertices) {
+            const float length = glm::length(v.normal);
+            v.normal = length > 0.0f ? v.normal / length : glm::vec3(0.0f);  // addMesh() mends zero
+        }
+    }
+}
+
+// Linear blend skinning, once and for the pose of the file: glTF 2.0, 3.7.3.
+void GltfMeshes::skin(const Json& attributes, const RestPose& pose, MeshDraft& draft) {
+    if (pose.fromBind.empty()) {
+        return;
+    }
+    const std::size_t count = draft.vertices.size();
+    const Numbers weights = attribute(attributes, "WEIGHTS_0", count, draft.name);
+    std::vector<std::uint32_t> joints;
+    if (const Index accessor = indexAt(attributes, "JOINTS_0"); accessor != kNone) {
+        joints = document_.integers(accessor);
+    }
+    const bool sound = weights.components == 4 && joints.size() == 4 * count;
+    if (!sound) {
+        scene_.warnings.push_back({"badAttribute", draft.name,
+                                   "joints and weights do not fit; the first joint moves all"});
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        glm::dmat4 fromBind(0.0);
+        double sum = 0.0;
+        for (std::size_t k = 0; sound && k < 4; ++k) {
+            const std::uint32_t joint = joints[4 * i + k];
+            const auto weight = static_cast<double>(weights.at(i)[k]);
+            if (weight > 0.0 && joint < pose.fromBind.size()) {
+                fromBind += weight * pose.fromBind[joint];
+                sum += weight;
+            }
+        }
+        fromBind = sum > 0.0 ? fromBind / sum : pose.fromBind.front();
+        Vertex& v = draft.vertices[i];
+        v.position = glm::vec3(fromBind * glm::dvec4(glm::dvec3(v.position), 1.0));
+        const glm::dmat3 turn(fromBind);
+        // The cofactor matrix is the inverse transpose without its division.
+        const glm::dmat3 cofactor(glm::cross(turn[1], turn[2]), glm::cross(turn[2], turn[0]),
+                                  glm::cross(turn[0], turn[1]));
+        const auto unit = [](const glm::dvec3& direction) {
+            const double length = glm::length(direction);
+            return length > 0.0 ? glm::vec3(direction / length) : glm::vec3(0.0f);
+        };
+        v.normal = unit(cofactor * glm::dvec3(v.normal));
+        v.tangent = {unit(turn * glm::dvec3(glm::vec3(v.tangent))), v.tangent.w};
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,339 @@
+// The node tree, and what hangs on it: meshes, lights, cameras.
+#include "scene/import/gltf/scene.h"
+
+#include "scene/import/base/cleaning.h"
+#include "scene/import/base/clips.h"
+#include "scene/import/base/sidecar.h"
+#include "scene/import/gltf/animations.h"
+#include "scene/import/gltf/extensions.h"
+#include "scene/import/gltf/materials.h"
+#include "scene/import/gltf/meshes.h"
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace clerestory {
+namespace {
+
+using Reason = ImportError::Reason;
+
+constexpr double kPi = std::numbers::pi;
+
+glm::dmat4 placed(const glm::dvec3& translation, const glm::dvec4& xyzw, const glm::dvec3& scale) {
+    const double length = glm::length(xyzw);
+    const glm::dvec4 q = length > 0.0 ? xyzw / length : glm::dvec4(0.0, 0.0, 0.0, 1.0);
+    glm::dmat4 matrix = glm::mat4_cast(glm::dquat(q.w, q.x, q.y, q.z));
+    for (int column = 0; column < 3; ++column) {
+        matrix[column] *= scale[column];
+    }
+    matrix[3] = glm::dvec4(translation, 1.0);
+    return matrix;
+}
+
+glm::dmat4 parentFromLocal(const Json& node) {
+    const Json& list = array(node, "matrix");
+    if (list.empty()) {
+        return placed(numbers<3>(node, "translation", glm::dvec3(0.0)),
+                      numbers<4>(node, "rotation", glm::dvec4(0.0, 0.0, 0.0, 1.0)),
+                      numbers<3>(node, "scale", glm::dvec3(1.0)));
+    }
+    glm::dmat4 matrix(0.0);
+    for (int i = 0; i < 16; ++i) {
+        const auto place = static_cast<std::size_t>(i);
+        if (list.size() != 16 || !list[place].is_number()) {
+            malformed("\"matrix\" is not a list of 16 numbers");
+        }
+        matrix[i / 4][i % 4] = list[place].get<double>();
+    }
+    matrix[0].w = matrix[1].w = matrix[2].w = 0.0;  // glTF allows no perspective here
+    matrix[3].w = 1.0;
+    return matrix;
+}
+
+class GltfReader {
+public:
+    GltfReader(std::string file, const SceneFolder& folder, const ImportLimits& limits)
+        : limits_(limits), document_(std::move(file), folder), textures_(folder, limits) {}
+
+    Scene run(const ProgressCallback& progress) {
+        checkVersionAndExtensions();
+        GltfMaterials(document_, textures_, scene_).read();
+        report(progress, "meshes", 0.1);
+        readNodes();
+        motion_.readClips();
+        pose_ = restPose(scene_);
+        GltfMeshes meshes(document_, scene_, limits_);
+        for (const auto& [gltfNode, node] : visited_) {
+            hangOn(gltfNode, node, meshes);
+        }
+        finishMotion(scene_);
+        report(progress, "textures", 0.3);
+        textures_.finish(scene_, progress);
+        return std::move(scene_);
+    }
+
+private:
+    static void report(const ProgressCallback& progress, const char* stage, double done) {
+        if (progress) {
+            progress({stage, done});
+        }
+    }
+
+    void checkVersionAndExtensions() {
+        const std::string version = text(object(document_.json(), "asset"), "version");
+        if (!version.empty() && !version.starts_with("2.")) {
+            throw ImportError(Reason::unsupported,
+                              "glTF " + cleanText(version) + " is not supported, only 2.0");
+        }
+        const auto named = [&](const char* list, auto&& each) {
+            for (const Json& name : array(document_.json(), list)) {
+                if (name.is_string()) each(name.get<std::string>());
+            }
+        };
+        named("extensionsRequired", [&](const std::string& name) {
+            if (gltfSupport(name) == Support::refused) {
+                throw ImportError(Reason::unsupported,
+                                  "the file needs the glTF extension " + cleanText(name));
+            }
+        });
+        named("extensionsUsed", [&](const std::string& name) {
+            const Support support = gltfSupport(name);
+            if (support == Support::ignored || support == Support::refused) {
+                scene_.warnings.push_back(
+                    {"unsupportedExtension", name, "this glTF extension is not read"});
+            }
+        });
+    }
+
+    // The scene's roots; without a scene, every node that is nobody's child.
+    std::vector<Index> roots() const {
+        const Json& json = document_.json();
+        std::vector<Index> roots;
+        if (array(json, "scenes").empty()) {
+            const Json& nodes = array(json, "nodes");
+            std::vector<bool> isChild(nodes.size(), false);
+            for (std::size_t i = 0; i < nodes.size(); ++i) {
+                for (const Index child : indexList(element(nodes, i, "nodes"), "children")) {
+                    if (child < isChild.size()) isChild[child] = true;
+                }
+            }
+            for (std::size_t i = 0; i < nodes.size(); ++i) {
+                if (!isChild[i]) roots.push_back(static_cast<Index>(i));
+            }
+            return roots;
+        }
+        const Index chosen = json.contains("scene") ? indexAt(json, "scene") : 0;
+        return indexList(document_.item("scenes", chosen), "nodes");
+    }
+
+    // Depth first, parents before children. glTF's nodes are a forest: one that is reached twice is
+    // an error, which also ends cycles and graphs that would multiply.
+    void readNodes() {
+        struct Visit {
+            Index gltfNode;
+            Index parent;
+        };
+        std::vector<Visit> pending;
+        const auto push = [&](const std::vector<Index>& list, Index parent) {
+            for (auto i = list.rbegin(); i != list.rend(); ++i) pending.push_back({*i, parent});
+        };
+        nodeOf_.assign(array(document_.json(), "nodes").size(), kNone);
+        push(roots(), kNone);
+        while (!pending.empty()) {
+            const Visit visit = pending.back();
+            pending.pop_back();
+            const Json& json = document_.item("nodes", visit.gltfNode);
+            if (nodeOf_[visit.gltfNode] != kNone) {
+                malformed("node " + std::to_string(visit.gltfNode) +
+                          " is reached twice; nodes must form a tree");
+            }
+            const Index node =
+                addCheckedNode(text(json, "name"), parentFromLocal(json), visit.parent);
+            nodeOf_[visit.gltfNode] = node;
+            visited_.emplace_back(visit.gltfNode, node);
+            push(indexList(json, "children"), node);
+        }
+    }
+
+    Index addCheckedNode(std::string name, const glm::dmat4& local, Index parent) {
+        if (scene_.nodes.size() >= limits_.maxNodes) {
+            throw ImportError(Reason::limit, "the scene has more than " +
+                                                 std::to_string(limits_.maxNodes) + " nodes");
+        }
+        return addNode(scene_, std::move(name), local, parent);
+    }
+
+    void hangOn(Index gltfNode, Index node, GltfMeshes& meshes) {
+        const Json& json = document_.item("nodes", gltfNode);
+        if (json.contains("extras")) readNodeExtras(json["extras"], node, scene_);
+        if (const Index mesh = indexAt(json, "mesh"); mesh != kNone) {
+            addInstances(gltfNode, node, mesh, meshes);
+        }
+        if (const Index camera = indexAt(json, "camera"); camera != kNone) {
+            addCamera(document_.item("cameras", camera), node);
+        }
+        if (const Json* e = extension(json, "KHR_lights_punctual")) {
+            const Json* lights = extension(document_.json(), "KHR_lights_punctual");
+            addLight(element(array(lights ? *lights : Json::object(), "lights"),
+                             indexAt(*e, "light"), "lights"),
+                     node);
+        }
+    }
+
+    void addInstances(Index gltfNode, Index node, Index mesh, GltfMeshes& meshes) {
+        const Json& json = document_.item("nodes", gltfNode);
+        const Json& gltfMesh = document_.item("meshes", mesh);
+        Movers movers{.weights = motion_.weightsOf(gltfNode)};
+        RestPose pose;
+        const Json& weights =
+            json.contains("weights") ? array(json, "weights") : array(gltfMesh, "weights");
+        for (const Json& weight : weights) {
+            if (movers.weights != kNone) break;
+            pose.morphWeights.push_back(weight.is_number() ? weight.get<double>() : 0.0);
+        }
+        const bool morphed = std::any_of(pose.morphWeights.begin(), pose.morphWeights.end(),
+                                         [](double weight) { return weight != 0.0; });
+        const Index skin = indexAt(json, "skin");
+        if (skin != kNone) {
+            // A skinned mesh stands where its joints are, not where its node is.
+            const Json& skinJson = document_.item("skins", skin);
+            const glm::dvec3 origin = originOf(json, skinJson);
+            if (motion_.moves(skinJson) || movers.any())
+                movers.skin = motion_.addSkin(skinJson);
+            else
+                pose.fromBind = fromBind(skinJson, origin);
+            node = addCheckedNode(text(json, "name") + " (skinned)",
+                                  glm::translate(glm::dmat4(1.0), origin), kNone);
+        }
+        const std::vector<Index> parts = movers.any() ? meshes.deformingMeshes(mesh, pose, movers)
+                                         : skin != kNone || morphed ? meshes.posedMeshes(mesh, pose)
+                                                                    : meshes.meshes(mesh);
+        for (const Index place : copies(json, node)) {
+            for (const Index part : parts) {
+                if (scene_.instances.size() >= 4 * limits_.maxNodes) {
+                    throw ImportError(Reason::limit, "the scene has too many instances");
+                }
+                addInstance(scene_, place, part);
+            }
+        }
+    }
+
+    // The nodes at which a mesh is drawn: its own, or those of EXT_mesh_gpu_instancing.
+    std::vector<Index> copies(const Json& json, Index node) {
+        const Json* instancing = extension(json, "EXT_mesh_gpu_instancing");
+        if (!instancing) {
+            return {node};
+        }
+        const Json& attributes = object(*instancing, "attributes");
+        const auto read = [&](const char* key, std::size_t components) {
+            const Index accessor = indexAt(attributes, key);
+            Numbers numbers = accessor == kNone ? Numbers{} : document_.floats(accessor);
+            if (accessor != kNone && numbers.components != components) {
+                malformed("instancing attributes have the wrong type");
+            }
+            return numbers;
+        };
+        const Numbers translations = read("TRANSLATION", 3);
+        const Numbers rotations = read("ROTATION", 4);
+        const Numbers scales = read("SCALE", 3);
+        std::vector<Index> nodes;
+        const std::size_t count =
+            std::max({translations.count(), rotations.count(), scales.count()});
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto three = [&](const Numbers& from, double otherwise) {
+                return i < from.count() ? glm::dvec3(from.at(i)[0], from.at(i)[1], from.at(i)[2])
+                                        : glm::dvec3(otherwise);
+            };
+            const glm::dvec4 rotation = i < rotations.count()
+                                            ? glm::dvec4(rotations.at(i)[0], rotations.at(i)[1],
+                                                         rotations.at(i)[2], rotations.at(i)[3])
+                                            : glm::dvec4(0.0, 0.0, 0.0, 1.0);
+            nodes.push_back(addCheckedNode(
+                "", placed(three(translations, 0.0), rotation, three(scales, 1.0)), node));
+        }
+        return nodes;
+    }
+
+    // Of a mesh with copies the world's: they are placed about that.
+    glm::dvec3 originOf(const Json& node, const Json& skin) {
+        const std::vector<Index> joints = indexList(skin, "joints");
+        if (extension(node, "EXT_mesh_gpu_instancing") || joints.empty()) return glm::dvec3(0.0);
+        const Index first = joints.front();
+        return skinOrigin(scene_, first < nodeOf_.size() ? nodeOf_[first] : kNone);
+    }
+
+    // Every joint's transform from the bind pose, relative to `origin`.
+    std::vector<glm::dmat4> fromBind(const Json& json, const glm::dvec3& origin) {
+        const GltfSkin skin = gltfSkin(document_, json, nodeOf_);
+        std::vector<glm::dmat4> matrices;
+        for (std::size_t i = 0; i < skin.joints.size(); ++i) {
+            const Index node = skin.joints[i];
+            glm::dmat4 world = node != kNone ? pose_.worldFromNode[node] : glm::dmat4(1.0);
+            world[3] -= glm::dvec4(origin, 0.0);
+            matrices.push_back(world * skin.jointFromMesh[i]);
+        }
+        return matrices;
+    }
+
+    void addCamera(const Json& json, Index node) {
+        Camera camera;
+        camera.name = text(json, "name");
+        camera.node = node;
+        camera.orthographic = text(json, "type") == "orthographic";
+        const Json& lens = object(json, camera.orthographic ? "orthographic" : "perspective");
+        camera.znear = number(lens, "znear", 0.0);
+        camera.zfar = number(lens, "zfar", 0.0);  // absent is infinite, and so is 0 here
+        camera.yfov = number(lens, "yfov", camera.yfov);
+        camera.yHalfHeight = std::abs(number(lens, "ymag", 1.0));
+        const bool sound = camera.znear >= 0.0 &&
+                           (camera.zfar == 0.0 || camera.zfar > camera.znear) &&
+                           camera.yfov > 0.0 && camera.yfov < kPi && camera.yHalfHeight > 0.0;
+        if (!sound) {
+            scene_.warnings.push_back(
+                {"badCamera", camera.name, "a camera that sees nothing was dropped"});
+            return;
+        }
+        scene_.cameras.push_back(camera);
+    }
+
+    void addLight(const Json& json, Index node) {
+        Light light;
+        light.name = text(json, "name");
+        light.node = node;
+        const std::string type = text(json, "type");
+        light.kind = type == "directional" ? LightKind::directional
+                     : type == "spot"      ? LightKind::spot
+                                           : LightKind::point;
+        const glm::vec3 color(numbers<3>(json, "color", glm::dvec3(1.0)));
+        constexpr float kBrightest = 1e9f;  // keeps products finite in float
+        light.intensity = glm::clamp(color * real(json, "intensity", 1.0f), 0.0f, kBrightest);
+        light.range = std::max(real(json, "range", 0.0f), 0.0f);
+        const Json& spot = object(json, "spot");
+        light.outerConeAngle = std::clamp(real(spot, "outerConeAngle", light.outerConeAngle), 1e-3f,
+                                          static_cast<float>(kPi / 2.0));
+        light.innerConeAngle =
+            std::clamp(real(spot, "innerConeAngle", 0.0f), 0.0f, light.outerConeAngle);
+        scene_.lights.push_back(light);
+    }
+
+    ImportLimits limits_;
+    GltfDocument document_;
+    TextureStore textures_;
+    Scene scene_;
+    std::vector<Index> nodeOf_;                     // by glTF node
+    std::vector<std::pair<Index, Index>> visited_;  // glTF node, scene node
+    GltfMotion motion_{document_, scene_, nodeOf_};
+    Pose pose_;
+};
+
+}  // namespace
+
+Scene gltfScene(std::string file, const SceneFolder& folder, const ImportLimits& limits,
+                const ProgressCallback& progress) {
+    return GltfReader(std::move(file), folder, limits).run(progress);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,26 @@
+// The import in the calling process, without a child process and without its protection: what the
+// child runs, and what tests and benchmarks call. May crash on hostile files.
+#pragma once
+
+#include "scene/environment.h"
+#include "scene/import/base/scene_folder.h"
+#include "scene/import/base/types.h"
+#include "scene/scene.h"
+
+#include <filesystem>
+#include <functional>
+
+namespace clerestory {
+
+using DependencyCallback = std::function<void(const FileDependency&)>;
+
+// `dependencies` is called once for each file that the importer looked for. Throws ImportError.
+Scene importSceneInProcess(const std::filesystem::path& file, const ImportLimits& limits = {},
+                           const ProgressCallback& progress = {},
+                           const DependencyCallback& dependencies = {});
+
+// The map has no name. Throws ImportError.
+EnvironmentMap loadEnvironmentInProcess(const std::filesystem::path& fileOrFolder,
+                                        const ImportLimits& limits = {});
+
+}  // namespace clerestory

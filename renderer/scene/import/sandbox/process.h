@@ -1,0 +1,33 @@
+// Runs an import in a child process: starts it, reads its progress, stops it at the deadline and
+// takes its result.
+//
+// Does not: interpret the result (cache/blob.h), confine the child, which does that itself
+// (sandbox/jail.h).
+#pragma once
+
+#include "scene/import/base/scene_folder.h"
+#include "scene/import/base/types.h"
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace clerestory {
+
+// What the child wrote, sealed so that nobody can change it, and the files that it looked for.
+struct ChildResult {
+    std::shared_ptr<const void> owner;  // of `bytes`
+    std::span<const std::byte> bytes;
+    std::vector<FileDependency> dependencies;
+};
+
+// kind: "scene" or "environment". program: the clerestory program; empty: /proc/self/exe. Throws
+// ImportError for everything that is the file's fault, and std::runtime_error for system calls that
+// failed.
+ChildResult runImportChild(const std::filesystem::path& file, const char* kind,
+                           const std::filesystem::path& program, const ImportLimits& limits,
+                           const ProgressCallback& progress);
+
+}  // namespace clerestory

@@ -1,0 +1,117 @@
+#include "scene/import/textures/environment_reader.h"
+
+#include "scene/import/base/scene_folder.h"
+#include "scene/import/textures/image_decoder.h"
+#include "scene/import/textures/ktx_cube.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+using Reason = ImportError::Reason;
+using Bytes = std::span<const unsigned char>;
+
+Bytes bytesOf(const std::string& file) {
+    return {reinterpret_cast<const unsigned char*>(file.data()), file.size()};
+}
+
+std::string environmentExtension(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    return extension;
+}
+
+// Finite, not negative, at most the largest half float.
+glm::vec3 sound(const glm::vec3& texel) {
+    constexpr float kLargestHalf = 65504.0f;
+    glm::vec3 kept(0.0f);
+    for (int c = 0; c < 3; ++c) {
+        kept[c] = std::isnan(texel[c]) ? 0.0f : std::clamp(texel[c], 0.0f, kLargestHalf);
+    }
+    return kept;
+}
+
+// Half the edge, each texel the mean of four.
+RadianceCube halved(const RadianceCube& from) {
+    RadianceCube to{.faceSize = from.faceSize / 2, .texels = {}};
+    to.texels.reserve(from.texels.size() / 4);
+    for (std::size_t y = 0; y < std::size_t{6} * from.faceSize; y += 2) {
+        for (std::size_t x = 0; x < from.faceSize; x += 2) {
+            const auto at = [&](std::size_t dx, std::size_t dy) {
+                return from.texels[(y + dy) * from.faceSize + x + dx];
+            };
+            to.texels.push_back(0.25f * (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1)));
+        }
+    }
+    return to;
+}
+
+EnvironmentMap mapOf(RadianceCube cube) {
+    for (glm::vec3& texel : cube.texels) texel = sound(texel);
+    while (cube.faceSize > kMaxImportedFace) {
+        if (cube.faceSize % 2 == 1) {
+            throw ImportError(Reason::limit, "faces of " + std::to_string(cube.faceSize) +
+                                                 " texels an edge cannot be halved");
+        }
+        cube = halved(cube);
+    }
+    EnvironmentMap map;
+    map.faceSize = cube.faceSize;
+    map.texels = std::move(cube.texels);
+    return map;
+}
+
+RadianceCube sixImages(const std::filesystem::path& path, const ImportLimits& limits) {
+    constexpr std::array kFaces{"px", "nx", "py", "ny", "pz", "nz"};  // OpenGL's order
+    constexpr std::array kKinds{".hdr", ".exr", ".png", ".jpg", ".jpeg"};
+    const SceneFolder folder(path, limits.fileBytes);
+    RadianceCube cube;
+    for (const std::string face : kFaces) {
+        const auto kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const char* extension) {
+            return folder.has(face + extension);
+        });
+        if (kind == kKinds.end()) {
+            throw ImportError(Reason::notFound, "the folder has no picture named " + face);
+        }
+        const RadianceImage image =
+            decodedRadiance(bytesOf(folder.read(face + *kind)), limits.maxImagePixels / 6);
+        if (cube.faceSize == 0) cube.faceSize = image.width;
+        if (image.width != cube.faceSize || image.height != cube.faceSize) {
+            throw ImportError(
+                Reason::malformed,
+                "the six pictures must be square and of one size; " + face + " is not");
+        }
+        cube.texels.insert(cube.texels.end(), image.texels.begin(), image.texels.end());
+    }
+    return cube;
+}
+
+}  // namespace
+
+EnvironmentMap readEnvironmentFile(const std::filesystem::path& fileOrFolder,
+                                   const ImportLimits& limits) {
+    std::error_code error;
+    if (std::filesystem::is_directory(fileOrFolder, error)) {
+        return mapOf(sixImages(fileOrFolder, limits));
+    }
+    const std::string extension = environmentExtension(fileOrFolder);
+    constexpr std::array kExtensions{".hdr", ".exr", ".ktx", ".ktx2"};
+    if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
+        throw ImportError(Reason::unsupported,
+                          "an environment map is a .hdr, .exr, .ktx or .ktx2 file, or a folder of "
+                          "six pictures");
+    }
+    const SceneFolder folder(fileOrFolder.parent_path(), limits.fileBytes);
+    const std::string file = folder.read(fileOrFolder.filename().string());
+    if (extension == ".ktx" || extension == ".ktx2") {
+        return mapOf(decodedKtxCube(bytesOf(file), limits.maxImagePixels));
+    }
+    const RadianceImage image = decodedRadiance(bytesOf(file), limits.maxImagePixels);
+    return environmentFromEquirectangular("", image.texels, image.width, image.height);
+}
+
+}  // namespace clerestory

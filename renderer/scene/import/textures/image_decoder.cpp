@@ -1,0 +1,187 @@
+#include "scene/import/textures/image_decoder.h"
+
+#include "scene/import/base/types.h"
+
+#include <turbojpeg.h>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_NO_STDIO
+#define STBI_ONLY_JPEG  // the rare kinds that TurboJPEG refuses
+#define STBI_ONLY_PNG
+#define STBI_ONLY_BMP
+#define STBI_ONLY_TGA
+#define STBI_ONLY_PSD
+#define STBI_ONLY_HDR
+#include <stb/stb_image.h>
+
+#include <array>
+#include <climits>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+namespace clerestory {
+namespace {
+
+using Reason = ImportError::Reason;
+using Bytes = std::span<const unsigned char>;
+
+struct StbDeleter {
+    void operator()(void* pixels) const { stbi_image_free(pixels); }
+};
+
+bool startsWith(Bytes file, std::string_view magic, std::size_t at = 0) {
+    return file.size() >= at + magic.size() &&
+           std::memcmp(file.data() + at, magic.data(), magic.size()) == 0;
+}
+
+void refuseUnreadableKinds(Bytes file) {
+    if (file.size() > INT_MAX) {
+        throw ImportError(Reason::limit, "the picture file is too large");
+    }
+    if (startsWith(file, "RIFF") && startsWith(file, "WEBP", 8)) {
+        throw ImportError(Reason::unsupported, "WebP pictures are not supported");
+    }
+    if (startsWith(file, "\xABKTX")) {
+        throw ImportError(Reason::unsupported, "KTX2 pictures are not supported");
+    }
+}
+
+void checkSize(int width, int height, std::uint64_t maxPixels) {
+    if (width <= 0 || height <= 0) {
+        throw ImportError(Reason::malformed, "the picture has no pixels");
+    }
+    if (static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > maxPixels) {
+        throw ImportError(Reason::limit, "the picture of " + std::to_string(width) + " x " +
+                                             std::to_string(height) + " pixels is over the limit");
+    }
+}
+
+// Takes the pixels from the scene's allowance, or refuses.
+void spend(std::atomic<std::uint64_t>& pixelsLeft, std::uint64_t pixels) {
+    std::uint64_t left = pixelsLeft.load();
+    do {
+        if (left < pixels) {
+            throw ImportError(Reason::limit, "the scene's pictures have too many pixels together");
+        }
+    } while (!pixelsLeft.compare_exchange_weak(left, left - pixels));
+}
+
+TextureImage sized(int width, int height) {
+    TextureImage image;
+    image.width = static_cast<std::uint32_t>(width);
+    image.height = static_cast<std::uint32_t>(height);
+    image.levels = 1;
+    image.texels.resize(std::size_t{4} * image.width * image.height);
+    return image;
+}
+
+// Nothing when TurboJPEG cannot read it: CMYK, for example.
+std::optional<TextureImage> decodedByTurboJpeg(Bytes file, std::uint64_t maxPixels,
+                                               std::atomic<std::uint64_t>& pixelsLeft) {
+    const std::unique_ptr<void, int (*)(tjhandle)> decoder(tjInitDecompress(), tjDestroy);
+    int width = 0;
+    int height = 0;
+    int subsampling = 0;
+    int colorSpace = 0;
+    if (!decoder || tjDecompressHeader3(decoder.get(), file.data(), file.size(), &width, &height,
+                                        &subsampling, &colorSpace) != 0) {
+        return std::nullopt;
+    }
+    checkSize(width, height, maxPixels);
+    if (colorSpace == TJCS_CMYK || colorSpace == TJCS_YCCK) {
+        return std::nullopt;
+    }
+    spend(pixelsLeft, static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
+    TextureImage image = sized(width, height);
+    const int failed = tjDecompress2(decoder.get(), file.data(), file.size(), image.texels.data(),
+                                     width, 0, height, TJPF_RGBA, 0);
+    // A warning (a file that ends early) leaves a usable picture.
+    if (failed != 0 && tjGetErrorCode(decoder.get()) == TJERR_FATAL) {
+        return std::nullopt;
+    }
+    return image;
+}
+
+TextureImage decodedByStb(Bytes file, std::uint64_t maxPixels,
+                          std::atomic<std::uint64_t>& pixelsLeft) {
+    const int length = static_cast<int>(file.size());
+    int width = 0;
+    int height = 0;
+    int channels = 0;
+    if (!stbi_info_from_memory(file.data(), length, &width, &height, &channels)) {
+        throw ImportError(Reason::malformed, "the picture is broken or of an unknown kind");
+    }
+    checkSize(width, height, maxPixels);
+    spend(pixelsLeft, static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
+    const std::unique_ptr<stbi_uc, StbDeleter> pixels(
+        stbi_load_from_memory(file.data(), length, &width, &height, &channels, 4));
+    if (!pixels) {
+        throw ImportError(Reason::malformed, "the picture is broken");
+    }
+    TextureImage image = sized(width, height);
+    std::memcpy(image.texels.data(), pixels.get(), image.texels.size());
+    return image;
+}
+
+float linearFromCode(int code) {  // IEC 61966-2-1
+    const float c = static_cast<float>(code) / 255.0f;
+    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+}
+
+}  // namespace
+
+TextureImage decodedImage(Bytes file, std::uint64_t maxPixels,
+                          std::atomic<std::uint64_t>& pixelsLeft) {
+    refuseUnreadableKinds(file);
+    if (startsWith(file, "\xFF\xD8")) {
+        if (auto image = decodedByTurboJpeg(file, maxPixels, pixelsLeft)) {
+            return std::move(*image);
+        }
+    }
+    return decodedByStb(file, maxPixels, pixelsLeft);
+}
+
+RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
+    RadianceImage radiance;
+    refuseUnreadableKinds(file);
+    if (isExr(file)) return decodedExr(file, maxPixels);
+    const int length = static_cast<int>(file.size());
+    if (!stbi_is_hdr_from_memory(file.data(), length)) {
+        std::atomic<std::uint64_t> allowance{maxPixels};
+        const TextureImage image = decodedImage(file, maxPixels, allowance);
+        std::array<float, 256> linear{};
+        for (int code = 0; code < 256; ++code) {
+            linear[static_cast<std::size_t>(code)] = linearFromCode(code);
+        }
+        radiance = {image.width, image.height, {}};
+        radiance.texels.reserve(image.texels.size() / 4);
+        for (std::size_t i = 0; i < image.texels.size(); i += 4) {
+            radiance.texels.emplace_back(linear[image.texels[i]], linear[image.texels[i + 1]],
+                                         linear[image.texels[i + 2]]);
+        }
+        return radiance;
+    }
+    int width = 0;
+    int height = 0;
+    int channels = 0;
+    if (!stbi_info_from_memory(file.data(), length, &width, &height, &channels)) {
+        throw ImportError(Reason::malformed, "the .hdr picture is broken");
+    }
+    checkSize(width, height, maxPixels);
+    const std::unique_ptr<float, StbDeleter> pixels(
+        stbi_loadf_from_memory(file.data(), length, &width, &height, &channels, 3));
+    if (!pixels) {
+        throw ImportError(Reason::malformed, "the .hdr picture is broken");
+    }
+    radiance.width = static_cast<std::uint32_t>(width);
+    radiance.height = static_cast<std::uint32_t>(height);
+    radiance.texels.resize(std::size_t{radiance.width} * radiance.height);
+    std::memcpy(radiance.texels.data(), pixels.get(), radiance.texels.size() * sizeof(glm::vec3));
+    return radiance;
+}
+
+}  // namespace clerestory
