@@ -231,7 +231,9 @@ std::string apiDocument() {
         "Generated from the field tables by `apiDocument()`; do not edit. The [request "
         "guide](requests.md) explains\n"
         "how fields work together, [cameras](camera.md) describes poses and lenses. `GET "
-        "/openapi.json` is the same as OpenAPI 3.1.\n\n" +
+        "/openapi.json` is the same as OpenAPI 3.1. Fields\n"
+        "with a default are optional; generate TypeScript types with `openapi-typescript "
+        "--default-non-nullable=false`.\n\n" +
         plainText(document["info"]["description"]) +
         "\n\n## Routes\n\n"
         "Where the server runs with `--token-file`, every route except health, readiness and the "
