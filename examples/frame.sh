@@ -1,5 +1,5 @@
 #!/bin/bash
-# One frame from the shell: frame.sh [SERVER] [SCENE] [FILE]. Waits while the scene loads and while the server is busy.
+# Requests one frame: frame.sh [SERVER] [SCENE] [FILE]. Retries while the scene loads and while the server is busy.
 set -euo pipefail
 server=${1:-http://localhost:8080} scene=${2:-chapel} file=${3:-frame.jpg}
 
@@ -17,8 +17,8 @@ for try in {1..60}; do
   case $status in
     200) break ;;
     409 | 429 | 503) sleep "$(awk -F': *' 'tolower($1) == "retry-after" { print $2 + 0; f = 1 } END { if (!f) print 1 }' "$headers")" ;;
-    *) cat "$file" >&2; rm -f "$file"; exit 1 ;;  # a problem document names every wrong field
+    *) cat "$file" >&2; rm -f "$file"; exit 1 ;;  # a problem document that lists every wrong field
   esac
 done
-[[ $status == 200 ]] || { echo "the server stayed busy" >&2; exit 1; }
+[[ $status == 200 ]] || { echo "the server is still busy; giving up" >&2; exit 1; }
 echo "$file: $(awk -F': *' 'tolower($1) == "server-timing" { n = split($2, t, ", "); print t[n] }' "$headers" | tr -d '\r')"

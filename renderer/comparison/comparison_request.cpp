@@ -37,15 +37,15 @@ std::vector<FieldError> problems(const ComparisonRequest& request) {
     std::vector<FieldError> errors = problems(request.frame);
     const double pixels = static_cast<double>(request.frame.width) * request.frame.height;
     if (pixels * request.samples > kMaxPaths) {
-        errors.push_back({"/samples", "makes too many paths with this size",
+        errors.push_back({"/samples", "gives too many paths for this frame size",
                           "width * height * samples of at most " + field::numberText(kMaxPaths)});
     }
     if (!request.frame.filters.empty()) {
-        errors.push_back({"/filters", "stand beside a comparison, whose truth has none",
-                          "an empty list: the frame is compared before its filters"});
+        errors.push_back({"/filters", "are not supported: the reference has no filters",
+                          "an empty list; the frame is compared before filtering"});
     }
-    const FieldError budget{"/accuracy", "is a budget, which has no error of its own",
-                            "a preset or knobs"};
+    const FieldError budget{"/accuracy", "is a budget and cannot be compared",
+                            "a preset or settings"};
     if (request.frame.accuracy.isBudget()) errors.push_back(budget);
     for (std::size_t i = 0; i < request.settings.size(); ++i) {
         if (!request.settings[i].isBudget()) continue;

@@ -1,5 +1,5 @@
-// What a comparison is asked for: a frame, and the accuracies to hold against the truth. A plain
-// value; its field table is the frame's with a few fields more.
+// The request for a comparison: a frame, and the accuracies to compare with the reference picture.
+// A plain value; its field table is that of the frame with some fields added.
 #pragma once
 
 #include "plan/request/frame_request.h"
@@ -8,43 +8,44 @@
 namespace clerestory {
 
 struct ComparisonRequest {
-    FrameRequest frame;  // its accuracy stands first among the settings if none are given
+    FrameRequest frame;              // its accuracy is the first setting if settings is empty
     std::vector<Accuracy> settings;  // empty: the frame's own and every preset
     ReferenceMode mode = ReferenceMode::effects;
-    std::uint32_t samples = 64;  // paths a pixel of the truth
-    std::uint32_t seed = 1;      // of its random numbers
+    std::uint32_t samples = 64;  // paths per pixel of the reference
+    std::uint32_t seed = 1;      // of the reference's random numbers
     std::uint32_t frames = 15;   // warm frames measured for each setting
-    bool errorPictures = false;  // a picture of each setting's error
+    bool errorPictures = false;  // make a picture of the error of each setting
 };
 
 inline constexpr std::size_t kMaxSettings = 32;
-// A truth of more paths takes hours.
+// Limit of samples x pixels: a reference with more paths takes hours.
 inline constexpr double kMaxPaths = 4e9;
 
 template <class V>
 void fields(ComparisonRequest& c, V&& visit) {
     fields(c.frame, visit);
     visit("settings", c.settings, NestedPresetList{kMaxSettings},
-          "accuracies to compare; the frame's own and every preset when there are none");
+          "values of accuracy to compare; the frame's own and every preset when empty");
     visit(
         "mode", c.mode,
         Choice<ReferenceMode>{{{"effects", ReferenceMode::effects}, {"full", ReferenceMode::full}}},
-        "the truth's light: as the renderer lights, with true mirrors and glass; or with shadows "
-        "and light from surface to surface too");
-    visit("samples", c.samples, Range{2, 16384}, "paths a pixel of the truth");
-    visit("seed", c.seed, Range{0, 4294967295.0}, "of the truth's random numbers");
+        "light transport of the reference; effects: the renderer's lights with exact mirrors and "
+        "glass; full: also shadows and light between surfaces");
+    visit("samples", c.samples, Range{2, 16384}, "paths per pixel of the reference");
+    visit("seed", c.seed, Range{0, 4294967295.0}, "seed of the reference's random numbers");
     visit("frames", c.frames, Range{1, 200}, "warm frames measured for each setting");
-    visit("errorPictures", c.errorPictures, Flag{}, "a picture of each setting's error");
+    visit("errorPictures", c.errorPictures, Flag{},
+          "true: the result links to a picture of the error of each setting");
 }
 
-// As problems(FrameRequest), and the paths in all.
+// problems(FrameRequest), and the total number of paths.
 std::vector<FieldError> problems(const ComparisonRequest& request);
 
-// The settings that are compared: never empty, none twice.
+// The settings to compare: not empty, without duplicates.
 std::vector<Accuracy> settingsOf(const ComparisonRequest& request);
 
-// A preset's name when every knob is the preset's; otherwise its name and the knobs that differ, as
-// in "standard, probeSize 512".
+// The name of the preset, followed by the fields that differ from it, such as
+// "standard, probeSize 512".
 std::string nameOf(const Accuracy& accuracy);
 
 }  // namespace clerestory

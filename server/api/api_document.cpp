@@ -1,13 +1,15 @@
-#include "server/api/api_document.h"
+// docs/api.md from the OpenAPI document.
+#include "server/api/openapi.h"
 
 #include "server/api/frame_json.h"
-#include "server/api/openapi.h"
 #include "server/base/problem.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
+#include <map>
 #include <set>
 
 namespace clerestory {
@@ -20,10 +22,6 @@ std::string escaped(std::string text) {
         text.insert(i, "\\");
     }
     return text;
-}
-
-std::string code(const ordered_json& value) {
-    return "`" + (value.is_string() ? value.get<std::string>() : value.dump()) + "`";
 }
 
 std::string plainText(const ordered_json& value) {
@@ -44,16 +42,28 @@ std::string joined(const ordered_json& list, const char* separator,
     return out;
 }
 
-std::string rangeOf(const ordered_json& schema) {
-    if (!schema.contains("minimum")) return "";
-    if (!schema.contains("maximum")) return ", at least " + schema["minimum"].dump();
-    return ", " + schema["minimum"].dump() + " to " + schema["maximum"].dump();
+std::string decimal(const ordered_json& value) {
+    if (!value.is_number_float()) return value.dump();
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", value.get<double>());
+    return text;
 }
 
-std::string typeOf(const ordered_json& schema) {
+std::string code(const ordered_json& value) {
+    if (value.is_string()) return "`" + value.get<std::string>() + "`";
+    return "`" + (value.is_number() ? decimal(value) : value.dump()) + "`";
+}
+
+std::string rangeOf(const ordered_json& schema) {
+    if (!schema.contains("minimum")) return "";
+    if (!schema.contains("maximum")) return ", at least " + decimal(schema["minimum"]);
+    return ", " + decimal(schema["minimum"]) + " to " + decimal(schema["maximum"]);
+}
+
+std::string typeText(const ordered_json& schema) {
     if (schema.contains("$ref")) return linkTo(schema["$ref"]);
     for (const char* key : {"oneOf", "anyOf"}) {
-        if (schema.contains(key)) return joined(schema[key], " or ", typeOf);
+        if (schema.contains(key)) return joined(schema[key], " or ", typeText);
     }
     if (schema.contains("const")) return code(schema["const"]);
     if (schema.contains("enum")) return joined(schema["enum"], ", ", code);
@@ -71,7 +81,7 @@ std::string typeOf(const ordered_json& schema) {
     }
     const bool bounded = schema.contains("maxItems");
     return "list of " + (bounded ? "at most " + schema["maxItems"].dump() + " " : "") +
-           typeOf(items);
+           typeText(items);
 }
 
 // The schema that lists the fields of `schema`: its own, that of its items, or that of one of its
@@ -89,45 +99,53 @@ const ordered_json* fieldsIn(const ordered_json& schema, std::string& path) {
     return nullptr;
 }
 
-// One row for each field, also of nested objects. Fields of requests have a default and a unit.
-void addRows(std::string& out, const ordered_json& object, const std::string& prefix,
-             bool request) {
-    const ordered_json required = object.value("required", ordered_json::array());
-    for (const auto& [name, schema] : object["properties"].items()) {
-        const bool always = std::find(required.begin(), required.end(), name) != required.end();
-        std::string path = prefix + name;
-        out += "| `" + path + "` | " + escaped(typeOf(schema)) + " | ";
-        if (request) {
-            if (schema.contains("default")) out += code(schema["default"]);
-            if (always) out += "required";
-            out += " | " + schema.value("x-unit", "");
-        } else {
-            out += always ? "always" : "optional";
-        }
-        out += " | " + escaped(schema.value("description", "")) + " |\n";
-        if (const ordered_json* nested = fieldsIn(schema, path)) {
-            addRows(out, *nested, path + ".", request);
+// Tables of fields. An object that appears again refers to its first appearance.
+class FieldTables {
+public:
+    // Requests have columns for default and unit, responses for presence.
+    std::string section(const std::string& name, const ordered_json& schema, bool request) {
+        std::string out = "### " + name + "\n\n";
+        if (!schema.contains("properties")) return out + typeText(schema) + "\n\n";
+        out += request ? "| Field | Type and range | Default | Unit | Description "
+                         "|\n|---|---|---|---|---|\n"
+                       : "| Field | Type | Present | Description |\n|---|---|---|---|\n";
+        addRows(out, schema, "", request);
+        return out + "\n";
+    }
+
+private:
+    void addRows(std::string& out, const ordered_json& object, const std::string& prefix,
+                 bool request) {
+        const ordered_json required = object.value("required", ordered_json::array());
+        for (const auto& [name, schema] : object["properties"].items()) {
+            const bool always = std::find(required.begin(), required.end(), name) != required.end();
+            std::string path = prefix + name;
+            out += "| `" + path + "` | " + escaped(typeText(schema)) + " | ";
+            if (request) {
+                if (schema.contains("default")) out += code(schema["default"]);
+                if (always) out += "required";
+                out += " | " + schema.value("x-unit", "");
+            } else {
+                out += always ? "always" : "optional";
+            }
+            out += " | " + escaped(schema.value("description", ""));
+            const ordered_json* nested = fieldsIn(schema, path);
+            const auto [first, isNew] = first_.emplace(nested ? nested->dump() : path, path);
+            if (nested && !isNew) out += " (fields as `" + first->second + "`)";
+            out += " |\n";
+            if (nested && isNew) addRows(out, *nested, path + ".", request);
         }
     }
-}
 
-std::string schemaSection(const std::string& name, const ordered_json& schema, bool request) {
-    std::string out = "### " + name + "\n\n";
-    if (!schema.contains("properties")) return out + typeOf(schema) + "\n\n";
-    out +=
-        request
-            ? "| Field | Type and range | Default | Unit | Description |\n|---|---|---|---|---|\n"
-            : "| Field | Type | Present | Description |\n|---|---|---|---|\n";
-    addRows(out, schema, "", request);
-    return out + "\n";
-}
+    std::map<std::string, std::string> first_;  // an object's schema -> its path
+};
 
-std::string contentText(const ordered_json& content) {
+std::string mediaTypes(const ordered_json& content) {
     std::string out;
     for (const auto& [type, media] : content.items()) {
         out += (out.empty() ? "`" : ", `") + type + "`";
         const bool json = media.contains("schema") && type.find("json") != std::string::npos;
-        if (json) out += " " + typeOf(media["schema"]);
+        if (json) out += " " + typeText(media["schema"]);
     }
     return out;
 }
@@ -144,7 +162,7 @@ std::string parameterRows(const ordered_json& parameters) {
             continue;
         }
         rows += "| " + code(parameter["name"]) + " | " + parameter["in"].get<std::string>() +
-                " | " + escaped(typeOf(parameter["schema"])) + " | " +
+                " | " + escaped(typeText(parameter["schema"])) + " | " +
                 escaped(parameter.value("description", "")) + " |\n";
     }
     if (fieldCount > 0) {
@@ -166,12 +184,13 @@ std::string operationSection(const std::string& path, std::string method,
     if (operation.contains("description")) out += " " + plainText(operation["description"]);
     out += "\n\n" + parameterRows(operation.value("parameters", ordered_json::array()));
     if (operation.contains("requestBody")) {
-        out += "Body: " + contentText(operation["requestBody"]["content"]) + "\n\n";
+        out += "Body: " + mediaTypes(operation["requestBody"]["content"]) + "\n\n";
     }
     out += "| Status | Content | Description |\n|---|---|---|\n";
     for (const auto& [status, response] : operation["responses"].items()) {
+        if (status == "default" || status == "4XX") continue;  // described once for all
         out += "| " + status + " | " +
-               contentText(response.value("content", ordered_json::object())) + " | " +
+               mediaTypes(response.value("content", ordered_json::object())) + " | " +
                escaped(response.value("description", "")) + " |\n";
     }
     return out + "\n";
@@ -226,40 +245,54 @@ std::string problemTable() {
 
 std::string apiDocument() {
     const ordered_json document = openApiDocument();
-    std::string out =
-        "# API reference\n\n"
-        "Generated from the field tables by `apiDocument()`; do not edit. The [request "
-        "guide](requests.md) explains\n"
-        "how fields work together, [cameras](camera.md) describes poses and lenses. `GET "
-        "/openapi.json` is the same as OpenAPI 3.1. Fields\n"
-        "with a default are optional; generate TypeScript types with `openapi-typescript "
-        "--default-non-nullable=false`.\n\n" +
-        plainText(document["info"]["description"]) +
-        "\n\n## Routes\n\n"
-        "Where the server runs with `--token-file`, every route except health, readiness and the "
-        "page requires\n"
-        "`Authorization: Bearer TOKEN`. `HEAD` works wherever `GET`\n"
-        "does; `OPTIONS` lists the methods of a path.\n\n";
+    std::string out = R"(# API reference
+
+Generated from the field tables by `apiDocument()`; do not edit. The [request guide](requests.md)
+explains how fields work together; [cameras](camera.md) describes poses and lenses.
+`GET /openapi.json` has the same content as OpenAPI 3.1. Fields with a default are optional; generate
+TypeScript types with `openapi-typescript --default-non-nullable=false`.
+
+)" + plainText(document["info"]["description"]) +
+                      R"(
+
+## Routes
+
+If the server runs with `--token-file`, every route except health, readiness and the page requires
+`Authorization: Bearer TOKEN`. `HEAD` works wherever `GET` does; `OPTIONS` lists the methods of a
+path. Every route may also answer with a [problem document](#problem-codes).
+
+)";
     for (const auto& [path, operations] : document["paths"].items()) {
         for (const auto& [method, operation] : operations.items()) {
             out += operationSection(path, method, operation);
         }
     }
-    // A request names the schemas of its own fields; all others are parts of responses.
     std::string requests, responses;
+    FieldTables tables;
     const ordered_json& schemas = document["components"]["schemas"];
     for (const auto& [name, schema] : schemas.items()) {
+        ordered_json own = schema;
+        if (name == "ComparisonRequest") {  // a frame's fields and its own
+            for (const auto& [field, frame] : schemas["FrameRequest"]["properties"].items()) {
+                own["properties"].erase(field);
+            }
+        }
+        // Only requests exclude unknown fields.
         const bool request =
             !schema.contains("properties") || schema.contains("additionalProperties");
-        (request ? requests : responses) += schemaSection(name, schema, request);
+        (request ? requests : responses) += tables.section(name, own, request);
     }
-    return out +
-           "## Request fields\n\nUnknown fields are errors. A dot separates the field of a nested "
-           "object; `[]` marks the entries of a list.\n\n" +
-           requests + "## Responses\n\n" + responses +
-           "## Problem codes\n\nErrors are `application/problem+json` (RFC 9457), see "
-           "[Problem](#problem). `type` ends in the code.\n\n" +
-           problemTable();
+    return out + R"(## Request fields
+
+Unknown fields are errors. A dot separates the field of a nested object; `[]` marks the entries of
+a list. The body of a comparison has all fields of [FrameRequest](#framerequest) as well.
+
+)" + requests +
+           "## Responses\n\n" + responses + R"(## Problem codes
+
+Errors are `application/problem+json` (RFC 9457), see [Problem](#problem). `type` ends in the code.
+
+)" + problemTable();
 }
 
 }  // namespace clerestory

@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-// Plain ASCII, and nothing that parts a list.
+// Plain ASCII without separators of the list.
 std::string headerWord(std::string_view text) {
     std::string word(text);
     for (char& c : word) c = c > ' ' && c < 127 && c != ',' ? c : '_';
@@ -16,7 +16,7 @@ std::string counted(std::string_view kind, std::size_t count) {
     return std::string(kind) + '*' + std::to_string(count);
 }
 
-// A pass by its name, a run of one kind as `capture*48`.
+// The name of a pass; a run of one kind as `capture*48`.
 std::string runsOf(const FramePlan& plan) {
     std::string text;
     for (auto it = plan.passes.begin(); it != plan.passes.end();) {
@@ -30,7 +30,7 @@ std::string runsOf(const FramePlan& plan) {
     return text;
 }
 
-// Each kind once, in the order in which they first ran.
+// Each kind once with its count, in the order of first use.
 std::string kindsOf(const FramePlan& plan) {
     std::vector<std::pair<std::string_view, std::size_t>> kinds;
     for (const Pass& pass : plan.passes) {

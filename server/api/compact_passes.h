@@ -1,4 +1,4 @@
-// The passes of a frame in one short line, for a header.
+// The passes of a frame as one short line, for the header Clerestory-Passes.
 #pragma once
 
 #include "plan/graph/frame_plan.h"
@@ -9,8 +9,8 @@ namespace clerestory {
 
 inline constexpr std::size_t kMaxCompactPasses = 1024;
 
-// In the order in which they ran: a pass by its name, a run of one kind as `capture*48`. Where that
-// is longer than kMaxCompactPasses, each kind once with its count. Plain ASCII.
+// The names of the passes in order; a run of one kind is written as `capture*48`. If that is longer
+// than kMaxCompactPasses, each kind once with its count. Plain ASCII.
 std::string compactPasses(const FramePlan& plan);
 
 }  // namespace clerestory

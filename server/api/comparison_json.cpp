@@ -110,8 +110,8 @@ std::string comparisonTable(const Comparison& c) {
         text += line + effects + " |\n";
     }
     std::snprintf(line, sizeof line,
-                  "\nTruth: %u paths a pixel in %.1f s, its own noise relMSE %.2g; with every "
-                  "effect off %.3g.\n",
+                  "\nReference: %u paths per pixel in %.1f s, noise relMSE %.2g; with all effects "
+                  "off %.3g.\n",
                   c.samples, c.truthMs / 1000.0, c.relMseNoise, c.relMseOff);
     return text + line;
 }

@@ -1,4 +1,4 @@
-// ComparisonRequest <- JSON, and Comparison -> JSON and a table for people.
+// JSON -> ComparisonRequest; Comparison -> JSON and Markdown.
 #pragma once
 
 #include "comparison/curve.h"
@@ -7,16 +7,16 @@
 
 namespace clerestory {
 
-// Throws RequestError (422) that names every wrong field.
+// Throws RequestError (422) that lists every wrong field.
 ComparisonRequest comparisonRequestFrom(const nlohmann::json& body);
 
-// `pictures`: a link for each setting's error picture, or none.
+// `pictures`: one link for each setting's error picture, or empty.
 nlohmann::ordered_json comparisonJson(const Comparison& comparison,
                                       const std::vector<std::string>& pictures = {});
 
 nlohmann::ordered_json curveJson(const Curve& curve);
 
-// Markdown: a row for each setting.
+// A Markdown table with one row for each setting.
 std::string comparisonTable(const Comparison& comparison);
 
 // JSON Schema (2020-12) of the body.

@@ -16,8 +16,8 @@ std::string trimmed(std::string_view text) {
     return word;
 }
 
-// True when one of the header's ranges covers the type and has a weight above zero (RFC
-// 9110 12.5.1).
+// Whether a media range of the header matches the type with a weight above zero (RFC 9110
+// 12.5.1).
 bool accepts(const std::string& accept, std::string_view type) {
     const std::string family = std::string(type.substr(0, type.find('/'))) + "/*";
     for (std::size_t begin = 0; begin < accept.size();) {

@@ -1,4 +1,4 @@
-// From a finished frame to the bytes and the media type of an answer; shared with the command line.
+// Encodes a frame to the bytes and media type of an answer; also used by the command line.
 #pragma once
 
 #include "image/encode.h"
@@ -10,8 +10,8 @@ namespace clerestory {
 
 std::string_view mediaType(OutputFormat format);
 
-// The format that an Accept header asks for: JPEG wherever it is allowed, otherwise the first of
-// ours that is, otherwise JPEG all the same.
+// The format for an Accept header: JPEG if it is acceptable, otherwise the first supported format
+// that is, otherwise JPEG.
 OutputFormat formatFor(const std::string& accept);
 
 Bytes encoded(const Image& image, const Output& output);

@@ -30,7 +30,7 @@ std::pair<std::string, std::string> takePart(std::string_view& rest) {
     const std::string type(field("Content-Type: "));
     const std::size_t length = std::stoull(std::string(field("Content-Length: ")));
     rest.remove_prefix(rest.find("\r\n\r\n") + 4);
-    if (length > rest.size()) throw std::runtime_error("an explained frame is cut short");
+    if (length > rest.size()) throw std::runtime_error("an explained frame is truncated");
     const std::string bytes(rest.substr(0, length));
     rest.remove_prefix(length);
     return {type, bytes};

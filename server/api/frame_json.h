@@ -1,5 +1,5 @@
-// JSON (and links) <-> FrameRequest, and FramePlan -> JSON. With its .cpp files the only place that
-// knows both. All of it walks the field tables of plan/request/frame_request.h.
+// JSON and links <-> FrameRequest; FramePlan -> JSON. Only this header and its .cpp files know
+// both. They use the field tables of plan/request/frame_request.h.
 #pragma once
 
 #include "renderer.h"
@@ -19,24 +19,24 @@ inline constexpr int kMaxJsonDepth = 16;
 // Strict JSON: no duplicate keys, at most kMaxJsonDepth deep. Throws RequestError (400, 422).
 nlohmann::json strictJson(std::string_view text);
 
-// `defaults` stands for the fields that are left out. Throws RequestError (422) that names every
-// wrong field.
+// Absent fields have their values from `defaults`. Throws RequestError (422) that lists every wrong
+// field.
 FrameRequest frameRequestFrom(const nlohmann::json& body, const FrameRequest& defaults = {});
 
-// The body that a link's query stands for: names are paths joined by dots ("camera.yfov"), any
-// name that only one field has ("yfov"), or one of the short names below. Throws RequestError
+// The body that corresponds to the query of a link. A name is a path with dots ("camera.yfov"), its
+// last part if only one field ends in it ("yfov"), or one of shortQueryNames(). Throws RequestError
 // (422).
 nlohmann::json bodyFromQuery(const std::multimap<std::string, std::string>& query);
 
-// Every knob.
+// Every field.
 nlohmann::ordered_json accuracyJson(const Accuracy& accuracy);
 
-// Every field, in the table's order: equal requests give equal text.
+// Every field in the order of the table: equal requests give equal text.
 std::string canonicalText(const FrameRequest& request);
 
-// `times` is empty for a plan that did not run, or holds one entry a pass.
+// `times` has one entry for each pass, or is empty for a plan that did not run.
 nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times = {});
-// Sums, and a list of the targets.
+// Sums over the targets, and each target.
 nlohmann::ordered_json healthJson(const std::vector<TargetHealth>& health);
 
 // JSON Schemas (2020-12) by the name of the component: "FrameRequest", what it refers to, and
@@ -45,7 +45,7 @@ nlohmann::ordered_json frameRequestSchemas();
 // The query of a link as OpenAPI parameters.
 nlohmann::ordered_json frameQueryParameters();
 
-// "eye" -> "camera.position" and the like.
+// Short names of links, such as "eye" -> "camera.position".
 const std::map<std::string, std::string, std::less<>>& shortQueryNames();
 
 }  // namespace clerestory

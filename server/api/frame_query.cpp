@@ -1,4 +1,4 @@
-// A link's query -> the body it stands for; the body's own reader then checks it.
+// Query of a link -> body of a request, which the reader of bodies checks.
 #include "scene/field_values.h"
 #include "scene/spelling.h"
 #include "server/api/frame_json.h"
@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 using namespace field;
 
-// A text that is no number stays text, and the reader says what was wanted.
+// Text that is not a number stays text; the reader reports it.
 json numberOr(std::string_view text) {
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -77,7 +77,7 @@ void collect(std::vector<QueryField>& all, const std::string& prefix) {
             collect<T>(all, path + ".");
         } else if constexpr (!std::is_same_v<K, NestedList> &&
                              !std::is_same_v<K,
-                                             NestedUnionList>) {  // a link has no lists of objects
+                                             NestedUnionList>) {  // links have no lists of objects
             all.push_back({path, name, [kind](const std::string& text) {
                                return valueFrom(text, static_cast<const T*>(nullptr), kind);
                            }});
@@ -94,7 +94,7 @@ const std::vector<QueryField>& queryFields() {
     return all;
 }
 
-// The full path first, then the short names, then a last part that only one path has.
+// By full path, by short name, or by a last part that only one path has.
 const QueryField* fieldNamed(const std::string& name) {
     const auto byPath = [](std::string_view path) -> const QueryField* {
         for (const QueryField& f : queryFields()) {
@@ -134,7 +134,7 @@ const std::map<std::string, std::string, std::less<>>& shortQueryNames() {
 
 json bodyFromQuery(const std::multimap<std::string, std::string>& query) {
     std::vector<FieldError> errors;
-    std::map<std::string, std::string> given;  // path -> the name it was given by
+    std::map<std::string, std::string> given;  // path -> name in the query
     json body = json::object();
     for (const auto& [name, text] : query) {
         const QueryField* f = fieldNamed(name);

@@ -12,14 +12,14 @@ namespace {
 
 using nlohmann::json;
 
-// Follows the parser, so that a doubled key or a number too large is told with its place.
+// Follows the parser, to report duplicate keys and numbers out of range with their JSON Pointer.
 class PlaceInDocument {
 public:
     bool operator()(int depth, json::parse_event_t event, json& parsed) {
         using Event = json::parse_event_t;
         if (depth > kMaxJsonDepth) {
-            throw RequestError(
-                notJson("The body is nested deeper than " + std::to_string(kMaxJsonDepth) + "."));
+            throw RequestError(notJson("The body is nested more than " +
+                                       std::to_string(kMaxJsonDepth) + " levels deep."));
         }
         switch (event) {
             case Event::object_start:
@@ -77,13 +77,13 @@ json strictJson(std::string_view text) {
     try {
         parsed = json::parse(text, std::ref(place));
     } catch (const json::parse_error& error) {
-        throw RequestError(
-            notJson(text.empty()
-                        ? "The body is empty; {} asks for the default frame."
-                        : "The body stops being JSON at byte " + std::to_string(error.byte) + "."));
+        throw RequestError(notJson(text.empty()
+                                       ? "The body is empty; {} requests the default frame."
+                                       : "The body is not valid JSON at byte " +
+                                             std::to_string(error.byte) + "."));
     } catch (const json::out_of_range&) {
         throw RequestError(invalidFields(
-            {{place.pointer(), "is out of range", "a number that a double can hold"}}));
+            {{place.pointer(), "is out of range", "a number in the range of a double"}}));
     }
     if (!place.doubled.empty()) throw RequestError(invalidFields(place.doubled));
     return parsed;
@@ -93,7 +93,7 @@ FrameRequest frameRequestFrom(const json& body, const FrameRequest& defaults) {
     std::vector<FieldError> errors;
     FrameRequest request = defaults;
     FieldReader(errors).object(body, request, "");
-    // The rules that bind several fields speak only of fields that are sound by themselves.
+    // Rules that involve several fields apply only if each field is valid.
     if (errors.empty()) errors = problems(request);
     if (!errors.empty()) throw RequestError(invalidFields(std::move(errors)));
     return request;

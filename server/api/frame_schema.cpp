@@ -97,7 +97,7 @@ ordered_json schemaOf(const std::vector<T>*, const NestedPresetList& list) {
             {"items", schemaOf(static_cast<const T*>(nullptr), NestedPreset{})}};
 }
 
-// What a field is when it is left out; nothing for structs, whose fields say it themselves.
+// The default of a field; structs have none, because their fields do.
 template <class T, class K>
 void addDefault(ordered_json&, const T&, const K&) {}
 template <class T>
@@ -118,8 +118,7 @@ void addDefault(ordered_json& schema, const E& value, const Choice<E>& choice) {
 }
 void addDefault(ordered_json& schema, const Accuracy& value, const NestedPreset&) {
     schema["default"] = std::string(wordFor(presetChoice(), value.preset));
-    // What each preset's name stands for, so that a form can show it; `x-` as OpenAPI extensions
-    // go.
+    // The settings of each preset, for forms; `x-` marks an OpenAPI extension.
     ordered_json& presets = schema["oneOf"][1]["x-presets"];
     for (const auto& [word, preset] : presetChoice().words) {
         presets[std::string(word)] = accuracyJson(accuracyOf(preset));
@@ -145,8 +144,7 @@ ordered_json objectSchema() {
     return schema;
 }
 
-// Adds an alternative of a union: its fields and `type`, by which clients tell the alternatives
-// apart.
+// Adds an alternative of a union: its fields and `type`, which identifies the alternative.
 template <class S>
 void addAlternative(ordered_json& schemas, const std::string& unionName) {
     std::string name = std::string(S::kType) + unionName;

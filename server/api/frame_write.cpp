@@ -87,7 +87,7 @@ ordered_json member(const T& value, const Range&) {
 template <class S>
 ordered_json written(const S& value) {
     ordered_json json = ordered_json::object();
-    S copy = value;  // the tables visit values that may be written
+    S copy = value;  // the field tables need mutable values
     fields(copy, [&](const char* name, const auto& held, const auto& kind, const char*) {
         if (const auto* inner = valueOf(held)) json[name] = member(*inner, kind);
     });
@@ -109,9 +109,9 @@ ordered_json viewJson(const View& view) {
             {"mirrored", view.mirrored}};
 }
 
-// The matrices that the frame was drawn with, and its lens in pixels.
+// The matrices of the frame, and its lens in pixels.
 ordered_json cameraJson(const FramePlan& plan, const View& view) {
-    // A rotation's inverse is its transpose; + 0.0 takes the sign off zeros.
+    // The inverse of a rotation is its transpose; + 0.0 removes the sign of zeros.
     glm::dmat4 worldFromView(glm::transpose(glm::dmat3(view.viewFromWorld)) + glm::dmat3(0.0));
     worldFromView[3] = glm::dvec4(view.eye, 1.0);
     ordered_json json = {{"cameraToWorld", numbers(&worldFromView[0][0], 16)},

@@ -35,17 +35,17 @@ struct Metrics::Families {
     prometheus::Family<prometheus::Counter>& skipped =
         BuildCounter()
             .Name("clerestory_skipped_total")
-            .Help("What plans left out, by the effect that it is of")
+            .Help("Work that plans left out, by effect")
             .Register(registry);
     prometheus::Family<prometheus::Counter>& maps =
         BuildCounter()
             .Name("clerestory_maps_total")
-            .Help("Maps that frames read and that outlive them, by whether they had to be drawn")
+            .Help("Resident maps that frames read, by whether they were drawn or reused")
             .Register(registry);
     prometheus::Family<prometheus::Histogram>& spans =
         BuildHistogram()
             .Name("clerestory_span_seconds")
-            .Help("Parts of a frame: queue, plan, all passes of a kind, readback, encode")
+            .Help("Time of the parts of a frame: queue, plan, passes by kind, readback, encode")
             .Register(registry);
     prometheus::Counter& notModified = BuildCounter()
                                            .Name("clerestory_not_modified_total")
@@ -55,14 +55,14 @@ struct Metrics::Families {
     prometheus::Histogram& frameSeconds =
         BuildHistogram()
             .Name("clerestory_frame_seconds")
-            .Help("From the door of the queue to encoded bytes")
+            .Help("Time from entering the queue to encoded bytes")
             .Register(registry)
             .Add({}, prometheus::Histogram::BucketBoundaries{0.002, 0.005, 0.01, 0.02, 0.05, 0.1,
                                                              0.2, 0.5, 1.0, 2.0, 5.0, 10.0});
     prometheus::Histogram& queueSeconds =
         BuildHistogram()
             .Name("clerestory_queue_seconds")
-            .Help("From the door of the queue to the begin of the work")
+            .Help("Time from entering the queue to the start of the work")
             .Register(registry)
             .Add({}, secondsBuckets());
     prometheus::Counter& programs = BuildCounter()
@@ -79,7 +79,7 @@ struct Metrics::Families {
     prometheus::Counter& compileSeconds =
         BuildCounter()
             .Name("clerestory_shader_compile_seconds_total")
-            .Help("Time that compiling shaders took; frames wait for it beyond their deadlines")
+            .Help("Time of compiling shaders; frames wait for it beyond their deadlines")
             .Register(registry)
             .Add({});
     prometheus::Gauge& queueDepth = BuildGauge()
@@ -92,10 +92,10 @@ struct Metrics::Families {
                                                             .Help("Memory of loaded scenes")
                                                             .Register(registry);
     prometheus::Family<prometheus::Gauge>& scenes =
-        BuildGauge().Name("clerestory_scenes").Help("Scenes, by what they are").Register(registry);
+        BuildGauge().Name("clerestory_scenes").Help("Scenes, by state").Register(registry);
     prometheus::Gauge& evicted = BuildGauge()
                                      .Name("clerestory_scene_evictions")
-                                     .Help("Scenes let go since the start for lack of memory")
+                                     .Help("Scenes unloaded since the start for lack of memory")
                                      .Register(registry)
                                      .Add({});
 
@@ -127,7 +127,7 @@ struct Metrics::Families {
     prometheus::Gauge& allocated =
         BuildGauge()
             .Name("clerestory_allocated_bytes")
-            .Help("What the renderer's process has allocated and not given back")
+            .Help("Memory allocated by the renderer's process and not freed")
             .Register(registry)
             .Add({});
 };

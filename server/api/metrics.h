@@ -1,4 +1,4 @@
-// What GET /metrics tells of frames: of whoever draws. Thread-safe.
+// The metrics of frames, counted in the process that draws. Thread-safe.
 #pragma once
 
 #include "renderer.h"
@@ -16,7 +16,7 @@ public:
     Metrics();
     ~Metrics();
 
-    // From the queue's door to encoded bytes, of that in the queue, and of that encoding.
+    // Seconds from entering the queue to encoded bytes; the parts spent waiting and encoding.
     void frame(const Frame& frame, double seconds, double queueSeconds, double encodeSeconds);
     void notModified();
 

@@ -3,7 +3,6 @@
 #include "server/api/comparison_json.h"
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
-#include "server/api/response_schemas.h"
 #include "server/api/sequence_request.h"
 #include "server/base/build_id.h"
 #include "server/live/archive.h"
@@ -35,7 +34,7 @@ ordered_json problemAnswer(const char* description) {
 
 ordered_json answers(const char* description, ordered_json content) {
     return {{"200", {{"description", description}, {"content", std::move(content)}}},
-            {"default", problemAnswer("what went wrong, with every wrong field")}};
+            {"default", problemAnswer("the error, with every wrong field")}};
 }
 
 ordered_json frameAnswers() {
@@ -45,8 +44,8 @@ ordered_json frameAnswers() {
         content[std::string(mediaType(format))] = binaryContent();
     }
     content["multipart/mixed"] = binaryContent();
-    ordered_json json = answers("the frame; with explain=1 the plan follows it", content);
-    json["304"] = {{"description", "the frame has the ETag that If-None-Match names"}};
+    ordered_json json = answers("the frame; with explain also its plan", content);
+    json["304"] = {{"description", "the frame has the ETag of If-None-Match"}};
     return json;
 }
 
@@ -59,10 +58,10 @@ ordered_json explainParameter() {
         {"name", "explain"},
         {"in", "query"},
         {"description",
-         "1: a multipart/mixed answer whose second part is the plan that ran; health: and in "
-         "it how many texels of every float target are not finite or hold negative light; maps: "
-         "after it a JPEG of every mirrored view and cube that the frame reads, named by its "
-         "target; a cube as +X -X +Y above -Y +Z -Z"},
+         "1: a multipart/mixed answer whose second part is the plan with milliseconds; health: "
+         "the plan also counts the texels of each float target that are not finite or negative; "
+         "maps: the plan is followed by a JPEG of each mirrored view and cube that the frame "
+         "reads, named by its target, a cube as +X -X +Y above -Y +Z -Z"},
         {"schema", {{"type", "string"}, {"enum", {"0", "1", "health", "maps"}}, {"default", "0"}}}};
 }
 
@@ -75,10 +74,18 @@ ordered_json getObject(const char* summary, const char* schema) {
 }
 
 ordered_json pathParameters(std::initializer_list<const char*> names) {
+    const auto description = [](std::string_view name) {
+        return name == "id"       ? "id of the scene or job"
+               : name == "number" ? "index from 0"
+                                  : "any name";
+    };
     ordered_json list = ordered_json::array();
     for (const char* name : names) {
-        list.push_back(
-            {{"name", name}, {"in", "path"}, {"required", true}, {"schema", {{"type", "string"}}}});
+        list.push_back({{"name", name},
+                        {"in", "path"},
+                        {"required", true},
+                        {"description", description(name)},
+                        {"schema", {{"type", "string"}}}});
     }
     return list;
 }
@@ -100,15 +107,16 @@ ordered_json streamParameters() {
             {"name", name}, {"in", "query"}, {"description", words}, {"schema", std::move(schema)}};
     };
     ordered_json list = frameQueryParameters();
-    list.push_back(one("view", "a live view's name", {{"type", "string"}}));
-    list.push_back(one("fps", "most frames a second",
+    list.push_back(one("view", "name of a live view", {{"type", "string"}}));
+    list.push_back(one("fps", "maximum frames per second",
                        {{"type", "number"}, {"minimum", 0.1}, {"maximum", 60}, {"default", 15}}));
-    list.push_back(one("play", "1: time runs", {{"type", "string"}, {"enum", {"0", "1"}}}));
+    list.push_back(one("play", "1: the time of the scene advances",
+                       {{"type", "string"}, {"enum", {"0", "1"}}}));
     return list;
 }
 
 ordered_json scenesPath() {
-    ordered_json path = getObject("What can be rendered", "SceneList");
+    ordered_json path = getObject("Lists the scenes", "SceneList");
     const auto scene = [](const char* words) {
         return ordered_json{{"description", words}, {"content", jsonContent(reference("Scene"))}};
     };
@@ -118,37 +126,40 @@ ordered_json scenesPath() {
         content[type] = binaryContent();
     }
     path["post"] = {
-        {"summary", "Takes a scene of the client's, where uploads are allowed"},
+        {"summary", "Uploads a scene, where uploads are allowed"},
         {"description",
-         "The body is a .glb, a .gltf that holds its files, or an archive of one scene and its "
-         "files. The id comes from the content. limits.uploadBytes of GET /v1/renderer is 0 where "
-         "uploads are off (403). Prefer: respond-async answers at once."},
+         "The body is a .glb file, a .gltf file with embedded data, or an archive of one scene and "
+         "its files. The id is derived from the content. Uploads are off (403) where "
+         "limits.uploadBytes of GET /v1/renderer is 0. With Prefer: respond-async the answer is "
+         "202 at once."},
         {"parameters", ordered_json::array({{{"name", "title"},
                                              {"in", "query"},
-                                             {"description", "what people call it"},
+                                             {"description", "title of the scene"},
                                              {"schema", {{"type", "string"}}}}})},
         {"requestBody", {{"required", true}, {"content", std::move(content)}}},
         {"responses",
-         {{"201", scene("the scene; its place is in Location")},
-          {"200", scene("the same content was here before")},
-          {"202", scene("it loads; GET its Location tells state, stage and progress")},
-          {"422", problemAnswer("no scene came of it: `reason` is unsupported, malformed, "
-                                "crashed, timedOut, memory or limit")},
-          {"507", problemAnswer("no room for it")},
-          {"default", problemAnswer("what went wrong")}}}};
+         {{"201", scene("the scene is loaded; its path is in Location")},
+          {"200", scene("the same content was uploaded before")},
+          {"202",
+           scene("the scene is loading; GET of its Location reports state, stage and progress")},
+          {"422", problemAnswer("the body is not a usable scene: `reason` is unsupported, "
+                                "malformed, crashed, timedOut, memory or limit")},
+          {"507", problemAnswer("no space left for uploads")},
+          {"default", problemAnswer("the error")}}}};
     return path;
 }
 
 ordered_json scenePath() {
     ordered_json path = withPathParameters(
-        getObject("One scene: what it holds and why each surface was classed so; its memory",
+        getObject("Describes a scene: contents, the class of each surface with its reason, memory",
                   "Scene"),
         {"id"});
-    path["delete"] = {{"summary", "Forgets a scene that was uploaded"},
-                      {"parameters", pathParameters({"id"})},
-                      {"responses",
-                       {{"204", {{"description", "frames of it that run are finished"}}},
-                        {"default", problemAnswer("what went wrong")}}}};
+    path["delete"] = {
+        {"summary", "Deletes an uploaded scene"},
+        {"parameters", pathParameters({"id"})},
+        {"responses",
+         {{"204", {{"description", "the scene is deleted; frames in progress are finished"}}},
+          {"default", problemAnswer("the error")}}}};
     return path;
 }
 
@@ -158,93 +169,99 @@ ordered_json paths() {
     return {
         {"/v1/frames",
          {{"post",
-           {{"summary", "Renders one frame"},
+           {{"summary", "Draws one frame"},
             {"parameters", ordered_json::array({explainParameter()})},
             {"requestBody", frameBody()},
             {"responses", frameAnswers()}}},
           {"get",
-           {{"summary", "The same as a link"},
+           {{"summary", "Draws one frame from a link"},
             {"description",
-             "Names are paths joined by dots; a last part that only one field has may stand alone "
-             "(yfov, target, refraction), and eye, camera, environment and accuracy are short for "
-             "camera.position, camera.name, environment.map and accuracy.preset."},
+             "A name is the path of a field with dots (camera.yfov), or its last part where only "
+             "one field ends in it (yfov, target, refraction). eye, camera, environment and "
+             "accuracy are short for camera.position, camera.name, environment.map and "
+             "accuracy.preset."},
             {"parameters", std::move(query)},
             {"responses", frameAnswers()}}}}},
         {"/v1/plans",
          {{"post",
-           {{"summary", "What a frame would take, without drawing it"},
+           {{"summary", "Plans a frame without drawing it"},
             {"requestBody", frameBody()},
             {"responses",
-             answers("passes; what was left out and why; how each reflector and piece of glass "
-                     "is served, out of which ways, and why; totals",
+             answers("passes; what was left out and why; the technique of each reflector and "
+                     "piece of glass with its alternatives and reason; totals",
                      jsonContent(reference("Plan")))}}}}},
         {"/v1/comparisons",
          {{"post",
-           {{"summary", "What accuracies cost and how far each is from the truth"},
+           {{"summary", "Measures time and error of accuracy settings"},
             {"description",
-             "A job: its result holds, for each setting, milliseconds, error over the frame and "
-             "over each effect's own pixels against a path-traced picture, and how much of the gap "
-             "it closes."},
+             "Starts a job. For each setting its result has milliseconds, the error of the frame "
+             "and of the pixels of each effect against a path-traced reference, and the closed "
+             "gap."},
             {"requestBody",
              {{"required", true}, {"content", jsonContent(reference("ComparisonRequest"))}}},
             {"responses",
              {{"202",
-               {{"description", "the job, whose place is in Location"},
+               {{"description", "the job; its path is in Location"},
                 {"content", jsonContent(reference("Job"))}}},
-              {"default", problemAnswer("what went wrong, with every wrong field")}}}}}}},
+              {"default", problemAnswer("the error, with every wrong field")}}}}}}},
         {"/v1/sequences",
          {{"post",
-           {{"summary", "Many frames in one answer, sent as they are drawn"},
+           {{"summary", "Draws many frames in one answer"},
             {"description",
-             "A tar, or with Accept: multipart/mixed the same files as parts: for each frame its "
-             "pictures, then NNNNNN.json with the camera's matrices, plans and milliseconds; "
-             "manifest.json stands last."},
+             "Files are sent as they are drawn, as a tar, or as parts with Accept: "
+             "multipart/mixed. Each frame has its pictures, then NNNNNN.json with the matrices of "
+             "the camera, plans and milliseconds. manifest.json comes last."},
             {"requestBody",
              {{"required", true}, {"content", jsonContent(reference("SequenceRequest"))}}},
             {"responses", answers("the files", {{kTarType, binaryContent()},
                                                 {"multipart/mixed", binaryContent()}})}}}}},
         {"/v1/views/{name}",
          {{"put",
-           {{"summary", "What a live view shows from now on"},
+           {{"summary", "Sets a live view"},
             {"parameters", pathParameters({"name"})},
             {"requestBody", frameBody()},
             {"responses",
-             {{"204", {{"description", "whoever watches it sees this"}}},
-              {"default", problemAnswer("what went wrong, with every wrong field")}}}}},
+             {{"204", {{"description", "the view is set, and its watchers receive the frame"}}},
+              {"default", problemAnswer("the error, with every wrong field")}}}}},
           {"get",
-           {{"summary", "What a live view shows"},
+           {{"summary", "Reads a live view"},
             {"parameters", pathParameters({"name"})},
-            {"responses", answers("a frame's body", jsonContent(reference("FrameRequest")))}}}}},
+            {"responses",
+             answers("the body that was last set", jsonContent(reference("FrameRequest")))}}}}},
         {"/v1/stream",
          {{"get",
-           {{"summary", "A view as motion JPEG, drawn anew when it changes"},
-            {"description", "view names a live view; without it the query is a frame's link."},
+           {{"summary", "Streams a view as motion JPEG"},
+            {"description",
+             "A frame is sent when the view changes. With view the stream shows a live view, "
+             "otherwise "
+             "the frame of a link."},
             {"parameters", streamParameters()},
-            {"responses", answers("parts of a picture each",
+            {"responses", answers("one part for each picture",
                                   {{"multipart/x-mixed-replace", binaryContent()}})}}}}},
         {"/v1/jobs/{id}",
-         {{"get", jobOperation("How far a job is, and what came out")},
-          {"delete", jobOperation("Cancels a job; what is done stays done")}}},
+         {{"get", jobOperation("Reports the progress and the result of a job")},
+          {"delete", jobOperation("Cancels a job")}}},
         {"/v1/jobs/{id}/pictures/{number}",
-         withPathParameters(get("A picture that a job made",
+         withPathParameters(get("Returns a picture of a job",
                                 answers("the picture", {{"image/png", binaryContent()}})),
                             {"id", "number"})},
         {"/v1/scenes", scenesPath()},
         {"/v1/scenes/{id}", scenePath()},
-        {"/v1/renderer", getObject("What draws, as the driver says it; limits; build", "Renderer")},
-        {"/healthz", getObject("The process is alive", "Status")},
+        {"/v1/renderer", getObject("Describes driver, limits and build", "Renderer")},
+        {"/healthz", getObject("Reports that the process runs", "Status")},
         {"/readyz",
-         getObject("A canary frame was drawn within the last seconds; the queue has room",
-                   "Status")},
-        {"/metrics", get("Prometheus text",
+         getObject(
+             "Reports that a test frame was drawn within the last seconds and the queue has room",
+             "Status")},
+        {"/metrics", get("Returns metrics as Prometheus text",
                          answers("metrics", {{"text/plain", {{"schema", {{"type", "string"}}}}}}))},
         {"/openapi.json",
-         get("This document",
+         get("Returns the OpenAPI document",
              answers("OpenAPI 3.1",
                      jsonContent({{"type", "object"}, {"additionalProperties", true}})))}};
 }
 
-// Names for generated clients, and what holds for every operation.
+// The names of operations in generated clients.
 struct OperationId {
     const char *path, *method, *id;
 };
@@ -276,7 +293,7 @@ ordered_json operations() {
     for (const OperationId& named : kOperationIds) {
         ordered_json& operation = all[named.path][named.method];
         operation["operationId"] = named.id;
-        operation["responses"]["4XX"] = problemAnswer("what was wrong with the request");
+        operation["responses"]["4XX"] = problemAnswer("an error of the request");
         const bool open = std::string_view(named.path).ends_with("z");  // health and readiness
         if (open) operation["security"] = ordered_json::array();
     }
@@ -290,21 +307,23 @@ ordered_json openApiDocument() {
     schemas["ComparisonRequest"] = comparisonRequestSchema();
     schemas["SequenceRequest"] = sequenceRequestSchema();
     schemas.update(responseSchemas());
-    return {{"openapi", "3.1.0"},
-            {"info",
-             {{"title", "Clerestory"},
-              {"version", versionText()},
-              {"description",
-               "Camera poses in, rendered frames out. Metres, radians, seconds, linear colours; "
-               "right-handed, +Y up, the camera looks down its own -Z."},
-              {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}}},
-            {"servers", {{{"url", "/"}}}},
-            // Asked for only where the server runs with --token-file.
-            {"security", {{{"token", ordered_json::array()}}, ordered_json::object()}},
-            {"paths", operations()},
-            {"components",
-             {{"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}},
-              {"schemas", std::move(schemas)}}}};
+    return {
+        {"openapi", "3.1.0"},
+        {"info",
+         {{"title", "Clerestory"},
+          {"version", versionText()},
+          {"description",
+           "Draws frames of 3D scenes from camera poses. Lengths are metres, angles radians, times "
+           "seconds, colours linear. The world is right-handed with +Y up; a camera looks along "
+           "its own -Z axis."},
+          {"license", {{"name", "MIT"}, {"identifier", "MIT"}}}}},
+        {"servers", {{{"url", "/"}}}},
+        // Required only where the server runs with --token-file.
+        {"security", {{{"token", ordered_json::array()}}, ordered_json::object()}},
+        {"paths", operations()},
+        {"components",
+         {{"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}},
+          {"schemas", std::move(schemas)}}}};
 }
 
 }  // namespace clerestory

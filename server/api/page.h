@@ -1,4 +1,4 @@
-// The viewer page and its files, compiled into the program and served from memory.
+// The web page and its files, compiled into the program and served from memory.
 #pragma once
 
 #include "server/base/call.h"

@@ -1,4 +1,4 @@
-#include "server/api/response_schemas.h"
+#include "server/api/openapi.h"
 
 #include <nlohmann/json.hpp>
 
@@ -15,7 +15,7 @@ ordered_json described(ordered_json schema, const char* words) {
     return schema;
 }
 
-// `always`: fields that every answer has; the others depend on what is described.
+// `always`: required fields. `sometimes`: optional fields.
 ordered_json object(ordered_json always, ordered_json sometimes = ordered_json::object()) {
     ordered_json required = ordered_json::array();
     for (const auto& [name, schema] : always.items()) required.push_back(name);
@@ -39,18 +39,20 @@ ordered_json oneOf(std::initializer_list<const char*> words) {
 
 ordered_json problemSchema() {
     const ordered_json fieldError =
-        object({{"pointer", described(kText, "RFC 6901")}, {"detail", kText}, {"allowed", kText}});
+        object({{"pointer", described(kText, "JSON Pointer (RFC 6901) of the field")},
+                {"detail", described(kText, "what is wrong with it")},
+                {"allowed", described(kText, "the allowed values")}});
     return object({{"type", described(kText, "urn:clerestory:problem: followed by the code")},
                    {"code", described(kText, "stable identifier, such as queueFull")},
-                   {"title", kText},
-                   {"status", kCount}},
-                  {{"detail", kText},
-                   {"requestId", kText},
-                   {"reason", kText},
+                   {"title", described(kText, "the same for every problem of this code")},
+                   {"status", described(kCount, "the HTTP status")}},
+                  {{"detail", described(kText, "what went wrong")},
+                   {"requestId", described(kText, "as in the X-Request-Id header")},
+                   {"reason", described(kText, "why a scene could not be loaded")},
                    {"errors", listOf(fieldError)}});
 }
 
-// JSON has no infinities: a measure that is not finite is null.
+// JSON has no infinity: a measure that is not finite is null.
 const ordered_json kMeasure = {{"type", {"number", "null"}}};
 const ordered_json kAccuracy = {{"$ref", "#/components/schemas/Accuracy"}};
 
@@ -107,68 +109,73 @@ ordered_json jobSchema() {
     return object({{"id", kText},
                    {"state", oneOf({"queued", "running", "done", "failed", "cancelled"})},
                    {"progress", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}}},
-                  {{"failure", kText},
+                  {{"failure", described(kText, "why the job failed")},
                    {"result", described({{"anyOf",
                                           {{{"$ref", "#/components/schemas/Comparison"}},
                                            {{"$ref", "#/components/schemas/AccuracyCurve"}}}}},
-                                        "of a comparison, or of the measurement that a budget of "
-                                        "accuracy needs")}});
+                                        "of a comparison, or of the measurement for an accuracy "
+                                        "budget")}});
 }
 
 ordered_json viewSchema() {
-    return object({{"viewFromWorld", numbers(16)},
-                   {"clipFromView", numbers(16)},
-                   {"eye", numbers(3)},
-                   {"znear", kNumber},
-                   {"orthographic", kFlag},
-                   {"mirrored", kFlag}},
-                  {{"clipPlane", numbers(4)}});
+    return object(
+        {{"viewFromWorld", described(numbers(16), "column-major")},
+         {"clipFromView",
+          described(numbers(16), "column-major; depth is 1 at znear and 0 at zfar or infinity")},
+         {"eye", described(numbers(3), "position in the world")},
+         {"znear", kNumber},
+         {"orthographic", kFlag},
+         {"mirrored", described(kFlag, "front faces are clockwise")}},
+        {{"clipPlane", described(numbers(4), "world space; what is behind it is not drawn")}});
 }
 
 ordered_json planSchema() {
-    const ordered_json pass = object({{"kind", kText},
-                                      {"name", kText},
-                                      {"effect", kText},
-                                      {"generation", kCount},
-                                      {"views", kCount},
-                                      {"draws", kCount},
-                                      {"triangles", kCount},
-                                      {"reads", listOf(kText)},
-                                      {"reason", kText},
-                                      {"viewMatrices", listOf(viewSchema())}},
-                                     {{"target", kText},
-                                      {"width", kCount},
-                                      {"height", kCount},
-                                      {"format", oneOf({"rgba16f", "rgba32f", "srgba8"})},
-                                      {"samples", kCount},
-                                      {"milliseconds", kNumber}});
+    const ordered_json pass =
+        object({{"kind", described(kText, "type of the pass")},
+                {"name", kText},
+                {"effect", described(kText, "the effect that requires it")},
+                {"generation", described(kCount, "depth of reflections")},
+                {"views", kCount},
+                {"draws", kCount},
+                {"triangles", kCount},
+                {"reads", described(listOf(kText), "targets of earlier passes")},
+                {"reason", described(kText, "why it runs")},
+                {"viewMatrices", listOf(viewSchema())}},
+               {{"target", kText},
+                {"width", kCount},
+                {"height", kCount},
+                {"format", oneOf({"rgba16f", "rgba32f", "srgba8"})},
+                {"samples", described(kCount, "samples per pixel")},
+                {"milliseconds", described(kNumber, "measured; only of frames that were drawn")}});
     const ordered_json skipped = object({{"name", kText}, {"effect", kText}, {"reason", kText}});
     const ordered_json candidate =
-        object({{"method", kText},
-                {"milliseconds", described(kNumber, "predicted")},
-                {"error", described(kNumber, "predicted, relative RMSE on its pixels")}});
-    const ordered_json decision = object({{"name", kText},
-                                          {"effect", kText},
-                                          {"taken", kText},
-                                          {"reason", kText},
-                                          {"candidates", listOf(candidate)}});
+        object({{"method", described(kText, "technique")},
+                {"milliseconds", described(kNumber, "predicted time")},
+                {"error", described(kNumber, "predicted relative RMSE on its pixels")}});
+    const ordered_json decision =
+        object({{"name", kText},
+                {"effect", kText},
+                {"taken", described(kText, "the technique that was chosen")},
+                {"reason", kText},
+                {"candidates", listOf(candidate)}});
     const ordered_json intrinsics = object({{"fx", kNumber},
                                             {"fy", kNumber},
                                             {"cx", kNumber},
                                             {"cy", kNumber},
                                             {"pixelCenter", oneOf({"half", "integer"})}});
-    const ordered_json camera = object({{"cameraToWorld", numbers(16)},
+    const ordered_json camera = object({{"cameraToWorld", described(numbers(16), "column-major")},
                                         {"convention", oneOf({"opengl", "opencv"})},
-                                        {"clipFromView", numbers(16)},
+                                        {"clipFromView", described(numbers(16), "column-major")},
                                         {"width", kCount},
                                         {"height", kCount},
                                         {"znear", kNumber}},
                                        {{"intrinsics", intrinsics}});
-    const ordered_json totals = object({{"passes", kCount},
-                                        {"views", kCount},
-                                        {"draws", kCount},
-                                        {"triangles", kCount},
-                                        {"samples", kCount}});
+    const ordered_json totals =
+        object({{"passes", kCount},
+                {"views", kCount},
+                {"draws", kCount},
+                {"triangles", kCount},
+                {"samples", described(kCount, "pixels times samples over all passes")}});
     return object({{"passes", listOf(pass)},
                    {"skipped", listOf(skipped)},
                    {"decisions", listOf(decision)},
@@ -176,9 +183,9 @@ ordered_json planSchema() {
                   {{"camera", camera}});
 }
 
-// An instance that glows, lets light through or mirrors.
+// An emitter, a piece of glass or a mirror.
 ordered_json surface(ordered_json more) {
-    ordered_json always = {{"objectId", described(kCount, "as in the channel of that name")},
+    ordered_json always = {{"objectId", described(kCount, "value in the channel objectId")},
                            {"node", kText},
                            {"mesh", kText},
                            {"material", kText},
@@ -191,14 +198,14 @@ ordered_json surface(ordered_json more) {
 ordered_json sceneFields() {
     const ordered_json bounds = {
         {"oneOf", {object({{"min", numbers(3)}, {"max", numbers(3)}}), {{"type", "null"}}}}};
-    return {{"stage", described(kText, "while it loads")},
+    return {{"stage", described(kText, "stage of loading")},
             {"progress", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}},
-            {"uploaded", kFlag},
-            {"failure", kText},
-            {"reason", kText},
+            {"uploaded", described(kFlag, "a client sent it")},
+            {"failure", described(kText, "why it could not be loaded")},
+            {"reason", described(kText, "code of the failure")},
             {"triangles", kCount},
             {"bounds", bounds},
-            {"effects", described(listOf(kText), "that the scene calls for")}};
+            {"effects", described(listOf(kText), "effects that the scene needs")}};
 }
 
 ordered_json summarySchema(ordered_json more = ordered_json::object()) {
@@ -212,20 +219,25 @@ ordered_json summarySchema(ordered_json more = ordered_json::object()) {
 }
 
 ordered_json sceneSchema() {
-    const ordered_json mirror = {{"roughness", kNumber}, {"reflectance", kNumber}};
+    const ordered_json mirror = {
+        {"roughness", kNumber},
+        {"reflectance", described(kNumber, "fraction of light reflected along the normal")}};
     ordered_json flat = surface(mirror);
     flat["properties"]["normal"] = numbers(3);
     const ordered_json animation =
         object({{"name", kText}, {"duration", described(kNumber, "seconds")}, {"default", kFlag}});
-    const ordered_json camera = object(
-        {{"name", kText},
-         {"position", numbers(3)},
-         {"direction", numbers(3)},
-         {"orthographic", kFlag}},
-        {{"yfov", kNumber}, {"yHalfHeight", kNumber}, {"znear", kNumber}, {"zfar", kNumber}});
+    const ordered_json camera =
+        object({{"name", kText},
+                {"position", numbers(3)},
+                {"direction", numbers(3)},
+                {"orthographic", kFlag}},
+               {{"yfov", kNumber},
+                {"yHalfHeight", described(kNumber, "of an orthographic camera")},
+                {"znear", kNumber},
+                {"zfar", kNumber}});
     const ordered_json light = object({{"name", kText},
                                        {"kind", oneOf({"point", "spot", "directional"})},
-                                       {"intensity", numbers(3)}},
+                                       {"intensity", described(numbers(3), "linear RGB")}},
                                       {{"position", numbers(3)},
                                        {"direction", numbers(3)},
                                        {"range", kNumber},
@@ -252,20 +264,26 @@ ordered_json sceneSchema() {
         object({{"meshes", kCount}, {"textures", kCount}, {"maps", kCount}, {"total", kCount}}),
         "bytes");
     const ordered_json warning =
-        object({{"code", kText}, {"subject", kText}, {"message", kText}, {"count", kCount}});
+        object({{"code", described(kText, "stable identifier of the warning")},
+                {"subject", described(kText, "what it is about, such as a material")},
+                {"message", kText},
+                {"count", kCount}});
     const ordered_json glass =
         surface({{"kind", oneOf({"pane", "solid"})}, {"transmission", kNumber}, {"ior", kNumber}});
     return summarySchema(
         {{"defaultView",
           object({{"position", numbers(3)}, {"target", numbers(3)}, {"yfov", kNumber}})},
-         {"environment", kText},
-         {"environmentRotation", described(numbers(4), "world from map, x y z w")},
+         {"environment", described(kText, "name of its environment map")},
+         {"environmentRotation",
+          described(numbers(4), "rotation from map to world, quaternion x y z w")},
          {"counts", counts},
          {"memory", memory},
          {"animations", listOf(animation)},
          {"cameras", listOf(camera)},
          {"lights", listOf(light)},
-         {"emitters", listOf(surface({{"radiance", numbers(3)}}))},
+         {"emitters",
+          listOf(
+              surface({{"radiance", described(numbers(3), "linear RGB, with emissiveStrength")}}))},
          {"glass", listOf(glass)},
          {"flatMirrors", listOf(flat)},
          {"curvedMirrors", listOf(surface(mirror))},
@@ -275,16 +293,17 @@ ordered_json sceneSchema() {
 }
 
 ordered_json rendererSchema() {
-    const ordered_json shaders = object({{"programs", kCount},
-                                         {"pipelines", kCount},
-                                         {"compileSeconds", kNumber},
-                                         {"optimized", kFlag}});
-    const ordered_json limits = object({{"edge", kCount},
-                                        {"pixels", kCount},
+    const ordered_json shaders =
+        object({{"programs", described(kCount, "compiled programs")},
+                {"pipelines", described(kCount, "programs with fixed state and a target format")},
+                {"compileSeconds", kNumber},
+                {"optimized", kFlag}});
+    const ordered_json limits = object({{"edge", described(kCount, "maximum width and height")},
+                                        {"pixels", described(kCount, "maximum number of pixels")},
                                         {"bodyBytes", kCount},
                                         {"sequenceBytes", kCount},
-                                        {"uploadBytes", described(kCount, "0: no uploads")},
-                                        {"queue", kCount},
+                                        {"uploadBytes", described(kCount, "0: uploads are off")},
+                                        {"queue", described(kCount, "frames that may wait")},
                                         {"deadlineSeconds", kNumber}});
     return object(
         {{"vendor", kText},
@@ -292,20 +311,22 @@ ordered_json rendererSchema() {
          {"version", kText},
          {"shadingLanguage", kText},
          {"platform", kText},
-         {"software", kFlag},
-         {"clipControl", kFlag},
-         {"timerQueriesTrusted", kFlag},
-         {"tellsOfResets", kFlag},
+         {"software", described(kFlag, "the driver renders on the processor")},
+         {"clipControl", described(kFlag, "depth can run from 1 to 0")},
+         {"timerQueriesTrusted", described(kFlag, "milliseconds are measured by the GPU")},
+         {"tellsOfResets", described(kFlag, "the driver reports resets of the GPU")},
          {"maxSamples", kCount},
          {"maxAnisotropy", kCount},
          {"maxTextureSize", kCount},
          {"shaders", shaders},
-         {"environments", listOf(kText)},
-         {"threads", kCount},
+         {"environments", described(listOf(kText), "names of the loaded environment maps")},
+         {"threads", described(kCount, "processors")},
          {"limits", limits},
-         {"importer", object({{"landlock", described(kCount, "version of the ABI; 0: none")},
-                              {"systemCallFilter", kFlag}})},
-         {"program", object({{"version", kText}, {"build", kText}})}});
+         {"importer",
+          object({{"landlock", described(kCount, "version of the ABI; 0: not available")},
+                  {"systemCallFilter", described(kFlag, "seccomp is active")}})},
+         {"program",
+          object({{"version", kText}, {"build", described(kText, "hash of the program")}})}});
 }
 
 }  // namespace

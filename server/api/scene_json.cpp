@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// The double with the same shortest text, so that 0.9f is written 0.9.
+// The double with the same shortest decimal text, so that 0.9f is written as 0.9.
 double shortest(float value) {
     char text[32];
     const auto written = std::to_chars(text, text + sizeof text, value);
@@ -29,13 +29,13 @@ ordered_json vector3(const glm::vec3& v) {
     return {shortest(v.x), shortest(v.y), shortest(v.z)};
 }
 
-// Of all instances once, with their areas in the world.
+// Classifies all instances once; areas are in world space.
 class Surfaces {
 public:
     Surfaces(const Scene& scene, const Pose& pose)
         : scene_(scene), pose_(pose), all_(surfacesOf(scene)) {}
 
-    // One entry for each instance that glows or lets light through, one for each mirror.
+    // One entry for each emitter or glass instance, and one for each mirror.
     ordered_json emitters() const {
         return perInstance([](const Surface& s) { return s.emitter; },
                            [&](const Surface& s, ordered_json& entry) {
@@ -102,15 +102,15 @@ public:
     }
 
 private:
-    static constexpr std::size_t kMaxListed = 500;  // of each kind; counts() has them all
+    static constexpr std::size_t kMaxListed = 500;  // of each kind; `counts` has the total
 
     const Material& material(const Surface& s) const { return scene_.materials[s.material]; }
     const glm::dmat4& world(const Surface& s) const {
         return pose_.worldFromNode[scene_.instances[s.instance].node];
     }
 
-    // A plane's area grows by the length of its normal's cofactors; that of other surfaces, whose
-    // directions we do not follow here, by the mean over directions of a uniform scale.
+    // The area of a plane scales by the length of the cofactors times its normal; that of other
+    // surfaces by the square of the mean scale, which is exact for uniform scaling.
     double worldArea(const Surface& s) const {
         const glm::dmat3 m(world(s));
         if (s.flatPart == kNone) {
@@ -130,7 +130,7 @@ private:
                 {"area", area}};
     }
 
-    // All surfaces of an instance agree on what they emit and let through.
+    // All surfaces of an instance have the same emission and transmission.
     template <class Belongs, class Describe>
     ordered_json perInstance(Belongs belongs, Describe describe) const {
         ordered_json list = ordered_json::array();

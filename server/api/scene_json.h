@@ -1,5 +1,5 @@
-// A scene as clients see it: what it holds, which effects it calls for, and why each surface was
-// classed so.
+// A scene as JSON: its contents, the effects that it needs, and the class of each surface with its
+// reason.
 #pragma once
 
 #include "server/scenes/scene_library.h"

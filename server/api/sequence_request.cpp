@@ -17,7 +17,7 @@ json cameraJson(const CameraRequest& camera) {
     return json::parse(canonicalText(frame)).at("camera");
 }
 
-// The frame's own fields, for each frame.
+// The fields of each frame.
 std::vector<json> ownFields(const json& body, const SequenceRequest& request) {
     std::vector<json> list;
     if (!request.path) return body.value("frames", list);
@@ -35,7 +35,7 @@ void append(std::vector<FieldError>& errors, const std::string& pointer,
     }
 }
 
-// The rules that bind several fields of the body.
+// Rules that involve several fields of the body.
 void checkWhole(const json& body, const SequenceRequest& request, std::vector<FieldError>& errors) {
     if (request.path && body.contains("frames")) {
         errors.push_back({"/path", "conflicts with frames", "one of the two"});
@@ -43,19 +43,19 @@ void checkWhole(const json& body, const SequenceRequest& request, std::vector<Fi
     if (request.path) {
         append(errors, "/path", problems(*request.path));
         if (frameCount(*request.path) > static_cast<double>(kMaxSequenceFrames)) {
-            errors.push_back({"/path", "makes too many frames",
-                              "at most " + std::to_string(kMaxSequenceFrames)});
+            errors.push_back(
+                {"/path", "has too many frames", "at most " + std::to_string(kMaxSequenceFrames)});
         }
     } else if (request.frames.empty()) {
-        errors.push_back({"/frames", "is empty", "one frame at least; or a path"});
+        errors.push_back({"/frames", "is empty", "at least one frame, or a path"});
     }
     const SequenceChannels& c = request.channels;
     if (!(c.color || c.depth || c.normal || c.objectId || c.through)) {
-        errors.push_back({"/channels", "are all off", "one at least"});
+        errors.push_back({"/channels", "are all off", "at least one channel"});
     }
     if (request.common.output.channel != Channel::color) {
-        errors.push_back({"/common/output/channel", "does not choose a sequence's files",
-                          "channels, beside common"});
+        errors.push_back({"/common/output/channel", "does not select the files of a sequence",
+                          "the field channels, next to common"});
     }
 }
 
@@ -78,7 +78,7 @@ Sequence sequenceFrom(const json& body) {
                       .channels = request.channels,
                       .first = request.first};
     if (sequence.common.dump().size() > kMaxSequenceText / sequence.count()) {
-        refuse({{"/common", "is too long for so many frames",
+        refuse({{"/common", "is too long for this number of frames",
                  std::to_string(kMaxSequenceText / sequence.count()) + " bytes"}});
     }
     for (std::size_t i = 0; i < sequence.count(); ++i) {
@@ -88,12 +88,12 @@ Sequence sequenceFrom(const json& body) {
             const std::string place = request.path ? "/common" : "/frames/" + std::to_string(i);
             append(errors, place, error.problem().errors);
         }
-        // One mistake in what is common is one in every frame; nobody reads ten thousand.
+        // An error in the common fields is an error of every frame: report it once.
         if (errors.size() > kEnoughErrors) refuse(std::move(errors));
     }
     if (sequence.first >= sequence.count()) {
         errors.push_back(
-            {"/first", "is behind the last frame", "0 to " + std::to_string(sequence.count() - 1)});
+            {"/first", "is after the last frame", "0 to " + std::to_string(sequence.count() - 1)});
     }
     if (!errors.empty()) refuse(std::move(errors));
     return sequence;

@@ -1,4 +1,4 @@
-// What a sequence is asked for: what all its frames have in common, and what each has of its own.
+// The request for a sequence: fields that all frames share, and fields of each frame.
 #pragma once
 
 #include "plan/request/camera_path.h"
@@ -8,12 +8,12 @@
 
 namespace clerestory {
 
-// A file of every frame for each that is on.
+// The channels of which each frame has a file.
 struct SequenceChannels {
     bool color = true, depth = false, normal = false, objectId = false, through = false;
 };
 
-// As the body is written; sequenceFrom() makes whole frames of it.
+// The body of the request; sequenceFrom() makes complete frames from it.
 struct SequenceRequest {
     FrameRequest common;
     std::vector<FrameRequest> frames;
@@ -26,39 +26,40 @@ inline constexpr std::size_t kMaxSequenceFrames = 100'000;
 
 template <class V>
 void fields(SequenceChannels& c, V&& visit) {
-    visit("color", c.color, Flag{}, "in the format of output");
-    visit("depth", c.depth, Flag{}, "metres along -Z, as float32");
-    visit("normal", c.normal, Flag{}, "world, as float32");
-    visit("objectId", c.objectId, Flag{}, "which thing each pixel shows, as float32");
-    visit("through", c.through, Flag{}, "through what each pixel is seen, as float32");
+    visit("color", c.color, Flag{}, "color, in the format of output");
+    visit("depth", c.depth, Flag{}, "distance along -Z in metres, as float32");
+    visit("normal", c.normal, Flag{}, "normals in world space, as float32");
+    visit("objectId", c.objectId, Flag{}, "instance + 1 of each pixel, as float32");
+    visit("through", c.through, Flag{},
+          "how each pixel is seen (output.channel through), as float32");
 }
 
 template <class V>
 void fields(SequenceRequest& s, V&& visit) {
-    visit("common", s.common, Nested{}, "a frame's fields, for all frames");
+    visit("common", s.common, Nested{}, "fields of all frames");
     visit("frames", s.frames, NestedList{kMaxSequenceFrames},
-          "each frame's own fields; each replaces the common one of its name whole");
-    visit("path", s.path, Nested{}, "instead of frames: a camera that moves between key poses");
-    visit("channels", s.channels, Nested{}, "the files of every frame");
+          "fields of each frame; a field replaces the whole field of that name in common");
+    visit("path", s.path, Nested{}, "camera that moves between key poses; instead of frames");
+    visit("channels", s.channels, Nested{}, "the files that are written for each frame");
     visit("first", s.first, Range{0, kMaxSequenceFrames - 1},
-          "the frame to begin with, to go on where an answer broke off");
+          "index of the first frame to send, to continue an interrupted answer");
 }
 
-// Of the common fields' text in all frames together: what checking a sequence may take.
+// Limit of the size of the common fields times the number of frames: bounds the work of checking.
 inline constexpr std::size_t kMaxSequenceText = 256 * 1024 * 1024;
 
 struct Sequence {
     nlohmann::json common;
-    std::vector<nlohmann::json> own;  // each frame's
+    std::vector<nlohmann::json> own;  // fields of each frame
     SequenceChannels channels;
     std::size_t first = 0;
 
     std::size_t count() const { return own.size(); }
-    // A whole frame: the body of a POST /v1/frames, without the channel.
+    // The complete body of a POST /v1/frames, without the channel.
     nlohmann::json frame(std::size_t index) const;
 };
 
-// Throws RequestError (422) that names every wrong field.
+// Throws RequestError (422) that lists every wrong field.
 Sequence sequenceFrom(const nlohmann::json& body);
 
 nlohmann::json channelsJson(const SequenceChannels& channels);

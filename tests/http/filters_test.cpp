@@ -87,7 +87,7 @@ TEST(FiltersOverHttp, StandInThePlanInTheHeadersAndInTheETag) {
         return s["name"] == "filter0:twirl" && s["effect"] == "filters";
     });
     ASSERT_NE(about, plan["skipped"].end());
-    EXPECT_EQ((*about)["reason"], "an amount of 0 turns nothing");
+    EXPECT_EQ((*about)["reason"], "an amount of 0 changes nothing");
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ TEST(FilterPlan, WhatChangesNothingIsLeftOutWithAReason) {
     };
     EXPECT_THAT(plan.skipped, skipped("filter0:twirl", "amount of 0"));
     EXPECT_THAT(plan.skipped, skipped("filter1:twirl", "radius of 0"));
-    EXPECT_THAT(plan.skipped, skipped("filter2:convolve", "keeps each pixel"));
+    EXPECT_THAT(plan.skipped, skipped("filter2:convolve", "identity"));
     EXPECT_THAT(plan.skipped, skipped("filter3:glow", "strength of 0"));
     EXPECT_THAT(plan.skipped, skipped("filter4:glow", "at most a pixel"));
 }

@@ -118,7 +118,7 @@ private:
 
 std::vector<FieldError> problems(const CameraPath& path) {
     std::vector<FieldError> errors;
-    if (path.keys.empty()) errors.push_back({"/keys", "is empty", "one key at least"});
+    if (path.keys.empty()) errors.push_back({"/keys", "is empty", "at least one key"});
     for (std::size_t i = 0; i < path.keys.size(); ++i) {
         const std::string pointer = "/keys/" + std::to_string(i);
         FrameRequest alone;
@@ -134,7 +134,7 @@ std::vector<FieldError> problems(const CameraPath& path) {
         }
         if (i > 0 && path.keys[i].time <= path.keys[i - 1].time) {
             errors.push_back(
-                {pointer + "/time", "is not later than the key before", "ascending times"});
+                {pointer + "/time", "is not later than the previous key", "ascending times"});
         }
     }
     return errors;

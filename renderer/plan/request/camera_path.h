@@ -1,4 +1,4 @@
-// A camera's way between key poses, as single frames. Pure.
+// A camera path between key poses, and its frames. Pure functions.
 #pragma once
 
 #include "plan/request/frame_request.h"
@@ -9,12 +9,12 @@ enum class PathInterpolation { linear, smooth };
 
 struct CameraKey {
     double time = 0.0;     // seconds
-    CameraRequest camera;  // with a pose of its own, not a camera of the scene
+    CameraRequest camera;  // a pose, not a camera of the scene
 };
 
 struct CameraPath {
-    std::vector<CameraKey> keys;  // of ascending times
-    double frameRate = 30.0;      // frames a second
+    std::vector<CameraKey> keys;  // in ascending order of time
+    double frameRate = 30.0;      // frames per second
     PathInterpolation interpolation = PathInterpolation::smooth;
 };
 
@@ -22,22 +22,23 @@ inline constexpr std::size_t kMaxCameraKeys = 1024;
 
 template <class V>
 void fields(CameraKey& k, V&& visit) {
-    visit("time", k.time, Range{0, 1e6, "seconds"}, "seconds, later than the key before");
-    visit("camera", k.camera, Nested{}, "a pose and lens; not a camera of the scene");
+    visit("time", k.time, Range{0, 1e6, "seconds"},
+          "time of the key; later than that of the previous key");
+    visit("camera", k.camera, Nested{}, "pose and lens; a camera of the scene is not allowed");
 }
 
 template <class V>
 void fields(CameraPath& p, V&& visit) {
-    visit("keys", p.keys, NestedList{kMaxCameraKeys}, "where the camera is, and when");
-    visit("frameRate", p.frameRate, Range{0.001, 1000}, "frames a second");
+    visit("keys", p.keys, NestedList{kMaxCameraKeys}, "poses of the camera with their times");
+    visit("frameRate", p.frameRate, Range{0.001, 1000}, "frames per second");
     visit("interpolation", p.interpolation,
           Choice<PathInterpolation>{
               {{"linear", PathInterpolation::linear}, {"smooth", PathInterpolation::smooth}}},
-          "between keys: straight, or a smooth curve through them");
+          "interpolation between keys: straight lines, or a smooth curve");
 }
 
-// What single fields cannot know: a key at least, ascending times, a whole pose in each. Pointers
-// begin at the path.
+// Checks that involve several fields: at least one key, ascending times, a complete pose in each.
+// Pointers are relative to the path.
 std::vector<FieldError> problems(const CameraPath& path);
 
 struct PathFrame {
@@ -45,15 +46,15 @@ struct PathFrame {
     CameraRequest camera;
 };
 
-// How many frames there are from the first key to the last, at frameRate, both ends included.
+// The number of frames from the first key to the last one at frameRate, both included.
 double frameCount(const CameraPath& path);
 
-// Those frames; path has no problems(). Where both keys about a frame have a target, position,
-// target and up move, so that what was looked at is looked at all the way; otherwise position and
-// orientation. Smooth is the cubic Hermite curve whose slope at a key is that of the chord between
-// its neighbours (Catmull and Rom 1974, for uneven times); turns then go through the quaternion's
-// components and are normalised. The field of view moves too; the rest of the lens is the earlier
-// key's.
+// These frames; requires that problems(path) is empty. If both keys around a frame have a target,
+// position, target and up are interpolated, so that the camera keeps looking at the target;
+// otherwise position and orientation. Smooth is the cubic Hermite curve whose slope at a key is
+// that of the chord between its neighbours (Catmull and Rom 1974, for uneven times); quaternions
+// are interpolated by component and normalised. The field of view is interpolated too; the rest of
+// the lens is that of the earlier key.
 std::vector<PathFrame> framesOf(const CameraPath& path);
 
 }  // namespace clerestory

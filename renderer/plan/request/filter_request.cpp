@@ -8,19 +8,19 @@ namespace {
 constexpr KernelNumbers kIdentity{0, 0, 0, 0, 1, 0, 0, 0, 0};
 
 std::string reasonToLeaveOut(const TwirlFilter& filter) {
-    if (filter.amount == 0.0) return "an amount of 0 turns nothing";
-    if (filter.radius == 0.0) return "a radius of 0 holds nothing";
+    if (filter.amount == 0.0) return "an amount of 0 changes nothing";
+    if (filter.radius == 0.0) return "a radius of 0 contains no pixel";
     return {};
 }
 
 std::string reasonToLeaveOut(const ConvolveFilter& filter) {
     const auto* numbers = std::get_if<KernelNumbers>(&filter.kernel);
-    return numbers && *numbers == kIdentity ? "the kernel keeps each pixel as it is" : "";
+    return numbers && *numbers == kIdentity ? "the kernel is the identity" : "";
 }
 
 std::string reasonToLeaveOut(const GlowFilter& filter) {
     if (filter.strength == 0.0) return "a strength of 0 spreads nothing";
-    if (filter.radius <= 1.0) return "a radius of at most a pixel spreads nothing";
+    if (filter.radius <= 1.0) return "a radius of at most one pixel spreads nothing";
     return {};
 }
 

@@ -78,31 +78,29 @@ void checkPose(const CameraRequest& c, std::vector<FieldError>& errors) {
         refuse("/camera/orientation", "conflicts with target", onePose);
     }
     if (c.position && !c.target && !c.orientation) {
-        refuse("/camera/position", "needs a target or an orientation beside it", onePose);
+        refuse("/camera/position", "requires target or orientation", onePose);
     }
     if (!c.position && (c.target || c.orientation)) {
-        refuse(c.target ? "/camera/target" : "/camera/orientation", "needs a position beside it",
-               onePose);
+        refuse(c.target ? "/camera/target" : "/camera/orientation", "requires position", onePose);
     }
     if (c.up && !c.target) {
-        refuse("/camera/up", "is used with target only", onePose);
+        refuse("/camera/up", "requires target", onePose);
     }
     if (c.position && c.target && *c.position == *c.target) {
-        refuse("/camera/target", "is the same point as position", "a point away from position");
+        refuse("/camera/target", "equals position", "a different point");
     }
     if (c.up && *c.up == glm::dvec3(0.0)) {
-        refuse("/camera/up", "has no length", "any direction");
+        refuse("/camera/up", "has zero length", "a direction");
     }
     if (c.orientation && std::abs(length(*c.orientation) - 1.0) > kUnitTolerance) {
         refuse("/camera/orientation", "is not a unit quaternion", "x y z w with length 1");
     }
     if (c.cameraToWorld && !isRigid(*c.cameraToWorld)) {
-        refuse("/camera/cameraToWorld", "is not a rotation and a translation",
+        refuse("/camera/cameraToWorld", "is not a rigid transform",
                "column-major, orthonormal, determinant 1, last row 0 0 0 1");
     }
     if (c.convention == Convention::opencv && !c.cameraToWorld) {
-        refuse("/camera/convention", "is used with cameraToWorld only",
-               "opengl, or give cameraToWorld");
+        refuse("/camera/convention", "requires cameraToWorld", "opengl, or give cameraToWorld");
     }
 }
 
@@ -119,7 +117,7 @@ std::vector<FieldError> problems(const FrameRequest& request) {
         errors.push_back({"/camera/intrinsics", "conflicts with yfov", "one of the two"});
     }
     if (c.znear && c.zfar && !(*c.znear < *c.zfar)) {
-        errors.push_back({"/camera/zfar", "is not beyond znear", "more than znear"});
+        errors.push_back({"/camera/zfar", "is not greater than znear", "more than znear"});
     }
     if (std::uint64_t{request.width} * request.height > kMaxPixels) {
         errors.push_back({"/width", "width x height is too large",
@@ -131,8 +129,8 @@ std::vector<FieldError> problems(const FrameRequest& request) {
     Accuracy knobs = request.accuracy;
     knobs.maxMilliseconds = knobs.maxError = std::nullopt;
     if (request.accuracy.isBudget() && knobs != Accuracy{}) {
-        errors.push_back({"/accuracy", "has knobs beside a budget, which picks them all",
-                          "maxMilliseconds, maxError or both; or a preset and knobs"});
+        errors.push_back({"/accuracy", "has settings together with a budget, which replaces them",
+                          "maxMilliseconds, maxError or both; or a preset and settings"});
     }
     const bool floats =
         request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
