@@ -2,7 +2,6 @@
 
 #include "image/encode.h"
 #include "measures/displayed.h"
-#include "measures/error_picture.h"
 #include "measures/percentile.h"
 #include "scene/material_override.h"
 
@@ -31,8 +30,8 @@ constexpr EffectSwitch kSwitches[] = {
     {Effect::environmentReflection, &Effects::environmentReflection},
 };
 
-// What all settings of one comparison are held against.
-struct Yardstick {
+// The baseline that the errors of all settings are related to.
+struct Baseline {
     Effect effect = Effect::base;
     std::optional<Mask> mask;  // none: the whole frame
     double relMseOff = 0.0, relMseNoise = 0.0;
@@ -45,51 +44,52 @@ struct Yardstick {
     }
 };
 
-// Tells how far the work is at every frame, and ends it when nobody wants it.
-class Steps {
+// Draws frames, reports progress after each, and throws Cancelled if the callback returns false.
+class ProgressDraw {
 public:
-    struct Ended {};
-    Steps(std::size_t count, const DrawFrame& draw, const std::function<bool(double)>& told)
-        : count_(count), draw_(draw), told_(told) {}
+    struct Cancelled {};
+    ProgressDraw(std::size_t count, const DrawFrame& draw,
+                 const std::function<bool(double)>& progress)
+        : count_(count), draw_(draw), progress_(progress) {}
     DrawnFrame draw(const FrameRequest& request) {
         DrawnFrame frame = draw_(request);
         ++done_;
         const double share = static_cast<double>(done_) / static_cast<double>(count_);
-        if (told_ && !told_(std::min(share, 1.0))) throw Ended{};
+        if (progress_ && !progress_(std::min(share, 1.0))) throw Cancelled{};
         return frame;
     }
 
 private:
     std::size_t count_, done_ = 0;
     const DrawFrame& draw_;
-    const std::function<bool(double)>& told_;
+    const std::function<bool(double)>& progress_;
 };
 
-class Comparing {
+class SettingComparison {
 public:
-    Comparing(const ComparisonRequest& request, const Scene& scene, const ReferenceRender& truth,
-              Steps& steps)
-        : request_(request), scene_(scene), truth_(truth), steps_(steps) {}
+    SettingComparison(const ComparisonRequest& request, const Scene& scene,
+                      const ReferenceRender& truth, ProgressDraw& frames)
+        : request_(request), scene_(scene), truth_(truth), frames_(frames) {}
 
-    // The frame first, then each effect that is on and seen.
-    std::vector<Yardstick> yardsticks() const {
+    // The whole frame first, then each effect that is on and visible.
+    std::vector<Baseline> baselines() const {
         FrameRequest base = request_.frame;
         base.accuracy = accuracyOf(Preset::standard);
         const FrameRequest masks = maskRequest(request_.frame);
-        const Image through = steps_.draw(inChannel(masks, Channel::through)).image;
-        const Image ids = steps_.draw(inChannel(masks, Channel::objectId)).image;
-        const auto yardstick = [&](Effect effect, std::optional<Mask> mask, const Effects& off) {
-            const Mask* where = mask ? &*mask : nullptr;
+        const Image through = frames_.draw(inChannel(masks, Channel::through)).image;
+        const Image ids = frames_.draw(inChannel(masks, Channel::objectId)).image;
+        const auto baseline = [&](Effect effect, std::optional<Mask> mask, const Effects& off) {
+            const Mask* pixels = mask ? &*mask : nullptr;
             FrameRequest without = base;
             without.effects = off;
             const Image& truth = truth_.image.color;
-            const Image picture = steps_.draw(linear(without)).image;
-            const double relMseOff = linearErrors(picture, truth, where).relMse;
-            const double noise = relMseNoise(truth_.image, where);
-            return Yardstick{effect, std::move(mask), relMseOff, noise};
+            const Image picture = frames_.draw(linear(without)).image;
+            const double relMseOff = linearErrors(picture, truth, pixels).relMse;
+            const double noise = relMseNoise(truth_.image, pixels);
+            return Baseline{effect, std::move(mask), relMseOff, noise};
         };
-        std::vector<Yardstick> all;
-        all.push_back(yardstick(Effect::base, std::nullopt, {false, false, false, false}));
+        std::vector<Baseline> all;
+        all.push_back(baseline(Effect::base, std::nullopt, {false, false, false, false}));
         for (const EffectSwitch& s : kSwitches) {
             if (!(request_.frame.effects.*s.on)) continue;
             Mask mask =
@@ -99,7 +99,7 @@ public:
             if (mask.pixels() == 0) continue;
             Effects off = request_.frame.effects;
             off.*s.on = false;
-            all.push_back(yardstick(s.effect, std::move(mask), off));
+            all.push_back(baseline(s.effect, std::move(mask), off));
         }
         return all;
     }
@@ -109,11 +109,11 @@ public:
         FrameRequest request = request_.frame;
         request.accuracy = accuracy;
         request.output = {.format = OutputFormat::png};
-        result.coldMs = steps_.draw(request).milliseconds;
+        result.coldMs = frames_.draw(request).milliseconds;
         std::vector<double> warm;
         DrawnFrame last;
         for (std::uint32_t i = 0; i < request_.frames; ++i) {
-            last = steps_.draw(request);
+            last = frames_.draw(request);
             warm.push_back(last.milliseconds);
         }
         result.medianMs = median(warm);
@@ -124,9 +124,10 @@ public:
                 if (c.method == d.taken) result.predictedMs += c.milliseconds;
             }
         }
-        const Image shown = displayed(truth_.image.color, request_.frame.toneMap,
-                                      static_cast<float>(std::exp2(request_.frame.exposure)));
-        result.displayed = displayedErrors(last.image, shown);
+        const Image truthDisplayed =
+            displayed(truth_.image.color, request_.frame.toneMap,
+                      static_cast<float>(std::exp2(request_.frame.exposure)));
+        result.displayed = displayedErrors(last.image, truthDisplayed);
         const Output& output = request_.frame.output;
         result.jpegPsnr = psnr(decodeJpeg(encodeJpeg(last.image, static_cast<int>(output.quality),
                                                      output.subsampling == Subsampling::s420)),
@@ -134,11 +135,11 @@ public:
         return result;
     }
 
-    void measure(SettingResult& result, const std::vector<Yardstick>& yardsticks) const {
+    void measure(SettingResult& result, const std::vector<Baseline>& baselines) const {
         FrameRequest request = request_.frame;
         request.accuracy = result.accuracy;
-        const Image picture = steps_.draw(linear(request)).image;
-        for (const Yardstick& y : yardsticks) {
+        const Image picture = frames_.draw(linear(request)).image;
+        for (const Baseline& y : baselines) {
             const EffectErrors errors = y.errors(picture, truth_.image.color);
             if (y.mask) {
                 result.effects.push_back(errors);
@@ -154,42 +155,42 @@ private:
     const ComparisonRequest& request_;
     const Scene& scene_;
     const ReferenceRender& truth_;
-    Steps& steps_;
+    ProgressDraw& frames_;
 };
 
 }  // namespace
 
 double relMseNoise(const ReferenceImage& truth, const Mask* mask) {
-    Image moved = truth.color;  // by its noise, which is then its distance
-    const std::size_t count = std::size_t{moved.width} * moved.height * moved.channels;
-    for (std::size_t k = 0; k < count; ++k) moved.floats()[k] += truth.noise.floats()[k];
-    return linearErrors(moved, truth.color, mask).relMse;
+    Image noisy = truth.color;  // displaced by its noise estimate
+    const std::size_t count = std::size_t{noisy.width} * noisy.height * noisy.channels;
+    for (std::size_t k = 0; k < count; ++k) noisy.floats()[k] += truth.noise.floats()[k];
+    return linearErrors(noisy, truth.color, mask).relMse;
 }
 
 std::optional<Comparison> compare(const ComparisonRequest& request, const Scene& scene,
                                   const ReferenceRender& truth, const DrawFrame& draw,
                                   const std::function<bool(double)>& progress) {
     const std::vector<Accuracy> settings = settingsOf(request);
-    // Masks, frames without effects, and for each setting a cold, the warm and a linear one.
-    const std::size_t frames =
+    // Two masks, frames with effects off, and for each setting a cold, the warm and a linear frame.
+    const std::size_t frameCount =
         2 + 1 + std::size(kSwitches) + settings.size() * (request.frames + 2);
-    Steps steps(frames, draw, progress);
-    const Comparing comparing(request, scene, truth, steps);
+    ProgressDraw progressDraw(frameCount, draw, progress);
+    const SettingComparison comparison(request, scene, truth, progressDraw);
     try {
-        const std::vector<Yardstick> yardsticks = comparing.yardsticks();
+        const std::vector<Baseline> baselines = comparison.baselines();
         Comparison result{.mode = request.mode,
                           .samples = truth.image.samples,
                           .seed = request.seed,
                           .truthMs = truth.milliseconds,
-                          .relMseNoise = yardsticks.front().relMseNoise,
-                          .relMseOff = yardsticks.front().relMseOff,
+                          .relMseNoise = baselines.front().relMseNoise,
+                          .relMseOff = baselines.front().relMseOff,
                           .nonFinite = truth.image.nonFinite};
         for (const Accuracy& accuracy : settings) {
-            result.settings.push_back(comparing.timed(accuracy));
-            comparing.measure(result.settings.back(), yardsticks);
+            result.settings.push_back(comparison.timed(accuracy));
+            comparison.measure(result.settings.back(), baselines);
         }
         return result;
-    } catch (const Steps::Ended&) {
+    } catch (const ProgressDraw::Cancelled&) {
         return std::nullopt;
     }
 }

@@ -12,11 +12,11 @@ namespace {
 constexpr std::uint32_t kSmallEdge = 320;
 constexpr std::uint32_t kTruthSamples = 32;
 constexpr int kWarmFrames = 3;
-// How far one frame moves a point.
+// Weight of one frame when refining a point.
 constexpr double kRefinement = 0.2;
 
-// The same view with fewer pixels.
-FrameRequest small(const FrameRequest& frame) {
+// The same view at reduced resolution.
+FrameRequest reduced(const FrameRequest& frame) {
     FrameRequest request = frame;
     const double scale =
         std::min(1.0, static_cast<double>(kSmallEdge) / std::max(frame.width, frame.height));
@@ -39,7 +39,7 @@ FrameRequest small(const FrameRequest& frame) {
 
 FrameRequest with(FrameRequest request, const Accuracy& accuracy, OutputFormat format) {
     request.accuracy = accuracy;
-    request.filters.clear();  // the truth has none
+    request.filters.clear();  // the truth has no filters
     request.output = {.format = format};
     return request;
 }
@@ -78,8 +78,8 @@ std::vector<Accuracy> ladder() {
 std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& trace,
                                   const DrawFrame& draw,
                                   const std::function<bool(double)>& progress) {
-    const FrameRequest smaller = small(frame);
-    const auto truth = trace(smaller, kTruthSamples);
+    const FrameRequest reducedFrame = reduced(frame);
+    const auto truth = trace(reducedFrame, kTruthSamples);
     if (!truth) return std::nullopt;
     const std::vector<Accuracy> settings = ladder();
     Curve curve;
@@ -89,12 +89,12 @@ std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& t
             return std::nullopt;
         }
         CurvePoint point{.accuracy = settings[i]};
-        const Image picture = draw(with(smaller, settings[i], OutputFormat::npy)).image;
+        const Image picture = draw(with(reducedFrame, settings[i], OutputFormat::npy)).image;
         point.relMse = linearErrors(picture, truth->color).relMse;
-        const FrameRequest whole = with(frame, settings[i], OutputFormat::png);
-        draw(whole);  // compiles programs and draws the maps that stay
+        const FrameRequest fullSize = with(frame, settings[i], OutputFormat::png);
+        draw(fullSize);  // compiles programs and draws resident maps
         std::vector<double> warm;
-        for (int k = 0; k < kWarmFrames; ++k) warm.push_back(draw(whole).milliseconds);
+        for (int k = 0; k < kWarmFrames; ++k) warm.push_back(draw(fullSize).milliseconds);
         point.milliseconds = median(warm);
         curve.points.push_back(point);
     }
@@ -104,17 +104,19 @@ std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& t
 
 Chosen choose(const Curve& curve, const Accuracy& budget) {
     const auto& points = curve.points;
-    const auto timely = [&](const CurvePoint& p) {
+    const auto withinTime = [&](const CurvePoint& p) {
         return !budget.maxMilliseconds || p.milliseconds <= *budget.maxMilliseconds;
     };
-    const auto exact = [&](const CurvePoint& p) {
+    const auto withinError = [&](const CurvePoint& p) {
         return !budget.maxError || p.relMse <= *budget.maxError;
     };
     const auto cheaper = [](const CurvePoint& a, const CurvePoint& b) {
         return a.milliseconds < b.milliseconds;
     };
-    const auto truer = [](const CurvePoint& a, const CurvePoint& b) { return a.relMse < b.relMse; };
-    // The best of those that `fits`, or the end.
+    const auto moreExact = [](const CurvePoint& a, const CurvePoint& b) {
+        return a.relMse < b.relMse;
+    };
+    // The least point by `less` among those that `fits` accepts; points.end() if none.
     const auto best = [&](const auto& fits, const auto& less) {
         auto found = points.end();
         for (auto p = points.begin(); p != points.end(); ++p) {
@@ -123,18 +125,19 @@ Chosen choose(const Curve& curve, const Accuracy& budget) {
         return found;
     };
     const auto any = [](const CurvePoint&) { return true; };
-    const auto both = [&](const CurvePoint& p) { return timely(p) && exact(p); };
-    auto found = budget.maxError ? best(both, cheaper) : best(timely, truer);
+    const auto both = [&](const CurvePoint& p) { return withinTime(p) && withinError(p); };
+    auto found = budget.maxError ? best(both, cheaper) : best(withinTime, moreExact);
     const bool met = found != points.end();
-    if (!met && budget.maxMilliseconds) found = best(timely, truer);
-    if (found == points.end()) found = best(any, budget.maxMilliseconds ? cheaper : truer);
+    if (!met && budget.maxMilliseconds) found = best(withinTime, moreExact);
+    if (found == points.end()) found = best(any, budget.maxMilliseconds ? cheaper : moreExact);
 
     Chosen chosen{.point = static_cast<std::size_t>(found - points.begin()), .met = met};
     chosen.words = nameOf(found->accuracy) + ": " + figures(*found) + " predicted";
-    if (!met) chosen.words += "; nothing meets the budget";
-    const auto truest = best(any, truer);
-    if (truest != found && truest->relMse < found->relMse) {
-        chosen.words += "; given up: " + nameOf(truest->accuracy) + " with " + figures(*truest);
+    if (!met) chosen.words += "; no setting meets the budget";
+    const auto mostExact = best(any, moreExact);
+    if (mostExact != found && mostExact->relMse < found->relMse) {
+        chosen.words +=
+            "; not chosen: " + nameOf(mostExact->accuracy) + " with " + figures(*mostExact);
     }
     return chosen;
 }

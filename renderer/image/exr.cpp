@@ -1,8 +1,7 @@
 // OpenEXR, version 2, one part of uncompressed float scan lines: a header of named attributes, a
-// table of offsets, and per line its channels one after the other in alphabetical order.
+// table of offsets, and for each line its channels in alphabetical order.
 // https://openexr.com/en/latest/OpenEXRFileLayout.html
 #include "image/encode.h"
-#include "image/encode_checks.h"
 
 #include <array>
 #include <bit>
@@ -29,7 +28,7 @@ void putAttribute(Bytes& to, std::string_view name, std::string_view type, const
     to += value;
 }
 
-// A channel's name and its place in our pixels.
+// A channel's name and its index in an Image's pixel.
 struct Channel {
     char name;
     std::uint32_t offset;

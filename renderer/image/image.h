@@ -1,8 +1,9 @@
-// Pixels that have left the GPU. Row by row, the first row is the top of the picture.
+// Pixels in CPU memory, row by row; the first row is the top of the image.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,5 +26,16 @@ struct Image {
 };
 
 Image makeImage(std::uint32_t width, std::uint32_t height, std::uint32_t channels, PixelType type);
+
+// Checks for encoders: throws std::runtime_error, naming the format, unless the image has pixels,
+// this type, one of these channel counts, as much data as its size requires, and no edge above
+// maxEdge.
+void requireImage(const Image& image, const std::string& format, PixelType type,
+                  std::initializer_list<std::uint32_t> channels, std::uint32_t maxEdge);
+
+// Check for decoders: throws std::runtime_error if the size that a file claims exceeds
+// kMaxDecodedPixels.
+inline constexpr std::uint64_t kMaxDecodedPixels = 1u << 26;
+void requireDecodable(const std::string& format, std::uint64_t width, std::uint64_t height);
 
 }  // namespace clerestory

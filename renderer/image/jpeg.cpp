@@ -1,6 +1,5 @@
-// JPEG through TurboJPEG, which reports errors where plain libjpeg would call exit().
+// JPEG with TurboJPEG, which reports errors where libjpeg would call exit().
 #include "image/encode.h"
-#include "image/encode_checks.h"
 
 #include <turbojpeg.h>
 
@@ -20,16 +19,16 @@ struct TurboFree {
     void operator()(unsigned char* memory) const { tjFree(memory); }
 };
 
-[[noreturn]] void fail(const char* doing, tjhandle handle) {
-    throw std::runtime_error(std::string("JPEG: ") + doing + ": " + tjGetErrorStr2(handle));
+[[noreturn]] void fail(const char* operation, tjhandle handle) {
+    throw std::runtime_error(std::string("JPEG: ") + operation + ": " + tjGetErrorStr2(handle));
 }
 
 }  // namespace
 
 Bytes encodeJpeg(const Image& image, int quality, bool subsample420) {
     requireImage(image, "JPEG", PixelType::srgb8, {3, 4}, 65500);
-    const Turbo turbo(tjInitCompress());  // a fresh one costs nothing measurable
-    if (!turbo) fail("starting", nullptr);
+    const Turbo turbo(tjInitCompress());  // creating one per call costs nothing measurable
+    if (!turbo) fail("initialisation", nullptr);
     unsigned char* memory = nullptr;
     unsigned long size = 0;
     const int failed = tjCompress2(
@@ -43,7 +42,7 @@ Bytes encodeJpeg(const Image& image, int quality, bool subsample420) {
 
 Image decodeJpeg(std::string_view bytes) {
     const Turbo turbo(tjInitDecompress());
-    if (!turbo) fail("starting", nullptr);
+    if (!turbo) fail("initialisation", nullptr);
     const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
     int width = 0, height = 0, subsampling = 0, colorSpace = 0;
     if (tjDecompressHeader3(turbo.get(), data, bytes.size(), &width, &height, &subsampling,

@@ -1,7 +1,6 @@
-// NumPy's array file, version 1.0: magic, length of the header, a Python dictionary, the numbers.
+// NumPy's array file, version 1.0: magic, header length, a Python dictionary, the values.
 // https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 #include "image/encode.h"
-#include "image/encode_checks.h"
 
 #include <bit>
 #include <charconv>
@@ -14,8 +13,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "arrays are written as '<f4'");
 
 constexpr std::string_view kMagic{"\x93NUMPY\x01\x00", 8};
-constexpr std::size_t kAlignment = 64;        // of the first number, from the start of the file
-constexpr std::uint32_t kMaxEdge = 1u << 16;  // keeps a hostile shape from overflowing
+constexpr std::size_t kAlignment = 64;        // of the first value, from the start of the file
+constexpr std::uint32_t kMaxEdge = 1u << 16;  // prevents overflow for malicious shapes
 
 std::string dictionary(const Image& image) {
     return "{'descr': '<f4', 'fortran_order': False, 'shape': (" + std::to_string(image.height) +
@@ -26,9 +25,9 @@ std::string dictionary(const Image& image) {
     throw std::runtime_error(std::string("NPY: cannot read: ") + why);
 }
 
-// Takes `expected` off the front of the text.
+// Removes `expected` from the start of the text; fails if it is not there.
 void skip(std::string_view& text, std::string_view expected) {
-    if (!text.starts_with(expected)) fail("not as encodeNpy writes it");
+    if (!text.starts_with(expected)) fail("it was not written by encodeNpy");
     text.remove_prefix(expected.size());
 }
 
@@ -58,11 +57,11 @@ Bytes encodeNpy(const Image& image) {
 
 Image decodeNpy(std::string_view bytes) {
     skip(bytes, kMagic);
-    if (bytes.size() < 2) fail("cut short");
+    if (bytes.size() < 2) fail("it is truncated");
     const std::size_t length = static_cast<std::uint8_t>(bytes[0]) |
                                static_cast<std::size_t>(static_cast<std::uint8_t>(bytes[1])) << 8;
     bytes.remove_prefix(2);
-    if (bytes.size() < length) fail("cut short");
+    if (bytes.size() < length) fail("it is truncated");
     std::string_view header = bytes.substr(0, length);
     bytes.remove_prefix(length);
     skip(header, "{'descr': '<f4', 'fortran_order': False, 'shape': (");

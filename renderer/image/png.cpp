@@ -1,6 +1,5 @@
-// PNG through libpng's simplified interface, which reports errors without longjmp.
+// PNG with libpng's simplified interface, which reports errors without longjmp.
 #include "image/encode.h"
-#include "image/encode_checks.h"
 
 #include <png.h>
 
@@ -16,8 +15,8 @@ struct PngImage : png_image {
     PngImage& operator=(const PngImage&) = delete;
 };
 
-[[noreturn]] void fail(const char* doing, const PngImage& png) {
-    throw std::runtime_error(std::string("PNG: ") + doing + ": " + png.message);
+[[noreturn]] void fail(const char* operation, const PngImage& png) {
+    throw std::runtime_error(std::string("PNG: ") + operation + ": " + png.message);
 }
 
 }  // namespace
@@ -30,8 +29,8 @@ Bytes encodePng(const Image& image) {
     png.format = image.channels == 1   ? PNG_FORMAT_GRAY
                  : image.channels == 3 ? PNG_FORMAT_RGB
                                        : PNG_FORMAT_RGBA;
-    png.flags = PNG_IMAGE_FLAG_FAST;  // half the time for a few per cent of size
-    // One pass into a buffer that is surely large enough, cut to what was written.
+    png.flags = PNG_IMAGE_FLAG_FAST;  // halves the time for a few per cent more size
+    // One pass into a buffer of the maximum size, then truncated.
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
     Bytes bytes(size, '\0');
     if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, image.bytes(), 0, nullptr)) {

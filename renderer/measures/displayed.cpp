@@ -15,12 +15,12 @@ namespace glsl {
 using namespace glm;
 using uint = unsigned int;
 #include "shaders/include/optics.glsl"
-// After optics.glsl, which it needs.
+// Requires optics.glsl.
 #include "shaders/include/tonemap.glsl"
 }  // namespace glsl
 #pragma GCC diagnostic pop
 
-glm::vec3 shown(glm::vec3 radiance, ToneMap curve) {
+glm::vec3 toneMapped(glm::vec3 radiance, ToneMap curve) {
     switch (curve) {
         case ToneMap::neutral:
             return glsl::toneMapNeutral(radiance);
@@ -36,14 +36,14 @@ glm::vec3 shown(glm::vec3 radiance, ToneMap curve) {
 
 Image displayed(const Image& linear, ToneMap curve, float exposureFactor) {
     if (linear.type != PixelType::float32 || linear.channels < 3) {
-        throw std::runtime_error("only linear radiance, float32 with colours, is tone mapped");
+        throw std::runtime_error("tone mapping requires float32 with 3 or 4 channels");
     }
     Image result = makeImage(linear.width, linear.height, 3, PixelType::float32);
     const std::size_t pixels = std::size_t(linear.width) * linear.height;
     for (std::size_t i = 0; i < pixels; ++i) {
         const float* from = linear.floats() + i * linear.channels;
         const glm::vec3 radiance = glm::vec3(from[0], from[1], from[2]) * exposureFactor;
-        const glm::vec3 code = glsl::srgbFromLinear(shown(radiance, curve));
+        const glm::vec3 code = glsl::srgbFromLinear(toneMapped(radiance, curve));
         std::copy_n(&code.x, 3, result.floats() + 3 * i);
     }
     return result;
@@ -51,7 +51,7 @@ Image displayed(const Image& linear, ToneMap curve, float exposureFactor) {
 
 Image quantised(const Image& image) {
     if (image.type != PixelType::float32) {
-        throw std::runtime_error("only float pictures can be rounded to 8 bits");
+        throw std::runtime_error("rounding to 8 bits requires a float image");
     }
     Image result = makeImage(image.width, image.height, image.channels, PixelType::srgb8);
     for (std::size_t i = 0; i < result.data.size(); ++i) {

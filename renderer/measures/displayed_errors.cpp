@@ -45,15 +45,15 @@ Layer similarity(const Layer& x, const Layer& y) {
         const double mx = meanX.values[i], my = meanY.values[i];
         const double varX = std::max(xx.values[i] - mx * mx, 0.0);
         const double varY = std::max(yy.values[i] - my * my, 0.0);
-        const double both = xy.values[i] - mx * my;
-        result.values[i] = (2.0 * mx * my + kC1) * (2.0 * both + kC2) /
+        const double covariance = xy.values[i] - mx * my;
+        result.values[i] = (2.0 * mx * my + kC1) * (2.0 * covariance + kC2) /
                            ((mx * mx + my * my + kC1) * (varX + varY + kC2));
     }
     return result;
 }
 
-// Only those whose window lies within the picture, where there are any.
-void leaveOutBorder(ComparedPair& pair) {
+// Excludes pixels whose window exceeds the image, unless that excludes all.
+void excludeBorder(ComparedPair& pair) {
     const auto [width, height] = std::pair(pair.actual[0].width, pair.actual[0].height);
     if (width < 11 || height < 11) return;
     ComparedPair inner = pair;
@@ -87,7 +87,7 @@ double ssim(const Image& actual, const Image& reference, const Mask* mask) {
     ComparedPair pair = comparedPair(actual, reference, mask);
     if (pair.pixels == 0) return 1.0;
     const Layer map = similarity(luma(pair.actual), luma(pair.reference));
-    leaveOutBorder(pair);
+    excludeBorder(pair);
     return meanOf(map, pair);
 }
 

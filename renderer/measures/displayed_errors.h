@@ -1,17 +1,16 @@
-// How far two displayed pictures are apart for people and for other people's figures: PSNR, SSIM,
-// FLIP, and the decibels that the glTF viewers publish.
+// Errors of displayed images: PSNR, SSIM, FLIP, and the decibels that glTF viewers publish.
 //
-// All take sRGB-encoded pictures of one size, 8-bit or float32 (0..1, clamped), with 3 or 4
-// channels (alpha is ignored), and an optional mask over which they are averaged. Pixels that are
-// not finite in either are left out. All are finite. They throw std::runtime_error when sizes or
-// channels do not fit.
+// All functions take sRGB-encoded images of one size, 8-bit or float32 (0..1, clamped), with 3 or 4
+// channels (alpha is ignored), and an optional mask of the pixels to average. Pixels that are not
+// finite in either image are not counted. Results are finite. Throw std::runtime_error if sizes or
+// channels do not match.
 #pragma once
 
 #include "measures/mask.h"
 
 namespace clerestory {
 
-// Equal pictures are infinitely many decibels apart; we say this many.
+// Returned for equal images, whose PSNR is infinite.
 inline constexpr double kMaxDecibels = 120.0;
 
 // 10 log10(1 / mean squared difference) over pixels and channels; 1 is white. 0..kMaxDecibels.
@@ -20,10 +19,10 @@ double psnr(const Image& actual, const Image& reference, const Mask* mask = null
 // Structural similarity of luma (Rec. 601), -1..1, 1: equal. Wang, Bovik, Sheikh and Simoncelli,
 // "Image Quality Assessment: From Error Visibility to Structural Similarity", IEEE TIP 13(4), 2004:
 // Gaussian window of 11 x 11 with sigma 1.5, K1 0.01, K2 0.03. The mean is over windows that lie
-// within the picture, and over all where none does (below 11 pixels).
+// within the image, or over all windows if the image is smaller than 11 pixels.
 double ssim(const Image& actual, const Image& reference, const Mask* mask = nullptr);
 
-// Root mean square of the squared YIQ distance, over the greatest that there is, in decibels:
+// Root mean square of the squared YIQ distance relative to its maximum, in decibels:
 // 10 log10(sqrt(mean(d^2)) / 35215), where d = 0.5053 y^2 + 0.299 i^2 + 0.1957 q^2 of the
 // differences of 0..255 codes. 0: black and white; -kMaxDecibels: equal. The distance is of
 // Kotsarenko and Ramos, "Measuring perceived color difference using YIQ NTSC transmission color
@@ -34,18 +33,18 @@ double decibels(const Image& actual, const Image& reference, const Mask* mask = 
 // At 0.7 m from a screen 0.7 m and 3840 pixels wide, as in the paper.
 inline constexpr double kPixelsPerDegree = 67.0206;
 
-// What a person sees when flipping between the two pictures, 0..1; 0: no difference. Andersson,
+// Perceived difference when alternating between the two images, 0..1; 0: no difference. Andersson,
 // Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference Evaluator for
 // Alternating Images", Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020.
-// pixelsPerDegree: of the viewer's sight, 1..1000.
+// pixelsPerDegree: of visual angle, 1..1000.
 Image flipMap(const Image& actual, const Image& reference,
-              double pixelsPerDegree = kPixelsPerDegree);  // one float a pixel
+              double pixelsPerDegree = kPixelsPerDegree);  // one float per pixel
 double flip(const Image& actual, const Image& reference, const Mask* mask = nullptr,
-            double pixelsPerDegree = kPixelsPerDegree);  // the map's mean
+            double pixelsPerDegree = kPixelsPerDegree);  // mean of the map
 
 struct DisplayedErrors {
     std::uint64_t pixels = 0;     // counted
-    std::uint64_t nonFinite = 0;  // left out
+    std::uint64_t nonFinite = 0;  // not counted
     double psnr = 0.0, ssim = 0.0, flip = 0.0, decibels = 0.0;
 };
 DisplayedErrors displayedErrors(const Image& actual, const Image& reference,

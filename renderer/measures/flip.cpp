@@ -1,5 +1,5 @@
-// FLIP after Andersson et al. (2020). Numbers and names are the paper's; sections are named at each
-// step. Pictures go on as their last pixel beyond their borders.
+// FLIP (Andersson et al. 2020). Constants and names are those of the paper, with its section
+// numbers. Images are extended by their border pixels.
 #include "measures/displayed_errors.h"
 #include "measures/layers.h"
 
@@ -13,10 +13,10 @@ namespace clerestory {
 namespace {
 
 constexpr double kColourPower = 0.7;       // q_c
-constexpr double kColourKnee = 0.4;        // p_c, of the greatest distance
+constexpr double kColourKnee = 0.4;        // p_c, relative to the maximum distance
 constexpr double kColourAtKnee = 0.95;     // p_t
 constexpr double kFeaturePower = 0.5;      // q_f
-constexpr double kFeatureDegrees = 0.082;  // w: width of the features looked for
+constexpr double kFeatureDegrees = 0.082;  // w: width of detected features
 
 // Linear sRGB to XYZ with white at D65, IEC 61966-2-1; columns.
 const glm::dmat3 kXyzFromRgb{0.4124564, 0.2126729, 0.0193339, 0.3575761, 0.7151522,
@@ -29,7 +29,7 @@ double linearOf(double code) {
     return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
 }
 
-// YCxCz: CIELAB with straight lines in the place of its cube roots.
+// YCxCz: CIELAB with linear functions in place of cube roots.
 glm::dvec3 opponentOf(glm::dvec3 linear) {
     const glm::dvec3 xyz = kXyzFromRgb * linear / kWhite;
     return {116.0 * xyz.y - 16.0, 500.0 * (xyz.x - xyz.y), 200.0 * (xyz.y - xyz.z)};
@@ -40,7 +40,7 @@ glm::dvec3 linearOfOpponent(glm::dvec3 opponent) {
     return kRgbFromXyz * (xyz * kWhite);
 }
 
-// CIELAB, its colours weighed by its lightness (Hunt's effect).
+// CIELAB with chroma scaled by lightness (Hunt effect).
 glm::dvec3 huntLabOf(glm::dvec3 linear) {
     const auto root = [](double t) {
         constexpr double kLimit = 6.0 / 29.0;
@@ -58,27 +58,27 @@ double hyab(glm::dvec3 a, glm::dvec3 b) {
     return std::abs(d.x) + std::hypot(d.y, d.z);
 }
 
-// ---- colour: what the eye resolves, then how far apart (sections 4.1.1 to 4.1.3) -------------
+// ---- colour: contrast sensitivity, then colour distance (sections 4.1.1 to 4.1.3) -------------
 
 // Contrast sensitivity as one or two Gaussians over an angle in degrees:
 // a sqrt(pi / b) exp(-pi^2 x^2 / b).
-struct Bell {
+struct Gaussian {
     double a, b;
 };
-double sigmaOf(Bell bell, double pixelsPerDegree) {  // pixels
-    return std::sqrt(bell.b / 2.0) / std::numbers::pi * pixelsPerDegree;
+double sigmaOf(Gaussian g, double pixelsPerDegree) {  // pixels
+    return std::sqrt(g.b / 2.0) / std::numbers::pi * pixelsPerDegree;
 }
 
-Layer resolved(const Layer& layer, std::span<const Bell> bells, double pixelsPerDegree) {
-    constexpr double kWidest = 0.04;  // b of the widest bell: all have its radius
+Layer resolved(const Layer& layer, std::span<const Gaussian> gaussians, double pixelsPerDegree) {
+    constexpr double kWidest = 0.04;  // b of the widest Gaussian, whose radius all use
     const int radius = static_cast<int>(std::ceil(3.0 * sigmaOf({1.0, kWidest}, pixelsPerDegree)));
     Layer sum{layer.width, layer.height, std::vector<double>(layer.values.size())};
     double weights = 0.0;
-    for (const Bell bell : bells) {
-        const double sigma = sigmaOf(bell, pixelsPerDegree);
-        double line = 0.0;  // the bell's sum over a square is the square of that over a line
+    for (const Gaussian g : gaussians) {
+        const double sigma = sigmaOf(g, pixelsPerDegree);
+        double line = 0.0;  // the sum over a square is the square of the sum over a line
         for (int x = -radius; x <= radius; ++x) line += std::exp(-0.5 * x * x / (sigma * sigma));
-        const double weight = bell.a * std::sqrt(std::numbers::pi / bell.b) * line * line;
+        const double weight = g.a * std::sqrt(std::numbers::pi / g.b) * line * line;
         const std::vector<double> window = gaussian(sigma, radius);
         const Layer part = filtered(layer, window, window);
         for (std::size_t i = 0; i < sum.values.size(); ++i) {
@@ -90,11 +90,11 @@ Layer resolved(const Layer& layer, std::span<const Bell> bells, double pixelsPer
     return sum;
 }
 
-// Linear RGB within the display's range, as far as the eye resolves it.
-Layers seen(const Layers& opponent, double pixelsPerDegree) {
-    static constexpr Bell kAchromatic[] = {{1.0, 0.0047}};
-    static constexpr Bell kRedGreen[] = {{1.0, 0.0053}};
-    static constexpr Bell kBlueYellow[] = {{34.1, 0.04}, {13.5, 0.025}};
+// Linear RGB after contrast sensitivity, within the display's range.
+Layers perceived(const Layers& opponent, double pixelsPerDegree) {
+    static constexpr Gaussian kAchromatic[] = {{1.0, 0.0047}};
+    static constexpr Gaussian kRedGreen[] = {{1.0, 0.0053}};
+    static constexpr Gaussian kBlueYellow[] = {{34.1, 0.04}, {13.5, 0.025}};
     Layers result{resolved(opponent[0], kAchromatic, pixelsPerDegree),
                   resolved(opponent[1], kRedGreen, pixelsPerDegree),
                   resolved(opponent[2], kBlueYellow, pixelsPerDegree)};
@@ -107,20 +107,20 @@ Layers seen(const Layers& opponent, double pixelsPerDegree) {
     return result;
 }
 
-// 0..1: small differences keep most of the range.
+// 0..1; small differences use most of the range.
 double colourDifference(glm::dvec3 a, glm::dvec3 b) {
     static const double greatest =
         std::pow(hyab(huntLabOf({0.0, 1.0, 0.0}), huntLabOf({0.0, 0.0, 1.0})), kColourPower);
-    const double apart = std::pow(hyab(huntLabOf(a), huntLabOf(b)), kColourPower);
+    const double distance = std::pow(hyab(huntLabOf(a), huntLabOf(b)), kColourPower);
     const double knee = kColourKnee * greatest;
-    if (apart < knee) return kColourAtKnee * apart / knee;
-    return std::min(kColourAtKnee + (apart - knee) / (greatest - knee) * (1.0 - kColourAtKnee),
+    if (distance < knee) return kColourAtKnee * distance / knee;
+    return std::min(kColourAtKnee + (distance - knee) / (greatest - knee) * (1.0 - kColourAtKnee),
                     1.0);
 }
 
-// ---- features: edges and points that one picture has and the other has not (section 4.2) -----
+// ---- features: edges and points of one image only (section 4.2) -------------------------------
 
-struct Outlines {
+struct FeatureLayers {
     Layer edges, points;  // magnitudes
 };
 
@@ -132,24 +132,27 @@ Layer magnitude(const Layer& x, const Layer& y) {
     return result;
 }
 
-Outlines outlinesOf(const Layer& achromatic, double pixelsPerDegree) {
+FeatureLayers featuresOf(const Layer& achromatic, double pixelsPerDegree) {
     const double sigma = 0.5 * kFeatureDegrees * pixelsPerDegree;  // pixels
     const int radius = static_cast<int>(std::ceil(3.0 * sigma));
-    const std::vector<double> bell = gaussian(sigma, radius);
-    std::vector<double> slope, bend;  // first and second derivative of the bell
+    const std::vector<double> weights = gaussian(sigma, radius);
+    std::vector<double> first, second;  // derivatives of the Gaussian
     for (int x = -radius; x <= radius; ++x) {
-        const double value = bell[std::size_t(x + radius)];
-        slope.push_back(-x * value);
-        bend.push_back((x * x / (sigma * sigma) - 1.0) * value);
+        const double value = weights[std::size_t(x + radius)];
+        first.push_back(-x * value);
+        second.push_back((x * x / (sigma * sigma) - 1.0) * value);
     }
-    // Positive weights add up to 1, negative ones to -1.
-    for (std::vector<double>* weights : {&slope, &bend}) {
-        double up = 0.0, down = 0.0;
-        for (const double weight : *weights) (weight > 0.0 ? up : down) += std::abs(weight);
-        for (double& weight : *weights) weight /= std::max(weight > 0.0 ? up : down, 1e-30);
+    // Normalises the sum of positive weights to 1 and that of negative weights to -1.
+    for (std::vector<double>* kernel : {&first, &second}) {
+        double positive = 0.0, negative = 0.0;
+        for (const double weight : *kernel)
+            (weight > 0.0 ? positive : negative) += std::abs(weight);
+        for (double& weight : *kernel)
+            weight /= std::max(weight > 0.0 ? positive : negative, 1e-30);
     }
-    return {magnitude(filtered(achromatic, slope, bell), filtered(achromatic, bell, slope)),
-            magnitude(filtered(achromatic, bend, bell), filtered(achromatic, bell, bend))};
+    return {
+        magnitude(filtered(achromatic, first, weights), filtered(achromatic, weights, first)),
+        magnitude(filtered(achromatic, second, weights), filtered(achromatic, weights, second))};
 }
 
 Layers opponentLayers(const Layers& codes) {
@@ -176,17 +179,18 @@ glm::dvec3 pixelOf(const Layers& layers, std::size_t i) {
 }  // namespace
 
 Image flipMap(const Image& actual, const Image& reference, double pixelsPerDegree) {
-    const double sharpness = std::clamp(pixelsPerDegree, 1.0, 1000.0);
+    const double resolution = std::clamp(pixelsPerDegree, 1.0, 1000.0);
     const ComparedPair pair = comparedPair(actual, reference, nullptr);
     const Layers opponentA = opponentLayers(pair.actual),
                  opponentR = opponentLayers(pair.reference);
-    const Layers seenA = seen(opponentA, sharpness), seenR = seen(opponentR, sharpness);
-    const Outlines a = outlinesOf(achromaticOf(opponentA), sharpness);
-    const Outlines r = outlinesOf(achromaticOf(opponentR), sharpness);
+    const Layers perceivedA = perceived(opponentA, resolution),
+                 perceivedR = perceived(opponentR, resolution);
+    const FeatureLayers a = featuresOf(achromaticOf(opponentA), resolution);
+    const FeatureLayers r = featuresOf(achromaticOf(opponentR), resolution);
 
     Image map = makeImage(actual.width, actual.height, 1, PixelType::float32);
     for (std::size_t i = 0; i < pair.counted.size(); ++i) {
-        const double colour = colourDifference(pixelOf(seenA, i), pixelOf(seenR, i));
+        const double colour = colourDifference(pixelOf(perceivedA, i), pixelOf(perceivedR, i));
         const double feature = std::max(std::abs(a.edges.values[i] - r.edges.values[i]),
                                         std::abs(a.points.values[i] - r.points.values[i])) /
                                std::numbers::sqrt2;

@@ -10,15 +10,15 @@ namespace {
 void requireComparable(const Image& actual, const Image& reference, const Mask* mask) {
     if (actual.width != reference.width || actual.height != reference.height) {
         throw std::runtime_error(
-            "pictures of two sizes cannot be compared: " + std::to_string(actual.width) + " x " +
-            std::to_string(actual.height) + " and " + std::to_string(reference.width) + " x " +
-            std::to_string(reference.height));
+            "images of different sizes cannot be compared: " + std::to_string(actual.width) +
+            " x " + std::to_string(actual.height) + " and " + std::to_string(reference.width) +
+            " x " + std::to_string(reference.height));
     }
     if (actual.channels < 3 || reference.channels < 3) {
-        throw std::runtime_error("only pictures with colours can be compared");
+        throw std::runtime_error("comparison requires 3 or 4 channels");
     }
     if (mask && (mask->width != actual.width || mask->height != actual.height)) {
-        throw std::runtime_error("the mask has another size than the pictures");
+        throw std::runtime_error("the mask differs in size from the images");
     }
 }
 
@@ -60,9 +60,8 @@ ComparedPair comparedPair(const Image& actual, const Image& reference, const Mas
 ComparedPair comparedPair(const Image& actual, const Image& reference, const Mask* mask,
                           PixelType type) {
     if (actual.type != type || reference.type != type) {
-        throw std::runtime_error(type == PixelType::float32
-                                     ? "linear errors are taken on float pictures"
-                                     : "these errors are taken on 8-bit pictures");
+        throw std::runtime_error(type == PixelType::float32 ? "linear errors require float images"
+                                                            : "these errors require 8-bit images");
     }
     return comparedPair(actual, reference, mask);
 }
@@ -82,7 +81,7 @@ std::vector<double> gaussian(double sigma, int radius) {
         weights.push_back(std::exp(-0.5 * x * x / (sigma * sigma)));
         sum += weights.back();
     }
-    for (double& weight : weights) weight /= sum;  // at least the middle one is 1
+    for (double& weight : weights) weight /= sum;  // the sum is at least 1
     return weights;
 }
 
@@ -92,7 +91,7 @@ Layer filtered(const Layer& layer, std::span<const double> alongX, std::span<con
     const auto radiusX = static_cast<std::ptrdiff_t>(alongX.size() / 2);
     const auto radiusY = static_cast<std::ptrdiff_t>(alongY.size() / 2);
     Layer rows = layer, result = layer;
-    const auto place = [width](std::ptrdiff_t x, std::ptrdiff_t y) {
+    const auto index = [width](std::ptrdiff_t x, std::ptrdiff_t y) {
         return static_cast<std::size_t>(y * width + x);
     };
     for (std::ptrdiff_t y = 0; y < height; ++y) {
@@ -100,19 +99,19 @@ Layer filtered(const Layer& layer, std::span<const double> alongX, std::span<con
             double sum = 0.0;
             for (std::ptrdiff_t k = -radiusX; k <= radiusX; ++k) {
                 const std::ptrdiff_t from = std::clamp<std::ptrdiff_t>(x + k, 0, width - 1);
-                sum += alongX[static_cast<std::size_t>(k + radiusX)] * layer.values[place(from, y)];
+                sum += alongX[static_cast<std::size_t>(k + radiusX)] * layer.values[index(from, y)];
             }
-            rows.values[place(x, y)] = sum;
+            rows.values[index(x, y)] = sum;
         }
     }
-    // Whole rows are added up: neighbours in memory.
+    // Adds whole rows, which are contiguous in memory.
     std::fill(result.values.begin(), result.values.end(), 0.0);
     for (std::ptrdiff_t y = 0; y < height; ++y) {
         for (std::ptrdiff_t k = -radiusY; k <= radiusY; ++k) {
             const std::ptrdiff_t from = std::clamp<std::ptrdiff_t>(y + k, 0, height - 1);
             const double weight = alongY[static_cast<std::size_t>(k + radiusY)];
             for (std::ptrdiff_t x = 0; x < width; ++x) {
-                result.values[place(x, y)] += weight * rows.values[place(x, from)];
+                result.values[index(x, y)] += weight * rows.values[index(x, from)];
             }
         }
     }

@@ -1,5 +1,5 @@
-// Two pictures made ready to be compared: one layer of doubles a channel, what does not count told
-// apart, and filters over layers. For the measures alone.
+// Internal to the measures: two images as layers of doubles, the mask of counted pixels, and
+// separable filters.
 #pragma once
 
 #include "measures/mask.h"
@@ -14,29 +14,29 @@ struct Layer {
     std::uint32_t width = 0, height = 0;
     std::vector<double> values;  // row by row
 };
-using Layers = std::array<Layer, 3>;  // red, green, blue, or what a space has in their place
+using Layers = std::array<Layer, 3>;  // red, green, blue, or the axes of another colour space
 
 struct ComparedPair {
-    Layers actual, reference;           // 0 in both where either is not finite
-    std::vector<std::uint8_t> counted;  // a pixel: inside the mask and finite in both
+    Layers actual, reference;           // 0 in both if either is not finite
+    std::vector<std::uint8_t> counted;  // per pixel: inside the mask and finite in both
     std::uint64_t pixels = 0;           // counted
     std::uint64_t nonFinite = 0;        // inside the mask, but not finite
 };
 
-// Bytes become 0..1, floats stay as they are. Throws std::runtime_error unless both pictures and
-// the mask have one size, and both the type (any: the same or not) and 3 or 4 channels.
+// Bytes are scaled to 0..1; floats are unchanged. Throws std::runtime_error unless both images and
+// the mask have one size, and both images have 3 or 4 channels and, in the second form, the type.
 ComparedPair comparedPair(const Image& actual, const Image& reference, const Mask* mask);
 ComparedPair comparedPair(const Image& actual, const Image& reference, const Mask* mask,
                           PixelType type);
 
-// The mean of a layer over the pixels that count; 0 when none does.
+// Mean of a layer over the counted pixels; 0 if there are none.
 double meanOf(const Layer& layer, const ComparedPair& pair);
 
-// Weights of exp(-x^2 / (2 sigma^2)) at -radius .. radius, with the sum 1. sigma > 0.
+// Weights proportional to exp(-x^2 / (2 sigma^2)) at -radius .. radius, with sum 1. sigma > 0.
 std::vector<double> gaussian(double sigma, int radius);
 
-// Filtered along the rows, then along the columns, by an odd number of weights each; beyond its
-// border a layer goes on as its last value.
+// Filtered along rows, then along columns, by an odd number of weights each; values beyond the
+// border are those of the border.
 Layer filtered(const Layer& layer, std::span<const double> alongX, std::span<const double> alongY);
 
 }  // namespace clerestory

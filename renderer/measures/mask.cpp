@@ -9,17 +9,18 @@
 namespace clerestory {
 namespace {
 
-// Numbers of a channel are whole; the half is room for none of them.
-Mask maskWhere(const Image& numbers, const std::function<bool(std::uint32_t)>& counts) {
-    if (numbers.channels != 1 || numbers.type != PixelType::float32) {
-        throw std::runtime_error("a mask is made of a channel of numbers: one float a pixel");
+// The channel's values are integers; adding one half rounds.
+Mask maskWhere(const Image& values, const std::function<bool(std::uint32_t)>& included) {
+    if (values.channels != 1 || values.type != PixelType::float32) {
+        throw std::runtime_error("a mask requires an image with one float channel");
     }
-    Mask mask{.width = numbers.width, .height = numbers.height};
-    mask.inside.resize(std::size_t(numbers.width) * numbers.height);
+    Mask mask{.width = values.width, .height = values.height};
+    mask.inside.resize(std::size_t(values.width) * values.height);
     for (std::size_t i = 0; i < mask.inside.size(); ++i) {
-        const float number = numbers.floats()[i];
-        const bool valid = number >= 0.0f && number < 16777216.0f;  // 2^24: floats count that far
-        mask.inside[i] = valid && counts(static_cast<std::uint32_t>(number + 0.5f));
+        const float value = values.floats()[i];
+        const bool valid =
+            value >= 0.0f && value < 16777216.0f;  // 2^24: greatest range of exact integers
+        mask.inside[i] = valid && included(static_cast<std::uint32_t>(value + 0.5f));
     }
     return mask;
 }
@@ -42,16 +43,16 @@ FrameRequest maskRequest(FrameRequest request) {
 }
 
 Mask maskOf(const Image& through, Effect effect) {
-    return maskWhere(through, [effect](std::uint32_t is) {
+    return maskWhere(through, [effect](std::uint32_t value) {
         switch (effect) {
             case Effect::base:
-                return is == throughDirect;
+                return value == throughDirect;
             case Effect::refraction:
-                return is == throughGlass;
+                return value == throughGlass;
             case Effect::planarReflection:
-                return is >= throughFirstMirror;
+                return value >= throughFirstMirror;
             case Effect::environmentReflection:
-                return is == throughCubeOrRays || is == throughEnvironment;
+                return value == throughCubeOrRays || value == throughEnvironment;
             case Effect::emission:
             case Effect::filters:
                 break;
@@ -61,12 +62,12 @@ Mask maskOf(const Image& through, Effect effect) {
 }
 
 Mask emissionMask(const Image& objectIds, const Scene& scene, const MaterialBindings& materials) {
-    std::vector<std::uint8_t> glows(scene.instances.size(), 0);
+    std::vector<std::uint8_t> emits(scene.instances.size(), 0);
     for (const Surface& surface : surfacesOf(scene, materials)) {
-        if (surface.emitter) glows[surface.instance] = 1;
+        if (surface.emitter) emits[surface.instance] = 1;
     }
     return maskWhere(objectIds, [&](std::uint32_t id) {
-        return id > 0 && id <= glows.size() && glows[id - 1] != 0;
+        return id > 0 && id <= emits.size() && emits[id - 1] != 0;
     });
 }
 

@@ -1,4 +1,4 @@
-// Which pixels an error is taken on: those whose first surface carries an effect.
+// The pixels over which an error is measured: those whose first surface shows an effect.
 #pragma once
 
 #include "image/image.h"
@@ -12,23 +12,22 @@ namespace clerestory {
 
 struct Mask {
     std::uint32_t width = 0, height = 0;
-    std::vector<std::uint8_t> inside;  // width * height, not 0: counts
-    std::uint64_t pixels() const;      // that count
+    std::vector<std::uint8_t> inside;  // width * height; nonzero: counted
+    std::uint64_t pixels() const;      // counted
 };
 
-// The frame whose picture tells which pixels carry which effect: the same view with every effect
-// on, each served in the way that the channel `through` names apart, so that the masks of two
-// accuracy settings are the same.
+// The frame whose `through` channel gives the masks: the same view with every effect on, and with
+// techniques that the channel distinguishes, so that all accuracy settings have the same masks.
 FrameRequest maskRequest(FrameRequest request);
 
-// Of a picture of the channel `through` drawn for maskRequest(). refraction: glass;
-// planarReflection: flat mirrors that show a mirrored picture; environmentReflection: mirrors that
-// show a captured cube, rays or the environment map; base: what is none of these. Empty for the
-// effects that the channel does not tell: emission, for which see emissionMask(), and filters.
-// Throws std::runtime_error unless the picture has one float channel.
+// The mask of an effect, from the channel `through` of maskRequest(). refraction: glass;
+// planarReflection: flat mirrors that show a mirrored view; environmentReflection: mirrors that
+// show a captured cube, rays or the environment map; base: none of these. Empty for effects that
+// the channel does not distinguish: emission (see emissionMask()) and filters. Throws
+// std::runtime_error unless the image has one float channel.
 Mask maskOf(const Image& through, Effect effect);
 
-// Pixels of things that glow, of a picture of the channel `objectId`. Throws as maskOf().
+// Pixels of instances that emit, from the channel `objectId`. Throws as maskOf().
 Mask emissionMask(const Image& objectIds, const Scene& scene,
                   const MaterialBindings& materials = {});
 

@@ -7,7 +7,8 @@
 
 namespace clerestory {
 
-// The measurement below which `share` (0..1) of the others lie; 0 for none.
+// The measurement that the fraction `share` (0..1) of the others does not exceed; 0 if there are no
+// measurements.
 inline double percentile(std::vector<double> values, double share) {
     if (values.empty()) return 0.0;
     const auto last = static_cast<double>(values.size() - 1);

@@ -4,10 +4,9 @@
 
 namespace clerestory::reference {
 
-// A perspective view's x in the picture, from -1 to 1, is m00 x/w - m20 with w = -z; an
-// orthographic one's is m00 x + m30. Depth is reversed: m22 is near / (far - near), or 1 / (far -
-// near).
-Lens::Lens(const View& view, std::uint32_t width, std::uint32_t height)
+// With m = clipFromView, normalised x is m00 x/w - m20, w = -z, for perspective and m00 x + m30 for
+// orthographic views. Depth is reversed: m22 is near / (far - near) and 1 / (far - near).
+RayCamera::RayCamera(const View& view, std::uint32_t width, std::uint32_t height)
     : worldFromCamera_(glm::transpose(glm::dmat3(view.viewFromWorld))),
       size_(width, height),
       orthographic_(view.orthographic),
@@ -21,15 +20,15 @@ Lens::Lens(const View& view, std::uint32_t width, std::uint32_t height)
                             : znear_ * (1.0 + 1.0 / depth);
 }
 
-CameraRay Lens::through(double x, double y) const {
-    const glm::dvec2 place(2.0 * x / size_.x - 1.0, 1.0 - 2.0 * y / size_.y);
-    const glm::dvec2 at = (place + shift_) * scale_;
+CameraRay RayCamera::generateRay(double x, double y) const {
+    const glm::dvec2 ndc(2.0 * x / size_.x - 1.0, 1.0 - 2.0 * y / size_.y);
+    const glm::dvec2 at = (ndc + shift_) * scale_;
     if (orthographic_) {
         return {worldFromCamera_ * glm::dvec3(at, 0.0), -worldFromCamera_[2], znear_, zfar_};
     }
-    const glm::dvec3 along(at, -1.0);
-    const double perDepth = glm::length(along);
-    return {glm::dvec3(0.0), worldFromCamera_ * (along / perDepth), znear_ * perDepth,
+    const glm::dvec3 direction(at, -1.0);
+    const double perDepth = glm::length(direction);
+    return {glm::dvec3(0.0), worldFromCamera_ * (direction / perDepth), znear_ * perDepth,
             zfar_ * perDepth};
 }
 

@@ -1,4 +1,4 @@
-// Rays of a picture, from the numbers of a View and by this file's own formulae.
+// Camera rays of a View, computed independently of the renderer's projection code.
 #pragma once
 
 #include "plan/graph/frame_plan.h"
@@ -6,21 +6,21 @@
 namespace clerestory::reference {
 
 struct CameraRay {
-    glm::dvec3 origin{0.0};     // relative to the eye, world axes: not 0 only if orthographic
-    glm::dvec3 direction{0.0};  // unit
-    double nearest = 0.0, farthest = 0.0;  // metres along it
+    glm::dvec3 origin{0.0};         // relative to the eye, world axes; 0 for perspective views
+    glm::dvec3 direction{0.0};      // unit
+    double tMin = 0.0, tMax = 0.0;  // metres
 };
 
-class Lens {
+class RayCamera {
 public:
-    Lens(const View& view, std::uint32_t width, std::uint32_t height);
+    RayCamera(const View& view, std::uint32_t width, std::uint32_t height);
 
-    // Through the point (x, y) of the picture, pixels from its upper left corner.
-    CameraRay through(double x, double y) const;
+    // The ray through image position (x, y), in pixels from the upper left corner.
+    CameraRay generateRay(double x, double y) const;
 
 private:
     glm::dmat3 worldFromCamera_;
-    glm::dvec2 scale_{1.0}, shift_{0.0};  // slopes (metres, if orthographic) at the picture's edges
+    glm::dvec2 scale_{1.0}, shift_{0.0};  // slopes (orthographic: metres) at the image's edges
     glm::dvec2 size_{1.0};
     bool orthographic_ = false;
     double znear_ = 0.0, zfar_ = 0.0;

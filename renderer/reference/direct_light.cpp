@@ -1,152 +1,150 @@
-// Light that comes to a point straight from its sources: lamps, and, in full, glowing surfaces and
-// the environment, chosen by chance and weighed against the turns that may find them as well
-// (balance heuristic, Veach 1997).
-#include "reference/fresnel.h"
+// Direct light: punctual lights, and, in mode `full`, emissive triangles and the environment,
+// sampled and weighted against BSDF sampling.
 #include "reference/path.h"
+#include "reference/scattering.h"
 
 namespace clerestory::reference {
 namespace {
 
-constexpr int kMaxHoles = 64;  // surfaces that light passes on its way
-
-double weighed(double chosen, double other) {
-    return chosen / (chosen + other);
-}
+constexpr int kMaxTransparentSurfaces = 64;  // along a shadow ray
 
 }  // namespace
 
-glm::dvec3 PathTracer::arriving(Ray ray, bool throughGlass) const {
-    if (!world_.anyClear()) return glm::dvec3(world_.blocked(ray) ? 0.0 : 1.0);
-    glm::dvec3 share(1.0);
-    Media media;
-    for (int i = 0; i < kMaxHoles; ++i) {
-        const std::optional<Hit> hit = world_.nearest(ray);
-        if (!hit) return share;
-        const Point p = world_.pointAt(*hit, ray.direction);
+glm::dvec3 PathTracer::transmittance(Ray ray, bool throughGlass) const {
+    if (!geometry_.hasTransparency()) return glm::dvec3(geometry_.occluded(ray) ? 0.0 : 1.0);
+    glm::dvec3 result(1.0);
+    MediumStack media;
+    for (int i = 0; i < kMaxTransparentSurfaces; ++i) {
+        const std::optional<Hit> hit = geometry_.intersect(ray);
+        if (!hit) return result;
+        const SurfaceInteraction p = geometry_.interactionAt(*hit, ray.direction);
         if (media.count > 0) {
-            const Material& m = *media.last().material;
-            share *= absorbed(m.attenuationColor, m.attenuationDistance, hit->distance);
+            const Material& m = *media.top().material;
+            result *= beerLambert(m.attenuationColor, m.attenuationDistance, hit->distance);
         }
-        glm::dvec3 clear(1.0 - p.coverage);
+        glm::dvec3 atSurface(1.0 - p.coverage);
         if (throughGlass && p.transmission > 0.0) {
             const double cosine = -glm::dot(p.normal, ray.direction);
             const double ior = std::max(1.0, double(p.material->ior));
-            glm::dvec3 passed;
+            glm::dvec3 throughSurface;
             if (p.surface->glass == Glass::pane) {
-                const double inside = std::max(refractedCosine(cosine, ior), 1e-3);
+                const double insideCosine = std::max(refractedCosine(cosine, ior), 1e-3);
                 const Material& m = *p.material;
-                passed =
-                    p.baseColor * paneShares(cosine, ior,
-                                             absorbed(m.attenuationColor, m.attenuationDistance,
-                                                      p.thickness / inside))
-                                      .transmitted;
+                throughSurface =
+                    p.baseColor *
+                    paneCoefficients(cosine, ior,
+                                     beerLambert(m.attenuationColor, m.attenuationDistance,
+                                                 p.thickness / insideCosine))
+                        .transmitted;
             } else {
-                // Not bent, so it comes out at the angle that it went in.
-                passed = glm::dvec3(1.0 - fresnel(cosine, ior).mean());
+                // Not refracted: light leaves the body at the angle of incidence.
+                throughSurface = glm::dvec3(1.0 - fresnel(cosine, ior).mean());
                 if (p.front) {
-                    passed *= p.baseColor;
+                    throughSurface *= p.baseColor;
                     media.enter(p);
                 } else {
                     media.leave(p);
                 }
             }
-            clear += p.coverage * p.transmission * (1.0 - p.metallic) * passed;
+            atSurface += p.coverage * p.transmission * (1.0 - p.metallic) * throughSurface;
         }
-        share *= clear;
-        if (!(greatest(share) > 0.0)) return glm::dvec3(0.0);
-        Ray next = World::leaving(p, ray.direction);
-        next.farthest = ray.farthest - hit->distance;
+        result *= atSurface;
+        if (!(greatest(result) > 0.0)) return glm::dvec3(0.0);
+        Ray next = SceneGeometry::spawnRay(p, ray.direction);
+        next.tMax = ray.tMax - hit->distance;
         ray = next;
     }
     return glm::dvec3(0.0);
 }
 
-glm::dvec3 PathTracer::underLamps(Path& path, const Point& point, const Lobes& lobes,
-                                  double diffuseShare) const {
+glm::dvec3 PathTracer::evalPunctualLights(Path& path, const SurfaceInteraction& point,
+                                          const Bsdf& bsdf, double diffuseScale) const {
     glm::dvec3 sum(0.0);
-    // In full one of them is chosen, as likely as it would be bright without shadows.
+    // Mode `full` samples one light in proportion to its unshadowed contribution (weighted
+    // reservoir sampling).
     struct Chosen {
-        LampLight light;
+        LightSample light;
         glm::dvec3 reflected{0.0};
-        double bright = 0.0;
+        double luminance = 0.0;
     } chosen;
-    double all = 0.0;
-    double random =
-        mode_ == ReferenceMode::full && !lighting_.lamps.empty() ? path.random.one() : 0;
-    for (const Lamp& lamp : lighting_.lamps) {
-        const LampLight light = lightAt(lamp, point.place);
-        const double cosine = glm::dot(point.normal, light.toLamp);
+    double total = 0.0;
+    double u = mode_ == ReferenceMode::full && !lighting_.lights.empty() ? path.sampler.get1D() : 0;
+    for (const PunctualLight& source : lighting_.lights) {
+        const LightSample light = evalLight(source, point.position);
+        const double cosine = glm::dot(point.normal, light.toLight);
         if (!(cosine > 0.0) || !(greatest(light.irradiance) > 0.0)) continue;
         const glm::dvec3 reflected =
             light.irradiance * cosine *
-            lobes.underLamp(lobes.frame().toLocal(light.toLamp), diffuseShare, point.covered);
+            bsdf.evalPunctual(bsdf.frame().toLocal(light.toLight), diffuseScale, point.discRadius2);
         sum += reflected;
-        const double bright = luminance(reflected);
-        if (mode_ == ReferenceMode::effects || !(bright > 0.0)) continue;
-        all += bright;
-        // One random number for all choices: what is left of it is uniform again.
-        const double share = bright / all;
-        if (random < share) {
-            chosen = {light, reflected, bright};
-            random /= share;
+        const double weight = luminance(reflected);
+        if (mode_ == ReferenceMode::effects || !(weight > 0.0)) continue;
+        total += weight;
+        // One random number serves all choices: after each choice it is rescaled to [0, 1).
+        const double probability = weight / total;
+        if (u < probability) {
+            chosen = {light, reflected, weight};
+            u /= probability;
         } else {
-            random = (random - share) / (1.0 - share);
+            u = (u - probability) / (1.0 - probability);
         }
     }
     if (mode_ == ReferenceMode::effects) return sum;
-    if (!(chosen.bright > 0.0) || glm::dot(chosen.light.toLamp, point.face) <= 0.0) {
+    if (!(chosen.luminance > 0.0) || glm::dot(chosen.light.toLight, point.geometricNormal) <= 0.0) {
         return glm::dvec3(0.0);
     }
-    Ray ray = World::leaving(point, chosen.light.toLamp);
-    ray.farthest = chosen.light.distance * (1.0 - 1e-6);
-    return chosen.reflected * (all / chosen.bright) * arriving(ray, true);
+    Ray ray = SceneGeometry::spawnRay(point, chosen.light.toLight);
+    ray.tMax = chosen.light.distance * (1.0 - 1e-6);
+    return chosen.reflected * (total / chosen.luminance) * transmittance(ray, true);
 }
 
-glm::dvec3 PathTracer::underChosenLights(Path& path, const Point& point, const Lobes& lobes,
-                                         double specularChance, double rest) const {
-    // What of the light from `towards`, chosen with `density`, both lobes send to the eye.
-    const auto reflected = [&](const glm::dvec3& towards, double density) {
-        const glm::dvec3 l = lobes.frame().toLocal(towards);
-        if (l.z <= 0.0 || glm::dot(towards, point.face) <= 0.0 || !(density > 0.0)) {
+glm::dvec3 PathTracer::evalAreaLights(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf,
+                                      double specularProbability, double diffuseFactor) const {
+    // Estimator weight of light from `towards`, sampled with density `pdf`.
+    const auto reflected = [&](const glm::dvec3& towards, double pdf) {
+        const glm::dvec3 l = bsdf.frame().toLocal(towards);
+        if (l.z <= 0.0 || glm::dot(towards, point.geometricNormal) <= 0.0 || !(pdf > 0.0)) {
             return glm::dvec3(0.0);
         }
         glm::dvec3 sum(0.0);
-        if (specularChance > 0.0) {
-            sum += lobes.specularOf(l) * weighed(density, specularChance * lobes.densityOf(l));
+        if (specularProbability > 0.0) {
+            sum += bsdf.evalSpecular(l) *
+                   balanceHeuristic(pdf, specularProbability * bsdf.specularPdf(l));
         }
-        if (specularChance < 1.0) {
-            sum += lobes.diffuse() * (rest / kPi) *
-                   weighed(density, (1.0 - specularChance) * cosineDensity(l));
+        if (specularProbability < 1.0) {
+            sum += bsdf.diffuse() * (diffuseFactor / kPi) *
+                   balanceHeuristic(pdf, (1.0 - specularProbability) * cosineHemispherePdf(l));
         }
-        return sum * (l.z / density);
+        return sum * (l.z / pdf);
     };
 
     glm::dvec3 sum(0.0);
-    const EnvironmentLight::Choice sky = lighting_.environment.choose(path.random.pair());
-    if (const glm::dvec3 share = reflected(sky.direction, sky.density); greatest(share) > 0.0) {
-        sum += share * lighting_.environment.along(sky.direction) *
-               arriving(World::leaving(point, sky.direction), false);
+    const EnvironmentLight::Sample sky = lighting_.environment.sample(path.sampler.get2D());
+    if (const glm::dvec3 weight = reflected(sky.direction, sky.pdf); greatest(weight) > 0.0) {
+        sum += weight * lighting_.environment.radiance(sky.direction) *
+               transmittance(SceneGeometry::spawnRay(point, sky.direction), false);
     }
     if (emitters_.empty()) return sum;
-    const double which = path.random.one();
-    const Emitters::Choice lamp = emitters_.choose(which, path.random.pair());
-    const glm::dvec3 way = lamp.place - point.place;
-    const double distance = glm::length(way);
-    const glm::dvec3 towards = unitOr(way, point.face);
-    const glm::dvec3 share =
-        reflected(towards, emitters_.density(lamp.triangle, towards, distance));
-    if (!(greatest(share) > 0.0)) return sum;
-    const World::Triangle& t = world_.triangles()[lamp.triangle];
+    const double uTriangle = path.sampler.get1D();
+    const Emitters::Sample emitter = emitters_.sample(uTriangle, path.sampler.get2D());
+    const glm::dvec3 offset = emitter.position - point.position;
+    const double distance = glm::length(offset);
+    const glm::dvec3 towards = unitOr(offset, point.geometricNormal);
+    const glm::dvec3 weight =
+        reflected(towards, emitters_.pdf(emitter.triangle, towards, distance));
+    if (!(greatest(weight) > 0.0)) return sum;
+    const SceneGeometry::Triangle& t = geometry_.triangles()[emitter.triangle];
     const glm::dvec3 normal =
         glm::cross(glm::dvec3(t.b) - glm::dvec3(t.a), glm::dvec3(t.c) - glm::dvec3(t.a));
-    if (!world_.meets(lamp.triangle, lamp.weightB, lamp.weightC, glm::dot(normal, towards) < 0.0)) {
+    if (!geometry_.acceptsHit(emitter.triangle, emitter.weightB, emitter.weightC,
+                              glm::dot(normal, towards) < 0.0)) {
         return sum;
     }
-    const Point there =
-        world_.pointAt({distance, lamp.weightB, lamp.weightC, lamp.triangle}, towards);
-    Ray ray = World::leaving(point, towards);
-    ray.farthest = distance * (1.0 - 1e-5) - 1e-6 * there.reach;
-    return sum + share * there.emitted * arriving(ray, false);
+    const SurfaceInteraction there = geometry_.interactionAt(
+        {distance, emitter.weightB, emitter.weightC, emitter.triangle}, towards);
+    Ray ray = SceneGeometry::spawnRay(point, towards);
+    ray.tMax = distance * (1.0 - 1e-5) - 1e-6 * there.maxCoordinate;
+    return sum + weight * there.emission * transmittance(ray, false);
 }
 
 }  // namespace clerestory::reference

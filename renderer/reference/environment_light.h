@@ -1,4 +1,4 @@
-// An environment map as light: along a direction, on a surface, and where its light comes from.
+// An environment map as a light: radiance, irradiance, and importance sampling of directions.
 #pragma once
 
 #include "reference/vectors.h"
@@ -10,37 +10,36 @@ namespace clerestory::reference {
 
 class EnvironmentLight {
 public:
-    // map must outlive it. intensity: a factor on all its light.
+    // map must outlive this object. intensity: factor on its radiance.
     EnvironmentLight(const EnvironmentMap& map, const glm::dmat3& worldFromMap, double intensity);
 
-    // Radiance from a direction (world, unit), without the map's sun: bilinear between texels, over
-    // the edges of faces too.
-    glm::dvec3 along(const glm::dvec3& direction) const;
+    // Radiance from a direction (world, unit) without the map's sun; bilinear, also across the
+    // edges of faces.
+    glm::dvec3 radiance(const glm::dvec3& direction) const;
 
-    // Irradiance / pi about a unit normal, nothing being in the way. Exact but for bilinear
-    // interpolation: 5e-4 of the map's greatest share of it.
-    glm::dvec3 diffuse(const glm::dvec3& normal) const;
+    // Unoccluded irradiance / pi for a unit normal. Exact except for bilinear interpolation: within
+    // 5e-4 of the map's maximum. Requires prepareIrradiance().
+    glm::dvec3 irradianceOverPi(const glm::dvec3& normal) const;
 
-    // A direction chosen about as often as light comes from it, and its density per steradian; 0
-    // where the map is black.
-    struct Choice {
+    // A direction sampled in proportion to luminance, and its density per steradian; density 0 if
+    // the map is black. Both require prepareSampling().
+    struct Sample {
         glm::dvec3 direction{0.0, 1.0, 0.0};
-        double density = 0.0;
+        double pdf = 0.0;
     };
-    Choice choose(const glm::dvec2& random) const;
-    double density(const glm::dvec3& direction) const;
+    Sample sample(const glm::dvec2& u) const;
+    double pdf(const glm::dvec3& direction) const;
 
-    // What diffuse() and choose() look up; until called, they must not be.
-    void prepareDiffuse();
-    void prepareChoices();
+    void prepareIrradiance();
+    void prepareSampling();
 
 private:
     const EnvironmentMap& map_;
     glm::dmat3 worldFromMap_, mapFromWorld_;
     double intensity_;
-    std::vector<glm::dvec3> diffuse_;  // six faces of (kDiffuseCells + 1)^2, corners included
-    std::uint32_t cells_ = 0;          // of the choices, along a face's edge
-    std::vector<double> upTo_;         // light of all cells before one; its last is 1
+    std::vector<glm::dvec3> irradiance_;  // six faces of (kIrradianceCells + 1)^2 grid points
+    std::uint32_t cells_ = 0;             // sampling cells along a face's edge
+    std::vector<double> cdf_;  // probability of all cells before one; the last entry is 1
 };
 
 }  // namespace clerestory::reference

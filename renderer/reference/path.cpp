@@ -1,39 +1,42 @@
-// The walk, and opaque points.
+// The main loop, and scattering at opaque surfaces.
 #include "reference/path.h"
 
-#include "reference/fresnel.h"
+#include "reference/scattering.h"
 
 namespace clerestory::reference {
 namespace {
 
-// The end of a path that cannot lose light, which chance reaches once in e^50.
-constexpr int kMaxTurns = 1200;
+// Bounds paths that lose no energy; Russian roulette reaches it with probability e^-50.
+constexpr int kMaxBounces = 1200;
 
-// Rougher lobes are found by chance, and discs of slopes are no wider.
-constexpr double kMaxAveraged = 0.6, kMaxCovered = 0.5;
+// Highlights of rougher lobes are not averaged over the footprint.
+constexpr double kMaxAveragedRoughness = 0.6;
+constexpr double kMaxDiscRadius2 = 0.5;
 
-// The chance that a path of that weight goes on after so many turns. Mirrors in mirrors are
-// followed for as long as they are seen clearly; light that diffuse walls have spread is not.
-double survivalProbability(ReferenceMode mode, int turns, double bright) {
+// Russian roulette: the probability that a path of this throughput continues. In mode `effects`,
+// where all bounces are specular, only dim paths are terminated early.
+double survivalProbability(ReferenceMode mode, int bounces, double throughput) {
     constexpr double kMax = 0.95;
-    if (mode == ReferenceMode::full) return turns < 3 ? 1.0 : std::min(bright, kMax);
-    constexpr double kFaint = 0.1;
-    return turns < 8 ? 1.0 : std::min(bright / kFaint, turns < 128 ? 1.0 : kMax);
+    if (mode == ReferenceMode::full) return bounces < 3 ? 1.0 : std::min(throughput, kMax);
+    constexpr double kDim = 0.1;
+    return bounces < 8 ? 1.0 : std::min(throughput / kDim, bounces < 128 ? 1.0 : kMax);
 }
 
 }  // namespace
 
-glm::dvec3 above(const glm::dvec3& direction, const glm::dvec3& face) {
-    constexpr double kAlong = 1e-3;
-    const double height = glm::dot(direction, face);
-    return height >= kAlong ? direction : unitOr(direction + face * (kAlong - height), face);
+glm::dvec3 clampToHorizon(const glm::dvec3& direction, const glm::dvec3& geometricNormal) {
+    constexpr double kMinHeight = 1e-3;
+    const double height = glm::dot(direction, geometricNormal);
+    return height >= kMinHeight
+               ? direction
+               : unitOr(direction + geometricNormal * (kMinHeight - height), geometricNormal);
 }
 
-void Media::enter(const Point& point) {
+void MediumStack::enter(const SurfaceInteraction& point) {
     if (count < kMax) bodies[count++] = {point.instance, point.material};
 }
 
-bool Media::leave(const Point& point) {
+bool MediumStack::leave(const SurfaceInteraction& point) {
     for (std::size_t i = count; i-- > 0;) {
         if (bodies[i].instance != point.instance) continue;
         for (std::size_t k = i; k + 1 < count; ++k) bodies[k] = bodies[k + 1];
@@ -43,106 +46,112 @@ bool Media::leave(const Point& point) {
     return false;
 }
 
-PathTracer::PathTracer(const World& world, const Lighting& lighting, const Effects& effects,
-                       ReferenceMode mode)
-    : world_(world), lighting_(lighting), effects_(effects), mode_(mode), emitters_(world) {}
+PathTracer::PathTracer(const SceneGeometry& geometry, const Lighting& lighting,
+                       const Effects& effects, ReferenceMode mode)
+    : geometry_(geometry),
+      lighting_(lighting),
+      effects_(effects),
+      mode_(mode),
+      emitters_(geometry) {}
 
-void PathTracer::Path::turn(const Ray& next, const glm::dvec3& share, double turnDensity) {
+void PathTracer::Path::scatter(const Ray& next, const glm::dvec3& factor, double pdfOfDirection) {
     ray = next;
-    weight *= share;
-    density = turnDensity;
-    travelled = 0.0;
+    throughput *= factor;
+    pdf = pdfOfDirection;
+    distance = 0.0;
 }
 
-glm::dvec3 PathTracer::radiance(const Ray& ray, Random& random, const PixelShare& share) const {
-    Path path{.ray = ray, .random = random, .stands = share};
-    for (int turns = 0; !path.ended && turns < kMaxTurns; ++turns) {
-        if (const std::optional<Hit> hit = world_.nearest(path.ray))
-            meet(path, *hit);
+glm::dvec3 PathTracer::radiance(const Ray& ray, Sampler& sampler,
+                                const PixelFootprint& footprint) const {
+    Path path{.ray = ray, .sampler = sampler, .footprint = footprint};
+    for (int bounces = 0; !path.terminated && bounces < kMaxBounces; ++bounces) {
+        if (const std::optional<Hit> hit = geometry_.intersect(path.ray))
+            scatterAt(path, *hit);
         else
-            meetNothing(path);
-        const double bright = greatest(path.weight);
-        if (!(bright > 0.0)) break;
-        const double chance = survivalProbability(mode_, turns, bright);
-        if (chance >= 1.0) continue;
-        if (random.one() >= chance) break;
-        path.weight /= chance;
+            addBackground(path);
+        const double throughput = greatest(path.throughput);
+        if (!(throughput > 0.0)) break;
+        const double probability = survivalProbability(mode_, bounces, throughput);
+        if (probability >= 1.0) continue;
+        if (sampler.get1D() >= probability) break;
+        path.throughput /= probability;
     }
-    return path.sum;
+    return path.radiance;
 }
 
-void PathTracer::meetNothing(Path& path) const {
-    path.ended = true;
-    if (path.straight && !lighting_.backgroundVisible) return;
-    glm::dvec3 light = lighting_.environment.along(path.ray.direction);
-    if (path.density > 0.0) {
-        const double other = lighting_.environment.density(path.ray.direction);
-        light *= path.density / (path.density + other);
+void PathTracer::addBackground(Path& path) const {
+    path.terminated = true;
+    if (path.fromCamera && !lighting_.backgroundVisible) return;
+    glm::dvec3 light = lighting_.environment.radiance(path.ray.direction);
+    if (path.pdf > 0.0) {
+        light *= balanceHeuristic(path.pdf, lighting_.environment.pdf(path.ray.direction));
     }
-    path.sum += path.weight * light;
+    path.radiance += path.throughput * light;
 }
 
-glm::dvec3 PathTracer::emittedAt(const Path& path, const Point& point) const {
-    if (!(greatest(point.emitted) > 0.0) || path.density <= 0.0) return point.emitted;
-    const double other = emitters_.density(point.triangle, path.ray.direction, path.travelled);
-    return point.emitted * (path.density / (path.density + other));
+glm::dvec3 PathTracer::weightedEmission(const Path& path, const SurfaceInteraction& point) const {
+    if (!(greatest(point.emission) > 0.0) || path.pdf <= 0.0) return point.emission;
+    const double lightPdf = emitters_.pdf(point.triangle, path.ray.direction, path.distance);
+    return point.emission * balanceHeuristic(path.pdf, lightPdf);
 }
 
-void PathTracer::meet(Path& path, const Hit& hit) const {
-    path.travelled += hit.distance;
-    path.stands.width += path.stands.spread * hit.distance;
+void PathTracer::scatterAt(Path& path, const Hit& hit) const {
+    path.distance += hit.distance;
+    path.footprint.width += path.footprint.spread * hit.distance;
     if (path.media.count > 0) {
-        const Material& m = *path.media.last().material;
-        path.weight *= absorbed(m.attenuationColor, m.attenuationDistance, hit.distance);
+        const Material& m = *path.media.top().material;
+        path.throughput *= beerLambert(m.attenuationColor, m.attenuationDistance, hit.distance);
     }
-    Point point = world_.pointAt(hit, path.ray.direction);
-    path.sum += path.weight * emittedAt(path, point);
-    if (point.coverage < 1.0 && path.random.one() >= point.coverage) {
-        path.ray = World::leaving(point, path.ray.direction);
+    SurfaceInteraction point = geometry_.interactionAt(hit, path.ray.direction);
+    path.radiance += path.throughput * weightedEmission(path, point);
+    if (point.coverage < 1.0 && path.sampler.get1D() >= point.coverage) {
+        path.ray = SceneGeometry::spawnRay(point, path.ray.direction);
         return;
     }
     if (point.material->unlit) {
-        path.sum += path.weight * point.baseColor;
-        path.ended = true;
+        path.radiance += path.throughput * point.baseColor;
+        path.terminated = true;
         return;
     }
-    if (path.stands.edge > 0.0 && point.roughness < kMaxAveraged && !lighting_.lamps.empty()) {
-        point.turn = world_.turnAcross(hit, point, path.ray.direction, path.stands.width);
-        const double radius2 =
-            point.turn * point.turn + 0.25 * path.stands.spread * path.stands.spread;
-        point.covered = std::min(radius2 / kPi, kMaxCovered);
+    if (path.footprint.fraction > 0.0 && point.roughness < kMaxAveragedRoughness &&
+        !lighting_.lights.empty()) {
+        point.normalSpread =
+            geometry_.normalSpreadAcross(hit, point, path.ray.direction, path.footprint.width);
+        const double radius2 = point.normalSpread * point.normalSpread +
+                               0.25 * path.footprint.spread * path.footprint.spread;
+        point.discRadius2 = std::min(radius2 / kPi, kMaxDiscRadius2);
     }
-    // Only the dielectric part lets light through, so what is beside the clear share is more of a
-    // metal than the whole, and the clear share is none.
-    const double clear = point.transmission * (1.0 - point.metallic);
-    const bool opaque = !(clear > 0.0) || path.random.one() >= clear;
-    point.metallic = opaque ? point.metallic / std::max(1.0 - clear, 1e-12) : 0.0;
-    if (opaque) return meetOpaque(path, point);
+    // Only the dielectric part transmits. So the opaque part is more metallic than the whole, and
+    // the transmitting part is not metallic.
+    const double transmitting = point.transmission * (1.0 - point.metallic);
+    const bool opaque = !(transmitting > 0.0) || path.sampler.get1D() >= transmitting;
+    point.metallic = opaque ? point.metallic / std::max(1.0 - transmitting, 1e-12) : 0.0;
+    if (opaque) return scatterAtOpaque(path, point);
     if (point.front || point.surface->glass == Glass::pane) {
-        const Lobes lobes(point, -path.ray.direction);
-        path.sum += path.weight * underLamps(path, point, lobes, 0.0);
+        const Bsdf bsdf(point, -path.ray.direction);
+        path.radiance += path.throughput * evalPunctualLights(path, point, bsdf, 0.0);
     }
     if (point.surface->glass == Glass::pane)
-        meetPane(path, point);
+        scatterAtPane(path, point);
     else
-        meetSolid(path, point);
+        scatterAtSolid(path, point);
 }
 
-void PathTracer::meetOpaque(Path& path, const Point& point) const {
-    const Lobes lobes(point, -path.ray.direction);
-    path.sum += path.weight * underLamps(path, point, lobes, 1.0);
+void PathTracer::scatterAtOpaque(Path& path, const SurfaceInteraction& point) const {
+    const Bsdf bsdf(point, -path.ray.direction);
+    path.radiance += path.throughput * evalPunctualLights(path, point, bsdf, 1.0);
     if (mode_ == ReferenceMode::effects)
-        meetInEffects(path, point, lobes);
+        scatterInEffects(path, point, bsdf);
     else
-        meetInFull(path, point, lobes);
+        scatterInFull(path, point, bsdf);
 }
 
-bool PathTracer::hasOwnMap(const Point& point) const {
+bool PathTracer::hasMaterialMap(const SurfaceInteraction& point) const {
     return effects_.environmentReflection && point.surface->why == ReflectorReason::map &&
            lighting_.named.contains(point.material->environmentMap);
 }
 
-bool PathTracer::traces(const Surface& surface) const {
+bool PathTracer::tracesReflection(const Surface& surface) const {
     if (surface.why == ReflectorReason::map) return false;
     if (mode_ == ReferenceMode::full) return true;
     if (surface.reflector == Reflector::flat) return effects_.planarReflection;
@@ -152,57 +161,68 @@ bool PathTracer::traces(const Surface& surface) const {
     return false;
 }
 
-glm::dvec3 PathTracer::surroundings(const Point& point, const glm::dvec3& towards) const {
-    if (!hasOwnMap(point)) return lighting_.environment.along(towards);
+glm::dvec3 PathTracer::environmentRadiance(const SurfaceInteraction& point,
+                                           const glm::dvec3& towards) const {
+    if (!hasMaterialMap(point)) return lighting_.environment.radiance(towards);
     const glm::dmat3 mapFromWorld =
         glm::transpose(glm::mat3_cast(glm::normalize(point.material->environmentRotation)));
-    return lighting_.named.at(point.material->environmentMap).along(mapFromWorld * towards);
+    return lighting_.named.at(point.material->environmentMap).radiance(mapFromWorld * towards);
 }
 
-void PathTracer::meetInEffects(Path& path, const Point& point, const Lobes& lobes) const {
-    const Lobes::Facet facet = lobes.facet(path.random.pair());
-    path.weight *= point.occlusion;
-    path.sum +=
-        path.weight * lobes.diffuse() * facet.rest * lighting_.environment.diffuse(point.normal);
-    const glm::dvec3 towards = lobes.frame().toWorld(facet.towards);
-    if (traces(*point.surface)) {
-        path.turn(World::leaving(point, above(towards, point.face)), facet.weight);
-        path.widen(lobes.alpha(), point.turn);
-        path.straight = false;
+void PathTracer::scatterInEffects(Path& path, const SurfaceInteraction& point,
+                                  const Bsdf& bsdf) const {
+    const Bsdf::SpecularSample specular = bsdf.sampleSpecular(path.sampler.get2D());
+    path.throughput *= point.occlusion;
+    path.radiance += path.throughput * bsdf.diffuse() * specular.diffuseFactor *
+                     lighting_.environment.irradianceOverPi(point.normal);
+    const glm::dvec3 towards = bsdf.frame().toWorld(specular.direction);
+    if (tracesReflection(*point.surface)) {
+        path.scatter(SceneGeometry::spawnRay(point, clampToHorizon(towards, point.geometricNormal)),
+                     specular.weight);
+        path.widen(bsdf.alpha(), point.normalSpread);
+        path.fromCamera = false;
         return;
     }
-    path.sum += path.weight * facet.weight * surroundings(point, towards);
-    path.ended = true;
+    path.radiance += path.throughput * specular.weight * environmentRadiance(point, towards);
+    path.terminated = true;
 }
 
-void PathTracer::meetInFull(Path& path, const Point& point, const Lobes& lobes) const {
-    const Lobes::Facet facet = lobes.facet(path.random.pair());
-    const double specular = greatest(lobes.fresnel(lobes.toEye().z));
-    const double diffuse = greatest(lobes.diffuse());
-    double chance = diffuse > 0.0 ? std::clamp(specular / (specular + diffuse), 0.1, 0.9) : 1.0;
-    path.straight = false;
-    if (!traces(*point.surface)) {
-        const glm::dvec3 towards = lobes.frame().toWorld(facet.towards);
-        path.sum += path.weight * facet.weight * surroundings(point, towards);
-        chance = 0.0;
+void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
+                               const Bsdf& bsdf) const {
+    const Bsdf::SpecularSample specular = bsdf.sampleSpecular(path.sampler.get2D());
+    const double specularAlbedo = greatest(bsdf.fresnel(bsdf.toEye().z));
+    const double diffuseAlbedo = greatest(bsdf.diffuse());
+    double probability =
+        diffuseAlbedo > 0.0
+            ? std::clamp(specularAlbedo / (specularAlbedo + diffuseAlbedo), 0.1, 0.9)
+            : 1.0;
+    path.fromCamera = false;
+    if (!tracesReflection(*point.surface)) {
+        const glm::dvec3 towards = bsdf.frame().toWorld(specular.direction);
+        path.radiance += path.throughput * specular.weight * environmentRadiance(point, towards);
+        probability = 0.0;
     }
-    path.sum += path.weight * underChosenLights(path, point, lobes, chance, facet.rest);
-    if (path.random.one() < chance) {
-        const glm::dvec3 towards = above(lobes.frame().toWorld(facet.towards), point.face);
-        path.turn(World::leaving(point, towards), facet.weight / chance,
-                  chance * lobes.densityOf(facet.towards));
-        path.widen(lobes.alpha(), point.turn);
+    path.radiance +=
+        path.throughput * evalAreaLights(path, point, bsdf, probability, specular.diffuseFactor);
+    if (path.sampler.get1D() < probability) {
+        const glm::dvec3 towards =
+            clampToHorizon(bsdf.frame().toWorld(specular.direction), point.geometricNormal);
+        path.scatter(SceneGeometry::spawnRay(point, towards), specular.weight / probability,
+                     probability * bsdf.specularPdf(specular.direction));
+        path.widen(bsdf.alpha(), point.normalSpread);
         return;
     }
-    const glm::dvec3 l = cosineWeighted(path.random.pair());
-    const glm::dvec3 towards = lobes.frame().toWorld(l);
-    if (glm::dot(towards, point.face) <= 0.0) {
-        path.ended = true;  // a bumpy normal's horizon lies behind the face
+    const glm::dvec3 l = sampleCosineHemisphere(path.sampler.get2D());
+    const glm::dvec3 towards = bsdf.frame().toWorld(l);
+    if (glm::dot(towards, point.geometricNormal) <= 0.0) {
+        path.terminated =
+            true;  // below the surface: the shading normal differs from the geometric one
         return;
     }
-    path.turn(World::leaving(point, towards), lobes.diffuse() * (facet.rest / (1.0 - chance)),
-              (1.0 - chance) * std::max(cosineDensity(l), 1e-9));
-    path.stands = {};
+    path.scatter(SceneGeometry::spawnRay(point, towards),
+                 bsdf.diffuse() * (specular.diffuseFactor / (1.0 - probability)),
+                 (1.0 - probability) * std::max(cosineHemispherePdf(l), 1e-9));
+    path.footprint = {};
 }
 
 }  // namespace clerestory::reference

@@ -1,12 +1,12 @@
-// Light that comes along a ray: follows it through the world by chance, so that the mean of many
-// samples is the radiance.
+// Monte Carlo estimate of the radiance along a ray: follows one light path through the scene; the
+// mean of many samples converges to the radiance.
 #pragma once
 
+#include "reference/bsdf.h"
 #include "reference/environment_light.h"
-#include "reference/lamps.h"
-#include "reference/lobes.h"
-#include "reference/random.h"
+#include "reference/lights.h"
 #include "reference/reference.h"
+#include "reference/sampler.h"
 
 #include <array>
 #include <map>
@@ -16,102 +16,123 @@ namespace clerestory::reference {
 
 struct Lighting {
     EnvironmentLight environment;
-    std::map<std::string, EnvironmentLight> named;  // by what materials call them, but not turned
-    std::vector<Lamp> lamps;
-    bool backgroundVisible = true;  // what is seen straight on where nothing is
+    std::map<std::string, EnvironmentLight>
+        named;  // by the name in Material::environmentMap; in the map's own axes
+    std::vector<PunctualLight> lights;
+    bool backgroundVisible = true;  // camera rays that leave the scene show the environment
 };
 
-// The glass bodies that a path is in, from the outermost.
-struct Media {
+// The glass bodies that contain the current path vertex, outermost first.
+struct MediumStack {
     struct Body {
         Index instance = 0;
         const Material* material = nullptr;
     };
-    static constexpr std::size_t kMax = 8;  // deeper ones count as empty
+    static constexpr std::size_t kMax = 8;  // deeper bodies are ignored
     std::array<Body, kMax> bodies;
     std::size_t count = 0;
 
-    double index() const { return count > 0 ? std::max(1.0, double(last().material->ior)) : 1.0; }
-    const Body& last() const { return bodies[count - 1]; }
-    void enter(const Point& point);
-    bool leave(const Point& point);  // false: was not in it
+    double ior() const { return count > 0 ? std::max(1.0, double(top().material->ior)) : 1.0; }
+    const Body& top() const { return bodies[count - 1]; }
+    void enter(const SurfaceInteraction& point);
+    bool leave(const SurfaceInteraction& point);  // false if the body is not on the stack
 };
 
-// What a sample stands for: so much of the edge of all that was to be sampled, 0..1; of the pixel
-// that is radians of directions, and metres where its ray begins.
-struct PixelShare {
-    double edge = 0.0, spread = 0.0, width = 0.0;
+// The part of the pixel that one sample represents.
+struct PixelFootprint {
+    double fraction = 0.0;  // of the pixel's edge, 0..1; 0: highlights are not averaged
+    double spread = 0.0;    // radians between neighbouring rays
+    double width = 0.0;     // metres between neighbouring rays at the ray's origin
 };
 
 class PathTracer {
 public:
-    // What is referred to must outlive it.
-    PathTracer(const World& world, const Lighting& lighting, const Effects& effects,
+    // The arguments must outlive the tracer.
+    PathTracer(const SceneGeometry& geometry, const Lighting& lighting, const Effects& effects,
                ReferenceMode mode);
 
-    // One sample of the radiance that comes against the ray. Highlights of lamps without size are
-    // averaged over what the sample stands for, so that a few find them; what that gets wrong goes
-    // with the share (Kaplanyan and Dachsbacher 2013).
-    glm::dvec3 radiance(const Ray& ray, Random& random, const PixelShare& share = {}) const;
+    // One sample of the radiance along the ray. Highlights of punctual lights are averaged over the
+    // footprint, so that few samples find them; the bias decreases with the footprint (Kaplanyan
+    // and Dachsbacher 2013).
+    glm::dvec3 radiance(const Ray& ray, Sampler& sampler,
+                        const PixelFootprint& footprint = {}) const;
 
 private:
-    // A path on its way. Every step adds to `sum` and either sends it on or ends it.
+    // The state of one path. Each event adds to `radiance` and either continues or terminates the
+    // path.
     struct Path {
         Ray ray;
-        Random& random;
-        glm::dvec3 sum{0.0};
-        glm::dvec3 weight{1.0};
-        Media media;
-        bool straight = true;  // nothing has reflected it
-        double density = 0.0;  // of its last turn, per steradian, where lights were chosen as well;
-                               // 0: they were not, and all that is met counts
-        double travelled = 0.0;  // metres since that turn
-        PixelShare stands;       // what it stands for by now
+        Sampler& sampler;
+        glm::dvec3 radiance{0.0};
+        glm::dvec3 throughput{1.0};
+        MediumStack media;
+        bool fromCamera = true;  // not reflected so far
+        // Solid-angle density of the last bounce if lights were sampled there as well; 0 if they
+        // were not, so that emission counts with weight 1.
+        double pdf = 0.0;
+        double distance = 0.0;  // metres since the last bounce
+        PixelFootprint footprint;
+        bool terminated = false;
 
-        // It was sent on by facets with this alpha, where normals turn by this much.
-        void widen(double alpha, double turn) {
-            if (stands.edge > 0.0) stands.spread += 2.0 * (alpha * stands.edge + turn);
+        // Scattering by microfacets of this alpha, on a surface whose normal varies by
+        // `normalSpread` radians over the footprint.
+        void widen(double alpha, double normalSpread) {
+            if (footprint.fraction > 0.0) {
+                footprint.spread += 2.0 * (alpha * footprint.fraction + normalSpread);
+            }
         }
-        bool ended = false;
-
-        void turn(const Ray& next, const glm::dvec3& share, double turnDensity = 0.0);
+        void scatter(const Ray& next, const glm::dvec3& factor, double pdfOfDirection = 0.0);
     };
 
-    void meetNothing(Path& path) const;
-    void meet(Path& path, const Hit& hit) const;
-    glm::dvec3 emittedAt(const Path& path, const Point& point) const;
+    void addBackground(Path& path) const;
+    void scatterAt(Path& path, const Hit& hit) const;
+    // Emission of a surface that the path hits, with its multiple importance sampling weight.
+    glm::dvec3 weightedEmission(const Path& path, const SurfaceInteraction& point) const;
 
     // glass_path.cpp
-    void meetPane(Path& path, const Point& point) const;
-    void meetSolid(Path& path, const Point& point) const;
-    void reflectGlass(Path& path, const Point& point, const glm::dvec3& towards) const;
+    void scatterAtPane(Path& path, const SurfaceInteraction& point) const;
+    void scatterAtSolid(Path& path, const SurfaceInteraction& point) const;
+    void reflectFromGlass(Path& path, const SurfaceInteraction& point,
+                          const glm::dvec3& towards) const;
 
-    void meetOpaque(Path& path, const Point& point) const;
-    void meetInEffects(Path& path, const Point& point, const Lobes& lobes) const;
-    void meetInFull(Path& path, const Point& point, const Lobes& lobes) const;
+    void scatterAtOpaque(Path& path, const SurfaceInteraction& point) const;
+    void scatterInEffects(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf) const;
+    void scatterInFull(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf) const;
 
     // direct_light.cpp
-    glm::dvec3 underLamps(Path& path, const Point& point, const Lobes& lobes,
-                          double diffuseShare) const;
-    glm::dvec3 underChosenLights(Path& path, const Point& point, const Lobes& lobes,
-                                 double specularChance, double rest) const;
-    // Share of light that gets from a point along a ray as far as its end. Through glass: as if it
-    // bent nothing.
-    glm::dvec3 arriving(Ray ray, bool throughGlass) const;
+    // Mode `full` samples one light and traces a shadow ray; mode `effects` adds all lights without
+    // shadows.
+    glm::dvec3 evalPunctualLights(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf,
+                                  double diffuseScale) const;
+    // The environment and emissive triangles, one sample each, weighted against sampling the BSDF.
+    glm::dvec3 evalAreaLights(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf,
+                              double specularProbability, double diffuseFactor) const;
+    // Transmittance along the ray up to tMax. Glass does not refract here: light passes straight
+    // through.
+    glm::dvec3 transmittance(Ray ray, bool throughGlass) const;
 
-    bool traces(const Surface& surface) const;  // its specular lobe sees the scene
-    // What the specular lobe of a point sees where it does not see the scene.
-    glm::dvec3 surroundings(const Point& point, const glm::dvec3& towards) const;
-    bool hasOwnMap(const Point& point) const;
+    // Whether the specular lobe of the surface is traced through the scene.
+    bool tracesReflection(const Surface& surface) const;
+    // The environment that the specular lobe reflects where it is not traced.
+    glm::dvec3 environmentRadiance(const SurfaceInteraction& point,
+                                   const glm::dvec3& towards) const;
+    bool hasMaterialMap(const SurfaceInteraction& point) const;
 
-    const World& world_;
+    const SceneGeometry& geometry_;
     const Lighting& lighting_;
     Effects effects_;
     ReferenceMode mode_;
     Emitters emitters_;
 };
 
-// A direction above the normal's horizon that lies below the face's, laid along the face.
-glm::dvec3 above(const glm::dvec3& direction, const glm::dvec3& face);
+// Weight of multiple importance sampling (balance heuristic, Veach 1997); pdf: of the strategy that
+// made the sample.
+inline double balanceHeuristic(double pdf, double otherPdf) {
+    return pdf / (pdf + otherPdf);
+}
+
+// Directions below the horizon of the geometric normal are moved just above it; others are returned
+// unchanged.
+glm::dvec3 clampToHorizon(const glm::dvec3& direction, const glm::dvec3& geometricNormal);
 
 }  // namespace clerestory::reference

@@ -1,4 +1,5 @@
-// From a request to a picture: what to trace, pixels to threads, two halves to a noise floor.
+// Checks the request, distributes tiles to threads, and estimates noise from the two halves of the
+// samples.
 #include "reference/reference.h"
 
 #include "plan/effects/lighting.h"
@@ -31,41 +32,41 @@ void check(const ReferenceRequest& r) {
         throw std::invalid_argument("samples must be 2 to " + std::to_string(kMaxReferenceSamples));
     }
     if (r.threads > kMaxReferenceThreads) {
-        throw std::invalid_argument("threads must be at most " +
+        throw std::invalid_argument("threads must not exceed " +
                                     std::to_string(kMaxReferenceThreads));
     }
 }
 
-FirstHit kindOf(const Surface& surface) {
+FirstHit firstHitOf(const Surface& surface) {
     if (surface.glass != Glass::none) return FirstHit::glass;
     if (surface.reflector == Reflector::flat) return FirstHit::flatMirror;
     return surface.reflector == Reflector::curved ? FirstHit::curvedMirror : FirstHit::surface;
 }
 
-// The pixels of a picture, each on its own.
-class Picture {
+// Traces pixels independently of each other.
+class TiledImage {
 public:
-    Picture(const World& world, const PathTracer& tracer, const View& view,
-            const ReferenceRequest& request)
-        : world_(world),
+    TiledImage(const SceneGeometry& geometry, const PathTracer& tracer, const View& view,
+               const ReferenceRequest& request)
+        : geometry_(geometry),
           tracer_(tracer),
-          lens_(view, request.frame.width, request.frame.height),
-          eye_(view.eye - world.origin()),
+          camera_(view, request.frame.width, request.frame.height),
+          eye_(view.eye - geometry.origin()),
           seed_(request.seed),
-          perHalf_((request.samples + 1) / 2) {
+          samplesPerHalf_((request.samples + 1) / 2) {
         const std::uint32_t width = request.frame.width, height = request.frame.height;
         result_.color = makeImage(width, height, 3, PixelType::float32);
         result_.noise = makeImage(width, height, 3, PixelType::float32);
         result_.objectId.resize(std::size_t{width} * height);
         result_.firstHit.resize(std::size_t{width} * height);
-        result_.samples = 2 * perHalf_;
+        result_.samples = 2 * samplesPerHalf_;
     }
 
-    std::size_t tiles() const { return std::size_t{across(width())} * across(height()); }
+    std::size_t tiles() const { return std::size_t{tilesAlong(width())} * tilesAlong(height()); }
 
-    // False when `cancelled` became true before it was done.
+    // Returns false if `cancelled` became true before the tile was complete.
     bool traceTile(std::size_t tile, const std::atomic<bool>& cancelled) {
-        const std::uint32_t columns = across(width());
+        const std::uint32_t columns = tilesAlong(width());
         const auto left = static_cast<std::uint32_t>(tile % columns) * kTile;
         const auto top = static_cast<std::uint32_t>(tile / columns) * kTile;
         for (std::uint32_t y = top; y < std::min(top + kTile, height()); ++y) {
@@ -76,13 +77,13 @@ public:
         return true;
     }
 
-    ReferenceImage finished() {
-        const std::size_t numbers = 3 * result_.objectId.size();
+    ReferenceImage takeResult() {
+        const std::size_t values = 3 * result_.objectId.size();
         double sum = 0.0;
-        for (std::size_t i = 0; i < numbers; ++i) {
+        for (std::size_t i = 0; i < values; ++i) {
             sum += double(result_.noise.floats()[i]) * result_.noise.floats()[i];
         }
-        result_.noiseFloor = std::sqrt(sum / double(numbers));
+        result_.noiseFloor = std::sqrt(sum / double(values));
         result_.nonFinite = nonFinite_;
         return std::move(result_);
     }
@@ -90,48 +91,48 @@ public:
 private:
     static constexpr std::uint32_t kTile = 8;  // pixels
 
-    static std::uint32_t across(std::uint32_t pixels) { return (pixels + kTile - 1) / kTile; }
+    static std::uint32_t tilesAlong(std::uint32_t pixels) { return (pixels + kTile - 1) / kTile; }
     std::uint32_t width() const { return result_.color.width; }
     std::uint32_t height() const { return result_.color.height; }
 
     Ray rayThrough(double x, double y) const {
-        const CameraRay ray = lens_.through(x, y);
+        const CameraRay ray = camera_.generateRay(x, y);
         return {.origin = eye_ + ray.origin,
                 .direction = ray.direction,
-                .nearest = ray.nearest,
-                .farthest = ray.farthest};
+                .tMin = ray.tMin,
+                .tMax = ray.tMax};
     }
 
-    // What each sample stands for: as much of the pixel as four samples do, so that they overlap.
-    PixelShare shareOf(const Ray& ray, const Ray& next) const {
-        const double edge = std::min(1.0, 2.0 / std::sqrt(double(result_.samples)));
-        return {edge, edge * glm::length(next.direction - ray.direction),
-                edge * glm::length(next.origin - ray.origin)};
+    // Each sample represents the area of four, so that footprints overlap.
+    PixelFootprint footprintOf(const Ray& ray, const Ray& next) const {
+        const double fraction = std::min(1.0, 2.0 / std::sqrt(double(result_.samples)));
+        return {fraction, fraction * glm::length(next.direction - ray.direction),
+                fraction * glm::length(next.origin - ray.origin)};
     }
 
     bool tracePixel(std::uint32_t x, std::uint32_t y, const std::atomic<bool>& cancelled) {
         const std::size_t pixel = std::size_t{y} * width() + x;
         const Ray central = rayThrough(x + 0.5, y + 0.5);
-        if (const auto hit = world_.nearest(central)) {
-            const Point p = world_.pointAt(*hit, central.direction);
+        if (const auto hit = geometry_.intersect(central)) {
+            const SurfaceInteraction p = geometry_.interactionAt(*hit, central.direction);
             result_.objectId[pixel] = p.instance + 1;
-            result_.firstHit[pixel] = kindOf(*p.surface);
+            result_.firstHit[pixel] = firstHitOf(*p.surface);
         }
-        const PixelShare share = shareOf(central, rayThrough(x + 1.5, y + 0.5));
+        const PixelFootprint footprint = footprintOf(central, rayThrough(x + 1.5, y + 0.5));
         glm::dvec3 halves[2] = {glm::dvec3(0.0), glm::dvec3(0.0)};
         for (int half = 0; half < 2; ++half) {
-            for (std::uint32_t i = 0; i < perHalf_; ++i) {
+            for (std::uint32_t i = 0; i < samplesPerHalf_; ++i) {
                 if (cancelled.load(std::memory_order_relaxed)) return false;
-                Random random(seed_, 2 * pixel + half, i);
-                const glm::dvec2 at = random.pair();
+                Sampler sampler(seed_, 2 * pixel + half, i);
+                const glm::dvec2 offset = sampler.get2D();
                 const glm::dvec3 sample =
-                    tracer_.radiance(rayThrough(x + at.x, y + at.y), random, share);
+                    tracer_.radiance(rayThrough(x + offset.x, y + offset.y), sampler, footprint);
                 if (finite(sample))
                     halves[half] += sample;
                 else
                     ++nonFinite_;
             }
-            halves[half] /= double(perHalf_);
+            halves[half] /= double(samplesPerHalf_);
         }
         for (int c = 0; c < 3; ++c) {
             result_.color.floats()[3 * pixel + c] = float(0.5 * (halves[0][c] + halves[1][c]));
@@ -141,20 +142,20 @@ private:
         return true;
     }
 
-    const World& world_;
+    const SceneGeometry& geometry_;
     const PathTracer& tracer_;
-    Lens lens_;
+    RayCamera camera_;
     glm::dvec3 eye_;
     std::uint64_t seed_;
-    std::uint32_t perHalf_;
+    std::uint32_t samplesPerHalf_;
     ReferenceImage result_;
     std::atomic<std::uint64_t> nonFinite_ = 0;
 };
 
-// Hands out tiles to threads until all are done or `progress` says no. Whether all are.
-bool traceAll(Picture& picture, std::uint32_t threads,
+// Distributes tiles to threads. Returns false if `progress` returned false before all were traced.
+bool traceAll(TiledImage& image, std::uint32_t threads,
               const std::function<bool(double)>& progress) {
-    const std::size_t tiles = picture.tiles();
+    const std::size_t tiles = image.tiles();
     std::atomic<std::size_t> next = 0, done = 0;
     std::atomic<bool> cancelled = false;
     std::mutex mutex;
@@ -162,7 +163,7 @@ bool traceAll(Picture& picture, std::uint32_t threads,
     std::uint32_t working = threads;
     const auto work = [&] {
         for (std::size_t tile; !cancelled && (tile = next++) < tiles;) {
-            if (picture.traceTile(tile, cancelled)) ++done;
+            if (image.traceTile(tile, cancelled)) ++done;
         }
         const std::scoped_lock lock(mutex);
         --working;
@@ -188,14 +189,14 @@ bool traceAll(Picture& picture, std::uint32_t threads,
 Lighting lightingOf(const ReferenceRequest& request, const Pose& pose, const glm::dvec3& origin,
                     const glm::dmat3& worldFromMap) {
     const double intensity = request.frame.environment.intensity;
-    Lighting lighting{
-        .environment = {request.environment, worldFromMap, intensity},
-        .lamps = lampsOf(request.scene, pose, origin, request.environment, worldFromMap, intensity),
-        .backgroundVisible = request.frame.environment.visible};
+    Lighting lighting{.environment = {request.environment, worldFromMap, intensity},
+                      .lights = collectPunctualLights(request.scene, pose, origin,
+                                                      request.environment, worldFromMap, intensity),
+                      .backgroundVisible = request.frame.environment.visible};
     if (request.mode == ReferenceMode::effects)
-        lighting.environment.prepareDiffuse();
+        lighting.environment.prepareIrradiance();
     else
-        lighting.environment.prepareChoices();
+        lighting.environment.prepareSampling();
     for (const auto& [name, map] : request.maps) {
         lighting.named.try_emplace(name, *map, glm::dmat3(1.0), intensity);
     }
@@ -213,18 +214,18 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
     const View view = requestedView(frame.camera, request.scene, pose, frame.width, frame.height);
     const MaterialBindings materials = bindMaterials(request.scene, frame.overrides);
 
-    const World world(request.scene, pose, materials, frame.effects);
+    const SceneGeometry geometry(request.scene, pose, materials, frame.effects);
     const Lighting lighting =
-        lightingOf(request, pose, world.origin(), worldFromMap(frame, request.scene));
-    const PathTracer tracer(world, lighting, frame.effects, request.mode);
+        lightingOf(request, pose, geometry.origin(), worldFromMap(frame, request.scene));
+    const PathTracer tracer(geometry, lighting, frame.effects, request.mode);
 
     const std::uint32_t threads =
         request.threads > 0 ? request.threads : std::max(1u, std::thread::hardware_concurrency());
-    Picture picture(world, tracer, view, request);
-    if (!traceAll(picture, std::min(threads, kMaxReferenceThreads), progress)) {
+    TiledImage image(geometry, tracer, view, request);
+    if (!traceAll(image, std::min(threads, kMaxReferenceThreads), progress)) {
         return std::nullopt;
     }
-    return picture.finished();
+    return image.takeResult();
 }
 
 }  // namespace clerestory

@@ -20,16 +20,16 @@ const std::array<double, 256>& linearFromSrgb() {
     return table;
 }
 
-std::uint32_t wrapped(double place, std::uint32_t size, Wrap wrap) {
+std::uint32_t wrapped(double x, std::uint32_t size, Wrap wrap) {
     const double n = size;
-    if (wrap == Wrap::clampToEdge) place = std::clamp(place, 0.0, n - 1.0);
-    if (wrap == Wrap::repeat) place -= n * std::floor(place / n);
+    if (wrap == Wrap::clampToEdge) x = std::clamp(x, 0.0, n - 1.0);
+    if (wrap == Wrap::repeat) x -= n * std::floor(x / n);
     if (wrap == Wrap::mirroredRepeat) {
-        place -= 2.0 * n * std::floor(place / (2.0 * n));
-        place = std::min(place, 2.0 * n - 1.0 - place);
+        x -= 2.0 * n * std::floor(x / (2.0 * n));
+        x = std::min(x, 2.0 * n - 1.0 - x);
     }
-    // The clamp is for what rounding leaves of huge coordinates; NaN becomes 0.
-    return place > 0.0 ? static_cast<std::uint32_t>(std::min(place, n - 1.0)) : 0;
+    // The clamp handles rounding of huge coordinates; NaN becomes 0.
+    return x > 0.0 ? static_cast<std::uint32_t>(std::min(x, n - 1.0)) : 0;
 }
 
 glm::dvec4 texel(const TextureImage& image, std::uint32_t x, std::uint32_t y) {
@@ -47,13 +47,15 @@ glm::dvec4 sampled(const Scene& scene, const Texture& texture, glm::dvec2 uv) {
     };
     const glm::dvec2 size(image.width, image.height);
     if (texture.magnify == Filter::nearest) {
-        const glm::dvec2 place = glm::floor(uv * size);
-        return at(place.x, place.y);
+        const glm::dvec2 texel = glm::floor(uv * size);
+        return at(texel.x, texel.y);
     }
-    const glm::dvec2 place = uv * size - 0.5, corner = glm::floor(place), part = place - corner;
+    const glm::dvec2 position = uv * size - 0.5, corner = glm::floor(position),
+                     fraction = position - corner;
     return glm::mix(
-        glm::mix(at(corner.x, corner.y), at(corner.x + 1.0, corner.y), part.x),
-        glm::mix(at(corner.x, corner.y + 1.0), at(corner.x + 1.0, corner.y + 1.0), part.x), part.y);
+        glm::mix(at(corner.x, corner.y), at(corner.x + 1.0, corner.y), fraction.x),
+        glm::mix(at(corner.x, corner.y + 1.0), at(corner.x + 1.0, corner.y + 1.0), fraction.x),
+        fraction.y);
 }
 
 }  // namespace
@@ -65,13 +67,13 @@ glm::dvec4 textureAt(const Scene& scene, const TextureSlot& slot, const Vertex& 
     const glm::dvec2 ua(second ? a.texCoord1 : a.texCoord0), ub(second ? b.texCoord1 : b.texCoord0),
         uc(second ? c.texCoord1 : c.texCoord0);
     const glm::dvec2 uv = ua * (1.0 - weightB - weightC) + ub * weightB + uc * weightC;
-    // KHR_texture_transform: scaled, turned, moved; v points down, so a counter-clockwise turn of
-    // the picture has this sign.
+    // KHR_texture_transform: scale, rotate, translate. v points down, hence the signs of the
+    // rotation.
     const glm::dvec2 scaled = uv * glm::dvec2(slot.scale);
     const double cosine = std::cos(slot.rotation), sine = std::sin(slot.rotation);
-    const glm::dvec2 turned(cosine * scaled.x + sine * scaled.y,
-                            cosine * scaled.y - sine * scaled.x);
-    return sampled(scene, scene.textures[slot.texture], turned + glm::dvec2(slot.offset));
+    const glm::dvec2 rotated(cosine * scaled.x + sine * scaled.y,
+                             cosine * scaled.y - sine * scaled.x);
+    return sampled(scene, scene.textures[slot.texture], rotated + glm::dvec2(slot.offset));
 }
 
 }  // namespace clerestory::reference

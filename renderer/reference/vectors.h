@@ -1,5 +1,5 @@
-// The few helpers on vectors that all of the path tracer uses. Everything is double: the machine is
-// as fast with it, and no formula needs a special case for rounding.
+// Vector functions of the path tracer. All values are double: as fast as float here, and formulae
+// need no special cases for rounding.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -22,18 +22,18 @@ inline bool finite(const glm::dvec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// v's direction; `otherwise` where v has none.
+// v normalised; `otherwise` if its length is 0, not finite or out of range.
 inline glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& otherwise) {
     const double squared = glm::dot(v, v);
     return squared > 1e-60 && squared < 1e60 ? v / std::sqrt(squared) : otherwise;
 }
 
-// Axes x and y across a unit vector; with it they are right-handed.
+// A right-handed orthonormal basis whose z is the given unit normal.
 struct Frame {
     glm::dvec3 x, y, z;
 
     explicit Frame(const glm::dvec3& normal) : z(normal) {
-        // Across the axis that the normal has least of.
+        // The coordinate axis that is farthest from the normal.
         const glm::dvec3 a = glm::abs(normal);
         const glm::dvec3 axis = a.x <= a.y && a.x <= a.z ? glm::dvec3(1, 0, 0)
                                 : a.y <= a.z             ? glm::dvec3(0, 1, 0)

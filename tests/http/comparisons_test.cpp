@@ -139,7 +139,7 @@ TEST(Budgets, AFrameSaysWhatItsBudgetBoughtAndIsThatFrame) {
     const auto missed = postJson(client, "/v1/frames", within(R"({"maxError": 1e-6})"));
     ASSERT_EQ(missed->status, 200);
     EXPECT_THAT(missed->get_header_value("Clerestory-Accuracy"),
-                testing::HasSubstr("nothing meets the budget"));
+                testing::HasSubstr("no setting meets the budget"));
     problemOf(postJson(client, "/v1/frames", within(R"({"maxError": 1, "probeSize": 64})")), 422);
     problemOf(postJson(client, "/v1/frames", within(R"({"maxMilliseconds": 0})")), 422);
     problemOf(postJson(client, "/v1/comparisons", within(R"({"maxError": 1})")), 422);

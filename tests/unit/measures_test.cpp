@@ -2,7 +2,6 @@
 // colours, or a second, direct evaluation of the formula.
 #include "measures/displayed.h"
 #include "measures/displayed_errors.h"
-#include "measures/error_picture.h"
 #include "measures/linear_errors.h"
 #include "scene/mesh_builder.h"
 

@@ -1,7 +1,7 @@
 // Pictures of the reference path tracer whose radiance is known in closed form.
 #include "reference_support.h"
 
-#include "reference/fresnel.h"
+#include "reference/scattering.h"
 #include "reference/vectors.h"
 
 namespace clerestory::test {
@@ -171,7 +171,8 @@ TEST(ReferenceLamp, CastsShadowsInFullOnly) {
     EXPECT_EQ(meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::full, 64)).x, 0.0);
 }
 
-// Two long mirrors face each other; a slanted look leaves between their ends after k reflections.
+// Two long mirrors face each other; a slanted look originTriangle between their ends after k
+// reflections.
 TEST(ReferenceMirrors, TheKthImageIsAsBrightAsReflectedKTimes) {
     Scene scene;
     const Index mirror =
@@ -217,8 +218,8 @@ TEST(ReferenceGlass, APaneLetsThroughItsSeriesOfBounces) {
                                             ReferenceMode::effects, 4096);
         const double c = std::cos(degrees * kPi / 180.0);
         const double within = 0.01 / reference::refractedCosine(c, 1.5);
-        const auto expected = reference::paneShares(
-            c, 1.5, reference::absorbed(glass.attenuationColor, 0.02, within));
+        const auto expected = reference::paneCoefficients(
+            c, 1.5, reference::beerLambert(glass.attenuationColor, 0.02, within));
         for (int i = 0; i < 3; ++i) {
             EXPECT_NEAR(meanColor(image)[i], expected.transmitted[i], 0.01) << degrees;
         }
@@ -241,8 +242,8 @@ EnvironmentMap compass() {
     return map;
 }
 
-// A ball turns what enters by 2 (theta - theta_t), and pi - 2 theta_t more for every bounce inside.
-// Coverage counts for the whole surface, what it lets through included
+// A ball bounces what enters by 2 (theta - theta_t), and pi - 2 theta_t more for every bounce
+// inside. Coverage counts for the whole surface, what it lets through included
 // (KHR_materials_transmission).
 TEST(ReferenceGlass, APaneThatCoversAQuarterIsAQuarterThere) {
     Scene scene;
@@ -255,7 +256,7 @@ TEST(ReferenceGlass, APaneThatCoversAQuarterIsAQuarterThere) {
     placeAt(scene, addSquareMesh(scene, "pane", addMaterial(scene, black)), glm::dmat4(1.0));
     const glm::dvec3 seen = meanColor(traced(scene, narrow({0, 0, 3}, {0, 0, 0}), uniformMap(1.0f),
                                              ReferenceMode::effects, 4096));
-    const double mirrored = reference::paneShares(1.0, 1.5, glm::dvec3(1.0)).reflected.x;
+    const double mirrored = reference::paneCoefficients(1.0, 1.5, glm::dvec3(1.0)).reflected.x;
     EXPECT_NEAR(seen.x, 0.75 + 0.25 * mirrored, 0.02);
 }
 

@@ -1,5 +1,5 @@
 // The reference's Fresnel, refraction and panes against textbook values.
-#include "reference/fresnel.h"
+#include "reference/scattering.h"
 #include "reference/vectors.h"
 
 #include <gtest/gtest.h>
@@ -56,9 +56,9 @@ TEST(ReferenceFresnel, RefractsAsSnellSays) {
 }
 
 // The series itself: in, k ways across, out at either face.
-PaneShares bouncedPane(double cosine, double ior, double clear) {
-    const Polarised f = fresnel(cosine, ior);
-    PaneShares sum;
+PaneCoefficients bouncedPane(double cosine, double ior, double clear) {
+    const PolarisedReflectance f = fresnel(cosine, ior);
+    PaneCoefficients sum;
     for (const double r : {f.s, f.p}) {
         double back = r, through = 0.0, within = 1.0 - r;
         for (int ways = 1; ways < 4000; ++ways) {
@@ -76,8 +76,8 @@ TEST(ReferencePane, IsTheSumOfItsBounces) {
     for (const double clear : {1.0, 0.9, 0.3, 0.0}) {
         for (const double degrees : {0.0, 30.0, 60.0, 80.0, 89.0}) {
             const double c = cosineOf(degrees);
-            const PaneShares shares = paneShares(c, 1.5, glm::dvec3(clear));
-            const PaneShares expected = bouncedPane(c, 1.5, clear);
+            const PaneCoefficients shares = paneCoefficients(c, 1.5, glm::dvec3(clear));
+            const PaneCoefficients expected = bouncedPane(c, 1.5, clear);
             EXPECT_NEAR(shares.reflected.x, expected.reflected.x, 1e-9) << degrees << " " << clear;
             EXPECT_NEAR(shares.transmitted.y, expected.transmitted.y, 1e-9) << degrees;
         }
@@ -88,18 +88,18 @@ TEST(ReferencePane, LetsThroughWhatTheErrataTabulate) {  // G3
     const std::pair<double, double> table[] = {
         {0.0, 0.923}, {45.0, 0.907}, {60.0, 0.848}, {80.0, 0.459}, {89.0, 0.051}};
     for (const auto& [degrees, transmitted] : table) {
-        const PaneShares shares = paneShares(cosineOf(degrees), 1.5, glm::dvec3(1.0));
+        const PaneCoefficients shares = paneCoefficients(cosineOf(degrees), 1.5, glm::dvec3(1.0));
         EXPECT_NEAR(shares.transmitted.x, transmitted, 6e-4) << degrees;
         EXPECT_NEAR(shares.transmitted.x + shares.reflected.x, 1.0, 1e-12);
     }
 }
 
 TEST(ReferenceAbsorption, FollowsBeerAndLambert) {
-    const glm::dvec3 left = absorbed({0.5, 1.0, 0.0}, 2.0, 4.0);
+    const glm::dvec3 left = beerLambert({0.5, 1.0, 0.0}, 2.0, 4.0);
     EXPECT_DOUBLE_EQ(left.x, 0.25);
     EXPECT_DOUBLE_EQ(left.y, 1.0);
     EXPECT_DOUBLE_EQ(left.z, 0.0);
-    EXPECT_EQ(absorbed({0.5, 0.5, 0.5}, 0.0, 4.0), glm::dvec3(1.0));
+    EXPECT_EQ(beerLambert({0.5, 0.5, 0.5}, 0.0, 4.0), glm::dvec3(1.0));
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include "reference_support.h"
 
 #include "plan/visibility/view.h"
-#include "reference/random.h"
-#include "reference/world.h"
+#include "reference/sampler.h"
+#include "reference/scene_geometry.h"
 
 #include <gmock/gmock.h>
 
@@ -13,17 +13,17 @@
 namespace clerestory::test {
 namespace {
 
-using reference::Random;
+using reference::Sampler;
 
 // The least distance beyond 0 at which the ray passes through a triangle on a side that is met
 // (Möller and Trumbore 1997), in double.
-double nearestByLoop(const reference::World& world, const reference::Ray& ray) {
+double nearestByLoop(const reference::SceneGeometry& geometry, const reference::Ray& ray) {
     double nearest = 1e30;
-    for (const auto& t : world.triangles()) {
+    for (const auto& t : geometry.triangles()) {
         const glm::dvec3 e1 = glm::dvec3(t.b) - glm::dvec3(t.a),
                          e2 = glm::dvec3(t.c) - glm::dvec3(t.a);
         const glm::dvec3 p = glm::cross(ray.direction, e2);
-        const double volume = glm::dot(e1, p);  // above 0: seen turning counter-clockwise
+        const double volume = glm::dot(e1, p);  // above 0: seen orientation counter-clockwise
         if (volume == 0.0 || volume * t.side < 0.0) continue;
         const glm::dvec3 s = ray.origin - glm::dvec3(t.a), q = glm::cross(s, e1);
         const double u = glm::dot(s, p) / volume, v = glm::dot(ray.direction, q) / volume;
@@ -43,10 +43,10 @@ Scene rubble(int count) {
     for (int m = 0; m < 2; ++m) {
         MeshDraft draft{.name = "rubble", .material = materials[m]};
         for (int i = 0; i < 3 * count; ++i) {
-            Random random(5, std::uint64_t(m), std::uint32_t(i / 3));
-            const glm::dvec2 a = random.pair(), b = random.pair();
-            Random corner(6, std::uint64_t(m), std::uint32_t(i));
-            const glm::dvec2 c = corner.pair(), d = corner.pair();
+            Sampler sampler(5, std::uint64_t(m), std::uint32_t(i / 3));
+            const glm::dvec2 a = sampler.get2D(), b = sampler.get2D();
+            Sampler corner(6, std::uint64_t(m), std::uint32_t(i));
+            const glm::dvec2 c = corner.get2D(), d = corner.get2D();
             draft.vertices.push_back(
                 {.position = glm::vec3(4.0 * glm::dvec3(a, b.x) + glm::dvec3(c, d.x) - 2.5)});
             draft.indices.push_back(std::uint32_t(i));
@@ -61,18 +61,18 @@ TEST(ReferenceWorld, MeetsWhatALoopOverTrianglesMeets) {
     const Scene scene = rubble(300);
     const Pose pose = poseAt(scene, 0.0);
     const MaterialBindings materials;
-    const reference::World world(scene, pose, materials, Effects{});
-    ASSERT_EQ(world.triangleCount(), 600u);
+    const reference::SceneGeometry geometry(scene, pose, materials, Effects{});
+    ASSERT_EQ(geometry.triangleCount(), 600u);
     int met = 0;
     for (std::uint32_t i = 0; i < 4000; ++i) {
-        Random random(9, 9, i);
-        const glm::dvec2 a = random.pair(), b = random.pair(), c = random.pair();
+        Sampler sampler(9, 9, i);
+        const glm::dvec2 a = sampler.get2D(), b = sampler.get2D(), c = sampler.get2D();
         const reference::Ray ray{
             .origin = 5.0 * glm::dvec3(a, b.x) - 2.5,
             .direction = glm::normalize(glm::dvec3(b.y, c) - 0.5 + glm::dvec3(1e-3))};
-        const auto hit = world.nearest(ray);
-        const double expected = nearestByLoop(world, ray);
-        EXPECT_EQ(world.blocked(ray), expected < 1e30);
+        const auto hit = geometry.intersect(ray);
+        const double expected = nearestByLoop(geometry, ray);
+        EXPECT_EQ(geometry.occluded(ray), expected < 1e30);
         ASSERT_EQ(hit.has_value(), expected < 1e30) << "ray " << i;
         if (!hit) continue;
         EXPECT_NEAR(hit->distance, expected, 1e-5);
@@ -85,8 +85,9 @@ TEST(ReferenceWorld, DropsTrianglesWithoutArea) {
     Scene scene = rubble(10);
     for (int i = 0; i < 3; ++i) scene.vertices[i].position = glm::vec3(1.0f);
     const MaterialBindings materials;
-    EXPECT_EQ(reference::World(scene, poseAt(scene, 0.0), materials, Effects{}).triangleCount(),
-              19u);
+    EXPECT_EQ(
+        reference::SceneGeometry(scene, poseAt(scene, 0.0), materials, Effects{}).triangleCount(),
+        19u);
 }
 
 Scene mixedScene() {

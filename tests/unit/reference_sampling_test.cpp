@@ -1,9 +1,9 @@
-// What the reference chooses by chance, against the densities that it claims (Pearson's
+// What the reference chooses by probability, against the densities that it claims (Pearson's
 // chi-square).
+#include "reference/bsdf.h"
 #include "reference/environment_light.h"
-#include "reference/lobes.h"
-#include "reference/microfacet.h"
-#include "reference/random.h"
+#include "reference/sampler.h"
+#include "reference/scattering.h"
 #include "reference/vectors.h"
 
 #include <gtest/gtest.h>
@@ -13,19 +13,19 @@
 namespace clerestory::reference {
 namespace {
 
-using Sampler = std::function<glm::dvec3(const glm::dvec2&)>;
+using SampleFunction = std::function<glm::dvec3(const glm::dvec2&)>;
 using Density = std::function<double(const glm::dvec3&)>;
 
 constexpr int kRings = 24, kSectors = 32;  // of equal solid angle
 
 // Independent numbers: low discrepancy would fit too well.
 glm::dvec2 independent(std::uint64_t i) {
-    return {double(mixed(2 * i) >> 11) * 0x1p-53, double(mixed(2 * i + 1) >> 11) * 0x1p-53};
+    return {double(mixBits(2 * i) >> 11) * 0x1p-53, double(mixBits(2 * i + 1) >> 11) * 0x1p-53};
 }
 
 // Expectations are integrals of the density over each bin. At five standard deviations a right
 // sampler fails once in a million; the numbers are the same in every run.
-void expectFits(const Sampler& sample, const Density& density) {
+void expectFits(const SampleFunction& sample, const Density& density) {
     constexpr int kSamples = 200000, kSteps = 24;
     std::vector<double> expected(kRings * kSectors), found(expected.size());
     double total = 0.0;
@@ -74,9 +74,9 @@ TEST(ReferenceSampling, VisibleFacetsFitTheirDensity) {
         for (const double alpha : {0.2, 0.5, 1.0}) {
             SCOPED_TRACE(testing::Message() << "cosine " << cosine << ", alpha " << alpha);
             const glm::dvec3 v(std::sqrt(1.0 - cosine * cosine), 0.0, cosine);
-            expectFits([&](const glm::dvec2& r) { return visibleFacet(v, alpha, r); },
+            expectFits([&](const glm::dvec2& r) { return sampleVisibleNormal(v, alpha, r); },
                        [&](const glm::dvec3& h) {
-                           return h.z > 0.0 ? visibleFacetDensity(v, h, alpha) : 0.0;
+                           return h.z > 0.0 ? visibleNormalPdf(v, h, alpha) : 0.0;
                        });
         }
     }
@@ -86,14 +86,14 @@ TEST(ReferenceSampling, MirroredFacetsFitTheirDensity) {
     const glm::dvec3 v(0.6, 0.0, 0.8);
     expectFits(
         [&](const glm::dvec2& r) {
-            const glm::dvec3 h = visibleFacet(v, 0.4, r);
+            const glm::dvec3 h = sampleVisibleNormal(v, 0.4, r);
             return 2.0 * glm::dot(v, h) * h - v;
         },
-        [&](const glm::dvec3& l) { return mirroredDensity(v, l, 0.4); });
+        [&](const glm::dvec3& l) { return reflectionPdf(v, l, 0.4); });
 }
 
 TEST(ReferenceSampling, CosinesFitTheirDensity) {
-    expectFits(cosineWeighted, cosineDensity);
+    expectFits(sampleCosineHemisphere, cosineHemispherePdf);
 }
 
 TEST(ReferenceSampling, TheSkyFitsItsDensity) {
@@ -101,20 +101,20 @@ TEST(ReferenceSampling, TheSkyFitsItsDensity) {
         SCOPED_TRACE(map.name);
         const glm::dmat3 turned = glm::mat3_cast(glm::angleAxis(0.7, glm::dvec3(0.6, 0.0, 0.8)));
         EnvironmentLight light(map, turned, 2.0);
-        light.prepareChoices();
-        expectFits([&](const glm::dvec2& r) { return light.choose(r).direction; },
-                   [&](const glm::dvec3& d) { return light.density(d); });
-        const EnvironmentLight::Choice choice = light.choose({0.3, 0.6});
-        EXPECT_NEAR(choice.density, light.density(choice.direction), 1e-9 * choice.density);
+        light.prepareSampling();
+        expectFits([&](const glm::dvec2& r) { return light.sample(r).direction; },
+                   [&](const glm::dvec3& d) { return light.pdf(d); });
+        const EnvironmentLight::Sample choice = light.sample({0.3, 0.6});
+        EXPECT_NEAR(choice.pdf, light.pdf(choice.direction), 1e-9 * choice.pdf);
     }
 }
 
 TEST(ReferenceSampling, ABlackSkyIsNeverChosen) {
     const EnvironmentMap black = constantEnvironment("black", glm::vec3(0.0f));
     EnvironmentLight light(black, glm::dmat3(1.0), 1.0);
-    light.prepareChoices();
-    EXPECT_EQ(light.choose({0.5, 0.5}).density, 0.0);
-    EXPECT_EQ(light.density({0.0, 1.0, 0.0}), 0.0);
+    light.prepareSampling();
+    EXPECT_EQ(light.sample({0.5, 0.5}).pdf, 0.0);
+    EXPECT_EQ(light.pdf({0.0, 1.0, 0.0}), 0.0);
 }
 
 TEST(ReferenceSampling, RandomPairsAreStratified) {
@@ -123,29 +123,29 @@ TEST(ReferenceSampling, RandomPairsAreStratified) {
         const int columns = 1 << shape, rows = 256 / columns;
         std::vector<int> hits(256);
         for (std::uint32_t i = 0; i < 256; ++i) {
-            const glm::dvec2 p = Random(3, 7, i).pair();
+            const glm::dvec2 p = Sampler(3, 7, i).get2D();
             ++hits[int(p.y * rows) * columns + int(p.x * columns)];
         }
         for (const int h : hits) EXPECT_EQ(h, 1) << columns << " columns";
     }
-    EXPECT_NE(Random(3, 7, 0).pair(), Random(4, 7, 0).pair());
-    EXPECT_NE(Random(3, 7, 0).pair(), Random(3, 8, 0).pair());
+    EXPECT_NE(Sampler(3, 7, 0).get2D(), Sampler(4, 7, 0).get2D());
+    EXPECT_NE(Sampler(3, 7, 0).get2D(), Sampler(3, 8, 0).get2D());
 }
 
 // The irradiance table against plain sums over directions.
 TEST(ReferenceSampling, DiffuseLightIsTheIntegralOfTheSky) {
     const EnvironmentMap map = skyEnvironment();
     EnvironmentLight light(map, glm::dmat3(1.0), 1.0);
-    light.prepareDiffuse();
+    light.prepareIrradiance();
     for (const glm::dvec3& n : {glm::dvec3(0, 1, 0), glm::normalize(glm::dvec3(1, 0.2, -0.5)),
                                 glm::normalize(glm::dvec3(0.3, -1, 0.1))}) {
         const Frame frame(n);
         glm::dvec3 sum(0.0);
         constexpr int kSamples = 1 << 16;
         for (std::uint32_t i = 0; i < kSamples; ++i) {
-            sum += light.along(frame.toWorld(cosineWeighted(Random(1, 1, i).pair())));
+            sum += light.radiance(frame.toWorld(sampleCosineHemisphere(Sampler(1, 1, i).get2D())));
         }
-        const glm::dvec3 expected = sum / double(kSamples), found = light.diffuse(n);
+        const glm::dvec3 expected = sum / double(kSamples), found = light.irradianceOverPi(n);
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c] / expected[c], 1.0, 4e-3);
     }
 }

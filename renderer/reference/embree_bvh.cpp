@@ -1,4 +1,4 @@
-#include "reference/tree.h"
+#include "reference/embree_bvh.h"
 
 #include <array>
 #include <stdexcept>
@@ -6,29 +6,29 @@
 namespace clerestory::reference {
 namespace {
 
-// What a filter needs beside the hit.
-struct Asking {
-    embree::QueryContext context;  // first, as Embree hands back its address
-    const World* world;
-    std::uint32_t leaves;
+// Data for the filter callback.
+struct FilteredQuery {
+    embree::QueryContext context;  // first member: Embree passes its address to the filter
+    const SceneGeometry* geometry;
+    std::uint32_t originTriangle;
 };
 
-// Called for every triangle that a ray passes through; lane by lane, though rays come one by one.
+// Embree calls this for every triangle along a ray.
 void filter(const RTCFilterFunctionNArguments* args) {
-    const auto& asking = *reinterpret_cast<const Asking*>(args->context);
+    const auto& filtered = *reinterpret_cast<const FilteredQuery*>(args->context);
     for (unsigned lane = 0; lane < args->N; ++lane) {
         if (args->valid[lane] == 0) continue;
         const std::uint32_t triangle = RTCHitN_primID(args->hit, args->N, lane);
         const glm::dvec3 normal(RTCHitN_Ng_x(args->hit, args->N, lane),
                                 RTCHitN_Ng_y(args->hit, args->N, lane),
                                 RTCHitN_Ng_z(args->hit, args->N, lane));
-        const glm::dvec3 along(RTCRayN_dir_x(args->ray, args->N, lane),
-                               RTCRayN_dir_y(args->ray, args->N, lane),
-                               RTCRayN_dir_z(args->ray, args->N, lane));
-        if (triangle == asking.leaves ||
-            !asking.world->meets(triangle, RTCHitN_u(args->hit, args->N, lane),
-                                 RTCHitN_v(args->hit, args->N, lane),
-                                 glm::dot(normal, along) < 0.0)) {
+        const glm::dvec3 direction(RTCRayN_dir_x(args->ray, args->N, lane),
+                                   RTCRayN_dir_y(args->ray, args->N, lane),
+                                   RTCRayN_dir_z(args->ray, args->N, lane));
+        if (triangle == filtered.originTriangle ||
+            !filtered.geometry->acceptsHit(triangle, RTCHitN_u(args->hit, args->N, lane),
+                                           RTCHitN_v(args->hit, args->N, lane),
+                                           glm::dot(normal, direction) < 0.0)) {
             args->valid[lane] = 0;
         }
     }
@@ -42,24 +42,24 @@ RTCRay embreeRay(const Ray& ray) {
     r.dir_x = static_cast<float>(ray.direction.x);
     r.dir_y = static_cast<float>(ray.direction.y);
     r.dir_z = static_cast<float>(ray.direction.z);
-    r.tnear = static_cast<float>(ray.nearest);
-    r.tfar = ray.farthest < 1e30 ? static_cast<float>(ray.farthest)
-                                 : std::numeric_limits<float>::infinity();
+    r.tnear = static_cast<float>(ray.tMin);
+    r.tfar =
+        ray.tMax < 1e30 ? static_cast<float>(ray.tMax) : std::numeric_limits<float>::infinity();
     r.mask = 0xffffffffu;
     return r;
 }
 
 }  // namespace
 
-// One thread builds: of two triangles in one place the same one is always met. Corners are not
-// shared, but those in one place hold the same bits, so no ray slips between (robust).
-World::Tree::Tree(const World& world)
-    : world_(world), device_(rtcNewDevice("threads=1,set_affinity=0")) {
-    if (!device_) throw std::runtime_error("Embree has no device");
+// Built by one thread, so that of two coincident triangles the same one is always hit. Vertices are
+// not shared, but vertices at one position have equal bits, so the robust mode leaves no gaps.
+SceneGeometry::Bvh::Bvh(const SceneGeometry& geometry)
+    : geometry_(geometry), device_(rtcNewDevice("threads=1,set_affinity=0")) {
+    if (!device_) throw std::runtime_error("Embree could not create a device");
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_MEDIUM);
-    if (const auto& triangles = world.triangles(); !triangles.empty()) {
+    if (const auto& triangles = geometry.triangles(); !triangles.empty()) {
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         auto* corners = static_cast<glm::vec3*>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -83,40 +83,40 @@ World::Tree::Tree(const World& world)
     if (rtcGetDeviceError(device_) != RTC_ERROR_NONE) {
         rtcReleaseScene(scene_);
         rtcReleaseDevice(device_);
-        throw std::runtime_error("Embree could not hold the scene");
+        throw std::runtime_error("Embree could not build the acceleration structure");
     }
 }
 
-World::Tree::~Tree() {
+SceneGeometry::Bvh::~Bvh() {
     rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
 }
 
-std::optional<Hit> World::Tree::nearest(const Ray& ray) const {
+std::optional<Hit> SceneGeometry::Bvh::intersect(const Ray& ray) const {
     if (!finite(ray.origin) || !finite(ray.direction)) return std::nullopt;
-    Asking asking{{}, &world_, ray.leaves};
+    FilteredQuery filtered{{}, &geometry_, ray.originTriangle};
     RTCRayHit query{};
     query.ray = embreeRay(ray);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    embree::intersect(scene_, asking.context, query);
+    embree::intersect(scene_, filtered.context, query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return Hit{query.ray.tfar, query.hit.u, query.hit.v, query.hit.primID};
 }
 
-bool World::Tree::blocked(const Ray& ray) const {
+bool SceneGeometry::Bvh::occluded(const Ray& ray) const {
     if (!finite(ray.origin) || !finite(ray.direction)) return false;
-    Asking asking{{}, &world_, ray.leaves};
+    FilteredQuery filtered{{}, &geometry_, ray.originTriangle};
     RTCRay query = embreeRay(ray);
-    embree::occluded(scene_, asking.context, query);
+    embree::occluded(scene_, filtered.context, query);
     return query.tfar < 0.0f;
 }
 
-std::optional<Hit> World::nearest(const Ray& ray) const {
-    return tree_->nearest(ray);
+std::optional<Hit> SceneGeometry::intersect(const Ray& ray) const {
+    return bvh_->intersect(ray);
 }
 
-bool World::blocked(const Ray& ray) const {
-    return tree_->blocked(ray);
+bool SceneGeometry::occluded(const Ray& ray) const {
+    return bvh_->occluded(ray);
 }
 
 }  // namespace clerestory::reference

@@ -1,0 +1,62 @@
+// Light sources of the path tracer: punctual lights (KHR_lights_punctual and the environment's sun)
+// and emissive triangles.
+#pragma once
+
+#include "reference/scene_geometry.h"
+#include "scene/environment.h"
+
+namespace clerestory::reference {
+
+struct PunctualLight {
+    LightKind kind = LightKind::point;
+    glm::dvec3 position{0.0};  // relative to SceneGeometry::origin()
+    glm::dvec3 toLight{0.0, 1.0,
+                       0.0};    // directional: towards the light; spot: opposite to its axis
+    glm::dvec3 intensity{0.0};  // lux if directional, else candela
+    double range = 0.0;         // metres; 0: unlimited
+    double cosInner = 1.0, cosOuter = 0.0;
+};
+
+std::vector<PunctualLight> collectPunctualLights(const Scene& scene, const Pose& pose,
+                                                 const glm::dvec3& origin,
+                                                 const EnvironmentMap& environment,
+                                                 const glm::dmat3& worldFromMap,
+                                                 double environmentIntensity);
+
+// A punctual light as seen from a position.
+struct LightSample {
+    glm::dvec3 toLight{0.0};     // unit
+    double distance = 0.0;       // infinite for directional lights
+    glm::dvec3 irradiance{0.0};  // unoccluded, on a surface that faces the light
+};
+LightSample evalLight(const PunctualLight& light, const glm::dvec3& position);
+
+// All emissive triangles, sampled in proportion to the flux of the untextured material.
+class Emitters {
+public:
+    explicit Emitters(const SceneGeometry& geometry);
+
+    bool empty() const { return triangles_.empty(); }
+
+    struct Sample {
+        std::uint32_t triangle = kNoTriangle;
+        double weightB = 0.0, weightC = 0.0;  // barycentric
+        glm::dvec3 position{0.0};
+    };
+    Sample sample(double uTriangle, const glm::dvec2& uPosition) const;
+
+    // Density per steradian of sampling the position that a ray hits on the triangle at this
+    // distance.
+    double pdf(std::uint32_t triangle, const glm::dvec3& direction, double distance) const;
+
+private:
+    struct Entry {
+        std::uint32_t triangle = 0;
+        double cdf = 0.0;  // of the entries before this one
+        double pdf = 0.0;  // per square metre
+    };
+    std::vector<Entry> triangles_;  // by triangle index
+    const SceneGeometry& geometry_;
+};
+
+}  // namespace clerestory::reference

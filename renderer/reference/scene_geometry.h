@@ -1,0 +1,135 @@
+// The posed scene for ray tracing: its triangles in world space in an Embree hierarchy, and the
+// material's values at a hit.
+#pragma once
+
+#include "plan/request/frame_request.h"
+#include "reference/vectors.h"
+#include "scene/classification.h"
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace clerestory::reference {
+
+inline constexpr std::uint32_t kNoTriangle = 0xffffffffu;
+
+struct Ray {
+    glm::dvec3 origin{
+        0.0};  // relative to SceneGeometry::origin(), world axes, as all positions here
+    glm::dvec3 direction{0.0};  // unit
+    double tMin = 0.0, tMax = std::numeric_limits<double>::infinity();
+    std::uint32_t originTriangle = kNoTriangle;  // the triangle it starts on, which is not hit
+};
+
+struct Hit {
+    double distance = 0.0;
+    double weightB = 0.0, weightC = 0.0;  // barycentric, of the second and third corner
+    std::uint32_t triangle = 0;
+};
+
+// Geometry and material at a hit.
+struct SurfaceInteraction {
+    glm::dvec3 position{0.0};
+    glm::dvec3 geometricNormal{0.0};  // unit; faces the ray's origin
+    glm::dvec3 normal{
+        0.0};           // shading normal: interpolated, with the normal map; faces the ray's origin
+    bool front = true;  // the ray comes from the front side
+    double maxCoordinate = 0.0;  // greatest absolute coordinate of the triangle's corners
+    std::uint32_t triangle = 0;
+    Index instance = 0;
+    const Surface* surface = nullptr;
+    const Material* material = nullptr;
+    glm::dvec3 baseColor{1.0};
+    double coverage = 1.0;  // below 1 only for AlphaMode::blend
+    double metallic = 0.0, roughness = 1.0;
+    double occlusion = 1.0;
+    double transmission = 0.0, thickness = 0.0;  // metres
+    glm::dvec3 emission{0.0};
+    double normalSpread = 0.0;  // radians by which the normal varies over the pixel footprint
+    double discRadius2 = 0.0;   // half vectors of the footprint: squared radius of a disc of slopes
+};
+
+class SceneGeometry {
+public:
+    // The arguments must outlive this object. Throws std::invalid_argument for images without
+    // texels.
+    SceneGeometry(const Scene& scene, const Pose& pose, const MaterialBindings& materials,
+                  const Effects& effects);
+    ~SceneGeometry();
+    SceneGeometry(const SceneGeometry&) = delete;
+    SceneGeometry& operator=(const SceneGeometry&) = delete;
+
+    const glm::dvec3& origin() const { return origin_; }  // world; the centre of the bounds
+    double diagonal() const { return diagonal_; }         // metres, of the bounds
+    std::size_t triangleCount() const { return triangles_.size(); }
+
+    // The nearest hit. Culled sides and texels below the alpha cutoff are ignored.
+    std::optional<Hit> intersect(const Ray& ray) const;
+    // Whether the ray hits anything.
+    bool occluded(const Ray& ray) const;
+    // Whether any material blends or transmits, so that rays may continue behind a hit.
+    bool hasTransparency() const { return hasTransparency_; }
+    bool emissionEnabled() const { return emission_; }
+
+    SurfaceInteraction interactionAt(const Hit& hit, const glm::dvec3& direction) const;
+    // Radians by which the normal varies over `width` metres across the ray: the square root of the
+    // solid angle of the normals.
+    double normalSpreadAcross(const Hit& hit, const SurfaceInteraction& point,
+                              const glm::dvec3& direction, double width) const;
+
+    // A ray that leaves the surface, its origin offset against self-intersection.
+    static Ray spawnRay(const SurfaceInteraction& point, const glm::dvec3& direction);
+
+    struct Triangle {
+        glm::vec3 a{0.0f};
+        std::uint32_t firstIndex = 0;  // into Scene::indices
+        glm::vec3 b{0.0f};
+        std::uint32_t surface = 0;
+        glm::vec3 c{0.0f};
+        // Which side rays hit: 1 the one from which a, b, c are counter-clockwise, -1 the other, 0
+        // both.
+        std::int32_t side = 0;
+    };
+    const std::vector<Triangle>& triangles() const { return triangles_; }
+    const Surface& surfaceOf(const Triangle& triangle) const { return surfaces_[triangle.surface]; }
+    const Material& materialOf(const Surface& surface) const {
+        return materials_.material(scene_, surface.material);
+    }
+
+    // The filter of Embree's queries: side and alpha mask.
+    bool acceptsHit(std::uint32_t triangle, double weightB, double weightC,
+                    bool counterClockwise) const;
+
+private:
+    struct InstanceTransform {
+        glm::dmat4 worldFromMesh{1.0};  // relative to origin_
+        glm::dmat3 normalFromMesh{1.0};
+        double scale = 1.0;        // world metres per metre of the mesh
+        double orientation = 1.0;  // -1: mirrored, so that front faces are clockwise
+    };
+    void collectTriangles();
+    void addSurface(std::uint32_t surface);
+
+    MeshVertices verticesIn(const Surface& surface) const {
+        return verticesOf(scene_, pose_, scene_.meshes[scene_.instances[surface.instance].mesh]);
+    }
+
+    const Scene& scene_;
+    const Pose& pose_;
+    const MaterialBindings& materials_;
+    bool emission_ = true, refraction_ = true;
+    std::vector<Surface> surfaces_;
+    std::vector<InstanceTransform> transforms_;
+    std::vector<Triangle> triangles_;
+    glm::dvec3 origin_{0.0};
+    double diagonal_ = 1.0;
+    bool hasTransparency_ = false;
+
+    struct Bvh;
+    std::unique_ptr<Bvh> bvh_;
+};
+
+}  // namespace clerestory::reference
