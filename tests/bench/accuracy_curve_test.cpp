@@ -16,25 +16,25 @@ Point point(const std::string& setting, double ms, double error) {
     return {.scene = "room", .setting = setting, .medianMs = ms, .relMse = error};
 }
 
-TEST(AccuracyHull, IsTheLowerLeft) {
+TEST(AccuracyHull, IsTheLowerLeftHull) {
     // Corners 0, 3, 4; 1 is dearer and worse, 2 lies above the line from 0 to 3, 5 is worse than 4.
     const std::vector<CostAndError> points = {{1, 1},     {2, 2},      {3, 0.9},
                                               {10, 0.01}, {100, .005}, {200, 0.006}};
     EXPECT_THAT(lowerHull(points), ElementsAre(0u, 3u, 4u));
 }
 
-TEST(AccuracyHull, IsALineInLogarithmsOnly) {
+TEST(AccuracyHull, IsConvexInLogarithms) {
     // (10, 0.1) lies on the straight line of the logarithms, 10 % below it is a corner.
     EXPECT_THAT(lowerHull({{1, 1}, {10, 0.09}, {100, 0.01}}), ElementsAre(0u, 1u, 2u));
     EXPECT_THAT(lowerHull({{1, 1}, {10, 0.11}, {100, 0.01}}), ElementsAre(0u, 2u));
 }
 
-TEST(AccuracyHull, OfEqualPointsTheFirst) {
+TEST(AccuracyHull, KeepsTheFirstOfEqualPoints) {
     EXPECT_THAT(lowerHull({{2, 1}, {1, 1}, {1, 1}}), ElementsAre(1u));
     EXPECT_TRUE(lowerHull({}).empty());
 }
 
-TEST(AccuracyHull, WorseInBothByAShare) {
+TEST(AccuracyHull, ToleratesSmallDifferences) {
     const std::vector<CostAndError> points = {{10, 1.0}, {10.6, 1.06}, {10.6, 1.04}, {10.4, 2.0}};
     EXPECT_EQ(betterInBoth(points, 1, 0.05), 0u);
     EXPECT_FALSE(betterInBoth(points, 2, 0.05)) << "4 % more error";
@@ -42,7 +42,7 @@ TEST(AccuracyHull, WorseInBothByAShare) {
     EXPECT_FALSE(betterInBoth(points, 0, 0.05));
 }
 
-TEST(AccuracyRecord, HoldsWhatItWrote) {
+TEST(AccuracyRecord, RoundTrips) {
     const Points points = {point("draft", 1, 0.1), point("fine", 2, 0.0)};
     const std::string record = recordOf(points, "some driver");
     const Held same = heldAgainst(record, points);
@@ -60,7 +60,7 @@ TEST(AccuracyRecord, HoldsWhatItWrote) {
     EXPECT_ANY_THROW(heldAgainst("room,frame,draft,much", points));
 }
 
-TEST(AccuracyReport, NamesPresetsThatLieOffTheHull) {
+TEST(AccuracyReport, NamesPresetsOffTheHull) {
     Points points = {point("standard", 10, 0.1), point("standard, probeSize 64", 8, 0.05)};
     points[0].preset = Preset::standard;
     EXPECT_THAT(markdownOf(points), HasSubstr("`standard` (0.1, 10 ms) against `standard, "
@@ -77,7 +77,7 @@ TEST(AccuracyReport, QuotesCommas) {
                 HasSubstr("room,frame,\"standard, probeSize 64\",8.00"));
 }
 
-TEST(AccuracyReport, IsReadBack) {
+TEST(AccuracyReport, CanBeReadBack) {
     Points points = {point("fine", 10, 0.1), point("standard, probeSize 64", 8, 0.05)};
     points[0].preset = Preset::fine;
     points[0].processorMs = 15.5;
@@ -89,7 +89,7 @@ TEST(AccuracyReport, IsReadBack) {
     EXPECT_THAT(markdownOf(points, Clock::processor), HasSubstr("0.1, 16 ms"));
 }
 
-TEST(AccuracyPicture, ShowsTheEffectsThatAreThere) {
+TEST(AccuracyPicture, ShowsExistingEffects) {
     Points points = {point("standard", 10, 0.1), point("a <b>", 8, 0.0)};
     points[0].preset = Preset::standard;
     const std::string svg = svgOf(points, Effect::base);

@@ -9,7 +9,7 @@ namespace {
 
 class Predictions : public testing::TestWithParam<const char*> {};
 
-TEST_P(Predictions, RankTheWaysAsTheyAreMeasured) {
+TEST_P(Predictions, RankTechniquesAsMeasured) {
     const Scene scene = loadScene(GetParam());
     Renderer renderer{RendererOptions{}};
     renderer.addScene(scene);
@@ -46,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Predictions,
                              return name;
                          });
 
-TEST(Agreement, CountsPairsThatAreTheOtherWayRound) {
+TEST(Agreement, CountsInvertedPairs) {
     const Effect flat = Effect::planarReflection, curved = Effect::environmentReflection;
     std::vector<Prediction> p = {{flat, Method::environment, 1.2, 2.0, 0.01},
                                  {flat, Method::mirror, 0.02, 0.1, 0.01},

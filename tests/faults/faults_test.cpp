@@ -110,7 +110,7 @@ void failEach(Fault fault, std::uint64_t step) {
         static_cast<unsigned long long>(unneeded));
 }
 
-TEST(Faults, EveryCallOfTheDriverInAFrame) {
+TEST(Faults, EveryDriverCallInAFrame) {
     failEach(Fault::driverCall, stride(61));
 }
 
@@ -119,7 +119,7 @@ TEST(Faults, EveryAllocationInAFrame) {
 }
 
 // A scene that did not get to the GPU whole is not there; given again, it is.
-TEST(Faults, EveryCallOfTheDriverWhileASceneIsUploaded) {
+TEST(Faults, EveryDriverCallDuringUpload) {
     const FrameRequest r = everythingRequest();
     const std::vector<std::byte> right = drawn(r);
     for (std::uint64_t n = 1;; n += stride(5)) {
@@ -140,7 +140,7 @@ TEST(Faults, EveryCallOfTheDriverWhileASceneIsUploaded) {
 }
 
 // G5. What ends the process in a worker is counted here.
-TEST(Faults, AResetOfTheGpuIsToldAndNothingIsDrawnAfterIt) {
+TEST(Faults, AResetOfTheGpuIsReportedAndNothingIsDrawnAfterIt) {
     int told = 0;
     Renderer own({.whenReset = [&] { ++told; }});
     if (!own.identity().tellsOfResets) GTEST_SKIP() << "this driver does not tell of resets";

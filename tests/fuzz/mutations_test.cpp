@@ -56,21 +56,21 @@ void over(const std::vector<std::string>& seeds, void (*target)(Bytes), int roun
     }
 }
 
-TEST(Mutations, HttpMeansTheSameHoweverItIsCut) {
+TEST(Mutations, HttpParsingIsIndependentOfChunks) {
     for (const std::string& seed : httpSeeds()) {
         fuzzHttp({reinterpret_cast<const std::uint8_t*>(seed.data()), seed.size()});
     }
     over(httpSeeds(), fuzzHttp, 20'000);
 }
 
-TEST(Mutations, JsonIsASoundRequestOrARefusal) {
+TEST(Mutations, JsonIsAValidRequestOrRejected) {
     for (const std::string& seed : jsonSeeds()) {
         fuzzJson({reinterpret_cast<const std::uint8_t*>(seed.data()), seed.size()});
     }
     over(jsonSeeds(), fuzzJson, 20'000);
 }
 
-TEST(Mutations, BlobsAreSoundScenesOrRefused) {
+TEST(Mutations, BlobsAreValidScenesOrRejected) {
     for (const std::string& seed : blobSeeds()) {
         fuzzBlob({reinterpret_cast<const std::uint8_t*>(seed.data()), seed.size()});
     }

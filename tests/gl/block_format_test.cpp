@@ -38,7 +38,7 @@ protected:
 
 }  // namespace
 
-TEST_F(BlockFormats, AreDecodedAsTheDriverDoes) {
+TEST_F(BlockFormats, MatchTheDriver) {
     constexpr std::size_t kEdge = 64;  // blocks
     constexpr std::size_t kTexels = 4 * kEdge;
     std::mt19937 random(1);

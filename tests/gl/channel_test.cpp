@@ -31,7 +31,7 @@ FrameRequest tilted() {
 
 }  // namespace
 
-TEST_F(Channels, depthIsMetresAlongTheViewDirection) {
+TEST_F(Channels, DepthIsMetresAlongTheViewDirection) {
     const Image image = channel(tilted(), Channel::depth);
     ASSERT_EQ(image.channels, 1u);
     for (std::uint32_t y = 24; y < 40; ++y) {
@@ -45,7 +45,7 @@ TEST_F(Channels, depthIsMetresAlongTheViewDirection) {
     EXPECT_EQ(number(image, 32, 1), 0.0f) << "where nothing is";
 }
 
-TEST_F(Channels, normalsAreOfTheWorldAndUnit) {
+TEST_F(Channels, NormalsAreUnitAndInWorldSpace) {
     const Image image = channel(tilted(), Channel::normal);
     ASSERT_EQ(image.channels, 3u);
     const glm::vec3 a = color(image, 16, 32), b = color(image, 44, 32);
@@ -56,7 +56,7 @@ TEST_F(Channels, normalsAreOfTheWorldAndUnit) {
     EXPECT_EQ(color(image, 32, 1), glm::vec3(0.0f));
 }
 
-TEST_F(Channels, objectIdsAreInstancesFromOne) {
+TEST_F(Channels, ObjectIdsAreInstancesStartingAtOne) {
     const Image image = channel(tilted(), Channel::objectId);
     ASSERT_EQ(image.channels, 1u);
     EXPECT_EQ(number(image, 16, 32), 1.0f);
@@ -64,7 +64,7 @@ TEST_F(Channels, objectIdsAreInstancesFromOne) {
     EXPECT_EQ(number(image, 32, 1), 0.0f);
 }
 
-TEST_F(Channels, holesOfMasksAreHoles) {
+TEST_F(Channels, MaskedTexelsAreHoles) {
     Scene scene;
     Material m;
     m.alphaMode = AlphaMode::mask;
@@ -77,7 +77,7 @@ TEST_F(Channels, holesOfMasksAreHoles) {
     EXPECT_EQ(number(image, 40, 24), 1.0f);
 }
 
-TEST_F(Channels, theNearestSurfaceCounts) {
+TEST_F(Channels, TheNearestSurfaceIsShown) {
     Scene scene;
     const Index m = addMaterial(scene, {});
     Material veil;
@@ -90,7 +90,7 @@ TEST_F(Channels, theNearestSurfaceCounts) {
     EXPECT_NEAR(number(image, 18, 18), 2.0f, 1e-5f);
 }
 
-TEST_F(Channels, depthResolvesAMillionthOfTheDistance) {
+TEST_F(Channels, DepthResolvesAMillionthOfTheDistance) {
     // Two planes a tenth of a millimetre apart, a hundred metres away, near plane at a centimetre.
     Scene scene;
     const Index m = addMaterial(scene, {});

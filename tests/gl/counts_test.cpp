@@ -24,7 +24,7 @@ Counted counted(const FrameRequest& r) {
 }
 
 // A software driver that can read vertices and indices where they lie makes no copy of them.
-TEST_F(Counts, OfGeometryOneCopyIsKept) {
+TEST_F(Counts, GeometryIsStoredOnce) {
     Scene scene;
     place(scene, sphere(0.5f, 16, addMaterial(scene, glowing({1, 2, 3}))));
     const std::uint64_t bytes =
@@ -36,7 +36,7 @@ TEST_F(Counts, OfGeometryOneCopyIsKept) {
 }
 
 // The scene's memory is the driver's: it must stay where it is while other scenes come and go.
-TEST_F(Counts, ASceneThatIsReadWhereItLiesStaysAsItIs) {
+TEST_F(Counts, ClientMemoryScenesAreNotModified) {
     Scene scene;
     place(scene, sphere(0.5f, 16, addMaterial(scene, glowing({1, 2, 3}))));
     const FrameRequest r = request(std::move(scene), "stays");
@@ -51,7 +51,7 @@ TEST_F(Counts, ASceneThatIsReadWhereItLiesStaysAsItIs) {
 }
 
 // Every kind of pass, in one frame and in the next: what the plan counts is what was drawn.
-TEST_F(Counts, OfEveryKindOfPassAreThoseOfThePlan) {
+TEST_F(Counts, MatchThePlanForEveryKindOfPass) {
     Scene scene;
     Material glass{.name = "glass", .metallic = 0.0f, .roughness = 0.0f, .transmission = 1.0f};
     place(scene, quad(0.5f, addMaterial(scene, glass)), moved(-0.5, 0, 0.5));
@@ -91,7 +91,7 @@ TEST_F(Counts, OfEveryKindOfPassAreThoseOfThePlan) {
 
 // A mirror, a mirror ball and a piece of glass that the camera does not see: OpenGL draws what it
 // draws of the scene without them.
-TEST_F(Counts, WhatIsOutOfSightIsNotDrawnForAnybody) {
+TEST_F(Counts, InvisibleObjectsAreDrawnInNoView) {
     const auto scene = [](bool with) {
         Scene s;
         place(s, quad(0.5f, addMaterial(s, glowing({1, 0.5f, 0.2f}))));
@@ -116,7 +116,7 @@ TEST_F(Counts, WhatIsOutOfSightIsNotDrawnForAnybody) {
     EXPECT_EQ(with.frame.plan.targets.size(), without.frame.plan.targets.size());
 }
 
-TEST_F(Counts, EmissionSwitchedOffGivesTheBytesOfASceneThatDoesNotGlow) {
+TEST_F(Counts, EmissionOffEqualsASceneWithoutEmission) {
     const auto scene = [](float strength) {
         Scene s;
         Material lamp{.baseColor = {0.6f, 0.5f, 0.4f, 1}, .metallic = 0.0f};
@@ -140,7 +140,7 @@ TEST_F(Counts, EmissionSwitchedOffGivesTheBytesOfASceneThatDoesNotGlow) {
 
 // Maps are kept while there is room: the one that was used longest ago gives way, and is drawn anew
 // when it is asked for again, with the same bytes.
-TEST_F(Counts, MapsBeyondTheMemoryBudgetAreGivenBack) {
+TEST_F(Counts, MapsBeyondTheMemoryBudgetAreReleased) {
     Scene scene;
     place(scene, quad(2.0f, addMaterial(scene, glowing({1, 2, 3}))), moved(0, 0, -2));
     place(scene, sphere(0.5f, 12, addMaterial(scene, mirrorMetal())));

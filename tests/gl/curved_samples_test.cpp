@@ -85,7 +85,7 @@ double errorAtGrazing(float roughness, std::uint32_t samples) {
     return std::sqrt(squares / compared);
 }
 
-TEST_F(CurvedSamples, AreNearerToTheGgxIntegralThanOneLookUp) {
+TEST_F(CurvedSamples, AreCloserToTheGgxIntegralThanOneLookup) {
     addMap("evening", 128, glm::dmat3(1.0), evening);
     for (const float roughness : {0.35f, 0.5f, 0.7f, 0.9f}) {
         const double single = errorAtGrazing(roughness, 0);
@@ -108,7 +108,7 @@ TEST_F(CurvedSamples, VanishInAWhiteFurnace) {
 }
 
 // No switch of its own shows: what is smooth, seen straight on or off keeps every byte.
-TEST_F(CurvedSamples, ChangeRoughMetalAtGrazingAnglesAndNothingElse) {
+TEST_F(CurvedSamples, ChangeOnlyRoughMetalAtGrazingAngles) {
     addMap("evening", 128, glm::dmat3(1.0), evening);
     const auto picture = [](float roughness, std::uint32_t samples, bool on) {
         Scene scene;

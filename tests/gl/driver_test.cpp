@@ -54,7 +54,7 @@ GLint offsetOf(const gl::Program& program, const char* member) {
 
 }  // namespace
 
-TEST_F(Driver, blocksLieAsCppHasThem) {
+TEST_F(Driver, UniformBlockLayoutMatchesCpp) {
     ShaderLibrary library;
     const auto& surface = library.program(
         {"surface.vert", "surface.frag", FEATURE_BASE_COLOR_MAP | FEATURE_TEXTURE_TRANSFORM});
@@ -76,7 +76,7 @@ TEST_F(Driver, blocksLieAsCppHasThem) {
               offsetof(PrefilterBlock, samples));
 }
 
-TEST_F(Driver, aVariantHoldsOnlyWhatItsFeaturesAskFor) {
+TEST_F(Driver, VariantsContainOnlyTheirFeatures) {
     ShaderLibrary library;
     const auto samplers = [&](Features features) {
         return samplersOf(library.program({"surface.vert", "surface.frag", features}));
@@ -96,7 +96,7 @@ TEST_F(Driver, aVariantHoldsOnlyWhatItsFeaturesAskFor) {
     EXPECT_EQ(activeNames(depth.name(), GL_PROGRAM_INPUT), (Names{"position", "eyeFromModel[0]"}));
 }
 
-TEST_F(Driver, everyFeatureCompilesAlone) {
+TEST_F(Driver, EveryFeatureCompilesAlone) {
     ShaderLibrary library;
     for (int bit = 0; bit < 14; ++bit) {
         EXPECT_NO_THROW(library.program({"surface.vert", "surface.frag", 1u << bit})) << bit;
@@ -104,20 +104,19 @@ TEST_F(Driver, everyFeatureCompilesAlone) {
     EXPECT_NO_THROW(library.program({"surface.vert", "surface.frag", ~FEATURE_UNLIT}));
 }
 
-TEST_F(Driver, aShaderThatDoesNotCompileSaysWhich) {
+TEST_F(Driver, CompilationErrorsNameTheShader) {
     const Renderer silent({});  // its context is current now and collects no messages
     try {
         const gl::VertexShader vertex("sound", "#version 430\nvoid main() {}");
-        gl::Program({.name = "broken",
-                     .vertex = vertex,
-                     .fragmentSource = "#version 430\nnonsense"});
+        gl::Program(
+            {.name = "broken", .vertex = vertex, .fragmentSource = "#version 430\nnonsense"});
         FAIL();
     } catch (const std::runtime_error& e) {
         EXPECT_NE(std::string(e.what()).find("broken"), std::string::npos);
     }
 }
 
-TEST_F(Driver, depthEndsWhereTheDeviceWantsIt) {
+TEST_F(Driver, DepthRangeMatchesTheDevice) {
     glm::dmat4 clip(0.0);  // reversed, infinite, near at 0.5
     clip[0][0] = clip[1][1] = 1.0;
     clip[2][3] = -1.0;
@@ -134,7 +133,7 @@ TEST_F(Driver, depthEndsWhereTheDeviceWantsIt) {
     EXPECT_DOUBLE_EQ(0.5 + 0.5 * depthAt(2.0, false), depthAt(2.0, true));
 }
 
-TEST_F(Driver, theIdentityIsWhatWasAskedFor) {
+TEST_F(Driver, TheRequestedDriverIsUsed) {
     const RendererIdentity& identity = renderer().identity();
     EXPECT_FALSE(identity.renderer.empty());
     EXPECT_FALSE(identity.platform.empty());
@@ -146,7 +145,7 @@ TEST_F(Driver, theIdentityIsWhatWasAskedFor) {
     }
 }
 
-TEST_F(Driver, twoRenderersLiveSideBySide) {
+TEST_F(Driver, TwoRenderersCoexist) {
     const FrameRequest r = request(Scene{}, "empty");
     const Image first = renderer().render(r).image;
     {
@@ -161,7 +160,7 @@ TEST_F(Driver, twoRenderersLiveSideBySide) {
     EXPECT_EQ(renderer().render(r).image.data, first.data);
 }
 
-TEST(HalvedFace, isTheMeanOfFourAndKeepsOddEdges) {
+TEST(HalvedFace, IsTheMeanOfFourTexelsAndKeepsOddEdges) {
     const std::vector<glm::vec3> four = {glm::vec3(1), glm::vec3(2), glm::vec3(3), glm::vec3(6)};
     EXPECT_EQ(halvedFace(four, 2), std::vector<glm::vec3>{glm::vec3(3)});
     EXPECT_EQ(halvedFace(std::vector<glm::vec3>(25, glm::vec3(0.5f)), 5),

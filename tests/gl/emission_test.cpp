@@ -28,7 +28,7 @@ void expectNear(const glm::vec3& seen, const glm::vec3& expected, float relative
 
 }  // namespace
 
-TEST_F(Emission, anEmitterInTheDarkShowsExactlyItsRadiance) {
+TEST_F(Emission, AnEmitterInTheDarkShowsExactlyItsRadiance) {
     for (const glm::vec3& emitted :
          {glm::vec3(1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, 0, 1), glm::vec3(0.5f, 0.25f, 1)}) {
         for (const float strength : {0.001f, 1.0f, 10.0f, 5000.0f}) {
@@ -41,7 +41,7 @@ TEST_F(Emission, anEmitterInTheDarkShowsExactlyItsRadiance) {
     }
 }
 
-TEST_F(Emission, isMultipliedByItsTexture) {
+TEST_F(Emission, IsMultipliedByItsTexture) {
     Scene scene;
     Material m = emitter(glm::vec3(1.0f), 4.0f);
     m.emissiveTexture.texture = addTexture2x2(
@@ -56,7 +56,7 @@ TEST_F(Emission, isMultipliedByItsTexture) {
     expectNear(color(frame.image, 40, 40), glm::vec3(0.8f), 1e-3f);
 }
 
-TEST_F(Emission, isNotDimmedByCoverage) {
+TEST_F(Emission, IsNotDimmedByCoverage) {
     Scene scene;
     Material m = emitter(glm::vec3(2.0f), 1.0f);
     m.alphaMode = AlphaMode::blend;
@@ -66,7 +66,7 @@ TEST_F(Emission, isNotDimmedByCoverage) {
     expectNear(centerColor(frame.image), glm::vec3(2.0f), 1e-3f);
 }
 
-TEST_F(Emission, isAddedToReflectedLight) {
+TEST_F(Emission, IsAddedToReflectedLight) {
     Scene dark, glowing;
     const Material plain{.baseColor = {0.5f, 0.4f, 0.3f, 1}, .metallic = 0.0f};
     Material lamp = plain;
@@ -80,7 +80,7 @@ TEST_F(Emission, isAddedToReflectedLight) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(difference[c], lamp.emissive[c], 1e-6f);
 }
 
-TEST_F(Emission, itsSwitchChangesNothingElse) {
+TEST_F(Emission, TheSwitchChangesNothingElse) {
     Scene scene;
     const Index lamp = addMaterial(scene, emitter({1, 1, 1}, 3.0f));
     const Index wall = addMaterial(scene, {.baseColor = {0.5f, 0.6f, 0.7f, 1}, .metallic = 0.0f});

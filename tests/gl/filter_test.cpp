@@ -97,7 +97,7 @@ Spot spotOf(const Picture& picture) {
 
 }  // namespace
 
-TEST_F(Filters, ATwirlIsThatOfTheProcessor) {
+TEST_F(Filters, TwirlMatchesTheCpu) {
     for (const Size& size : kSizes) {
         const FrameRequest r = colourful(size.width, size.height, size.samples);
         const Picture plain = drawn(r);
@@ -112,7 +112,7 @@ TEST_F(Filters, ATwirlIsThatOfTheProcessor) {
     }
 }
 
-TEST_F(Filters, ATwirlTakesAPointWhereTheFormulaSays) {
+TEST_F(Filters, TwirlMovesPointsByTheFormula) {
     const glm::dvec2 middle(0.5 * kWide, 0.5 * kHigh);
     for (const auto& [x, y] : {std::pair(90, 48), std::pair(40, 20), std::pair(64, 70)}) {
         const FrameRequest r = lampAt(x, y);
@@ -129,7 +129,7 @@ TEST_F(Filters, ATwirlTakesAPointWhereTheFormulaSays) {
     }
 }
 
-TEST_F(Filters, BeyondATwirlsRadiusNoBitChanges) {
+TEST_F(Filters, TwirlChangesNothingBeyondItsRadius) {
     const FrameRequest r = colourful(90, 60);
     const Picture plain = drawn(r), turned = drawn(r, {twirl(5.0, 20.0)});
     int changed = 0;
@@ -144,7 +144,7 @@ TEST_F(Filters, BeyondATwirlsRadiusNoBitChanges) {
     EXPECT_GT(changed, 500);
 }
 
-TEST_F(Filters, AConvolutionIsThatOfTheProcessor) {
+TEST_F(Filters, ConvolutionMatchesTheCpu) {
     const double n = 1.0 / 9.0, s = 1.0 / 16.0;
     const std::vector<std::pair<ConvolveFilter, KernelNumbers>> rows = {
         {convolve(KernelName::sharpen), {0, -1, 0, -1, 5, -1, 0, -1, 0}},
@@ -173,7 +173,7 @@ TEST_F(Filters, AConvolutionIsThatOfTheProcessor) {
     }
 }
 
-TEST_F(Filters, NamedKernelsLeaveAnEvenPictureAsItIs) {
+TEST_F(Filters, NamedKernelsKeepUniformImages) {
     FrameRequest r = request(Scene{}, "nothing");
     r.environment.map = "grey";
     const Picture plain = drawn(r);
@@ -186,7 +186,7 @@ TEST_F(Filters, NamedKernelsLeaveAnEvenPictureAsItIs) {
     EXPECT_LT(greatestDifference(drawn(r, {glow(1.0, 1.0, 64.0)}), drawn(r)), 1e-6);
 }
 
-TEST_F(Filters, AGlowIsThatOfTheProcessor) {
+TEST_F(Filters, GlowMatchesTheCpu) {
     for (const Size& size : kSizes) {
         const FrameRequest r = colourful(size.width, size.height, size.samples);
         const Picture plain = drawn(r);
@@ -201,7 +201,7 @@ TEST_F(Filters, AGlowIsThatOfTheProcessor) {
     }
 }
 
-TEST_F(Filters, AGlowKeepsTheSumOfLightAndSpreadsItEvenly) {
+TEST_F(Filters, GlowConservesEnergyAndIsIsotropic) {
     const FrameRequest r = lampAt(64, 48);
     const Picture plain = drawn(r);
     double before = spotOf(plain).variance;
@@ -216,7 +216,7 @@ TEST_F(Filters, AGlowKeepsTheSumOfLightAndSpreadsItEvenly) {
     }
 }
 
-TEST_F(Filters, AGlowStandsAroundEmissivePixelsOnly) {
+TEST_F(Filters, GlowSurroundsEmissivePixelsOnly) {
     FrameRequest r = colourful(128, 96);
     r.environment.map = "grey";
     const Picture plain = drawn(r), glowed = drawn(r, {glow(1.5, 0.5, 8.0)});
@@ -247,7 +247,7 @@ TEST_F(Filters, AGlowStandsAroundEmissivePixelsOnly) {
     EXPECT_EQ(drawn(r).pixels, drawn(r, {glow(1.5, 0.5, 8.0)}).pixels) << "nothing emits";
 }
 
-TEST_F(Filters, AHiddenLampDoesNotGlow) {
+TEST_F(Filters, HiddenLampsDoNotGlow) {
     Scene scene;
     place(scene, quad(0.2f, addMaterial(scene, glowing({30, 30, 30}))), moved(0, 0, -0.5));
     place(scene, quad(0.5f, addMaterial(scene, unlit({0.5f, 0.5f, 0.5f, 1}))));
@@ -255,7 +255,7 @@ TEST_F(Filters, AHiddenLampDoesNotGlow) {
     EXPECT_EQ(drawn(r).pixels, drawn(r, {glow(1.0, 1.0, 32.0)}).pixels);
 }
 
-TEST_F(Filters, AGlowFollowsTheExposure) {
+TEST_F(Filters, GlowFollowsTheExposure) {
     FrameRequest r = colourful(64, 48);
     const Picture plain = drawn(r);
     r.exposure = 2.0;
@@ -288,7 +288,7 @@ TEST_F(Filters, RunInTheOrderOfTheRequest) {
     EXPECT_LT(greatestDifference(drawn(r, many), smooth), 1e-5);
 }
 
-TEST_F(Filters, ThatChangeNothingLeaveEveryByte) {
+TEST_F(Filters, WithoutEffectChangeNoByte) {
     FrameRequest r = colourful(70, 40, 4);
     const std::vector<FilterRequest> nothing = {
         twirl(0.0), twirl(3.0, 0.0), convolve({0, 0, 0, 0, 1, 0, 0, 0, 0}, EdgeRule::repeat),
@@ -310,7 +310,7 @@ TEST_F(Filters, ThatChangeNothingLeaveEveryByte) {
     }
 }
 
-TEST_F(Filters, ADisplayedPictureIsTheFilteredLightToneMapped) {
+TEST_F(Filters, DisplayedImagesAreFilteredThenToneMapped) {
     FrameRequest r = colourful(64, 64);
     r.filters = {glow(1, 0.5, 16), twirl(2), convolve(KernelName::sharpen)};
     const Image light = renderer().render(r).image;
@@ -334,7 +334,7 @@ TEST_F(Filters, ADisplayedPictureIsTheFilteredLightToneMapped) {
     EXPECT_LE(off, 64u * 64u * 3u / 200);
 }
 
-TEST_F(Filters, LeaveChannelsOfNumbersAlone) {
+TEST_F(Filters, DoNotApplyToDataChannels) {
     FrameRequest r = colourful(48, 32);
     for (const Channel channel :
          {Channel::depth, Channel::normal, Channel::objectId, Channel::through}) {

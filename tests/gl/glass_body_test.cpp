@@ -5,7 +5,7 @@
 namespace clerestory::test {
 namespace {
 
-TEST_F(GlassPictures, OfABallShowTheWorldUpsideDown) {
+TEST_F(GlassPictures, OfABallShowTheSceneUpsideDown) {
     Scene scene;
     place(scene, quad(10.0f, addMaterial(scene, glowing({1, 0, 0}))), moved(0, 10, -4));
     place(scene, quad(10.0f, addMaterial(scene, glowing({0, 0, 1}))), moved(0, -10, -4));
@@ -37,7 +37,7 @@ MeshDraft bottle(float radius, float wall, Index material) {
     return draft;
 }
 
-TEST_F(GlassPictures, OfAThinWallAreThoseOfAPaneAndNotOfABall) {
+TEST_F(GlassPictures, OfAThinShellAreThoseOfAPane) {
     const auto seen = [&](GlassMethod method, float wall) {
         Scene scene;
         Material clear = clearGlass();
@@ -71,7 +71,7 @@ TEST_F(GlassPictures, OfAThinWallAreThoseOfAPaneAndNotOfABall) {
 }
 
 // From within water or glass, all of the world outside lies in a cone.
-TEST_F(GlassPictures, FromWithinShowTheWorldInSnellsWindow) {
+TEST_F(GlassPictures, FromInsideShowTheSceneInSnellsWindow) {
     for (const double ior : {1.5, 1.8}) {
         Scene scene;
         place(scene, quad(300.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -2));

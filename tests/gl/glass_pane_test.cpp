@@ -13,7 +13,7 @@ struct Mask {
     double overlap() const { return either == 0 ? 0.0 : double(both) / either; }
 };
 
-TEST_F(GlassPictures, OfThinPanesShowALampAtItsPlaceDimmedByWhatThePanesLetThrough) {
+TEST_F(GlassPictures, OfThinPanesShowALampAttenuatedByTheirTransmittance) {
     const glm::vec3 radiance(8.0f, 0.5f, 0.25f);
     const auto scene = [&](int panes, double tilt) {
         Scene s;
@@ -95,7 +95,7 @@ double thickPaneError(GlassMethod method, double tilt, bool wall) {
     return worst;
 }
 
-TEST_F(GlassPictures, OfAThickTiltedPaneShiftAStraightEdgeAndDoNotBendIt) {
+TEST_F(GlassPictures, OfAThickTiltedPaneShiftAStraightEdge) {
     for (const double tilt : {-50.0, -20.0, 0.0, 35.0, 60.0}) {
         // The picture knows an edge to half a pixel, and so do rays.
         EXPECT_LE(thickPaneError(GlassMethod::backdrop, tilt, true), 0.5) << tilt;
@@ -134,7 +134,7 @@ TEST_F(GlassPictures, AbsorbAlongTheirPath) {
     }
 }
 
-TEST_F(GlassPictures, OfTintedPanesTakeTheirBaseColorOnce) {
+TEST_F(GlassPictures, OfTintedPanesApplyBaseColorOnce) {
     Scene scene;
     place(scene, quad(30.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -3));
     Material m = clearGlass();
@@ -147,7 +147,7 @@ TEST_F(GlassPictures, OfTintedPanesTakeTheirBaseColorOnce) {
     }
 }
 
-TEST_F(GlassPictures, CoveredInPartShowWhatIsBehindBesideTheGlass) {
+TEST_F(GlassPictures, WithPartialCoverageBlendGlassAndBackground) {
     // alphaMode blend: coverage counts for the surface with all that it lets through.
     for (const GlassMethod method :
          {GlassMethod::environment, GlassMethod::backdrop, GlassMethod::traced}) {

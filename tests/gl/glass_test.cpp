@@ -16,7 +16,7 @@ Scene colorfulWall() {
     return scene;
 }
 
-TEST_F(GlassPictures, OfIndexOneShowNoObjectAtAll) {
+TEST_F(GlassPictures, OfIndexOneAreInvisible) {
     const Image without = renderer().render(through(colorfulWall(), "no glass")).image;
     for (const char* body : {"pane", "ball", "cube"}) {
         Scene scene = colorfulWall();
@@ -38,7 +38,7 @@ TEST_F(GlassPictures, OfIndexOneShowNoObjectAtAll) {
     }
 }
 
-TEST_F(GlassPictures, LoseNoLightInAWhiteFurnace) {
+TEST_F(GlassPictures, ConserveEnergyInAWhiteFurnace) {
     for (const double ior : {1.0, 1.1, 1.33, 1.5, 2.0, 3.0}) {
         for (const double tilt : {0.0, 20.0, 45.0, 60.0, 75.0, 85.0}) {
             for (const float roughness : {0.0f, 0.4f}) {
@@ -97,7 +97,7 @@ TEST_F(GlassPictures, BlurMoreTheRougherTheGlass) {
 
 // ---- what it costs -----------------------------------------------------------------------------
 
-TEST_F(GlassPictures, SwitchedOffAreByteForByteThoseOfASceneWithoutTransmission) {
+TEST_F(GlassPictures, SwitchedOffEqualASceneWithoutTransmission) {
     const auto scene = [](float transmission) {
         Scene s = colorfulWall();
         Material pane = clearGlass(1.5f, 0.2f), ball = clearGlass(1.4f);
@@ -115,7 +115,7 @@ TEST_F(GlassPictures, SwitchedOffAreByteForByteThoseOfASceneWithoutTransmission)
     EXPECT_EQ(renderer().render(off).image.data, renderer().render(without).image.data);
 }
 
-TEST_F(GlassPictures, AskOpenGLForWhatThePlanSaysAndNoMore) {
+TEST_F(GlassPictures, IssueExactlyTheDrawsOfThePlan) {
     Scene scene = colorfulWall();
     Material ball = clearGlass(1.4f, 0.2f);
     ball.thickness = 0.6f;

@@ -7,7 +7,7 @@
 namespace clerestory::test {
 namespace {
 
-class HardRows : public GlTest {};
+class HardCases : public GlTest {};
 
 // A mirror floor (z = 0), lamps above it, a mirror ball and a pane, all of them times `scale`; and
 // the explicitly mirrored lamps instead of the floor.
@@ -43,7 +43,7 @@ FrameRequest forced(Scene scene, const std::string& id, const glm::dvec3& eye) {
     return r;
 }
 
-TEST_F(HardRows, AnEyeAtAnyHeightOverAMirrorSeesFinitePixelsAndNoFlash) {
+TEST_F(HardCases, AnyEyeHeightOverAMirrorIsFiniteAndStable) {
     FrameRequest r = forced(floorScene(glm::dmat4(1.0), false, true), "heights", {0, 0, 1});
     r.camera.up = glm::dvec3(0, 0, 1);
     r.camera.znear = 1e-3;
@@ -63,7 +63,7 @@ TEST_F(HardRows, AnEyeAtAnyHeightOverAMirrorSeesFinitePixelsAndNoFlash) {
     }
 }
 
-TEST_F(HardRows, StraightDownOnAMirrorAtAnyRollIsTheMirroredScene) {
+TEST_F(HardCases, LookingDownOnAMirrorShowsTheMirroredSceneAtAnyRoll) {
     FrameRequest seen = request(floorScene(glm::dmat4(1.0), false, false), "down", {0, 0, 1});
     FrameRequest direct = request(floorScene(glm::dmat4(1.0), true, false), "copy", {0, 0, 1});
     seen.accuracy.planar = PlanarMethod::mirror;
@@ -96,7 +96,7 @@ double psnr(const Image& a, const Image& b) {
     return squares == 0.0 ? 200.0 : -10.0 * std::log10(squares / double(samples));
 }
 
-TEST_F(HardRows, AWorldOfAnySizeIsTheSamePicture) {
+TEST_F(HardCases, ScenesOfAnyScaleGiveTheSameImage) {
     const auto picture = [](double scale) {
         const glm::dmat4 world = glm::scale(glm::dmat4(1.0), glm::dvec3(scale));
         FrameRequest r =
@@ -113,7 +113,7 @@ TEST_F(HardRows, AWorldOfAnySizeIsTheSamePicture) {
     }
 }
 
-TEST_F(HardRows, FarFromTheOriginThePictureStays) {
+TEST_F(HardCases, DistanceFromTheOriginDoesNotChangeTheImage) {
     const auto picture = [](double far) {
         const glm::dvec3 shift(far, -far, 0.5 * far);
         FrameRequest r = forced(floorScene(glm::translate(glm::dmat4(1.0), shift), false, true),
@@ -134,7 +134,7 @@ TEST_F(HardRows, FarFromTheOriginThePictureStays) {
     }
 }
 
-TEST_F(HardRows, FramesOfAnySizeAreDrawn) {
+TEST_F(HardCases, FramesOfAnySizeAreDrawn) {
     FrameRequest r = forced(floorScene(glm::dmat4(1.0), false, true), "sizes", {0.3, -1.6, 0.9});
     r.camera.target = glm::dvec3(0.0, 0.0, 0.2);
     r.camera.up = glm::dvec3(0, 0, 1);
@@ -152,7 +152,7 @@ TEST_F(HardRows, FramesOfAnySizeAreDrawn) {
 }
 
 // An orthographic camera's mirror against the mirrored scene.
-TEST_F(HardRows, ParallelProjectionsMirrorToo) {
+TEST_F(HardCases, ParallelProjectionsMirrorToo) {
     const auto picture = [](bool copy) {
         Scene scene = floorScene(glm::dmat4(1.0), copy, false);
         const glm::dmat4 worldFromCamera =

@@ -138,14 +138,14 @@ FrameRequest small(const char* id) {
     return r;
 }
 
-TEST_F(History, ChangesNoBitOfAFrameWithMirroredViewsAndCubes) {
+TEST_F(History, DoesNotChangeFramesWithMirroredViewsAndCubes) {
     FrameRequest r = small("history of pictures");
     r.accuracy.planar = PlanarMethod::mirror;
     expectNoHistory(r);
 }
 
 // Captured cubes hold flat mirrors that follow rays.
-TEST_F(History, ChangesNoBitOfAFrameWithRaysInItsCubes) {
+TEST_F(History, DoesNotChangeFramesWithRaysInCubes) {
     FrameRequest r = small("history of rays");
     r.accuracy.planar = PlanarMethod::traced;
     expectNoHistory(r);

@@ -93,7 +93,7 @@ FrameRequest ofTheBall(const Gallery& gallery, const std::string& id) {
 
 // C2. A direction alone puts everything at infinity, a box puts it on the walls, the cube's own
 // distances put it where it stands.
-TEST_F(Knobs, DepthParallaxPutsWhatStandsInTheRoomWhereItIs) {
+TEST_F(Knobs, DepthParallaxPlacesObjectsInTheRoom) {
     const Gallery gallery;
     FrameRequest r = ofTheBall(gallery, "parallax");
     std::map<Parallax, Against> by;
@@ -110,7 +110,7 @@ TEST_F(Knobs, DepthParallaxPutsWhatStandsInTheRoomWhereItIs) {
 }
 
 // C4.
-TEST_F(Knobs, ALargerCubeShowsEdgesNearerToWhereTheyAre) {
+TEST_F(Knobs, LargerCubesShowEdgesMoreExactly) {
     const Gallery gallery;
     FrameRequest r = ofTheBall(gallery, "sizes");
     r.accuracy.parallax = Parallax::depth;
@@ -163,7 +163,7 @@ glm::vec3 stripeAt(double x, double& margin) {
 
 // Share of the pixels within a thick wedge's front face, and leaving by its back face, that show
 // another stripe than Snell's law says at both. Neither a ball nor a wall has such a back.
-TEST_F(Knobs, BackFacesLetRaysLeaveAWedgeWhereSnellSays) {
+TEST_F(Knobs, BackFacesMakeWedgesRefractBySnell) {
     const double lean = 0.2;
     const glm::dvec3 half(0.8, 0.8, 0.25);
     const double ior = 1.5;

@@ -46,7 +46,7 @@ float centerAfterLight(const Light& light, const glm::dmat4& worldFromLight, con
 
 }  // namespace
 
-TEST_F(LightOnSurfaces, whiteMetalVanishesInAWhiteFurnace) {
+TEST_F(LightOnSurfaces, WhiteMetalVanishesInAWhiteFurnace) {
     for (const float roughness : {0.0f, 0.1f, 0.25f, 0.5f, 0.75f, 1.0f}) {
         for (const float metallic : {0.0f, 1.0f}) {
             Scene scene;
@@ -66,7 +66,7 @@ TEST_F(LightOnSurfaces, whiteMetalVanishesInAWhiteFurnace) {
     }
 }
 
-TEST_F(LightOnSurfaces, aPointLightFallsOffWithTheSquareOfDistance) {
+TEST_F(LightOnSurfaces, APointLightFallsOffWithTheSquareOfDistance) {
     for (const double distance : {0.5, 1.0, 2.0, 4.0}) {
         const float seen =
             centerAfterLight({.intensity = glm::vec3(3.0f)}, moved(0.0, 0.0, distance), "point");
@@ -75,14 +75,14 @@ TEST_F(LightOnSurfaces, aPointLightFallsOffWithTheSquareOfDistance) {
     }
 }
 
-TEST_F(LightOnSurfaces, aPointLightStopsAtItsRange) {
+TEST_F(LightOnSurfaces, APointLightStopsAtItsRange) {
     const Light light{.intensity = glm::vec3(3.0f), .range = 2.0f};
     const float near = centerAfterLight(light, moved(0, 0, 1), "range");
     EXPECT_NEAR(near, 0.5f / kPi * 3.0f * (1.0f - 1.0f / 16.0f), 1e-3f * near);
     EXPECT_EQ(centerAfterLight(light, moved(0, 0, 2), "range"), 0.0f);
 }
 
-TEST_F(LightOnSurfaces, aDirectionalLightFallsWithTheCosine) {
+TEST_F(LightOnSurfaces, DirectionalLightFollowsTheCosine) {
     for (const double angle : {0.0, 0.5, 1.0, 1.5}) {
         glm::dmat4 turned(1.0);  // about Y; the light shines along its -Z
         turned[0] = {std::cos(angle), 0, -std::sin(angle), 0};
@@ -93,11 +93,11 @@ TEST_F(LightOnSurfaces, aDirectionalLightFallsWithTheCosine) {
     }
 }
 
-TEST_F(LightOnSurfaces, aLightBehindASurfaceDoesNotReachIt) {
+TEST_F(LightOnSurfaces, ALightBehindASurfaceDoesNotReachIt) {
     EXPECT_EQ(centerAfterLight({.intensity = glm::vec3(3.0f)}, moved(0, 0, -1), "behind"), 0.0f);
 }
 
-TEST_F(LightOnSurfaces, aSpotLightsItsConeOnly) {
+TEST_F(LightOnSurfaces, ASpotLightsItsConeOnly) {
     const Light spot{.kind = LightKind::spot,
                      .intensity = glm::vec3(1.0f),
                      .innerConeAngle = 0.2f,
@@ -108,7 +108,7 @@ TEST_F(LightOnSurfaces, aSpotLightsItsConeOnly) {
     EXPECT_EQ(centerAfterLight(spot, moved(1.0, 0, 1), "spot"), 0.0f);
 }
 
-TEST_F(LightOnSurfaces, aMatteSurfaceInGreyLightHasItsAlbedoTimesThatLight) {
+TEST_F(LightOnSurfaces, AMatteSurfaceInGreyLightHasItsAlbedoTimesThatLight) {
     Scene scene;
     place(scene, quad(2.0f, addMaterial(scene, matte(0.5f))));
     FrameRequest r = request(std::move(scene), "grey");
@@ -117,7 +117,7 @@ TEST_F(LightOnSurfaces, aMatteSurfaceInGreyLightHasItsAlbedoTimesThatLight) {
     EXPECT_NEAR(centerColor(renderer().render(r).image).x, 0.5f * 0.18f * 3.0f, 1e-3f);
 }
 
-TEST_F(LightOnSurfaces, occlusionDimsTheEnvironmentAndNotTheLamps) {
+TEST_F(LightOnSurfaces, OcclusionAffectsOnlyTheEnvironment) {
     const auto seen = [](bool occluded, const char* environment, float lamp) {
         Scene scene;
         Material m = matte(0.5f);
@@ -138,7 +138,7 @@ TEST_F(LightOnSurfaces, occlusionDimsTheEnvironmentAndNotTheLamps) {
 // A pixel shows the mean of its highlight: coarse pictures have the light of fine ones, wherever
 // the points of their pixels happen to lie. Seen at one point each, they have a third of it or
 // thrice.
-TEST_F(LightOnSurfaces, aSmallBallsHighlightHasTheSameLightInFewPixelsAsInMany) {
+TEST_F(LightOnSurfaces, HighlightEnergyIsIndependentOfResolution) {
     for (const float roughness : {0.05f, 0.2f}) {
         Scene scene;
         const Index gold = addMaterial(scene, {.roughness = roughness});
@@ -162,7 +162,7 @@ TEST_F(LightOnSurfaces, aSmallBallsHighlightHasTheSameLightInFewPixelsAsInMany) 
 }
 
 // Nothing is reflected where the index does not change, at no angle (Fresnel); just above, little.
-TEST_F(LightOnSurfaces, withoutAChangeOfIndexThereIsNoHighlight) {
+TEST_F(LightOnSurfaces, WithoutAChangeOfIndexThereIsNoHighlight) {
     const auto seen = [](float ior, float specular) {
         Scene scene;
         Material m{.baseColor = {0.2f, 0.1f, 0.05f, 1}, .metallic = 0.0f, .roughness = 0.3f};
@@ -184,7 +184,7 @@ TEST_F(LightOnSurfaces, withoutAChangeOfIndexThereIsNoHighlight) {
     EXPECT_GT(brightest(seen(1.5f, 1.0f)), 2.0f * brightest(seen(1.0f, 1.0f)));
 }
 
-TEST_F(LightOnSurfaces, aHighlightIsTheProductOfItsFormulae) {
+TEST_F(LightOnSurfaces, HighlightsMatchTheirFormula) {
     for (const float roughness : {0.05f, 0.2f, 0.5f, 1.0f}) {
         for (const double angle : {0.02, 0.4, 1.2}) {
             Scene scene;
@@ -237,7 +237,7 @@ glm::vec3 seenAtGrazing(float specular, float base, float roughness, const char*
 
 }  // namespace
 
-TEST_F(LightOnSurfaces, aSpecularFactorWeighsTheDielectricLobeAtEveryAngle) {
+TEST_F(LightOnSurfaces, ASpecularFactorWeighsTheDielectricLobeAtEveryAngle) {
     for (const float roughness : {0.05f, 0.3f, 0.8f}) {
         // Black, and nothing on it.
         EXPECT_EQ(seenAtGrazing(0.0f, 0.0f, roughness, "white"), glm::vec3(0.0f)) << roughness;
@@ -257,7 +257,7 @@ TEST_F(LightOnSurfaces, aSpecularFactorWeighsTheDielectricLobeAtEveryAngle) {
     }
 }
 
-TEST_F(LightOnSurfaces, halfClearSurfacesKeepTheLightOfAUniformEnvironment) {
+TEST_F(LightOnSurfaces, PartlyTransmittingSurfacesConserveUniformLight) {
     for (const float transmission : {0.0f, 0.25f, 0.5f, 1.0f}) {
         Scene scene;
         place(scene, quad(4.0f, addMaterial(scene, {.metallic = 0.0f,

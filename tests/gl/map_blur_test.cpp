@@ -105,7 +105,7 @@ std::vector<double> weightsAround(double stdev) {
     return sums;
 }
 
-TEST(BlurTurns, AreAGaussianWhoseWeightsAddUpToOne) {
+TEST(BlurTurns, AreANormalisedGaussian) {
     for (const auto& [size, stdev] : {std::pair(1u, 0.5), std::pair(4u, 2.0), std::pair(64u, 21.0),
                                       std::pair(3u, 64.0), std::pair(2u, 0.01)}) {
         const auto turns = blurTurns({size, stdev}, 256);
@@ -123,7 +123,7 @@ TEST(BlurTurns, AreAGaussianWhoseWeightsAddUpToOne) {
     }
 }
 
-TEST_F(MapBlurs, AnImpulseBecomesTheKernel) {
+TEST_F(MapBlurs, ImpulsesBecomeTheKernel) {
     for (const double stdev : {1.0, 2.0}) {
         EnvironmentMap map = darkness();
         map.texels[indexOf(4, 16, 16)] = glm::vec3(1000.0f);
@@ -144,7 +144,7 @@ TEST_F(MapBlurs, AnImpulseBecomesTheKernel) {
     }
 }
 
-TEST_F(MapBlurs, EvenLightStaysAndNoLightIsLost) {
+TEST_F(MapBlurs, UniformLightIsUnchangedAndEnergyConserved) {
     EnvironmentMap even = darkness();
     for (glm::vec3& t : even.texels) t = glm::vec3(3.0f);
     for (const double seen : blurred(even, {6, 2.0})) EXPECT_NEAR(seen, 3.0, 3e-3);
@@ -166,7 +166,7 @@ TEST_F(MapBlurs, EvenLightStaysAndNoLightIsLost) {
 }
 
 // An impulse in the middle of a face, at an edge, at a corner: as on a sphere that knows no faces.
-TEST_F(MapBlurs, IsThatOfTheSphereWhereverItIs) {
+TEST_F(MapBlurs, IsIsotropicOnTheSphere) {
     const double stdev = 2.5;
     const std::vector<double> around = weightsAround(stdev);
     for (const auto& [x, y] : {std::pair(16u, 16u), std::pair(31u, 16u), std::pair(31u, 31u),
@@ -191,7 +191,7 @@ TEST_F(MapBlurs, IsThatOfTheSphereWhereverItIs) {
 }
 
 // Across every edge and corner, no step is larger than 1.2 times the largest within a face.
-TEST_F(MapBlurs, LeavesNoSeam) {
+TEST_F(MapBlurs, HasNoSeams) {
     EnvironmentMap map = darkness();
     std::mt19937 random(3);
     for (glm::vec3& t : map.texels) t = glm::vec3(static_cast<float>(random() % 1000));
@@ -269,7 +269,7 @@ double contrast(const Image& image) {
     return most - least;
 }
 
-TEST_F(MapBlurs, ACapturedCubeIsBlurredAsItsMaterialOrItsProbeSays) {
+TEST_F(MapBlurs, CapturedCubesUseTheBlurOfMaterialOrProbe) {
     const double sharp = contrast(renderer().render(ballAmongStripes({})).image);
     double before = sharp;
     for (const double stdev : {1.0, 2.0, 4.0}) {
@@ -297,7 +297,7 @@ TEST_F(MapBlurs, NoneLeavesEveryByte) {
     }
 }
 
-TEST_F(MapBlurs, AStoredMapIsBlurredForTheMaterialThatAsks) {
+TEST_F(MapBlurs, StoredMapsAreBlurredPerMaterial) {
     auto map = std::make_shared<EnvironmentMap>(darkness());
     map->name = "stored stripes";
     for (std::size_t i = 0; i < map->texels.size(); ++i) {

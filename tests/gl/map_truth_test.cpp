@@ -32,7 +32,7 @@ FrameRequest rough(float roughness, double distance, const std::string& map) {
 }
 
 // R2: the level of a rough reflection is the lobe's, not the magnification's.
-TEST_F(MapTruth, BlurDoesNotDependOnTheEyesDistance) {
+TEST_F(MapTruth, BlurIsIndependentOfEyeDistance) {
     addMap("stripes", 64, glm::dmat3(1.0), [](const glm::dvec3& d) {
         return glm::vec3(
             std::fmod(std::floor(8.0 + 6.0 * std::atan2(d.x, d.z)), 2.0) == 0.0 ? 1.0f : 0.1f);
@@ -47,7 +47,7 @@ TEST_F(MapTruth, BlurDoesNotDependOnTheEyesDistance) {
 
 // R6: looking into the map across its edges and corners: no step there is larger than 1.2 times the
 // largest within a face. The mirror is turned so that every edge and corner passes the picture.
-TEST_F(MapTruth, NoSeamAtEdgesAndCornersOfTheCube) {
+TEST_F(MapTruth, NoSeamsAtCubeEdgesAndCorners) {
     addMap("smooth", 32, glm::dmat3(1.0), smoothLight);
     for (const float roughness : {0.0f, 0.2f, 0.5f, 0.9f}) {
         double atEdges = 0.0, within = 0.0;
@@ -117,7 +117,7 @@ TEST_F(MapTruth, TheSkyIsThereAtAnyNearAndFarPlane) {
 }
 
 // I1: what a generation adds is what the last one passed on: at most rho to its number.
-TEST_F(MapTruth, AGenerationMoreAddsNoMoreThanTheLightThatWasLeft) {
+TEST_F(MapTruth, AnotherGenerationAddsAtMostTheRemainingLight) {
     const float rho = 0.6f;
     const auto picture = [&](std::uint32_t generations) {
         Scene scene;
@@ -143,7 +143,7 @@ TEST_F(MapTruth, AGenerationMoreAddsNoMoreThanTheLightThatWasLeft) {
 }
 
 // G5: a two-sided pane has no inside: turned winding and turned normals change no pixel.
-TEST_F(MapTruth, WindingOfATwoSidedPaneDecidesNothing) {
+TEST_F(MapTruth, WindingOfTwoSidedPanesDoesNotMatter) {
     addMap("smooth", 32, glm::dmat3(1.0), smoothLight);
     const auto picture = [](bool turned) {
         Scene scene;

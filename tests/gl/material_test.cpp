@@ -24,7 +24,7 @@ MeshDraft repeated(float half, Index material, float repeats) {
 
 }  // namespace
 
-TEST_F(Materials, theUnlitAreExactlyTheirColour) {
+TEST_F(Materials, UnlitMaterialsShowTheirExactColour) {
     Scene scene;
     place(scene, quad(1.0f, addMaterial(scene, unlit({0.25f, 0.5f, 0.75f, 1}))));
     FrameRequest r = request(std::move(scene), "unlit");
@@ -32,7 +32,7 @@ TEST_F(Materials, theUnlitAreExactlyTheirColour) {
     EXPECT_EQ(centerColor(renderer().render(r).image), glm::vec3(0.25f, 0.5f, 0.75f));
 }
 
-TEST_F(Materials, aMaskIsAHoleBelowItsCutoffAndSolidFromItOn) {
+TEST_F(Materials, MasksAreCutBelowTheirCutoff) {
     Scene scene;
     Material m = unlit(glm::vec4(1));
     m.alphaMode = AlphaMode::mask;
@@ -52,7 +52,7 @@ TEST_F(Materials, aMaskIsAHoleBelowItsCutoffAndSolidFromItOn) {
     EXPECT_EQ(color(image, 40, 40), kWhite);
 }
 
-TEST_F(Materials, blendedSurfacesCoverWhatIsBehindFarToNear) {
+TEST_F(Materials, BlendedSurfacesAreComposedFarToNear) {
     Scene scene;
     Material red = unlit({1, 0, 0, 0.5f}), green = unlit({0, 1, 0, 0.25f});
     red.alphaMode = green.alphaMode = AlphaMode::blend;
@@ -66,7 +66,7 @@ TEST_F(Materials, blendedSurfacesCoverWhatIsBehindFarToNear) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(centerColor(image)[c], expected[c], 1e-6f);
 }
 
-TEST_F(Materials, blendedSurfacesHideBehindOpaqueOnes) {
+TEST_F(Materials, BlendedSurfacesHideBehindOpaqueOnes) {
     Scene scene;
     Material red = unlit({1, 0, 0, 0.5f});
     red.alphaMode = AlphaMode::blend;
@@ -75,7 +75,7 @@ TEST_F(Materials, blendedSurfacesHideBehindOpaqueOnes) {
     EXPECT_EQ(centerColor(renderer().render(request(std::move(scene), "hidden")).image), kBlue);
 }
 
-TEST_F(Materials, singleSidedBacksAreNotDrawnAndDoubleSidedOnesAre) {
+TEST_F(Materials, SingleSidedBacksAreNotDrawnAndDoubleSidedOnesAre) {
     glm::dmat4 turned(1.0);  // half a turn about Y
     turned[0][0] = turned[2][2] = -1.0;
     glm::dmat4 mirrored(1.0);  // along X: faces the same way, determinant below 0
@@ -102,7 +102,7 @@ TEST_F(Materials, singleSidedBacksAreNotDrawnAndDoubleSidedOnesAre) {
     }
 }
 
-TEST_F(Materials, bothSidesAreLitByTheLightOnTheirOwnSide) {
+TEST_F(Materials, BothSidesAreLitByLightsOnTheirSide) {
     glm::dmat4 turned(1.0);
     turned[0][0] = turned[2][2] = -1.0;
     glm::dmat4 mirrored(1.0);
@@ -121,7 +121,7 @@ TEST_F(Materials, bothSidesAreLitByTheLightOnTheirOwnSide) {
     }
 }
 
-TEST_F(Materials, texturesWrapEachInTheirOwnWay) {
+TEST_F(Materials, WrapModesApplyPerTexture) {
     // Three texture widths over 48 pixels of the picture; nearest texel. Across the first row.
     const auto row = [](Wrap wrap) {
         Scene scene;
@@ -139,7 +139,7 @@ TEST_F(Materials, texturesWrapEachInTheirOwnWay) {
     EXPECT_EQ(row(Wrap::clampToEdge), (Row{kRed, kGreen, kGreen, kGreen, kGreen, kGreen}));
 }
 
-TEST_F(Materials, twoTexturesOfOneMaterialKeepTheirOwnWrap) {
+TEST_F(Materials, TwoTexturesOfOneMaterialKeepTheirOwnWrap) {
     Scene scene;
     Material m;
     m.baseColor = glm::vec4(0, 0, 0, 1);
@@ -159,7 +159,7 @@ TEST_F(Materials, twoTexturesOfOneMaterialKeepTheirOwnWrap) {
     EXPECT_EQ(color(image, 36, 12), kNothing);  // the hole repeats
 }
 
-TEST_F(Materials, aTextureTransformScalesTurnsAndMoves) {
+TEST_F(Materials, TextureTransformsScaleRotateAndTranslate) {
     const auto corner = [](const TextureSlot& transform) {
         Scene scene;
         Material m = unlit(glm::vec4(1));
@@ -178,7 +178,7 @@ TEST_F(Materials, aTextureTransformScalesTurnsAndMoves) {
     EXPECT_EQ(corner({.offset = {0.0f, 0.5f}, .rotation = 1.57079633f}), kRed);
 }
 
-TEST_F(Materials, eachTextureReadsItsOwnSetOfCoordinates) {
+TEST_F(Materials, TexturesUseTheirOwnCoordinateSet) {
     Scene scene;
     Material m = unlit(glm::vec4(1));
     m.baseColorTexture.texture = addTexture2x2(scene, kFourColors, Wrap::clampToEdge);
@@ -190,7 +190,7 @@ TEST_F(Materials, eachTextureReadsItsOwnSetOfCoordinates) {
               kGreen);
 }
 
-TEST_F(Materials, vertexColoursMultiplyTheBaseColour) {
+TEST_F(Materials, VertexColoursMultiplyTheBaseColour) {
     Scene scene;
     MeshDraft draft = quad(1.0f, addMaterial(scene, unlit({1, 0.5f, 1, 1})));
     for (Vertex& v : draft.vertices) v.color = {0.25f, 0.5f, 1, 1};
@@ -199,7 +199,7 @@ TEST_F(Materials, vertexColoursMultiplyTheBaseColour) {
               glm::vec3(0.25f, 0.25f, 1));
 }
 
-TEST_F(Materials, aFlatNormalMapChangesNothing) {
+TEST_F(Materials, AFlatNormalMapChangesNothing) {
     const auto seen = [](bool mapped) {
         Scene scene;
         Material m{.baseColor = {0.5f, 0.5f, 0.5f, 1}, .metallic = 0.5f, .roughness = 0.5f};
@@ -222,7 +222,7 @@ TEST_F(Materials, aFlatNormalMapChangesNothing) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(with[c], without[c], 1e-4f * without[c]);
 }
 
-TEST_F(Materials, aNormalMapLooksTheSameBesideMetallicAndRoughness) {
+TEST_F(Materials, PackedNormalMapsLookTheSame) {
     const auto seen = [](bool joined) {
         Scene scene;
         Material m{.baseColor = {0.8f, 0.6f, 0.5f, 1}};
@@ -262,7 +262,7 @@ TEST_F(Materials, aNormalMapLooksTheSameBesideMetallicAndRoughness) {
     EXPECT_LT(difference, 0.01 * sum);  // x and y are rounded once more
 }
 
-TEST_F(Materials, aNormalMapTurnsTheNormalTowardsItsTangents) {
+TEST_F(Materials, NormalMapsPerturbTheNormal) {
     // Tangent +X, bitangent +Y (glTF: green up). A normal of (s, 0, s) faces a light at 45 degrees.
     const auto seen = [](const glm::u8vec4& texel, const glm::dvec3& light, const glm::dmat4& m) {
         Scene scene;

@@ -75,7 +75,7 @@ TEST_F(Mirrors, ShowTheMirroredSceneThroughAHole) {
     }
 }
 
-TEST_F(Mirrors, OfALampShowItsRadianceTimesTheReflectance) {
+TEST_F(Mirrors, ShowRadianceTimesReflectance) {
     for (const float radiance : {0.01f, 1.0f, 10.0f, 1e4f}) {
         Scene scene;
         place(scene, quad(8.0f, addMaterial(scene, glowing(glm::vec3(radiance)))), moved(0, 0, 4));
@@ -114,7 +114,7 @@ TEST_F(Mirrors, ShowNothingFromBehindTheirPlane) {
 
 // Two mirrors face each other, the eye between them, a lamp with a hole's width of sight: the k-th
 // image is rho^k of the lamp.
-TEST_F(Mirrors, FacingEachOtherDimByTheReflectanceEachTime) {
+TEST_F(Mirrors, FacingEachOtherAttenuateByTheReflectance) {
     const float rho = 0.5f;
     for (std::uint32_t generations = 1; generations <= 5; ++generations) {
         Scene scene;
@@ -149,9 +149,8 @@ TEST_F(Mirrors, HiddenBehindAWallCostNothing) {
         place(scene, quad(0.5f, addMaterial(scene, glowing({0, 0, 1}))), moved(aside, 0, 1));
         const FrameRequest r = request(std::move(scene), "hidden", {0, 0, 2});
         const FramePlan plan = renderer().plan(r);
-        const bool drawn =
-            std::any_of(plan.passes.begin(), plan.passes.end(),
-                        [](const Pass& pass) { return pass.kind() == "mirror"; });
+        const bool drawn = std::any_of(plan.passes.begin(), plan.passes.end(),
+                                       [](const Pass& pass) { return pass.kind() == "mirror"; });
         EXPECT_EQ(drawn, aside > 0.0);
         const bool told =
             std::any_of(plan.skipped.begin(), plan.skipped.end(), [](const Skipped& skipped) {
@@ -161,7 +160,7 @@ TEST_F(Mirrors, HiddenBehindAWallCostNothing) {
     }
 }
 
-TEST_F(Mirrors, SwitchedOffAreByteForByteAPlainMetal) {
+TEST_F(Mirrors, SwitchedOffEqualAPlainMetal) {
     const auto scene = [](Material material) {
         Scene s;
         placeLamps(s, glm::dmat4(1.0));

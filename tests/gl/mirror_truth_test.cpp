@@ -29,7 +29,7 @@ void placeLamps(Scene& scene) {
 }
 
 // P2: a plane's point has the sign of its normal's distance. Sizes that floats hold exactly.
-TEST_F(MirrorTruth, TheOriginOfAMirrorsMeshChangesNoByte) {
+TEST_F(MirrorTruth, MeshOriginsOfMirrorsDoNotMatter) {
     const auto picture = [](const glm::vec3& origin) {
         Scene scene;
         placeLamps(scene);
@@ -46,7 +46,7 @@ TEST_F(MirrorTruth, TheOriginOfAMirrorsMeshChangesNoByte) {
 }
 
 // P6: four cameras with shifted lenses show the four quarters of one.
-TEST_F(MirrorTruth, FourTilesAreTheWholePicture) {
+TEST_F(MirrorTruth, FourTilesEqualTheWholeFrame) {
     Scene scene;
     placeLamps(scene);
     place(scene, quad(1.5f, addMaterial(scene, mirrorMetal())));
@@ -75,7 +75,7 @@ TEST_F(MirrorTruth, FourTilesAreTheWholePicture) {
 
 // P7: an eye a hundredth of its near distance over a mirror. Two walls a centimetre apart twenty
 // metres away keep their order in it, whichever is drawn first; an oblique near plane mixes them.
-TEST_F(MirrorTruth, AnEyeLowOverAMirrorSeesNearBeforeFar) {
+TEST_F(MirrorTruth, LowEyesOverMirrorsSeeNearBeforeFar) {
     for (const double height : {1e-3, 1e-2, 0.1}) {
         for (const bool nearFirst : {true, false}) {
             Scene scene;
@@ -111,7 +111,7 @@ TEST_F(MirrorTruth, AnEyeLowOverAMirrorSeesNearBeforeFar) {
 }
 
 // P7: of one pair of triangles, half before and half behind the plane, only the half before it.
-TEST_F(MirrorTruth, WhatStraddlesAMirrorShowsItsFrontHalfOnly) {
+TEST_F(MirrorTruth, ObjectsThroughAMirrorShowTheFrontHalfOnly) {
     Scene scene;
     Material sheet{.name = "sheet", .doubleSided = true, .unlit = true};
     sheet.baseColorTexture.texture = addTexture2x2(
@@ -140,7 +140,7 @@ TEST_F(MirrorTruth, WhatStraddlesAMirrorShowsItsFrontHalfOnly) {
 }
 
 // P8: neither the order in the file nor what was drawn before decides what facing mirrors show.
-TEST_F(MirrorTruth, OrderAndEarlierFramesDecideNothing) {
+TEST_F(MirrorTruth, OrderAndEarlierFramesDoNotMatter) {
     const auto scene = [](bool otherOrder) {
         Scene s;
         const Index silver = addMaterial(s, mirrorMetal(0.8f));
@@ -170,7 +170,7 @@ TEST_F(MirrorTruth, OrderAndEarlierFramesDecideNothing) {
 
 // P9: a rough mirror that fills the picture, between six walls of one radiance: what lies beyond
 // the picture's edge is as bright, and nothing darkens towards it.
-TEST_F(MirrorTruth, ARoughMirrorIsUniformUpToTheBorder) {
+TEST_F(MirrorTruth, RoughMirrorsAreUniformUpToTheBorder) {
     for (const float roughness : {0.1f, 0.2f, 0.3f, 0.5f}) {
         for (const std::uint32_t samples : {1u, 16u}) {
             Scene scene;
@@ -236,7 +236,7 @@ TEST_F(MirrorTruth, DarkLightHasNoBandsInAMirror) {
 // its foot, wider with the distance from it by the law of the cone. Widths from a quarter to three
 // quarters of the step, in pixels, as the law says them for a GGX lobe across the plane of
 // incidence.
-TEST_F(MirrorTruth, ARoughFloorIsSharpWhereSomethingStandsOnIt) {
+TEST_F(MirrorTruth, RoughFloorsAreSharpAtContact) {
     Scene scene;
     const glm::dmat4 upright =
         glm::rotate(glm::dmat4(1.0), glm::half_pi<double>(), glm::dvec3(1, 0, 0));

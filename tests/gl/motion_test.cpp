@@ -11,7 +11,7 @@
 namespace clerestory::test {
 namespace {
 
-class MovingPictures : public GlTest {};
+class AnimatedFrames : public GlTest {};
 
 // The moment as a scene in which nothing moves.
 Scene frozen(Scene scene, double time) {
@@ -65,7 +65,7 @@ std::size_t differing(const Image& a, const Image& b) {
     return count;
 }
 
-TEST_F(MovingPictures, AMomentLooksAsTheSameThingsStandingStill) {
+TEST_F(AnimatedFrames, AMomentEqualsTheStaticScene) {
     renderer().addScene(meadowAs("moving"));
     renderer().addScene(frozen(meadowAs("frozen"), 0.7));
     FrameRequest r = small("moving", 0.7);
@@ -91,7 +91,7 @@ TEST_F(MovingPictures, AMomentLooksAsTheSameThingsStandingStill) {
 }
 
 // Rays: the hierarchies of the two are built differently, so edges may fall to either side.
-TEST_F(MovingPictures, RaysMeetThingsWhereTheyAre) {
+TEST_F(AnimatedFrames, RaysHitMovingObjects) {
     renderer().addScene(meadowAs("moving"));
     renderer().addScene(frozen(meadowAs("frozen"), 0.7));
     FrameRequest r = small("moving", 3.1);
@@ -109,7 +109,7 @@ TEST_F(MovingPictures, RaysMeetThingsWhereTheyAre) {
     renderer().removeScene("frozen");
 }
 
-TEST_F(MovingPictures, WhatWasAskedBeforeDoesNotMatter) {
+TEST_F(AnimatedFrames, EarlierRequestsDoNotMatter) {
     renderer().addScene(meadowAs("moving"));
     FrameRequest r = small("moving");
     const auto at = [&](double time) {
@@ -129,7 +129,7 @@ TEST_F(MovingPictures, WhatWasAskedBeforeDoesNotMatter) {
 }
 
 // No shadows, no light from one to another: what stands still keeps its very bits.
-TEST_F(MovingPictures, NothingChangesButWhatMovedAndItsReflection) {
+TEST_F(AnimatedFrames, OnlyMovedObjectsAndTheirReflectionsChange) {
     renderer().addScene(meadowAs("moving"));
     FrameRequest r = small("moving");
     r.clip = "lanterns";
@@ -162,7 +162,7 @@ TEST_F(MovingPictures, NothingChangesButWhatMovedAndItsReflection) {
     renderer().removeScene("moving");
 }
 
-TEST_F(MovingPictures, AllEightCubesAreInTheMirroredBallAtEveryMoment) {
+TEST_F(AnimatedFrames, TheMirrorBallShowsAllEightCubesAtAnyTime) {
     Scene scene = *makeBuiltinScene("orbiting-cubes");
     scene.id = "cubes";
     float ball = 0.0f;
@@ -204,7 +204,7 @@ TEST_F(MovingPictures, AllEightCubesAreInTheMirroredBallAtEveryMoment) {
     renderer().removeScene("cubes");
 }
 
-TEST_F(MovingPictures, OnlyWhatMovedIsUploaded) {
+TEST_F(AnimatedFrames, OnlyMovedMeshesAreUploaded) {
     renderer().addScene(meadowAs("moving"));
     const auto uploadsOf = [&](const FrameRequest& r) {
         const std::uint64_t before = renderer().counters().meshesMoved;
@@ -243,7 +243,7 @@ TEST_F(MovingPictures, OnlyWhatMovedIsUploaded) {
     renderer().removeScene("still");
 }
 
-TEST_F(MovingPictures, TheReferenceSeesTheSameMoment) {
+TEST_F(AnimatedFrames, TheReferenceSeesTheSameMoment) {
     const Scene scene = meadowAs("moving");
     renderer().addScene(meadowAs("moving"));
     FrameRequest r = small("moving", 2.3);
@@ -267,7 +267,7 @@ TEST_F(MovingPictures, TheReferenceSeesTheSameMoment) {
     renderer().removeScene("moving");
 }
 
-TEST_F(MovingPictures, AClipThatIsNotThereIsRefusedWithThoseThatAre) {
+TEST_F(AnimatedFrames, UnknownClipsListTheExistingOnes) {
     renderer().addScene(meadowAs("moving"));
     FrameRequest r = small("moving");
     r.clip = "gallop";

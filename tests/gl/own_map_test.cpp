@@ -9,7 +9,7 @@
 namespace clerestory::test {
 namespace {
 
-class OwnMaps : public GlTest {};
+class MaterialMaps : public GlTest {};
 
 // Six faces, each of one colour, OpenGL's order.
 constexpr std::array<glm::vec3, 6> kColors = {
@@ -41,7 +41,7 @@ glm::vec3 behindTheEye(const glm::dquat& rotation, const glm::dvec3& eye) {
     return centerColor(renderer().render(r).image);
 }
 
-TEST_F(OwnMaps, ShowTheFaceThatRotationTurnsThere) {
+TEST_F(MaterialMaps, FollowTheRotation) {
     addColoredMap();
     const glm::dquat none(1, 0, 0, 0);
     EXPECT_LT(glm::distance(behindTheEye(none, {0, 0, 3}), kColors[4]), 0.01f);
@@ -53,7 +53,7 @@ TEST_F(OwnMaps, ShowTheFaceThatRotationTurnsThere) {
     EXPECT_LT(glm::distance(behindTheEye(quarter, {3, 0, 0}), kColors[4]), 0.01f);
 }
 
-TEST_F(OwnMaps, CaptureNothing) {
+TEST_F(MaterialMaps, NeedNoCapture) {
     addColoredMap();
     Scene scene;
     place(scene, sphere(0.5f, 24, addMaterial(scene, mirrorWithMap({1, 0, 0, 0}))));
@@ -63,7 +63,7 @@ TEST_F(OwnMaps, CaptureNothing) {
 
 // In a room whose six walls glow, the cube caught in the middle and the one caught near the +X wall
 // differ, and the ball shows the one that its material names.
-TEST_F(OwnMaps, PlacedProbesAreChosenByName) {
+TEST_F(MaterialMaps, PlacedProbesAreSelectedByName) {
     const auto wallSeen = [](const std::string& probe) {
         Scene scene = sixWalls();
         scene.probes.push_back({.name = "middle", .position = {0, 0, 0}, .size = 0.1});

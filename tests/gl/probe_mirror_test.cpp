@@ -97,7 +97,7 @@ FrameRequest cameraIn(Scene scene, const std::string& id) {
 
 class MirrorInProbe : public GlTest, public ::testing::WithParamInterface<bool> {};
 
-TEST_P(MirrorInProbe, ShowsWhatAnOrdinaryCameraThereSeesInIt) {
+TEST_P(MirrorInProbe, EqualsAnOrdinaryCamera) {
     const Wall wall = wallOf(GetParam());
     const SixPictures around(cameraIn(surroundings(wall, silver()), "around"), kCenter);
 
@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(Mirrors, MirrorInProbe, ::testing::Bool(), [](const aut
 
 // What is drawn for it: a mirrored view for each face that sees the mirror's front, none for a
 // probe behind it, and nothing in the second frame.
-TEST_F(MirrorsInProbes, AreDrawnForTheFacesThatSeeTheirFrontAndOnlyOnce) {
+TEST_F(MirrorsInProbes, AreDrawnOncePerFaceThatSeesTheirFront) {
     for (const bool behind : {false, true}) {
         Wall wall = wallOf(true);
         if (behind) wall.worldFromMirror[3][1] += 2.0 * kMirrorAt;  // above the ball, facing up

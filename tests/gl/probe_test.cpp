@@ -39,7 +39,7 @@ const glm::dvec3 kEyes[] = {{0.1, 0.2, 2.9},  {2.9, 0.1, 0.2},  {0.2, 2.9, 0.1},
                             {0.2, 0.1, -2.9}, {-2.9, 0.1, 0.2}, {0.1, -2.9, 0.2}};
 
 // With the box as proxy, every pixel of the ball is known: wherever the eye and the ball stand.
-TEST_F(Probes, ShowEachWallWhereReflectionSaysOnAllSixFaces) {
+TEST_F(Probes, ShowEachWallAtItsReflectedPosition) {
     const Room room;
     const glm::dvec3 center(0.3, -0.2, 0.4);
     std::set<float> seenColors;
@@ -79,7 +79,7 @@ TEST_F(Probes, ShowEachWallWhereReflectionSaysOnAllSixFaces) {
 
 // Two ways to one picture: what a mirror ball shows along a direction, and what a camera of 90
 // degrees in its middle sees there.
-TEST_F(Probes, AreTheSixPicturesOfAnOrdinaryCameraInTheirMiddle) {
+TEST_F(Probes, EqualSixOrdinaryCameras) {
     const glm::dvec3 center(0.2, 0.1, -0.3);
     const auto surroundings = [] {
         Scene scene;
@@ -136,7 +136,7 @@ std::vector<glm::vec3> ballPixels(const FrameRequest& r, const glm::dvec3& cente
 }
 
 // A box, or the probe's own depth, moves what stands near; the sky is equally far from everywhere.
-TEST_F(Probes, ShowTheSkyWhereItIsWhateverTheirParallax) {
+TEST_F(Probes, ShowTheSkyIndependentOfParallax) {
     Scene scene;
     scene.environment = "sky";
     place(scene, sphere(1.0f, 64, addMaterial(scene, silver())));
@@ -168,7 +168,7 @@ TEST_F(Probes, ShowTheSkyWhereItIsWhateverTheirParallax) {
     }
 }
 
-TEST_F(Probes, InConstantSurroundingsShowNoSeamAtAnyRoughness) {
+TEST_F(Probes, HaveNoSeamsInConstantSurroundings) {
     for (int step = 0; step <= 10; ++step) {
         const float roughness = 0.1f * float(step);
         Scene scene;
@@ -222,7 +222,7 @@ TEST_F(Probes, BlurMoreTheRougherTheyAre) {
     }
 }
 
-TEST_F(Probes, SeeWhatTouchesTheirOwner) {
+TEST_F(Probes, ShowObjectsThatTouchTheirOwner) {
     Scene scene;
     Room{glm::vec3(0.1f)}.build(scene);
     place(scene, sphere(0.5f, 64, addMaterial(scene, silver())));
@@ -249,7 +249,7 @@ Scene facingBalls(float rho, bool otherOrder, std::uint32_t rows = 64) {
     return scene;
 }
 
-TEST_F(Probes, FacingEachOtherShowAsManyImagesAsThereAreGenerations) {
+TEST_F(Probes, FacingEachOtherShowOneImagePerGeneration) {
     const float rho = 0.5f;
     for (std::uint32_t generations = 1; generations <= 3; ++generations) {
         FrameRequest r =
@@ -277,7 +277,7 @@ TEST_F(Probes, FacingEachOtherShowAsManyImagesAsThereAreGenerations) {
     }
 }
 
-TEST_F(Probes, DoNotDependOnTheOrderInTheFile) {
+TEST_F(Probes, AreIndependentOfFileOrder) {
     const auto picture = [](bool otherOrder) {
         FrameRequest r =
             lookingAt(facingBalls(0.8f, otherOrder, 24), "order", {0.4, 0.3, 2.8}, {0, 0, 0});
@@ -289,7 +289,7 @@ TEST_F(Probes, DoNotDependOnTheOrderInTheFile) {
 
 // ---- what they cost ----------------------------------------------------------------------------
 
-TEST_F(Probes, SwitchedOffAreByteForByteAPlainMetal) {
+TEST_F(Probes, SwitchedOffEqualAPlainMetal) {
     const auto scene = [](Reflection reflection) {
         Scene s;
         Room{}.build(s);
@@ -308,7 +308,7 @@ TEST_F(Probes, SwitchedOffAreByteForByteAPlainMetal) {
     for (const Pass& pass : frame.plan.passes) EXPECT_NE(pass.kind(), "capture");
 }
 
-TEST_F(Probes, AreDrawnOnceAndThenOnlyReadAndEveryDrawIsInThePlan) {
+TEST_F(Probes, AreDrawnOnceAsPlanned) {
     FrameRequest r = lookingAt(facingBalls(0.8f, false, 24), "kept", {0.4, 0.3, 2.8}, {0, 0, 0});
     const auto faces = [](const FramePlan& plan) {
         return std::count_if(plan.passes.begin(), plan.passes.end(),
@@ -335,7 +335,7 @@ TEST_F(Probes, AreDrawnOnceAndThenOnlyReadAndEveryDrawIsInThePlan) {
 }
 
 // A capture that a frame made and one that it found give one picture.
-TEST_F(Probes, AKeptCubeShowsTheBytesOfAFreshOne) {
+TEST_F(Probes, ResidentCubesEqualNewOnes) {
     FrameRequest r = lookingAt(facingBalls(0.8f, false, 24), "fresh", {0.4, 0.3, 2.8}, {0, 0, 0});
     r.environment.map = "sky";
     const Image fresh = renderer().render(r).image;

@@ -6,7 +6,7 @@
 namespace clerestory::test {
 namespace {
 
-class Through : public GlTest {};
+class ThroughChannel : public GlTest {};
 
 Material metal() {
     return {.name = "metal", .metallic = 1.0f, .roughness = 0.0f};
@@ -57,7 +57,7 @@ using Answers = std::map<float, float>;
 
 }  // namespace
 
-TEST_F(Through, everySurfaceIsSeenAsThePlanServesIt) {
+TEST_F(ThroughChannel, EverySurfaceShowsItsPlannedTechnique) {
     const FrameRequest r = gallery();
     EXPECT_EQ(seenAs(r), (Answers{{0, 0}, {1, 16}, {2, 17}, {3, 3}, {4, 2}, {5, 1}, {6, 16}}));
 
@@ -71,7 +71,7 @@ TEST_F(Through, everySurfaceIsSeenAsThePlanServesIt) {
     EXPECT_EQ(numbers["mirror:right"], 17.0f);
 }
 
-TEST_F(Through, aMirrorWithoutItsPictureShowsTheEnvironmentMap) {
+TEST_F(ThroughChannel, MirrorsWithoutAMirroredViewShowTheEnvironmentMap) {
     FrameRequest r = gallery();
     r.accuracy.planar = PlanarMethod::environment;
     r.accuracy.curved = CurvedMethod::environment;
@@ -86,7 +86,7 @@ TEST_F(Through, aMirrorWithoutItsPictureShowsTheEnvironmentMap) {
     EXPECT_NE(seenAs(r)[4], 2.0f);
 }
 
-TEST_F(Through, itDecidesAsTheColourDoesAndDrawsNoOtherView) {
+TEST_F(ThroughChannel, UsesTheDecisionsOfTheColourChannel) {
     FrameRequest r = gallery();
     const FramePlan color = renderer().plan(r);
     r.output.channel = Channel::through;

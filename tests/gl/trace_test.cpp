@@ -62,20 +62,20 @@ std::optional<Scene> shared(const std::string& path) {
 
 }  // namespace
 
-TEST(Traced, isOffered) {
+TEST(Traced, IsAvailable) {
     workbench();
     EXPECT_TRUE(GpuTracer::offered());
 }
 
-TEST(Traced, primaryRaysSeeTheSixWallsAsDrawn) {
+TEST(Traced, PrimaryRaysSeeTheSixWallsAsDrawn) {
     expectRaysSeeWhatIsDrawn(*makeBuiltinScene("six-walls"));
 }
 
-TEST(Traced, primaryRaysSeeTheChapelAsDrawn) {
+TEST(Traced, PrimaryRaysSeeTheChapelAsDrawn) {
     expectRaysSeeWhatIsDrawn(*makeBuiltinScene("chapel"));
 }
 
-TEST(Traced, primaryRaysSeeSponzaAsDrawn) {
+TEST(Traced, PrimaryRaysSeeSponzaAsDrawn) {
     std::optional<Scene> scene = shared("Sponza/Sponza.gltf");
     if (!scene) GTEST_SKIP() << "no shared scenes";
     expectRaysSeeWhatIsDrawn(std::move(*scene));

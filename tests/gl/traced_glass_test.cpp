@@ -31,7 +31,7 @@ Image picture(Scene scene, const FrameRequest& r) {
 
 // A ball of no thickness is two panes one behind the other, whatever the angle: from within, too,
 // nothing is totally reflected.
-TEST(TracedGlass, AThinBallIsTwoPanesUpToItsRim) {
+TEST(TracedGlass, ThinShellsAreTwoPanesUpToTheRim) {
     for (const float ior : {1.1f, 1.5f, 2.0f}) {
         Scene scene;
         scene.environment = "black";
@@ -68,7 +68,7 @@ TEST(TracedGlass, AThinBallIsTwoPanesUpToItsRim) {
 
 // Between dark walls, under a sky that is ten times as bright: what turns back within a body leaves
 // it into the room, and nothing of the sky is seen.
-TEST(TracedGlass, InADarkRoomShowsNothingOfTheSky) {
+TEST(TracedGlass, InAClosedRoomShowsNoSky) {
     constexpr float kDark = 0.1f;
     for (const bool ball : {true, false}) {
         Scene scene;
@@ -105,7 +105,7 @@ TEST(TracedGlass, InADarkRoomShowsNothingOfTheSky) {
 
 // Green of a thickness texture is how thick a sheet is there: seen directly against its backdrop,
 // in a mirror that was drawn, and in one that was traced.
-TEST(TracedGlass, ASheetsThicknessTextureHoldsWhereverItIsSeen) {
+TEST(TracedGlass, ThicknessTexturesApplyInReflections) {
     Material sheet = clearGlass(1.5f);
     sheet.doubleSided = true;
     sheet.thickness = 0.1f;

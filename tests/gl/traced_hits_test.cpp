@@ -244,11 +244,11 @@ class TracedHits : public ::testing::TestWithParam<HitCase> {};
 
 }  // namespace
 
-TEST_P(TracedHits, lookInATracedMirrorAsTheyDoInOneThatWasDrawn) {
+TEST_P(TracedHits, LookEqualInTracedAndDrawnMirrors) {
     expectTheSameInDrawnAndTracedMirrors(GetParam());
 }
 
-TEST_P(TracedHits, lookThroughTracedGlassThatBendsNothingAsTheyAre) {
+TEST_P(TracedHits, AreUnchangedBehindIndexOneGlass) {
     const FrameRequest r = shot({0, 0, 2.5}, {0, 0, 0});
     Workbench& bench = workbench();
     bench.show(things(GetParam(), glm::dmat4(1.0)));
@@ -270,7 +270,7 @@ TEST_P(TracedHits, lookThroughTracedGlassThatBendsNothingAsTheyAre) {
 }
 
 // Seen directly, rays follow what its metal mirrors.
-TEST(TracedGlass, HalfAMetalAndHalfClearLooksInATracedMirrorAsInOneThatWasDrawn) {
+TEST(TracedGlass, HalfMetallicGlassLooksEqualInTracedAndDrawnMirrors) {
     Material m = matt({0.9f, 0.6f, 0.3f, 1.0f}, 0.4f);
     m.metallic = 0.4f;
     m.specular = 0.0f;

@@ -62,7 +62,7 @@ void expectUniform(const Image& image, float value, float bound) {
 
 }  // namespace
 
-TEST(TracedLight, aPerfectMirrorVanishesInAUniformEnvironment) {
+TEST(TracedLight, APerfectMirrorVanishesInAUniformEnvironment) {
     Workbench& bench = workbench();
     Scene scene = ballScene(mirrorMetal());
     // A second ball, so that paths turn more than once.
@@ -77,7 +77,7 @@ TEST(TracedLight, aPerfectMirrorVanishesInAUniformEnvironment) {
     }
 }
 
-TEST(TracedLight, glassThatDoesNotAbsorbVanishesInAUniformEnvironment) {
+TEST(TracedLight, GlassThatDoesNotAbsorbVanishesInAUniformEnvironment) {
     for (const float ior : {1.0f, 1.1f, 1.5f, 2.4f}) {
         Workbench& bench = workbench();
         bench.show(ballScene(glass(ior)));
@@ -92,14 +92,14 @@ TEST(TracedLight, glassThatDoesNotAbsorbVanishesInAUniformEnvironment) {
     }
 }
 
-TEST(TracedLight, theEyeInsideGlassSeesOutOrTotalReflection) {
+TEST(TracedLight, EyesInsideGlassSeeRefractionOrTotalReflection) {
     Workbench& bench = workbench();
     bench.show(ballScene(glass(1.5f)));
     const FramePlan plan = bench.plan(shot({0.3, 0.2, 0.4}, {1, 0, 0}, 1.5));
     expectUniform(bench.run(plan), 1.0f, 2e-3f);
 }
 
-TEST(TracedLight, absorptionFollowsThePathThroughTheBall) {
+TEST(TracedLight, AbsorptionFollowsThePathThroughTheBall) {
     Workbench& bench = workbench();
     Material m = glass(1.0f);
     m.attenuationColor = {0.5f, 0.25f, 1.0f};
@@ -166,7 +166,7 @@ std::optional<glm::dvec3> onBall(const glm::dvec3& eye, const glm::dvec3& d) {
 
 }  // namespace
 
-TEST(TracedLight, aMirrorBallShowsEachWallWhereReflectionSays) {
+TEST(TracedLight, MirrorBallsShowWallsAtTheirReflectedPositions) {
     Scene scene;
     scene.environment = "black";
     addWalls(scene, 5.0);
@@ -202,7 +202,7 @@ TEST(TracedLight, aMirrorBallShowsEachWallWhereReflectionSays) {
     for (int wall = 0; wall < 5; ++wall) EXPECT_GT(seen[wall], 3) << wall;
 }
 
-TEST(TracedLight, aGlassBallBendsRaysAsSnellSays) {
+TEST(TracedLight, GlassBallsRefractBySnell) {
     // Behind the ball a wall whose colour tells the place on it.
     constexpr float kHalf = 60.0f, kBehind = 30.0f;
     Scene scene;
@@ -253,7 +253,7 @@ TEST(TracedLight, aGlassBallBendsRaysAsSnellSays) {
 // With several samples a pixel, a pixel's centre may lie beside the triangle that covers a part of
 // it. Where one sample shows an even colour all around, four must show it, too: no grid of the
 // mesh.
-TEST(TracedLight, fourSamplesShowNoGridOnAGlassBall) {
+TEST(TracedLight, FourSamplesShowNoGridPattern) {
     Scene scene;
     scene.environment = "black";
     addWalls(scene, 5.0);
@@ -288,7 +288,7 @@ TEST(TracedLight, fourSamplesShowNoGridOnAGlassBall) {
 // A lamp's highlight on what a curved mirror shows is far smaller than a pixel there: a point of it
 // would flash or be missed. The brightest pixel is held against averages of 8 by 8 pixels of a
 // finer picture.
-TEST(TracedLight, aHighlightInACurvedMirrorDoesNotFlash) {
+TEST(TracedLight, HighlightsInCurvedMirrorsAreStable) {
     Scene scene;
     scene.environment = "black";
     place(scene, sphere(1.0f, 48, addMaterial(scene, mirrorMetal())));
@@ -366,10 +366,10 @@ void expectTracedMirrorAsDrawn(const char* name) {
 
 }  // namespace
 
-TEST(TracedLight, aFlatMirrorInTheSixWallsShowsWhatItsMirroredViewDraws) {
+TEST(TracedLight, TracedFlatMirrorsMatchMirroredViewsInTheSixWalls) {
     expectTracedMirrorAsDrawn("six-walls");
 }
 
-TEST(TracedLight, aFlatMirrorInTheChapelShowsWhatItsMirroredViewDraws) {
+TEST(TracedLight, TracedFlatMirrorsMatchMirroredViewsInTheChapel) {
     expectTracedMirrorAsDrawn("chapel");
 }

@@ -30,7 +30,7 @@ const std::uint8_t* pixel(const Image& image, std::uint32_t x, std::uint32_t y) 
 
 }  // namespace
 
-TEST_F(Views, theTopRowComesFirstInBothKindsOfPicture) {
+TEST_F(Views, TheTopRowComesFirst) {
     Scene scene;
     place(scene, quad(0.5f, addMaterial(scene, unlit({1, 0, 0, 1}))), moved(0, 1, 0));
     place(scene, quad(0.5f, addMaterial(scene, unlit({0, 0, 1, 1}))), moved(0, -1, 0));
@@ -50,7 +50,7 @@ TEST_F(Views, theTopRowComesFirstInBothKindsOfPicture) {
     }
 }
 
-TEST_F(Views, leftIsLeft) {
+TEST_F(Views, LeftIsLeft) {
     Scene scene;
     place(scene, quad(0.5f, addMaterial(scene, unlit({1, 0, 0, 1}))), moved(-1, 0, 0));
     const Image image = renderer().render(request(std::move(scene), "left")).image;
@@ -58,7 +58,7 @@ TEST_F(Views, leftIsLeft) {
     EXPECT_EQ(color(image, 48, 32), glm::vec3(0));
 }
 
-TEST_F(Views, displayColourIsSrgbEncoded) {
+TEST_F(Views, DisplayColourIsSrgbEncoded) {
     Scene scene;
     place(scene, quad(1.0f, addMaterial(scene, unlit({0.5f, 0.2140411f, 0.0030f, 1}))));
     FrameRequest r = request(std::move(scene), "encoded");
@@ -70,7 +70,7 @@ TEST_F(Views, displayColourIsSrgbEncoded) {
     EXPECT_NEAR(pixel(image, 32, 32)[2], 10, 1);
 }
 
-TEST_F(Views, exposureIsInStops) {
+TEST_F(Views, ExposureIsInStops) {
     Scene scene;
     place(scene, quad(1.0f, addMaterial(scene, unlit({0.25f, 0.25f, 0.25f, 1}))));
     FrameRequest r = request(std::move(scene), "exposed");
@@ -80,7 +80,7 @@ TEST_F(Views, exposureIsInStops) {
     EXPECT_NEAR(pixel(renderer().render(r).image, 32, 32)[0], 188, 1);
 }
 
-TEST_F(Views, theSkyIsUnmovedByTheCamerasPlace) {
+TEST_F(Views, TheSkyIsIndependentOfCameraPosition) {
     FrameRequest r = request(Scene{}, "empty");
     r.environment.map = "sky";
     const Image first = renderer().render(r).image;
@@ -91,7 +91,7 @@ TEST_F(Views, theSkyIsUnmovedByTheCamerasPlace) {
     }
 }
 
-TEST_F(Views, theSkyShowsTheMapInTheDirectionLookedAt) {
+TEST_F(Views, TheSkyShowsTheMapInTheViewDirection) {
     // Six faces of six colours, none of which is symmetric.
     EnvironmentMap map;
     map.name = "six colours";
@@ -115,7 +115,7 @@ TEST_F(Views, theSkyShowsTheMapInTheDirectionLookedAt) {
     EXPECT_EQ(centerColor(renderer().render(r).image), faces[4]);
 }
 
-TEST_F(Views, aHiddenSkyIsBlackAndStillGivesLight) {
+TEST_F(Views, HiddenSkiesAreBlackButLight) {
     FrameRequest r = twoBalls();
     const Image shown = renderer().render(r).image;
     r.environment.visible = false;
@@ -125,7 +125,7 @@ TEST_F(Views, aHiddenSkyIsBlackAndStillGivesLight) {
     EXPECT_EQ(color(shown, 32, 16), color(hidden, 32, 16));
 }
 
-TEST_F(Views, theSameRequestTwiceIsTheSamePicture) {
+TEST_F(Views, EqualRequestsGiveEqualImages) {
     FrameRequest r = twoBalls();
     for (const OutputFormat format : {OutputFormat::npy, OutputFormat::png}) {
         r.output.format = format;
@@ -134,7 +134,7 @@ TEST_F(Views, theSameRequestTwiceIsTheSamePicture) {
     }
 }
 
-TEST_F(Views, depthFirstOrNotIsTheSamePicture) {
+TEST_F(Views, ThePrepassDoesNotChangeTheImage) {
     // Walls behind a ball, each over the whole picture, bring a depth prepass; the ball alone not.
     const auto layers = [](int walls) {
         Scene scene;
@@ -156,7 +156,7 @@ TEST_F(Views, depthFirstOrNotIsTheSamePicture) {
     EXPECT_EQ(color(one.image, 20, 30), color(many.image, 20, 30));
 }
 
-TEST_F(Views, aSteadyFrameMakesNothing) {
+TEST_F(Views, SteadyFramesCreateNoObjects) {
     FrameRequest r = twoBalls();
     r.output.format = OutputFormat::png;
     r.accuracy.edgeFilter = true;
@@ -172,7 +172,7 @@ TEST_F(Views, aSteadyFrameMakesNothing) {
     for (const Pass& pass : second.plan.passes) EXPECT_NE(pass.kind(), "environment");
 }
 
-TEST_F(Views, whatThePlanCountsIsWhatIsDrawn) {
+TEST_F(Views, CountsMatchThePlan) {
     const FrameRequest r = twoBalls();
     const RendererCounters before = renderer().counters();
     const Frame frame = renderer().render(r);
@@ -182,7 +182,7 @@ TEST_F(Views, whatThePlanCountsIsWhatIsDrawn) {
     EXPECT_EQ(frame.passTimes.size(), frame.plan.passes.size());
 }
 
-TEST_F(Views, framesOfEverySizeComeOutWhole) {
+TEST_F(Views, FramesOfEverySizeAreComplete) {
     FrameRequest r = twoBalls();
     r.accuracy.edgeFilter = true;
     for (const OutputFormat format : {OutputFormat::png, OutputFormat::npy}) {
@@ -205,7 +205,7 @@ TEST_F(Views, framesOfEverySizeComeOutWhole) {
     }
 }
 
-TEST_F(Views, distanceFromTheOriginChangesNothing) {
+TEST_F(Views, DistanceFromTheOriginChangesNothing) {
     const Image here = renderer().render(twoBalls()).image;
     const Image there = renderer().render(twoBalls({1e6, -2e6, 3e6})).image;
     double worst = 0.0;
@@ -221,7 +221,7 @@ TEST_F(Views, distanceFromTheOriginChangesNothing) {
     EXPECT_LE(off, 4u) << "worst " << worst;  // a silhouette's pixel may fall to the other side
 }
 
-TEST_F(Views, multisamplingSmoothsEdgesAndLeavesTheInside) {
+TEST_F(Views, MultisamplingSmoothsEdgesOnly) {
     Scene scene;
     glm::dmat4 turned = moved(0, 0, 0);
     turned[0] = {std::cos(0.3), std::sin(0.3), 0, 0};
@@ -246,7 +246,7 @@ TEST_F(Views, multisamplingSmoothsEdgesAndLeavesTheInside) {
     EXPECT_GT(between(4), 60u);  // four edges of 32 pixels and more
 }
 
-TEST_F(Views, theEdgeFilterSmoothsEdgesAndLeavesTheInside) {
+TEST_F(Views, TheEdgeFilterSmoothsEdgesOnly) {
     Scene scene;
     glm::dmat4 turned(1.0);
     turned[0] = {std::cos(0.3), std::sin(0.3), 0, 0};
@@ -275,7 +275,7 @@ TEST_F(Views, theEdgeFilterSmoothsEdgesAndLeavesTheInside) {
     EXPECT_EQ(changed, between);
 }
 
-TEST_F(Views, anUnknownSceneOrMapIsNamed) {
+TEST_F(Views, UnknownScenesAndMapsAreNamed) {
     FrameRequest r = twoBalls();
     r.environment.map = "moon";
     try {
@@ -296,7 +296,7 @@ TEST_F(Views, anUnknownSceneOrMapIsNamed) {
     }
 }
 
-TEST_F(Views, warmingMakesEveryProgramOfTheScene) {
+TEST_F(Views, WarmUpCompilesEveryProgram) {
     FrameRequest r = twoBalls();
     r.scene = "two balls";
     WarmUp warmUp = renderer().beginWarmUp({r});
@@ -310,7 +310,7 @@ TEST_F(Views, warmingMakesEveryProgramOfTheScene) {
     EXPECT_EQ(renderer().counters().pipelinesMade, before.pipelinesMade);
 }
 
-TEST_F(Views, aReplacedSceneShowsAtOnce) {
+TEST_F(Views, ReplacedScenesShowImmediately) {
     for (const glm::vec3& c : {glm::vec3(1, 0, 0), glm::vec3(0, 1, 0)}) {
         Scene scene;
         place(scene, quad(1.0f, addMaterial(scene, unlit(glm::vec4(c, 1)))));

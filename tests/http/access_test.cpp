@@ -56,7 +56,7 @@ TEST(Access, OnlyAddressesLocalhostAndAllowedNamesAreHosts) {
     EXPECT_EQ(of(Access({.hosts = {"*"}}, kPaths), "evil.example"), 0);
 }
 
-TEST(Access, ATokenIsAskedForEverywhereButAtTheOpenPaths) {
+TEST(Access, ATokenIsRequiredExceptOnPublicPaths) {
     const Access access({.tokenFile = fileWith("token", kToken + "\n")}, kPaths);
     const auto with = [&](const std::string& line, const std::string& authorization) {
         return refusal(access,
@@ -75,7 +75,7 @@ TEST(Access, ATokenIsAskedForEverywhereButAtTheOpenPaths) {
     }
 }
 
-TEST(Access, SignatureIsHmacSha256OfAllBeforeIt) {
+TEST(Access, SignatureIsHmacSha256OfThePrecedingText) {
     // By openssl dgst -sha256 -hmac KEY over the text before "&signature=".
     EXPECT_EQ(signedLink(kKey, "/v1/frames?scene=chapel", at(2000)),
               "/v1/frames?scene=chapel&expires=2000&signature="
@@ -85,7 +85,7 @@ TEST(Access, SignatureIsHmacSha256OfAllBeforeIt) {
               "f91e9359c30e43c40a6a0c88e51f5fa1a3c2763c38257de79168e9c82b8a3f7e");
 }
 
-TEST(Access, ALinkOpensWhatItSaysAsLongAsItSays) {
+TEST(Access, ALinkIsValidForItsRequestUntilItExpires) {
     const Access access({.linkKeyFile = fileWith("key", kKey)}, kPaths);
     const std::string link = signedLink(kKey, "/v1/frames?scene=chapel", at(2000));
     EXPECT_EQ(refusal(access, head("GET " + link)), 0);
@@ -106,7 +106,7 @@ TEST(Access, ALinkOpensWhatItSaysAsLongAsItSays) {
               0);
 }
 
-TEST(Access, ALinkStandsInForTheToken) {
+TEST(Access, ALinkReplacesTheToken) {
     const Access access(
         {.tokenFile = fileWith("token", kToken), .linkKeyFile = fileWith("key", kKey)}, kPaths);
     const std::string link = signedLink(kKey, "/v1/frames?scene=chapel", at(2000));
@@ -119,13 +119,13 @@ TEST(Access, ALinkStandsInForTheToken) {
     EXPECT_EQ(refusal(access, head("GET " + scenes)), 401) << "only frames have links";
 }
 
-TEST(Access, SecretsAreThereAndLong) {
+TEST(Access, SecretsHaveAMinimumLength) {
     EXPECT_THROW(secretFrom("/nonexistent/token"), std::runtime_error);
     EXPECT_THROW(secretFrom(fileWith("short", "fifteen bytes..\n")), std::runtime_error);
     EXPECT_EQ(secretFrom(fileWith("long", "sixteen bytes...\r\nmore")), "sixteen bytes...");
 }
 
-TEST(Access, AProxyNamesItsClientOnlyWhereItIsTrusted) {
+TEST(Access, OnlyTrustedProxiesMayNameTheirClient) {
     const RequestHead request =
         head("GET /", "Host: localhost\r\nX-Forwarded-For: 6.6.6.6, 10.0.0.7\r\n");
     EXPECT_EQ(Access({}, kPaths).clientOf(request, "127.0.0.1"), "127.0.0.1");

@@ -33,7 +33,7 @@ void expectAll(const std::vector<Figure>& figures) {
     }
 }
 
-TEST(Attacks, NoneTakesTheServerOut) {
+TEST(Attacks, TheServerSurvivesEachAttack) {
     const ServerProcess server(kQuick);
     ASSERT_TRUE(server.waitUntilReady());
     const Target target{
@@ -47,7 +47,7 @@ TEST(Attacks, NoneTakesTheServerOut) {
 }
 
 // C3: descriptors run out, and come back.
-TEST(Attacks, FewDescriptorsAreEnough) {
+TEST(Attacks, TheServerWorksWithFewDescriptors) {
     const ServerProcess server(kQuick, [] {
         const rlimit few{256, 256};
         setrlimit(RLIMIT_NOFILE, &few);
@@ -69,12 +69,12 @@ TEST(Attacks, FewDescriptorsAreEnough) {
     EXPECT_EQ(statusOf(ask(tight.port(), slowFrame(), 60)), 200);
 }
 
-TEST(Attacks, NoErrorOfAcceptEndsTheServer) {
+TEST(Attacks, AcceptErrorsDoNotEndTheServer) {
     expectAll(failingAccepts());
 }
 
 // D1: a log that nobody reads holds nobody up.
-TEST(Attacks, ALogThatNobodyReadsIsDropped) {
+TEST(Attacks, LogLinesAreDroppedWhenTheReaderBlocks) {
     static int ends[2];
     ASSERT_EQ(::pipe(ends), 0);
     const ServerProcess server({"--scene", "six-walls", "--log-level", "debug"},
@@ -93,7 +93,7 @@ TEST(Attacks, ALogThatNobodyReadsIsDropped) {
 }
 
 // L1, L2. Times are told, not asserted.
-TEST(Overload, FourTimesTooMuchIsRefusedAtOnceAndTheRestIsDone) {
+TEST(Overload, FourfoldOverloadIsRejectedImmediatelyAndTheRestIsServed) {
     const ServerProcess server({"--scene", "six-walls", "--queue", "8"});
     ASSERT_TRUE(server.waitUntilReady());
     const Overload load = overload(server, 4.0, 3.0);
@@ -110,7 +110,7 @@ TEST(Overload, FourTimesTooMuchIsRefusedAtOnceAndTheRestIsDone) {
 }
 
 // L3.
-TEST(Overload, APoliteClientIsNotRefusedBesideAFlooder) {
+TEST(Overload, AWellBehavedClientIsNotRejectedDuringAFlood) {
     const ServerProcess server({"--scene", "six-walls"});
     ASSERT_TRUE(server.waitUntilReady());
     const Flood result = flood(server, 2.0);
@@ -124,7 +124,7 @@ TEST(Overload, APoliteClientIsNotRefusedBesideAFlooder) {
 }
 
 // U1.
-TEST(Ends, UnderLoadWithEveryAnswerWhole) {
+TEST(Shutdown, UnderLoadAllResponsesAreComplete) {
     const Endings endings = endUnderLoad(3, {"--scene", "six-walls"});
     EXPECT_EQ(endings.cleanExits, 3);
     EXPECT_EQ(endings.broken, 0);
@@ -135,7 +135,7 @@ TEST(Ends, UnderLoadWithEveryAnswerWhole) {
 }
 
 // U2: signals that ask for nothing.
-TEST(Ends, NotBySignalsThatMeanNothing) {
+TEST(Shutdown, OtherSignalsDoNotEndTheServer) {
     const ServerProcess server({"--scene", "six-walls"});
     ASSERT_TRUE(server.waitUntilReady());
     int failures = 0;
@@ -148,7 +148,7 @@ TEST(Ends, NotBySignalsThatMeanNothing) {
     EXPECT_EQ(failures, 0);
 }
 
-TEST(Ends, ASecondSignalIsNow) {
+TEST(Shutdown, ASecondSignalEndsTheServerImmediately) {
     ServerProcess server({"--scene", "six-walls"});
     ASSERT_TRUE(server.waitUntilReady());
     RawClient busy(server.port());
@@ -162,7 +162,7 @@ TEST(Ends, ASecondSignalIsNow) {
 }
 
 // A1: a token, from the command line to the log.
-TEST(Access, ATokenGuardsEverythingButHealthAndThePage) {
+TEST(Access, ATokenIsRequiredExceptForHealthAndThePage) {
     const std::string file = std::string(CLERESTORY_TEST_OUTPUT) + "/server-token";
     ASSERT_EQ(
         std::system(("mkdir -p '" CLERESTORY_TEST_OUTPUT "' && echo 0123456789-secret-token > '" +
@@ -184,7 +184,7 @@ TEST(Access, ATokenGuardsEverythingButHealthAndThePage) {
 }
 
 // Nowhere but in the header that it came in, however wrong the request around it.
-TEST(Access, ATokenIsNeverWrittenAnywhere) {
+TEST(Access, ATokenIsNeverLoggedOrReturned) {
     static const std::string token = "0123456789-unlogged-token";
     static const std::string folder = CLERESTORY_TEST_OUTPUT "/unlogged";
     std::filesystem::create_directories(folder);

@@ -31,7 +31,7 @@ void expectOneLine(const Outcome& outcome) {
     EXPECT_EQ(std::count(outcome.output.begin(), outcome.output.end(), '\n'), 1) << outcome.output;
 }
 
-TEST(CommandLine, RendersTheFrameThatFlagsAskFor) {
+TEST(CommandLine, FlagsSetTheFrameRequest) {
     const std::string file = outputFile("flags.png");
     const Outcome outcome =
         run("render six-walls --eye 0.5,0.6,0.7 --target 0,0,0 --size 64x48 "
@@ -58,7 +58,7 @@ TEST(CommandLine, TakesTheSameJsonAsTheServer) {
 }
 
 // With the driver's optimisation passes and without.
-TEST(CommandLine, HowShadersAreCompiledChangesNoByte) {
+TEST(CommandLine, ShaderCompilationModeDoesNotChangeTheBytes) {
     for (const char* scene : {"chapel", "teapots", "orbiting-cubes", "meadow", "six-walls"}) {
         std::vector<std::string> frames;
         for (const char* compilation : {"", "nopt"}) {
@@ -75,7 +75,7 @@ TEST(CommandLine, HowShadersAreCompiledChangesNoByte) {
 
 // llvmpipe has compiled variants again for what an earlier draw had left behind, and for pictures
 // whose edges are powers of two.
-TEST(CommandLine, ASecondRunAndOtherSizesCompileNothing) {
+TEST(CommandLine, ASecondRunCompilesNothing) {
     const std::string folder = outputFile("shader-cache");
     std::filesystem::remove_all(folder);
     const auto files = [&] {
@@ -87,9 +87,9 @@ TEST(CommandLine, ASecondRunAndOtherSizesCompileNothing) {
     };
     std::vector<std::size_t> bytes;
     for (const char* size : {"96x54", "96x54", "96x54", "128x72", "64x64"}) {
-        const Outcome outcome = run("render teapots --size " + std::string(size) + " -o '" +
-                                        outputFile("cached.png") + "'",
-                                    "MESA_SHADER_CACHE_DIR='" + folder + "'");
+        const Outcome outcome = run(
+            "render teapots --size " + std::string(size) + " -o '" + outputFile("cached.png") + "'",
+            "MESA_SHADER_CACHE_DIR='" + folder + "'");
         ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
         bytes.push_back(files());
     }
@@ -99,7 +99,7 @@ TEST(CommandLine, ASecondRunAndOtherSizesCompileNothing) {
     EXPECT_EQ(bytes[1], bytes[4]);
 }
 
-TEST(CommandLine, TellsItsLibrariesAndTheirVersions) {
+TEST(CommandLine, PrintsLibrariesAndTheirVersions) {
     const Outcome outcome = run("--version");
     EXPECT_EQ(outcome.exitCode, 0);
     EXPECT_THAT(outcome.output, StartsWith("clerestory "));
@@ -117,7 +117,7 @@ TEST(CommandLine, TellsItsLibrariesAndTheirVersions) {
     EXPECT_THAT(security, testing::ContainsRegex("CVE-20[0-9][0-9]-[0-9]+"));
 }
 
-TEST(CommandLine, TracesTheTruth) {
+TEST(CommandLine, TracesAReference) {
     const std::string arguments =
         "reference six-walls --eye 0.5,0.6,0.7 --target 0,0,0 --size 32x24 --samples 4 ";
     const std::string numbers = outputFile("truth.npy"), picture = outputFile("truth.png");
@@ -139,7 +139,7 @@ TEST(CommandLine, TracesTheTruth) {
     EXPECT_EQ(contentOf(pfm).size(), 14 + 4 * image.width * image.height * 3);
 }
 
-TEST(CommandLine, ASideFileThatNamesAMissingMapIsAWarning) {
+TEST(CommandLine, AMissingMapInASideFileIsAWarning) {
     const std::string quad = R"({"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
       "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
       "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
@@ -185,7 +185,7 @@ TEST(CommandLine, ListsTheBuiltInScenes) {
     EXPECT_THAT(outcome.output, HasSubstr("six-walls"));
 }
 
-TEST(CommandLine, HelpIsForPeople) {
+TEST(CommandLine, HelpIsReadable) {
     const Outcome outcome = run("serve --help");
     EXPECT_EQ(outcome.exitCode, 0);
     for (const char* flag :
@@ -201,7 +201,7 @@ TEST(CommandLine, HelpIsForPeople) {
     EXPECT_EQ(run("--help").exitCode, 0);
 }
 
-TEST(CommandLine, MistakesAreOneLineAndExitTwo) {
+TEST(CommandLine, UsageErrorsPrintOneLineAndExitWith2) {
     for (const char* arguments : {"",
                                   "sevre",
                                   "serve --prot 1",
@@ -234,7 +234,7 @@ TEST(CommandLine, MistakesAreOneLineAndExitTwo) {
     }
 }
 
-TEST(CommandLine, SignalsEndTheServerAfterTheFrameThatRuns) {
+TEST(CommandLine, SignalsEndTheServerAfterTheCurrentFrame) {
     for (const int signal : {SIGTERM, SIGINT}) {
         test::ServerProcess server;
         ASSERT_GT(server.port(), 0);
@@ -261,7 +261,7 @@ TEST(CommandLine, SignalsEndTheServerAfterTheFrameThatRuns) {
 }
 
 // A3 of the failure catalogue, from the command that signs to the frame.
-TEST(CommandLine, ASignedLinkShowsItsFrameAndNoOther) {
+TEST(CommandLine, ASignedLinkIsValidForItsFrameOnly) {
     const std::string key = outputFile("link-key");
     std::ofstream(key) << "0123456789abcdef-a-key\n";
     const std::string frame = "/v1/frames?scene=six-walls&width=64&height=48";
@@ -286,7 +286,7 @@ TEST(CommandLine, ASignedLinkShowsItsFrameAndNoOther) {
     EXPECT_EQ(client.Get(larger)->status, 403);
 }
 
-TEST(CommandLine, NoDriverIsOneLineAndExitTwo) {
+TEST(CommandLine, AMissingDriverPrintsOneLineAndExitsWith2) {
     const std::string broken =
         "MESA_GL_VERSION_OVERRIDE=3.0 LIBGL_DRIVERS_PATH=/nonexistent "
         "__EGL_VENDOR_LIBRARY_DIRS=/nonexistent";

@@ -36,7 +36,7 @@ json ended(httplib::Client& client, const std::string& place) {
     }
 }
 
-TEST(Comparisons, AJobTellsWhatEachSettingCostsAndHowFarItIsFromTheTruth) {
+TEST(Comparisons, AJobReportsTimeAndErrorOfEachSetting) {
     auto client = sharedServer().client();
     const auto started =
         postJson(client, "/v1/comparisons", comparison(R"(, "errorPictures": true)"));
@@ -80,7 +80,7 @@ TEST(Comparisons, AJobTellsWhatEachSettingCostsAndHowFarItIsFromTheTruth) {
     EXPECT_EQ(client.Get(place + "/pictures/")->status, 404);
 }
 
-TEST(Comparisons, TheSameViewAgainHasTheSameErrors) {
+TEST(Comparisons, ResultsAreReproducible) {
     auto client = sharedServer().client();
     json errors[2];
     for (json& e : errors) {
@@ -106,7 +106,7 @@ TEST(Comparisons, AJobCanBeCancelled) {
 }
 
 // A budget is measured on first use; then it is kept, said, and the same bytes as what it picked.
-TEST(Budgets, AFrameSaysWhatItsBudgetBoughtAndIsThatFrame) {
+TEST(Budgets, AFrameReportsTheSettingThatItsBudgetChose) {
     auto client = sharedServer().client();
     const auto within = [](const std::string& budget) {
         return smallFrame(R"("output": {"format": "png"}, "accuracy": )" + budget);

@@ -49,7 +49,7 @@ protected:
     CurveStore store{place()};
 };
 
-TEST_F(CurveStoreTest, GivesAnotherProcessWhatWasKept) {
+TEST_F(CurveStoreTest, OtherProcessesReadStoredCurves) {
     EXPECT_FALSE(store.find("one"));
     store.keep("one\nkey", someCurve());
     const auto found = CurveStore(place()).find("one\nkey");
@@ -64,7 +64,7 @@ TEST_F(CurveStoreTest, GivesAnotherProcessWhatWasKept) {
     EXPECT_FALSE(store.find("one\nother"));
 }
 
-TEST_F(CurveStoreTest, TornAndDamagedFilesAreAsGoodAsNotThereAndKeptAnew) {
+TEST_F(CurveStoreTest, DamagedFilesAreIgnoredAndReplaced) {
     store.keep("key", someCurve());
     const fs::path file = onlyFile();
     const std::string whole = contentOf(file);
@@ -85,7 +85,7 @@ TEST_F(CurveStoreTest, TornAndDamagedFilesAreAsGoodAsNotThereAndKeptAnew) {
     EXPECT_TRUE(store.find("key"));
 }
 
-TEST_F(CurveStoreTest, AKeyIsNotTakenForAnother) {
+TEST_F(CurveStoreTest, KeysWithEqualHashesAreDistinguished) {
     store.keep("key", someCurve());
     const fs::path file = onlyFile();
     store.keep("other", someCurve());
@@ -96,7 +96,7 @@ TEST_F(CurveStoreTest, AKeyIsNotTakenForAnother) {
     EXPECT_FALSE(store.find("key")) << "it holds the other's";
 }
 
-TEST_F(CurveStoreTest, APlaceThatCannotBeWrittenKeepsNothing) {
+TEST_F(CurveStoreTest, AnUnwritableFolderStoresNothing) {
     put(folder / "file", "");
     const CurveStore nowhere(folder / "file" / "below");
     nowhere.keep("key", someCurve());
@@ -104,7 +104,7 @@ TEST_F(CurveStoreTest, APlaceThatCannotBeWrittenKeepsNothing) {
 }
 
 // The worker that measured is killed: the one that stands by, and another server, need not wait.
-TEST_F(CurveStoreTest, AWorkersCurvesOutliveIt) {
+TEST_F(CurveStoreTest, CurvesOutliveTheirWorker) {
     if (kSanitized) GTEST_SKIP() << "measured in minutes there";
     Config config = testConfig();
     config.singleProcess = false;

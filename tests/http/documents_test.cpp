@@ -148,7 +148,7 @@ void compare(const json& document, json schema, const json& value, const std::st
     }
 }
 
-TEST(Documents, EveryAnswerIsWhatItsSchemaSays) {
+TEST(Documents, ResponsesMatchTheirSchema) {
     sharedServer().awaitReady();
     auto client = sharedServer().client();
     const json document = documentAt("/openapi.json");
@@ -200,7 +200,7 @@ TEST(Documents, EveryResponseHasASchema) {
 }
 
 // Generated clients call operations by these names.
-TEST(Documents, EveryOperationHasANameOfItsOwnAndSaysWhatItRefuses) {
+TEST(Documents, OperationsHaveUniqueIdsAndListTheirErrors) {
     const json document = documentAt("/openapi.json");
     std::set<std::string> names;
     std::size_t count = 0;
@@ -216,7 +216,7 @@ TEST(Documents, EveryOperationHasANameOfItsOwnAndSaysWhatItRefuses) {
     EXPECT_FALSE(document["servers"].empty());
 }
 
-TEST(Documents, EveryParameterOfALinkIsTaken) {
+TEST(Documents, EveryLinkParameterIsAccepted) {
     auto client = sharedServer().client();
     const json document = documentAt("/openapi.json");
     const json& parameters = document["paths"]["/v1/frames"]["get"]["parameters"];
@@ -232,7 +232,7 @@ TEST(Documents, EveryParameterOfALinkIsTaken) {
     }
 }
 
-TEST(Documents, TheRendererTellsWhatItIs) {
+TEST(Documents, TheRendererReportsItsCapabilities) {
     const json renderer = documentAt("/v1/renderer");
     EXPECT_FALSE(renderer["renderer"].get<std::string>().empty());
     EXPECT_FALSE(renderer["version"].get<std::string>().empty());
@@ -252,7 +252,7 @@ TEST(Documents, HealthAndReadiness) {
     EXPECT_EQ(ready->status, 200) << ready->body;
 }
 
-TEST(Documents, MetricsAreTextThatPrometheusReads) {
+TEST(Documents, MetricsAreInPrometheusFormat) {
     auto client = sharedServer().client();
     postJson(client, "/v1/frames", smallFrame());
     postJson(client, "/v1/frames", "{");

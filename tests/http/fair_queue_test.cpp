@@ -59,7 +59,7 @@ private:
     std::map<FairQueue::Id, Times> times_;
 };
 
-TEST(FairQueue, HoldsNoMoreThanItsCount) {
+TEST(FairQueue, TheNumberOfFramesIsBounded) {
     Shop shop({.count = 4, .seconds = 100});
     for (int i = 0; i < 4; ++i) EXPECT_TRUE(shop.enter("a", 10)) << i;
     EXPECT_TRUE(shop.line().refuses("a"));
@@ -69,7 +69,7 @@ TEST(FairQueue, HoldsNoMoreThanItsCount) {
     EXPECT_TRUE(shop.enter("a", 10));
 }
 
-TEST(FairQueue, HoldsNoMoreThanItsTimeButOneAlways) {
+TEST(FairQueue, PredictedTimeIsBoundedButOneFrameIsAlwaysAccepted) {
     Shop shop({.count = 100, .seconds = 1.0});
     for (int i = 0; i < 6; ++i) {  // learns that this kind takes 400 ms
         ASSERT_TRUE(shop.enter("a", 400));
@@ -86,7 +86,7 @@ TEST(FairQueue, HoldsNoMoreThanItsTimeButOneAlways) {
     }
 }
 
-TEST(FairQueue, ClientsTakeTurnsHoweverMuchOneAsks) {
+TEST(FairQueue, ClientsAreServedInTurn) {
     Shop shop({.count = 16, .seconds = 100});
     for (int i = 0; i < 8; ++i) shop.enter("greedy", 100);
     EXPECT_EQ(shop.serve(), "greedy");
@@ -95,7 +95,7 @@ TEST(FairQueue, ClientsTakeTurnsHoweverMuchOneAsks) {
     EXPECT_EQ(shop.serve(), "greedy");
 }
 
-TEST(FairQueue, WhereThereIsNoRoomTheGreediestGivesWay) {
+TEST(FairQueue, WhenFullTheHeaviestClientLosesItsFrame) {
     Shop shop({.count = 4, .seconds = 100});
     for (int i = 0; i < 4; ++i) shop.enter("greedy", 100);
     EXPECT_FALSE(shop.line().refuses("polite"));
@@ -107,7 +107,7 @@ TEST(FairQueue, WhereThereIsNoRoomTheGreediestGivesWay) {
 }
 
 // L3 of the failure catalogue: one floods, three ask once in a while.
-TEST(FairQueue, APoliteClientWaitsForOneFloodersFrameAtMost) {
+TEST(FairQueue, AWellBehavedClientWaitsForAtMostOneFrameOfAFlood) {
     constexpr int kMs = 20;
     Shop shop({.count = 16, .seconds = 2});
     for (int i = 0; i < 3000; ++i) {
@@ -125,7 +125,7 @@ TEST(FairQueue, APoliteClientWaitsForOneFloodersFrameAtMost) {
 }
 
 // L4: whatever comes, nothing begins after its deadline.
-TEST(FairQueue, NothingBeginsAfterItsDeadline) {
+TEST(FairQueue, FramesPastTheirDeadlineDoNotStart) {
     std::mt19937 random(7);
     Shop shop({.count = 16, .seconds = 100});
     int entered = 0;
@@ -141,7 +141,7 @@ TEST(FairQueue, NothingBeginsAfterItsDeadline) {
     EXPECT_GT(entered, 1000);
 }
 
-TEST(FairQueue, WhatCannotBeginInTimeIsRefusedAtOnce) {
+TEST(FairQueue, FramesThatCannotMeetTheirDeadlineAreRejectedImmediately) {
     Shop shop({.count = 16, .seconds = 100});
     for (int i = 0; i < 6; ++i) {
         shop.enter("a", 100);
@@ -153,7 +153,7 @@ TEST(FairQueue, WhatCannotBeginInTimeIsRefusedAtOnce) {
     EXPECT_FALSE(shop.enter("b", 100, 0));
 }
 
-TEST(FairQueue, WhoLeavesMakesRoom) {
+TEST(FairQueue, LeavingClientsFreeTheirPlace) {
     Shop shop({.count = 2, .seconds = 100});
     const auto first = shop.enter("a", 10);
     shop.enter("a", 10);

@@ -38,7 +38,7 @@ Picture lightWith(const std::string& filters) {
     return picture;
 }
 
-TEST(FiltersOverHttp, AreThoseOfTheProcessorInTheOrderAskedFor) {
+TEST(FiltersOverHttp, MatchTheCpuInTheRequestedOrder) {
     const Picture plain = lightWith("[]");
     const auto expectNear = [&](const std::string& filters, const Picture& expected) {
         EXPECT_LT(greatestDifference(lightWith(filters), expected), 1e-4) << filters;
@@ -54,7 +54,7 @@ TEST(FiltersOverHttp, AreThoseOfTheProcessorInTheOrderAskedFor) {
         twirled(convolved(glowing(plain, 1, 0.5, 32), {1, 0, 0, 0, 0, 0, 0, 0, 1}, false), -1));
 }
 
-TEST(FiltersOverHttp, ThatChangeNothingGiveTheBytesOfNone) {
+TEST(FiltersOverHttp, WithoutEffectGiveTheBytesOfNoFilter) {
     for (const char* format : {"jpeg", "png", "npy", "exr"}) {
         const std::string plain = frameWith("[]", format)->body;
         for (const char* filters :
@@ -67,7 +67,7 @@ TEST(FiltersOverHttp, ThatChangeNothingGiveTheBytesOfNone) {
     }
 }
 
-TEST(FiltersOverHttp, StandInThePlanInTheHeadersAndInTheETag) {
+TEST(FiltersOverHttp, AppearInPlanHeadersAndETag) {
     const std::string glow = R"([{"type": "twirl", "amount": 0}, {"type": "glow", "radius": 4}])";
     const auto frame = frameWith(glow, "png");
     EXPECT_THAT(

@@ -44,7 +44,7 @@ TEST(Frames, TheEmptyRequestIsAJpegOf1280x720) {
     EXPECT_GT(*most - *least, 50) << "the picture is one flat colour";
 }
 
-TEST(Frames, ThreeFormsOfOnePoseGiveIdenticalBytes) {
+TEST(Frames, PosesInThreeFormsGiveEqualBytes) {
     // The eye at (1, 0.5, 0.25) looks along -X: a quarter turn about +Y.
     const std::string lookAt =
         frameBytes(withCamera(R"({"position": [1, 0.5, 0.25], "target": [0, 0.5, 0.25]})"));
@@ -63,7 +63,7 @@ TEST(Frames, ThreeFormsOfOnePoseGiveIdenticalBytes) {
               frameBytes(withCamera(R"({"position": [1, 0.5, 0.25], "target": [0, 0.5, 0.3]})")));
 }
 
-TEST(Frames, ALinkGivesTheBytesOfItsPost) {
+TEST(Frames, ALinkGivesTheBytesOfItsPostRequest) {
     auto client = sharedServer().client();
     const auto link = client.Get(
         "/v1/frames?scene=six-walls&eye=0.5,0.6,0.7&target=0,0.1,0&yfov=0.8&width=64&height=48"
@@ -85,7 +85,7 @@ TEST(Frames, ALinkGivesTheBytesOfItsPost) {
     EXPECT_EQ(dotted->body, posted);
 }
 
-TEST(Frames, AcceptChoosesTheFormatThatTheBodyLeavesOpen) {
+TEST(Frames, AcceptSelectsTheFormatUnlessTheBodyDoes) {
     auto client = sharedServer().client();
     const auto typeFor = [&](const char* accept, const std::string& body) {
         const auto result = client.Post("/v1/frames", httplib::Headers{{"Accept", accept}}, body,
@@ -101,7 +101,7 @@ TEST(Frames, AcceptChoosesTheFormatThatTheBodyLeavesOpen) {
     EXPECT_EQ(typeFor("image/png", smallFrame(R"("output": {"format": "jpeg"})")), "image/jpeg");
 }
 
-TEST(Frames, EveryFormatDecodesToTheSizeAskedFor) {
+TEST(Frames, EveryFormatHasTheRequestedSize) {
     const Image png = decodePng(frameBytes(smallFrame(R"("output": {"format": "png"})")));
     EXPECT_EQ(png.width, 64u);
     EXPECT_EQ(png.height, 48u);
@@ -132,7 +132,7 @@ TEST(Frames, PngIsOpaqueAtEveryAccuracy) {
     }
 }
 
-TEST(Frames, JpegQualityAndChromaReachTheEncoder) {
+TEST(Frames, JpegQualityAndSubsamplingReachTheEncoder) {
     const auto size = [](const char* output) {
         return frameBytes(R"({"width": 256, "height": 192, "output": )" + std::string(output) + "}")
             .size();
@@ -141,7 +141,7 @@ TEST(Frames, JpegQualityAndChromaReachTheEncoder) {
     EXPECT_LT(size(R"({"quality": 95})"), size(R"({"quality": 95, "subsampling": "4:4:4"})"));
 }
 
-TEST(Frames, AnUnchangedFrameIsNotDrawnAgain) {
+TEST(Frames, AnUnchangedFrameIsNotRedrawn) {
     auto client = sharedServer().client();
     const std::string link = "/v1/frames?scene=six-walls&width=64&height=48&exposure=0.25";
     const auto first = client.Get(link);
@@ -166,7 +166,7 @@ TEST(Frames, AnUnchangedFrameIsNotDrawnAgain) {
     EXPECT_EQ(other->status, 200);
 }
 
-TEST(Frames, TheETagFollowsEveryFieldAndNothingElse) {
+TEST(Frames, TheETagDependsOnEveryFieldAndNothingElse) {
     auto client = sharedServer().client();
     const auto etag = [&](const std::string& more) {
         return postJson(client, "/v1/frames", smallFrame(more))->get_header_value("ETag");
@@ -222,7 +222,7 @@ TEST(Frames, AnExplainedFrameCarriesThePlanThatRan) {
               plain->get_header_value("Clerestory-Passes"));
 }
 
-TEST(Frames, HealthCountsEveryFloatTargetWhenAskedFor) {
+TEST(Frames, HealthChecksEveryFloatTargetOnRequest) {
     auto client = sharedServer().client();
     const auto plain = postJson(client, "/v1/frames", smallFrame());
     const auto explained = postJson(client, "/v1/frames?explain=health", smallFrame());
@@ -245,7 +245,7 @@ TEST(Frames, HealthCountsEveryFloatTargetWhenAskedFor) {
 }
 
 // What a ball in the middle of six walls of one colour each looks at is those six colours.
-TEST(Frames, MapsShowWhatTheMirrorsLookAt) {
+TEST(Frames, MapsShowTheEnvironmentOfTheMirrors) {
     auto client = sharedServer().client();
     const std::string request = smallFrame(
         R"("accuracy": {"curved": "probe", "probeSamples": 1}, "output": {"format": "png"})");
@@ -278,7 +278,7 @@ TEST(Frames, MapsShowWhatTheMirrorsLookAt) {
     EXPECT_EQ(partsOf(*postJson(client, "/v1/frames?explain=1", request)).size(), 2u);
 }
 
-TEST(Frames, APlanTellsHowEachReflectorIsServedAndOutOfWhat) {
+TEST(Frames, APlanListsTheTechniqueAndAlternativesOfEachReflector) {
     auto client = sharedServer().client();
     const auto decisionsOf = [&](const char* more) {
         const auto planned = postJson(client, "/v1/plans", smallFrame(more));
@@ -299,7 +299,7 @@ TEST(Frames, APlanTellsHowEachReflectorIsServedAndOutOfWhat) {
     EXPECT_EQ(decisionsOf(R"("effects": {"environmentReflection": false})"), json::array());
 }
 
-TEST(Frames, PassesOfOneKindShareOneTimeAndOneEntry) {
+TEST(Frames, PassesOfOneKindShareOneTimingEntry) {
     auto client = sharedServer().client();
     const auto result = postJson(
         client, "/v1/frames",
@@ -313,7 +313,7 @@ TEST(Frames, PassesOfOneKindShareOneTimeAndOneEntry) {
     EXPECT_EQ(timing.find("capture;dur=", first + 1), std::string::npos) << timing;
 }
 
-TEST(Frames, HundredsOfPassesFitOneHeader) {
+TEST(Frames, ServerTimingOfHundredsOfPassesFitsOneHeader) {
     FramePlan plan;
     const auto add = [&](const PassWork& work, const char* name, int times) {
         for (int i = 0; i < times; ++i) plan.passes.push_back({.name = name, .work = work});
@@ -332,7 +332,7 @@ TEST(Frames, HundredsOfPassesFitOneHeader) {
     EXPECT_EQ(compactPasses({}), "");
 }
 
-TEST(Frames, TheExplanationHoldsTheViewThatWasAskedFor) {
+TEST(Frames, TheExplanationContainsTheRequestedView) {
     auto client = sharedServer().client();
     const auto planned = postJson(
         client, "/v1/plans",

@@ -118,7 +118,7 @@ private:
     std::thread thread_;
 };
 
-TEST(Front, AnswersManyRequestsOnOneConnectionInOrder) {
+TEST(Front, PipelinedRequestsAreAnsweredInOrder) {
     ToyServer server;
     RawClient client(server.port());
     client.send(get("/a") + get("/quick") + post("/b", "body") + get("/c?x=1"));
@@ -139,14 +139,14 @@ TEST(Front, AnswersManyRequestsOnOneConnectionInOrder) {
     }
 }
 
-TEST(Front, HeadersOfTheClientAreNotBelievedAboutItself) {
+TEST(Front, ForwardedHeadersOfUntrustedClientsAreIgnored) {
     ToyServer server;
     EXPECT_EQ(
         bodyOf(ask(server.port(), get("/client", "REMOTE_ADDR: 6.6.6.6\r\n"), 5, "127.0.0.9")),
         "127.0.0.9");
 }
 
-TEST(Front, AnExceptionTellsNothingOfTheInside) {
+TEST(Front, ExceptionsDoNotLeakInternals) {
     ToyServer server;
     const std::string answer = ask(server.port(), get("/throw"));
     EXPECT_EQ(statusOf(answer), 500);
@@ -154,7 +154,7 @@ TEST(Front, AnExceptionTellsNothingOfTheInside) {
     EXPECT_EQ(answer.find("EXCEPTION"), std::string::npos);
 }
 
-TEST(Front, ABodyMayAskWhetherItIsWelcome) {
+TEST(Front, ExpectContinueIsAnswered) {
     ToyServer server;
     RawClient client(server.port());
     client.send(
@@ -176,7 +176,7 @@ std::string largeHead(std::size_t size) {
            "\r\n\r\n";
 }
 
-TEST(Front, ALargeBodyMayTakeItsTimeAtAFairPaceOnly) {
+TEST(Front, LargeBodiesHaveAMinimumRate) {
     ToyServer server(limitsWithALargeRoute());
     std::string body(3 << 20, 'x');
     body.back() = '!';
@@ -197,7 +197,7 @@ TEST(Front, ALargeBodyMayTakeItsTimeAtAFairPaceOnly) {
     EXPECT_EQ(statusOf(ask(server.port(), largeHead((4 << 20) + 1))), 413);
 }
 
-TEST(Front, NoMoreLargeBodiesComeAtOnceThanThereIsRoomFor) {
+TEST(Front, ConcurrentLargeBodiesAreBounded) {
     ToyServer server(limitsWithALargeRoute());
     RawClient first(server.port());
     const std::string body(4 << 20, 'x');
@@ -214,7 +214,7 @@ TEST(Front, NoMoreLargeBodiesComeAtOnceThanThereIsRoomFor) {
     EXPECT_EQ(statusOf(again), 200);
 }
 
-TEST(Front, OldClientsGetAnAnswerAndTheEnd) {
+TEST(Front, Http10ConnectionsAreClosedAfterTheResponse) {
     ToyServer server;
     RawClient client(server.port());
     client.send("GET /a HTTP/1.0\r\n\r\n");
@@ -227,7 +227,7 @@ TEST(Front, OldClientsGetAnAnswerAndTheEnd) {
         << "no chunks, which it could not read";
 }
 
-TEST(Front, AHeadHasNoBody) {
+TEST(Front, HeadResponsesHaveNoBody) {
     ToyServer server;
     RawClient client(server.port());
     client.send(
@@ -239,7 +239,7 @@ TEST(Front, AHeadHasNoBody) {
     EXPECT_TRUE(both.ends_with("\r\n\r\n"));
 }
 
-TEST(Front, AStreamIsNoFasterThanItsReader) {
+TEST(Front, AStreamWaitsForItsReader) {
     ToyServer server;
     RawClient client(server.port(), nullptr, 4096);
     client.send(get("/stream?n=1000"));
@@ -251,7 +251,7 @@ TEST(Front, AStreamIsNoFasterThanItsReader) {
     EXPECT_TRUE(soon([&] { return server.streamed > ahead; })) << "it goes on as it is read";
 }
 
-TEST(Front, AStreamThatNobodyTakesEnds) {
+TEST(Front, AStreamThatIsNotReadEnds) {
     ToyServer server;
     RawClient client(server.port(), nullptr, 4096);
     client.send(get("/stream?n=1000000"));
@@ -259,7 +259,7 @@ TEST(Front, AStreamThatNobodyTakesEnds) {
     EXPECT_EQ(server.counters().stalled, 1u);
 }
 
-TEST(Front, AStreamWhoseClientLeavesEnds) {
+TEST(Front, AStreamEndsWhenTheClientDisconnects) {
     ToyServer server;
     {
         RawClient client(server.port());
@@ -269,7 +269,7 @@ TEST(Front, AStreamWhoseClientLeavesEnds) {
     EXPECT_TRUE(soon([&] { return server.streamsDone == 1; }));
 }
 
-TEST(Front, WholeAnswersHoldNoWorkerWhileTheyAreTaken) {
+TEST(Front, CompleteResponsesHoldNoWorkerWhileSent) {
     ToyServer server(quickLimits(), 2);
     std::vector<RawClient> slow;
     for (int i = 0; i < 6; ++i) {
@@ -282,7 +282,7 @@ TEST(Front, WholeAnswersHoldNoWorkerWhileTheyAreTaken) {
     EXPECT_TRUE(soon([&] { return server.counters().stalled == 6; })) << "given up in the end";
 }
 
-TEST(Front, AReaderAtAFairPaceGetsAllOfIt) {
+TEST(Front, AReaderAtTheMinimumRateReceivesEverything) {
     HttpLimits limits = quickLimits();
     if (kSanitized) limits.write = milliseconds(3000);  // its reader is slow beyond its pauses
     ToyServer server(limits);
@@ -299,7 +299,7 @@ TEST(Front, AReaderAtAFairPaceGetsAllOfIt) {
     EXPECT_EQ(bodyOf(all).size(), 8u << 20);
 }
 
-TEST(Front, WhoeverAnswersIsToldThatTheClientLeft) {
+TEST(Front, HandlersLearnThatTheClientDisconnected) {
     ToyServer server;
     {
         RawClient closes(server.port()), resets(server.port()), halfCloses(server.port());
@@ -318,7 +318,7 @@ TEST(Front, WhoeverAnswersIsToldThatTheClientLeft) {
     EXPECT_TRUE(soon([&] { return server.counters().open == 0; }));
 }
 
-TEST(Front, TheIdlestConnectionGivesWay) {
+TEST(Front, TheLongestIdleConnectionIsClosed) {
     HttpLimits limits = quickLimits();
     limits.connections = 16;
     limits.idle = milliseconds(60000);
@@ -341,7 +341,7 @@ TEST(Front, TheIdlestConnectionGivesWay) {
     for (RawClient& client : busy) EXPECT_EQ(bodyOf(client.answer(5)), "waited");
 }
 
-TEST(Front, WhenEverybodyIsBeingAnsweredTheNextIsToldSo) {
+TEST(Front, RequestsAreRejectedWhenAllWorkersAreBusy) {
     HttpLimits limits = quickLimits();
     limits.connections = 3;
     ToyServer server(limits);
@@ -358,7 +358,7 @@ TEST(Front, WhenEverybodyIsBeingAnsweredTheNextIsToldSo) {
     EXPECT_EQ(server.counters().rejected, 1u);
 }
 
-TEST(Front, TheEndFinishesWhatRunsAndAnswersWhatHasBegunToCome) {
+TEST(Front, StoppingCompletesRunningAndPartlyReceivedRequests) {
     ToyServer server;
     RawClient running(server.port()), coming(server.port()), idle(server.port());
     running.send(get("/wait"));
@@ -379,7 +379,7 @@ TEST(Front, TheEndFinishesWhatRunsAndAnswersWhatHasBegunToCome) {
 }
 
 // U2: a thousand interrupted calls a second.
-TEST(Front, SignalsDisturbNothing) {
+TEST(Front, SignalsInterruptNothing) {
     ToyServer server;
     struct sigaction action {};
     action.sa_handler = [](int) {};  // without SA_RESTART: calls end with EINTR

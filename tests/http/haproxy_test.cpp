@@ -55,7 +55,7 @@ std::string body(int i) {
            R"(", "width": 48, "height": 32, "exposure": )" + std::to_string(i % 7) + "}";
 }
 
-TEST(Haproxy, AServerThatIsKilledUnderLoadCostsNobodyAnything) {
+TEST(HaProxy, KillingOneServerUnderLoadLosesNoRequest) {
     const char* program = "/usr/sbin/haproxy";
     if (access(program, X_OK) != 0) GTEST_SKIP() << "haproxy is not installed";
     const std::vector<std::string> flags = {"--scene", "six-walls", "--no-standby",

@@ -50,7 +50,7 @@ private:
     std::set<std::string> jobs_;
 };
 
-class BookOfJobs : public testing::Test {
+class JobJournalTest : public testing::Test {
 protected:
     Answer ask(const std::string& method, const std::string& path, const std::string& body = "") {
         return book.ask({.method = method, .path = path, .body = body},
@@ -70,14 +70,14 @@ protected:
     JobJournal book;
 };
 
-TEST_F(BookOfJobs, AJobIsDoneAgainByTheNextRendererUnderItsId) {
+TEST_F(JobJournalTest, AJobRestartsInTheNextRendererWithItsId) {
     const std::string id = post(), other = post();
     renderers.end();
     for (const std::string& one : {id, other, id}) EXPECT_EQ(told(one).at("state"), "running");
     EXPECT_EQ(renderers.begun(), 4) << "each once more";
 }
 
-TEST_F(BookOfJobs, AJobThatEndsItsRenderersIsGivenUp) {
+TEST_F(JobJournalTest, AJobThatCrashesRenderersFails) {
     const std::string id = post();
     for (int run = 1; run < JobJournal::kMaxRuns; ++run) {
         renderers.end();
@@ -90,7 +90,7 @@ TEST_F(BookOfJobs, AJobThatEndsItsRenderersIsGivenUp) {
     EXPECT_EQ(renderers.begun(), JobJournal::kMaxRuns);
 }
 
-TEST_F(BookOfJobs, ARendererThatIsNotReadyGetsItLater) {
+TEST_F(JobJournalTest, AJobWaitsUntilTheRendererIsReady) {
     const std::string id = post();
     renderers.end();
     renderers.refuseWith(409);
@@ -103,7 +103,7 @@ TEST_F(BookOfJobs, ARendererThatIsNotReadyGetsItLater) {
     EXPECT_EQ(told(id).at("state"), "failed");
 }
 
-TEST_F(BookOfJobs, WhatTheSameRendererLetGoIsGone) {
+TEST_F(JobJournalTest, JobsEvictedByTheSameRendererAreNotFound) {
     const std::string id = post();
     renderers.letResultsGo();
     EXPECT_EQ(ask("GET", "/v1/jobs/" + id).status, 404);
@@ -111,7 +111,7 @@ TEST_F(BookOfJobs, WhatTheSameRendererLetGoIsGone) {
     EXPECT_EQ(renderers.begun(), 1);
 }
 
-TEST_F(BookOfJobs, WhoCancelsALostJobGetsItCancelled) {
+TEST_F(JobJournalTest, ALostJobCanBeCancelled) {
     const std::string id = post();
     renderers.end();
     const Answer answer = ask("DELETE", "/v1/jobs/" + id);
@@ -120,7 +120,7 @@ TEST_F(BookOfJobs, WhoCancelsALostJobGetsItCancelled) {
     EXPECT_EQ(renderers.begun(), 1);
 }
 
-TEST_F(BookOfJobs, RemembersNoMoreThanSoMany) {
+TEST_F(JobJournalTest, TheNumberOfJobsIsBounded) {
     const std::string first = post();
     for (std::size_t i = 0; i < JobJournal::kMaxJobs; ++i) post();
     renderers.end();
@@ -135,7 +135,7 @@ Answer full(int seconds) {
             .problem = queueFull(1).code};
 }
 
-TEST(FullLineOfARenderer, RefusesWhomItRefusedUntilSomethingComesBack) {
+TEST(OverloadCache, RejectsAgainUntilAResponseArrives) {
     const Clock::time_point now{};
     OverloadCache line;
     EXPECT_FALSE(line.refusalFor("a", now));
@@ -147,7 +147,7 @@ TEST(FullLineOfARenderer, RefusesWhomItRefusedUntilSomethingComesBack) {
     EXPECT_FALSE(line.refusalFor("a", now));
 }
 
-TEST(FullLineOfARenderer, ARefusalFromBeforeAPlaceWasFreeIsStale) {
+TEST(OverloadCache, ARejectionFromBeforeAPlaceWasFreeIsStale) {
     const Clock::time_point now{};
     OverloadCache line;
     const OverloadCache::Moment begun = line.begin();
@@ -156,7 +156,7 @@ TEST(FullLineOfARenderer, ARefusalFromBeforeAPlaceWasFreeIsStale) {
     EXPECT_FALSE(line.refusalFor("a", now));
 }
 
-TEST(FullLineOfARenderer, RefusesNobodyForLong) {
+TEST(OverloadCache, RejectionsExpire) {
     const Clock::time_point now{};
     OverloadCache line;
     line.end(line.begin(), "a", full(1), now);

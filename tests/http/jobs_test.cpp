@@ -43,7 +43,7 @@ struct Gate {
     }
 };
 
-TEST(Jobs, AResultIsKeptUnderItsId) {
+TEST(Jobs, AResultIsStoredUnderItsId) {
     Jobs jobs(2);
     std::string told;
     const JobStatus started = jobs.start([&](const std::string& id) {
@@ -60,7 +60,7 @@ TEST(Jobs, AResultIsKeptUnderItsId) {
     EXPECT_EQ(jobs.cancel(started.id).state, JobState::done) << "what is done stays done";
 }
 
-TEST(Jobs, ProgressNeverGoesBackAndALineHasAnEnd) {
+TEST(Jobs, ProgressIsMonotonicAndTheQueueIsBounded) {
     Jobs jobs(2);
     Gate gate;
     const std::string running = jobs.start(simply(gate.work())).id;
@@ -82,7 +82,7 @@ TEST(Jobs, ProgressNeverGoesBackAndALineHasAnEnd) {
     EXPECT_EQ(jobs.find(waiting).state, JobState::cancelled) << "it ran although cancelled";
 }
 
-TEST(Jobs, WorkThatIsCancelledIsToldSo) {
+TEST(Jobs, CancelledWorkIsNotified) {
     Jobs jobs(1);
     Gate gate;
     const std::string id = jobs.start(simply(gate.work())).id;
@@ -96,7 +96,7 @@ TEST(Jobs, WorkThatIsCancelledIsToldSo) {
     EXPECT_FALSE(status.result);
 }
 
-TEST(Jobs, AFailureHasWordsForPeopleAndNothingOfTheInside) {
+TEST(Jobs, AFailureHasAMessageWithoutInternals) {
     Jobs jobs(2);
     const std::string ours = jobs.start(simply([](const JobControl&) -> JobResult {
                                      throw std::runtime_error("secret path");
@@ -111,7 +111,7 @@ TEST(Jobs, AFailureHasWordsForPeopleAndNothingOfTheInside) {
     EXPECT_EQ(ended(jobs, theirs).failure, "No such thing.");
 }
 
-TEST(Jobs, OldResultsMakeRoom) {
+TEST(Jobs, OldResultsAreEvicted) {
     Jobs jobs(1);
     const std::string first = jobs.start(simply(saying("0"))).id;
     ended(jobs, first);
@@ -119,7 +119,7 @@ TEST(Jobs, OldResultsMakeRoom) {
     EXPECT_THROW(jobs.find(first), RequestError);
 }
 
-TEST(Jobs, TheEndCancelsWhatRuns) {
+TEST(Jobs, StoppingCancelsRunningJobs) {
     Gate gate;
     bool told = false;
     {

@@ -86,7 +86,7 @@ int put(httplib::Client& client, const std::string& name, const std::string& bod
     return client.Put("/v1/views/" + name, body, "application/json")->status;
 }
 
-TEST(Live, AStreamFollowsItsViewAndSendsTheLastFrameOnceMore) {
+TEST(Live, AStreamFollowsItsViewAndRepeatsTheLastFrame) {
     TestServer server;
     auto client = server.client();
     ASSERT_EQ(put(client, "desk", viewFrom(0)), 204);
@@ -103,7 +103,7 @@ TEST(Live, AStreamFollowsItsViewAndSendsTheLastFrameOnceMore) {
     watcher.leave();
 }
 
-TEST(Live, ManyWatchersCostOneFrame) {
+TEST(Live, ManyViewersShareOneFrame) {
     TestServer server;
     auto client = server.client();
     const auto drawn = [&] {
@@ -119,14 +119,14 @@ TEST(Live, ManyWatchersCostOneFrame) {
     EXPECT_EQ(drawn(), before + 1);
 }
 
-TEST(Live, ALinkIsAStreamOfItsOwn) {
+TEST(Live, EachLinkIsASeparateStream) {
     auto client = sharedServer().client();
     Watcher watcher(sharedServer(),
                     "/v1/stream?scene=six-walls&width=64&height=48&eye=0,1,2&target=0,1,0");
     EXPECT_EQ(watcher.pictures(1)[0], frameOf(client, viewFrom(0)));
 }
 
-TEST(Live, RefusesWhatIsNoView) {
+TEST(Live, InvalidViewsAreRejected) {
     auto client = sharedServer().client();
     problemOf(client.Get("/v1/stream?view=nobody"), 404);
     problemOf(client.Get("/v1/views/nobody"), 404);
@@ -143,7 +143,7 @@ TEST(Live, RefusesWhatIsNoView) {
     EXPECT_EQ(put(client, "x", R"({"widht": 3})"), 422);
 }
 
-TEST(Live, AViewThatCannotBeDrawnLeavesThePictureAndGoesOn) {
+TEST(Live, AViewThatCannotBeDrawnKeepsTheStreamOpen) {
     TestServer server;
     auto client = server.client();
     ASSERT_EQ(put(client, "v", viewFrom(0)), 204);
@@ -158,7 +158,7 @@ TEST(Live, AViewThatCannotBeDrawnLeavesThePictureAndGoesOn) {
     EXPECT_TRUE(seen);
 }
 
-TEST(Live, StreamsEndWithTheServiceAndAreBounded) {
+TEST(Live, StreamsAreBoundedAndEndWithTheServer) {
     auto server = std::make_unique<TestServer>();
     std::vector<std::unique_ptr<Watcher>> watchers;
     for (int i = 0; i < 16; ++i) {

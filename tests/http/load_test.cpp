@@ -30,7 +30,7 @@ bool soon(Condition condition) {
     return condition();
 }
 
-TEST(Load, TwoHundredAtOnceAllGetTheBytesOfOneAlone) {
+TEST(Load, TwoHundredConcurrentRequestsGetTheBytesOfASingleOne) {
     constexpr int kPoses = 5, kClients = 200;
     std::vector<std::string> alone;
     auto client = sharedServer().client();
@@ -73,7 +73,7 @@ TEST(Load, KeptAliveSmallRequestsTakeUnderTenMilliseconds) {
     RecordProperty("medianMilliseconds", std::to_string(milliseconds[50]));
 }
 
-TEST(Load, AFullQueueSaysSoAtOnceAndWhenToComeBack) {
+TEST(Load, AFullQueueRejectsImmediatelyWithRetryAfter) {
     Config config = testConfig();
     config.queue = 2;
     TestServer server(config);
@@ -132,7 +132,7 @@ std::uint64_t framesDrawn(TestServer& server) {
 }
 
 // C2 of the failure catalogue.
-TEST(Load, AFrameWhoseClientLeftIsNotDrawn) {
+TEST(Load, FramesOfDisconnectedClientsAreNotDrawn) {
     TestServer server;
     auto client = server.client();
     ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
@@ -159,7 +159,7 @@ TEST(Load, AFrameWhoseClientLeftIsNotDrawn) {
                 testing::HasSubstr("clerestory_refusals_total{reason=\"clientLeft\"} 4"));
 }
 
-TEST(Load, AClientMayHaveADeadlineOfItsOwn) {
+TEST(Load, AClientMaySetADeadline) {
     TestServer server;
     auto client = server.client();
     ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
@@ -177,7 +177,7 @@ TEST(Load, AClientMayHaveADeadlineOfItsOwn) {
     }
 }
 
-TEST(Load, StoppingFinishesWhatRunsAndRefusesTheRest) {
+TEST(Load, StoppingCompletesRunningFramesAndRejectsTheRest) {
     TestServer server;
     auto client = server.client();
     ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
@@ -210,7 +210,7 @@ TEST(Load, StoppingFinishesWhatRunsAndRefusesTheRest) {
     EXPECT_FALSE(server.client().Get("/healthz")) << "the port is closed";
 }
 
-TEST(Load, ATakenPortIsOneClearLine) {
+TEST(Load, AUsedPortPrintsOneLine) {
     Config config = testConfig();
     config.http.port = sharedServer().server().port();
     try {
@@ -222,7 +222,7 @@ TEST(Load, ATakenPortIsOneClearLine) {
 }
 
 // R3. An accuracy that nothing else here asks for, so that no map of it is there already.
-TEST(Work, AFrameMayShadeWhatIsAllowedAndNotASampleMore) {
+TEST(Work, TheSampleLimitIsExact) {
     const std::string body = smallFrame(R"("accuracy": {"environmentSize": 48})");
     auto anybody = sharedServer().client();
     const json plan = json::parse(postJson(anybody, "/v1/plans", body)->body);

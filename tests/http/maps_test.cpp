@@ -117,7 +117,7 @@ TEST(Maps, QuarterTurnsPermuteTheColouredWalls) {
     expectColor(seen("mirror", kAhead, ownMap(turned(0, 2 * q))), 5, "half about Y");
 }
 
-TEST(Maps, EveryFormOfARotationGivesTheSameBytes) {
+TEST(Maps, AllFormsOfARotationGiveTheSameBytes) {
     const std::string quaternion =
         seen("mirror", kAhead, ownMap("[0, 0.7071067811865476, 0, 0.7071067811865476]")).bytes;
     EXPECT_EQ(seen("mirror", kAhead, ownMap("[0, 0, -1, 0, 1, 0, 1, 0, 0]")).bytes, quaternion);
@@ -129,7 +129,7 @@ TEST(Maps, EveryFormOfARotationGivesTheSameBytes) {
     EXPECT_NE(seen("mirror", kAhead, environment + "[0, 0, 0, 1]}").bytes, asked);
 }
 
-TEST(Maps, ASceneMayTurnItsMapForGood) {
+TEST(Maps, ASceneMayRotateItsMapPermanently) {
     // A quarter about +Y: the world's +Z is the map's -X, unless a request says otherwise.
     expectColor(seen("turned", kAhead, ""), 1, "the scene's own");
     expectColor(seen("turned", kAhead, R"(, "environment": {"rotation": [0, 0, 0, 1]})"), 4,
@@ -140,7 +140,7 @@ TEST(Maps, ASceneMayTurnItsMapForGood) {
     EXPECT_NEAR(scene["environmentRotation"][1].get<double>(), std::sqrt(0.5), 1e-9);
 }
 
-TEST(Maps, ASceneWhoseMapIsNotLoadedHasTheSkyAndAWarning) {
+TEST(Maps, AMissingMapGivesTheDefaultSkyAndAWarning) {
     seen("lost", kAhead, "");
     auto client = server().client();
     const json scene = json::parse(client.Get("/v1/scenes/lost")->body);
@@ -148,7 +148,7 @@ TEST(Maps, ASceneWhoseMapIsNotLoadedHasTheSkyAndAWarning) {
     EXPECT_THAT(scene["warnings"].dump(), testing::HasSubstr("nowhere"));
 }
 
-TEST(Maps, ABlurIsInThePlanAndInThePicture) {
+TEST(Maps, ABlurAppearsInThePlanAndInTheImage) {
     // Where the wide eye sees the edge between two colours.
     const std::string none = "[0, 0.3826834323650898, 0, 0.9238795325112867]";
     const Seen sharp = seen("mirror", kAhead, ownMap(none));
@@ -174,7 +174,7 @@ TEST(Maps, ABlurIsInThePlanAndInThePicture) {
     }
 }
 
-TEST(Maps, AFileThatIsNoMapIsOneClearLine) {
+TEST(Maps, AnInvalidMapFilePrintsOneLine) {
     for (const auto& [name, content, words] :
          {std::tuple("bad.ktx2", std::string("\xABKTX 20\xBB\r\n\x1A\n", 12), "cut short"),
           std::tuple("bad.exr", std::string("v/1\x01"), "broken")}) {

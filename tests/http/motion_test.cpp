@@ -17,7 +17,7 @@ httplib::Result frame(httplib::Client& client, json more) {
     return postJson(client, "/v1/frames", body.dump());
 }
 
-TEST(MovingScenes, AreDescribedAndFollowTimeAndClip) {
+TEST(MovingScenes, AreDescribedAndDependOnTimeAndClip) {
     auto client = sharedServer().client();
     client.set_read_timeout(60);
     const auto first = frame(client, {{"time", 0.25}});
@@ -43,7 +43,7 @@ TEST(MovingScenes, AreDescribedAndFollowTimeAndClip) {
     EXPECT_EQ(link->body, first->body);
 }
 
-TEST(MovingScenes, AClipThatIsNotThereIsAProblemNamingThoseThatAre) {
+TEST(MovingScenes, AnUnknownClipIsRejectedWithTheExistingNames) {
     auto client = sharedServer().client();
     client.set_read_timeout(60);
     for (const char* path : {"/v1/frames", "/v1/plans"}) {

@@ -176,7 +176,7 @@ const std::vector<Odd> kOdd = {
      put("/animations", json::array({{{"channels", json::array()}, {"samplers", json::array()}}}))},
 };
 
-class OddScenes : public testing::TestWithParam<Odd> {
+class MalformedScenes : public testing::TestWithParam<Odd> {
 protected:
     void SetUp() override {
         if (!server) server = std::make_unique<TestServer>(uploadConfig());
@@ -203,7 +203,7 @@ void expectFinite(const std::string& npy) {
     for (const float v : values) ASSERT_TRUE(std::isfinite(v) && v >= 0.0f) << v;
 }
 
-TEST_P(OddScenes, AreMendedOrDrawnOrRefusedWithWords) {
+TEST_P(MalformedScenes, AreRepairedDrawnOrRejectedWithAReason) {
     auto client = server->client();
     const Odd& odd = GetParam();
     const auto sent = send(client, fileOf(odd), "model/gltf-binary");
@@ -234,7 +234,7 @@ std::string nameOf(const testing::TestParamInfo<Odd>& odd) {
     for (const char c : std::string(odd.param.name)) name += std::isalnum(c) ? c : '_';
     return name;
 }
-INSTANTIATE_TEST_SUITE_P(S3, OddScenes, testing::ValuesIn(kOdd), nameOf);
+INSTANTIATE_TEST_SUITE_P(S3, MalformedScenes, testing::ValuesIn(kOdd), nameOf);
 
 }  // namespace
 }  // namespace clerestory::test

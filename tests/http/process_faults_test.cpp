@@ -112,7 +112,7 @@ pid_t answeringWorker(const ServerProcess& server) {
     throw std::runtime_error("no two workers");
 }
 
-TEST_F(ProcessFault, AResetOfTheGpuEndsTheRendererAndLosesNothing) {
+TEST_F(ProcessFault, AGpuResetEndsTheRendererAndLosesNothing) {
     SharedFaults faults("worker");
     const ServerProcess server({"--scene", "six-walls"}, preload);
     ASSERT_TRUE(server.waitUntilReady());
@@ -164,7 +164,7 @@ void tell(const char* where, const std::map<int, int>& outcomes) {
     std::printf("\n");
 }
 
-TEST_F(ProcessFault, AnyAllocationOfARendererMayFail) {
+TEST_F(ProcessFault, AllocationFailuresInARendererAreHandled) {
     SharedFaults faults("worker");
     // A driver that waits for ever for what it could not make is a hang (G2).
     const ServerProcess server({"--scene", "six-walls", "--hang", "5"}, preload);
@@ -194,7 +194,7 @@ void failStart(const ServerProcess& server, SharedFaults& faults, const std::str
 }
 
 // A standby that could not load its scene once would say so for ever, when its turn comes.
-TEST_F(ProcessFault, AnyAllocationOfAStartingRendererMayFail) {
+TEST_F(ProcessFault, AllocationFailuresInAStartingRendererAreHandled) {
     SharedFaults faults("worker");
     const ServerProcess server({"--scene", "six-walls"}, preload);
     ASSERT_TRUE(server.waitUntilReady());
@@ -206,7 +206,7 @@ TEST_F(ProcessFault, AnyAllocationOfAStartingRendererMayFail) {
 }
 
 // No renderer ends for these, so that it has to try again.
-TEST_F(ProcessFault, ASceneThatFoundNoRoomIsLoadedWhenThereIsSome) {
+TEST_F(ProcessFault, ASceneIsLoadedAgainAfterMemoryWasExhausted) {
     SharedFaults faults("worker");
     const ServerProcess server({"--scene", "teapots"}, preload);
     ASSERT_TRUE(server.waitUntilReady());
@@ -218,7 +218,7 @@ TEST_F(ProcessFault, ASceneThatFoundNoRoomIsLoadedWhenThereIsSome) {
 }
 
 // Here the connection may be what it costs.
-TEST_F(ProcessFault, AnyAllocationOfTheServerMayFail) {
+TEST_F(ProcessFault, AllocationFailuresInTheServerAreHandled) {
     SharedFaults faults("serve");
     const ServerProcess server({"--scene", "six-walls"}, preload);
     ASSERT_TRUE(server.waitUntilReady());

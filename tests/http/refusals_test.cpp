@@ -176,7 +176,7 @@ const std::vector<WrongBody> kWrongBodies = {
      {"/widht", "/height", "/camera/yfov", "/camera/up", "/toneMap"}},
 };
 
-TEST(Refusals, EveryWrongBodyIsToldWhereItIsWrong) {
+TEST(Refusals, EveryInvalidBodyGetsAPointerToTheError) {
     ASSERT_GE(kWrongBodies.size(), 60u);
     auto client = sharedServer().client();
     for (const char* path : {"/v1/frames", "/v1/plans"}) {
@@ -196,7 +196,7 @@ TEST(Refusals, EveryWrongBodyIsToldWhereItIsWrong) {
     }
 }
 
-TEST(Refusals, AMistypedNameIsAnsweredWithTheRightOne) {
+TEST(Refusals, MistypedNamesGetASuggestion) {
     auto client = sharedServer().client();
     const auto detail = [&](const char* body) {
         return problemOf(postJson(client, "/v1/frames", body), 422)
@@ -211,7 +211,7 @@ TEST(Refusals, AMistypedNameIsAnsweredWithTheRightOne) {
     EXPECT_THAT(detail(R"({"somethingElse": 1})"), testing::Not(HasSubstr("did you mean")));
 }
 
-TEST(Refusals, LinksAreReadAsStrictly) {
+TEST(Refusals, LinksAreCheckedAsStrictlyAsBodies) {
     auto client = sharedServer().client();
     struct Link {
         const char* query;
@@ -236,7 +236,7 @@ TEST(Refusals, LinksAreReadAsStrictly) {
     }
 }
 
-TEST(Refusals, PathsThatAreNotThere) {
+TEST(Refusals, PathsThatDoNotExist) {
     auto client = sharedServer().client();
     for (const char* path :
          {"/nothing", "/v1", "/v1/", "/v1/frames/", "/v1/scenes/nothing", "/v1/scenes/",
@@ -247,7 +247,7 @@ TEST(Refusals, PathsThatAreNotThere) {
     }
 }
 
-TEST(Refusals, MethodsThatAreNotThereAreToldThoseThatAre) {
+TEST(Refusals, MethodsThatAreNotAllowedListTheAllowedOnes) {
     auto client = sharedServer().client();
     const auto allowOf = [](const httplib::Result& result) {
         problemOf(result, 405);
@@ -268,7 +268,7 @@ TEST(Refusals, MethodsThatAreNotThereAreToldThoseThatAre) {
     EXPECT_TRUE(head->body.empty());
 }
 
-TEST(Refusals, BodiesThatAreTooLargeOrOfAnotherType) {
+TEST(Refusals, OversizedAndMistypedBodies) {
     auto client = sharedServer().client();
     const std::string large = "{\"scene\": \"" + std::string(80 * 1024, 'x') + "\"}";
     problemOf(postJson(client, "/v1/frames", large), 413);
@@ -302,7 +302,7 @@ std::string rawAnswer(int port, const std::string& request) {
     return answer;
 }
 
-TEST(Refusals, RequestsThatAreNotHttpGetOneAnswerAndTheDoor) {
+TEST(Refusals, NonHttpRequestsGetOneResponseAndAreClosed) {
     const int port = sharedServer().server().port();
     const auto status = [&](const std::string& request) {
         const std::string answer = rawAnswer(port, request);
@@ -329,7 +329,7 @@ TEST(Refusals, RequestsThatAreNotHttpGetOneAnswerAndTheDoor) {
     EXPECT_EQ(status("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"), "HTTP/1.1 200");
 }
 
-TEST(Refusals, NoAnswerTellsOfTheInside) {
+TEST(Refusals, ResponsesDoNotLeakInternals) {
     auto client = sharedServer().client();
     for (const WrongBody& wrong : kWrongBodies) {
         const auto result = postJson(client, "/v1/frames", wrong.body);

@@ -26,7 +26,7 @@ std::string request(const std::string& more, const std::string& body = "",
     return line + "\r\nHost: a\r\n" + more + "\r\n" + body;
 }
 
-TEST(RequestReader, ARouteMayTakeLargerBodiesThanOthers) {
+TEST(RequestReader, BodyLimitsDependOnTheRoute) {
     HttpLimits limits = small();
     limits.large = {{"POST", "/big", 64}};
     const auto statusOf = [&](const char* line, std::size_t size) {
@@ -42,7 +42,7 @@ TEST(RequestReader, ARouteMayTakeLargerBodiesThanOthers) {
     }
 }
 
-TEST(RequestReader, ABodyThatIsTakenLeavesWhatComesBehindIt) {
+TEST(RequestReader, ReadingABodyLeavesTheFollowingRequest) {
     for (const bool whole : {true, false}) {  // how much is there when the body is complete
         const HttpLimits limits = small();
         RequestReader reader(limits);
@@ -60,7 +60,7 @@ TEST(RequestReader, ABodyThatIsTakenLeavesWhatComesBehindIt) {
     }
 }
 
-TEST(RequestReader, EveryLimitHoldsToTheByte) {
+TEST(RequestReader, LimitsAreExactToTheByte) {
     const auto line = [](std::size_t size) {  // of that many bytes, the path short
         const std::string begin = "GET /?", end = " HTTP/1.1";
         return begin + std::string(size - begin.size() - end.size(), 'q') + end;
@@ -93,7 +93,7 @@ TEST(RequestReader, EveryLimitHoldsToTheByte) {
     EXPECT_EQ(statusAfter(request("Content-Length: 15\r\n", std::string(14, 'b'))), 0) << "waits";
 }
 
-TEST(RequestReader, AnEndlessLineIsRefusedAtTheLimitNotAtItsEnd) {
+TEST(RequestReader, OverlongLinesAreRejectedAtTheLimit) {
     const HttpLimits limits = small();
     RequestReader reader(limits);
     std::size_t taken = 0;
@@ -105,7 +105,7 @@ TEST(RequestReader, AnEndlessLineIsRefusedAtTheLimitNotAtItsEnd) {
     EXPECT_LE(taken, 70u);
 }
 
-TEST(RequestReader, RequestsInOnePieceComeOneByOne) {
+TEST(RequestReader, PipelinedRequestsAreSplit) {
     const HttpLimits limits;
     RequestReader reader(limits);
     reader.take(
@@ -122,7 +122,7 @@ TEST(RequestReader, RequestsInOnePieceComeOneByOne) {
     EXPECT_EQ(reader.state(), State::head);
 }
 
-TEST(RequestReader, ConnectionsEndWhenTheClientSaysSo) {
+TEST(RequestReader, ConnectionCloseIsObeyed) {
     const auto keeps = [](const std::string& line, const std::string& more) {
         const HeadOutcome outcome = readHead(line + "\r\nHost: a\r\n" + more + "\r\n", {});
         EXPECT_FALSE(outcome.problem);
@@ -134,7 +134,7 @@ TEST(RequestReader, ConnectionsEndWhenTheClientSaysSo) {
     EXPECT_FALSE(keeps("GET / HTTP/1.0", ""));
 }
 
-TEST(RequestReader, AGreetingOfAnotherProtocolIsKnownByItsFirstByte) {
+TEST(RequestReader, OtherProtocolsAreDetectedByTheirFirstByte) {
     EXPECT_EQ(statusAfter("\x16"), 400);
     EXPECT_EQ(statusAfter("{"), 400);
     EXPECT_EQ(statusAfter("\r\n\r\n"), 0) << "blank lines before a request are let go";

@@ -45,7 +45,7 @@ json settled(httplib::Client& client, const std::string& id) {
     return scene;
 }
 
-TEST(Scenes, TheListHoldsTheBuiltInOnesAndTheDefault) {
+TEST(Scenes, TheListContainsBuiltInScenesAndTheDefault) {
     auto client = sharedServer().client();
     for (const char* id : {"chapel", "six-walls", "orbiting-cubes", "teapots", "meadow"}) {
         settled(client, id);
@@ -62,7 +62,7 @@ TEST(Scenes, TheListHoldsTheBuiltInOnesAndTheDefault) {
     EXPECT_THAT(ids, testing::IsSupersetOf({"chapel", "six-walls", "orbiting-cubes", "teapots"}));
 }
 
-TEST(Scenes, OneSceneTellsWhatGlowsRefractsAndMirrorsAndWhy) {
+TEST(Scenes, ASceneListsItsEmittersGlassAndMirrorsWithReasons) {
     auto client = sharedServer().client();
     const json chapel = settled(client, "chapel");
     EXPECT_GE(chapel["triangles"].get<int>(), 60'000);
@@ -101,7 +101,7 @@ TEST(Scenes, OneSceneTellsWhatGlowsRefractsAndMirrorsAndWhy) {
     EXPECT_NEAR(walls["emitters"][0]["area"].get<double>(), 16.0, 1e-6);
 }
 
-TEST(Scenes, ASideFileSpeaksForItsModel) {
+TEST(Scenes, ASideFileDescribesItsModel) {
     const auto folder = testFolder("side");
     for (const char* name : {"plain", "mirror", "broken"}) {
         write(folder / (std::string(name) + ".obj"),
@@ -132,7 +132,7 @@ TEST(Scenes, ASideFileSpeaksForItsModel) {
     EXPECT_EQ(broken["warnings"][0]["subject"], "broken.clerestory.json");
 }
 
-TEST(Scenes, ASceneThatLoadsIsAConflictForNow) {
+TEST(Scenes, ALoadingSceneIsAConflict) {
     const auto folder = testFolder("loading");
     write(folder / "slow.glb", "any content");
     write(folder / "sleeper", "#!/bin/sh\nexec sleep 60\n");
@@ -157,7 +157,7 @@ TEST(Scenes, ASceneThatLoadsIsAConflictForNow) {
     EXPECT_EQ(failed["errors"][0]["pointer"], "/scene");
 }
 
-TEST(Scenes, AMalformedFileIsAClearRefusalAndNothingMore) {
+TEST(Scenes, AMalformedFileIsRejectedAndHarmsNothing) {
     const auto folder = testFolder("malformed");
     write(folder / "not a model.glb", "glTF but not really");
     write(folder / "empty.obj", "");
@@ -178,7 +178,7 @@ TEST(Scenes, AMalformedFileIsAClearRefusalAndNothingMore) {
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
 }
 
-TEST(Scenes, AFileOfAFolderLoadsWhenAskedFor) {
+TEST(Scenes, ASceneOfAFolderLoadsOnRequest) {
     const auto folder = testFolder("folder");
     write(folder / "one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     Config config = testConfig();
@@ -197,7 +197,7 @@ TEST(Scenes, AFileOfAFolderLoadsWhenAskedFor) {
     EXPECT_EQ(jsonAt(client, "/v1/scenes/one")["triangles"], 1);
 }
 
-TEST(Scenes, ABuiltInOneThatNobodyNamedLoadsWhenAskedFor) {
+TEST(Scenes, ABuiltInSceneLoadsOnRequest) {
     TestServer server;
     auto client = server.client();
     EXPECT_EQ(settled(client, "six-walls")["state"], "ready");
@@ -209,7 +209,7 @@ TEST(Scenes, ABuiltInOneThatNobodyNamedLoadsWhenAskedFor) {
     EXPECT_GT(jsonAt(client, "/v1/scenes/orbiting-cubes")["triangles"].get<int>(), 0);
 }
 
-TEST(Scenes, ASourceThatIsNotThereIsOneClearLine) {
+TEST(Scenes, AMissingSourcePrintsOneLine) {
     Config config = testConfig();
     config.scenes.scenes = {"no-such-scene"};
     try {

@@ -39,7 +39,7 @@ protected:
     const fs::path request = fs::path(CLERESTORY_TEST_OUTPUT) / "sequence" / "request.json";
 };
 
-TEST_F(SequenceCommand, FillsAFolderAndGoesOnWhereItWasEnded) {
+TEST_F(SequenceCommand, AnInterruptedSequenceResumes) {
     const Outcome first = sequence();
     ASSERT_EQ(first.exitCode, 0) << first.output;
     const std::string second = contentOf(folder / "000001.jpg");
@@ -69,7 +69,7 @@ TEST_F(SequenceCommand, FillsAFolderAndGoesOnWhereItWasEnded) {
     }
 }
 
-TEST_F(SequenceCommand, LeavesTheFolderOfAnotherSequenceAlone) {
+TEST_F(SequenceCommand, ForeignFoldersAreNotChanged) {
     ASSERT_EQ(sequence().exitCode, 0);
     const std::string before = contentOf(folder / "000000.jpg");
     ask(0.5);
@@ -79,7 +79,7 @@ TEST_F(SequenceCommand, LeavesTheFolderOfAnotherSequenceAlone) {
     EXPECT_EQ(contentOf(folder / "000000.jpg"), before);
 }
 
-TEST_F(SequenceCommand, SaysWhatIsWrong) {
+TEST_F(SequenceCommand, ErrorsAreExplained) {
     std::ofstream(request) << R"({"frames": [{"widht": 3}]})";
     const Outcome outcome = sequence();
     EXPECT_EQ(outcome.exitCode, 2);

@@ -52,7 +52,7 @@ json orbit(int frames, const json& more = json::object()) {
 }
 
 // Found by the leak sanitizer: some bytes for every client that left.
-TEST(Archives, OfClientsThatLeaveKeepNothing) {
+TEST(UploadedArchives, AreDiscardedWhenTheClientDisconnects) {
     const auto abandoned = [](std::size_t after, bool ended) {
         std::size_t taken = 0;
         int refused = 0;
@@ -79,7 +79,7 @@ TEST(Archives, OfClientsThatLeaveKeepNothing) {
     }
 }
 
-TEST(Sequences, EachFileIsTheAnswerToASingleRequest) {
+TEST(Sequences, EachFileEqualsASingleResponse) {
     auto client = sharedServer().client();
     const json body = orbit(3, {{"channels", {{"depth", true}}}});
     const auto result = postJson(client, "/v1/sequences", body.dump());
@@ -107,7 +107,7 @@ TEST(Sequences, EachFileIsTheAnswerToASingleRequest) {
     EXPECT_EQ(manifest["failures"], 0);
 }
 
-TEST(Sequences, SayTheMatricesThatWereUsed) {
+TEST(Sequences, MatricesAreReported) {
     auto client = sharedServer().client();
     json body = orbit(1);
     // A rotation about y by atan(3/4), in the columns of a rigid matrix.
@@ -133,7 +133,7 @@ TEST(Sequences, SayTheMatricesThatWereUsed) {
     EXPECT_GT(about["plans"]["color"]["passes"].size(), 0u);
 }
 
-TEST(Sequences, APathIsItsFramesAndFirstGoesOnInTheMiddle) {
+TEST(Sequences, APathGivesItsFramesAndFirstResumesIt) {
     auto client = sharedServer().client();
     json body = {
         {"common", {{"scene", "six-walls"}, {"width", 32}, {"height", 24}}},
@@ -152,7 +152,7 @@ TEST(Sequences, APathIsItsFramesAndFirstGoesOnInTheMiddle) {
     EXPECT_EQ(rest[0].second, fileOf(whole, "000003.jpg"));
 }
 
-TEST(Sequences, ComeAsMultipartWhenAskedTo) {
+TEST(Sequences, MultipartIsSentOnRequest) {
     auto client = sharedServer().client();
     const std::string body = orbit(2).dump();
     const auto result =
@@ -166,7 +166,7 @@ TEST(Sequences, ComeAsMultipartWhenAskedTo) {
     EXPECT_EQ(parts[2].second, tar[2].second);
 }
 
-TEST(Sequences, OneFrameThatFailsIsToldAndTheOthersCome) {
+TEST(Sequences, AFailedFrameIsReportedAndTheOthersAreSent) {
     auto client = sharedServer().client();
     json body = orbit(3);
     body["frames"][1] = {{"camera", {{"name", "nobody"}}}};
@@ -179,7 +179,7 @@ TEST(Sequences, OneFrameThatFailsIsToldAndTheOthersCome) {
     EXPECT_EQ(manifest["frames"][1]["failure"]["errors"][0]["pointer"], "/camera/name");
 }
 
-TEST(Sequences, RefuseNamingEveryWrongField) {
+TEST(Sequences, EveryInvalidFieldIsNamed) {
     auto client = sharedServer().client();
     const auto pointers = [&](const json& body) {
         const json problem = problemOf(postJson(client, "/v1/sequences", body.dump()), 422);
@@ -206,7 +206,7 @@ TEST(Sequences, RefuseNamingEveryWrongField) {
     EXPECT_THAT(pointers(first), ElementsAre("/camera/name"));
 }
 
-TEST(Sequences, ATrainingSetsPosesFitIntoOne) {
+TEST(Sequences, ATrainingSetFitsIntoOneSequence) {
     auto client = sharedServer().client();
     constexpr int kFrames = 4000;
     json body = orbit(0);
@@ -238,7 +238,7 @@ TEST(Sequences, ATrainingSetsPosesFitIntoOne) {
     EXPECT_TRUE(!other || other->status == 413) << "or it ended before all was sent";
 }
 
-TEST(Sequences, OtherFramesAreAnsweredMeanwhileAndALeavingClientEndsIt) {
+TEST(Sequences, OtherFramesAreServedMeanwhileAndDisconnectingEndsTheSequence) {
     TestServer server;
     std::size_t taken = 0;
     std::thread reader([&] {
@@ -275,7 +275,7 @@ TEST(Sequences, OtherFramesAreAnsweredMeanwhileAndALeavingClientEndsIt) {
     EXPECT_LT(now, 400u);
 }
 
-TEST(Sequences, StoppingBreaksThemOffSoThatTheClientKnows) {
+TEST(Sequences, StoppingTruncatesResponsesDetectably) {
     auto server = std::make_unique<TestServer>();
     bool whole = true;
     std::promise<void> begun;

@@ -115,7 +115,7 @@ std::string freshMark(const char* name) {
     return mark;
 }
 
-TEST(CallWire, ComesBackAsItWas) {
+TEST(CallWire, RoundTripPreservesEverything) {
     Call call{.method = "GET",
               .path = "/v1/frames",
               .query = {{"eye", "1,2,3"}, {"eye", ""}},
@@ -157,7 +157,7 @@ TEST(CallWire, IdsKeepTheirOrder) {
     EXPECT_THROW(unpackedIds(packed(ids).substr(1)), std::runtime_error);
 }
 
-TEST(CallWire, EveryCutAndEveryFlippedByteIsRefusedOrRead) {
+TEST(CallWire, TruncatedAndCorruptedBytesAreRejectedOrRead) {
     const std::string bytes = packed(callWith(R"({"scene":"six-walls"})"));
     for (std::size_t n = 0; n < bytes.size(); ++n) {
         EXPECT_THROW(unpackedCall(bytes.substr(0, n)), std::runtime_error) << n;
@@ -172,7 +172,7 @@ TEST(CallWire, EveryCutAndEveryFlippedByteIsRefusedOrRead) {
     }
 }
 
-TEST(ExclusiveGate, WhoWantsToBeAloneIsAloneAndNotStarved) {
+TEST(ExclusiveGate, ExclusiveCallsRunAloneAndAreNotStarved) {
     ExclusiveGate gate;
     std::atomic<int> inside{0};
     std::atomic<bool> ending{false}, wasAlone{false};
@@ -199,13 +199,13 @@ TEST(ExclusiveGate, WhoWantsToBeAloneIsAloneAndNotStarved) {
     EXPECT_TRUE(wasAlone);
 }
 
-TEST(Supervisor, AnswersThroughItsWorker) {
+TEST(Supervisor, CallsAreAnsweredByTheWorker) {
     Supervisor supervisor(options());
     const std::string answer = supervisor.ask(callWith("hello")).body;
     EXPECT_EQ(answer, "hello by " + std::to_string(supervisor.processes().first));
 }
 
-TEST(Supervisor, SaysWhyNoWorkerCanStart) {
+TEST(Supervisor, AFailedStartIsExplained) {
     try {
         Supervisor supervisor(options("unable"));
         FAIL();
@@ -214,7 +214,7 @@ TEST(Supervisor, SaysWhyNoWorkerCanStart) {
     }
 }
 
-TEST(Supervisor, TheStandbyAnswersWhatTheFirstDidNot) {
+TEST(Supervisor, TheStandbyAnswersPendingCalls) {
     Supervisor supervisor(options());
     awaitBoth(supervisor);
     const auto [first, second] = supervisor.processes();
@@ -234,7 +234,7 @@ TEST(Supervisor, TheStandbyAnswersWhatTheFirstDidNot) {
     EXPECT_GT(supervisor.counters().askedAgain, 0u);
 }
 
-TEST(Supervisor, WithoutStandbyANewWorkerAnswers) {
+TEST(Supervisor, WithoutAStandbyANewWorkerAnswers) {
     Supervisor supervisor(options("able", false));
     const std::string mark = freshMark("crashed-once");
     EXPECT_THAT(supervisor.ask(callWith("once " + mark)).body, testing::HasSubstr("once"));
@@ -253,7 +253,7 @@ TEST(Supervisor, AStoppedWorkerIsReplaced) {
 }
 
 // As after a suspended laptop, or a paused virtual machine.
-TEST(Supervisor, AMachineThatSleptEndsNobody) {
+TEST(Supervisor, SuspendingTheMachineEndsNoWorker) {
     Supervisor supervisor(options());
     awaitBoth(supervisor);
     const auto [first, second] = supervisor.processes();
@@ -272,7 +272,7 @@ TEST(Supervisor, AMachineThatSleptEndsNobody) {
     EXPECT_THAT(supervisor.ask(callWith("hello")).body, testing::StartsWith("hello by "));
 }
 
-TEST(Supervisor, AWorkerThatEndsWhileNobodyAsksIsReplacedToo) {
+TEST(Supervisor, AnIdleWorkerThatEndsIsReplaced) {
     Supervisor supervisor(options());
     awaitBoth(supervisor);
     const auto [first, second] = supervisor.processes();
@@ -284,7 +284,7 @@ TEST(Supervisor, AWorkerThatEndsWhileNobodyAsksIsReplacedToo) {
     awaitBoth(supervisor);
 }
 
-TEST(Supervisor, WhoCrashesEveryWorkerIsRefusedAndNobodyElse) {
+TEST(Supervisor, CallsThatCrashEveryWorkerAreQuarantined) {
     Supervisor supervisor(options());
     std::vector<std::future<std::string>> others;
     for (int i = 0; i < 10; ++i) {
@@ -301,13 +301,13 @@ TEST(Supervisor, WhoCrashesEveryWorkerIsRefusedAndNobodyElse) {
     EXPECT_THAT(refusalOf(supervisor, "hello"), testing::StartsWith("answered: hello"));
 }
 
-TEST(Supervisor, NonsenseFromAWorkerIsItsEnd) {
+TEST(Supervisor, InvalidOutputEndsTheWorker) {
     Supervisor supervisor(options());
     EXPECT_EQ(refusalOf(supervisor, "nonsense"), "quarantined");
     EXPECT_THAT(refusalOf(supervisor, "hello"), testing::StartsWith("answered: hello"));
 }
 
-TEST(Supervisor, AClientThatLeavesIsToldToTheWorker) {
+TEST(Supervisor, ADisconnectIsForwardedToTheWorker) {
     Supervisor supervisor(options());
     Call call = callWith("until cancelled");
     call.cancellation = std::make_shared<CancellationToken>();
@@ -317,7 +317,7 @@ TEST(Supervisor, AClientThatLeavesIsToldToTheWorker) {
     EXPECT_THAT(answer.get(), testing::StartsWith("until cancelled"));
 }
 
-TEST(Supervisor, AHundredKillsLoseNothing) {
+TEST(Supervisor, AHundredKillsLoseNoRequest) {
     Supervisor supervisor(options());
     std::atomic<bool> ending{false};
     std::atomic<int> answered{0}, lost{0};

@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Uploads, FullMeansInsufficientStorage) {
+TEST(Uploads, AFullStoreReturns507) {
     Config config = uploadConfig();
     config.scenes.uploads.limits.count = 2;
     TestServer server(config);
@@ -29,7 +29,7 @@ TEST(Uploads, FullMeansInsufficientStorage) {
     EXPECT_EQ(send(client, triangleGlb(3))->status, 201);
 }
 
-TEST(Uploads, SceneMemoryIsToldAndAddsUp) {
+TEST(Uploads, ReportedSceneMemoryAddsUp) {
     TestServer server(uploadConfig());
     auto client = server.client();
     const std::string id = idOf(send(client, triangleGlb(0, 1000)));
@@ -81,7 +81,7 @@ void awaitShaders(SceneLibrary& library) {
 }
 
 // 30 swaps; CLERESTORY_SCENE_SWAPS says how many in a long run.
-TEST(Uploads, ScenesTakeTurnsInAMemoryThatHoldsTwo) {
+TEST(Uploads, ScenesTakeTurnsInMemoryForTwo) {
     const char* asked = std::getenv("CLERESTORY_SCENE_SWAPS");
     const int swaps = asked ? std::atoi(asked) : 30;
     constexpr unsigned kScenes = 5, kTriangles = 20'000;
@@ -155,7 +155,7 @@ void endTheDiskSoon() {
     std::signal(SIGXFSZ, SIG_IGN);  // the write fails instead
 }
 
-TEST(Uploads, AFullDiskCostsTheUploadAndNoFrame) {
+TEST(Uploads, AFullDiskFailsTheUploadOnly) {
     const fs::path folder = freshFolder();
     const ServerProcess server({"--uploads", (folder / "uploads").string(), "--scene", "six-walls",
                                 "--scene-cache", (folder / "cache").string()},
@@ -194,7 +194,7 @@ protected:
     Server server{workerConfig()};
 };
 
-TEST_F(UploadsOfWorkers, WhatEndsEveryRendererThatLoadsItIsGivenUp) {
+TEST_F(UploadsOfWorkers, AnUploadThatCrashesRenderersIsAbandoned) {
     auto client = this->client();
     const std::string id = idOf(send(client, triangleGlb()));
     // As it looks after three renderers that began to load it and never came back.
@@ -215,7 +215,7 @@ TEST_F(UploadsOfWorkers, WhatEndsEveryRendererThatLoadsItIsGivenUp) {
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
 }
 
-TEST_F(UploadsOfWorkers, OutliveTheirRenderer) {
+TEST_F(UploadsOfWorkers, SurviveTheirRenderer) {
     auto client = this->client();
     const auto made = send(client, triangleGlb());
     ASSERT_EQ(made->status, 201) << made->body;

@@ -10,7 +10,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Uploads, AreOffUnlessTheServerSaysSo) {
+TEST(Uploads, AreDisabledByDefault) {
     auto client = sharedServer().client();
     const json problem = problemOf(send(client, triangleGlb()), 403);
     EXPECT_THAT(problem["detail"].get<std::string>(), HasSubstr("--uploads"));
@@ -21,7 +21,7 @@ TEST(Uploads, AreOffUnlessTheServerSaysSo) {
     EXPECT_EQ(client.Options("/v1/scenes")->get_header_value("Allow"), "GET, HEAD, POST");
 }
 
-TEST(Uploads, ASceneIsMadeOnceAndDrawn) {
+TEST(Uploads, AnUploadedSceneIsImportedOnce) {
     TestServer server(uploadConfig());
     auto client = server.client();
     const auto made = send(client, triangleGlb(), "model/gltf-binary", "?title=My%20triangle");
@@ -57,7 +57,7 @@ TEST(Uploads, ASceneIsMadeOnceAndDrawn) {
     }
 }
 
-TEST(Uploads, DeletedOnesAreGoneFromListDiskAndMemory) {
+TEST(Uploads, DeletedUploadsAreRemovedFromListDiskAndMemory) {
     const Config config = uploadConfig();
     TestServer server(config);
     auto client = server.client();
@@ -73,7 +73,7 @@ TEST(Uploads, DeletedOnesAreGoneFromListDiskAndMemory) {
     EXPECT_EQ(send(client, triangleGlb())->status, 201) << "and may come again";
 }
 
-TEST(Uploads, TheFrameThatIsBeingDrawnKeepsADeletedScene) {
+TEST(Uploads, ADeletedSceneStaysUntilItsFrameIsDrawn) {
     TestServer server(uploadConfig());
     auto client = server.client();
     const std::string id = idOf(send(client, triangleGlb()));
@@ -93,7 +93,7 @@ TEST(Uploads, TheFrameThatIsBeingDrawnKeepsADeletedScene) {
     frame.join();
 }
 
-TEST(Uploads, TheContentDecidesWhatAFileIs) {
+TEST(Uploads, FormatsAreDetectedByContent) {
     TestServer server(uploadConfig());
     auto client = server.client();
     const std::string glb = triangleGlb(), gltf = triangleGltf();
@@ -112,7 +112,7 @@ TEST(Uploads, TheContentDecidesWhatAFileIs) {
               413);
 }
 
-TEST(Uploads, WhatGivesNoSceneIsRefusedWithItsReason) {
+TEST(Uploads, FilesWithoutASceneAreRejectedWithTheReason) {
     Config config = uploadConfig();
     config.scenes.uploads.limits.count = 4;
     TestServer server(config);
@@ -145,7 +145,7 @@ TEST(Uploads, WhatGivesNoSceneIsRefusedWithItsReason) {
     EXPECT_EQ(json::parse(client.Get("/v1/scenes")->body)["scenes"].back()["state"], "ready");
 }
 
-TEST(Uploads, TimeAndCountsOfOneImportAreLimited) {
+TEST(Uploads, ImportTimeAndCountsAreLimited) {
     Config config = uploadConfig();
     config.scenes.uploads.import.cpu = 1s;
     config.scenes.uploads.import.maxTriangles = 100;
@@ -162,7 +162,7 @@ TEST(Uploads, TimeAndCountsOfOneImportAreLimited) {
     EXPECT_EQ(problemOf(send(client, bomb), 422)["reason"], "timedOut");
 }
 
-TEST(Uploads, WhoMayNotSendIsToldBeforeTheBodyComes) {
+TEST(Uploads, UnauthorisedUploadsAreRejectedBeforeTheBody) {
     Config config = uploadConfig();
     const fs::path token = config.scenes.uploads.folder.string() + ".token";
     std::ofstream(token) << "a-token-of-some-length\n";
@@ -182,7 +182,7 @@ TEST(Uploads, WhoMayNotSendIsToldBeforeTheBodyComes) {
     EXPECT_EQ(statusOf(welcome), 100);
 }
 
-TEST(Uploads, AClientNeedNotWait) {
+TEST(Uploads, AsynchronousUploadsReturnImmediately) {
     TestServer server(uploadConfig());
     auto client = server.client();
     const httplib::Headers headers = {{"Prefer", "respond-async"}};

@@ -78,7 +78,7 @@ TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
     EXPECT_THAT(metrics, testing::HasSubstr("clerestory_workers{role=\"active\"} 1"));
 }
 
-TEST_F(WorkerServer, KeepsTheDeadlineThatAClientNames) {
+TEST_F(WorkerServer, ClientDeadlinesAreForwarded) {
     auto client = this->client();
     // What is compiled costs this one no time.
     ASSERT_EQ(postJson(client, "/v1/frames", smallFrame(R"("accuracy": {"samples": 8})"))->status,
@@ -92,7 +92,7 @@ TEST_F(WorkerServer, KeepsTheDeadlineThatAClientNames) {
         504);
 }
 
-TEST_F(WorkerServer, KillsInMidFrameLoseNothing) {
+TEST_F(WorkerServer, KillsDuringAFrameLoseNothing) {
     auto calm = client();
     std::vector<std::string> expected;
     for (int i = 0; i < 8; ++i) {
@@ -133,7 +133,7 @@ TEST_F(WorkerServer, KillsInMidFrameLoseNothing) {
 }
 
 // S4: of which load of its scene a frame is, and whose.
-TEST_F(WorkerServer, AFrameNamesItsRendererAndTheGenerationOfItsScene) {
+TEST_F(WorkerServer, AFrameNamesItsRendererAndSceneGeneration) {
     auto client = this->client();
     const auto drawn = [&](const std::string& body) {
         auto answer = postJson(client, "/v1/frames", body);
@@ -182,7 +182,7 @@ protected:
 };
 
 // A scene that was asked for once is there after a kill, without a word of loading.
-TEST_F(SharedScenes, TheNextRendererHoldsThem) {
+TEST_F(SharedScenes, TheNextRendererHasThem) {
     const std::string first = loaded();
     auto client = this->client();
     for (int kills = 0; kills < 3; ++kills) {
@@ -199,7 +199,7 @@ TEST_F(SharedScenes, TheNextRendererHoldsThem) {
 }
 
 // The scenes may have been more than it had room for.
-TEST_F(SharedScenes, AStandbyThatEndedIsFollowedByALeanOne) {
+TEST_F(SharedScenes, AFailedStandbyIsReplacedByOneWithoutScenes) {
     loaded();
     ASSERT_NO_FATAL_FAILURE(awaitScenes({2, 2}));
     const pid_t standby = server.supervisor()->processes().second;
@@ -213,7 +213,7 @@ TEST_F(SharedScenes, AStandbyThatEndedIsFollowedByALeanOne) {
     awaitScenes({2, 2});
 }
 
-TEST_F(WorkerServer, AJobIsDoneAgainWhenItsRendererEnds) {
+TEST_F(WorkerServer, AJobRestartsWhenItsRendererEnds) {
     auto client = this->client();
     awaitStandby(server);
     const auto started =
@@ -238,7 +238,7 @@ TEST_F(WorkerServer, AJobIsDoneAgainWhenItsRendererEnds) {
     EXPECT_EQ(job["result"]["settings"].size(), 1u);
 }
 
-TEST_F(WorkerServer, ASequenceGoesOnOverAKill) {
+TEST_F(WorkerServer, ASequenceContinuesAfterAKill) {
     awaitStandby(server);
     json frames = json::array();
     for (int i = 0; i < 30; ++i) frames.push_back(json::parse(frameBody(i)));
@@ -257,7 +257,7 @@ TEST_F(WorkerServer, ASequenceGoesOnOverAKill) {
     EXPECT_NE(got.find("\"failures\": 0", manifest), std::string::npos);
 }
 
-TEST_F(WorkerServer, NoWorkerOutlivesItsServer) {
+TEST_F(WorkerServer, WorkersEndWithTheirServer) {
     pid_t first = 0, second = 0;
     {
         Server other(workerConfig());
@@ -272,7 +272,7 @@ TEST_F(WorkerServer, NoWorkerOutlivesItsServer) {
     EXPECT_NE(kill(second, 0), 0);
 }
 
-TEST(WorkerLimits, AWorkerWithoutRoomFailsCleanlyAndIsNotOurEnd) {
+TEST(WorkerLimits, AWorkerOutOfMemoryFailsCleanly) {
     if (kSanitized) GTEST_SKIP() << "a sanitizer wants terabytes of addresses";
     Config config = workerConfig();
     config.workers.program.arguments.insert(config.workers.program.arguments.end(),

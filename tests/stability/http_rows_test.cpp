@@ -7,7 +7,7 @@
 namespace clerestory::test {
 namespace {
 
-TEST(HttpRows, AServerStartedAnewSendsTheSameBytes) {
+TEST(HttpRows, ARestartedServerSendsTheSameBytes) {
     std::string body, etag;
     for (int start = 0; start < 2; ++start) {
         TestServer server;

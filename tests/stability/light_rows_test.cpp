@@ -273,7 +273,7 @@ TEST_F(FrameRows, MetamorphicSymmetricScene) {
     EXPECT_TRUE(atMost("metamorphic", "symmetric scene: pixels over 1 code", off, 4.0));
 }
 
-TEST_F(FrameRows, MetamorphicWhatIsNotThereIsNotSeen) {
+TEST_F(FrameRows, MetamorphicInvisibleObjectsChangeNothing) {
     const auto view = [](Scene scene, const char* id) {
         FrameRequest r = byPictures(std::move(scene), id, {0.3, -1.6, 0.9});
         r.camera.target = glm::dvec3(0.0, 0.0, 0.2);

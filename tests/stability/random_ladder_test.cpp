@@ -191,7 +191,7 @@ protected:
     }
 };
 
-TEST_F(RandomLadder, DearerIsNeverWorse) {
+TEST_F(RandomLadder, MoreExpensiveIsNeverWorse) {
     std::uint64_t count = 100, seed = 1;
     if (const char* asked = std::getenv("CLERESTORY_LADDER")) {
         std::istringstream(asked) >> count >> seed;

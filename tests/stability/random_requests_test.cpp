@@ -18,7 +18,7 @@ constexpr std::uint64_t kRequestsPerSetting = 50;
 
 class RandomRequests : public GlTest {};
 
-TEST_F(RandomRequests, AreFiniteSilentAndTheSameEachTime) {
+TEST_F(RandomRequests, AreFiniteReproducibleAndRaiseNoGlErrors) {
     std::uint64_t count = 2000, seed = 1;
     if (const char* asked = std::getenv("CLERESTORY_RANDOM")) {
         std::istringstream(asked) >> count >> seed;

@@ -48,7 +48,7 @@ void expectCorners(const Scene& scene, double time, Index instance,
     }
 }
 
-TEST(AssimpMotion, NodesMoveAsTheFileSays) {
+TEST(AssimpMotion, NodesMatchTheFile) {
     const Scene scene = importScene(ownScene("moving.dae"));
     ASSERT_EQ(scene.clips.size(), 1u);
     EXPECT_NEAR(scene.clips[0].duration, 2.0, 1e-6);
@@ -60,7 +60,7 @@ TEST(AssimpMotion, NodesMoveAsTheFileSays) {
     expectCorners(scene, 2.0 - 1e-9, 0, {{2, 0, 0}, {2, 0.5, 0}, {1.5, 0, 0}});
 }
 
-TEST(AssimpMotion, BonesMoveTheirShareOfAVertex) {
+TEST(AssimpMotion, VerticesFollowTheirWeights) {
     const Scene scene = importScene(ownScene("moving.dae"));
     ASSERT_EQ(scene.deformations.size(), 1u);
     ASSERT_EQ(scene.instances.size(), 2u);
@@ -71,7 +71,7 @@ TEST(AssimpMotion, BonesMoveTheirShareOfAVertex) {
     }
 }
 
-TEST(AssimpMotion, BonesAThousandKilometresAwayMoveAsSmoothly) {
+TEST(AssimpMotion, BonesFarFromTheOriginMoveSmoothly) {
     std::ifstream stream(ownScene("moving.dae"));
     std::string model{std::istreambuf_iterator<char>(stream), {}};
     const std::string stem = R"(type="JOINT">)";
@@ -82,7 +82,7 @@ TEST(AssimpMotion, BonesAThousandKilometresAwayMoveAsSmoothly) {
                   {{1e6, 0, 3e6}, {1e6, 0.5, 3e6}, {1e6 + 0.5, 0.5, 3e6}, {1e6 + 0.25, 0.5, 3e6}});
 }
 
-TEST(AssimpMotion, OnlyWhatMovesIsATrack) {
+TEST(AssimpMotion, OnlyMovingNodesHaveTracks) {
     const Scene scene = importScene(ownScene("moving.dae"));
     std::size_t translations = 0, rotations = 0;
     for (const Track& track : scene.clips.at(0).tracks) {
@@ -96,7 +96,7 @@ TEST(AssimpMotion, OnlyWhatMovesIsATrack) {
     EXPECT_EQ(importScene(ownScene("materials.obj")).clips.size(), 0u);
 }
 
-TEST(AssimpMotion, ASkeletonOfFbxStaysTogether) {
+TEST(AssimpMotion, FbxSkeletonsStayConnected) {
     const auto file = sharedScene("FormatsFBX/animation_with_skeleton.fbx");
     CLERESTORY_NEEDS(file);
     const Scene scene = importScene(file);

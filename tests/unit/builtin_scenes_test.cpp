@@ -76,7 +76,7 @@ TEST(Shapes, ASphereEnclosesItsVolume) {
         EXPECT_NEAR(glm::distance(v.position, glm::vec3(1, 2, 3)), 2.0f, 1e-5f);
 }
 
-TEST(Shapes, ATurnedProfileFacesOutwards) {
+TEST(Shapes, RotatedProfilesFaceOutwards) {
     MeshDraft mesh = shapes::draft("vase", 0);
     const std::vector<glm::vec2> profile = {{0, 0}, {1, 0}, {0.5f, 1}, {0.8f, 2}, {0, 2}};
     shapes::addLathe(mesh, {}, profile, 48);
@@ -107,7 +107,7 @@ TEST(Shapes, TubesFaceOutwardsOpenAndClosed) {
 
 class BuiltinScenes : public testing::TestWithParam<std::string> {};
 
-TEST_P(BuiltinScenes, IsSoundAndTheSameEveryTime) {
+TEST_P(BuiltinScenes, IsValidAndReproducible) {
     const std::optional<Scene> scene = makeBuiltinScene(GetParam()),
                                again = makeBuiltinScene(GetParam());
     ASSERT_TRUE(scene && again);
@@ -119,18 +119,19 @@ TEST_P(BuiltinScenes, IsSoundAndTheSameEveryTime) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BuiltinScenes,
-                         testing::Values("chapel", "six-walls", "orbiting-cubes", "teapots", "meadow"),
+                         testing::Values("chapel", "six-walls", "orbiting-cubes", "teapots",
+                                         "meadow"),
                          [](const auto& row) {
                              std::string name = row.param;
                              std::replace(name.begin(), name.end(), '-', '_');
                              return name;
                          });
 
-TEST(BuiltinScenes, NoOtherNameIsKnown) {
+TEST(BuiltinScenes, OtherNamesAreUnknown) {
     EXPECT_FALSE(makeBuiltinScene("../chapel"));
 }
 
-TEST(Chapel, HoldsWhatAllFourEffectsNeed) {
+TEST(Chapel, ContainsAllFourEffects) {
     const Scene scene = *makeBuiltinScene("chapel");
     const std::uint64_t triangles = triangleCount(scene);
     EXPECT_GE(triangles, 60'000u);

@@ -7,7 +7,7 @@
 namespace clerestory::test {
 namespace {
 
-TEST(BvhStress, FindsWhatALoopFinds) {
+TEST(BvhStress, MatchesALinearSearch) {
     std::mt19937 random(7);
     for (const double scale : {1e-4, 1.0, 1e6}) {
         const Scene scene =
@@ -22,7 +22,7 @@ TEST(BvhStress, FindsWhatALoopFinds) {
     }
 }
 
-TEST(BvhStress, StandsWhereThePosePutsIt) {
+TEST(BvhStress, FollowsThePose) {
     std::mt19937 random(8);
     glm::dmat4 sheared(1.0);
     sheared[1] = glm::dvec4(0.7, 0.4, -0.2, 0.0);
@@ -144,7 +144,7 @@ TEST(BvhStress, TrianglesOfAllSizesStayShallow) {
     EXPECT_EQ(bvh.triangles.size(), 12'000u);
 }
 
-TEST(BvhStress, MoreThanItHoldsIsDroppedFromTheEnd) {
+TEST(BvhStress, ExcessTrianglesAreDropped) {
     std::mt19937 random(13);
     const Scene scene =
         sceneOf(soup(random, 2000, 0.5), std::vector<glm::dmat4>(1001, glm::dmat4(1.0)));
@@ -171,7 +171,7 @@ TEST(BvhStress, EqualScenesGiveEqualBytes) {
               0);
 }
 
-TEST(BvhStress, AnInstanceOutOfReachTakesNobodyWithIt) {
+TEST(BvhStress, OutOfRangeInstancesDoNotAffectOthers) {
     std::mt19937 random(17);
     const MeshDraft draft = soup(random, 200, 0.2);
     const Bvh alone = bvhOf(sceneOf(draft));

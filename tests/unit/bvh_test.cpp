@@ -119,7 +119,7 @@ void expectSameHits(const Bvh& bvh, float reach, int rays, std::uint32_t seed) {
     EXPECT_GT(hits, rays / 10);
 }
 
-TEST(Bvh, isATreeInDepthFirstOrderWithEveryTriangleOnce) {
+TEST(Bvh, IsInDepthFirstOrderWithEachTriangleOnce) {
     const Scene scene = soup(3000, 1.0f);
     const Bvh bvh = bvhOf(scene);
     ASSERT_EQ(bvh.triangles.size(), triangleCount(scene));
@@ -143,24 +143,24 @@ TEST(Bvh, isATreeInDepthFirstOrderWithEveryTriangleOnce) {
     EXPECT_EQ(next, bvh.triangles.size());
 }
 
-TEST(Bvh, anEmptySceneHasNothingToHit) {
+TEST(Bvh, AnEmptySceneHasNothingToHit) {
     const Bvh bvh = bvhOf(Scene{});
     EXPECT_TRUE(bvh.nodes.empty());
     EXPECT_FALSE(nearest(bvh, {glm::vec3(0.0f), glm::vec3(0, 0, 1)}));
 }
 
-TEST(Bvh, findsWhatAPlainLoopFindsAtEveryScale) {
+TEST(Bvh, MatchesALinearSearchAtEveryScale) {
     for (const float scale : {1e-4f, 1.0f, 1e3f, 1e6f}) {
         SCOPED_TRACE(scale);
         expectSameHits(bvhOf(soup(2000, scale)), 2.0f * scale, 2000, 1);
     }
 }
 
-TEST(Bvh, raysDoNotMeetTheBackOfASingleSidedSurface) {
+TEST(Bvh, BackFacesOfSingleSidedSurfacesAreIgnored) {
     expectSameHits(bvhOf(soup(2000, 1.0f, false)), 2.0f, 2000, 2);
 }
 
-TEST(Bvh, findsWhatAPlainLoopFindsInTheChapel) {
+TEST(Bvh, MatchesALinearSearchInTheChapel) {
     const auto scene = makeBuiltinScene("chapel");
     ASSERT_TRUE(scene);
     const Bvh bvh = bvhOf(*scene);
@@ -168,7 +168,7 @@ TEST(Bvh, findsWhatAPlainLoopFindsInTheChapel) {
     expectSameHits(bvh, 3.0f, 100, 3);
 }
 
-TEST(Bvh, hitsSayWhereOnWhichTriangle) {
+TEST(Bvh, HitsHaveTriangleAndBarycentrics) {
     const Scene scene = soup(500, 1.0f);
     const Bvh bvh = bvhOf(scene);
     std::mt19937 random(4);
@@ -187,7 +187,7 @@ TEST(Bvh, hitsSayWhereOnWhichTriangle) {
     }
 }
 
-TEST(Bvh, noRayLeavesAClosedBallThroughItsSeams) {
+TEST(Bvh, NoRayLeavesAClosedBallThroughItsSeams) {
     const Bvh bvh = bvhOf(ball(24));
     std::mt19937 random(5);
     std::uniform_real_distribution<float> unit(-0.5f, 0.5f);
@@ -207,7 +207,7 @@ TEST(Bvh, noRayLeavesAClosedBallThroughItsSeams) {
     }
 }
 
-TEST(Bvh, axisParallelRaysAndRaysInAFaceAreFound) {
+TEST(Bvh, AxisParallelRaysAndRaysInAFaceAreFound) {
     const Bvh bvh = bvhOf(ball(16));
     for (int axis = 0; axis < 3; ++axis) {
         for (const float sign : {-1.0f, 1.0f}) {
@@ -242,7 +242,7 @@ TEST(Bvh, axisParallelRaysAndRaysInAFaceAreFound) {
     EXPECT_FLOAT_EQ(hit->distance, 5.0f);
 }
 
-TEST(Bvh, aRayWithoutADirectionMeetsNothing) {
+TEST(Bvh, RaysWithoutDirectionHitNothing) {
     const Bvh bvh = bvhOf(ball(8));
     const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity();
     for (const glm::vec3 d : {glm::vec3(0.0f), glm::vec3(nan, 0, 1), glm::vec3(0, nan, 0),
@@ -253,7 +253,7 @@ TEST(Bvh, aRayWithoutADirectionMeetsNothing) {
     EXPECT_FALSE(nearest(bvh, {glm::vec3(inf, 0, 0), glm::vec3(0, 0, 1)}));
 }
 
-TEST(Bvh, onlyHitsBetweenTheLimitsCount) {
+TEST(Bvh, HitsOutsideTheRangeAreIgnored) {
     const Bvh bvh = bvhOf(ball(32));
     const glm::vec3 from(0, 0, -3), along(0, 0, 1);
     EXPECT_NEAR(nearestHit(bvh, from, along, 0.0f, 10.0f)->distance, 2.0f, 1e-2f);
@@ -263,7 +263,7 @@ TEST(Bvh, onlyHitsBetweenTheLimitsCount) {
     EXPECT_FALSE(nearestHit(bvh, from, along, 5.0f, 10.0f));
 }
 
-TEST(Bvh, sidesFollowMirroredInstancesAndMaterials) {
+TEST(Bvh, SidesFollowMirroredInstancesAndMaterials) {
     Scene scene;
     scene.materials = {Material{}, Material{.transmission = 1.0f}};
     MeshDraft draft{.name = "up"};
@@ -289,7 +289,7 @@ TEST(Bvh, sidesFollowMirroredInstancesAndMaterials) {
     }
 }
 
-TEST(Bvh, flatAndInfiniteTrianglesAreDroppedAndCounted) {
+TEST(Bvh, FlatAndInfiniteTrianglesAreDroppedAndCounted) {
     Scene scene = soup(100, 1.0f);
     glm::dmat4 flat(0.0);
     flat[3] = {1, 2, 3, 1};

@@ -25,7 +25,7 @@ glm::dvec3 forward(const CameraRequest& camera) {
     return -glm::dvec3((*worldFromPose(camera))[2]);
 }
 
-TEST(CameraPath, HasAFrameAtEveryMultipleOfTheRateWithBothEnds) {
+TEST(CameraPath, HasFramesAtEveryMultipleOfTheRate) {
     CameraPath path{.keys = {key(1.0, {0, 0, 0}, {0, 0, -1}), key(1.3, {3, 0, 0}, {0, 0, -1})},
                     .frameRate = 10.0};
     const auto frames = framesOf(path);
@@ -50,7 +50,7 @@ TEST(CameraPath, BothInterpolationsPassThroughEveryKey) {
     }
 }
 
-TEST(CameraPath, StraightIsStraightAndSmoothKeepsItsSpeedOverAKey) {
+TEST(CameraPath, LinearIsStraightAndSmoothHasContinuousSpeed) {
     CameraPath path{.keys = {key(0, {0, 0, 0}, {0, 0, -9}), key(1, {1, 0, 0}, {0, 0, -9}),
                              key(3, {3, 4, 0}, {0, 0, -9})},
                     .frameRate = 1000.0,
@@ -67,7 +67,7 @@ TEST(CameraPath, StraightIsStraightAndSmoothKeepsItsSpeedOverAKey) {
     EXPECT_LT(turnAtKey(), 0.02);
 }
 
-TEST(CameraPath, EvenKeysOnALineMoveEvenly) {
+TEST(CameraPath, EvenlySpacedKeysMoveAtConstantSpeed) {
     const CameraPath path{.keys = {key(0, {0, 0, 0}, {0, 0, -1}), key(1, {1, 0, 0}, {1, 0, -1}),
                                    key(2, {2, 0, 0}, {2, 0, -1})},
                           .frameRate = 16.0};
@@ -76,7 +76,7 @@ TEST(CameraPath, EvenKeysOnALineMoveEvenly) {
     }
 }
 
-TEST(CameraPath, TurnsTheShorterWayWhateverTheSignsOfTheQuaternions) {
+TEST(CameraPath, RotatesAlongTheShorterArc) {
     for (const PathInterpolation way : {PathInterpolation::linear, PathInterpolation::smooth}) {
         CameraPath path{
             .keys = {turned(0, -0.5), turned(1, 0.5)}, .frameRate = 2.0, .interpolation = way};
@@ -86,7 +86,7 @@ TEST(CameraPath, TurnsTheShorterWayWhateverTheSignsOfTheQuaternions) {
     }
 }
 
-TEST(CameraPath, OppositeTurnsStayAUnitTurn) {
+TEST(CameraPath, OppositeRotationsStayNormalised) {
     CameraPath path{.keys = {turned(0, 0.0), turned(1, 3.14159265358979)}, .frameRate = 64.0};
     for (const PathFrame& frame : framesOf(path)) {
         FrameRequest request;
@@ -95,7 +95,7 @@ TEST(CameraPath, OppositeTurnsStayAUnitTurn) {
     }
 }
 
-TEST(CameraPath, TheLensMovesToo) {
+TEST(CameraPath, TheFieldOfViewIsInterpolated) {
     CameraPath path{.keys = {key(0, {0, 0, 1}, {0, 0, 0}), key(1, {0, 0, 1}, {0, 0, 0})},
                     .frameRate = 2.0};
     path.keys[0].camera.yfov = 0.5;
@@ -108,7 +108,7 @@ TEST(CameraPath, TheLensMovesToo) {
     EXPECT_EQ(lens->fx, 500);
 }
 
-TEST(CameraPath, NamesEveryKeyThatIsWrong) {
+TEST(CameraPath, NamesEveryInvalidKey) {
     CameraPath path{.keys = {key(1, {0, 0, 1}, {0, 0, 0}), key(1, {0, 0, 1}, {0, 0, 0}), {}}};
     path.keys[2].time = 2.0;
     const auto errors = problems(path);

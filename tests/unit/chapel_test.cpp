@@ -58,7 +58,7 @@ glm::vec3 spiralDirection(int i, int count) {
     return {r * std::cos(a), y, r * std::sin(a)};
 }
 
-TEST(Chapel, WhereverOneLooksAFrontIsSeen) {
+TEST(Chapel, OnlyFrontFacesAreVisible) {
     const Scene scene = chapel();
     // In the nave, and in the aisle that has no door.
     for (const glm::vec3 eye : {glm::vec3(0.13f, 3.1f, 0.21f), glm::vec3(-5.3f, 1.7f, 5.1f)}) {

@@ -28,7 +28,7 @@ Material dielectric(float roughness) {
     return m;
 }
 
-TEST_P(OnABox, IsClassedByItsMaterial) {
+TEST_P(OnABox, IsClassifiedByItsMaterial) {
     Material m = dielectric(0.6f);
     GetParam().make(m);
     Scene scene;
@@ -107,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(
                 kCurved, ReflectorReason::probe}),
     [](const auto& row) { return row.param.name; });
 
-TEST(Classification, TexturesCountWithTheirMean) {
+TEST(Classification, TexturesContributeTheirMean) {
     Scene scene;
     scene.images.push_back({.name = "half", .mean = {1.0f, 0.5f, 0.25f, 1.0f}});
     scene.textures.push_back({.image = 0});
@@ -153,7 +153,7 @@ MeshDraft domedSheet(Index material) {
     return draft;
 }
 
-TEST(Classification, CoversEveryClusterOnceAndTellsFlatFromTheRest) {
+TEST(Classification, CoversEveryClusterOnceAndSeparatesFlatParts) {
     Scene scene;
     Material metal;
     metal.roughness = 0.1f;
@@ -175,7 +175,7 @@ TEST(Classification, CoversEveryClusterOnceAndTellsFlatFromTheRest) {
     EXPECT_THAT(reflectorReason(scene, {}, surfaces[0]), HasSubstr("roughness 0.1"));
 }
 
-TEST(Classification, AVolumeInOnePlaneIsAPane) {
+TEST(Classification, FlatVolumesArePanes) {
     Scene scene;
     Material glass = dielectric(0.0f);
     glass.transmission = 1.0f;
@@ -197,7 +197,7 @@ TEST(Classification, AVolumeInOnePlaneIsAPane) {
     }
 }
 
-TEST(Classification, FollowsTheFramesOwnMaterials) {
+TEST(Classification, UsesTheFramesMaterials) {
     Scene scene;
     place(scene, addBoxMesh(scene, "box", addMaterial(scene, dielectric(1.0f))), {0, 0, 0}, 1);
     addInstance(scene, 0, 0);

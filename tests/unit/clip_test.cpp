@@ -101,7 +101,7 @@ TEST(Clip, TwoKeysAtOneTimeAreAJump) {
     EXPECT_EQ(at(t, 1.5)[0], 5.5);
 }
 
-TEST(Clip, WhatIsNotSoundIsKnown) {
+TEST(Clip, InvalidClipsAreDetected) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const Track good = moves(Interpolation::linear, {0, 1}, {0, 0, 0, 1, 1, 1});
     EXPECT_TRUE(sound(good, 1));
@@ -123,7 +123,7 @@ TEST(Clip, WhatIsNotSoundIsKnown) {
     EXPECT_FALSE(changed([](Track& t) { t.between = Interpolation::cubicSpline; }));
 }
 
-TEST(Clip, BeginsAnewBehindItsEnd) {
+TEST(Clip, RepeatsAfterItsEnd) {
     const Clip clip{.name = "c", .duration = 2.0};
     EXPECT_EQ(localTime(clip, 1.5), 1.5);
     EXPECT_EQ(localTime(clip, 2.0), 2.0) << "its end can be seen";
@@ -172,7 +172,7 @@ TEST(Clip, ChildrenFollowTheirParents) {
     EXPECT_EQ(restPose(scene).worldFromNode[1], scene.nodes[1].parentFromLocal);
 }
 
-TEST(Clip, TheFirstClipAndThoseApartFromItPlay) {
+TEST(Clip, TheFirstClipAndIndependentClipsPlay) {
     const Scene scene = mobile();
     EXPECT_THAT(defaultClips(scene), ElementsAre(0, 2));
     EXPECT_THAT(*clipsNamed(scene, std::nullopt), ElementsAre(0, 2));
@@ -185,7 +185,7 @@ TEST(Clip, TheFirstClipAndThoseApartFromItPlay) {
     EXPECT_NEAR(child[3].x, 2 * std::cos(glm::radians(45.0)), 1e-6);
 }
 
-TEST(Clip, WhatVanishesKeepsAnInverse) {
+TEST(Clip, ZeroScaleKeepsAnInverse) {
     const Scene scene = mobile();
     const glm::dmat4 child = poseAt(scene, 2.0).worldFromNode[1];
     EXPECT_GT(std::abs(glm::determinant(glm::dmat3(child))), 0.0);
@@ -252,7 +252,7 @@ Scene bending() {
     return scene;
 }
 
-TEST(Deformation, ShapesFirstThenJoints) {
+TEST(Deformation, MorphTargetsApplyBeforeJoints) {
     const Scene scene = bending();
     EXPECT_THAT(sceneProblems(scene), ElementsAre());
     const Pose pose = poseAt(scene, 1.0);
@@ -273,7 +273,7 @@ TEST(Deformation, ShapesFirstThenJoints) {
     EXPECT_EQ(worldBounds(scene, restPose(scene)).max.z, 0.0f);
 }
 
-TEST(Deformation, WhatIsNotSoundIsRefused) {
+TEST(Deformation, InvalidInputIsRejected) {
     const auto refused = [](auto&& change) {
         Scene scene = bending();
         change(scene);
@@ -294,7 +294,7 @@ TEST(Deformation, WhatIsNotSoundIsRefused) {
     EXPECT_TRUE(refused([](Scene& s) { s.meshes[0].deformation = 1; }));
 }
 
-TEST(Deformation, WhatMovesIsKnown) {
+TEST(Deformation, MovingPartsAreListed) {
     const Scene scene = bending();
     EXPECT_THAT(nodesThatMove(scene), ElementsAre(false, true));
     EXPECT_THAT(instancesThatMove(scene), ElementsAre(true));

@@ -15,7 +15,7 @@ ScreenBox rectangle(double left, double bottom, double right, double top) {
     return {{left, bottom}, {right, top}};
 }
 
-TEST(Coverage, WhatSeveralRectanglesCoverCountsOnce) {
+TEST(Coverage, OverlappingRectanglesCountOnce) {
     EXPECT_EQ(unionShare({}), 0.0);
     const ScreenBox quarter = rectangle(-1, -1, 0, 0);
     EXPECT_NEAR(unionShare(std::array{quarter}), 0.25, 1e-12);
@@ -29,7 +29,7 @@ TEST(Coverage, WhatSeveralRectanglesCoverCountsOnce) {
     EXPECT_EQ(unionShare(std::array{ScreenBox{}}), 0.0);
 }
 
-TEST(Coverage, AnAreaAcrossTheViewIsWhatTheLensMakesOfIt) {
+TEST(Coverage, AreasParallelToTheImageScaleWithTheProjection) {
     FrameRequest request = lookingFrom({0, 0, 10});
     request.camera.yfov = glm::half_pi<double>();
     const Scene scene = boxScene();
@@ -45,7 +45,7 @@ TEST(Coverage, AnAreaAcrossTheViewIsWhatTheLensMakesOfIt) {
     EXPECT_GT(areaShare(view, Bounds{{-1, -1, -1}, {1, 1, 1}}, 1.0, facing), 1.0);
 }
 
-TEST(Coverage, AreasGrowWithTheirTransforms) {
+TEST(Coverage, AreasScaleWithTransforms) {
     const glm::dmat4 wide = glm::scale(glm::dmat4(1.0), glm::dvec3(3, 2, 5));
     EXPECT_NEAR(transformedArea(wide, 2.0, glm::dvec3(0, 0, 1)), 12.0, 1e-12);
     EXPECT_NEAR(transformedArea(wide, 2.0, glm::dvec3(1, 0, 0)), 20.0, 1e-12);
@@ -57,7 +57,7 @@ TEST(Coverage, AreasGrowWithTheirTransforms) {
 }
 
 // Twenty shells in one another: the sum of their boxes is several pictures.
-TEST(Coverage, ManyClustersInOnePlaceAreNoMoreThanThePlace) {
+TEST(Coverage, OverlappingClustersCountOnce) {
     Scene scene;
     MeshDraft draft{.name = "shells", .hasNormals = true};
     constexpr std::uint32_t kRows = 24, kColumns = 48;

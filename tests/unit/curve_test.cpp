@@ -28,7 +28,7 @@ Accuracy within(std::optional<double> milliseconds, std::optional<double> error)
     return budget;
 }
 
-TEST(Budget, TimeBuysTheLeastErrorAndErrorTheLeastTime) {
+TEST(Budget, TimeLimitsMinimiseErrorAndErrorLimitsTime) {
     const Curve curve = curveOf();
     EXPECT_EQ(choose(curve, within(45, {})).point, 2u);
     EXPECT_EQ(choose(curve, within(60, {})).point, 2u) << "dearer and worse is never chosen";
@@ -42,7 +42,7 @@ TEST(Budget, TimeBuysTheLeastErrorAndErrorTheLeastTime) {
     }
 }
 
-TEST(Budget, WhatCannotBeMetComesAsNearAsItCanAndSaysSo) {
+TEST(Budget, UnattainableBudgetsTakeTheNearestPoint) {
     const Curve curve = curveOf();
     EXPECT_EQ(choose(curve, within(5, {})).point, 0u) << "the cheapest";
     EXPECT_EQ(choose(curve, within({}, 0.01)).point, 4u) << "the truest";
@@ -57,7 +57,7 @@ TEST(Budget, WhatCannotBeMetComesAsNearAsItCanAndSaysSo) {
     EXPECT_THAT(choose(curve, within(1000, {})).words, Not(HasSubstr("not chosen")));
 }
 
-TEST(Budget, FramesThatRanMoveAPoint) {
+TEST(Budget, MeasuredFramesRefineAPoint) {
     CurvePoint point{.milliseconds = 100.0};
     refine(point, 200.0);
     EXPECT_DOUBLE_EQ(point.milliseconds, 120.0);
@@ -69,7 +69,7 @@ TEST(Budget, FramesThatRanMoveAPoint) {
 }
 
 // A truth of 1 everywhere; each setting is off by its place in the ladder, and costs as much.
-TEST(Curve, EachStepIsHeldAgainstTheTruthAtItsOwnSize) {
+TEST(Curve, EachSettingIsComparedAtTheReducedSize) {
     FrameRequest frame;
     frame.width = 1280;
     frame.height = 640;
@@ -121,7 +121,7 @@ TEST(Curve, EachStepIsHeldAgainstTheTruthAtItsOwnSize) {
     EXPECT_FALSE(measureCurve(frame, trace, draw, [](double) { return false; }));
 }
 
-TEST(Settings, AreNamedByWhatDiffersFromTheirPreset) {
+TEST(Settings, NamesListDifferencesFromThePreset) {
     EXPECT_EQ(nameOf(accuracyOf(Preset::fine)), "fine");
     Accuracy a = accuracyOf(Preset::standard);
     a.probeSize = 512;
@@ -129,7 +129,7 @@ TEST(Settings, AreNamedByWhatDiffersFromTheirPreset) {
     EXPECT_EQ(nameOf(a), "standard, glass traced, probeSize 512");
 }
 
-TEST(Settings, NoneStandsTwiceAndTheFramesOwnComesFirst) {
+TEST(Settings, AreUniqueAndStartWithTheFrames) {
     ComparisonRequest request;
     EXPECT_EQ(settingsOf(request).size(), 3u);
     EXPECT_EQ(settingsOf(request).front(), accuracyOf(Preset::standard));

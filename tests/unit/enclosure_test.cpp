@@ -29,20 +29,20 @@ std::vector<Bounds> room() {
     return walls;
 }
 
-TEST(Enclosure, IsNoneInTheOpenAndAllInARoom) {
+TEST(Enclosure, IsZeroOutdoorsAndOneInARoom) {
     EXPECT_EQ(enclosure({}, {1, 2, 3}), 0.0);
     EXPECT_EQ(enclosure(room(), {1, 2, 3}), 1.0);
     EXPECT_EQ(enclosure(room(), {1, 20, 3}), 1.0 / 14.0);  // straight down alone
 }
 
-TEST(Enclosure, WithoutItsCeilingARoomIsOpenAbove) {
+TEST(Enclosure, ARoomWithoutCeilingIsOpenAbove) {
     std::vector<Bounds> court = room();
     court.erase(court.begin() + 3);  // y = 4
     EXPECT_EQ(enclosure(court, {0, -3, 0}), 13.0 / 14.0);
     EXPECT_EQ(enclosure(court, {0, 3.9, 0}), 9.0 / 14.0);  // diagonals upwards pass over the walls
 }
 
-TEST(Enclosure, WhatHoldsThePlaceItselfDoesNotCount) {
+TEST(Enclosure, TheOwnerOfThePointIsIgnored) {
     const std::vector<Bounds> own{box(glm::vec3(-1.0f), glm::vec3(1.0f))};
     EXPECT_EQ(enclosure(own, {0.2, 0.3, 0.4}), 0.0);
     EXPECT_GT(enclosure(own, {0.0, 3.0, 0.0}), 0.0);

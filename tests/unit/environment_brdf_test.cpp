@@ -70,7 +70,7 @@ TEST(EnvironmentBrdf, AgreesWithBruteForce) {
     }
 }
 
-TEST(EnvironmentBrdf, OfAMirrorIsSchlicksFresnel) {
+TEST(EnvironmentBrdf, OfAMirrorEqualsSchlicksFresnel) {
     for (const float c : {0.0f, 0.01f, 0.5f, 0.9f, 1.0f}) {
         const float edge = std::pow(1.0f - c, 5.0f);
         EXPECT_NEAR(environmentBrdf(c, 0.0f).x, 1.0f - edge, 1e-6f);
@@ -81,7 +81,7 @@ TEST(EnvironmentBrdf, OfAMirrorIsSchlicksFresnel) {
     }
 }
 
-TEST(EnvironmentBrdf, TableHoldsItsEdgesAndIsRowsOfRoughness) {
+TEST(EnvironmentBrdf, TableIncludesItsEdgesAndHasOneRowPerRoughness) {
     const auto table = environmentBrdfTable(5);
     ASSERT_EQ(table.size(), 25u);
     EXPECT_EQ(table[0], environmentBrdf(0.0f, 0.0f));
@@ -91,7 +91,7 @@ TEST(EnvironmentBrdf, TableHoldsItsEdgesAndIsRowsOfRoughness) {
     EXPECT_EQ(environmentBrdfTable(0).size(), 4u);
 }
 
-TEST(EnvironmentBrdf, LooksUpCloseToWhatItStandsFor) {
+TEST(EnvironmentBrdf, LookupsMatchTheIntegral) {
     const auto table = environmentBrdfTable(32);
     double greatest = 0.0, atTheRim = 0.0, sum = 0.0;
     int count = 0;
@@ -137,7 +137,7 @@ TEST(EnvironmentBrdf, WhiteFurnace) {
     }
 }
 
-TEST(EnvironmentBrdf, FiniteForHardArguments) {
+TEST(EnvironmentBrdf, FiniteForExtremeArguments) {
     for (const float nDotV : {-1.0f, -1e-7f, 0.0f, 1e-30f, 1e-7f, 1.0f, 1.0000001f, 5.0f}) {
         for (const float roughness : {-1.0f, 0.0f, 1e-20f, 1e-3f, 1.1e-3f, 0.01f, 1.0f, 2.0f}) {
             const glm::vec2 ab = environmentBrdf(nDotV, roughness);

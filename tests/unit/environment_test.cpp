@@ -62,7 +62,7 @@ const glm::vec3 kDirections[] = {{1, 0, 0},
                                  {0.6f, 0.64f, 0.48f},
                                  {-0.48f, -0.6f, 0.64f}};
 
-TEST(CubeMap, TexelsLookWhereOpenGlSays) {
+TEST(CubeMap, TexelDirectionsFollowOpenGl) {
     // The table of the OpenGL 4.3 specification, 8.13: (s, t) from the major axis; here one texel a
     // face, then the first texel of a 2 x 2 face.
     const glm::vec3 centres[] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
@@ -75,7 +75,7 @@ TEST(CubeMap, TexelsLookWhereOpenGlSays) {
     }
 }
 
-TEST(Panorama, MiddleColumnIsAheadAndTurningRightIsPlusX) {
+TEST(Panorama, TheMiddleColumnIsAheadAndRightIsPlusX) {
     // Eight columns of 45 degrees in four rows; colours by where the compass points.
     constexpr std::uint32_t kWidth = 64, kHeight = 32;
     std::vector<glm::vec3> picture(kWidth * kHeight);
@@ -114,7 +114,7 @@ TEST(Panorama, MiddleColumnIsAheadAndTurningRightIsPlusX) {
     sees({0, -1, 0}, {7, 7, 7});
 }
 
-TEST(Panorama, AConstantOneStaysConstant) {
+TEST(Panorama, ConstantPanoramasStayConstant) {
     for (const auto& [width, height] :
          {std::pair{1u, 1u}, {2u, 1u}, {5u, 3u}, {64u, 32u}, {4100u, 7u}, {30u, 60u}}) {
         const std::vector<glm::vec3> picture(std::size_t(width) * height,
@@ -127,7 +127,7 @@ TEST(Panorama, AConstantOneStaysConstant) {
     }
 }
 
-TEST(Panorama, ASmallLampKeepsItsLight) {
+TEST(Panorama, SmallLightsKeepTheirFlux) {
     // One bright texel of a large picture; its light per solid angle must survive the smaller map.
     constexpr std::uint32_t kWidth = 4096, kHeight = 2048, kRow = 700, kColumn = 1234;
     std::vector<glm::vec3> picture(std::size_t(kWidth) * kHeight);
@@ -150,7 +150,7 @@ TEST(Panorama, ASmallLampKeepsItsLight) {
     EXPECT_NEAR(sum / expected, 1.0, 0.1);
 }
 
-TEST(Panorama, BrokenTexelsBecomeDarkAndStrongOnesAreCut) {
+TEST(Panorama, InvalidTexelsBecomeBlackAndBrightOnesAreClamped) {
     const float inf = std::numeric_limits<float>::infinity();
     const float nan = std::numeric_limits<float>::quiet_NaN();
     std::vector<glm::vec3> picture(64 * 32, glm::vec3(nan, inf, -inf));
@@ -167,7 +167,7 @@ TEST(Panorama, BrokenTexelsBecomeDarkAndStrongOnesAreCut) {
     EXPECT_EQ(brightest, 65504.0f);
 }
 
-TEST(Panorama, IncompletePicturesAreRefused) {
+TEST(Panorama, IncompleteImagesAreRejected) {
     EXPECT_THROW(environmentFromEquirectangular("none", {}, 0, 0), std::runtime_error);
     EXPECT_THROW(environmentFromEquirectangular("torn", std::vector<glm::vec3>(7), 4, 2),
                  std::runtime_error);
@@ -184,7 +184,7 @@ TEST(Harmonics, AConstantMapGivesAWhiteFloorItsRadiance) {
     }
 }
 
-TEST(Harmonics, AnEvenHalfSkyGivesTheShareOfItThatASurfaceSees) {
+TEST(Harmonics, AHalfSkyLightsInProportionToItsVisiblePart) {
     // Radiance 1 above the plane across `up`: irradiance / pi is (1 + cos) / 2, exactly of band 1.
     for (const glm::vec3& up : kDirections) {
         const auto c =
@@ -195,7 +195,7 @@ TEST(Harmonics, AnEvenHalfSkyGivesTheShareOfItThatASurfaceSees) {
     }
 }
 
-TEST(Harmonics, EachBandIsDimmedByTheCosineLobe) {
+TEST(Harmonics, BandsAreConvolvedWithTheCosine) {
     // Ramamoorthi and Hanrahan 2001: pi, 2 pi / 3, pi / 4 over pi. One polynomial of each kind.
     const auto linearPart = diffuseHarmonics(mapOf(
         64, [](const glm::vec3& d) { return glm::vec3(2.0f + d.x, 2.0f + d.y, 2.0f + d.z); }));
@@ -252,7 +252,7 @@ TEST(BuiltinEnvironments, TheSkyLightsAWhiteFloorToOne) {
     EXPECT_GT(nearSun.x, 3.0f * zenith.x);
 }
 
-TEST(BuiltinEnvironments, NeighbouringTexelsOfTheSkiesAreAlike) {
+TEST(BuiltinEnvironments, NeighbouringTexelsOfSkiesAreSimilar) {
     for (const EnvironmentMap& map : {skyEnvironment(), duskEnvironment()}) {
         float greatest = 0.0f, brightest = 0.0f;
         for (std::size_t i = 0; i + 1 < map.texels.size(); ++i) {
@@ -264,7 +264,7 @@ TEST(BuiltinEnvironments, NeighbouringTexelsOfTheSkiesAreAlike) {
     }
 }
 
-TEST(ContentHash, ChangesWithEverythingThatIsSeen) {
+TEST(ContentHash, DependsOnEverythingVisible) {
     EnvironmentMap map = constantEnvironment("even", glm::vec3(1.0f));
     std::set<std::uint64_t> hashes{map.contentHash};
     const auto isNew = [&] {

@@ -35,7 +35,7 @@ std::vector<std::string_view> filterKinds(const FramePlan& plan) {
     return kinds;
 }
 
-TEST(FilterPlan, FiltersStandBetweenTheSceneAndToneMapping) {
+TEST(FilterPlan, FiltersRunBetweenSceneAndToneMapping) {
     const FramePlan plan = planWith({twirl(1), glow(4)});
     std::vector<std::string_view> kinds;
     for (const Pass& pass : plan.passes) kinds.push_back(pass.kind());
@@ -46,7 +46,7 @@ TEST(FilterPlan, FiltersStandBetweenTheSceneAndToneMapping) {
     }
 }
 
-TEST(FilterPlan, EachReadsWhatTheOneBeforeWrote) {
+TEST(FilterPlan, EachFilterReadsThePreviousResult) {
     const std::vector<FilterRequest> eight(kMaxFilters, twirl(1));
     const FramePlan plan = planWith(eight, OutputFormat::npy);
     TargetId picture = 0;
@@ -64,7 +64,7 @@ TEST(FilterPlan, EachReadsWhatTheOneBeforeWrote) {
     EXPECT_EQ(written.size(), 2u) << "two pictures take turns";
 }
 
-TEST(FilterPlan, AGlowsPyramidReachesItsRadius) {
+TEST(FilterPlan, TheGlowPyramidReachesItsRadius) {
     EXPECT_EQ(filterKinds(planWith({glow(2)})).size(), 2u);
     EXPECT_EQ(filterKinds(planWith({glow(2.1)})).size(), 4u);
     EXPECT_EQ(filterKinds(planWith({glow(32)})).size(), 10u);
@@ -75,7 +75,7 @@ TEST(FilterPlan, AGlowsPyramidReachesItsRadius) {
     }
 }
 
-TEST(FilterPlan, WhatChangesNothingIsLeftOutWithAReason) {
+TEST(FilterPlan, IneffectiveFiltersAreOmittedWithAReason) {
     const FramePlan plain = planWith({});
     const FramePlan plan =
         planWith({twirl(0), TwirlFilter{.amount = 1.0, .radius = 0.0},
@@ -94,7 +94,7 @@ TEST(FilterPlan, WhatChangesNothingIsLeftOutWithAReason) {
     EXPECT_THAT(plan.skipped, skipped("filter4:glow", "at most a pixel"));
 }
 
-TEST(FilterPlan, NumbersAreNotFiltered) {
+TEST(FilterPlan, DataChannelsAreNotFiltered) {
     FrameRequest request = lookingFrom({0, 0, 5});
     request.filters = {twirl(1)};
     request.output = {.format = OutputFormat::npy, .channel = Channel::depth};

@@ -99,7 +99,7 @@ struct Shape {
 };
 class Flatness : public testing::TestWithParam<Shape> {};
 
-TEST_P(Flatness, IsToldAtAnyScaleAndInAnyOrientation) {
+TEST_P(Flatness, IsDetectedAtAnyScaleAndOrientation) {
     std::mt19937 engine(11);
     std::uniform_real_distribution<double> angle(0.0, 6.28);
     std::normal_distribution<double> normal;
@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(
               false}),
     [](const auto& row) { return row.param.name; });
 
-TEST(FlatParts, AFoldHasTwoThatMeetAtTheAngle) {
+TEST(FlatParts, AFoldHasTwoParts) {
     const Scene scene = sceneOf(sheet(40, [](double x, double) { return x > 0.0 ? x : 0.0; }));
     ASSERT_EQ(scene.flatParts.size(), 2u);
     EXPECT_NEAR(glm::dot(scene.flatParts[0].normal, scene.flatParts[1].normal), std::sqrt(0.5),
@@ -212,7 +212,7 @@ MeshDraft box(bool shared) {
     return draft;
 }
 
-TEST(FlatParts, TheNormalIsThatOfTheTrianglesWhateverTheVerticesSay) {  // P5
+TEST(FlatParts, NormalsComeFromTrianglesNotVertices) {  // P5
     MeshDraft smoothed = box(true), absent = box(true), bad = box(true);
     smoothed.hasNormals = bad.hasNormals = true;
     for (Vertex& v : smoothed.vertices) v.normal = glm::normalize(v.position);  // 55 degrees off
@@ -235,7 +235,7 @@ TEST(FlatParts, TheNormalIsThatOfTheTrianglesWhateverTheVerticesSay) {  // P5
     EXPECT_EQ(sceneOf(tilted).flatParts.at(0).normal, glm::dvec3(0, 0, 1));
 }
 
-TEST(FlatParts, WindingSaysWhichSideIsTheFront) {
+TEST(FlatParts, WindingDefinesTheFront) {
     MeshDraft turned = flatSheet(3);
     for (std::size_t i = 0; i < turned.indices.size(); i += 3) {
         std::swap(turned.indices[i], turned.indices[i + 1]);
@@ -244,7 +244,7 @@ TEST(FlatParts, WindingSaysWhichSideIsTheFront) {
     EXPECT_EQ(sceneOf(turned).flatParts.at(0).normal.z, -1.0);
 }
 
-TEST(FlatParts, FacetsOfARoundThingAreNone) {
+TEST(FlatParts, CurvedMeshesHaveNone) {
     EXPECT_THAT(sceneOf(ball(1.0, 6)).flatParts, testing::IsEmpty());
     EXPECT_THAT(sceneOf(ball(1.0, 40)).flatParts, testing::IsEmpty());
 }
@@ -264,7 +264,7 @@ TEST(FlatParts, LieInOnePlaneWithoutTouching) {  // three panes in one wall
     EXPECT_NEAR(scene.flatParts[0].offset, -2.0, 1e-9);
 }
 
-TEST(FlatParts, TwoSheetsCloseTogetherStayApart) {
+TEST(FlatParts, CloseParallelSheetsAreSeparate) {
     MeshDraft draft = flatSheet(4);
     for (const double z : {1e-3, 100.0}) {  // the far one makes the mesh large
         MeshDraft other = flatSheet(4);
@@ -282,7 +282,7 @@ TEST(FlatParts, TwoSheetsCloseTogetherStayApart) {
     EXPECT_THAT(offsets, testing::ElementsAre(0.0, 1e-3, 100.0));
 }
 
-TEST(FlatParts, HoldTheirTrianglesAndNoOthers) {  // a floor round a bumpy hill
+TEST(FlatParts, ContainExactlyTheirTriangles) {  // a floor round a bumpy hill
     MeshDraft draft = sheet(80, [](double x, double y) {
         return x * x + y * y < 0.5 ? 0.3 + 0.1 * std::cos(9 * x) * std::sin(8 * y) : 0.0;
     });
@@ -308,7 +308,7 @@ TEST(FlatParts, HoldTheirTrianglesAndNoOthers) {  // a floor round a bumpy hill
     }
 }
 
-TEST(FlatParts, AreTheLargestTwelve) {
+TEST(FlatParts, TheTwelveLargestAreKept) {
     MeshDraft draft;
     for (int k = 0; k < 20; ++k) {  // a stair of ever smaller steps, in no order
         MeshDraft step = flatSheet(1);

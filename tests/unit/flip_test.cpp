@@ -190,7 +190,7 @@ double flipAt(const Plane& a, const Plane& b, int x, int y, double perDegree) {
 // The figures come from compute_ldrflip() of the authors' Python program (NVlabs/flip at commit
 // dd5d0f8), run on these pictures with NumPy 1.24 and, for OpenCV's filter2D, plain sums. It rounds
 // to floats between its steps, and its matrix differs from ours in the fifth digit.
-TEST(FlipOfItsAuthors, IsOurs) {
+TEST(FlipReferenceProgram, MatchesOurs) {
     struct Place {
         int x, y;
         double value;
@@ -272,7 +272,7 @@ TEST(FlipOfItsAuthors, IsOurs) {
     }
 }
 
-TEST(FlipOfThePaper, IsOursAtEveryPixelOfRandomPictures) {
+TEST(FlipPaper, MatchesOursAtEveryPixel) {
     constexpr int kSmallWidth = 13, kSmallHeight = 9;
     std::mt19937 random(7);
     const auto noise = [&](int, int) {

@@ -12,7 +12,7 @@ using testing::ElementsAre;
 using testing::Field;
 using testing::IsEmpty;
 
-TEST(FrameRequest, TheDefaultIsSound) {
+TEST(FrameRequest, TheDefaultIsValid) {
     EXPECT_THAT(problems(FrameRequest{}), IsEmpty());
 }
 
@@ -22,9 +22,9 @@ struct Wrong {
     std::function<void(FrameRequest&)> spoil;
 };
 
-class WrongRequest : public testing::TestWithParam<Wrong> {};
+class InvalidFrameRequest : public testing::TestWithParam<Wrong> {};
 
-TEST_P(WrongRequest, NamesTheField) {
+TEST_P(InvalidFrameRequest, NamesTheField) {
     FrameRequest request;
     GetParam().spoil(request);
     EXPECT_THAT(problems(request), ElementsAre(Field(&FieldError::pointer, GetParam().pointer)));
@@ -33,7 +33,7 @@ TEST_P(WrongRequest, NamesTheField) {
 const glm::dvec3 kOrigin(0.0), kOne(1.0);
 
 INSTANTIATE_TEST_SUITE_P(
-    Rules, WrongRequest,
+    Rules, InvalidFrameRequest,
     testing::Values(
         Wrong{"targetIsPosition", "/camera/target",
               [](auto& r) { r.camera.position = r.camera.target = kOne; }},

@@ -32,7 +32,7 @@ TEST(ImageCompare, EqualImagesDifferByNothing) {
     EXPECT_TRUE(imagesMatch(grey(4, 3, 100), grey(4, 3, 100), kExact));
 }
 
-TEST(ImageCompare, OneChangedSampleIsMeasuredAndFound) {
+TEST(ImageCompare, OneChangedSampleIsLocated) {
     Image changed = grey(10, 5, 100);
     changed.bytes()[(3 * 10 + 7) * 3 + 1] = 151;  // row 3, column 7, green: 51 of 255 more
     const Difference d = difference(changed, grey(10, 5, 100), 0.1);
@@ -82,16 +82,16 @@ TEST(ImageCompare, NonFiniteSamplesAlwaysFail) {
     }
 }
 
-TEST(ImageCompare, OtherShapesNeverMatch) {
+TEST(ImageCompare, DifferentShapesNeverMatch) {
     const Tolerance anything{"anything", 1e30, 1.0};
     EXPECT_FALSE(imagesMatch(grey(4, 3, 0), grey(3, 4, 0), anything));
     EXPECT_FALSE(imagesMatch(grey(4, 3, 0), makeImage(4, 3, 4, PixelType::srgb8), anything));
     EXPECT_FALSE(imagesMatch(makeImage(4, 3, 3, PixelType::float32), grey(4, 3, 0), anything));
 }
 
-TEST(ImageCompare, AFailureLeavesAPictureOfBoth) {
-    const auto path = std::filesystem::path(CLERESTORY_TEST_OUTPUT) /
-                      "ImageCompare.AFailureLeavesAPictureOfBoth.png";
+TEST(ImageCompare, AFailureWritesBothImages) {
+    const auto path =
+        std::filesystem::path(CLERESTORY_TEST_OUTPUT) / "ImageCompare.AFailureWritesBothImages.png";
     std::filesystem::remove(path);
     Image changed = grey(2, 1, 10);
     changed.bytes()[3] = 210;  // the second pixel's red

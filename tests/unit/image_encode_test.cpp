@@ -49,7 +49,7 @@ Image withoutAlpha(const Image& image) {
     return rgb;
 }
 
-TEST(ImageJpeg, ComesBackUprightAndClose) {
+TEST(ImageJpeg, RoundTripIsUprightAndClose) {
     for (const std::uint32_t channels : {3u, 4u}) {
         const Image image = gradient(64, 48, channels);
         const Image back = decodeJpeg(encodeJpeg(image, 100, false));
@@ -87,7 +87,7 @@ TEST(ImageJpeg, SmallestAndOddSizes) {
     }
 }
 
-TEST(ImagePng, LosesNothing) {
+TEST(ImagePng, IsLossless) {
     for (const std::uint32_t channels : {1u, 3u, 4u}) {
         const Image image = gradient(37, 21, channels);
         const Image back = decodePng(encodePng(image));
@@ -103,7 +103,7 @@ TEST(ImagePng, LosesNothing) {
     }
 }
 
-TEST(ImageNpy, IsWhatNumPySpecifies) {
+TEST(ImageNpy, MatchesTheNumPySpecification) {
     Image image = makeImage(2, 1, 1, PixelType::float32);
     image.floats()[0] = 1.0f;
     image.floats()[1] = -2.5f;
@@ -115,7 +115,7 @@ TEST(ImageNpy, IsWhatNumPySpecifies) {
     EXPECT_EQ(encodeNpy(image), expected);
 }
 
-TEST(ImageNpy, LosesNothing) {
+TEST(ImageNpy, IsLossless) {
     for (const std::uint32_t channels : {1u, 3u, 4u}) {
         const Image image = hardFloats(channels);
         const Image back = decodeNpy(encodeNpy(image));
@@ -126,7 +126,7 @@ TEST(ImageNpy, LosesNothing) {
     }
 }
 
-TEST(ImageExr, AnotherReaderFindsTheSameNumbers) {
+TEST(ImageExr, AnotherReaderFindsTheSameValues) {
     for (const std::uint32_t channels : {1u, 3u, 4u}) {
         const Image image = hardFloats(channels);
         const Bytes bytes = encodeExr(image);
@@ -160,7 +160,7 @@ TEST(ImageExr, AnotherReaderFindsTheSameNumbers) {
     }
 }
 
-TEST(ImageErrors, WrongImagesAreRefusedInWords) {
+TEST(ImageErrors, InvalidImagesAreRejectedWithAMessage) {
     const Image floats = hardFloats(3), empty = makeImage(0, 0, 3, PixelType::srgb8);
     Image torn = gradient(4, 4, 3);
     torn.data.resize(5);
@@ -194,7 +194,7 @@ void survivesDamage(const Bytes& good, Decode&& decode) {
     }
 }
 
-TEST(ImageErrors, DamagedFilesAreReadOrRefused) {
+TEST(ImageErrors, DamagedFilesAreReadOrRejected) {
     survivesDamage(encodeJpeg(gradient(9, 8, 3), 60, true), decodeJpeg);
     survivesDamage(encodePng(gradient(9, 8, 4)), decodePng);
     survivesDamage(encodeNpy(hardFloats(3)), decodeNpy);
@@ -213,12 +213,13 @@ std::string refusal(const Bytes& bytes, Decode&& decode) {
     return "read";
 }
 
-TEST(ImageErrors, AClaimOfGigabytesIsRefusedBeforeTheyAreTaken) {
+TEST(ImageErrors, OversizedClaimsAreRejectedBeforeAllocation) {
     Bytes jpeg = encodeJpeg(gradient(8, 8, 3), 85, false);
     const std::size_t frame = jpeg.find("\xff\xc0");
     ASSERT_NE(frame, Bytes::npos);
     jpeg.replace(frame + 5, 4, "\xfd\xe8\xfd\xe8");  // 65000 x 65000
-    EXPECT_EQ(refusal(jpeg, decodeJpeg), "JPEG: cannot decode 65000 x 65000 pixels: too large or empty");
+    EXPECT_EQ(refusal(jpeg, decodeJpeg),
+              "JPEG: cannot decode 65000 x 65000 pixels: too large or empty");
 
     Bytes npy = encodeNpy(hardFloats(1));
     const std::size_t shape = npy.find("(2, 3, 1), }        ");
@@ -227,7 +228,7 @@ TEST(ImageErrors, AClaimOfGigabytesIsRefusedBeforeTheyAreTaken) {
     EXPECT_EQ(refusal(npy, decodeNpy), "NPY: cannot read: its size does not match its shape");
 }
 
-TEST(ImageThreads, EncodeAsOneDoes) {
+TEST(ImageThreads, EncodeLikeASingleThread) {
     const Image image = gradient(200, 100, 4);
     const Bytes jpeg = encodeJpeg(image, 85, true), png = encodePng(image);
     std::vector<std::future<bool>> results;

@@ -16,7 +16,7 @@ std::vector<PackedFile> twoFiles() {
             {"model/readme.txt", "words"}};
 }
 
-TEST(ImportArchive, ZipTarAndTgzGiveTheSceneOfTheFolder) {
+TEST(ImportArchive, ZipTarAndTgzEqualTheFolder) {
     const TemporaryFolder folder;
     for (const PackedFile& file : twoFiles()) folder.write("plain/" + file.name, file.content);
     const Scene plain = importScene(folder / "plain/model/scene.gltf");
@@ -30,7 +30,7 @@ TEST(ImportArchive, ZipTarAndTgzGiveTheSceneOfTheFolder) {
     }
 }
 
-TEST(ImportArchive, ASideFileAndLitterBesideTheScene) {
+TEST(ImportArchive, SideFilesAndOtherFiles) {
     const TemporaryFolder folder;
     auto files = twoFiles();
     files.push_back({"__MACOSX/model/._scene.gltf", "what a Mac adds"});
@@ -42,7 +42,7 @@ TEST(ImportArchive, ASideFileAndLitterBesideTheScene) {
     EXPECT_EQ(scene.probes[0].name, "middle");
 }
 
-TEST(ImportArchive, TheSceneThatLiesLeastDeepIsTaken) {
+TEST(ImportArchive, TheSceneAtTheLeastDepthIsUsed) {
     const TemporaryFolder folder;
     const Scene scene =
         importScene(folder.write("a.zip", packed(Packing::zip, {{"deep/er/other.glb", "no glTF"},
@@ -58,7 +58,7 @@ struct Refused {
     const char* words;
 };
 
-TEST(ImportArchive, RefusesWhatIsNoPlainPackedScene) {
+TEST(ImportArchive, UnsupportedArchivesAreRejected) {
     const TemporaryFolder folder;
     folder.write("outside.bin", triangleBuffer());
     const std::string gltf = triangleGltf();
@@ -90,7 +90,7 @@ TEST(ImportArchive, RefusesWhatIsNoPlainPackedScene) {
     }
 }
 
-TEST(ImportArchive, NoCutOfAnArchiveCrashesTheReader) {
+TEST(ImportArchive, TruncatedArchivesDoNotCrashTheReader) {
     const TemporaryFolder folder;
     for (const Packing packing : {Packing::zip, Packing::tgz}) {
         const std::string whole = packed(packing, twoFiles());
@@ -102,7 +102,7 @@ TEST(ImportArchive, NoCutOfAnArchiveCrashesTheReader) {
     }
 }
 
-TEST(ImportArchive, BombsAreLimitedBeforeTheyAreUnpacked) {
+TEST(ImportArchive, ArchiveBombsAreLimitedBeforeUnpacking) {
     const TemporaryFolder folder;
     ImportOptions options;
     options.limits.fileBytes = 1 << 20;

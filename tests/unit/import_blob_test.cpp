@@ -29,7 +29,7 @@ Scene sample() {
     return scene;
 }
 
-TEST(SceneBlob, ComesBackAsItWas) {
+TEST(SceneBlob, RoundTripPreservesEverything) {
     const Scene scene = sample();
     Scene back = readScene(blobOf(scene));
     EXPECT_EQ(back.id, "sample");
@@ -48,11 +48,11 @@ TEST(SceneBlob, ComesBackAsItWas) {
     EXPECT_EQ(blobOf(back), blobOf(scene));
 }
 
-TEST(SceneBlob, AnEmptySceneHasABlob) {
+TEST(SceneBlob, EmptyScenesRoundTrip) {
     EXPECT_TRUE(readScene(blobOf(Scene{})).meshes.empty());
 }
 
-TEST(SceneBlob, CutShortAnywhereItIsRefused) {
+TEST(SceneBlob, TruncatedBlobsAreRejected) {
     const std::vector<std::byte> blob = blobOf(sample());
     for (std::size_t length = 0; length < blob.size(); length += length < 400 ? 1 : 37) {
         EXPECT_THROW(readScene(std::span(blob).first(length)), BlobError) << length;
@@ -62,7 +62,7 @@ TEST(SceneBlob, CutShortAnywhereItIsRefused) {
     EXPECT_THROW(readScene(longer), BlobError);
 }
 
-TEST(SceneBlob, AFlippedBitAnywhereIsRefused) {
+TEST(SceneBlob, FlippedBitsAreRejected) {
     std::vector<std::byte> blob = blobOf(sample());
     for (std::size_t i = 0; i < blob.size(); i += i < 400 ? 1 : 23) {
         const std::byte bit{static_cast<unsigned char>(1u << i % 8)};

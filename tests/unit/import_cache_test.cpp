@@ -49,7 +49,7 @@ protected:
     std::vector<std::string> complaints;
 };
 
-TEST_F(ImportCache, GivesTheSceneThatTheImporterGave) {
+TEST_F(ImportCache, ReturnsTheImportedScene) {
     for (const char* name :
          {"Box/Box.glb", "FormatsOBJ/spider.obj", "BoxTextured/BoxTextured.glb"}) {
         const fs::path file = sharedScene(name);
@@ -69,7 +69,7 @@ TEST_F(ImportCache, GivesTheSceneThatTheImporterGave) {
     EXPECT_TRUE(complaints.empty());
 }
 
-TEST_F(ImportCache, HoldsForTheSameContentElsewhere) {
+TEST_F(ImportCache, EqualContentElsewhereIsFound) {
     const fs::path here = folder.write("here/a.gltf", triangleGltf("points.bin"));
     folder.write("here/points.bin", triangleBuffer());
     const fs::path there = folder.write("there/a.gltf", triangleGltf("points.bin"));
@@ -78,7 +78,7 @@ TEST_F(ImportCache, HoldsForTheSameContentElsewhere) {
     EXPECT_TRUE(isKept(there));
 }
 
-TEST_F(ImportCache, AnyChangeOfWhatWasReadIsSeen) {
+TEST_F(ImportCache, ChangesOfInputFilesAreDetected) {
     const fs::path scene = folder.write("a/a.gltf", triangleGltf("points.bin"));
     const fs::path points = folder.write("a/points.bin", triangleBuffer());
     importScene(scene, options);
@@ -108,7 +108,7 @@ TEST_F(ImportCache, AnyChangeOfWhatWasReadIsSeen) {
     EXPECT_FALSE(isKept(scene)) << "another program";
 }
 
-TEST_F(ImportCache, EveryCutAndChangedBytesAreDetected) {
+TEST_F(ImportCache, TruncationAndChangedBytesAreDetected) {
     const fs::path scene = folder.write("a.gltf", triangleGltf());
     importScene(scene, options);
     options.cache->flush();
@@ -137,7 +137,7 @@ TEST_F(ImportCache, EveryCutAndChangedBytesAreDetected) {
     EXPECT_TRUE(isKept(scene)) << "and it is mended";
 }
 
-TEST_F(ImportCache, TheOldestGiveWay) {
+TEST_F(ImportCache, TheOldestAreEvicted) {
     std::vector<fs::path> scenes;
     for (unsigned i = 0; i < 4; ++i) {
         scenes.push_back(folder.write("s" + std::to_string(i) + ".glb", triangleGlb(i, 1000)));
@@ -153,7 +153,7 @@ TEST_F(ImportCache, TheOldestGiveWay) {
     EXPECT_TRUE(isKept(scenes[0]) && isKept(scenes[2]) && isKept(scenes[3]));
 }
 
-TEST_F(ImportCache, WhereNothingCanBeWrittenScenesAreImported) {
+TEST_F(ImportCache, UnwritableFoldersStillImport) {
     folder.write("cache", "a file where the folder should be");
     const fs::path scene = folder.write("a.gltf", triangleGltf());
     for (int i = 0; i < 3; ++i) EXPECT_EQ(triangleCount(importScene(scene, options)), 1u);
@@ -168,7 +168,7 @@ TEST_F(ImportCache, WhereNothingCanBeWrittenScenesAreImported) {
     EXPECT_EQ(complaints.size(), 1u);
 }
 
-TEST_F(ImportCache, WhatFailsIsNotKept) {
+TEST_F(ImportCache, FailuresAreNotCached) {
     const fs::path scene = folder.write("a.gltf", "{");
     EXPECT_THROW(importScene(scene, options), ImportError);
     EXPECT_FALSE(fs::exists(cache()));

@@ -40,7 +40,7 @@ Cube analyticCube(std::uint32_t size) {
 
 // What OpenGL's table of faces says of their middles and upper edges, once more and by hand: the
 // first row of +X is up, and its left column is +Z.
-TEST(Cube, FacesLieAsOpenGlHasThem) {
+TEST(Cube, FacesFollowTheOpenGlConvention) {
     const auto direction = [](std::uint32_t face, std::uint32_t x, std::uint32_t y) {
         return cubeTexelDirection(face, x, y, 4);
     };
@@ -116,7 +116,7 @@ std::string hdrFile(const Image& image) {
     return file;
 }
 
-TEST(ImportEnvironment, EveryContainerHoldsTheSameLightInEveryDirection) {
+TEST(ImportEnvironment, AllContainersGiveTheSameRadiance) {
     const TemporaryFolder folder;
     const Cube cube = analyticCube(16);
     expectAnalytic(loadEnvironment(folder.write("one.ktx", text(cube, KtxFormat::half4, false))),
@@ -188,7 +188,7 @@ TEST(ImportEnvironment, EveryFormatOfTexelsIsRead) {
     }
 }
 
-TEST(ImportEnvironment, RowsThatBeginBelowAreTurnedRound) {
+TEST(ImportEnvironment, BottomUpRowsAreFlipped) {
     const Cube cube = analyticCube(4);
     Cube upsideDown = cube;
     for (std::size_t row = 0; row < 24; ++row) {
@@ -217,7 +217,7 @@ ImportError refusedMap(const std::filesystem::path& file, const ImportOptions& o
     return {Reason::crashed, "was read"};
 }
 
-TEST(ImportEnvironment, WhatIsNotReadIsNamed) {
+TEST(ImportEnvironment, UnsupportedFeaturesAreNamed) {
     const TemporaryFolder folder;
     const Cube cube = analyticCube(4);
     const auto refused = [&](std::string file, std::size_t at, std::uint32_t value) {
@@ -245,7 +245,7 @@ TEST(ImportEnvironment, WhatIsNotReadIsNamed) {
               Reason::notFound);
 }
 
-TEST(ImportEnvironment, SizesAreCheckedBeforeMemoryIsTaken) {
+TEST(ImportEnvironment, SizesAreCheckedBeforeAllocation) {
     const TemporaryFolder folder;
     for (const bool second : {false, true}) {
         std::string file = text(analyticCube(2), KtxFormat::single4, second);
@@ -276,7 +276,7 @@ TEST(ImportEnvironment, SizesAreCheckedBeforeMemoryIsTaken) {
     }
 }
 
-TEST(ImportEnvironment, AKtxFileCutShortOrSpoiltIsAnErrorOrAMap) {
+TEST(ImportEnvironment, DamagedKtxFilesAreErrorsOrMaps) {
     std::mt19937 random(1);
     for (const bool second : {false, true}) {
         for (const KtxFormat format : {KtxFormat::half4, KtxFormat::bc1, KtxFormat::unorm3}) {
@@ -313,7 +313,7 @@ TEST(ImportEnvironment, AKtxFileCutShortOrSpoiltIsAnErrorOrAMap) {
 }
 
 // tinyexr and stb may crash, hang or eat memory on these: then their process does.
-TEST(ImportEnvironment, ASpoiltPictureHarmsNobody) {
+TEST(ImportEnvironment, DamagedImagesAreHarmless) {
     const TemporaryFolder folder;
     std::mt19937 random(2);
     ImportOptions options;
@@ -338,7 +338,7 @@ TEST(ImportEnvironment, ASpoiltPictureHarmsNobody) {
     }
 }
 
-TEST(ImportEnvironment, WhateverTheImporterHandsOverIsChecked) {
+TEST(ImportEnvironment, OutputOfTheImporterIsChecked) {
     const TemporaryFolder folder;
     const auto map = folder.write("map.ktx", text(analyticCube(2), KtxFormat::half4, false));
     const auto says = [&](const std::string& lines) {

@@ -10,9 +10,9 @@
 namespace clerestory {
 namespace {
 
-class Fence : public testing::Test {
+class SceneFolderTest : public testing::Test {
 protected:
-    Fence() {
+    SceneFolderTest() {
         // The canary would work as a material library and as a vertex buffer alike.
         temporary_.write("canary.mtl", "newmtl canary\nKd 0.125 0.25 0.5\nmap_Kd canary.png\n");
         temporary_.write("canary.bin", std::string(36, '?'));
@@ -41,7 +41,7 @@ protected:
     TemporaryFolder temporary_;
 };
 
-TEST_F(Fence, FoldersRefuseEveryWayOut) {
+TEST_F(SceneFolderTest, PathsOutsideTheFolderAreRejected) {
     const SceneFolder folder(temporary_ / "scene", 1000);
     temporary_.write("scene/sub/inside.txt", "inside");
     EXPECT_EQ(folder.read("sub/inside.txt"), "inside");
@@ -58,7 +58,7 @@ TEST_F(Fence, FoldersRefuseEveryWayOut) {
     EXPECT_FALSE(folder.has(std::string("sub/inside.txt\0.png", 19)));
 }
 
-TEST_F(Fence, PipesDoNotBlockAndLimitsHold) {
+TEST_F(SceneFolderTest, PipesDoNotBlockAndLimitsApply) {
     ASSERT_EQ(mkfifo((temporary_ / "scene/pipe").c_str(), 0600), 0);
     temporary_.write("scene/large", std::string(1001, 'x'));
     temporary_.write("scene/small", std::string(1000, 'x'));
@@ -71,7 +71,7 @@ TEST_F(Fence, PipesDoNotBlockAndLimitsHold) {
     EXPECT_THROW(folder.read("small"), ImportError) << "all files together have a limit, too";
 }
 
-TEST_F(Fence, MaterialLibrariesAndPictures) {
+TEST_F(SceneFolderTest, MaterialLibrariesAndImages) {
     const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl canary\nf 1 2 3\n";
     for (const std::string& way : ways("canary.mtl")) {
         const auto file = temporary_.write("scene/a.obj", "mtllib " + way + "\n" + triangle);
@@ -89,7 +89,7 @@ TEST_F(Fence, MaterialLibrariesAndPictures) {
     }
 }
 
-TEST_F(Fence, GltfBuffersAndImages) {
+TEST_F(SceneFolderTest, GltfBuffersAndImages) {
     const std::string scene = R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
         "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
@@ -103,13 +103,13 @@ TEST_F(Fence, GltfBuffersAndImages) {
     }
 }
 
-TEST_F(Fence, ASceneThatIsALinkIsNotFollowed) {
+TEST_F(SceneFolderTest, SymbolicLinksAreNotFollowed) {
     std::filesystem::copy_file(ownScene("materials.obj"), temporary_ / "outside.obj");
     std::filesystem::create_symlink(temporary_ / "outside.obj", temporary_ / "scene/link.obj");
     EXPECT_EQ(refusal(temporary_ / "scene/link.obj").reason(), ImportError::Reason::notFound);
 }
 
-TEST(PercentDecoding, TurnsEscapesIntoBytes) {
+TEST(PercentDecoding, DecodesEscapes) {
     EXPECT_EQ(percentDecoded("a%20b%2Fc.png"), "a b/c.png");
     EXPECT_EQ(percentDecoded("%E2%9D%A4"), "\xE2\x9D\xA4");
     EXPECT_EQ(percentDecoded("100%"), "100%");

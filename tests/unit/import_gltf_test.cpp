@@ -39,7 +39,7 @@ ImportError::Reason reasonFor(const Json& json) {
     return ImportError::Reason::crashed;
 }
 
-TEST(Gltf, MaterialsKeepEveryWord) {
+TEST(Gltf, MaterialsKeepEveryProperty) {
     const Material& m = *material(everything(), "everything");
     EXPECT_EQ(m.baseColor, glm::vec4(0.5f, 0.25f, 0.125f, 0.75f));
     EXPECT_EQ(m.metallic, 0.25f);
@@ -87,13 +87,13 @@ TEST(Gltf, TexturesAreDecodedOncePerColourSpace) {
     EXPECT_EQ(topRow, (std::vector<std::uint8_t>{255, 0, 0, 255, 0, 255, 0, 255}));
 }
 
-TEST(Gltf, AMissingPictureIsAWarning) {
+TEST(Gltf, AMissingImageIsAWarning) {
     EXPECT_FALSE(material(everything(), "lost")->normalTexture.present());
     ASSERT_TRUE(warning(everything(), "missingTexture"));
     EXPECT_EQ(warning(everything(), "missingTexture")->subject, "no such.png");
 }
 
-TEST(Gltf, NodesKeepTheirPlaceAndHandedness) {
+TEST(Gltf, NodesKeepTransformAndHandedness) {
     const Scene& scene = everything();
     const Pose pose = poseAt(scene, 0.0);
     const glm::dmat4& quad = pose.worldFromNode.at(scene.instances.at(0).node);
@@ -125,7 +125,7 @@ TEST(Gltf, CamerasAndLights) {
     EXPECT_EQ(scene.lights[2].intensity, glm::vec3(3.0f));
 }
 
-TEST(Gltf, StripsAreTrianglesAndLinesAreNot) {
+TEST(Gltf, StripsAreConvertedAndLinesIgnored) {
     const Scene& scene = everything();
     // Two from the quad; three vertices of four make one; a strip of four makes two.
     EXPECT_EQ(triangleCount(scene), 5u);
@@ -136,7 +136,7 @@ TEST(Gltf, StripsAreTrianglesAndLinesAreNot) {
     }
 }
 
-TEST(Gltf, WithoutMaterialItIsTheDefaultOne) {
+TEST(Gltf, MissingMaterialsUseTheDefault) {
     const Scene scene = imported(triangle());
     const Material& m = scene.materials.at(scene.meshes.at(0).material);
     EXPECT_EQ(m.metallic, 1.0f);
@@ -145,7 +145,7 @@ TEST(Gltf, WithoutMaterialItIsTheDefaultOne) {
     EXPECT_EQ(scene.title, "scene");
 }
 
-TEST(Gltf, SkinnedMeshesStandWhereTheirJointsAre) {
+TEST(Gltf, SkinnedMeshesFollowTheirJoints) {
     Json json = triangle();
     // Every vertex belongs to joint 0 (an accessor of zeros) with weights 1, 0, 0, 0.
     json["buffers"].push_back(
@@ -177,7 +177,7 @@ TEST(Gltf, MorphWeightsOfTheFileAreApplied) {
     EXPECT_EQ(worldBounds(scene, poseAt(scene, 0.0)).max, glm::vec3(1.5f, 1.5f, 0.0f));
 }
 
-TEST(Gltf, WrongFilesAreRefusedByName) {
+TEST(Gltf, InvalidFilesAreRejectedByName) {
     const auto changed = [](const char* pointer, const Json& value) {
         Json json = triangle();
         json[Json::json_pointer(pointer)] = value;
@@ -216,7 +216,7 @@ TEST(Gltf, WrongFilesAreRefusedByName) {
     }
 }
 
-TEST(Gltf, AGraphThatWouldMultiplyIsRefusedAtOnce) {
+TEST(Gltf, ExponentialNodeGraphsAreRejected) {
     Json json = triangle();
     json["nodes"] = Json::array();
     for (int i = 0; i < 40; ++i) {
@@ -241,7 +241,7 @@ TEST(Gltf, DeepTreesAndDeepJson) {
     EXPECT_EQ(refusal(folder.write("deep.gltf", deep)).reason(), ImportError::Reason::malformed);
 }
 
-TEST(Gltf, LimitsAreKept) {
+TEST(Gltf, LimitsApply) {
     const TemporaryFolder folder;
     Json json = triangle();
     json["nodes"].push_back({{"mesh", 0}});
@@ -260,7 +260,7 @@ TEST(Gltf, LimitsAreKept) {
 }
 
 // Erratum P1: a flattened mirror still mirrors.
-TEST(Gltf, ANodeThatFlattensItsMeshKeepsIt) {
+TEST(Gltf, FlatteningNodesKeepTheirMesh) {
     const float corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0};
     const TemporaryFolder folder;
     folder.write("quad.bin", {reinterpret_cast<const char*>(corners), sizeof corners});

@@ -81,7 +81,7 @@ const Attempt kAttempts[] = {
      [] { return syscall(SYS_prlimit64, 0, 7 /* descriptors */, nullptr, nullptr) == 0; }},
 };
 
-class ImportJail : public testing::Test {
+class ImportSandbox : public testing::Test {
 protected:
     void SetUp() override {
         std::filesystem::create_directories(folder);
@@ -101,7 +101,7 @@ protected:
         std::filesystem::path(CLERESTORY_TEST_OUTPUT) / "jail" / "scene";
 };
 
-TEST_F(ImportJail, RefusesEveryWayOut) {
+TEST_F(ImportSandbox, DeniesEverythingElse) {
     const JailSupport support = jailSupport();
     if (support.landlock == 0) std::printf("this kernel has no landlock\n");
     int tried = 0;
@@ -120,7 +120,7 @@ TEST_F(ImportJail, RefusesEveryWayOut) {
     if (!support.systemCallFilter && support.landlock == 0) GTEST_SKIP() << "no jail here";
 }
 
-TEST_F(ImportJail, LeavesReadingAndComputingAlone) {
+TEST_F(ImportSandbox, AllowsReadingAndComputing) {
     const int code = inChild([&] {
         if (chdir(folder.c_str()) != 0) return 3;
         enterJail(folder);

@@ -13,7 +13,7 @@ const Scene& materials() {
     return scene;
 }
 
-TEST(Obj, SeparateIndicesMeetInOneVertex) {
+TEST(Obj, SeparateIndicesShareVertices) {
     // The third corner of the first triangle: position 3, texture coordinate 3, normal 1.
     bool found = false;
     for (const Vertex& v : materials().vertices) {
@@ -37,7 +37,7 @@ TEST(Obj, GlassTransmits) {
     EXPECT_EQ(tinted.ior, 1.31f);
 }
 
-TEST(Obj, AThinPaneBlends) {
+TEST(Obj, ThinPanesBlend) {
     const Material& pane = *material(materials(), "pane");
     EXPECT_EQ(pane.transmission, 0.0f);
     EXPECT_EQ(pane.alphaMode, AlphaMode::blend);
@@ -59,7 +59,7 @@ struct MtlRow {
 };
 class Mtl : public testing::TestWithParam<MtlRow> {};
 
-TEST_P(Mtl, IsClassedAsItsWordsMean) {
+TEST_P(Mtl, IsClassifiedByItsKeywords) {
     const TemporaryFolder folder;
     folder.write("m.mtl", std::string("newmtl m\n") + GetParam().mtl);
     const Scene scene = importSceneInProcess(
@@ -106,7 +106,7 @@ TEST(Obj, HighlightsBecomeRoughness) {
         << "a picture's alpha is not coverage by itself";
 }
 
-TEST(Obj, AnOpacityPictureCutsOut) {
+TEST(Obj, OpacityMapsCutOut) {
     const Material& leaf = *material(materials(), "leaf");
     EXPECT_EQ(leaf.alphaMode, AlphaMode::mask);
     ASSERT_TRUE(leaf.baseColorTexture.present());
@@ -118,7 +118,7 @@ TEST(Obj, AnOpacityPictureCutsOut) {
 }
 
 // Erratum E1: emission is Ke, whatever Kd is.
-TEST(Obj, EmissionIsKeForEveryKd) {
+TEST(Obj, EmissionIsKeIndependentOfKd) {
     EXPECT_EQ(material(materials(), "lamp")->emissive, glm::vec3(12.5f, 0.0f, 3.0f));
 
     const char* const values[] = {"0", "1e-6", "0.5", "1"};

@@ -24,7 +24,7 @@ ImportOptions script(const TemporaryFolder& folder, const std::string& lines) {
     return options;
 }
 
-TEST(ImportProcess, HandsOverTheSameSceneAsHere) {
+TEST(ImportProcess, GivesTheSameSceneAsInProcess) {
     const Scene here = importSceneInProcess(ownScene("everything.gltf"));
     const Scene there = importScene(ownScene("everything.gltf"));
     EXPECT_NE(there.contentHash, 0u);
@@ -34,7 +34,7 @@ TEST(ImportProcess, HandsOverTheSameSceneAsHere) {
     EXPECT_TRUE(sceneProblems(there).empty());
 }
 
-TEST(ImportProcess, ReportsProgressThatGrows) {
+TEST(ImportProcess, ProgressIncreases) {
     std::vector<ImportProgress> steps;
     importScene(ownScene("everything.gltf"), {},
                 [&](const ImportProgress& step) { steps.push_back(step); });
@@ -46,7 +46,7 @@ TEST(ImportProcess, ReportsProgressThatGrows) {
     }));
 }
 
-TEST(ImportProcess, RefusalsKeepTheirReasonAndName) {
+TEST(ImportProcess, RejectionsKeepTheirReason) {
     EXPECT_EQ(refusal(ownScene("nothing.gltf")).reason(), Reason::notFound);
     EXPECT_EQ(refusal(ownScene("nothing.obj")).reason(), Reason::notFound);
     EXPECT_EQ(refusal(ownScene("no folder/nothing.obj")).reason(), Reason::notFound);
@@ -68,7 +68,7 @@ TEST(ImportProcess, ACrashIsAnError) {
 }
 
 // Assimp 5.2.5 dereferences a null pointer here; later ones read the file.
-TEST(ImportProcess, ALibrarysCrashIsAnErrorToo) {
+TEST(ImportProcess, ACrashInALibraryIsAnError) {
     if (aiGetVersionMajor() > 5 || aiGetVersionMinor() > 2) {
         GTEST_SKIP() << "this Assimp reads what ended 5.2.5";
     }
@@ -92,7 +92,7 @@ TEST(ImportProcess, AnEndlessImportIsStopped) {
     EXPECT_LT(waitpid(-1, nullptr, WNOHANG), 0) << "no child is left behind";
 }
 
-TEST(ImportProcess, AHungryImportIsAnError) {
+TEST(ImportProcess, ExcessiveMemoryIsAnError) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     GTEST_SKIP() << "a sanitizer's process cannot have its address space limited";
 #endif
@@ -105,13 +105,13 @@ TEST(ImportProcess, AHungryImportIsAnError) {
     EXPECT_EQ(refusal(file, options).reason(), Reason::memory);
 }
 
-TEST(ImportProcess, AMissingImporterIsNotTheFilesFault) {
+TEST(ImportProcess, AMissingImporterIsReportedAsSuch) {
     ImportOptions options;
     options.importer = "/nowhere/importer";
     EXPECT_THROW(importScene(ownScene("everything.gltf"), options), std::runtime_error);
 }
 
-TEST(ImportWire, LinesComeBackOrAreIgnored) {
+TEST(ImportWire, LinesRoundTripOrAreIgnored) {
     const auto step = readProgress("progress 250 handing over");
     ASSERT_TRUE(step);
     EXPECT_EQ(step->stage, "handing over");

@@ -35,7 +35,7 @@ std::vector<std::filesystem::path> sceneFiles() {
     return files;
 }
 
-TEST(SharedScenes, LoadOrAreRefused) {
+TEST(SharedScenes, LoadOrAreRejected) {
     CLERESTORY_NEEDS(sharedScene(""));
     std::size_t loaded = 0;
     for (const auto& file : sceneFiles()) {
@@ -63,7 +63,7 @@ TEST(SharedScenes, LoadOrAreRefused) {
     std::cout << "loaded " << loaded << " scenes, " << residentMegabytes() << " MiB resident\n";
 }
 
-TEST(SharedScenes, MalformedFilesCostThisProcessNothing) {
+TEST(SharedScenes, MalformedFilesDoNotHarmThisProcess) {
     CLERESTORY_NEEDS(sharedScene("MalformedAssimp"));
     const double before = residentMegabytes();
     for (const auto& file : sceneFiles()) {

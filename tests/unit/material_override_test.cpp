@@ -46,7 +46,7 @@ std::vector<float> roughnesses(const Scene& scene, const MaterialBindings& mater
     return list;
 }
 
-TEST(Overrides, NoneAreTheSceneAsItIs) {
+TEST(Overrides, WithoutOverridesTheSceneIsUnchanged) {
     const Scene scene = threeBoxes();
     for (const auto& list :
          {std::vector<MaterialOverride>{}, std::vector<MaterialOverride>{of("no such", {}, 0.5)}}) {
@@ -74,7 +74,7 @@ TEST(Overrides, ChooseByMaterialByNodeAndByBoth) {
                 ElementsAre(0.5f, 0.5f, 0.25f));
 }
 
-TEST(Overrides, InstancesThatComeToTheSameShareAMaterial) {
+TEST(Overrides, EqualResultsShareAMaterial) {
     const Scene scene = threeBoxes();
     const MaterialBindings d = bindMaterials(scene, {of("stone", {}, 0.5), of({}, "right", 0.25)});
     EXPECT_EQ(d.own.size(), 2u);
@@ -82,7 +82,7 @@ TEST(Overrides, InstancesThatComeToTheSameShareAMaterial) {
     EXPECT_EQ(d.own[0].name, "stone");
 }
 
-TEST(Overrides, ForGoodIsTheSame) {
+TEST(Overrides, PermanentOverridesAreEquivalent) {
     Scene scene = threeBoxes();
     const std::vector<MaterialOverride> list{of("stone", {}, 0.5), of({}, "group", 0.25)};
     const auto once = roughnesses(scene, bindMaterials(scene, list));
@@ -130,7 +130,7 @@ TEST(Overrides, EveryFieldReachesItsMaterialAndNoOther) {
     EXPECT_EQ(untouched.baseColor, same.baseColor);
 }
 
-TEST(Overrides, TakeThePlaceOfTheTextureAndKeepTheMeanOfItsOtherChannel) {
+TEST(Overrides, ReplaceTheTextureAndKeepTheOtherChannelsMean) {
     Scene scene;
     scene.images.push_back({.name = "picture", .mean = {0.5f, 0.5f, 0.25f, 1.0f}});
     scene.textures.push_back({.image = 0});
@@ -160,7 +160,7 @@ TEST(Overrides, TakeThePlaceOfTheTextureAndKeepTheMeanOfItsOtherChannel) {
     EXPECT_TRUE(m.baseColorTexture.present()) << "its holes stay";
 }
 
-TEST(Overrides, WhatIsNotThereIsNamedWithItsPlace) {
+TEST(Overrides, UnknownTargetsAreNamedWithTheirPointer) {
     const Scene scene = threeBoxes();
     EXPECT_THAT(problems(scene, {of("stone", "left", 1), of({}, "group", 1)}), IsEmpty());
     MaterialOverride bad = of("stoen", "attic", 1);
@@ -177,7 +177,7 @@ TEST(Overrides, WhatIsNotThereIsNamedWithItsPlace) {
     EXPECT_EQ(errors[1].allowed, "group, left, middle, right");
 }
 
-TEST(Overrides, OfManyNamesOnlyTheNearestAreTold) {
+TEST(Overrides, OnlyTheNearestNamesAreSuggested) {
     Scene scene;
     for (int i = 0; i < 5000; ++i) {
         Material m;

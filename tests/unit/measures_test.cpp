@@ -52,7 +52,7 @@ Mask maskOfColumns(std::uint32_t width, std::uint32_t height, std::uint32_t from
 
 }  // namespace
 
-TEST(LinearErrors, aConstantOffsetIsItself) {
+TEST(LinearErrors, AConstantOffsetIsTheBias) {
     const LinearErrors e = linearErrors(uniform(Color(0.6f)), uniform(Color(0.5f)));
     EXPECT_EQ(e.pixels, 16u * 12u);
     EXPECT_EQ(e.nonFinite, 0u);
@@ -63,7 +63,7 @@ TEST(LinearErrors, aConstantOffsetIsItself) {
     EXPECT_NEAR(e.relMse, 0.01 / (0.25 + 0.005 * 0.005), 1e-7);
 }
 
-TEST(LinearErrors, anImpulseMovesMeansAndLeavesThePercentile) {
+TEST(LinearErrors, AnImpulseChangesMeansNotThePercentile) {
     const auto impulse = [](std::uint32_t x, std::uint32_t y) {
         return Color(x == 3 && y == 4 ? 4.0f : 1.0f, 1.0f, 1.0f);
     };
@@ -74,7 +74,7 @@ TEST(LinearErrors, anImpulseMovesMeansAndLeavesThePercentile) {
     EXPECT_EQ(e.p95, 0.0);
 }
 
-TEST(LinearErrors, aScaledPictureHasTheSameRelativeErrorAtAnyBrightness) {
+TEST(LinearErrors, RelativeErrorIsIndependentOfBrightness) {
     double first = 0.0;
     for (const float scale : {1e-4f, 1.0f, 1e4f}) {
         const auto truth = [&](auto x, auto y) { return scale * (pattern(x, y) + 0.1f); };
@@ -87,12 +87,12 @@ TEST(LinearErrors, aScaledPictureHasTheSameRelativeErrorAtAnyBrightness) {
     }
 }
 
-TEST(LinearErrors, thePercentileIsTheLeastValueThat95PercentDoNotExceed) {
+TEST(LinearErrors, ThePercentileIsTheLeastValueThat95PercentDoNotExceed) {
     const auto ramp = [](std::uint32_t x, auto) { return Color(float(x + 1)); };
     EXPECT_EQ(linearErrors(painted(100, 3, ramp), uniform(Color(0.0f), 100, 3)).p95, 95.0);
 }
 
-TEST(LinearErrors, equalAndBlackPicturesAreFinite) {
+TEST(LinearErrors, EqualAndBlackImagesAreFinite) {
     const Image picture = painted(13, 7, pattern);
     const LinearErrors same = linearErrors(picture, picture);
     EXPECT_EQ(same.bias, 0.0);
@@ -104,7 +104,7 @@ TEST(LinearErrors, equalAndBlackPicturesAreFinite) {
     EXPECT_TRUE(std::isfinite(linearErrors(uniform(Color(65504.0f)), black).relMse));
 }
 
-TEST(LinearErrors, whatIsNotFiniteIsCountedAndLeftOut) {
+TEST(LinearErrors, NonFinitePixelsAreReportedAndNotCounted) {
     const auto spoilt = [](std::uint32_t x, std::uint32_t y) {
         if (y == 0 && x == 0) return Color(kNaN, 1.0f, 1.0f);
         if (y == 1 && x == 2) return Color(1.0f, kInf, -kInf);
@@ -121,7 +121,7 @@ TEST(LinearErrors, whatIsNotFiniteIsCountedAndLeftOut) {
     EXPECT_EQ(none.rmse, 0.0);
 }
 
-TEST(LinearErrors, onlyWhatIsInsideTheMaskCountsAndAlphaNeverDoes) {
+TEST(LinearErrors, OnlyMaskedPixelsCountAndAlphaIsIgnored) {
     const auto half = [](std::uint32_t x, auto) { return Color(x < 4 ? 1.0f : 3.0f); };
     const Mask mask = maskOfColumns(8, 4, 0, 4);
     EXPECT_EQ(mask.pixels(), 16u);
@@ -131,7 +131,7 @@ TEST(LinearErrors, onlyWhatIsInsideTheMaskCountsAndAlphaNeverDoes) {
     EXPECT_NEAR(e.rmse, 0.5, 1e-12);
 }
 
-TEST(LinearErrors, picturesThatDoNotFitAreRefused) {
+TEST(LinearErrors, MismatchedImagesAreRejected) {
     const Image a = uniform(Color(1.0f), 4, 4);
     EXPECT_THROW(linearErrors(a, uniform(Color(1.0f), 4, 5)), std::runtime_error);
     EXPECT_THROW(linearErrors(a, makeImage(4, 4, 3, PixelType::srgb8)), std::runtime_error);
@@ -140,7 +140,7 @@ TEST(LinearErrors, picturesThatDoNotFitAreRefused) {
     EXPECT_THROW(linearErrors(a, a, &mask), std::runtime_error);
 }
 
-TEST(ClosedGap, runsFromLeftOutToTheNoise) {
+TEST(ClosedGap, RunsFromEffectOffToNoise) {
     EXPECT_DOUBLE_EQ(closedGap(0.1, 0.1, 0.001), 0.0);
     EXPECT_DOUBLE_EQ(closedGap(0.001, 0.1, 0.001), 1.0);
     EXPECT_DOUBLE_EQ(closedGap(0.0001, 0.1, 0.001), 1.0);  // below the noise is not better
@@ -158,7 +158,7 @@ TEST(ClosedGap, runsFromLeftOutToTheNoise) {
 
 // ---- displayed pictures --------------------------------------------------------------------
 
-TEST(DisplayedErrors, equalPicturesAreAsFarApartAsWeSay) {
+TEST(DisplayedErrors, EqualImagesHaveTheMaximumDecibels) {
     const Image picture = painted(24, 20, pattern);
     for (const Image& p : {picture, quantised(picture)}) {
         const DisplayedErrors e = displayedErrors(p, p);
@@ -170,7 +170,7 @@ TEST(DisplayedErrors, equalPicturesAreAsFarApartAsWeSay) {
     }
 }
 
-TEST(DisplayedErrors, oneCodeIs48Decibels) {
+TEST(DisplayedErrors, OneCodeIs48Decibels) {
     Image a = makeImage(9, 9, 4, PixelType::srgb8), b = a;
     for (std::size_t i = 0; i < a.data.size(); ++i) {
         a.bytes()[i] = 100;
@@ -181,7 +181,7 @@ TEST(DisplayedErrors, oneCodeIs48Decibels) {
     EXPECT_NEAR(decibels(a, b), 10.0 * std::log10(0.5053 / 35215.0), 1e-4);
 }
 
-TEST(DisplayedErrors, decibelsOfBlackAndWhiteAndOfOnePixel) {
+TEST(DisplayedErrors, DecibelsOfBlackAndWhiteAndOfOnePixel) {
     const double whole = 0.5053 * 255.0 * 255.0 / 35215.0;
     EXPECT_NEAR(decibels(uniform(Color(1.0f)), uniform(Color(0.0f))), 10.0 * std::log10(whole),
                 1e-4);
@@ -195,7 +195,7 @@ TEST(DisplayedErrors, decibelsOfBlackAndWhiteAndOfOnePixel) {
                 1e-4);
 }
 
-TEST(DisplayedErrors, whatIsNotFiniteIsLeftOut) {
+TEST(DisplayedErrors, NonFinitePixelsAreNotCounted) {
     const auto spoilt = [](auto x, auto y) {
         return x == 8 && y == 6 ? Color(kNaN, kInf, 0.0f) : Color(0.5f);
     };
@@ -206,13 +206,13 @@ TEST(DisplayedErrors, whatIsNotFiniteIsLeftOut) {
     EXPECT_EQ(e.flip, 0.0);
 }
 
-TEST(Ssim, ofTwoGreysIsTheirLuminanceTerm) {
+TEST(Ssim, UniformGreysGiveTheLuminanceTerm) {
     const double a = 0.25, b = 0.75, c1 = 1e-4;
     EXPECT_NEAR(ssim(uniform(Color(float(a))), uniform(Color(float(b)))),
                 (2.0 * a * b + c1) / (a * a + b * b + c1), 1e-9);
 }
 
-TEST(Ssim, equalsTheDirectSumOverEveryWindow) {
+TEST(Ssim, EqualsTheDirectSumOverEveryWindow) {
     const auto other = [](auto x, auto y) { return 0.7f * pattern(x + 1, y) + 0.1f; };
     const Image a = painted(17, 14, pattern), b = painted(17, 14, other);
     const auto luma = [](Color c) { return 0.299 * c.x + 0.587 * c.y + 0.114 * c.z; };
@@ -253,7 +253,7 @@ TEST(Ssim, equalsTheDirectSumOverEveryWindow) {
 
 // Of black and white, and of the two colours that the paper scales by, from their published CIELAB
 // coordinates (sRGB, D65): green (87.735, -86.183, 83.179), blue (32.297, 79.188, -107.860).
-TEST(Flip, ofPlainColoursIsTheirMappedDistance) {
+TEST(Flip, UniformColoursGiveTheirMappedDistance) {
     const double greenA = 0.87735 * -86.183, greenB = 0.87735 * 83.179;
     const double blueA = 0.32297 * 79.188, blueB = 0.32297 * -107.860;
     const double greatest =
@@ -275,7 +275,7 @@ TEST(Flip, ofPlainColoursIsTheirMappedDistance) {
 
 // A white picture against one that is black in its left half. Beside the edge the sight's bell
 // covers `lit` of white, and the edge detector has all its positive weights on one side.
-TEST(Flip, besideAnEdgeIsTheColoursDifferenceRaisedByTheFeature) {
+TEST(Flip, EdgesRaiseTheColourDifference) {
     const auto halves = [](auto x, auto) { return Color(x < 40 ? 0.0f : 1.0f); };
     for (const double sharpness : {kPixelsPerDegree, 30.0}) {
         const double sigma = std::sqrt(0.0047 / 2.0) / std::acos(-1.0) * sharpness;
@@ -295,7 +295,7 @@ TEST(Flip, besideAnEdgeIsTheColoursDifferenceRaisedByTheFeature) {
     }
 }
 
-TEST(Flip, anImpulseIsSeenWhereItIsFromNearAndHardlyFromAfar) {
+TEST(Flip, ImpulsesAreVisibleFromNearAndBarelyFromAfar) {
     const auto impulse = [](auto x, auto y) { return Color(x == 30 && y == 20 ? 1.0f : 0.5f); };
     const Image a = painted(61, 41, impulse), grey = uniform(Color(0.5f), 61, 41);
     const Image map = flipMap(a, grey);
@@ -317,7 +317,7 @@ TEST(Flip, anImpulseIsSeenWhereItIsFromNearAndHardlyFromAfar) {
 
 // ---- masks, tone mapping, false colours ----------------------------------------------------
 
-TEST(Masks, everyNumberOfTheChannelBelongsToItsEffect) {
+TEST(Masks, EachChannelValueMapsToItsEffect) {
     Image through = makeImage(8, 1, 1, PixelType::float32);
     const float numbers[] = {0, 1, 2, 3, 4, 16, 17, kNaN};
     std::copy_n(numbers, 8, through.floats());
@@ -331,7 +331,7 @@ TEST(Masks, everyNumberOfTheChannelBelongsToItsEffect) {
     EXPECT_THROW(maskOf(uniform(Color(1.0f)), Effect::base), std::runtime_error);
 }
 
-TEST(Masks, emissionIsWhereThingsThatGlowAre) {
+TEST(Masks, EmissionMasksEmitters) {
     Scene scene;
     scene.materials.push_back({.name = "dull"});
     scene.materials.push_back({.name = "lamp", .emissive = glm::vec3(1.0f)});
@@ -350,7 +350,7 @@ TEST(Masks, emissionIsWhereThingsThatGlowAre) {
     EXPECT_EQ(emissionMask(ids, scene).inside, (std::vector<std::uint8_t>{0, 0, 1, 0}));
 }
 
-TEST(Displayed, curvesEncodeAndAnyInputIsShown) {
+TEST(Displayed, CurvesEncodeAnyInput) {
     const auto hard = [](std::uint32_t x, auto) {
         const Color colors[] = {Color(0.5f), Color(kNaN, -1.0f, kInf), Color(1e30f), Color(0.0f)};
         return colors[x];
@@ -371,7 +371,7 @@ TEST(Displayed, curvesEncodeAndAnyInputIsShown) {
                  std::runtime_error);
 }
 
-TEST(ErrorPicture, getsLighterWithTheError) {
+TEST(ErrorPicture, BrightnessGrowsWithTheError) {
     double last = -1.0;
     for (int i = 0; i <= 100; ++i) {
         const glm::u8vec3 c = falseColour(i / 100.0);

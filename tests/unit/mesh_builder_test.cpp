@@ -43,7 +43,7 @@ struct Spoiled {
 
 class MeshRepair : public testing::TestWithParam<Spoiled> {};
 
-TEST_P(MeshRepair, LeavesASoundMeshAndCountsWhatItDid) {
+TEST_P(MeshRepair, RepairsTheMeshAndCountsRepairs) {
     MeshDraft draft = square();
     GetParam().spoil(draft);
     const Scene scene = sceneOf(draft);
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
                 nullptr, 2}),
     [](const auto& row) { return row.param.name; });
 
-TEST(MeshBuilder, NormalsFollowTheWindingAndTangentsTheTexture) {
+TEST(MeshBuilder, NormalsFollowWindingAndTangentsFollowTexture) {
     const Scene scene = sceneOf(square());
     for (const Vertex& v : scene.vertices) {
         EXPECT_EQ(v.normal, glm::vec3(0, 0, 1));
@@ -159,7 +159,7 @@ MeshDraft sheet(int n) {
     return draft;
 }
 
-TEST(Clusters, HoldEveryTriangleOnceWithinTheirBoundsAndSize) {
+TEST(Clusters, ContainEachTriangleOnceWithinBoundsAndSize) {
     const MeshDraft draft = sheet(100);
     const Scene scene = sceneOf(draft);
     ASSERT_GT(scene.clusters.size(), 100u * 100u * 2u / kClusterTriangles);
@@ -182,7 +182,7 @@ TEST(Clusters, HoldEveryTriangleOnceWithinTheirBoundsAndSize) {
     for (const auto& [triangle, count] : seen) EXPECT_EQ(count, 1);
 }
 
-TEST(Clusters, LieTogetherInSpace) {
+TEST(Clusters, AreSpatiallyCompact) {
     const Scene scene = sceneOf(sheet(100));
     for (const Cluster& c : scene.clusters) {
         const glm::vec3 extent = c.bounds.extent();

@@ -59,7 +59,7 @@ dvec3 ndc(const View& view, const dvec3& world) {
 
 // ---- P3 ----------------------------------------------------------------------------------------
 
-TEST(Householder, IsItsOwnInverseAndTurnsSpaceInsideOut) {
+TEST(Householder, IsItsOwnInverseAndMirrorsSpace) {
     Random random;
     for (double scale = 1e-3; scale <= 1e3; scale *= 10.0) {
         for (int i = 0; i < 200; ++i) {
@@ -96,7 +96,7 @@ std::vector<dmat4> lenses() {
             orthographic(4.0, 3.0, 0.0, 100.0)};
 }
 
-TEST(MirroredView, SeesWhatThePlainViewSeesOfTheMirroredWorld) {
+TEST(MirroredView, EqualsThePlainViewOfTheMirroredScene) {
     Random random;
     for (int i = 0; i < 2000; ++i) {
         const dvec3 eye = random.point(10.0);
@@ -125,7 +125,7 @@ TEST(MirroredView, SeesWhatThePlainViewSeesOfTheMirroredWorld) {
     }
 }
 
-TEST(MirroredView, LooksStraightDownAtAnyRollAndFlipsLeftAndRight) {
+TEST(MirroredView, LooksDownAtAnyRollAndFlipsLeftAndRight) {
     const Plane floor{dvec3(0, 1, 0), 0.0};
     const Plane wall{dvec3(0, 0, 1), 0.0};
     for (int degrees = 0; degrees < 360; degrees += 5) {
@@ -154,7 +154,7 @@ TEST(MirroredView, LooksStraightDownAtAnyRollAndFlipsLeftAndRight) {
 // Mirrors at x = 0 and x = l that face each other, an eye and a lamp between them. By the image
 // method the k-th image, the first in the mirror at 0, stands at -(k - 1) l - a for odd k and at
 // a - k l for even k, a being the lamp's place.
-TEST(MirroredView, ImagesBetweenTwoFacingMirrorsStandWhereTheyShould) {
+TEST(MirroredView, ImagesBetweenFacingMirrorsAreAtTheirPositions) {
     const double l = 3.0, a = 1.25;
     const Plane left{dvec3(1, 0, 0), 0.0}, right{dvec3(-1, 0, 0), l};
     const View eye = viewFrom({2.0, 0.5, 4.0}, {0.0, 0.2, 0.0});
@@ -195,7 +195,7 @@ dvec2 pixel(const View& view, const dvec3& world, double width, double height) {
     return (dvec2(ndc(view, world)) * 0.5 + 0.5) * dvec2(width, height);
 }
 
-TEST(Cropped, FourTilesAreTheWholePixelForPixel) {
+TEST(Cropped, FourTilesEqualTheWholeImage) {
     Random random;
     for (const dmat4& lens : lenses()) {
         const View view = viewFrom({0, 0, 5}, {0, 0, 0}, {0.2, 1, 0}, lens);
@@ -220,7 +220,7 @@ TEST(Cropped, FourTilesAreTheWholePixelForPixel) {
     EXPECT_EQ(cropped(view, {0, 0, kWidth, kHeight}, kWidth, kHeight), view);
 }
 
-TEST(Cropped, CroppingAndMirroringMayChangePlaces) {
+TEST(Cropped, CroppingAndMirroringCommute) {
     const View view = viewFrom({1, 2, 5}, {0, 0, 0});
     const Plane floor{dvec3(0, 1, 0), 0.5};
     const PixelRect part{100, 50, 333, 77};
@@ -239,7 +239,7 @@ Bounds boxOf(const dvec3& a, const dvec3& b) {
 
 // Against many points of the box, seen one by one: none lies outside of its rectangle, and for
 // boxes that reach behind the eye the rectangle is no larger than they fill.
-TEST(ScreenBox, HoldsAllThatIsSeenOfABox) {
+TEST(ScreenBox, ContainsTheVisiblePartOfABox) {
     Random random;
     int behind = 0;
     for (int i = 0; i < 3000; ++i) {
@@ -272,7 +272,7 @@ TEST(ScreenBox, HoldsAllThatIsSeenOfABox) {
     EXPECT_GT(behind, 500);
 }
 
-TEST(ScreenBox, AFloorThatReachesBehindTheEyeEndsAtItsFarEdge) {
+TEST(ScreenBox, FloorsReachingBehindTheEyeEndAtTheFarEdge) {
     // Two units above a floor that ends 40 units ahead, looking level: its far edge is 0.05 below
     // the horizon in slope; the picture's own edges end the rest.
     const View view = viewFrom({0, 0, 0}, {0, 0, -1});
@@ -297,7 +297,7 @@ TEST(ScreenBox, AFloorThatReachesBehindTheEyeEndsAtItsFarEdge) {
     EXPECT_EQ(screenBox(view, boxOf({-1, -1, -1}, {1, 1, 2})).share(), 1.0) << "around the eye";
 }
 
-TEST(PixelRect, TouchedPixelsAndTheGuardAround) {
+TEST(PixelRect, IncludesTouchedPixelsAndAGuardBand) {
     ScreenBox box;
     box.low = {-0.5, 0.0};
     box.high = {0.25, 0.5};
@@ -323,7 +323,7 @@ TEST(EdgeOn, OnlyWhenTheWholePlaneIsWithinOnePixelOfItsHorizon) {
     EXPECT_TRUE(edgeOn(eyeHeight(Plane{dvec3(0, 1, 0), 0.0}, view), view, kHeight));
 }
 
-TEST(EyeHeight, OfAnOrthographicViewIsTheSideItLooksAt) {
+TEST(EyeHeight, OfAnOrthographicViewIsTheVisibleSide) {
     View view = viewFrom({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, orthographic(1, 1, 0, 10));
     view.orthographic = true;
     // Wherever the plane stands: the eye of parallel lines of sight is nowhere.
@@ -357,7 +357,7 @@ Lookup tableOf(const dvec3& r) {
     return {r.z > 0 ? 4u : 5u, (dvec2(sc, -r.y) / m.z + 1.0) * 0.5};
 }
 
-TEST(CubeFaces, DrawEveryDirectionWhereALookupFindsIt) {
+TEST(CubeFaces, MatchLookupsInEveryDirection) {
     Random random;
     for (int i = 0; i < 5000; ++i) {
         const dvec3 center = random.point(100.0);

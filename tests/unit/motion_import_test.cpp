@@ -107,7 +107,7 @@ std::ostream& operator<<(std::ostream& out, const File& file) {
 
 class Animated : public testing::TestWithParam<File> {};
 
-TEST_P(Animated, MovesAsTheFileSays) {
+TEST_P(Animated, MatchesTheFile) {
     const auto file = sharedScene(GetParam().name);
     CLERESTORY_NEEDS(file);
     const Scene scene = importScene(file);
@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(
         return path.substr(0, path.find('/'));
     });
 
-TEST(AnimatedFiles, ABlobKeepsAllThatMoves) {
+TEST(AnimatedFiles, ABlobPreservesAnimations) {
     const auto file = sharedScene("RobotExpressive/RobotExpressive.glb");
     CLERESTORY_NEEDS(file);
     const Scene scene = importSceneInProcess(file);
@@ -198,7 +198,7 @@ TEST(AnimatedFiles, ABlobKeepsAllThatMoves) {
     EXPECT_FALSE(scene.skins.empty());
 }
 
-TEST(AnimatedFiles, AClipThatTouchesNothingElsePlaysWithTheFirst) {
+TEST(AnimatedFiles, IndependentClipsPlayWithTheFirst) {
     const auto mobile = sharedScene("InterpolationTest/InterpolationTest.glb");
     CLERESTORY_NEEDS(mobile);
     EXPECT_EQ(defaultClips(importScene(mobile)).size(), 9u) << "nine cubes, nine clips";
@@ -206,7 +206,7 @@ TEST(AnimatedFiles, AClipThatTouchesNothingElsePlaysWithTheFirst) {
         << "three ways to walk";
 }
 
-TEST(AnimatedFiles, StaticFilesHaveNothingThatMoves) {
+TEST(AnimatedFiles, StaticFilesHaveNoAnimations) {
     const auto file = sharedScene("Box/Box.glb");
     CLERESTORY_NEEDS(file);
     const Scene scene = importScene(file);
@@ -292,7 +292,7 @@ Scene imported(const Json& json) {
     return importScene(folder.write("scene.gltf", json.dump()));
 }
 
-TEST(AnimatedFiles, BonesAThousandKilometresAwayMoveAsSmoothly) {
+TEST(AnimatedFiles, BonesFarFromTheOriginMoveSmoothly) {
     const glm::dvec3 far(1e6 + 0.3, -250.0, -3e6);
     for (const bool moves : {true, false}) {
         Json near = skinned();
@@ -314,7 +314,7 @@ TEST(AnimatedFiles, BonesAThousandKilometresAwayMoveAsSmoothly) {
     }
 }
 
-TEST(HostileAnimations, TheSoundOneMoves) {
+TEST(MalformedAnimations, TheValidAnimationPlays) {
     const Scene scene = imported(skinned());
     ASSERT_EQ(scene.clips.size(), 1u);
     EXPECT_EQ(scene.clips[0].tracks.size(), 2u);
@@ -324,7 +324,7 @@ TEST(HostileAnimations, TheSoundOneMoves) {
     EXPECT_NEAR(box.min.y, -1.0f, 1e-6);
 }
 
-TEST(HostileAnimations, KeysThatAreNoKeysAreLeftOut) {
+TEST(MalformedAnimations, InvalidKeysAreIgnored) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float inf = std::numeric_limits<float>::infinity();
     const auto tracksLeft = [](const Json& json) {
@@ -355,7 +355,7 @@ TEST(HostileAnimations, KeysThatAreNoKeysAreLeftOut) {
     EXPECT_EQ(tracksLeft(changed("/animations/0/samplers", "none")), 0u);
 }
 
-TEST(HostileAnimations, SkinsThatAreNoSkinsDoNoHarm) {
+TEST(MalformedAnimations, InvalidSkinsAreIgnored) {
     const auto changed = [](const char* pointer, const Json& value) {
         Json json = skinned();
         json[Json::json_pointer(pointer)] = value;
@@ -378,7 +378,7 @@ TEST(HostileAnimations, SkinsThatAreNoSkinsDoNoHarm) {
         << "a skeleton that is its own child";
 }
 
-TEST(HostileAnimations, AVanishedThingComesBack) {
+TEST(MalformedAnimations, ZeroScaleRecovers) {
     Json json = moving({0, 1}, {0, 0, 0, 1, 1, 1});
     json["nodes"][0]["scale"] = {0, 0, 0};
     json["animations"][0]["channels"] =

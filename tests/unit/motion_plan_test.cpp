@@ -50,7 +50,7 @@ FrameRequest fromAbove(double time) {
     return request;
 }
 
-TEST(Motion, OnlyMapsThatCanSeeWhatMovedAreDrawnAnew) {
+TEST(Motion, OnlyMapsThatSeeMovementAreRedrawn) {
     Scene scene = twoRooms();
     letMove(scene, 3, {-1.5, 0.5, 2.5});
     const FramePlan first = planOf(scene, fromAbove(0.0));
@@ -65,7 +65,7 @@ TEST(Motion, OnlyMapsThatCanSeeWhatMovedAreDrawnAnew) {
     EXPECT_EQ(count(third, "capture"), 0u);
 }
 
-TEST(Motion, ACubeThatIsDrawnForEveryFrameIsPricedSo) {
+TEST(Motion, CubesDrawnEveryFrameAreCosted) {
     const auto price = [](const Scene& scene) {
         const FramePlan plan = planOf(scene, fromAbove(0.0));
         for (const Candidate& c : plan.decisions.at(0).candidates) {
@@ -80,7 +80,7 @@ TEST(Motion, ACubeThatIsDrawnForEveryFrameIsPricedSo) {
     EXPECT_NEAR(price(scene) / still, 16.0, 1e-9) << "a cube of what stands still lasts";
 }
 
-TEST(Motion, WhatComesIntoSightIsSeen) {
+TEST(Motion, ObjectsEnteringTheViewAreDrawn) {
     Scene scene = twoRooms();
     letMove(scene, 3, {1.5, 0, 2});  // through the wall
     const FramePlan first = planOf(scene, fromAbove(0.0));
@@ -88,7 +88,7 @@ TEST(Motion, WhatComesIntoSightIsSeen) {
     EXPECT_EQ(count(second, "capture"), 12u) << toText(second);
 }
 
-TEST(Motion, AMapsFarEndBoundsWhatItSees) {
+TEST(Motion, FarPlanesBoundMapContents) {
     Scene scene = twoRooms();
     letMove(scene, 3, {-1.5, 0.5, 2.5});
     for (Probe p : {Probe{.name = "near", .position = {-4, 0, 4}, .size = 0.2, .zfar = 1.5},
@@ -102,7 +102,7 @@ TEST(Motion, AMapsFarEndBoundsWhatItSees) {
     }
 }
 
-TEST(Motion, ALampThatMovesChangesWhatItLights) {
+TEST(Motion, MovingLightsChangeLitObjects) {
     Scene scene = twoRooms();
     const Index lamp = addNode(scene, "lamp", at(-4, 1, 40));
     scene.lights.push_back({.node = lamp, .intensity = glm::vec3(10.0f), .range = 3.0f});
@@ -115,7 +115,7 @@ TEST(Motion, ALampThatMovesChangesWhatItLights) {
     EXPECT_GT(captures(0.0, 1.0), 0u) << "it came near";
 }
 
-TEST(Motion, EqualMomentsAreEqualPlans) {
+TEST(Motion, EqualTimesGiveEqualPlans) {
     Scene scene = twoRooms();
     letMove(scene, 3, {-1.5, 0.5, 2.5});
     EXPECT_EQ(planOf(scene, fromAbove(0.25)), planOf(scene, fromAbove(2.25)))
@@ -127,7 +127,7 @@ TEST(Motion, EqualMomentsAreEqualPlans) {
 }
 
 // Near and far planes, parallax boxes and shares of the scene must not move with what moves.
-TEST(Motion, WhatIsMeasuredByTheSceneDoesNotMove) {
+TEST(Motion, SceneScaledValuesAreConstantOverTime) {
     Scene scene = twoRooms();
     letMove(scene, 3, {-25, 0, 25});
     const FramePlan a = planOf(scene, fromAbove(0.0)), b = planOf(scene, fromAbove(1.0));
@@ -140,14 +140,14 @@ TEST(Motion, WhatIsMeasuredByTheSceneDoesNotMove) {
     }
 }
 
-TEST(Motion, WhereNothingMovesTimeIsNothing) {
+TEST(Motion, StaticScenesIgnoreTime) {
     const Scene scene = twoRooms();
     const FramePlan first = planOf(scene, fromAbove(0.0));
     EXPECT_EQ(planOf(scene, fromAbove(7.5)), first);
     EXPECT_EQ(count(planOf(scene, fromAbove(7.5), allOf(first)), "capture"), 0u);
 }
 
-TEST(Motion, WhatLeavesTheViewIsCulledAndWhatComesIsNot) {
+TEST(Motion, CullingFollowsMovement) {
     Scene scene = boxScene();
     letMove(scene, 0, {50, 0, 0});
     const auto drawn = [&](double time) {
@@ -163,7 +163,7 @@ TEST(Motion, WhatLeavesTheViewIsCulledAndWhatComesIsNot) {
     EXPECT_GT(rootOf(planOf(scene, there)).opaqueDraws.size(), 0u);
 }
 
-TEST(Motion, AWrongNameIsAnsweredWithTheRightOnes) {
+TEST(Motion, UnknownNamesListTheValidOnes) {
     Scene scene = boxScene();
     letMove(scene, 0, {1, 0, 0});
     EXPECT_EQ(noSuchClip(scene).pointer, "/clip");

@@ -93,7 +93,7 @@ TEST(Fresnel, AnIndexOfOneVanishesAlsoAtGrazing) {
     }
 }
 
-TEST(Fresnel, RisesWithoutStepsTowardsGrazing) {
+TEST(Fresnel, IncreasesContinuouslyTowardsGrazing) {
     for (const float eta : {1.0003f, 1.1f, 1.5f, 3.0f}) {
         float before = atDegrees(80.0, eta);
         double slope = 0.0;
@@ -122,7 +122,7 @@ TEST(Fresnel, StaysWithinZeroAndOne) {
     }
 }
 
-TEST(Fresnel, WhatSchlickCosts) {
+TEST(Fresnel, ErrorOfSchlick) {
     double worst = 0.0, worstAt = 0.0, least = 0.0, leastAt = 0.0;
     for (double degrees = 0.0; degrees < 90.0; degrees += 0.1) {
         const double cosine = std::cos(radians(degrees));
@@ -137,14 +137,14 @@ TEST(Fresnel, WhatSchlickCosts) {
     EXPECT_NEAR(leastAt, 55.0, 2.5);
 }
 
-TEST(Fresnel, SchlickMeetsItsEnds) {
+TEST(Fresnel, SchlickIsExactAtBothEnds) {
     const glm::vec3 gold(1.0f, 0.71f, 0.29f);
     EXPECT_EQ(glsl::fresnelSchlick(gold, 1.0f, 1.0f), gold);
     EXPECT_EQ(glsl::fresnelSchlick(gold, 1.0f, 0.0f), glm::vec3(1.0f));
     EXPECT_NEAR(glsl::fresnelSchlick(gold, 1.0f, 0.5f).z, 0.29 + 0.71 / 32.0, 1e-6);
 }
 
-TEST(IndexOfRefraction, ThereAndBack) {
+TEST(IndexOfRefraction, RoundTrip) {
     EXPECT_NEAR(glsl::f0FromIor(1.5f), 0.04f, 1e-8f);
     EXPECT_NEAR(glsl::f0FromIor(2.42f), 0.17239495, 1e-7);  // (1.42 / 3.42)^2
     EXPECT_EQ(glsl::f0FromIor(1.0f), 0.0f);

@@ -25,7 +25,7 @@ TEST(Ggx, DensityIsNormalised) {
     }
 }
 
-TEST(Ggx, DensityIsTheTextbooks) {
+TEST(Ggx, DensityMatchesTheTextbook) {
     for (const float roughness : {0.045f, 0.1f, 0.3f, 0.6f, 1.0f}) {
         const double alpha = double(roughness) * roughness;
         for (double tangent = 0.0; tangent < 5.0 * alpha; tangent += 0.1 * alpha) {
@@ -56,7 +56,7 @@ double summedMean(double tangent, double alpha, double radius) {
     return sum / (double(kRings) * kTurns);
 }
 
-TEST(Ggx, MeanOverADiscIsTheSumOverIt) {
+TEST(Ggx, MeanOverADiscMatchesNumericalIntegration) {
     for (const double alpha : {0.002025, 0.02, 0.3}) {
         for (const double radius : {0.003, 0.05, 0.4}) {
             for (const double tangent : {0.0, 0.3, 0.9, 1.2, 3.0}) {
@@ -73,7 +73,7 @@ TEST(Ggx, MeanOverADiscIsTheSumOverIt) {
 }
 
 // However narrow the lobe: what a disc about it holds is the lobe's share within it.
-TEST(Ggx, MeanOverAWideDiscHoldsTheWholeLobe) {
+TEST(Ggx, MeanOverAWideDiscContainsTheWholeLobe) {
     for (const double alpha : {0.002025, 0.02}) {
         const double radius2 = 0.16;
         const double mean = glsl::ggxMeanDistribution(1.0f, 0.0f, float(alpha * alpha), 0.16f);
@@ -81,7 +81,7 @@ TEST(Ggx, MeanOverAWideDiscHoldsTheWholeLobe) {
     }
 }
 
-TEST(Ggx, MeanOverNothingIsTheDensity) {
+TEST(Ggx, MeanOverAnEmptyDiscIsTheDensity) {
     for (const float roughness : {0.045f, 0.3f, 1.0f}) {
         const float alpha = roughness * roughness;
         for (double t = 0.0; t < 20.0 * alpha; t += 0.7 * alpha) {
@@ -98,7 +98,7 @@ TEST(Ggx, MeanOverNothingIsTheDensity) {
     }
 }
 
-TEST(Ggx, MeanIsFiniteAndPositiveForSpoiltNumbers) {
+TEST(Ggx, MeanIsFiniteAndPositiveForInvalidInput) {
     for (const float alpha : {0.002025f, 0.25f, 1.0f}) {
         for (const float covered : {0.0f, 1e-38f, 1e-12f, 1e-3f, 0.18f}) {
             for (const float c2 : {0.0f, 1e-30f, 0.5f, 1.0f, 1.0001f}) {
@@ -112,7 +112,7 @@ TEST(Ggx, MeanIsFiniteAndPositiveForSpoiltNumbers) {
     }
 }
 
-TEST(Ggx, VisibilityIsTheTextbooks) {
+TEST(Ggx, VisibilityMatchesTheTextbook) {
     for (const float roughness : {0.045f, 0.1f, 0.3f, 0.6f, 1.0f}) {
         const float alpha = roughness * roughness;
         for (const float l : {0.001f, 0.01f, 0.1f, 0.5f, 0.9f, 1.0f}) {
@@ -126,7 +126,7 @@ TEST(Ggx, VisibilityIsTheTextbooks) {
     }
 }
 
-TEST(Ggx, IsFiniteAndPositiveForSpoiltCosines) {
+TEST(Ggx, IsFiniteAndPositiveForInvalidCosines) {
     for (const float alpha : {0.0f, 1e-20f, 1e-6f, 0.002f, 0.25f, 1.0f}) {
         for (const float a : hardCosines()) {
             for (const float b : hardCosines()) {
@@ -142,7 +142,7 @@ TEST(Ggx, IsFiniteAndPositiveForSpoiltCosines) {
     EXPECT_TRUE(std::isfinite(glsl::ggxVisibility(0.0f, 0.0f, 0.0f)));
 }
 
-TEST(Diffuse, KeepsItsHueUnderAColouredLobe) {
+TEST(Diffuse, KeepsItsHueUnderAColouredSpecularLobe) {
     EXPECT_FLOAT_EQ(glsl::diffuseWeight({0.1f, 0.3f, 0.2f}), 0.7f);
     EXPECT_EQ(glsl::diffuseWeight(glm::vec3(2.0f)), 0.0f);
 }

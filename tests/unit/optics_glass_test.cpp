@@ -30,7 +30,7 @@ double angleBetween(const dvec3& a, const dvec3& b) {
 
 // ---- one interface (G5) ------------------------------------------------------------------------
 
-TEST(Interface, ASpecularFactorDimsWhatCouldGetThrough) {
+TEST(Interface, SpecularFactorScalesReflection) {
     for (const float cosine : {0.0f, 0.01f, 0.5f, 1.0f}) {
         EXPECT_EQ(glsl::fresnelOfBody(cosine, 1.5f, 0.0f), 0.0f) << cosine;
         EXPECT_EQ(glsl::fresnelOfBody(cosine, 1.5f, 1.0f), glsl::fresnelDielectric(cosine, 1.5f));
@@ -66,7 +66,7 @@ TEST(Interface, SnellsLawOverASweep) {
     }
 }
 
-TEST(Interface, RandomRaysKeepTheirPlaneAndTheirWayBack) {
+TEST(Interface, RandomRaysStayInPlaneAndAreReversible) {
     std::mt19937 random(5);
     std::normal_distribution<float> normal;
     for (int i = 0; i < 20000; ++i) {
@@ -85,7 +85,7 @@ TEST(Interface, RandomRaysKeepTheirPlaneAndTheirWayBack) {
 }
 
 // Flipping the winding of a two-sided pane changes no pixel; for a body it turns inside to outside.
-TEST(Interface, ANormalOnTheFarSideIsTurnedAndTheIndexInverted) {
+TEST(Interface, NormalsOnTheFarSideAreFlipped) {
     const vec3 in(downwards(30));
     const glsl::Interface outside = glsl::interfaceMet(in, kUp, 1.5f);
     const glsl::Interface inside = glsl::interfaceMet(in, -kUp, 1.5f);
@@ -102,7 +102,7 @@ TEST(Interface, ANormalOnTheFarSideIsTurnedAndTheIndexInverted) {
 
 // Snell's window: half-angle asin(1 / 1.5) = 41.81 degrees, a mirror outside it, and Fresnel
 // agrees.
-TEST(Interface, TheWindowFromInsideAndTheMirrorAroundIt) {
+TEST(Interface, TotalReflectionOutsideSnellsWindow) {
     for (double degrees = 0.0; degrees <= 90.0; degrees += 0.01) {
         const vec3 up(-downwards(degrees));
         const glsl::Refraction out = glsl::refractedAtSurface(up, kUp, 1.5f);
@@ -115,7 +115,7 @@ TEST(Interface, TheWindowFromInsideAndTheMirrorAroundIt) {
     }
 }
 
-TEST(Interface, NoDirectionIsShorterThanItShouldBe) {
+TEST(Interface, DirectionsAreNormalised) {
     for (const float ior : {0.0f, 0.3f, 0.999999f, 1.0f, 1.000001f, 1.5f, 3.0f, kInf}) {
         for (double degrees = 0.0; degrees <= 180.0; degrees += 0.01) {
             const vec3 in(downwards(degrees));
@@ -133,7 +133,7 @@ TEST(Interface, NoDirectionIsShorterThanItShouldBe) {
     EXPECT_EQ(glm::length(glsl::refracted(vec3(0.0f), kUp, 1.5f).direction), 1.0f);
 }
 
-TEST(Interface, AnIndexOfOneIsNotThere) {
+TEST(Interface, IndexOneIsInvisible) {
     for (double degrees = 0.0; degrees <= 90.0; degrees += 0.5) {
         const vec3 in(downwards(degrees));
         EXPECT_EQ(glsl::refractedAtSurface(in, kUp, 1.0f).direction, in);
@@ -173,7 +173,7 @@ TEST(Pane, TransmittanceOfWindowGlass) {
     EXPECT_GT(glsl::paneShares(faceFresnel(89, 1.5), vec3(1.0f)).reflected.x, 0.9f);
 }
 
-TEST(Glass, NothingIsLostOrGained) {
+TEST(Glass, EnergyIsConserved) {
     for (double ior = 1.0; ior <= 3.0; ior += 0.125) {
         for (double degrees = 0.0; degrees <= 89.99; degrees += 0.01) {
             for (const double eta : {ior, 1.0 / ior}) {
@@ -189,7 +189,7 @@ TEST(Glass, NothingIsLostOrGained) {
 }
 
 // glTF: a metal and a dielectric by `metallic`, the dielectric clear and opaque by `transmission`.
-TEST(Glass, OnlyTheDielectricPartLetsLightThrough) {
+TEST(Glass, OnlyTheDielectricPartTransmits) {
     for (double metallic = 0.0; metallic <= 1.0; metallic += 0.125) {
         for (double transmission = 0.0; transmission <= 1.0; transmission += 0.125) {
             const float t(transmission), m(metallic);
@@ -203,7 +203,7 @@ TEST(Glass, OnlyTheDielectricPartLetsLightThrough) {
     EXPECT_EQ(glsl::metallicBesideGlass(1.0f, 0.0f), 0.0f);
 }
 
-TEST(Pane, WhatOneFresnelShareForBothPolarisationsCosts) {
+TEST(Pane, ErrorOfUnpolarisedFresnel) {
     double worst = 0.0, worstAt = 0.0;
     for (double degrees = 0.0; degrees < 90.0; degrees += 0.1) {
         const glsl::GlassShares pane = glsl::paneShares(faceFresnel(degrees, 1.5), vec3(1.0f));
@@ -215,7 +215,7 @@ TEST(Pane, WhatOneFresnelShareForBothPolarisationsCosts) {
 }
 
 // Bounce after bounce, added up in double.
-TEST(Glass, TheSumOfAllBounces) {
+TEST(Glass, MatchesTheSumOfAllReflections) {
     for (const double f : {0.0, 0.04, 0.3, 0.9, 0.999}) {
         for (const double a : {0.0, 0.2, 0.9, 1.0}) {
             double through = 0.0, back = f, solid = 0.0, left = (1.0 - f) * a;
@@ -231,7 +231,7 @@ TEST(Glass, TheSumOfAllBounces) {
     }
 }
 
-TEST(Glass, SharesAreFiniteAndWithinOne) {
+TEST(Glass, CoefficientsAreFiniteAndAtMostOne) {
     for (const float f : hardCosines()) {
         for (const float a : hardCosines()) {
             for (const glsl::GlassShares& s : {glsl::paneShares(f, vec3(a, 1.0f, 0.0f)),
@@ -262,7 +262,7 @@ TEST(Absorption, IsThePowerOfThePath) {
     EXPECT_NEAR(glm::distance(twice, glsl::absorption(color, 2.0f, 1.1f)), 0.0f, 1e-6f);
 }
 
-TEST(Absorption, LimitsHaveTheirMeaning) {
+TEST(Absorption, LimitCases) {
     const vec3 color(0.5f, 0.0f, 1.0f);
     EXPECT_EQ(glsl::absorption(color, 1.0f, 0.0f), vec3(1.0f));
     for (const float distance : {0.0f, -1.0f, kInf, kNaN}) {
@@ -277,7 +277,7 @@ TEST(Absorption, LimitsHaveTheirMeaning) {
 
 // ---- ways through ------------------------------------------------------------------------------
 
-TEST(Pane, TheRayLeavesAsItCameButAside) {
+TEST(Pane, RaysLeaveParallelWithAnOffset) {
     for (const double index : kIndices) {
         for (double degrees = 0.0; degrees < 89.9; degrees += 0.5) {
             // What the floats say: near grazing and an index of 1 their last bits count.
@@ -302,7 +302,7 @@ TEST(Pane, TheRayLeavesAsItCameButAside) {
     EXPECT_EQ(glsl::throughPane(vec3(downwards(50)), kUp, 1.5f, 0.0f).path, 0.0f);
 }
 
-TEST(Ball, DeviatesTwiceAndMeetsItsFarSide) {
+TEST(Ball, RefractsTwice) {
     const double radius = 0.35;
     for (const double ior : kIndices) {
         for (double degrees = 0.0; degrees < 89.9; degrees += 0.25) {
@@ -335,7 +335,7 @@ TEST(Ball, KnownDeviationAtSixtyDegrees) {
     EXPECT_NEAR(angleBetween(in, dvec3(c.inside)) * 180.0 / kTruePi, 24.74, 0.01);
 }
 
-TEST(Solid, IsABallWhereItIsAsThickAsTheBallThatItsNearSideIsAPartOf) {
+TEST(Solid, IsABallIfItsThicknessMatchesTheCurvature) {
     EXPECT_EQ(glsl::ballShare(2.0f, 1.0f), 1.0f);
     EXPECT_EQ(glsl::ballShare(1.6f, 1.0f), 1.0f);
     EXPECT_EQ(glsl::ballShare(0.02f, 1.0f), 0.0f);  // a bottle
@@ -347,7 +347,7 @@ TEST(Solid, IsABallWhereItIsAsThickAsTheBallThatItsNearSideIsAPartOf) {
     }
 }
 
-TEST(Solid, LeavesBetweenTheWallsWayAndTheBalls) {
+TEST(Solid, ExitDirectionIsBetweenPaneAndBall) {
     const vec3 normal(0.0f, 1.0f, 0.0f);
     for (const double degrees : {0.0, 20.0, 60.0, 89.0}) {
         const vec3 incident(downwards(degrees));
@@ -373,7 +373,7 @@ double middleHalf(std::vector<double>& values) {
 
 // Light through a pane with two rough faces, facet by facet, in double by the textbook's Snell. The
 // middle half of GGX slopes is 2 / sqrt(3) alpha wide, so the spread predicts both widths' mean.
-TEST(RoughGlass, SpreadsAsSamplesDo) {
+TEST(RoughGlass, SpreadMatchesSampling) {
     const auto bent = [](const dvec3& in, const dvec3& n, double eta) {
         const double c = -glm::dot(in, n), k = 1.0 - (1.0 - c * c) / (eta * eta);
         return in / eta + n * (c / eta - std::sqrt(std::max(k, 0.0)));

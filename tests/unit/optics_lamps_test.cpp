@@ -6,13 +6,13 @@
 namespace clerestory::test {
 namespace {
 
-TEST(PointLamp, FallsWithTheSquareOfTheDistance) {
+TEST(PointLight, FallsWithTheSquareOfTheDistance) {
     EXPECT_FLOAT_EQ(glsl::punctualAttenuation(1.0f, 0.0f), 1.0f);
     EXPECT_FLOAT_EQ(glsl::punctualAttenuation(2.0f, 0.0f), 0.25f);
     EXPECT_FLOAT_EQ(glsl::punctualAttenuation(100.0f, 0.0f), 1e-4f);
 }
 
-TEST(PointLamp, IsCutAtItsRange) {
+TEST(PointLight, IsZeroBeyondItsRange) {
     // KHR_lights_punctual: max(min(1 - (d / range)^4, 1), 0) / d^2.
     EXPECT_FLOAT_EQ(glsl::punctualAttenuation(5.0f, 10.0f), (1.0f - 0.0625f) / 25.0f);
     EXPECT_EQ(glsl::punctualAttenuation(10.0f, 10.0f), 0.0f);
@@ -20,7 +20,7 @@ TEST(PointLamp, IsCutAtItsRange) {
     EXPECT_NEAR(glsl::punctualAttenuation(0.1f, 10.0f), 100.0f, 1e-3f);
 }
 
-TEST(PointLamp, IsFiniteWhereItStands) {
+TEST(PointLight, IsFiniteAtItsPosition) {
     for (const float range : {0.0f, 1e-30f, 1.0f, 1e30f, kInf}) {
         for (const float distance : {-1.0f, 0.0f, 1e-30f, 0.005f, 1.0f, 1e18f, 3e38f, kInf}) {
             const float a = glsl::punctualAttenuation(distance, range);
@@ -31,7 +31,7 @@ TEST(PointLamp, IsFiniteWhereItStands) {
     EXPECT_EQ(glsl::punctualAttenuation(0.0f, 0.0f), glsl::punctualAttenuation(0.01f, 0.0f));
 }
 
-TEST(SpotLamp, FullWithinNothingBeyond) {
+TEST(SpotLight, FullInsideZeroOutside) {
     const float inner = 0.9f, outer = 0.7f;
     EXPECT_EQ(glsl::spotAttenuation(1.0f, inner, outer), 1.0f);
     EXPECT_EQ(glsl::spotAttenuation(0.9f, inner, outer), 1.0f);
@@ -43,7 +43,7 @@ TEST(SpotLamp, FullWithinNothingBeyond) {
     EXPECT_EQ(glsl::spotAttenuation(0.6999f, 0.7f, 0.7f), 0.0f);
 }
 
-TEST(RadianceFinite, LetsOnlyLightThrough) {
+TEST(RadianceFinite, AcceptsOnlyFiniteRadiance) {
     EXPECT_EQ(glsl::radianceFinite(kNaN), 0.0f);
     EXPECT_EQ(glsl::radianceFinite(kInf), 0.0f);
     EXPECT_EQ(glsl::radianceFinite(-kInf), 0.0f);

@@ -12,7 +12,7 @@ using glm::vec3;
 
 // ---- blur (R4) ---------------------------------------------------------------------------------
 
-TEST(MirrorLod, IsTheLawOfTheCone) {
+TEST(MirrorLod, FollowsTheConeFormula) {
     for (const double roughness : {0.1, 0.3, 0.7, 1.0}) {
         for (const double beyond : {0.01, 0.5, 3.0, 100.0}) {
             const double toMirror = 2.0, focal = 620.0, alpha = roughness * roughness;
@@ -24,7 +24,7 @@ TEST(MirrorLod, IsTheLawOfTheCone) {
     }
 }
 
-TEST(MirrorLod, TouchingTheMirrorIsSharpAndAPolishedOneAlways) {
+TEST(MirrorLod, ContactAndSmoothMirrorsAreSharp) {
     for (const float roughness : {0.0f, 0.3f, 1.0f}) {
         EXPECT_EQ(glsl::mirrorLod(roughness, 1000.0f, 1.0f, 0.0f), 0.0f);
     }
@@ -47,7 +47,7 @@ TEST(MirrorLod, FiniteForEveryInput) {
     }
 }
 
-TEST(MirrorLod, GrowsEvenlyWithRoughnessAndDistance) {
+TEST(MirrorLod, IsMonotonicInRoughnessAndDistance) {
     float before = 0.0f, beforeFar = 0.0f;
     for (int i = 0; i <= 100; ++i) {
         const float lod = glsl::mirrorLod(0.01f * float(i), 600.0f, 1.0f, 5.0f);
@@ -63,7 +63,7 @@ TEST(MirrorLod, GrowsEvenlyWithRoughnessAndDistance) {
 }
 
 // A cube's face has half its edge as pixels per slope, and its surroundings are far away.
-TEST(MirrorLod, OfThingsFarAwayIsTheCubesLevel) {
+TEST(MirrorLod, OfDistantObjectsIsTheCubesLevel) {
     for (const float roughness : {0.1f, 0.2f, 0.5f, 0.8f}) {
         EXPECT_NEAR(glsl::mirrorLod(roughness, 128.0f, 1.0f, kInf),
                     glsl::environmentLod(roughness, 256.0f, 99.0f), 2e-5f)
@@ -112,7 +112,7 @@ TEST(BoxParallax, AlongTheAxesAndOnTheWalls) {
     }
 }
 
-TEST(Parallax, OutsideTheProxyIsTheRaysOwnDirection) {
+TEST(Parallax, OutsideTheProxyDirectionsAreUnchanged) {
     const vec3 direction = glm::normalize(vec3(1.0f, 2.0f, -3.0f));
     for (const vec3& p : {vec3(1.5f, 0, 0), vec3(0, -9, 0), vec3(0, 0, 1e30f), vec3(kNaN, 0, 0)}) {
         EXPECT_EQ(glsl::boxParallax(p, direction, vec3(-1.0f), vec3(1.0f)), direction);
@@ -120,7 +120,7 @@ TEST(Parallax, OutsideTheProxyIsTheRaysOwnDirection) {
     }
 }
 
-TEST(Parallax, AtTheProbeItselfNothingMoves) {
+TEST(Parallax, AtTheProbeDirectionsAreUnchanged) {
     std::mt19937 random(3);
     std::normal_distribution<float> normal;
     for (int i = 0; i < 1000; ++i) {
@@ -151,7 +151,7 @@ TEST(SphereParallax, IsExactInARoundRoom) {
     }
 }
 
-TEST(Parallax, UnitAndFiniteForHardRays) {
+TEST(Parallax, UnitAndFiniteForExtremeRays) {
     for (const float x : hardCosines()) {
         for (const float y : hardCosines()) {
             vec3 d(x, y, 0.3f);

@@ -66,7 +66,7 @@ TEST(GgxHalfVector, IsUnitAtTheEdges) {
 
 // At every drawn direction the lobe is its share times the density it was drawn with, by the
 // textbook's formulae; and the shares' mean is what a white lobe returns, by quadrature.
-TEST(GgxVisibleNormal, SharesAndDensityMakeUpTheLobe) {
+TEST(GgxVisibleNormal, WeightAndDensityReproduceTheLobe) {
     for (const double roughness : {0.3, 0.5, 0.8, 1.0}) {
         for (const double nDotV : {0.02, 0.1, 0.35, 0.7, 1.0}) {
             const double alpha = roughness * roughness;
@@ -126,7 +126,7 @@ TEST(GgxVisibleNormal, IsUnitAtTheEdges) {
     }
 }
 
-TEST(SampleRoughness, ReadsAPrefilteredMapWhereAPlainOneWouldBeAsWide) {
+TEST(SampleRoughness, MatchesTheWidthOfPrefilteredMaps) {
     for (const float pdf : {0.1f, 1.0f, 30.0f, 1000.0f}) {
         const float roughness = glsl::sampleRoughness(pdf, 16.0f);
         EXPECT_NEAR(glsl::environmentLod(roughness, 4096.0f, 99.0f),
@@ -175,7 +175,7 @@ TEST(EnvironmentLod, FollowsTheWidthOfTheLobe) {
     }
 }
 
-TEST(SampleLod, ATexelCoversTheSamplesShare) {
+TEST(SampleLod, TexelsCoverTheSolidAngleOfASample) {
     // One uniform sample covers the sphere: 6 faces of 64 x 64, a level quarters their number;
     // 6 texels are left at level 6, one more for the share of 6.
     EXPECT_NEAR(glsl::sampleLod(float(1.0 / (4.0 * kTruePi)), 1.0f, 64.0f),

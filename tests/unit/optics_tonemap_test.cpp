@@ -80,14 +80,14 @@ TEST(ToneCurves, AcesAtMiddleGrey) {
     EXPECT_NEAR(glsl::toneMapAces(glm::vec3(0.18f)).y, 0.0367336 / 0.347885, 1e-4);
 }
 
-TEST(Srgb, EveryCodeComesBack) {
+TEST(Srgb, EveryCodeRoundTrips) {
     for (int code = 0; code < 256; ++code) {
         const float linearValue = glsl::linearFromSrgb(float(code) / 255.0f);
         EXPECT_NEAR(glsl::srgbFromLinear(linearValue) * 255.0f, float(code), 1e-3f);
     }
 }
 
-TEST(Srgb, StandardsValues) {
+TEST(Srgb, MatchesTheStandard) {
     EXPECT_NEAR(glsl::srgbFromLinear(0.5f), 0.7353569, 1e-6);
     EXPECT_NEAR(glsl::linearFromSrgb(0.5f), 0.2140411, 1e-6);
     EXPECT_NEAR(glsl::srgbFromLinear(0.18f), 0.4613561, 1e-6);

@@ -48,7 +48,7 @@ glm::dvec3 directionOf(const std::uint8_t* rgba) {
 
 }  // namespace
 
-TEST(PackedNormals, HoldEveryLevelsDirectionsBesideMetallicAndRoughness) {
+TEST(PackedNormals, StoreDirectionsWithMetallicAndRoughness) {
     const Scene before = pairOf();
     Scene after = before;
     packNormals(after);
@@ -74,7 +74,7 @@ TEST(PackedNormals, HoldEveryLevelsDirectionsBesideMetallicAndRoughness) {
     }
 }
 
-TEST(PackedNormals, AZBelowNothingIsNothing) {
+TEST(PackedNormals, NegativeZIsClampedToZero) {
     Scene scene = pairOf();
     scene.images[1].texels[0] = 255;
     scene.images[1].texels[1] = 128;
@@ -84,7 +84,7 @@ TEST(PackedNormals, AZBelowNothingIsNothing) {
     EXPECT_EQ(scene.images[1].texels[3], 128);
 }
 
-TEST(PackedNormals, LeaveAloneWhatIsReadInAnotherWay) {
+TEST(PackedNormals, DifferentlySampledTexturesAreNotPacked) {
     struct Case {
         std::string name;
         std::function<void(Scene&)> change;
@@ -123,7 +123,7 @@ TEST(PackedNormals, LeaveAloneWhatIsReadInAnotherWay) {
     }
 }
 
-TEST(PackedNormals, WhatOthersReadStays) {
+TEST(PackedNormals, SharedTexturesAreKept) {
     Scene scene = pairOf();
     scene.materials[0].occlusionTexture = scene.materials[0].metallicRoughnessTexture;
     scene.materials.push_back({});
@@ -137,7 +137,7 @@ TEST(PackedNormals, WhatOthersReadStays) {
     EXPECT_EQ(scene.materials[1].metallicRoughnessTexture.texture, 2u);
 }
 
-TEST(PackedNormals, OneSetOfNumbersServesSeveralNormalMaps) {
+TEST(PackedNormals, OneTextureServesSeveralNormalMaps) {
     Scene scene = pairOf();
     scene.materials.push_back(scene.materials[0]);  // reads the same two
     scene.materials.push_back(scene.materials[0]);

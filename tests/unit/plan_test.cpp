@@ -35,7 +35,7 @@ auto skippedAs(const std::string& name, const std::string& reason) {
     return Contains(AllOf(Field(&Skipped::name, name), Field(&Skipped::reason, HasSubstr(reason))));
 }
 
-TEST(Plan, AnEmptySceneIsAPictureOfTheSky) {
+TEST(Plan, AnEmptySceneShowsTheSky) {
     const FramePlan plan = planOf(Scene{}, lookingFrom({0, 0, 5}));
     EXPECT_THAT(kinds(plan), ElementsAre("surface", "toneMap", "edgeFilter"));
     EXPECT_TRUE(surfaceOf(plan).sky);
@@ -53,7 +53,7 @@ TEST(Plan, ASceneWithoutReflectorsNeedsOneSurfacePassAndToneMapping) {
     EXPECT_THAT(second.skipped, skippedAs("environment:plain", "resident"));
 }
 
-TEST(Plan, AnotherAccuracyOfTheEnvironmentIsAnotherMap) {
+TEST(Plan, EnvironmentAccuracyIsPartOfTheMapKey) {
     FrameRequest request = lookingFrom({0, 0, 5});
     const FramePlan first = planOf(boxScene(), request);
     request.accuracy.environmentSamples *= 2;
@@ -93,7 +93,7 @@ TEST(Plan, ManyLayersCallForADepthPrepassThatCoversTheSameTriangles) {
     EXPECT_THAT(surfacePassOf(plan).reason, HasSubstr("depth first"));
 }
 
-TEST(Plan, WhatHidesLittleForItsTrianglesIsNotDrawnDepthFirst) {
+TEST(Plan, PoorOccludersAreNotDrawnDepthFirst) {
     Scene scene;
     const Index mesh = addBoxMesh(scene, "box", addMaterial(scene, {}));
     for (int i = 0; i < 8; ++i) place(scene, mesh, {0, 0, -0.1 * i});
@@ -146,7 +146,7 @@ TEST(Plan, WithEmissionOffTheDrawsAreThoseOfASceneWithoutIt) {
     EXPECT_EQ(surfaceOf(planOf(boxScene(lamp), request)), surfaceOf(planOf(boxScene(), request)));
 }
 
-TEST(Plan, ADrawCarriesOnlyTheLightsThatReachIt) {
+TEST(Plan, DrawsListOnlyLightsThatReachThem) {
     Scene scene = boxScene();
     for (const double x : {3.0, 100.0}) {
         scene.lights.push_back(
@@ -162,7 +162,7 @@ TEST(Plan, ADrawCarriesOnlyTheLightsThatReachIt) {
                  FEATURE_LIGHTS);
 }
 
-TEST(Plan, ASpotThatPointsAwayDoesNotReach) {
+TEST(Plan, SpotsThatPointAwayDoNotReach) {
     Scene scene = boxScene();
     for (const double turn : {0.0, 3.14159}) {
         const glm::dmat4 m =
@@ -177,7 +177,7 @@ TEST(Plan, ASpotThatPointsAwayDoesNotReach) {
     EXPECT_EQ(draw.lights.indices[0], 0u);
 }
 
-TEST(Plan, OfTooManyLightsTheStrongestAreKeptAndItIsSaid) {
+TEST(Plan, TheStrongestLightsAreKeptAndTheRestReported) {
     Scene scene = boxScene();
     for (int i = 0; i < 20; ++i) {
         scene.lights.push_back(
@@ -193,7 +193,7 @@ TEST(Plan, OfTooManyLightsTheStrongestAreKeptAndItIsSaid) {
     EXPECT_THAT(plan.skipped, skippedAs("lights", "20 lights reach one draw"));
 }
 
-TEST(Plan, TheSunIsALightTurnedWithItsMap) {
+TEST(Plan, TheSunRotatesWithItsMap) {
     EnvironmentMap map = plainMap();
     map.sun = Sun{glm::vec3(1, 0, 0), glm::vec3(3.0f)};
     FrameRequest request = lookingFrom({0, 0, 5});
@@ -213,7 +213,7 @@ TEST(Plan, LinearRadianceIsNotToneMapped) {
     EXPECT_EQ(plan.targets[plan.output].format, Format::rgba32f);
 }
 
-TEST(Plan, AChannelDrawsNumbersAndNoEnvironment) {
+TEST(Plan, DataChannelsDrawNoEnvironment) {
     FrameRequest request = lookingFrom({0, 0, 5});
     request.output = {.format = OutputFormat::npy, .channel = Channel::depth};
     const FramePlan plan = planOf(boxScene(), request);
@@ -221,7 +221,7 @@ TEST(Plan, AChannelDrawsNumbersAndNoEnvironment) {
     EXPECT_EQ(totals(plan).triangles, 12u);
 }
 
-TEST(Plan, SamplesAreLoweredToWhatTheDeviceHas) {
+TEST(Plan, SamplesAreLimitedByTheDevice) {
     FrameRequest request = lookingFrom({0, 0, 5});
     request.accuracy.samples = 8;
     const FramePlan plan = planOf(boxScene(), request);
@@ -236,7 +236,7 @@ TEST(Plan, EveryPassAndEverySkipHasAReason) {
     EXPECT_THAT(toText(plan), HasSubstr("total 4 passes, 1 views, 1 draws, 12 triangles"));
 }
 
-TEST(Plan, AnUnknownCameraIsRefusedWithTheNamesThatExist) {
+TEST(Plan, UnknownCamerasListTheExistingOnes) {
     Scene scene = boxScene();
     scene.cameras.push_back({.name = "front", .node = 0});
     FrameRequest request;

@@ -31,7 +31,7 @@ glm::dvec3 someTangent(const glm::dvec3& n) {
     return glm::normalize(glm::cross(n, axis));
 }
 
-TEST(Plane, GoesWithItsPointsThroughAnyAffineMatrix) {  // P1
+TEST(Plane, TransformsWithItsPoints) {  // P1
     Dice dice;
     int mirrored = 0;
     for (int i = 0; i < 5000; ++i) {
@@ -63,7 +63,7 @@ TEST(Plane, GoesWithItsPointsThroughAnyAffineMatrix) {  // P1
     EXPECT_GT(mirrored, 1000);
 }
 
-TEST(Plane, AFlattenedMirrorIsStillOne) {
+TEST(Plane, FlattenedMirrorsStayMirrors) {
     Dice dice;
     for (int i = 0; i < 100; ++i) {
         const glm::dmat4 turn = dice.rotation();
@@ -75,7 +75,7 @@ TEST(Plane, AFlattenedMirrorIsStillOne) {
     }
 }
 
-TEST(Plane, WhatBecomesALineOrAPointIsRefused) {
+TEST(Plane, DegenerateTransformsAreRejected) {
     Dice dice;
     const auto through = [](const glm::dvec3& normal, const glm::dmat4& m) {
         return transformed({normal, 0.0}, m);

@@ -16,7 +16,7 @@ Material plain(float albedo, float metallic, float roughness) {
 }
 
 // A ball that loses nothing in uniform light is not to be told from it.
-TEST(ReferenceFurnace, NothingIsLostOrMade) {
+TEST(ReferenceFurnace, EnergyIsConservedByOpaqueSurfaces) {
     const EnvironmentMap map = uniformMap(1.0f);
     for (const ReferenceMode mode : {ReferenceMode::effects, ReferenceMode::full}) {
         for (const float metallic : {0.0f, 0.5f, 1.0f}) {
@@ -59,7 +59,7 @@ TEST(ReferenceFurnace, GlassLosesNothing) {
     }
 }
 
-TEST(ReferenceFurnace, AClosedBoxThatGlowsSumsItsBounces) {
+TEST(ReferenceFurnace, EmissiveClosedBoxSumsItsBounces) {
     Material wall = chalk(0.5f);
     wall.emissive = glm::vec3(0.5f);
     wall.doubleSided = true;
@@ -74,7 +74,7 @@ TEST(ReferenceFurnace, AClosedBoxThatGlowsSumsItsBounces) {
 
 // Light passes the dielectric part alone, so half a metal whose other half is clear reflects half
 // of what the metal does, and nothing diffusely.
-TEST(ReferenceLamp, OnHalfAMetalThatIsElseClear) {
+TEST(ReferenceLights, OnAHalfMetallicTransmittingSurface) {
     const auto lit = [](float metallic) {
         Material m = plain(0.8f, metallic, 0.5f);
         m.specular = 0.0f;
@@ -93,7 +93,7 @@ TEST(ReferenceLamp, OnHalfAMetalThatIsElseClear) {
 }
 
 // Nothing is reflected where the index does not change, at no angle.
-TEST(ReferenceLamp, OnWhatHasTheIndexOfItsSurroundings) {
+TEST(ReferenceLights, OnIndexMatchedSurfaces) {
     const auto lit = [](float ior, float specular) {
         Material m = plain(0.2f, 0.0f, 0.3f);
         m.ior = ior;
@@ -110,7 +110,7 @@ TEST(ReferenceLamp, OnWhatHasTheIndexOfItsSurroundings) {
 }
 
 // A lamp in the middle of a ball: every bounce is uniform over it.
-TEST(ReferenceLamp, InAHollowBall) {
+TEST(ReferenceLights, InAHollowBall) {
     Material wall = chalk(0.6f);
     wall.doubleSided = true;
     Scene scene = ballScene(wall, 128);
@@ -141,7 +141,7 @@ glm::dmat4 lyingFaceDown(double height, double halfSize) {
 }
 
 // A glowing square straight above a point of the floor: four times the form factor of a corner.
-TEST(ReferenceLamp, AGlowingSquareLightsTheFloorBelow) {
+TEST(ReferenceLights, EmissiveSquareLightsTheFloorBelow) {
     Index black = 0;
     Scene scene = floorUnder(black);
     const Index square = addSquareMesh(scene, "lamp", addMaterial(scene, lamp(5.0f)));
@@ -155,7 +155,7 @@ TEST(ReferenceLamp, AGlowingSquareLightsTheFloorBelow) {
     EXPECT_EQ(meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::effects, 2)).x, 0.0);
 }
 
-TEST(ReferenceLamp, CastsShadowsInFullOnly) {
+TEST(ReferenceLights, CastsShadowsInModeFullOnly) {
     Index black = 0;
     Scene scene = floorUnder(black);
     placeAt(scene, addSquareMesh(scene, "shade", black), lyingFaceDown(0.5, 0.2));
@@ -173,7 +173,7 @@ TEST(ReferenceLamp, CastsShadowsInFullOnly) {
 
 // Two long mirrors face each other; a slanted look originTriangle between their ends after k
 // reflections.
-TEST(ReferenceMirrors, TheKthImageIsAsBrightAsReflectedKTimes) {
+TEST(ReferenceMirrors, TheKthImageIsReflectedKTimes) {
     Scene scene;
     const Index mirror =
         addSquareMesh(scene, "mirror", addMaterial(scene, plain(0.9f, 1.0f, 0.0f)));
@@ -193,7 +193,7 @@ TEST(ReferenceMirrors, TheKthImageIsAsBrightAsReflectedKTimes) {
     }
 }
 
-TEST(ReferenceMirrors, OnesThatLoseNothingEnd) {
+TEST(ReferenceMirrors, LosslessMirrorsTerminate) {
     Material mirror = plain(1.0f, 1.0f, 0.0f);
     mirror.doubleSided = true;
     const FrameRequest frame = narrow({0.1, 0.2, 0.3}, {1.0, 0.4, -0.5}, 1.2, 4);
@@ -202,7 +202,7 @@ TEST(ReferenceMirrors, OnesThatLoseNothingEnd) {
     EXPECT_EQ(meanColor(image).x, 0.0);
 }
 
-TEST(ReferenceGlass, APaneLetsThroughItsSeriesOfBounces) {
+TEST(ReferenceGlass, PanesTransmitTheSeriesOfReflections) {
     for (const double degrees : {0.0, 45.0, 60.0, 75.0}) {
         Scene scene;
         Material glass = plain(1.0f, 0.0f, 0.0f);
@@ -245,7 +245,7 @@ EnvironmentMap compass() {
 // A ball bounces what enters by 2 (theta - theta_t), and pi - 2 theta_t more for every bounce
 // inside. Coverage counts for the whole surface, what it lets through included
 // (KHR_materials_transmission).
-TEST(ReferenceGlass, APaneThatCoversAQuarterIsAQuarterThere) {
+TEST(ReferenceGlass, CoverageScalesPanes) {
     Scene scene;
     Material black{.name = "black",
                    .baseColor = {0.0f, 0.0f, 0.0f, 0.25f},
@@ -260,7 +260,7 @@ TEST(ReferenceGlass, APaneThatCoversAQuarterIsAQuarterThere) {
     EXPECT_NEAR(seen.x, 0.75 + 0.25 * mirrored, 0.02);
 }
 
-TEST(ReferenceGlass, ABallBendsAsSnellSaysTwice) {
+TEST(ReferenceGlass, BallsRefractTwice) {
     Material glass = plain(1.0f, 0.0f, 0.0f);
     glass.transmission = 1.0f;
     glass.thickness = 1.0f;
@@ -285,7 +285,7 @@ TEST(ReferenceGlass, ABallBendsAsSnellSaysTwice) {
     }
 }
 
-TEST(ReferenceEffects, SwitchesAreHeeded) {
+TEST(ReferenceEffects, SwitchesApply) {
     Scene scene;
     const Index mirror =
         addSquareMesh(scene, "mirror", addMaterial(scene, plain(1.0f, 1.0f, 0.0f)));

@@ -72,7 +72,7 @@ PaneCoefficients bouncedPane(double cosine, double ior, double clear) {
     return sum;
 }
 
-TEST(ReferencePane, IsTheSumOfItsBounces) {
+TEST(ReferencePane, IsTheSumOfItsReflections) {
     for (const double clear : {1.0, 0.9, 0.3, 0.0}) {
         for (const double degrees : {0.0, 30.0, 60.0, 80.0, 89.0}) {
             const double c = cosineOf(degrees);
@@ -84,7 +84,7 @@ TEST(ReferencePane, IsTheSumOfItsBounces) {
     }
 }
 
-TEST(ReferencePane, LetsThroughWhatTheErrataTabulate) {  // G3
+TEST(ReferencePane, MatchesTheErrataTable) {  // G3
     const std::pair<double, double> table[] = {
         {0.0, 0.923}, {45.0, 0.907}, {60.0, 0.848}, {80.0, 0.459}, {89.0, 0.051}};
     for (const auto& [degrees, transmitted] : table) {

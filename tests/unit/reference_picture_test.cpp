@@ -57,7 +57,7 @@ Scene rubble(int count) {
     return scene;
 }
 
-TEST(ReferenceWorld, MeetsWhatALoopOverTrianglesMeets) {
+TEST(ReferenceGeometry, MatchesALinearSearchOverTriangles) {
     const Scene scene = rubble(300);
     const Pose pose = poseAt(scene, 0.0);
     const MaterialBindings materials;
@@ -81,7 +81,7 @@ TEST(ReferenceWorld, MeetsWhatALoopOverTrianglesMeets) {
     EXPECT_GT(met, 1500);
 }
 
-TEST(ReferenceWorld, DropsTrianglesWithoutArea) {
+TEST(ReferenceGeometry, DropsTrianglesWithoutArea) {
     Scene scene = rubble(10);
     for (int i = 0; i < 3; ++i) scene.vertices[i].position = glm::vec3(1.0f);
     const MaterialBindings materials;
@@ -109,7 +109,7 @@ bool sameBytes(const Image& a, const Image& b) {
            std::memcmp(a.data.data(), b.data.data(), a.data.size()) == 0;
 }
 
-TEST(ReferencePicture, IsTheSameForAnyNumberOfThreads) {
+TEST(ReferencePicture, IsIndependentOfThreadCount) {
     const Scene scene = mixedScene();
     for (const ReferenceMode mode : {ReferenceMode::effects, ReferenceMode::full}) {
         const auto with = [&](std::uint32_t threads, std::uint64_t seed) {
@@ -123,7 +123,7 @@ TEST(ReferencePicture, IsTheSameForAnyNumberOfThreads) {
     }
 }
 
-TEST(ReferencePicture, KnowsWhatPixelsSeeFirst) {
+TEST(ReferencePicture, FirstHitsAreClassified) {
     const ReferenceImage image =
         traced(mixedScene(), mixedRequest(), skyEnvironment(), ReferenceMode::effects, 2);
     const std::size_t middle = 12 * 40 + 17;
@@ -136,7 +136,7 @@ TEST(ReferencePicture, KnowsWhatPixelsSeeFirst) {
 }
 
 // The claimed noise against the distance from many more samples.
-TEST(ReferencePicture, ItsNoiseIsWhatItSays) {
+TEST(ReferencePicture, NoiseEstimateMatchesTheError) {
     const Scene scene = mixedScene();
     for (const std::uint32_t samples : {8u, 64u}) {
         const ReferenceImage few =
@@ -178,7 +178,7 @@ TEST(ReferencePicture, ReportsAndCanBeCancelled) {
     EXPECT_FALSE(traceReference(request, [](double) { return false; }).has_value());
 }
 
-TEST(ReferencePicture, MistakesAreSaid) {
+TEST(ReferencePicture, InvalidRequestsAreRejected) {
     Scene scene = mixedScene();
     FrameRequest frame = mixedRequest();
     const EnvironmentMap map = uniformMap(1.0f);
@@ -193,7 +193,7 @@ TEST(ReferencePicture, MistakesAreSaid) {
     EXPECT_THROW(traceReference(request), std::invalid_argument);
 }
 
-TEST(ReferencePicture, AnEmptySceneIsSky) {
+TEST(ReferencePicture, EmptyScenesShowTheEnvironment) {
     const ReferenceImage image =
         traced(Scene{}, narrow({0, 0, 5}, {0, 0, 0}), uniformMap(0.5f), ReferenceMode::full, 2);
     EXPECT_FLOAT_EQ(float(meanColor(image).x), 0.5f);

@@ -69,7 +69,7 @@ void expectFits(const SampleFunction& sample, const Density& density) {
     EXPECT_LT((chiSquare - degrees) / std::sqrt(2.0 * degrees), 5.0) << degrees << " bins";
 }
 
-TEST(ReferenceSampling, VisibleFacetsFitTheirDensity) {
+TEST(ReferenceSampling, VisibleNormalsFitTheirDensity) {
     for (const double cosine : {0.99, 0.5, 0.1}) {
         for (const double alpha : {0.2, 0.5, 1.0}) {
             SCOPED_TRACE(testing::Message() << "cosine " << cosine << ", alpha " << alpha);
@@ -82,7 +82,7 @@ TEST(ReferenceSampling, VisibleFacetsFitTheirDensity) {
     }
 }
 
-TEST(ReferenceSampling, MirroredFacetsFitTheirDensity) {
+TEST(ReferenceSampling, ReflectionsFitTheirDensity) {
     const glm::dvec3 v(0.6, 0.0, 0.8);
     expectFits(
         [&](const glm::dvec2& r) {
@@ -92,11 +92,11 @@ TEST(ReferenceSampling, MirroredFacetsFitTheirDensity) {
         [&](const glm::dvec3& l) { return reflectionPdf(v, l, 0.4); });
 }
 
-TEST(ReferenceSampling, CosinesFitTheirDensity) {
+TEST(ReferenceSampling, CosineHemisphereFitsItsDensity) {
     expectFits(sampleCosineHemisphere, cosineHemispherePdf);
 }
 
-TEST(ReferenceSampling, TheSkyFitsItsDensity) {
+TEST(ReferenceSampling, EnvironmentFitsItsDensity) {
     for (const EnvironmentMap& map : {skyEnvironment(), studioEnvironment()}) {
         SCOPED_TRACE(map.name);
         const glm::dmat3 turned = glm::mat3_cast(glm::angleAxis(0.7, glm::dvec3(0.6, 0.0, 0.8)));
@@ -109,7 +109,7 @@ TEST(ReferenceSampling, TheSkyFitsItsDensity) {
     }
 }
 
-TEST(ReferenceSampling, ABlackSkyIsNeverChosen) {
+TEST(ReferenceSampling, BlackEnvironmentsHaveDensityZero) {
     const EnvironmentMap black = constantEnvironment("black", glm::vec3(0.0f));
     EnvironmentLight light(black, glm::dmat3(1.0), 1.0);
     light.prepareSampling();
@@ -117,7 +117,7 @@ TEST(ReferenceSampling, ABlackSkyIsNeverChosen) {
     EXPECT_EQ(light.pdf({0.0, 1.0, 0.0}), 0.0);
 }
 
-TEST(ReferenceSampling, RandomPairsAreStratified) {
+TEST(ReferenceSampling, SamplesAreStratified) {
     // Of 256 points every elementary interval of area 1/256 holds one.
     for (int shape = 0; shape <= 8; ++shape) {
         const int columns = 1 << shape, rows = 256 / columns;
@@ -133,7 +133,7 @@ TEST(ReferenceSampling, RandomPairsAreStratified) {
 }
 
 // The irradiance table against plain sums over directions.
-TEST(ReferenceSampling, DiffuseLightIsTheIntegralOfTheSky) {
+TEST(ReferenceSampling, IrradianceIsTheIntegralOfTheEnvironment) {
     const EnvironmentMap map = skyEnvironment();
     EnvironmentLight light(map, glm::dmat3(1.0), 1.0);
     light.prepareIrradiance();

@@ -25,7 +25,7 @@ void expectTurns(const std::vector<double>& numbers, const glm::dvec3& from, con
     EXPECT_LT(glm::distance(matrixOf(numbers) * from, to), 1e-9);
 }
 
-TEST(Rotation, AQuarterTurnInEachForm) {
+TEST(Rotation, QuarterTurnInEachForm) {
     const double h = std::sqrt(0.5), q = 0.5 * 3.14159265358979323846;
     const glm::dvec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
     for (const std::vector<double>& aboutY :
@@ -42,7 +42,7 @@ TEST(Rotation, AQuarterTurnInEachForm) {
     expectTurns({0, q, q}, z, y);
 }
 
-TEST(Rotation, WhatIsNoneIsRefused) {
+TEST(Rotation, InvalidRotationsAreRejected) {
     for (const std::vector<double>& wrong :
          std::vector<std::vector<double>>{{},
                                           {1},

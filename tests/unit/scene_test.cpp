@@ -20,7 +20,7 @@ TEST(Pose, ChildrenFollowTheirParents) {
 }
 
 // Found by fuzzing: what clips did to a tree could be more than a box holds.
-TEST(Pose, AMomentOutOfReachIsAtRest) {
+TEST(Pose, NonFiniteTimesAreTheRestPose) {
     const auto grown = [](float scale, double time) {
         Scene scene = boxScene();
         scene.movingNodes.push_back({.node = 0});
@@ -53,7 +53,7 @@ TEST(Pose, AMomentOutOfReachIsAtRest) {
     EXPECT_EQ(worldBounds(deep, poseAt(deep, 0.999999)).max.x, atRest.max.x) << "not 1e27 metres";
 }
 
-TEST(Bounds, OfATurnedBoxHoldItsCornersTightly) {
+TEST(Bounds, OfARotatedBoxEncloseItsCornersTightly) {
     Bounds unit;
     unit.add(glm::vec3(-1));
     unit.add(glm::vec3(1));
@@ -73,7 +73,7 @@ TEST(Scene, WorldBoundsCoverEveryInstance) {
     EXPECT_EQ(triangleCount(scene), 24u);
 }
 
-TEST(Scene, TheDefaultViewSeesTheBoundsAtAnyScale) {
+TEST(Scene, TheDefaultViewShowsTheBoundsAtAnyScale) {
     for (const double size : {1e-4, 1.0, 1e6}) {
         Scene scene;
         place(scene, addBoxMesh(scene, "box", addMaterial(scene, {})), {3 * size, 0, 0}, size);
@@ -85,7 +85,7 @@ TEST(Scene, TheDefaultViewSeesTheBoundsAtAnyScale) {
     }
 }
 
-TEST(Scene, TheDefaultViewIsThatOfTheFirstPerspectiveCamera) {
+TEST(Scene, TheDefaultViewIsTheFirstPerspectiveCamera) {
     Scene scene = boxScene();
     const Index node = addNode(scene, "eye", glm::translate(glm::dmat4(1.0), {0, 0, 7}));
     scene.cameras.push_back({.node = 0, .orthographic = true});
@@ -96,7 +96,7 @@ TEST(Scene, TheDefaultViewIsThatOfTheFirstPerspectiveCamera) {
     EXPECT_EQ(view.yfov, 0.5);
 }
 
-TEST(Scene, TheHashKnowsWhatChangesAPictureAndNotTheId) {
+TEST(Scene, TheHashDependsOnContentNotOnTheId) {
     Scene a = boxScene(), b = boxScene();
     b.id = "another";
     updateContentHash(a);
@@ -126,11 +126,11 @@ Scene soundScene() {
     return scene;
 }
 
-TEST(SceneProblems, FindsNoneInASoundScene) {
+TEST(SceneProblems, FindsNoneInAValidScene) {
     EXPECT_THAT(sceneProblems(soundScene()), testing::IsEmpty());
 }
 
-TEST_P(SceneFault, IsFound) {
+TEST_P(SceneFault, IsDetected) {
     Scene scene = soundScene();
     GetParam().plant(scene);
     EXPECT_THAT(sceneProblems(scene), testing::Not(testing::IsEmpty()));

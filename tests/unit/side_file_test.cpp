@@ -47,7 +47,7 @@ protected:
     TemporaryFolder folder_;
 };
 
-TEST_F(SideFile, ChangesMaterialsForGood) {
+TEST_F(SideFile, ChangesMaterialsPermanently) {
     const Scene plain = load("");
     const Scene scene = load(R"({"overrides": [
         {"material": "stone", "roughness": 0.1, "baseColor": [0.2, 0.3, 0.4]},
@@ -66,7 +66,7 @@ TEST_F(SideFile, ChangesMaterialsForGood) {
     EXPECT_EQ(surfacesOf(plain)[0].why, ReflectorReason::dull);
 }
 
-TEST_F(SideFile, PlacesProbesThatMaterialsNameThem) {
+TEST_F(SideFile, ProbesCanBeNamedByMaterials) {
     const Scene scene = load(R"({
         "probes": [{"name": "corner", "position": [1, 2, 3], "size": 0.25, "zfar": 9},
                    {"name": "rider", "node": "side", "position": [0, 0, 1], "resolution": 128}],
@@ -86,7 +86,7 @@ TEST_F(SideFile, PlacesProbesThatMaterialsNameThem) {
     EXPECT_EQ(warning(scene, "sideFile"), nullptr);
 }
 
-TEST_F(SideFile, ExtrasSayTheSame) {
+TEST_F(SideFile, ExtrasAreEquivalent) {
     const Scene scene = load("", R"({"reflection": "mirror", "environmentMap": "dusk",
         "environmentRotation": [0, 0.6, 0, 0.8], "roughness": "somebody else's note"})");
     EXPECT_EQ(of(scene, 1).reflection, Reflection::mirror);
@@ -98,7 +98,7 @@ TEST_F(SideFile, ExtrasSayTheSame) {
     EXPECT_EQ(of(load("", R"({"probe": "ground"})"), 1).probe, "ground");
 }
 
-TEST_F(SideFile, WrongExtrasAreWarnings) {
+TEST_F(SideFile, InvalidExtrasAreWarnings) {
     for (const char* extras :
          {R"({"reflection": "chrome"})", R"({"reflection": 1})",
           R"({"environmentRotation": [0, 0, 0, 0]})", R"({"environmentRotation": [0, 1]})",
@@ -121,9 +121,9 @@ struct Harmless {
     const char* place;    // in a warning's subject
     const char* message;  // in its message
 };
-class HarmlessSideFile : public SideFile, public testing::WithParamInterface<Harmless> {};
+class InvalidSideFile : public SideFile, public testing::WithParamInterface<Harmless> {};
 
-TEST_P(HarmlessSideFile, IsAWarningWithItsPlace) {
+TEST_P(InvalidSideFile, IsAWarningWithItsLocation) {
     const Scene scene = load(GetParam().file);
     EXPECT_THAT(
         scene.warnings,
@@ -139,7 +139,7 @@ TEST_P(HarmlessSideFile, IsAWarningWithItsPlace) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Files, HarmlessSideFile,
+    Files, InvalidSideFile,
     testing::Values(
         Harmless{"binary", "\xff\xfe\x00\x01", "hall.clerestory.json", "JSON"},
         Harmless{"cutShort", R"({"overrides": [{)", "hall.clerestory.json", "JSON"},
@@ -170,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "not in the scene"}),
     [](const auto& row) { return row.param.name; });
 
-TEST_F(SideFile, StandsBesideOtherFormatsToo) {
+TEST_F(SideFile, WorksWithOtherFormats) {
     folder_.write("one.clerestory.json",
                   R"({"overrides": [{"node": "one.obj", "transmission": 1, "roughness": 0}]})");
     const Scene scene =
@@ -179,14 +179,14 @@ TEST_F(SideFile, StandsBesideOtherFormatsToo) {
         << (scene.warnings.empty() ? "" : scene.warnings[0].message);
 }
 
-TEST_F(SideFile, LeadsNowhereOutsideTheFolder) {
+TEST_F(SideFile, PathsOutsideTheFolderAreNotFollowed) {
     const TemporaryFolder outside;
     outside.write("secret.json", R"({"overrides": [{"material": "stone", "roughness": 0.1}]})");
     std::filesystem::create_symlink(outside / "secret.json", folder_ / "hall.clerestory.json");
     EXPECT_EQ(of(load(""), 0).roughness, 0.9f);
 }
 
-TEST(GltfMaterial, GlassWhoseMetallicWasLeftOutIsNoMetal) {
+TEST(GltfMaterial, GlassWithoutMetallicFactorIsDielectric) {
     const auto file = sharedScene("GlassTable/glass-table.glb");
     CLERESTORY_NEEDS(file);
     const Scene scene = importSceneInProcess(file);

@@ -61,7 +61,7 @@ TEST(View, LookAtQuaternionAndMatrixOfOnePoseGiveTheSameBits) {
     }
 }
 
-TEST(View, TheTargetIsInTheMiddleAndUpIsUp) {
+TEST(View, TheTargetIsCentredAndUpIsUp) {
     const View view = viewOf(lookAt({3, 4, 5}, {0, 1, 0}));
     EXPECT_NEAR(ndc(view, {0, 1, 0}).x, 0.0, 1e-8);
     EXPECT_NEAR(ndc(view, {0, 1, 0}).y, 0.0, 1e-8);
@@ -78,7 +78,7 @@ TEST(View, UpAlongTheLineOfSightIsReplaced) {
     EXPECT_GT(ndc(alongZ, {0, 1, -5}).y, 0.0);
 }
 
-TEST(View, TheFieldOfViewEndsAtThePictureEdge) {
+TEST(View, TheFieldOfViewEndsAtTheImageEdge) {
     CameraRequest camera = lookAt({0, 0, 0}, {0, 0, -1});
     for (const double degrees : {1.0, 60.0, 120.0, 179.0}) {
         camera.yfov = glm::radians(degrees);
@@ -108,7 +108,7 @@ TEST(View, DepthIsOneAtTheNearPlaneAndFallsToZero) {
     EXPECT_NEAR(ndc(viewOf(camera), {0, 0, -100}).z, 0.0, 1e-9);
 }
 
-TEST(View, ASceneCameraKeepsItsPlaceAndLosesItsScale) {
+TEST(View, SceneCamerasKeepPositionAndDropScale) {
     Scene scene = boxScene();
     const Index node = addNode(
         scene, "camera", glm::scale(glm::translate(glm::dmat4(1.0), {0, 0, 8}), glm::dvec3(3)));
@@ -161,7 +161,7 @@ TEST(Visibility, NoBoxWithAVisiblePointIsOutside) {
     EXPECT_GT(visible, 1000);
 }
 
-TEST(Visibility, BoxesBehindAndBesideAreOutside) {
+TEST(Visibility, BoxesBehindAndToTheSideAreOutside) {
     const Frustum frustum = frustumOf(viewOf(lookAt({0, 0, 0}, {0, 0, -1})));
     const auto box = [](const glm::vec3& center) {
         Bounds b;

@@ -45,7 +45,7 @@ TEST(ViewTree, PanesSideBySideShareABackdrop) {
     EXPECT_EQ(worksOf<DrawGlass>(plan)[0].glassDraws.size(), 3u);
 }
 
-TEST(ViewTree, SixPanesInARowShareTheNearestLayerAndNoneIsLost) {
+TEST(ViewTree, SixPanesInARowShareTheNearestLayer) {
     std::vector<glm::dmat4> places;
     for (int i = 0; i < 6; ++i) places.push_back(at(0, 0, -0.5 * i));
     const FramePlan plan = planOf(paneScene(places), forced(lookingFrom({0, 0, 5})));
@@ -57,7 +57,7 @@ TEST(ViewTree, SixPanesInARowShareTheNearestLayerAndNoneIsLost) {
     EXPECT_EQ(count(plan, "glass"), 4u);
 }
 
-TEST(ViewTree, PanesAroundTheEyesHeightAreOrderedByTheirMiddles) {
+TEST(ViewTree, PanesAtEyeHeightAreOrderedByTheirCentres) {
     // At an angle, so that the eye is in the box of either.
     const auto turned = [](double z) {
         return glm::scale(glm::rotate(at(0, 0, z), glm::radians(60.0), glm::dvec3(0, 1, 0)),
@@ -103,7 +103,7 @@ TEST(ViewTree, PanesOfOneMeshBehindEachOtherHaveABackdropEach) {
     }
 }
 
-TEST(ViewTree, TheSidesOfAGlassBodyShareABackdropWithoutIt) {
+TEST(ViewTree, SidesOfAGlassBodyShareABackdrop) {
     Scene scene;
     Material body = clearGlass();
     body.thickness = 1.0f;

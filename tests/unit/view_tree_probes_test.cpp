@@ -27,7 +27,7 @@ TEST(ViewTree, TwoCurvedMirrorsAndTwoGenerationsAre24FaceViewsTheFirstGeneration
     }
 }
 
-TEST(ViewTree, ResidentCubesAreNotDrawnAgainFromWhereverTheyAreSeen) {
+TEST(ViewTree, ResidentCubesAreNotRedrawnForOtherViews) {
     const Scene scene = ballScene();
     const FramePlan first = planOf(scene, forced(lookingFrom({0, 1, 6})));
     const FramePlan second = planOf(scene, forced(lookingFrom({1, 2, 5})), allOf(first));
@@ -42,7 +42,7 @@ TEST(ViewTree, ResidentCubesAreNotDrawnAgainFromWhereverTheyAreSeen) {
     }
 }
 
-TEST(ViewTree, RoughMetalAddsUpDirectionsWhereAskedAndOnlyIt) {
+TEST(ViewTree, OnlyRoughMetalSumsDirectionsOnRequest) {
     Scene scene;
     const auto ball = [&](const char* name, Material material, double x) {
         placeAt(scene, addBallMesh(scene, name, addMaterial(scene, std::move(material))),
@@ -76,7 +76,7 @@ TEST(ViewTree, RoughMetalAddsUpDirectionsWhereAskedAndOnlyIt) {
     EXPECT_TRUE(sampledIn(planOf(scene, r)).empty());
 }
 
-TEST(ViewTree, ACubesKeyIsThatOfWhatItSees) {
+TEST(ViewTree, CubeKeysHashTheirContent) {
     const Scene scene = ballScene();
     FrameRequest request = forced(lookingFrom({0, 1, 6}));
     request.accuracy.generations = 1;
@@ -133,7 +133,7 @@ TEST(ViewTree, EveryKnobThatChangesACubesTexelsChangesItsKey) {
 }
 
 // A cube sees all around it, to infinity: nothing but its owner is ever out of its sight.
-TEST(ViewTree, ACubeBelongsToThePlaceItIsSeenFrom) {
+TEST(ViewTree, CubesDependOnTheirCapturePoint) {
     Scene scene;
     placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 0), "ball");
     placeAt(scene, addBoxMesh(scene, "box", addMaterial(scene, dullGrey())), at(0, 0, -3), "box");
@@ -162,7 +162,7 @@ TEST(ViewTree, ACurvedMirrorOutOfViewOrSwitchedOffIsNotCaptured) {
     EXPECT_THAT(plan.skipped, skippedAs("probes", "switched off"));
 }
 
-TEST(ViewTree, TheOrderOfInstancesInTheFileDecidesNothing) {
+TEST(ViewTree, InstanceOrderDoesNotMatter) {
     const auto scene = [](std::vector<int> order) {
         Scene s;
         const Index ball = addBallMesh(s, "ball", addMaterial(s, mirror()));

@@ -31,7 +31,7 @@ TEST(ViewTree, ASceneWithoutReflectorsHasNoPassAndNoTargetForThem) {
     EXPECT_THAT(plan.skipped, skippedAs("glass", "the scene has no transmissive material"));
 }
 
-TEST(ViewTree, AlphaAloneIsNoGlass) {
+TEST(ViewTree, AlphaAloneIsNotGlass) {
     Material veil = dullGrey();
     veil.alphaMode = AlphaMode::blend;
     veil.baseColor.w = 0.3f;
@@ -89,7 +89,7 @@ struct UnseenMirror {
     glm::dvec3 eye, target;
 };
 
-TEST(ViewTree, AMirrorThatNobodySeesAddsNoPass) {
+TEST(ViewTree, InvisibleMirrorsAddNoPass) {
     const char* mirrorName = "mirror:node";
     const UnseenMirror cases[] = {
         {"behind the camera", "mirrors", "no flat mirror in view", {0, 0, 5}, {0, 0, 9}},
@@ -105,7 +105,7 @@ TEST(ViewTree, AMirrorThatNobodySeesAddsNoPass) {
     }
 }
 
-TEST(ViewTree, AMirrorUnderTheEyesOwnFeetIsEdgeOnOnlyBelowAPixelsHeight) {
+TEST(ViewTree, MirrorsBelowTheEyeAreEdgeOnOnlyBelowOnePixel) {
     // A floor around the eye, so large that its box is a part of the picture at any height.
     Scene scene;
     placeAt(scene, addSquareMesh(scene, "floor", addMaterial(scene, mirror())),
@@ -124,7 +124,7 @@ TEST(ViewTree, AMirrorUnderTheEyesOwnFeetIsEdgeOnOnlyBelowAPixelsHeight) {
     }
 }
 
-TEST(ViewTree, WhatStandsBehindAMirrorAsksForNothing) {
+TEST(ViewTree, ObjectsBehindAMirrorAddNoPass) {
     Scene scene = mirrorScene();
     // Another mirror, a ball and a box behind the first one's plane, and one in the plane.
     placeAt(scene, scene.instances[0].mesh, at(0, 1.5, -0.5), "behind");
@@ -147,7 +147,7 @@ TEST(ViewTree, ATwoSidedMirrorIsSeenFromItsBack) {
     EXPECT_EQ(count(plan, "mirror"), 1u) << toText(plan);
 }
 
-TEST(ViewTree, AMirrorThatIsSwitchedOffAddsNoPassAndSaysSo) {
+TEST(ViewTree, SwitchedOffMirrorsAddNoPassAndAReason) {
     FrameRequest request = forced(lookingFrom({0, 0, 5}));
     request.effects.planarReflection = false;
     const FramePlan plan = planOf(mirrorScene(), request);
@@ -160,7 +160,7 @@ TEST(ViewTree, AMirrorThatIsSwitchedOffAddsNoPassAndSaysSo) {
     EXPECT_EQ(rootOf(plan), rootOf(planOf(without, request))) << "as a scene without mirrors";
 }
 
-TEST(ViewTree, AMirrorTooWeakToBeSeenAddsNoPassEvenWhenAskedFor) {
+TEST(ViewTree, ImperceptibleMirrorsAddNoPassEvenIfRequested) {
     // A polished floor of water's index, straight ahead, a thousandth of the picture.
     Material water{.name = "water", .metallic = 0.0f, .roughness = 0.0f, .ior = 1.02f};
     const FramePlan plan = planOf(mirrorScene(water), forced(lookingFrom({0, 0, 20})));
@@ -180,7 +180,7 @@ TEST(ViewTree, MirrorsInOnePlaneShareOnePicture) {
     EXPECT_EQ(count(planOf(scene, request), "mirror"), 2u);
 }
 
-TEST(ViewTree, FacingMirrorsShowEachOtherForAsManyGenerationsAsAskedFor) {
+TEST(ViewTree, FacingMirrorsFollowTheRequestedGenerations) {
     Scene scene;
     const Index square = addSquareMesh(scene, "mirror", addMaterial(scene, mirror()));
     placeAt(scene, square, at(0, 0, -1));
@@ -196,7 +196,7 @@ TEST(ViewTree, FacingMirrorsShowEachOtherForAsManyGenerationsAsAskedFor) {
     }
 }
 
-TEST(ViewTree, AWideViewBetweenFacingMirrorsFollowsBothWays) {
+TEST(ViewTree, WideViewsBetweenFacingMirrorsFollowBothDirections) {
     // Both mirrors in view from between them: each way its own chain, so 2 g passes.
     Scene scene;
     const Index square = addSquareMesh(scene, "mirror", addMaterial(scene, mirror()));
@@ -223,7 +223,7 @@ TEST(ViewTree, ARoughMirrorHasLevelsAndASharpOneHasNone) {
     EXPECT_GT(rough.targets[passesOf(rough, "levels")[0].target].levels, 1u);
 }
 
-TEST(ViewTree, AMirrorsPictureIsNoLargerThanThePartOfTheViewThatShowsIt) {
+TEST(ViewTree, MirroredViewsAreLimitedToTheVisiblePart) {
     FrameRequest request = forced(lookingFrom({0, 0, 8}));
     const auto target = [&] {
         const FramePlan plan = planOf(mirrorScene(), request);
@@ -274,7 +274,7 @@ Scene glassTable(float thickness) {
     return scene;
 }
 
-TEST(ViewTree, AGlassTableIsServedByAHandfulOfPictures) {
+TEST(ViewTree, AGlassTableNeedsFewBackdrops) {
     FrameRequest request = lookingFrom({3, 3, 4}, {0, 0.7, 0});
     request.width = 640;
     request.height = 400;
@@ -302,7 +302,7 @@ TEST(ViewTree, AGlassTableIsServedByAHandfulOfPictures) {
     EXPECT_EQ(glass, 2);
 }
 
-TEST(ViewTree, SidesThatStandFarApartHaveAPictureEach) {
+TEST(ViewTree, DistantSidesHaveSeparateBackdrops) {
     FrameRequest request = forced(lookingFrom({3, 3, 4}, {0, 0.7, 0}));
     const auto sheets = [&](float thickness) {
         const FramePlan plan = planOf(glassTable(thickness), request);
@@ -314,7 +314,7 @@ TEST(ViewTree, SidesThatStandFarApartHaveAPictureEach) {
     EXPECT_EQ(sheets(0.6f), 0);
 }
 
-TEST(ViewTree, OfManyMirrorsTheStrongestHaveAPictureAndTheOthersAreNamed) {
+TEST(ViewTree, TheStrongestMirrorsAreDrawnAndTheOthersReported) {
     Scene scene;
     const Index square = addSquareMesh(scene, "mirror", addMaterial(scene, mirror()));
     // Twelve squares in a row, each a little farther away.
@@ -331,7 +331,7 @@ TEST(ViewTree, OfManyMirrorsTheStrongestHaveAPictureAndTheOthersAreNamed) {
 
 // ---- decisions ---------------------------------------------------------------------------------
 
-TEST(ViewTree, WhatTheRequestAsksForIsTakenAndEveryDecisionListsItsCandidates) {
+TEST(ViewTree, RequestedTechniquesAreUsedAndCandidatesListed) {
     Scene scene = mirrorScene();
     placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 3), "ball");
     placeAt(scene, addSquareMesh(scene, "pane", addMaterial(scene, clearGlass())), at(0, 0, 4),
@@ -370,7 +370,7 @@ TEST(ViewTree, WhatTheRequestAsksForIsTakenAndEveryDecisionListsItsCandidates) {
 }
 
 // What a way is said to take is held against the passes that follow when it is taken.
-TEST(ViewTree, APriceIsThatOfTheWorkThatFollows) {
+TEST(ViewTree, CostsMatchTheResultingWork) {
     Scene scene = mirrorScene();
     placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 3), "ball");
     FrameRequest request = forced(lookingFrom({0, 0, 9}));
@@ -405,7 +405,7 @@ TEST(ViewTree, APriceIsThatOfTheWorkThatFollows) {
     EXPECT_EQ(probes, 1);
 }
 
-TEST(ViewTree, LeftToItselfAStricterPresetNeverTakesAWorseWay) {
+TEST(ViewTree, StricterPresetsNeverChooseAWorseTechnique) {
     const auto errors = [](Preset preset) {
         Scene scene = mirrorScene();
         placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 3));
@@ -428,7 +428,7 @@ TEST(ViewTree, LeftToItselfAStricterPresetNeverTakesAWorseWay) {
     }
 }
 
-TEST(ViewTree, EqualRequestsGiveEqualPlansWhateverIsInThem) {
+TEST(ViewTree, EqualRequestsGiveEqualPlansForAnyContent) {
     Scene scene = ballScene();
     placeAt(scene, addSquareMesh(scene, "pane", addMaterial(scene, clearGlass(0.3f))), at(0, 0, 3),
             "pane");

@@ -43,7 +43,7 @@ TEST(WarmUpPlan, DrawsEveryProgramOfThePlan) {
     }
 }
 
-TEST(WarmUpPlan, HasEachProgramInAPassOfItsOwn) {
+TEST(WarmUpPlan, HasOnePassPerProgram) {
     const FramePlan warm = warmUpPlan(planOfBalls());
     for (const Pass& pass : warm.passes) {
         std::set<Features> features;
@@ -56,7 +56,7 @@ TEST(WarmUpPlan, HasEachProgramInAPassOfItsOwn) {
     EXPECT_LT(warm.passes.size(), 24u) << toText(warm);
 }
 
-TEST(WarmUpPlan, KeepsEnvironmentMapsAndMakesAllElseSmall) {
+TEST(WarmUpPlan, KeepsEnvironmentMapsAndShrinksOtherTargets) {
     const FramePlan plan = planOfBalls();
     const FramePlan warm = warmUpPlan(plan);
     ASSERT_EQ(warm.targets.size(), plan.targets.size());

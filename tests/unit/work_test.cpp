@@ -57,7 +57,7 @@ TEST(Work, IsPixelsTimesSamplesOverAllPasses) {
         << "what is resident costs nothing";
 }
 
-TEST(Work, OfMapsGrowsWithTheirKnobs) {
+TEST(Work, MapWorkGrowsWithItsKnobs) {
     FrameRequest request = forced(plainRequest());
     const auto prefiltered = [&] { return samplesOf(planOf(ballScene(), request), "prefilter"); };
     const std::uint64_t once = prefiltered();
@@ -70,7 +70,7 @@ TEST(Work, OfMapsGrowsWithTheirKnobs) {
     EXPECT_GT(prefiltered(), 3 * once);
 }
 
-TEST(Work, RaysCountForEveryTurnOfEveryPixel) {
+TEST(Work, RaysCountForEveryBounceOfEveryPixel) {
     FrameRequest request = plainRequest();
     request.accuracy.curved = CurvedMethod::traced;
     request.accuracy.bounces = 5;
@@ -79,7 +79,7 @@ TEST(Work, RaysCountForEveryTurnOfEveryPixel) {
     EXPECT_EQ(samplesOf(plan, "surface"), (1 + 5) * kPixels);
 }
 
-TEST(Work, ABudgetIsKeptToTheSample) {
+TEST(Work, BudgetsAreExactToTheSample) {
     const FramePlan plan = planOf(ballScene(), forced(plainRequest()));
     const std::uint64_t all = shadedSamples(plan);
     EXPECT_NO_THROW(requireAffordable(plan, all));
@@ -91,7 +91,7 @@ TEST(Work, ABudgetIsKeptToTheSample) {
     EXPECT_LE(leastShadedSamples(request), all);
 }
 
-TEST(Work, ARefusalNamesWhatTookIt) {
+TEST(Work, RejectionsNameTheResponsibleKnobs) {
     FrameRequest request = plainRequest();
     EXPECT_EQ(refusedKnobs(planOf(boxScene(), request), 100),
               (std::set<std::string>{"/width", "/height", "/accuracy/samples",
