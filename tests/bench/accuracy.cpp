@@ -1,11 +1,11 @@
-// `bench_accuracy [--short] [--size WxH] [--samples N] [--output FOLDER] [SCENE...]`: error against
+// `bench_accuracy [--short] [--size WxH] [--samples N] [--output FOLDER] [SCENE...]`: error and
 // milliseconds of every setting, on every scene, for every effect. Writes accuracy.csv,
-// accuracy_hull.csv, accuracy_settings.csv, accuracy.md and one picture for each effect.
-// `--with CSV` adds earlier measurements.
+// accuracy_hull.csv, accuracy_settings.csv, accuracy.md and one diagram per effect. `--with CSV`
+// adds earlier measurements.
 //
-// `--short`: the presets on small pictures of the built-in scenes. With `--against FILE` no error
-// may exceed 1.05 times the one recorded there; with `--record FILE` that file is written. Time is
-// told, never asserted.
+// `--short`: the presets on small images of the built-in scenes. With `--against FILE` no error may
+// exceed 1.05 times the recorded one; `--record FILE` writes that file. Times are reported, not
+// asserted.
 #include "accuracy_measure.h"
 #include "accuracy_record.h"
 #include "accuracy_report.h"

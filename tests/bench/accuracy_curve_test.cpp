@@ -1,4 +1,4 @@
-// Hulls, records and pictures of curves whose answers are known beforehand.
+// Hulls, records and diagrams of curves with known results.
 #include "accuracy_record.h"
 #include "accuracy_report.h"
 #include "accuracy_rows.h"

@@ -1,4 +1,4 @@
-// The lower hull of a cloud of settings, milliseconds against error, and what lies off it.
+// The lower hull of settings (milliseconds against error), and the settings above it.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Draws one scene at many settings, holds each against one traced truth, and clocks it.
+// Draws one scene with many settings, compares each with one reference, and measures time.
 #pragma once
 
 #include "accuracy_point.h"

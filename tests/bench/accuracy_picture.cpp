@@ -1,4 +1,4 @@
-// Curves as small multiples: a panel for each scene, its settings as points, the hull as a line.
+// Diagrams of curves: a panel per scene, settings as points, the hull as a line.
 #include "accuracy_report.h"
 #include "accuracy_text.h"
 

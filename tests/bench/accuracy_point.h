@@ -1,4 +1,4 @@
-// What one accuracy setting costs and gets wrong on one scene, for one effect: a row of the curve.
+// Time and error of one accuracy setting on one scene for one effect: a row of the curve.
 #pragma once
 
 #include "comparison/comparison.h"

@@ -1,4 +1,4 @@
-// Errors that were measured once and checked in: what later ones may not exceed.
+// Recorded errors that later measurements must not exceed.
 #pragma once
 
 #include "accuracy_point.h"

@@ -1,4 +1,4 @@
-// Curves as data, as Markdown and as pictures.
+// Curves as data, Markdown and diagrams.
 #pragma once
 
 #include "accuracy_point.h"

@@ -1,4 +1,4 @@
-// Curves that were measured before, read back from their CSV.
+// Reads curves of earlier measurements from CSV.
 #pragma once
 
 #include "accuracy_point.h"

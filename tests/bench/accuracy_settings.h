@@ -1,4 +1,4 @@
-// Which settings a curve is drawn through, and on which scenes.
+// The settings and scenes that curves are measured for.
 #pragma once
 
 #include "plan/request/frame_request.h"

@@ -1,4 +1,4 @@
-// What the reports of curves share: formatted text, and a point as the hull sees it.
+// Shared by the reports of curves: formatted text, and the projection of points for the hull.
 #pragma once
 
 #include "accuracy_hull.h"

@@ -1,4 +1,5 @@
-// Prints what attacks and overload do to a server, each figure beside its bar: scripts/attack
+// Prints the effects of attacks and overload on a server, each figure with its limit:
+// scripts/attack
 #include "tests/bench/bars.h"
 #include "tests/support/attacks.h"
 #include "tests/support/overload.h"

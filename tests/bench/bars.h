@@ -1,5 +1,5 @@
-// Figures beside their bars, as rows of a Markdown table: what scripts/attack, chaos, soak and fuzz
-// print, and scripts/reliability gathers.
+// Figures with their limits as rows of a Markdown table. Printed by scripts/attack, chaos, soak and
+// fuzz; collected by scripts/reliability.
 #pragma once
 
 #include "tests/bench/statistics.h"

@@ -1,5 +1,5 @@
-// Prints what the end of a renderer, of all of them and of the server itself costs those who wait,
-// each figure beside its bar: scripts/chaos
+// Prints what clients notice when a renderer, all renderers or the server end, each figure with its
+// limit: scripts/chaos
 #include "tests/bench/bars.h"
 #include "tests/bench/process_tree.h"
 #include "tests/bench/statistics.h"

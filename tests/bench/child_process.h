@@ -1,4 +1,4 @@
-// A program that a benchmark starts: its environment, its processor time, its end.
+// A child process of a benchmark: its environment, processor time and exit.
 #pragma once
 
 #include <sys/types.h>

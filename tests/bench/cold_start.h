@@ -1,5 +1,5 @@
-// First use: what a scene takes from the start of a process, with empty caches and with those that
-// the first run filled.
+// First use: times from the start of a process, with empty caches and with those that the first run
+// filled.
 #pragma once
 
 #include "child_process.h"

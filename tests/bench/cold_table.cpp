@@ -1,4 +1,4 @@
-// The rows of `bench_start --cold`, and their text.
+// Formats the rows of `bench_start --cold`.
 #include "tests/bench/cold_start.h"
 
 #include "statistics.h"

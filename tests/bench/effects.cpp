@@ -1,9 +1,8 @@
-// `bench_effects [--width W --height H --frames N] SCENE...`: what the four effects cost, alone and
-// together, beside the same frame without them: with maps of earlier frames at hand while the
-// camera turns a little, and with everything drawn anew in every frame. The settings take turns
-// frame by frame, so that what else the machine does meets them all. Encoding is not counted. Then
-// what the planner expects of each way to serve an effect, in milliseconds and in error, beside
-// what was measured.
+// `bench_effects [--width W --height H --frames N] SCENE...`: the cost of the four effects, alone
+// and together, relative to the same frame without them: with resident maps while the camera
+// rotates a little, and with everything redrawn in every frame. Settings alternate frame by frame,
+// so that other load on the machine affects all equally. Encoding is not counted. Then the
+// planner's predicted milliseconds and error of each technique, with the measured ones.
 #include "predictions.h"
 #include "program.h"
 #include "scenes.h"

@@ -1,7 +1,7 @@
 // `bench_frames [--width W --height H --frames N --accuracy PRESET --effects all|none] SCENE...`:
-// what a frame costs. A scene is a built-in's id or a file. The camera turns a little from frame to
-// frame, because a driver may throw repeated work away. Prints a Markdown table: median and 95th
-// percentile of warm frames, the cold first frame, processor time, milliseconds of each pass, of
+// the cost of a frame. A scene is a built-in's id or a file. The camera rotates a little from frame
+// to frame, because a driver may skip repeated work. Prints a Markdown table: median and 95th
+// percentile of warm frames, the cold first frame, processor time, milliseconds of each pass and of
 // encoding, and memory.
 #include "image/encode.h"
 #include "program.h"

@@ -1,7 +1,7 @@
-// `bench_memory CLERESTORY [--cold] [SCENE...]`: where the memory of a server and its two renderers
-// goes, for each scene: the proportional set size (PSS) of every process, by kind of mapping.
+// `bench_memory CLERESTORY [--cold] [SCENE...]`: memory of a server and its two renderers for each
+// scene: the proportional set size (PSS) of every process, by kind of mapping.
 //
-// `room` is the room of writeRoom(). `--cold` starts with empty caches of shaders and scenes.
+// `room` is the scene of writeRoom(). `--cold` starts with empty caches of shaders and scenes.
 #include "process_tree.h"
 #include "program.h"
 #include "room.h"

@@ -1,6 +1,6 @@
-// `bench_mirrors [--faces N] [--frames N]`: five to eight mirrored balls in a room, each with its
-// own captured cube, drawn anew in every frame with one to three generations of reflections in
-// reflections: the 4 x 3 table. Exits with 1 when the face views do not grow as they must.
+// `bench_mirrors [--faces N] [--frames N]`: five to eight mirror balls in a room, each with its own
+// captured cube, redrawn in every frame with one to three generations: a 4 x 3 table. Exits with 1
+// if the number of face views does not grow as expected.
 #include "program.h"
 #include "renderer.h"
 #include "scene/builtin/shapes.h"

@@ -1,5 +1,5 @@
-// Damages scene files in many ways and imports each: nothing may come of it but a scene that passed
-// its checks, or a reason, in time. scripts/fuzz scenes N [FOLDER]
+// Damages scene files in many ways and imports each: the result must be a valid scene or an error,
+// within the time limit. scripts/fuzz scenes N [FOLDER]
 #include "tests/bench/bars.h"
 
 #include "scene/import/import.h"

@@ -1,4 +1,4 @@
-// What the planner expects each way of serving an effect to get wrong, and what it gets wrong.
+// The planner's predicted errors of each technique, and the measured ones.
 #pragma once
 
 #include "comparison/comparison.h"

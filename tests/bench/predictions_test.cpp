@@ -1,4 +1,4 @@
-// What the planner expects each way of serving an effect to get wrong, against what it gets wrong.
+// Compares the planner's predicted errors of each technique with measured ones.
 #include "predictions.h"
 #include "scenes.h"
 

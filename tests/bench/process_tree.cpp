@@ -1,4 +1,4 @@
-// Read from /proc.
+// Reads /proc.
 #include "tests/bench/process_tree.h"
 
 #include <algorithm>

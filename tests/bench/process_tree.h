@@ -1,4 +1,4 @@
-// A server's processes, and what they hold.
+// The processes of a server, and their resources.
 #pragma once
 
 #include <sys/types.h>

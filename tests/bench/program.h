@@ -1,4 +1,4 @@
-// The main of a benchmark: what goes wrong is one line and exit status 1.
+// main() of a benchmark: errors print one line and exit with status 1.
 #pragma once
 
 #include <cstdio>

@@ -1,5 +1,5 @@
-// The room that memory and speed are measured with: 197k triangles, mirror floor, chrome torus
-// knot, glass ball and pane, three lights. No textures.
+// The scene for memory and speed measurements: 197k triangles, mirror floor, chrome torus knot,
+// glass ball and pane, three lights, no textures.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// What benchmarks are given on their command line: scenes, and views that move a little.
+// Scenes of a benchmark's command line, and views that move a little.
 #pragma once
 
 #include "renderer.h"

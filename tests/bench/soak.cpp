@@ -1,4 +1,4 @@
-// Asks for frames of many kinds for a long time, and looks whether server and renderer grow:
+// Requests frames of many kinds for a long time and measures whether server and renderer grow:
 // scripts/soak
 #include "tests/bench/bars.h"
 #include "tests/bench/process_tree.h"

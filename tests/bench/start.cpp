@@ -1,6 +1,6 @@
-// `bench_start CLERESTORY [FLAG...]`: from the start of `clerestory serve` to its first answered
-// frame of the chapel over HTTP, several times; and its memory then. With --cold: first use, with
-// empty and with filled caches. Other flags are those of `serve`.
+// `bench_start CLERESTORY [FLAG...]`: time from the start of `clerestory serve` to the first frame
+// of the chapel over HTTP, repeated; and memory at that time. With --cold: first use, with empty
+// and with filled caches. Other flags are those of `serve`.
 #include "program.h"
 #include "statistics.h"
 #include "tests/bench/cold_start.h"

@@ -1,4 +1,4 @@
-// What benchmarks measure with: clocks, and percentiles of what they told.
+// Clocks and percentiles for benchmarks.
 #pragma once
 
 #include "measures/percentile.h"

@@ -1,4 +1,4 @@
-// See faults.h. OpenGL's functions are defined here, and the linker takes these before libOpenGL's.
+// See faults.h. Defines OpenGL functions, which the linker prefers over libOpenGL's.
 #include "faults.h"
 
 #include "gl/api.h"

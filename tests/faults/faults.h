@@ -1,5 +1,5 @@
-// Failures on demand: the n-th call of OpenGL, or the n-th allocation of our own code, fails. A
-// test program that links faults.cpp has these calls in place of the driver's and the library's.
+// Fault injection: the n-th OpenGL call, or the n-th allocation of our own code, fails. A test
+// program that links faults.cpp has these functions in place of the driver's and the library's.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,5 @@
-// Whatever fails in the middle of a frame, the frame says so, nothing ends, and the next one is
-// what it would have been (SQLite's way of testing: fail the first call, then the second, and so
-// on).
+// Any failure during a frame is reported, ends nothing, and does not change the next frame (as
+// SQLite tests: fail the first call, then the second, and so on).
 #include "faults.h"
 #include "../gl/support.h"
 

@@ -1,4 +1,4 @@
-// What libFuzzer begins with.
+// The initial corpus for libFuzzer.
 #pragma once
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// libFuzzer over the reader of scene blobs: scripts/fuzz blob SECONDS
+// libFuzzer for the reader of scene blobs: scripts/fuzz blob SECONDS
 #include "tests/fuzz/corpus.h"
 #include "tests/fuzz/targets.h"
 

@@ -1,4 +1,4 @@
-// libFuzzer over the HTTP guard: scripts/fuzz http SECONDS
+// libFuzzer for the HTTP request reader: scripts/fuzz http SECONDS
 #include "tests/fuzz/corpus.h"
 #include "tests/fuzz/targets.h"
 

@@ -1,4 +1,4 @@
-// libFuzzer over the JSON reader: scripts/fuzz json SECONDS
+// libFuzzer for the JSON reader: scripts/fuzz json SECONDS
 #include "tests/fuzz/corpus.h"
 #include "tests/fuzz/targets.h"
 

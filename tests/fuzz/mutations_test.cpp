@@ -1,5 +1,4 @@
-// The fuzz targets over a short, fixed list of mutations: what libFuzzer does, without its
-// guidance, the same on every machine.
+// Runs the fuzz targets on a short, fixed list of mutations that is the same on every machine.
 #include "tests/fuzz/targets.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What is fuzzed, as functions of bytes: by libFuzzer for as long as one likes, and by the test
-// suite over a short, fixed list of mutations. They abort when something that must hold does not.
+// Fuzz targets as functions of bytes: for libFuzzer, and for the test suite with a fixed list of
+// mutations. They abort if an invariant is violated.
 #pragma once
 
 #include <cstdint>

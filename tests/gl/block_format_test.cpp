@@ -1,4 +1,4 @@
-// The import's block decoders against the driver's: any bytes are a block.
+// Compares the importer's block decoders with the driver's. Any bytes form a valid block.
 #include "scene/import/textures/block_decoder.h"
 #include "support.h"
 

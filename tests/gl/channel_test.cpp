@@ -1,4 +1,4 @@
-// Numbers instead of colours, against geometry.
+// Data channels (depth, normals, ids) compared with the geometry.
 #include "support.h"
 
 #include <cmath>

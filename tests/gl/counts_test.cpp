@@ -1,5 +1,5 @@
-// What frames cost, counted by OpenGL's side: the plan says all of it, and what nobody sees or
-// nobody asked for is none of it.
+// Counts OpenGL calls of frames: they match the plan, and nothing invisible or unrequested is
+// drawn.
 #include "support.h"
 
 #include <algorithm>

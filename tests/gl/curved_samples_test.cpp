@@ -1,4 +1,5 @@
-// Rough metal at grazing angles, summed over directions: against the GGX integral by quadrature.
+// Rough metal at grazing angles, summed over directions, compared with the GGX integral by
+// quadrature.
 #include "own_sky.h"
 #include "plan/features.h"
 #include "sight.h"

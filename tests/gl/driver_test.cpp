@@ -1,4 +1,4 @@
-// What the code believes about OpenGL, asked of the driver.
+// Verifies the code's assumptions about OpenGL with the driver.
 #include "support.h"
 
 #include "gl/api.h"

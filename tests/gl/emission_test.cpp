@@ -1,4 +1,4 @@
-// Emitted light arrives exactly, and nothing else changes with it.
+// Emission is exact and affects nothing else.
 #include "support.h"
 
 using namespace clerestory;

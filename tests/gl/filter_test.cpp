@@ -1,4 +1,4 @@
-// Twirl, convolution and glow against the same filters on the processor, and what each promises.
+// Twirl, convolution and glow compared with the same filters on the CPU, and their invariants.
 #include "plan/request/filter_request.h"
 #include "support.h"
 #include "tests/support/filter_truth.h"

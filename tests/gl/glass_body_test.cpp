@@ -1,5 +1,4 @@
-// Solid glass over a backdrop and along rays: what it turns round, what a thin wall does, and the
-// eye within.
+// Solid glass over a backdrop and traced: inversion, thin shells, and the eye inside.
 #include "glass_truth.h"
 
 namespace clerestory::test {

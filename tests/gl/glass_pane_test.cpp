@@ -1,4 +1,4 @@
-// Panes over a backdrop and along rays: against their optics, written out in double.
+// Panes over a backdrop and traced, compared with their optics in double precision.
 #include "glass_truth.h"
 
 namespace clerestory::test {

@@ -1,4 +1,4 @@
-// Glass of any shape: none where the index is 1, no light lost, blur, and what it costs.
+// Glass of any shape: invisible at index 1, energy conservation, blur, and cost.
 #include "glass_truth.h"
 
 namespace clerestory::test {

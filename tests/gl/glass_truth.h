@@ -1,4 +1,4 @@
-// Glass to look through, and the optics of panes written out in double, that it is held against.
+// Glass scenes, and the optics of panes in double precision to compare with.
 #pragma once
 
 #include "sight.h"

@@ -1,5 +1,5 @@
-// The hard end of reflections: eyes in and near the mirror's plane, straight down, tiny and huge
-// worlds, far from the origin, odd frames. Every pixel finite, every time.
+// Difficult cases of reflections: eyes in and near the mirror's plane, straight down, very small
+// and very large scenes, far from the origin, odd frame sizes. Every pixel must be finite.
 #include "sight.h"
 
 #include <glm/gtc/matrix_transform.hpp>

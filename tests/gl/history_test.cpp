@@ -1,5 +1,5 @@
-// What was drawn before a frame changes no bit of it, whatever differs between the two requests:
-// every knob of the accuracy table, every switch, the environment, the materials, the camera.
+// Earlier frames do not change a bit of a frame, for any difference between the two requests: every
+// accuracy knob, every switch, the environment, the materials, the camera.
 #include "room.h"
 
 #include <glm/gtc/constants.hpp>

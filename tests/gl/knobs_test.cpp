@@ -1,5 +1,5 @@
-// Knobs that buy accuracy, held against geometry written out in double: each step is nearer to the
-// truth than the one before.
+// Accuracy knobs compared with geometry in double precision: each step is closer to the truth than
+// the previous one.
 #include "room.h"
 #include "sight.h"
 

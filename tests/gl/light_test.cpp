@@ -1,4 +1,4 @@
-// Light with known answers: furnaces, single lamps.
+// Lighting with known results: furnaces, single lights.
 #include "support.h"
 
 #include "scene/environment_brdf.h"

@@ -1,4 +1,4 @@
-// The Gaussian blur of cubes: its kernel, its light, its edges; and who asks for it.
+// The Gaussian blur of cubes: kernel, energy, edges, and the materials and probes that request it.
 #include "support.h"
 
 #include "passes/blur_turns.h"

@@ -1,5 +1,5 @@
-// Environment maps where a naive formula shows: levels, edges of cube faces, turned maps, the sky
-// at any near and far plane, generations, and glass whose winding is turned.
+// Environment maps where naive formulae fail: levels, edges of cube faces, rotated maps, the sky at
+// any near and far plane, generations, and glass with reversed winding.
 #include "own_sky.h"
 #include "room.h"
 #include "sight.h"

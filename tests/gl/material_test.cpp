@@ -1,4 +1,4 @@
-// How materials decide what is seen: coverage, sides, textures.
+// Material properties: coverage, sidedness, textures.
 #include "scene/packed_normals.h"
 #include "support.h"
 

@@ -1,4 +1,4 @@
-// Flat mirrors: against the explicitly mirrored scene, against arithmetic, and what they cost.
+// Flat mirrors compared with an explicitly mirrored scene and with arithmetic, and their cost.
 #include "support.h"
 
 #include <glm/gtc/matrix_transform.hpp>

@@ -1,5 +1,5 @@
-// Flat mirrors where a naive formula shows: model origins, tiles, low eyes, objects that straddle
-// the plane, borders of the picture, dark light, and objects that touch a rough floor.
+// Flat mirrors where naive formulae fail: mesh origins, tiles, low eyes, objects through the plane,
+// image borders, dark light, and objects in contact with a rough floor.
 #include "sight.h"
 
 #include <glm/gtc/matrix_transform.hpp>

@@ -1,5 +1,5 @@
-// Moving scenes in pictures: a moment looks as the same things standing still, whatever was drawn
-// before, in every tier; and only what moved is uploaded.
+// Animated scenes: a moment equals the same static scene, independent of earlier frames, for every
+// technique; only meshes that moved are uploaded.
 #include "reference/reference.h"
 #include "scene/builtin/builtin_scenes.h"
 #include "support.h"

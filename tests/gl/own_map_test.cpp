@@ -1,4 +1,4 @@
-// Reflections that a material asks for by name: a stored map with a rotation of its own, and probes
+// Reflections that a material selects by name: a stored map with its own rotation, and probes
 // placed in the scene.
 #include "support.h"
 

@@ -1,4 +1,4 @@
-// Environment maps of light that is a function of direction.
+// Environment maps whose radiance is a function of direction.
 #pragma once
 
 #include "support.h"

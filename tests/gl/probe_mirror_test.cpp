@@ -1,6 +1,5 @@
-// Flat mirrors that a captured cube sees (S6): two ways to one picture. What a mirror ball shows
-// along a direction is what an ordinary camera of 90 degrees at the ball's middle sees there, and
-// that camera's flat mirrors have views of their own.
+// Flat mirrors inside captured cubes (S6). A mirror ball shows along each direction what a camera
+// of 90 degrees at its centre sees, and that camera's flat mirrors have mirrored views.
 #include "room.h"
 #include "six_pictures.h"
 

@@ -1,5 +1,5 @@
-// Captured cubes: against arithmetic in a room of known walls, against ordinary cameras, and what
-// they cost.
+// Captured cubes compared with arithmetic in a room of known walls and with ordinary cameras, and
+// their cost.
 #include "room.h"
 #include "six_pictures.h"
 

@@ -1,4 +1,4 @@
-// A room whose every wall point has a known radiance: what reflections are held against.
+// A room whose walls have known radiance at every point, to compare reflections with.
 #pragma once
 
 #include "support.h"

@@ -1,4 +1,4 @@
-// Lines of sight and where they meet things, in double: what effects are held against.
+// Intersections of lines of sight in double precision, to compare effects with.
 #pragma once
 
 #include "support.h"

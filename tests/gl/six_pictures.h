@@ -1,5 +1,4 @@
-// What ordinary cameras of 90 degrees see all around a point: what a cube captured there is held
-// against.
+// Images of six cameras of 90 degrees around a point, to compare captured cubes with.
 #pragma once
 
 #include "sight.h"

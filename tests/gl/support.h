@@ -1,5 +1,5 @@
-// Small hand-made scenes, requests and reads for the gl tests. Every fixture's end asserts that the
-// driver had nothing to say.
+// Small scenes, requests and readback for the gl tests. At its end every fixture asserts that the
+// driver reported no messages.
 #pragma once
 
 #include "renderer.h"

@@ -1,4 +1,4 @@
-// The channel that tells what each pixel is seen through, against ids and the plan's decisions.
+// The channel `through`, compared with object ids and the plan's decisions.
 #include "support.h"
 
 #include <map>

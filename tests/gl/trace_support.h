@@ -1,5 +1,4 @@
-// Plans carried out by hand, so that tests can change them first and can draw with programs of
-// their own.
+// Executes plans directly, so that tests can change them first and draw with their own programs.
 #pragma once
 
 #include "gl/context.h"

@@ -1,4 +1,4 @@
-// Rays through the mesh against what the rasteriser draws.
+// Rays compared with rasterisation.
 #include "scene/builtin/builtin_scenes.h"
 #include "scene/import/in_process.h"
 #include "support.h"

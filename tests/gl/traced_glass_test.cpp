@@ -1,5 +1,5 @@
-// Glass along traced paths: panes are panes from both sides, nothing of the sky gets into a dark
-// room, and what a sheet's textures say holds where rays meet it.
+// Traced glass: panes from both sides, no light from the sky in a closed room, and textures of
+// sheets where rays hit them.
 #include "../support/compare_images.h"
 #include "glass_truth.h"
 #include "trace_support.h"

@@ -1,5 +1,5 @@
-// What a ray meets is shaded as a pixel of it would be: one thing in a mirror that was drawn and in
-// a mirror that was traced, and seen directly and through traced glass that bends nothing.
+// Ray hits are shaded like pixels: equal in a drawn and a traced mirror, and equal directly and
+// through traced glass of index 1.
 #include "../support/compare_images.h"
 #include "support.h"
 #include "trace_support.h"

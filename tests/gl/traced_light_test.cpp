@@ -1,4 +1,4 @@
-// Light along traced paths: furnaces, Snell's law, mirrors, and hits shaded as pixels are.
+// Light along traced paths: furnaces, Snell's law, mirrors, and shading of hits.
 #include "../support/compare_images.h"
 #include "plan/features.h"
 #include "scene/builtin/builtin_scenes.h"

@@ -1,4 +1,4 @@
-// Frames as a whole: which way up, how large, from where, how often.
+// Whole frames: orientation, size, camera, repetition.
 #include "support.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Who may ask: tokens, host names, signed links.
+// Access control: tokens, host names, signed links.
 #include "server/http/access.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// The attacks on a real server, in short: the limits are brought down so that nobody waits for
-// them.
+// Attacks on a real server, with limits reduced so that the tests are short.
 #include "tests/support/attacks.h"
 #include "tests/support/overload.h"
 #include "tests/support/raw_client.h"

@@ -1,6 +1,6 @@
-// The first minute: servers with empty caches, asked for every preset and every effect by several
-// clients from the start. Compiling shaders makes a frame late. It is not overload, and no answer
-// may say so. Nothing here asserts a time.
+// The first minute: servers with empty caches receive requests for every preset and every effect
+// from several clients. Compiling shaders makes frames late. It is not overload, and no response
+// may say so. No time is asserted.
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
 

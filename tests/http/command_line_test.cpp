@@ -1,4 +1,4 @@
-// The program itself, as a person starts it.
+// The program's command line.
 #include "image/encode.h"
 #include "tests/support/program.h"
 #include "tests/support/server_process.h"

@@ -1,4 +1,4 @@
-// POST /v1/comparisons through the real server: a job, its figures, its pictures, and its refusals.
+// POST /v1/comparisons on a real server: the job, its figures, images, and rejections.
 #include "tests/support/compare_images.h"
 #include "tests/support/test_server.h"
 

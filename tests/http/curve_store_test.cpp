@@ -1,5 +1,5 @@
-// Curves of budgets on the disk: found again by another process and after a worker's end, and never
-// when anything of a file or of what it belongs to is not as it was.
+// Stored curves of budgets: found by another process and after a worker ended, and never used if a
+// file or what it belongs to has changed.
 #include "server/jobs/curve_store.h"
 #include "scene/import/sandbox/sanitizer.h"
 #include "tests/support/test_server.h"

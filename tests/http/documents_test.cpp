@@ -1,4 +1,4 @@
-// What the server tells about itself: schema, renderer, health, metrics, the page.
+// The server's self-description: schema, renderer, health, metrics, the web page.
 #include "tests/support/test_server.h"
 
 #include "comparison/comparison_request.h"

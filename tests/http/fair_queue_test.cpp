@@ -1,4 +1,4 @@
-// The line before the renderer, by a clock of the test's own.
+// The queue before the renderer, with a simulated clock.
 #include "server/queue/fair_queue.h"
 
 #include <gtest/gtest.h>

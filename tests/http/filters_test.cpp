@@ -1,4 +1,4 @@
-// Filters as a client asks for them: the same numbers as the processor's, in the plan, in the ETag.
+// Filters over HTTP: equal to the CPU's, and part of the plan and the ETag.
 #include "tests/support/filter_truth.h"
 #include "tests/support/test_server.h"
 

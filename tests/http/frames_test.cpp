@@ -1,4 +1,4 @@
-// What a client gets for a pose: pictures, numbers, headers.
+// Frames over HTTP: images, data channels, headers.
 #include "server/api/compact_passes.h"
 #include "tests/support/test_server.h"
 

@@ -1,5 +1,4 @@
-// The front by itself, before a few answers of the test's own: connections, streams, leaving,
-// ending.
+// The HTTP server alone, with test handlers: connections, streams, disconnects, shutdown.
 #include "scene/import/sandbox/sanitizer.h"
 #include "server/http/http_server.h"
 #include "tests/support/raw_client.h"

@@ -1,5 +1,4 @@
-// deploy/haproxy.cfg as it stands, before three servers: one is killed under load, and nobody
-// notices but the proxy.
+// deploy/haproxy.cfg before three servers: one is killed under load, and no client notices.
 #include "tests/support/free_port.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"

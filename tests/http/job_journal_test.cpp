@@ -1,5 +1,5 @@
-// What the port's side remembers of a renderer in another process: its jobs, and that its line was
-// full a moment ago. The renderer is a function here.
+// What the server process records of a renderer in another process: its jobs, and that its queue
+// was full. The renderer is a function here.
 #include "server/jobs/job_journal.h"
 #include "server/api/job_routes.h"
 #include "server/queue/overload_cache.h"

@@ -1,4 +1,4 @@
-// The line of long work: order, progress, cancelling, failures, what is kept and what is refused.
+// The queue of long work: order, progress, cancellation, failures, stored results, limits.
 #include "server/jobs/jobs.h"
 #include "server/base/problem.h"
 

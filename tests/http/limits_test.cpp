@@ -1,6 +1,6 @@
-// R1 and R3 of the failure catalogue: every field that a client may set, with values of every wrong
-// kind, and every number at its limits and just beyond. Fields and limits are read from the schema,
-// so a new field is tested by being there.
+// R1 and R3 of the failure catalogue: every field with values of every wrong type, and every number
+// at its limits and just beyond. Fields and limits are read from the schema, so new fields are
+// tested automatically.
 #include "server/api/frame_json.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Live views: what is put is seen, by all who watch, and once more when it rests.
+// Live views: every viewer receives what was put, and the last frame again once the view is at
+// rest.
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>

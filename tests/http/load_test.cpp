@@ -1,4 +1,4 @@
-// Many clients, full queues, deadlines, the end of the server.
+// Many clients, full queues, deadlines, shutdown.
 #include "scene/import/sandbox/sanitizer.h"
 #include "server/base/resident.h"
 #include "tests/support/raw_client.h"

@@ -1,5 +1,5 @@
-// Stored maps through the real server: a KTX2 cube on a mirror, turned by request in every form and
-// for good by a side file; blurred; and files that the server must not start with.
+// Stored maps on a real server: a KTX2 cube on a mirror, rotated by requests in every form and
+// permanently by a side file; blurred; and files that the server must not start with.
 #include "tests/support/ktx_files.h"
 #include "tests/support/test_server.h"
 

@@ -1,5 +1,5 @@
-// Moving scenes as a client meets them: animations in a scene's description, time and clip in a
-// request, a clip that is not there.
+// Animated scenes over HTTP: animations in a scene's description, time and clip in a request,
+// unknown clips.
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>

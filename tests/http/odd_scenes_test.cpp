@@ -1,5 +1,5 @@
-// S3: small scenes with something wrong in each, sent as a client would: mended, so that the
-// picture is that of the sound one; drawn as far as they go; or refused with words.
+// S3: small scenes with one fault each, uploaded: repaired, so that the image equals that of the
+// valid scene; drawn as far as possible; or rejected with a reason.
 #include "tests/http/uploads_support.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
-// G5, M2: the GPU is reset, and allocations fail one by one, within the renderer's process with its
-// driver and all libraries, and within the server's own. Long form: CLERESTORY_FAULTS=all, or N
-// for one in N.
+// G5, M2: GPU resets, and allocation failures one at a time in the renderer's process, with its
+// driver and all libraries, and in the server's. CLERESTORY_FAULTS=all injects every fault;
+// CLERESTORY_FAULTS=N one in N.
 #include "scene/import/sandbox/sanitizer.h"
 #include "tests/bench/process_tree.h"
 #include "tests/support/failing_process.h"

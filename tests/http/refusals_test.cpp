@@ -1,4 +1,4 @@
-// What is refused, with which status, and whether the answer says where the mistake stands.
+// Rejections: their status, and the pointer to the error.
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>

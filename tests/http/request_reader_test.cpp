@@ -1,4 +1,4 @@
-// The guard's reading of bytes: what is whole, what is refused, and at which byte.
+// The request reader: complete requests, rejections, and the byte at which they happen.
 #include "server/http/request_reader.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What can be rendered: the list, one scene, and scenes that load or fail to.
+// Scenes over HTTP: the list, one scene, and scenes that load or fail to load.
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>

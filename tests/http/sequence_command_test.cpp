@@ -1,4 +1,4 @@
-// `clerestory sequence`, as a person starts it: a folder of frames, and going on with it.
+// `clerestory sequence`: a folder of frames, and resuming it.
 #include "tests/support/program.h"
 
 #include <gmock/gmock.h>

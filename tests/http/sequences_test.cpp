@@ -1,4 +1,4 @@
-// Sequences: each file equals the answer to a single request, in order, with the matrices used.
+// Sequences: each file equals a single response, in order, with the matrices used.
 #include "server/live/archive.h"
 #include "tests/support/test_server.h"
 

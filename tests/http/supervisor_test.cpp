@@ -1,5 +1,5 @@
-// Workers that end in the middle of their work, as often as we like: this very program plays the
-// worker, and crashes or stops on the word.
+// Workers that end while they work, any number of times: this program acts as the worker, and
+// crashes or stops on command.
 #include "server/worker/supervisor.h"
 #include "server/worker/call_wire.h"
 #include "server/worker/exclusive_gate.h"

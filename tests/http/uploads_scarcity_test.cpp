@@ -1,4 +1,4 @@
-// Scenes that clients send, when room, memory, disk or renderers come to an end.
+// Uploads when space, memory, disk or renderers are exhausted.
 #include "server/base/resident.h"
 #include "tests/http/uploads_support.h"
 #include "tests/support/server_process.h"

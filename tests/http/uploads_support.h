@@ -1,4 +1,4 @@
-// Uploads on servers of their own, each with a fresh folder, and frames of what was sent.
+// Servers for upload tests, each with an empty folder, and frames of uploaded scenes.
 #pragma once
 
 #include "tests/support/scene_files.h"

@@ -1,4 +1,4 @@
-// Scenes that clients send: from the body to the frame, what is refused and why, what is kept.
+// Uploads: from the body to the frame, rejections and their reasons, what is stored.
 #include "tests/http/uploads_support.h"
 #include "tests/support/raw_client.h"
 

@@ -1,4 +1,4 @@
-// The renderer in a process of its own: the same bytes, and nothing lost when it ends.
+// The renderer in a separate process: the same bytes, and nothing lost when it ends.
 #include "scene/import/sandbox/sanitizer.h"
 #include "tests/support/test_server.h"
 

@@ -1,5 +1,5 @@
-// Rows of the stability table that formulae alone decide: furnaces, grazing, roughness, transforms
-// of planes, the field of view, meshes that are none.
+// Rows of the stability table that depend on formulae only: furnaces, grazing angles, roughness,
+// transforms of planes, the field of view, invalid meshes.
 #include "plan/request/frame_request.h"
 #include "scene/environment_brdf.h"
 #include "scene/plane.h"

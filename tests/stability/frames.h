@@ -1,5 +1,5 @@
-// Scenes and frames of the rows that need a renderer. Every frame drawn here is examined: all its
-// float targets, all levels, are searched for what is not finite and for negative light.
+// Scenes and frames of the rows that need a renderer. Every frame is examined: all levels of all
+// float targets are searched for non-finite and negative values.
 #pragma once
 
 #include "measures/mask.h"

@@ -1,5 +1,5 @@
-// Rows about places, sizes and shapes, in frames: scale, distance, planes through the eye, meshes
-// and transforms that are none, lenses, depth, order.
+// Rows about positions, sizes and shapes, in frames: scale, distance, planes through the eye,
+// degenerate meshes and transforms, cameras, depth, order.
 #include "tests/stability/frames.h"
 
 #include <glm/gtc/matrix_transform.hpp>

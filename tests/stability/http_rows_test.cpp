@@ -1,4 +1,4 @@
-// Rows of the table of stability as a client meets them.
+// Rows of the stability table over HTTP.
 #include "tests/stability/table.h"
 #include "tests/support/test_server.h"
 

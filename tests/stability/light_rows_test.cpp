@@ -1,5 +1,5 @@
-// Rows about light, in frames: furnaces, roughness, facing mirrors, what changes nothing, and the
-// ladder of tiers.
+// Rows about light, in frames: furnaces, roughness, facing mirrors, invariances, and the order of
+// techniques.
 #include "measures/linear_errors.h"
 #include "scene/builtin/builtin_scenes.h"
 #include "tests/stability/frames.h"

@@ -1,6 +1,6 @@
-// Random requests on random scenes: every target finite, the driver silent, the same request the
-// same bytes whatever came between. CLERESTORY_RANDOM="N SEED" asks for any number of them
-// (scripts/fuzz-requests); a failure names the seed that shows it alone.
+// Random requests on random scenes: every target is finite, the driver reports nothing, and the
+// same request gives the same bytes after any other requests. CLERESTORY_RANDOM="N SEED" sets the
+// number of requests (scripts/fuzz-requests); a failure prints the seed that reproduces it.
 #include "tests/gl/sight.h"
 #include "tests/stability/random_scenes.h"
 #include "tests/stability/table.h"

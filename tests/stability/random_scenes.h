@@ -1,4 +1,4 @@
-// Seeded random small scenes and valid random requests for them. The same seed gives the same ones.
+// Seeded random small scenes and valid random requests for them. Equal seeds give equal scenes.
 #pragma once
 
 #include "tests/gl/support.h"

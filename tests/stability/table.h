@@ -1,8 +1,5 @@
-// The table of stability: which row of it a case belongs to, and how near to its bound it came. At
-// the end a program prints its rows: cases, worst figure, bound.
-//
-// The short form is what continuous integration runs; CLERESTORY_STABILITY=long in the environment
-// sweeps as finely as the design asks.
+// The stability table: the row of each case, and its figure relative to the bound. At the end a
+// program prints its rows: cases, worst figure, bound.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
-// Every shading formula in float against itself in double, over grids that hold the hard values.
-// Software drivers hide faults (max(NaN, 0) is 0 there, NaN * 0 is folded away), so a clean frame
-// proves little: these are the proof. Figures are relative to what the formula's result is good
-// for.
+// Every shading formula in float compared with itself in double, over grids with difficult values.
+// Software drivers hide faults (max(NaN, 0) is 0 there, NaN * 0 is folded away), so frames without
+// errors prove little; these tests do. Figures are relative to the required precision of the
+// formula's result.
 #include "tests/stability/table.h"
 #include "tests/stability/twins.h"
 

@@ -1,4 +1,4 @@
-// The shading formulae in the precision of the GPU and in double, side by side.
+// The shading formulae in the precision of the GPU and in double.
 #pragma once
 
 #include "tests/unit/optics_support.h"

@@ -1,5 +1,5 @@
-// The ways in which a client takes a naive server out, tried on a real one: slow, huge, chunked,
-// compressed, smuggling, garbage, crowds. Each gives a figure to hold against its bar.
+// Attacks that disable a naive server, on a real one: slow, huge, chunked, compressed, smuggling,
+// garbage, many connections. Each returns a figure with its limit.
 #pragma once
 
 #include "tests/support/figure.h"

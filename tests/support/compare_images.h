@@ -1,5 +1,5 @@
-// How far apart two images are, and whether that is within a named tolerance. On failure the actual
-// image, the expected one and their difference are written beside each other.
+// The difference between two images, and whether it is within a named tolerance. A failure writes
+// the actual image, the expected one and their difference.
 #pragma once
 
 #include "image/image.h"

@@ -1,6 +1,5 @@
 // Preloaded into a server: every other accept4() fails, with each of the errors that accept(2)
-// lists in turn. The connection stays in the backlog, as it does when the kernel is short of
-// something.
+// lists in turn. The connection stays in the backlog, as it does when the kernel lacks a resource.
 #include <dlfcn.h>
 #include <sys/socket.h>
 

@@ -1,5 +1,5 @@
-// Preloaded into a server and its renderers; see failing_process.h. It stands between the program's
-// allocator (server/worker/allocator.cpp) and the C library's, whose names for it these are.
+// Preloaded into a server and its renderers; see failing_process.h. Its functions replace the C
+// library's below the program's allocator (server/worker/allocator.cpp).
 #include "tests/support/failing_process.h"
 
 #include <dlfcn.h>

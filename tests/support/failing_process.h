@@ -1,5 +1,5 @@
-// Failures in a process that a test started, one at a time and on demand: what failing_process.cpp,
-// preloaded into it, and the test both have mapped.
+// Fault injection into a process that a test started: memory that failing_process.cpp, preloaded
+// into it, shares with the test.
 #pragma once
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// The filters once more, on the processor and in double, written from their definitions: what tests
-// hold the renderer's against.
+// The filters on the CPU in double precision, written from their definitions, to compare the
+// renderer's with.
 #pragma once
 
 #include "image/image.h"

@@ -1,4 +1,4 @@
-// A port of 127.0.0.1 that nobody listens on, at least until somebody else asks.
+// A free port of 127.0.0.1. Another process may take it before it is used.
 #pragma once
 
 #include <arpa/inet.h>

@@ -1,4 +1,5 @@
-// Cube maps as KTX and KTX2 files, written from the formats' descriptions for tests of the reader.
+// Writes cube maps as KTX and KTX2 files, from the formats' specifications, for tests of the
+// reader.
 #pragma once
 
 #include <glm/glm.hpp>

@@ -1,5 +1,4 @@
-// More than a server can do: clients that do not wait for one another, one that floods, the end
-// under load.
+// Overload: clients that do not wait for one another, one that floods, shutdown under load.
 #pragma once
 
 #include "tests/support/server_process.h"

@@ -1,4 +1,4 @@
-// The program itself, run as a person starts it.
+// Runs the program's command line.
 #pragma once
 
 #include <sys/wait.h>

@@ -1,4 +1,4 @@
-// A client of bytes: sends what no library would, as slowly or as badly as wanted.
+// A client of raw bytes: sends what no library would, at any speed.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Small scene files made on the spot: a .glb of coloured triangles, and archives of any files.
+// Small scene files for tests: a .glb of coloured triangles, and archives of any files.
 #pragma once
 
 #include <string>

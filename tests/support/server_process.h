@@ -1,4 +1,4 @@
-// `clerestory serve` as a process of its own, as a person starts it.
+// `clerestory serve` as a child process.
 #pragma once
 
 #include <sys/types.h>

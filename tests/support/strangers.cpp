@@ -1,5 +1,5 @@
-// R7: connections in great number, one after the other with anything but a request in them, and as
-// many at once as the machine has descriptors for.
+// R7: connections in great number: sequential ones with random contents, and as many concurrent
+// ones as the machine has descriptors for.
 #include "tests/support/attacks.h"
 
 #include "tests/support/raw_client.h"

@@ -1,4 +1,4 @@
-// A server in the test's own process on a free port, driven as a client drives it.
+// A server in the test's process on a free port.
 #pragma once
 
 #include "image/encode.h"

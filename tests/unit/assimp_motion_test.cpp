@@ -1,4 +1,4 @@
-// Clips of COLLADA and FBX against poses worked out by hand.
+// Clips of COLLADA and FBX compared with hand-computed poses.
 #include "corners.h"
 #include "import_support.h"
 

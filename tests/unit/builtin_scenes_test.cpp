@@ -1,5 +1,5 @@
-// Shapes are closed and face outwards; built-in scenes are sound, the same every time, and hold
-// what they promise.
+// Shapes are closed and face outwards; built-in scenes are valid, reproducible, and contain what
+// their descriptions list.
 #include "scene/builtin/builtin_scenes.h"
 
 #include "scene/builtin/shapes.h"

@@ -1,4 +1,4 @@
-// The hierarchy where it is hardest: hostile scenes, strange transforms, rays along faces and from
+// The hierarchy in difficult cases: malformed scenes, extreme transforms, rays along faces and from
 // far away.
 #include "bvh_support.h"
 

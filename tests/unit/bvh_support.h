@@ -1,5 +1,5 @@
-// Scenes and rays to try the hierarchy with, and what must hold of any: it finds what a plain loop
-// in double over the scene's own triangles finds, and it is a tree.
+// Scenes and rays for tests of the hierarchy, and its invariants: it finds what a linear search in
+// double over the scene's triangles finds, and it is a tree.
 #pragma once
 
 #include "scene/bvh.h"

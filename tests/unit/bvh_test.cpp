@@ -1,4 +1,4 @@
-// Rays through the hierarchy against a plain loop over every triangle in double.
+// Rays through the hierarchy compared with a linear search over every triangle in double.
 #include "scene/bvh.h"
 #include "scene/builtin/builtin_scenes.h"
 #include "scene/mesh_builder.h"

@@ -1,4 +1,4 @@
-// A camera's way between keys: through every key, straight or smooth, never a wrong turn.
+// Camera paths: through every key, linear or smooth, along the shorter rotation.
 #include "plan/request/camera_path.h"
 #include "plan/visibility/view.h"
 

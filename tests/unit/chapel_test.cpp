@@ -1,4 +1,4 @@
-// The chapel has no holes and shows no backs: rays against its triangles.
+// The chapel has no holes and no visible back faces: rays against its triangles.
 #include "scene/builtin/small_scenes.h"
 
 #include <gtest/gtest.h>

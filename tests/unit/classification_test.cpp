@@ -1,4 +1,4 @@
-// Which material on which mesh is what to light.
+// The optical class of materials on meshes.
 #include "scene/classification.h"
 #include "plan_scenes.h"
 

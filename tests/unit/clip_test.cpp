@@ -1,4 +1,4 @@
-// Key frames against arithmetic; scenes with clips made by hand.
+// Key frames compared with arithmetic; scenes with hand-made clips.
 #include "scene/animation/clip.h"
 #include "scene/scene.h"
 

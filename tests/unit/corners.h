@@ -1,4 +1,4 @@
-// Triangles of a scene in a pose, whole meshes.
+// The triangles of a posed scene.
 #pragma once
 
 #include "scene/scene.h"

@@ -1,4 +1,5 @@
-// How much of a picture a surface covers: rectangles that overlap, areas against solid geometry.
+// The part of an image that a surface covers: overlapping rectangles, areas compared with solid
+// geometry.
 #include "plan_scenes.h"
 
 #include "plan/visibility/coverage.h"

@@ -1,4 +1,4 @@
-// Budgets: what is chosen from a curve, what it says, and how a curve is measured and corrected.
+// Budgets: the choice from a curve, its description, and how a curve is measured and refined.
 #include "comparison/curve.h"
 
 #include <gmock/gmock.h>

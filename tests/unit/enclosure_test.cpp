@@ -1,4 +1,4 @@
-// How much of what is around a place is not sky.
+// The part of a point's surroundings that is not sky.
 #include "plan/visibility/enclosure.h"
 #include "plan/cost/cost.h"
 

@@ -1,5 +1,5 @@
-// The split sum's table against a sum over 2^17 half vectors, which is a different integral, and
-// the white furnace that it has to keep in balance.
+// The split-sum table compared with a sum over 2^17 half vectors, which is a different integral,
+// and the white furnace.
 #include "scene/environment_brdf.h"
 
 #include "optics_support.h"

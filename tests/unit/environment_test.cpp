@@ -1,4 +1,4 @@
-// Cube maps: where their texels look, what a panorama becomes, and the light they give a surface.
+// Cube maps: texel directions, conversion of panoramas, and irradiance.
 #include "scene/environment.h"
 
 #include <gtest/gtest.h>

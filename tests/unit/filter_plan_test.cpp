@@ -1,4 +1,4 @@
-// Which passes a request's filters come to.
+// The passes of a request's filters.
 #include "plan_scenes.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What is flat, at any scale and in any orientation: errata P4 and P5.
+// Detection of flat parts at any scale and orientation: errata P4 and P5.
 #include "scene/mesh_builder.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// FLIP against its authors' own program, and against a second evaluation of the paper's formulae:
-// whole kernels over the plane, with no filter taken apart into rows and columns.
+// FLIP compared with its authors' program and with a second evaluation of the paper's formulae,
+// with full two-dimensional kernels.
 #include "measures/displayed_errors.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Rules that bind several fields of a request together.
+// Rules that involve several fields of a request.
 #include "plan/request/frame_request.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Slow and plain, after the glTF 2.0 text alone.
+// A slow and simple implementation of the glTF 2.0 specification.
 #include "gltf_truth.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// A second reader of glTF animations, for tests: its own bytes, its own formulae, nothing of the
-// program. Poses of nodes and triangles in the world at a moment.
+// A second, independent reader of glTF animations, for tests. Poses of nodes and triangles in world
+// space at a time.
 #pragma once
 
 #include <array>

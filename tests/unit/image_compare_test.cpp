@@ -1,4 +1,4 @@
-// The comparer itself: known pairs, known answers.
+// Image comparison: known pairs with known results.
 #include "tests/support/compare_images.h"
 
 #include "image/encode.h"

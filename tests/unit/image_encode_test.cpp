@@ -1,5 +1,5 @@
-// What the encoders write, read back by other code where there is some, or compared byte by byte
-// with what the formats' specifications say.
+// Output of the encoders, read by other decoders where available, or compared byte by byte with the
+// formats' specifications.
 #include "image/encode.h"
 #include "tests/support/compare_images.h"
 

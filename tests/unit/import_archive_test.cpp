@@ -1,4 +1,4 @@
-// A scene and its files in one archive: what is read of it, and what is refused and why.
+// A scene and its files in one archive: what is read, and what is rejected and why.
 #include "tests/support/scene_files.h"
 #include "tests/unit/import_support.h"
 

@@ -1,4 +1,4 @@
-// The blob between the two processes: whole, or an exception.
+// The blob between the two processes: complete, or an exception.
 #include "scene/import/cache/blob.h"
 #include "tests/unit/import_support.h"
 

@@ -1,5 +1,5 @@
-// Imported scenes on the disk: found again without an importer, and never when anything of what
-// they came from, or of themselves, has changed.
+// Cached scenes: found without an importer, and never if any of their sources, or the cache file,
+// has changed.
 #include "scene/import/cache/scene_cache.h"
 #include "tests/support/scene_files.h"
 #include "tests/unit/import_support.h"

@@ -1,5 +1,5 @@
-// Environment maps from every container: the same light in every direction; and files that were
-// made to do harm.
+// Environment maps from every container give the same radiance in every direction; malicious files
+// are rejected.
 #include "image/encode.h"
 #include "scene/import/textures/ktx_cube.h"
 #include "tests/support/ktx_files.h"

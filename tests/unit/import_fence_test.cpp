@@ -1,5 +1,5 @@
-// Nothing outside the scene file's folder is opened. A canary lies beside that folder; no scene may
-// come to know what is in it.
+// No file outside the scene's folder is opened. A canary file is next to that folder; no scene may
+// contain its contents.
 #include "scene/import/base/scene_folder.h"
 #include "tests/unit/import_support.h"
 

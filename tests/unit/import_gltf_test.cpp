@@ -1,4 +1,4 @@
-// glTF: what the file says is what the scene holds.
+// glTF: the scene contains what the file specifies.
 #include "scene/import/base/json_fields.h"
 #include "tests/unit/import_support.h"
 

@@ -1,4 +1,4 @@
-// The importer's jail: a process in it tries what a flaw in a reader would try.
+// The importer's sandbox: a process in it tries what exploited reader code would try.
 #include "scene/import/sandbox/jail.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The test program is its own import child, so that these tests need no server.
+// The test program is its own import child process, so that these tests need no server.
 #include "scene/import/child.h"
 
 #include <gtest/gtest.h>

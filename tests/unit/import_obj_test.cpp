@@ -1,4 +1,4 @@
-// OBJ and MTL in glTF's words.
+// OBJ and MTL converted to glTF's properties.
 #include "tests/unit/import_support.h"
 
 #include "scene/classification.h"

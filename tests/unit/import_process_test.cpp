@@ -1,4 +1,4 @@
-// Whatever happens to the import's process, ours gets a Scene or an ImportError.
+// Whatever happens in the import process, the caller receives a Scene or an ImportError.
 #include "scene/import/sandbox/wire.h"
 #include "tests/unit/import_support.h"
 

@@ -1,4 +1,4 @@
-// Other people's files: each one loads or is refused in words, and never hurts this process.
+// Third-party files: each loads or is rejected with a reason, and none harms this process.
 #include "tests/unit/import_support.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What the import tests share: a folder of their own that goes away, and the repository's scenes.
+// Shared by the import tests: a temporary folder, and the repository's scenes.
 #pragma once
 
 #include "scene/import/import.h"

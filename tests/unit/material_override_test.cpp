@@ -1,4 +1,4 @@
-// Other materials for chosen surfaces.
+// Material overrides for selected surfaces.
 #include "scene/material_override.h"
 #include "plan_scenes.h"
 

@@ -1,4 +1,4 @@
-// Error measures: known pairs with known answers. Expected values are closed forms, published
+// Error measures: known pairs with known results. Expected values are closed forms, published
 // colours, or a second, direct evaluation of the formula.
 #include "measures/displayed.h"
 #include "measures/displayed_errors.h"

@@ -1,4 +1,4 @@
-// From any triangles to sound ones: hard cases, a named row each.
+// Repair of arbitrary triangles: difficult cases, a named row each.
 #include "scene/mesh_builder.h"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
-// Views that a view asks for: reflected against the explicitly reflected world, cropped against the
-// whole, cube faces against OpenGL's table; and where a mirror is on the picture.
+// Derived views: reflected views compared with an explicitly reflected scene, cropped ones with the
+// whole, cube faces with OpenGL's table; and the screen area of a mirror.
 #include "plan/visibility/mirror.h"
 #include "plan/visibility/view.h"
 

@@ -1,4 +1,4 @@
-// Animated files against a second reader (gltf_truth.h), and hostile ones.
+// Animated files compared with a second reader (gltf_truth.h), and malformed ones.
 #include "corners.h"
 #include "gltf_truth.h"
 #include "import_support.h"

@@ -1,5 +1,5 @@
-// What moving things do to plans: maps that cannot see them stay, boxes follow them, and what does
-// not move costs what it did.
+// Effects of moving objects on plans: maps that cannot see them stay resident, bounds follow them,
+// and static objects cost what they did.
 #include "view_tree_support.h"
 
 namespace clerestory::test {

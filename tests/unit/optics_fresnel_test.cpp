@@ -1,4 +1,5 @@
-// Fresnel: against the textbook's two polarisations, known numbers, limits, and Schlick's price.
+// Fresnel equations: the two polarisations, known values, limits, and the error of Schlick's
+// approximation.
 #include "optics_support.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The GGX lobe against the textbook in double.
+// The GGX lobe compared with the textbook in double.
 #include "optics_support.h"
 
 #include <gtest/gtest.h>

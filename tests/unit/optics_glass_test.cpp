@@ -1,5 +1,6 @@
-// Glass: Snell's law against doubles, both sides of an interface, panes and balls against geometry
-// and the two polarisations, the furnace, absorption, and the width of rough glass against samples.
+// Glass: Snell's law in double, both sides of an interface, panes and balls compared with geometry
+// and the two polarisations, the furnace, absorption, and the lobe width of rough glass compared
+// with sampling.
 #include "optics_support.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Lamps, and the last gate before a radiance is stored: limits, and nothing that is not finite.
+// Punctual lights, and the final check of radiance: limits and non-finite values.
 #include "optics_support.h"
 
 #include <gtest/gtest.h>

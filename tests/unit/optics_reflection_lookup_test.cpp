@@ -1,4 +1,4 @@
-// Where reflections are looked up: levels against the law of cones, parallax against real rooms.
+// Lookups of reflections: levels compared with the cone formula, parallax compared with rooms.
 #include "optics_support.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Where shaders look: point sets, directions of the lobe, frames, levels.
+// Sampling: point sets, directions of the lobe, frames, levels.
 #include "optics_support.h"
 
 #include <gtest/gtest.h>

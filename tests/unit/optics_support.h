@@ -1,4 +1,5 @@
-// The shaders' formulae as C++, and what the tests of light share. `glsl` holds what the GPU runs.
+// The shaders' formulae as C++, shared by the tests of optics. `glsl` contains the code that the
+// GPU runs.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -18,10 +19,10 @@ using namespace glm;
 using uint = unsigned int;
 #include "shaders/include/optics.glsl"
 // After optics.glsl, which it needs.
-#include "shaders/include/sampling.glsl"
-#include "shaders/include/tonemap.glsl"
 #include "shaders/include/glass.glsl"
 #include "shaders/include/reflection_lookup.glsl"
+#include "shaders/include/sampling.glsl"
+#include "shaders/include/tonemap.glsl"
 }  // namespace
 }  // namespace glsl
 #pragma GCC diagnostic pop

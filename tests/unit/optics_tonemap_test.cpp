@@ -1,4 +1,5 @@
-// Tone curves take anything and give display light; sRGB is the standard's, both ways.
+// Tone curves accept any input and return displayable values; sRGB matches the standard in both
+// directions.
 #include "optics_support.h"
 
 #include <gtest/gtest.h>

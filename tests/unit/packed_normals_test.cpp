@@ -1,4 +1,5 @@
-// Metallic-roughness maps that move in with normal maps: which do, and what of both is left.
+// Packing metallic-roughness maps into normal maps: which are packed, and the precision of the
+// result.
 #include "scene/packed_normals.h"
 #include "scene/image_levels.h"
 

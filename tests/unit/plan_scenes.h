@@ -1,4 +1,4 @@
-// Small hand-made scenes for plan tests: boxes of a given material at given places.
+// Small scenes for plan tests: boxes of given materials at given positions.
 #pragma once
 
 #include "plan/planner.h"

@@ -1,4 +1,4 @@
-// What a frame needs, and nothing else: plan rules as sentences.
+// Passes that a frame needs: plan rules.
 #include "plan_scenes.h"
 
 #include "plan/features.h"

@@ -1,4 +1,4 @@
-// Pictures of the reference path tracer whose radiance is known in closed form.
+// Images of the reference path tracer whose radiance is known in closed form.
 #include "reference_support.h"
 
 #include "reference/scattering.h"

@@ -1,4 +1,4 @@
-// The reference's Fresnel, refraction and panes against textbook values.
+// The reference's Fresnel equations, refraction and panes compared with textbook values.
 #include "reference/scattering.h"
 #include "reference/vectors.h"
 

@@ -1,5 +1,5 @@
-// What the reference meets, and how a picture comes about: rays against a plain loop over
-// triangles, threads, seeds, cancelling, noise, mistakes.
+// The path tracer's intersections compared with a linear search; and threads, seeds, cancellation,
+// noise and invalid requests.
 #include "reference_support.h"
 
 #include "plan/visibility/view.h"

@@ -1,5 +1,4 @@
-// What the reference chooses by probability, against the densities that it claims (Pearson's
-// chi-square).
+// The path tracer's sampling routines compared with their densities (Pearson's chi-square).
 #include "reference/bsdf.h"
 #include "reference/environment_light.h"
 #include "reference/sampler.h"

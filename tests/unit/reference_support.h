@@ -1,4 +1,4 @@
-// Small scenes for the reference path tracer, and what its pictures come to.
+// Small scenes for the reference path tracer, and means of its images.
 #pragma once
 
 #include "plan_scenes.h"

@@ -1,4 +1,4 @@
-// Poses, bounds, identity, and the check that finds every planted fault.
+// Poses, bounds, identity, and the validation that finds every planted fault.
 #include "plan_scenes.h"
 
 #include "scene/image_levels.h"

@@ -1,4 +1,4 @@
-// What stands beside a model and in its extras: applied for good, and harmless when it is wrong.
+// Side files and extras of a model: applied permanently, and harmless if invalid.
 #include "tests/unit/import_support.h"
 
 #include "scene/classification.h"

@@ -1,4 +1,5 @@
-// Cameras: one pose in every form, pixels where the lens says, frusta that never hide the visible.
+// Cameras: one pose in every form, projection by intrinsics, frusta that never exclude visible
+// objects.
 #include "plan/visibility/view.h"
 #include "plan/visibility/visibility.h"
 

@@ -1,4 +1,4 @@
-// What glass makes a frame do: layers, backdrops, bodies, and what is blended between them.
+// Passes of glass: layers, backdrops, bodies, and blended surfaces between them.
 #include "view_tree_support.h"
 
 #include "plan/features.h"

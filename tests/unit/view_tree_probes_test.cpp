@@ -1,4 +1,4 @@
-// What curved mirrors make a frame do: captured cubes, their keys, their generations.
+// Passes of curved mirrors: captured cubes, their keys, their generations.
 #include "plan/features.h"
 #include "view_tree_support.h"
 

@@ -1,5 +1,4 @@
-// Scenes with reflectors and glass for the plan tests of views in views, and what is asked of a
-// plan.
+// Scenes with reflectors and glass for tests of nested views, and queries on plans.
 #pragma once
 
 #include "plan_scenes.h"

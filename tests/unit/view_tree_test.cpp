@@ -1,5 +1,4 @@
-// What flat mirrors make a frame do, and what they do not: plan rules as sentences. And how ways of
-// serving reflectors are decided on.
+// Passes of flat mirrors, and the choice of techniques.
 #include "plan/cost/cost.h"
 #include "view_tree_support.h"
 

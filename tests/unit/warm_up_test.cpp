@@ -1,5 +1,4 @@
-// What is drawn to have programs compiled holds every program of the plan it is made from, and
-// little else.
+// Warm-up plans contain every program of their source plan and little else.
 #include "plan/warm_up.h"
 #include "plan/features.h"
 #include "view_tree_support.h"

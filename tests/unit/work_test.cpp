@@ -1,4 +1,5 @@
-// R3: what a frame shades, counted by hand, and the refusal of what is more than is allowed.
+// R3: the samples that a frame shades, counted by hand, and the rejection of frames above the
+// limit.
 #include "plan/graph/work.h"
 #include "view_tree_support.h"
 
