@@ -2,6 +2,8 @@
 // need no special cases for rounding.
 #pragma once
 
+#include "scene/finite.h"
+
 #include <glm/glm.hpp>
 
 #include <algorithm>
@@ -17,9 +19,6 @@ inline double greatest(const glm::dvec3& v) {
 }
 inline double luminance(const glm::dvec3& c) {
     return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
-}
-inline bool finite(const glm::dvec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 // v normalised; `otherwise` if its length is 0, not finite or out of range.

@@ -1,6 +1,8 @@
 // Axis-aligned boxes. Units are those of the space the box stands in (metres in world space).
 #pragma once
 
+#include "scene/finite.h"
+
 #include <glm/glm.hpp>
 
 #include <limits>
@@ -28,6 +30,10 @@ struct Bounds {
         }
     }
 };
+
+inline bool finite(const Bounds& box) {
+    return finite(box.min) && finite(box.max);
+}
 
 // How far from its origin world space is told apart: metres; squares of lengths stay within float.
 inline constexpr float kFarthestPlace = 1e18f;

@@ -1,8 +1,7 @@
 // Cube map geometry: texel directions, solid angles, spherical harmonics, resampling of pictures.
 #include "scene/environment.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
+#include "scene/hash.h"
 
 #include <algorithm>
 #include <cmath>
@@ -174,11 +173,10 @@ std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map) {
 }
 
 void updateContentHash(EnvironmentMap& map) {
-    XXH64_hash_t hash = XXH3_64bits_withSeed(map.texels.data(),
-                                             map.texels.size() * sizeof(glm::vec3), map.faceSize);
+    std::uint64_t hash = hashOfBytes(std::as_bytes(std::span(map.texels)), map.faceSize);
     if (map.sun) {
         const std::array<glm::vec3, 2> sun{map.sun->toSun, map.sun->irradiance};
-        hash = XXH3_64bits_withSeed(sun.data(), sizeof sun, hash);
+        hash = hashOfBytes(std::as_bytes(std::span(sun)), hash);
     }
     map.contentHash = hash;
 }

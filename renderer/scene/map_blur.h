@@ -3,7 +3,9 @@
 
 #include "scene/fields.h"
 
+#include <concepts>
 #include <cstdint>
+#include <type_traits>
 
 namespace clerestory {
 
@@ -18,8 +20,9 @@ struct MapBlur {
 
 inline constexpr std::uint32_t kLargestBlur = 64;
 
-template <class V>
-void fields(MapBlur& b, V&& visit) {
+template <class B, class V>
+requires std::same_as<std::remove_const_t<B>, MapBlur>
+void fields(B& b, V&& visit) {
     visit("size", b.size, Range{0, kLargestBlur},
           "half-width of the kernel, texels: 2 size + 1 along each direction; 0: none");
     visit("stdev", b.stdev, Range{0, kLargestBlur}, "standard deviation, texels; 0: none");

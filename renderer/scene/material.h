@@ -1,14 +1,17 @@
 // Surfaces in glTF 2.0's words (KHR_materials_* included). Colours and factors are linear.
 #pragma once
 
+#include "scene/fields.h"
 #include "scene/map_blur.h"
 
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace clerestory {
@@ -110,16 +113,89 @@ struct Material {
     bool operator==(const Material&) const = default;
 };
 
-// Everywhere a material reads a texture, in the order of the shaders' slots.
-inline std::array<const TextureSlot*, 7> textureSlots(const Material& m) {
-    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
-            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
-            &m.thicknessTexture};
+// ---- the field table ----------------------------------------------------------------------------
+
+// A factor: each component is in [min, max]. A value that is not finite is replaced by `fallback`.
+struct FactorRange {
+    float min, max, fallback;
+    float maxCoverage = max;  // of the fourth component
+};
+template <class E>
+struct EnumRange {
+    E last;  // the enumerators run from 0 to this one
+};
+struct Unchecked {};  // any value, or one that only the scene can check
+struct SlotRange {};  // a TextureSlot, with a table of its own
+
+// Largest factor: products of a few stay finite in float.
+inline constexpr float kMaxFactor = 1e6f;
+
+template <class S, class V>
+requires std::same_as<std::remove_const_t<S>, TextureSlot>
+void fields(S& s, V&& visit) {
+    constexpr FactorRange kTransform{-kMaxFactor, kMaxFactor, 0};
+    visit("texture", s.texture, Unchecked{});
+    visit("texCoord", s.texCoord, Unchecked{});
+    visit("offset", s.offset, kTransform);
+    visit("scale", s.scale, FactorRange{-kMaxFactor, kMaxFactor, 1});
+    visit("rotation", s.rotation, kTransform);
 }
-inline std::array<TextureSlot*, 7> textureSlots(Material& m) {
-    return {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.normalTexture,
-            &m.occlusionTexture, &m.emissiveTexture,          &m.transmissionTexture,
-            &m.thicknessTexture};
+
+// Calls visit(name, member, kind) for every field of a Material, const or not. Kinds are Text,
+// Flag, Nested and Rotation of scene/fields.h and those above. Hash, blob, checks, cleaning and
+// overrides walk this table: the order of the fields is part of contentHash().
+template <class M, class V>
+requires std::same_as<std::remove_const_t<M>, Material>
+void fields(M& m, V&& visit) {
+    constexpr std::size_t kMaxName = 200;  // bytes
+    constexpr FactorRange kUnit{0, 1, 1}, kColor{0, kMaxFactor, 1};
+    visit("name", m.name, Text{kMaxName});
+    visit("extras", m.extras, Unchecked{});
+    visit("baseColor", m.baseColor, FactorRange{0, kMaxFactor, 1, 1});
+    visit("emissive", m.emissive, FactorRange{0, kMaxFactor, 0});
+    visit("specularColor", m.specularColor, kColor);
+    visit("attenuationColor", m.attenuationColor, kUnit);
+    visit("metallic", m.metallic, FactorRange{0, 1, 0});
+    visit("roughness", m.roughness, kUnit);
+    visit("normalScale", m.normalScale, FactorRange{-kMaxFactor, kMaxFactor, 1});
+    visit("occlusionStrength", m.occlusionStrength, kUnit);
+    visit("emissiveStrength", m.emissiveStrength, kColor);
+    visit("alphaCutoff", m.alphaCutoff, FactorRange{0, kMaxFactor, 0.5f});
+    visit("ior", m.ior, FactorRange{1, 100, 1.5f});
+    visit("specular", m.specular, kUnit);
+    visit("transmission", m.transmission, FactorRange{0, 1, 0});
+    visit("thickness", m.thickness, FactorRange{0, kMaxFactor, 0});
+    visit("attenuationDistance", m.attenuationDistance, FactorRange{0, 1e30f, 0});
+    visit("baseColorTexture", m.baseColorTexture, SlotRange{});
+    visit("metallicRoughnessTexture", m.metallicRoughnessTexture, SlotRange{});
+    visit("normalTexture", m.normalTexture, SlotRange{});
+    visit("occlusionTexture", m.occlusionTexture, SlotRange{});
+    visit("emissiveTexture", m.emissiveTexture, SlotRange{});
+    visit("transmissionTexture", m.transmissionTexture, SlotRange{});
+    visit("thicknessTexture", m.thicknessTexture, SlotRange{});
+    visit("reflection", m.reflection, EnumRange<Reflection>{Reflection::mirror});
+    visit("probe", m.probe, Text{kMaxName});
+    visit("environmentMap", m.environmentMap, Text{kMaxName});
+    visit("environmentRotation", m.environmentRotation, Rotation{});
+    visit("mapBlur", m.mapBlur, Nested{});
+    visit("alphaMode", m.alphaMode, EnumRange<AlphaMode>{AlphaMode::blend});
+    visit("doubleSided", m.doubleSided, Flag{});
+    visit("unlit", m.unlit, Flag{});
+}
+
+// Everywhere a material reads a texture, in the order of the shaders' slots.
+template <class M>
+requires std::same_as<std::remove_const_t<M>, Material>
+auto textureSlots(M& m) {
+    using Slot = std::conditional_t<std::is_const_v<M>, const TextureSlot, TextureSlot>;
+    std::array<Slot*, 7> slots{};
+    std::size_t count = 0;
+    fields(m, [&](const char*, auto& member, const auto& kind) {
+        if constexpr (std::same_as<std::decay_t<decltype(kind)>, SlotRange>) {
+            slots.at(count++) = &member;
+        }
+    });
+    return slots;
 }
 
 // The radiance a material can add at most, per channel, before its texture.

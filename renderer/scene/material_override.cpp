@@ -54,21 +54,29 @@ glm::vec4 slotMean(const Scene& scene, const TextureSlot& slot) {
     return slot.present() ? scene.images[scene.textures[slot.texture].image].mean : glm::vec4(1.0f);
 }
 
-template <class From, class To>
-bool set(const std::optional<From>& from, To& to) {
-    if (from) to = To(*from);
-    return from.has_value();
+// The value of an override's field as the material's field of the same name.
+void assign(float& to, double from) {
+    to = static_cast<float>(from);
+}
+void assign(glm::vec3& to, const glm::dvec3& from) {
+    to = glm::vec3(from);
+}
+void assign(glm::vec4& to, const glm::dvec3& from) {  // coverage stays
+    to = glm::vec4(glm::vec3(from), to.w);
+}
+void assign(glm::dquat& to, const Quaternion& q) {
+    to = glm::normalize(glm::dquat(q[3], q[0], q[1], q[2]));
+}
+template <class T>
+void assign(T& to, const T& from) {
+    to = from;
 }
 
 }  // namespace
 
 void apply(const Scene& scene, const MaterialOverride& from, Material& to) {
-    if (from.baseColor) {
-        // Coverage that the picture held stays, by its mean where nothing else can hold it.
-        const float coverage = to.baseColor.w * slotMean(scene, to.baseColorTexture).w;
-        to.baseColor = glm::vec4(glm::vec3(*from.baseColor),
-                                 to.alphaMode == AlphaMode::blend ? coverage : to.baseColor.w);
-        if (to.alphaMode != AlphaMode::mask) to.baseColorTexture = {};
+    if (from.baseColor && to.alphaMode == AlphaMode::blend) {
+        to.baseColor.w *= slotMean(scene, to.baseColorTexture).w;  // the texture is removed below
     }
     if ((from.metallic || from.roughness) && to.metallicRoughnessTexture.present()) {
         const glm::vec4 mean = slotMean(scene, to.metallicRoughnessTexture);
@@ -76,23 +84,21 @@ void apply(const Scene& scene, const MaterialOverride& from, Material& to) {
         to.roughness *= mean.g;
         to.metallicRoughnessTexture = {};
     }
-    set(from.metallic, to.metallic);
-    set(from.roughness, to.roughness);
-    if (set(from.emissive, to.emissive)) to.emissiveTexture = {};
-    set(from.emissiveStrength, to.emissiveStrength);
-    if (set(from.transmission, to.transmission)) to.transmissionTexture = {};
-    set(from.ior, to.ior);
-    if (set(from.thickness, to.thickness)) to.thicknessTexture = {};
-    set(from.attenuationColor, to.attenuationColor);
-    set(from.attenuationDistance, to.attenuationDistance);
-    set(from.reflection, to.reflection);
-    set(from.probe, to.probe);
-    set(from.environmentMap, to.environmentMap);
-    set(from.mapBlur, to.mapBlur);
-    if (from.environmentRotation) {
-        const auto& q = *from.environmentRotation;
-        to.environmentRotation = glm::normalize(glm::dquat(q[3], q[0], q[1], q[2]));
-    }
+    // A masked material keeps its base colour texture, which has the mask.
+    const bool keepsBaseColorTexture = to.alphaMode == AlphaMode::mask;
+    fields(from, [&](std::string_view name, const auto& value, const auto&, const char*) {
+        if (!value) return;
+        const std::string textureName = std::string(name) + "Texture";
+        fields(to, [&](std::string_view field, auto& member, const auto& kind) {
+            if constexpr (requires { assign(member, *value); }) {
+                if (field == name) assign(member, *value);
+            }
+            if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, SlotRange>) {
+                const bool keeps = name == "baseColor" && keepsBaseColorTexture;
+                if (field == textureName && !keeps) member = {};
+            }
+        });
+    });
 }
 
 std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialOverride>& overrides,

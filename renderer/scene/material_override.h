@@ -6,8 +6,10 @@
 #include "scene/rotation.h"
 
 #include <array>
+#include <concepts>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace clerestory {
@@ -41,8 +43,9 @@ inline Choice<Reflection> reflectionChoice() {
              {"mirror", Reflection::mirror}}};
 }
 
-template <class V>
-void fields(MaterialOverride& o, V&& visit) {
+template <class O, class V>
+requires std::same_as<std::remove_const_t<O>, MaterialOverride>
+void fields(O& o, V&& visit) {
     visit("material", o.material, Text{256}, "name of the material it changes");
     visit("node", o.node, Text{256}, "name of the node at or below which it changes materials");
     visit("baseColor", o.baseColor, Range{0, 1e6}, "linear RGB; coverage stays");

@@ -1,16 +1,14 @@
 // What sampling clips and moving vertices rely on.
 #include "scene/motion_problems.h"
 
+#include "scene/finite.h"
+
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 namespace clerestory {
 namespace {
-
-bool finiteVertexPart(const glm::vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 class MotionCheck {
 public:
@@ -30,8 +28,8 @@ public:
                 "a mesh has no such deformation", i);
         }
         const Bounds& reach = scene_.reach;
-        require(reach.empty() || (finiteVertexPart(reach.min) && finiteVertexPart(reach.max)),
-                "the scene's reach is not finiteVertexPart", 0);
+        require(reach.empty() || (finite(reach.min) && finite(reach.max)),
+                "the scene's reach is not finite", 0);
         return std::move(problems_);
     }
 
@@ -109,21 +107,17 @@ private:
                 "a deformation's influences are out of range", i);
         require(std::all_of(d.base.begin(), d.base.end(),
                             [](const BaseVertex& v) {
-                                return finiteVertexPart(v.position) && finiteVertexPart(v.normal) &&
-                                       finiteVertexPart(glm::vec3(v.tangent)) &&
-                                       std::isfinite(v.tangent.w);
+                                return finite(v.position) && finite(v.normal) && finite(v.tangent);
                             }),
-                "a deformation's vertex is not finiteVertexPart", i);
+                "a deformation's vertex is not finite", i);
         const auto& first = d.firstDelta;
         require((first.empty() ? d.deltas.empty()
                                : first.front() == 0 && first.back() == d.deltas.size() &&
                                      std::is_sorted(first.begin(), first.end())) &&
                     std::all_of(d.deltas.begin(), d.deltas.end(),
                                 [&](const MorphDelta& v) {
-                                    return v.vertex < d.base.size() &&
-                                           finiteVertexPart(v.position) &&
-                                           finiteVertexPart(v.normal) &&
-                                           finiteVertexPart(v.tangent);
+                                    return v.vertex < d.base.size() && finite(v.position) &&
+                                           finite(v.normal) && finite(v.tangent);
                                 }),
                 "a deformation's morph targets are out of range", i);
     }

@@ -1,8 +1,7 @@
 // Moments of a scene: clips sampled, nodes placed, vertices moved.
 #include "scene/scene.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
+#include "scene/hash.h"
 
 #include <algorithm>
 #include <array>
@@ -124,7 +123,7 @@ std::shared_ptr<const DeformedMesh> deformedAt(const Scene& scene, const Deforma
                        d.firstVertex, result->vertices);
     }
     setBounds(scene, mesh, *result);
-    result->hash = XXH3_64bits(result->vertices.data(), result->vertices.size() * sizeof(Vertex));
+    result->hash = hashOfBytes(std::as_bytes(std::span(result->vertices)));
     return result;
 }
 

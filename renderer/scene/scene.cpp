@@ -2,89 +2,29 @@
 // scene_problems.cpp.
 #include "scene/scene.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
+#include "scene/hash.h"
 
 #include <cmath>
-#include <type_traits>
 
 namespace clerestory {
 namespace {
 
-class Hasher {
-public:
-    Hasher() { XXH3_64bits_reset(&state_); }
-
-    template <class T>
-    void add(const T& value) {
-        static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
-        XXH3_64bits_update(&state_, &value, sizeof value);
+// Structures as their fields, everything else as numbers.
+template <class T>
+void add(ContentHash& h, const T& value) {
+    if constexpr (requires { h.add(value); }) {
+        h.add(value);
+    } else {
+        fields(value, [&](const char*, const auto& member, const auto&...) { add(h, member); });
     }
-    void add(const std::string& text) {
-        add(text.size());
-        XXH3_64bits_update(&state_, text.data(), text.size());
-    }
-    // For element types without padding.
-    template <class T>
-    void addArray(const std::vector<T>& values) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        add(values.size());
-        XXH3_64bits_update(&state_, values.data(), values.size() * sizeof(T));
-    }
-    template <int N, class T>
-    void add(const glm::vec<N, T>& v) {
-        for (int i = 0; i < N; ++i) add(v[i]);
-    }
-    void add(const glm::dmat4& m) {
-        for (int i = 0; i < 4; ++i) add(m[i]);
-    }
-    void add(const Bounds& b) {
-        add(b.min);
-        add(b.max);
-    }
-    void add(const glm::dquat& q) {
-        for (const double v : {q.x, q.y, q.z, q.w}) add(v);
-    }
-    void add(const TextureSlot& s) {
-        add(s.texture);
-        add(s.texCoord);
-        add(s.offset);
-        add(s.scale);
-        add(s.rotation);
-    }
-    std::uint64_t value() const { return XXH3_64bits_digest(&state_); }
-
-private:
-    XXH3_state_t state_{};
-};
-
-void addMaterial(Hasher& h, const Material& m) {
-    h.add(m.name);
-    h.add(m.extras);
-    h.add(m.baseColor);
-    h.add(m.emissive);
-    h.add(m.specularColor);
-    h.add(m.attenuationColor);
-    for (const float v :
-         {m.metallic, m.roughness, m.normalScale, m.occlusionStrength, m.emissiveStrength,
-          m.alphaCutoff, m.ior, m.specular, m.transmission, m.thickness, m.attenuationDistance}) {
-        h.add(v);
-    }
-    for (const TextureSlot* slot : textureSlots(m)) {
-        h.add(*slot);
-    }
-    h.add(m.reflection);
-    h.add(m.probe);
-    h.add(m.environmentMap);
-    h.add(m.environmentRotation);
-    h.add(m.mapBlur.size);
-    h.add(m.mapBlur.stdev);
-    h.add(m.alphaMode);
-    h.add(m.doubleSided);
-    h.add(m.unlit);
 }
 
-void addMotion(Hasher& h, const Scene& scene) {
+void add(ContentHash& h, const Bounds& b) {
+    h.add(b.min);
+    h.add(b.max);
+}
+
+void addMotion(ContentHash& h, const Scene& scene) {
     for (const Clip& clip : scene.clips) {
         h.add(clip.name);
         h.add(clip.duration);
@@ -92,8 +32,8 @@ void addMotion(Hasher& h, const Scene& scene) {
             h.add(c.moved);
             h.add(c.target);
             h.add(c.between);
-            h.addArray(c.times);
-            h.addArray(c.values);
+            h.add(c.times);
+            h.add(c.values);
         }
     }
     for (const MovingNode& n : scene.movingNodes) {
@@ -104,20 +44,20 @@ void addMotion(Hasher& h, const Scene& scene) {
     }
     for (const MorphWeights& w : scene.morphWeights) {
         h.add(w.node);
-        h.addArray(w.rest);
+        h.add(w.rest);
     }
     for (const Skin& s : scene.skins) {
-        h.addArray(s.joints);
+        h.add(s.joints);
         for (const glm::dmat4& m : s.jointFromMesh) h.add(m);
     }
     for (const Deformation& d : scene.deformations) {
         for (const std::uint32_t v : {d.mesh, d.firstVertex, d.skin, d.weights, d.perVertex}) {
             h.add(v);
         }
-        h.addArray(d.base);
-        h.addArray(d.influences);
-        h.addArray(d.firstDelta);
-        h.addArray(d.deltas);
+        h.add(d.base);
+        h.add(d.influences);
+        h.add(d.firstDelta);
+        h.add(d.deltas);
         h.add(d.flatNormals);
     }
 }
@@ -168,15 +108,15 @@ DefaultView defaultView(const Scene& scene) {
 }
 
 std::uint64_t contentHash(const Material& material) {
-    Hasher h;
-    addMaterial(h, material);
+    ContentHash h;
+    add(h, material);
     return h.value();
 }
 
 void updateContentHash(Scene& scene) {
-    Hasher h;
-    h.addArray(scene.vertices);
-    h.addArray(scene.indices);
+    ContentHash h;
+    h.add(scene.vertices);
+    h.add(scene.indices);
     for (const Cluster& c : scene.clusters) {
         h.add(c.firstIndex);
         h.add(c.indexCount);
@@ -194,18 +134,18 @@ void updateContentHash(Scene& scene) {
         h.add(m.firstFlatPart);
         h.add(m.flatPartCount);
         h.add(m.material);
-        h.add(m.bounds);
+        add(h, m.bounds);
         h.add(m.hasColors);
         h.add(m.deformation);
     }
-    for (const Material& m : scene.materials) addMaterial(h, m);
+    for (const Material& m : scene.materials) add(h, m);
     for (const TextureImage& i : scene.images) {
         h.add(i.width);
         h.add(i.height);
         h.add(i.levels);
         h.add(i.colorSpace);
         h.add(i.packedNormal);
-        h.addArray(i.texels);
+        h.add(i.texels);
     }
     for (const Texture& t : scene.textures) {
         h.add(t.image);
@@ -244,8 +184,7 @@ void updateContentHash(Scene& scene) {
         h.add(p.size);
         h.add(p.resolution);
         h.add(p.zfar);
-        h.add(p.blur.size);
-        h.add(p.blur.stdev);
+        add(h, p.blur);
     }
     addMotion(h, scene);
     if (scene.defaultView) {

@@ -1,35 +1,18 @@
 // The check between whoever made a scene and everybody who trusts it.
 #include "scene/scene.h"
 
+#include "scene/finite.h"
 #include "scene/motion_problems.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
 
 namespace clerestory {
 namespace {
-
-bool finite(float v) {
-    return std::isfinite(v);
-}
-bool finite(double v) {
-    return std::isfinite(v);
-}
-template <int N, class T>
-bool finite(const glm::vec<N, T>& v) {
-    for (int i = 0; i < N; ++i) {
-        if (!std::isfinite(v[i])) return false;
-    }
-    return true;
-}
-bool finite(const glm::dmat4& m) {
-    return finite(m[0]) && finite(m[1]) && finite(m[2]) && finite(m[3]);
-}
-
-bool finite(const Bounds& box) {
-    return finite(box.min) && finite(box.max);
-}
 
 bool holds(const Bounds& box, const glm::vec3& point) {
     return glm::all(glm::lessThanEqual(box.min, point)) &&
@@ -58,9 +41,9 @@ public:
     }
 
 private:
-    void require(bool holds, const char* what, std::size_t index) {
-        constexpr std::size_t kEnough = 20;
-        if (!holds && problems_.size() < kEnough) {
+    void require(bool holds, std::string_view what, std::size_t index) {
+        constexpr std::size_t kMaxProblems = 20;
+        if (!holds && problems_.size() < kMaxProblems) {
             problems_.push_back(std::string(what) + " (number " + std::to_string(index) + ")");
         }
     }
@@ -133,35 +116,45 @@ private:
     }
 
     void materials() {
-        const auto unit = [](float v) { return v >= 0.0f && v <= 1.0f; };
-        const auto notNegative = [](const glm::vec3& c) {
-            return finite(c) && c.x >= 0.0f && c.y >= 0.0f && c.z >= 0.0f;
-        };
         for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
-            const Material& m = scene_.materials[i];
-            require(finite(m.baseColor) && finite(m.normalScale) && unit(m.metallic) &&
-                        unit(m.roughness) && unit(m.occlusionStrength) && unit(m.transmission) &&
-                        finite(m.alphaCutoff) && m.specular >= 0.0f && finite(m.specular) &&
-                        notNegative(m.specularColor),
-                    "a material's factor is out of range", i);
-            require(notNegative(m.emissive) && m.emissiveStrength >= 0.0f &&
-                        finite(m.emissiveStrength) && finite(emittedRadiance(m)),
-                    "a material's emission is out of range", i);
-            require(finite(m.ior) && m.ior >= 1.0f && finite(m.thickness) && m.thickness >= 0.0f &&
-                        notNegative(m.attenuationColor) && finite(m.attenuationDistance) &&
-                        m.attenuationDistance >= 0.0f,
-                    "a material's volume is out of range", i);
-            require(unitQuaternion(m.environmentRotation),
-                    "a material's environment rotation is no unit quaternion", i);
-            require(sound(m.mapBlur), "a material's blur is out of range", i);
-            for (const TextureSlot* s : textureSlots(m)) {
-                require(!s->present() || s->texture < scene_.textures.size(),
-                        "a material has no such texture", i);
-                require(
-                    s->texCoord < 2 && finite(s->offset) && finite(s->scale) && finite(s->rotation),
-                    "a material's texture transform is out of range", i);
-            }
+            fields(scene_.materials[i],
+                   [&](const char* name, const auto& member, const auto& kind) {
+                       if (valid(member, kind)) return;
+                       require(false, "a material's " + std::string(name) + " is out of range", i);
+                   });
         }
+    }
+
+    template <class T>
+    static bool valid(const T& value, const FactorRange& range) {
+        const auto inside = [&](float v, float max) { return v >= range.min && v <= max; };
+        if constexpr (std::is_same_v<T, float>) {
+            return inside(value, range.max);
+        } else {
+            for (int i = 0; i < T::length(); ++i) {
+                if (!inside(value[i], i < 3 ? range.max : range.maxCoverage)) return false;
+            }
+            return true;
+        }
+    }
+    template <class E>
+    static bool valid(E value, const EnumRange<E>& range) {
+        return value <= range.last;
+    }
+    bool valid(const TextureSlot& slot, const SlotRange&) const {
+        bool all = (!slot.present() || slot.texture < scene_.textures.size()) && slot.texCoord < 2;
+        fields(slot, [&](const char*, const auto& member, const auto& kind) {
+            all = all && valid(member, kind);
+        });
+        return all;
+    }
+    static bool valid(const glm::dquat& q, const Rotation&) { return unitQuaternion(q); }
+    static bool valid(const MapBlur& blur, const Nested&) { return sound(blur); }
+    static bool valid(const std::string&, const Text&) { return true; }
+    static bool valid(bool, const Flag&) { return true; }
+    template <class T>
+    static bool valid(const T&, const Unchecked&) {
+        return true;
     }
 
     void pictures() {

@@ -130,6 +130,30 @@ TEST(Overrides, EveryFieldReachesItsMaterialAndNoOther) {
     EXPECT_EQ(untouched.baseColor, same.baseColor);
 }
 
+// The material's table and the client's table list the same fields, and a client may set nothing
+// that the checks of a scene reject.
+TEST(Overrides, RangesLieWithinTheMaterials) {
+    MaterialOverride o;
+    Material m;
+    int factors = 0;
+    fields(o, [&](std::string_view name, auto&, const auto& kind, const char*) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, Range>) {
+            bool found = false;
+            fields(m, [&](std::string_view field, auto&, const auto& range) {
+                if constexpr (std::is_same_v<std::decay_t<decltype(range)>, FactorRange>) {
+                    if (field != name) return;
+                    found = true;
+                    EXPECT_GE(kind.min, double{range.min}) << name;
+                    EXPECT_LE(kind.max, double{range.max}) << name;
+                }
+            });
+            EXPECT_TRUE(found) << name;
+            ++factors;
+        }
+    });
+    EXPECT_EQ(factors, 10);
+}
+
 TEST(Overrides, ReplaceTheTextureAndKeepTheOtherChannelsMean) {
     Scene scene;
     scene.images.push_back({.name = "picture", .mean = {0.5f, 0.5f, 0.25f, 1.0f}});

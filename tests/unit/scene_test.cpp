@@ -107,6 +107,46 @@ TEST(Scene, TheHashDependsOnContentNotOnTheId) {
     EXPECT_NE(a.contentHash, b.contentHash);
 }
 
+// Changes one value of any kind that a material's table lists.
+template <class T>
+void change(T& value) {
+    if constexpr (std::is_same_v<T, std::string>) {
+        value += "x";
+    } else if constexpr (std::is_same_v<T, bool>) {
+        value = !value;
+    } else if constexpr (std::is_enum_v<T>) {
+        value = static_cast<T>(1);
+    } else if constexpr (std::is_same_v<T, TextureSlot>) {
+        value.texture = 0;
+    } else if constexpr (std::is_same_v<T, MapBlur>) {
+        value.size += 1;
+    } else if constexpr (std::is_same_v<T, glm::dquat>) {
+        value = glm::dquat(0.0, 1.0, 0.0, 0.0);
+    } else {
+        value *= 0.5f;
+        value += T(0.25f);
+    }
+}
+
+TEST(Scene, EveryMaterialFieldChangesTheHash) {
+    const std::uint64_t before = contentHash(Material{});
+    int count = 0;
+    const Material plain;
+    fields(plain, [&](const char*, const auto&, const auto&) { ++count; });
+    for (int changed = 0; changed < count; ++changed) {
+        Material m;
+        int i = 0;
+        std::string name;
+        fields(m, [&](const char* field, auto& member, const auto&) {
+            if (i++ != changed) return;
+            name = field;
+            change(member);
+        });
+        EXPECT_NE(contentHash(m), before) << name;
+        EXPECT_FALSE(m == Material{}) << name;
+    }
+}
+
 struct Fault {
     const char* name;
     std::function<void(Scene&)> plant;

@@ -1,15 +1,13 @@
 // Linear blends, in double: of shapes, then of joints.
 #include "scene/animation/deformation.h"
 
+#include "scene/finite.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace clerestory {
 namespace {
-
-bool finite(const glm::dvec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 // Or `otherwise` for what has no direction.
 glm::vec3 unit(const glm::dvec3& v, const glm::vec3& otherwise) {

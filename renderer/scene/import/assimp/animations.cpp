@@ -167,7 +167,7 @@ Index AssimpMotion::addSkin(const aiMesh& from) {
         }
         const glm::dmat4 jointFromMesh = matrixOf(bone.mOffsetMatrix);
         skin.joints.push_back(node);
-        skin.jointFromMesh.push_back(finite(jointFromMesh) ? jointFromMesh : glm::dmat4(1.0));
+        skin.jointFromMesh.push_back(inReach(jointFromMesh) ? jointFromMesh : glm::dmat4(1.0));
     }
     scene_.skins.push_back(std::move(skin));
     return static_cast<Index>(scene_.skins.size() - 1);

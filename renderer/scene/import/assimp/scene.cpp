@@ -174,7 +174,7 @@ private:
             if (parent == kNone) {
                 local = scaled(local, metresPerUnit_);
             }
-            if (!finite(local)) {
+            if (!inReach(local)) {
                 scene_.warnings.push_back({"nonFiniteTransform", from->mName.C_Str(),
                                            "a transform that is not of numbers was left out"});
                 local = glm::dmat4(1.0);
@@ -224,7 +224,7 @@ private:
                     const aiVector3D& up) {
         const auto parent = nodeNamed_.find(name.C_Str());
         glm::dmat4 frame = looking(vector(position), vector(direction), vector(up));
-        return addCheckedNode(name.C_Str(), finite(frame) ? frame : glm::dmat4(1.0),
+        return addCheckedNode(name.C_Str(), inReach(frame) ? frame : glm::dmat4(1.0),
                               parent == nodeNamed_.end() ? kNone : parent->second);
     }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace clerestory {
 namespace {
@@ -10,20 +11,20 @@ using Reason = ImportError::Reason;
 
 constexpr std::size_t kMaxTextBytes = 200;
 constexpr std::size_t kMaxWarnings = 1000;
-constexpr float kMaxFactor = 1e6f;  // keeps products of a few factors finite in float
 
-// Returns whether the value had to be changed.
-bool clampTo(float& value, float low, float high, float otherwise) {
+// Returns whether the value was changed.
+bool clampTo(float& value, const FactorRange& range) {
     const float before = value;
-    value = std::isfinite(value) ? std::clamp(value, low, high) : otherwise;
+    value = std::isfinite(value) ? std::clamp(value, range.min, range.max) : range.fallback;
     return !(value == before);
 }
 
 template <int N>
-bool clampTo(glm::vec<N, float>& value, float low, float high, float otherwise) {
+bool clampTo(glm::vec<N, float>& value, const FactorRange& range) {
     bool changed = false;
     for (int i = 0; i < N; ++i) {
-        changed |= clampTo(value[i], low, high, otherwise);
+        const float max = i < 3 ? range.max : range.maxCoverage;
+        changed |= clampTo(value[i], {range.min, max, range.fallback});
     }
     return changed;
 }
@@ -134,15 +135,17 @@ void cleanTexts(Scene& scene) {
         for (auto& thing : things) thing.name = cleanText(thing.name);
     };
     cleanNames(scene.meshes);
-    cleanNames(scene.materials);
     cleanNames(scene.images);
     cleanNames(scene.nodes);
     cleanNames(scene.lights);
     cleanNames(scene.cameras);
     cleanNames(scene.probes);
     for (Material& m : scene.materials) {
-        m.probe = cleanText(m.probe);
-        m.environmentMap = cleanText(m.environmentMap);
+        fields(m, [](const char*, auto& member, const auto& kind) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, Text>) {
+                member = cleanText(member);
+            }
+        });
     }
     for (ImportWarning& warning : scene.warnings) {
         warning.subject = cleanText(warning.subject);
@@ -153,36 +156,25 @@ void cleanTexts(Scene& scene) {
 }  // namespace
 
 void cleanMaterial(Material& m, Scene& scene) {
-    bool changed = clampTo(m.baseColor, 0.0f, kMaxFactor, 1.0f);
-    changed |= clampTo(m.baseColor.w, 0.0f, 1.0f, 1.0f);
-    changed |= clampTo(m.metallic, 0.0f, 1.0f, 0.0f);
-    changed |= clampTo(m.roughness, 0.0f, 1.0f, 1.0f);
-    changed |= clampTo(m.normalScale, -kMaxFactor, kMaxFactor, 1.0f);
-    changed |= clampTo(m.occlusionStrength, 0.0f, 1.0f, 1.0f);
-    changed |= clampTo(m.emissive, 0.0f, kMaxFactor, 0.0f);
-    changed |= clampTo(m.emissiveStrength, 0.0f, kMaxFactor, 1.0f);
-    changed |= clampTo(m.alphaCutoff, 0.0f, kMaxFactor, 0.5f);
-    changed |= clampTo(m.ior, 1.0f, 100.0f, 1.5f);
-    changed |= clampTo(m.specular, 0.0f, 1.0f, 1.0f);
-    changed |= clampTo(m.specularColor, 0.0f, kMaxFactor, 1.0f);
-    changed |= clampTo(m.transmission, 0.0f, 1.0f, 0.0f);
-    changed |= clampTo(m.thickness, 0.0f, kMaxFactor, 0.0f);
-    changed |= clampTo(m.attenuationColor, 0.0f, 1.0f, 1.0f);
-    changed |= clampTo(m.attenuationDistance, 0.0f, 1e30f, 0.0f);
+    bool changed = false;
+    const auto clean = [&](const char*, auto& member, const auto& kind) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, FactorRange>) {
+            changed |= clampTo(member, kind);
+        }
+    };
+    fields(m, clean);
     for (TextureSlot* slot : textureSlots(m)) {
-        changed |= clampTo(slot->offset, -kMaxFactor, kMaxFactor, 0.0f);
-        changed |= clampTo(slot->scale, -kMaxFactor, kMaxFactor, 1.0f);
-        changed |= clampTo(slot->rotation, -kMaxFactor, kMaxFactor, 0.0f);
+        fields(*slot, clean);
         if (slot->texCoord > 1) {
             slot->texCoord = 0;
             scene.warnings.push_back({"unsupportedTexCoord", m.name,
-                                      "a texture asks for a third set of texture coordinates; it "
-                                      "gets the first"});
+                                      "a texture uses a third set of texture coordinates; the "
+                                      "first set is used instead"});
         }
     }
     if (changed) {
         scene.warnings.push_back(
-            {"materialOutOfRange", m.name, "factors out of their range were brought back"});
+            {"materialOutOfRange", m.name, "factors outside their range were clamped"});
     }
 }
 

@@ -7,13 +7,6 @@
 
 namespace clerestory {
 
-bool finite(const glm::dmat4& matrix) {
-    for (int i = 0; i < 16; ++i) {
-        if (!(std::abs(matrix[i / 4][i % 4]) < 1e30)) return false;
-    }
-    return true;
-}
-
 glm::dmat4 worldFromNode(const Scene& scene, Index node) {
     glm::dmat4 world(1.0);
     for (; node != kNone; node = scene.nodes[node].parent) {
@@ -26,7 +19,7 @@ glm::dvec3 skinOrigin(const Scene& scene, Index firstJoint) {
     constexpr double kStep = 1000.0;  // metres
     if (firstJoint == kNone) return glm::dvec3(0.0);
     const glm::dmat4 world = worldFromNode(scene, firstJoint);
-    return finite(world) ? kStep * glm::round(glm::dvec3(world[3]) / kStep) : glm::dvec3(0.0);
+    return inReach(world) ? kStep * glm::round(glm::dvec3(world[3]) / kStep) : glm::dvec3(0.0);
 }
 
 Transform partsOf(const glm::dmat4& matrix) {
@@ -58,7 +51,7 @@ std::string uniqueClipName(std::set<std::string>& names, const std::string& want
 }
 
 Index addMovingNode(Scene& scene, Index node, const Transform& rest) {
-    if (!finite(matrixOf(rest))) return kNone;
+    if (!inReach(matrixOf(rest))) return kNone;
     // What vanishes at rest comes back: it must not be taken for something broken.
     if (rest.scale.x * rest.scale.y * rest.scale.z == 0.0) {
         scene.nodes[node].parentFromLocal = matrixOf(rest);

@@ -8,9 +8,6 @@
 
 namespace clerestory {
 
-// Numbers, and far from a double's end: products of a few stay finite.
-bool finite(const glm::dmat4& matrix);
-
 // Where a node is at rest.
 glm::dmat4 worldFromNode(const Scene& scene, Index node);
 

@@ -2,18 +2,18 @@
 // compared.
 #include "scene/import/base/scene_folder.h"
 
+#include "scene/hash.h"
+
 #include <fcntl.h>
 #include <linux/openat2.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <climits>
+#include <span>
 
 namespace clerestory {
 namespace {
@@ -74,10 +74,10 @@ int hexDigit(char c) {
 }  // namespace
 
 void setContent(FileDependency& dependency, std::string_view content) {
-    const XXH128_hash_t hash = XXH3_128bits(content.data(), content.size());
+    const Hash128 hash = hash128OfBytes(std::as_bytes(std::span(content)));
     dependency.state = FileDependency::State::read;
-    dependency.low = hash.low64;
-    dependency.high = hash.high64;
+    dependency.low = hash.low;
+    dependency.high = hash.high;
 }
 
 SceneFolder::SceneFolder(std::map<std::string, std::string> files) : files_(std::move(files)) {}

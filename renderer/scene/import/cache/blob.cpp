@@ -1,16 +1,13 @@
-// One list of fields serves writing and reading, so that the two cannot drift apart.
+// One list of fields is used for writing and for reading, so that the two always agree.
 //
-// Layout: header, payload, checksum of both (XXH3). Plain arrays lie as in memory after their
-// count; texts and lists of structures are a count and their parts.
+// Layout: header, payload, checksum of both (XXH3). An array of plain values is a count and the
+// bytes in memory; a text or a list of structures is a count and the parts.
 #include "scene/import/cache/blob.h"
 
+#include "scene/hash.h"
 #include "scene/import/base/types.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <cstring>
-#include <memory>
 #include <string>
 #include <type_traits>
 
@@ -19,7 +16,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 6;
+    std::uint32_t version = 7;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -34,111 +31,114 @@ template <class T, glm::qualifier Q, int N>
 struct FlatVector<glm::vec<N, T, Q>> : std::true_type {};
 
 template <class A>
-void fields(A& a, glm::dquat& q) {
+void serialize(A& a, glm::dquat& q) {
     a(q.x), a(q.y), a(q.z), a(q.w);
 }
 template <class A>
-void fields(A& a, glm::dmat4& m) {
+void serialize(A& a, glm::dmat4& m) {
     for (int column = 0; column < 4; ++column) a(m[column]);
 }
 template <class A>
-void fields(A& a, TextureImage& i) {
+void serialize(A& a, TextureImage& i) {
     a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.packedNormal), a(i.mean);
     a(i.texels);
     a(i.colorSpace, ColorSpace::srgb);
 }
 template <class A>
-void fields(A& a, Texture& t) {
+void serialize(A& a, Texture& t) {
     a(t.image), a(t.useLevels);
     a(t.wrapU, Wrap::clampToEdge), a(t.wrapV, Wrap::clampToEdge);
     a(t.magnify, Filter::linear), a(t.minify, Filter::linear);
 }
-template <class A>
-void fields(A& a, TextureSlot& s) {
-    a(s.texture), a(s.texCoord), a(s.offset), a(s.scale), a(s.rotation);
+// Structures with a field table of their own.
+template <class A, class T>
+void serializeTable(A& a, T& value) {
+    fields(value, [&](const char*, auto& member, const auto& kind, const auto&...) {
+        if constexpr (requires { kind.last; })
+            a(member, kind.last);
+        else
+            a(member);
+    });
 }
 template <class A>
-void fields(A& a, MapBlur& b) {
-    a(b.size), a(b.stdev);
+void serialize(A& a, TextureSlot& s) {
+    serializeTable(a, s);
 }
 template <class A>
-void fields(A& a, Material& m) {
-    a(m.name), a(m.baseColor), a(m.baseColorTexture), a(m.metallic), a(m.roughness);
-    a(m.metallicRoughnessTexture), a(m.normalTexture), a(m.normalScale), a(m.occlusionTexture);
-    a(m.occlusionStrength), a(m.emissive), a(m.emissiveStrength), a(m.emissiveTexture);
-    a(m.alphaMode, AlphaMode::blend), a(m.alphaCutoff), a(m.doubleSided), a(m.unlit);
-    a(m.ior), a(m.specular), a(m.specularColor), a(m.transmission), a(m.transmissionTexture);
-    a(m.thickness), a(m.thicknessTexture), a(m.attenuationColor), a(m.attenuationDistance);
-    a(m.reflection, Reflection::mirror), a(m.probe), a(m.environmentMap);
-    a(m.environmentRotation), a(m.mapBlur), a(m.extras);
+void serialize(A& a, MapBlur& b) {
+    serializeTable(a, b);
 }
 template <class A>
-void fields(A& a, Bounds& b) {
+void serialize(A& a, Material& m) {
+    serializeTable(a, m);
+}
+template <class A>
+void serialize(A& a, Bounds& b) {
     a(b.min), a(b.max);
 }
 template <class A>
-void fields(A& a, FlatPart& p) {
+void serialize(A& a, FlatPart& p) {
     a(p.firstCluster), a(p.clusterCount), a(p.normal), a(p.offset), a(p.area), a(p.bounds);
 }
 template <class A>
-void fields(A& a, Mesh& m) {
+void serialize(A& a, Mesh& m) {
     a(m.name), a(m.firstCluster), a(m.clusterCount), a(m.firstFlatPart), a(m.flatPartCount);
     a(m.triangles), a(m.area), a(m.material), a(m.bounds);
     a(m.hasColors), a(m.deformation);
 }
 template <class A>
-void fields(A& a, Node& n) {
+void serialize(A& a, Node& n) {
     a(n.name), a(n.parent), a(n.parentFromLocal);
 }
 template <class A>
-void fields(A& a, Light& l) {
+void serialize(A& a, Light& l) {
     a(l.name), a(l.node), a(l.kind, LightKind::directional), a(l.intensity), a(l.range);
     a(l.innerConeAngle), a(l.outerConeAngle);
 }
 template <class A>
-void fields(A& a, Camera& c) {
+void serialize(A& a, Camera& c) {
     a(c.name), a(c.node), a(c.orthographic), a(c.yfov), a(c.yHalfHeight), a(c.znear), a(c.zfar);
 }
 template <class A>
-void fields(A& a, Probe& p) {
+void serialize(A& a, Probe& p) {
     a(p.name), a(p.node), a(p.position), a(p.size), a(p.resolution), a(p.zfar), a(p.blur);
 }
 template <class A>
-void fields(A& a, Track& c) {
+void serialize(A& a, Track& c) {
     a(c.moved, AnimatedProperty::weights), a(c.target), a(c.between, Interpolation::cubicSpline);
     a(c.times), a(c.values);
 }
 template <class A>
-void fields(A& a, Clip& c) {
+void serialize(A& a, Clip& c) {
     a(c.name), a(c.duration), a(c.tracks);
 }
 template <class A>
-void fields(A& a, MovingNode& n) {
+void serialize(A& a, MovingNode& n) {
     a(n.node), a(n.rest.translation), a(n.rest.rotation), a(n.rest.scale);
 }
 template <class A>
-void fields(A& a, MorphWeights& w) {
+void serialize(A& a, MorphWeights& w) {
     a(w.node), a(w.rest);
 }
 template <class A>
-void fields(A& a, Skin& s) {
+void serialize(A& a, Skin& s) {
     a(s.joints), a(s.jointFromMesh);
 }
 template <class A>
-void fields(A& a, Deformation& d) {
+void serialize(A& a, Deformation& d) {
     a(d.mesh), a(d.firstVertex), a(d.base), a(d.skin), a(d.weights), a(d.perVertex);
     a(d.influences), a(d.firstDelta), a(d.deltas), a(d.flatNormals);
 }
 template <class A>
-void fields(A& a, DefaultView& v) {
+void serialize(A& a, DefaultView& v) {
     a(v.position), a(v.target), a(v.yfov);
 }
 template <class A>
-void fields(A& a, ImportWarning& w) {
+void serialize(A& a, ImportWarning& w) {
     a(w.code), a(w.subject), a(w.message), a(w.count);
 }
 template <class A>
-void fields(A& a, Scene& s) {
+void serialize(A& a, Scene& s) {
     a(s.id), a(s.title), a(s.contentHash), a(s.vertices), a(s.indices), a(s.clusters),
         a(s.flatParts);
     a(s.meshes), a(s.materials), a(s.images), a(s.textures), a(s.nodes), a(s.instances);
@@ -153,22 +153,15 @@ struct EnvironmentHeader {
     std::uint32_t faceSize = 0;
 };
 
-struct HashDeleter {
-    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
-};
-
 class Writer {
 public:
-    explicit Writer(const BlobSink& sink) : sink_(sink), hash_(XXH3_createState()) {
-        if (!hash_) throw std::bad_alloc();
-        XXH3_64bits_reset(hash_.get());
-    }
+    explicit Writer(const BlobSink& sink) : sink_(sink) {}
 
     void bytes(const void* from, std::size_t count) {
-        XXH3_64bits_update(hash_.get(), from, count);
+        hash_.addBytes(from, count);
         sink_(from, count);
     }
-    std::uint64_t checksum() const { return XXH3_64bits_digest(hash_.get()); }
+    std::uint64_t checksum() const { return hash_.value(); }
 
     template <class T>
     void operator()(T& value) {
@@ -178,7 +171,7 @@ public:
         } else if constexpr (kFlat<T> || FlatVector<T>::value) {
             bytes(&value, sizeof value);
         } else {
-            fields(*this, value);
+            serialize(*this, value);
         }
     }
     template <class E>
@@ -201,7 +194,7 @@ public:
         if constexpr (kFlat<T>) {
             bytes(list.data(), list.size() * sizeof(T));
         } else {
-            for (T& item : list) fields(*this, item);
+            for (T& item : list) serialize(*this, item);
         }
     }
 
@@ -209,7 +202,7 @@ private:
     void length(std::uint64_t count) { bytes(&count, sizeof count); }
 
     const BlobSink& sink_;
-    std::unique_ptr<XXH3_state_t, HashDeleter> hash_;
+    ContentHash hash_;
 };
 
 class Reader {
@@ -232,7 +225,7 @@ public:
         } else if constexpr (kFlat<T> || FlatVector<T>::value) {
             bytes(&value, sizeof value);
         } else {
-            fields(*this, value);
+            serialize(*this, value);
         }
     }
     template <class E>
@@ -272,7 +265,7 @@ public:
             }
         } else {
             const std::size_t count = length(1);
-            for (std::size_t i = 0; i < count; ++i) fields(*this, list.emplace_back());
+            for (std::size_t i = 0; i < count; ++i) serialize(*this, list.emplace_back());
         }
     }
 
@@ -294,8 +287,8 @@ void writeScene(const Scene& scene, const BlobSink& sink) {
     Writer writer(sink);
     const Header header;
     writer.bytes(&header, sizeof header);
-    fields(writer,
-           const_cast<Scene&>(scene));  // the list is shared with reading; writing only looks
+    serialize(writer,
+              const_cast<Scene&>(scene));  // the list is shared with reading; writing only looks
     const std::uint64_t checksum = writer.checksum();
     sink(&checksum, sizeof checksum);
 }
@@ -309,12 +302,12 @@ Scene readScene(std::span<const std::byte> blob) {
     }
     const std::size_t covered = blob.size() - sizeof checksum;
     std::memcpy(&checksum, blob.data() + covered, sizeof checksum);
-    if (XXH3_64bits(blob.data(), covered) != checksum) {
+    if (hashOfBytes(blob.first(covered)) != checksum) {
         throw BlobError("the scene blob's checksum is wrong");
     }
     Reader reader(blob.subspan(sizeof expected, covered - sizeof expected));
     Scene scene;
-    fields(reader, scene);
+    serialize(reader, scene);
     if (!reader.finished()) {
         throw BlobError("the scene blob is longer than its scene");
     }

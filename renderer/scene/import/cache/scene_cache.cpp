@@ -2,12 +2,11 @@
 // checksum of the dependencies; the blob has its own.
 #include "scene/import/cache/scene_cache.h"
 
+#include "scene/hash.h"
 #include "scene/import/cache/blob.h"
 #include "scene/import/cache/cache_file.h"
 
 #include <openssl/evp.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -116,7 +115,7 @@ std::optional<Scene> validScene(std::span<const std::byte> bytes, const SceneCac
         return std::nullopt;
     }
     const auto list = rest.first(header.dependencyBytes);
-    if (XXH3_64bits(list.data(), list.size()) != header.dependencyHash) return std::nullopt;
+    if (hashOfBytes(list) != header.dependencyHash) return std::nullopt;
     const auto dependencies = unpackedDependencies(
         {reinterpret_cast<const char*>(list.data()), list.size()}, header.dependencies);
     if (!dependencies) return std::nullopt;
@@ -177,7 +176,7 @@ void SceneCache::store(const Key& key, const std::vector<FileDependency>& depend
     EntryHeader header;
     header.dependencies = static_cast<std::uint32_t>(dependencies.size());
     header.dependencyBytes = list.size();
-    header.dependencyHash = XXH3_64bits(list.data(), list.size());
+    header.dependencyHash = hashOfBytes(std::as_bytes(std::span(list)));
     header.blobBytes = blob.size();
     std::string head(reinterpret_cast<const char*>(&header), sizeof header);
     const std::lock_guard lock(mutex_);

@@ -61,7 +61,7 @@ GltfSkin gltfSkin(GltfDocument& document, const Json& skin, const std::vector<In
                 matrix[k / 4][k % 4] = static_cast<double>(jointFromMesh.at(i)[k]);
             }
         }
-        result.jointFromMesh.push_back(finite(matrix) ? matrix : glm::dmat4(1.0));
+        result.jointFromMesh.push_back(inReach(matrix) ? matrix : glm::dmat4(1.0));
     }
     if (result.joints.empty()) malformed("a skin has no joints");
     return result;
