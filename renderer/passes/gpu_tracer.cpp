@@ -6,8 +6,6 @@
 #include "passes/gpu_scene.h"
 #include "passes/material_block.h"
 #include "passes/traced_texels.h"
-#include "plan/effects/lighting.h"
-#include "scene/classification.h"
 #include "scene/material_bindings.h"
 
 #include <algorithm>
@@ -23,10 +21,11 @@ std::span<const std::byte> bytesOf(const std::vector<T>& values) {
 }
 
 MaterialBindings materialsOf(const FramePlan& plan) {
-    return {plan.materials, plan.materialOfInstance};
+    return {plan.materials, plan.rays->materialOfInstance};
 }
 
-float flagsOf(const Scene& scene, const Material& m) {
+float flagsOf(const Scene& scene, const Material& m,
+              const RayScene::MaterialProperties& properties) {
     int flags = 0;
     if (m.alphaMode == AlphaMode::mask) flags |= TRACE_MASK;
     if (m.alphaMode == AlphaMode::blend) flags |= TRACE_BLEND;
@@ -36,16 +35,16 @@ float flagsOf(const Scene& scene, const Material& m) {
         scene.images[scene.textures[m.normalTexture.texture].image].packedNormal) {
         flags |= TRACE_PACKED_NORMAL;
     }
-    const MaterialClass c = classOf(scene, m);
-    if (c.onFlat != Reflector::none) flags |= TRACE_MIRROR_FLAT;
-    if (c.onCurved != Reflector::none) flags |= TRACE_MIRROR_CURVED;
+    if (properties.mirrorsWhereFlat) flags |= TRACE_MIRROR_FLAT;
+    if (properties.mirrorsWhereCurved) flags |= TRACE_MIRROR_CURVED;
     return static_cast<float>(flags);
 }
 
 // As MaterialBlock, with the flags and each slot's texture (from 1, 0 for none) in spare places.
-void appendMaterial(std::vector<glm::vec4>& rows, const Scene& scene, const Material& m) {
+void appendMaterial(std::vector<glm::vec4>& rows, const Scene& scene, const Material& m,
+                    const RayScene::MaterialProperties& properties) {
     blocks::MaterialBlock block = materialBlock(m);
-    block.attenuation.w = flagsOf(scene, m);
+    block.attenuation.w = flagsOf(scene, m, properties);
     const auto slots = textureSlots(m);
     for (std::size_t s = 0; s < slots.size(); ++s) {
         block.texCoordRows[2 * s + 1].w =
@@ -55,6 +54,18 @@ void appendMaterial(std::vector<glm::vec4>& rows, const Scene& scene, const Mate
     const std::size_t first = rows.size();
     rows.resize(first + TRACE_MATERIAL_ROWS);
     std::memcpy(rows.data() + first, &block, sizeof block);
+}
+
+int flagOf(Glass glass) {
+    switch (glass) {
+        case Glass::none:
+            return 0;
+        case Glass::pane:
+            return TRACE_PANE;
+        case Glass::solid:
+            return TRACE_SOLID;
+    }
+    return 0;
 }
 
 }  // namespace
@@ -85,19 +96,15 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
     std::vector<std::uint64_t> deformed;
     for (const auto& mesh : pose.deformed) deformed.push_back(mesh->hash);
     const bool moved = !built_ || pose.worldFromNode != worldFromNode_ || deformed != deformed_;
-    const bool materialsChanged = !built_ || plan.materialOfInstance != materialOfInstance_ ||
-                                  plan.materials != ownMaterials_;
+    const bool materialsChanged = !built_ || plan.materials != ownMaterials_ ||
+                                  plan.rays->materialOfInstance != rays_.materialOfInstance ||
+                                  plan.rays->materials != rays_.materials;
     if (moved || materialsChanged) buildHierarchy(plan, pose, materialsChanged);
-    if (moved || plan.lights != lights_) findLights(plan, pose);
-    if (materialsChanged) {
-        fillMaterials(plan);
-        findGlass(plan);
-    }
+    if (materialsChanged) fillMaterials(plan);
     worldFromNode_ = pose.worldFromNode;
     deformed_ = std::move(deformed);
-    materialOfInstance_ = plan.materialOfInstance;
     ownMaterials_ = plan.materials;
-    lights_ = plan.lights;
+    rays_ = *plan.rays;
     built_ = true;
 }
 
@@ -120,34 +127,12 @@ void GpuTracer::uploadHierarchy(Bvh bvh) {
     hierarchyBytes_ = bytesOf(bvh.nodes).size() + bytesOf(bvh.triangles).size();
 }
 
-void GpuTracer::findLights(const FramePlan& plan, const Pose& pose) {
-    const Scene& scene = scene_.scene();
-    lightsOfInstance_.clear();
-    for (const Instance& instance : scene.instances) {
-        glm::dmat4 fromOrigin = pose.worldFromNode[instance.node];
-        fromOrigin[3] -= glm::dvec4(origin_, 0.0);
-        lightsOfInstance_.push_back(allLightsReaching(
-            plan.lights, origin_,
-            transformed(boundsOf(pose, scene.meshes[instance.mesh]), fromOrigin)));
-    }
-}
-
-// A material alone does not tell: a sheet is a pane, whatever thickness it says.
-void GpuTracer::findGlass(const FramePlan& plan) {
-    glassOfInstance_.assign(scene_.scene().instances.size(), 0.0f);
-    for (const Surface& surface : surfacesOf(scene_.scene(), materialsOf(plan))) {
-        const int flag = surface.glass == Glass::solid  ? TRACE_SOLID
-                         : surface.glass == Glass::pane ? TRACE_PANE
-                                                        : 0;
-        glassOfInstance_[surface.instance] = static_cast<float>(flag);
-    }
-}
-
 void GpuTracer::fillMaterials(const FramePlan& plan) {
     std::vector<glm::vec4> rows;
     const Scene& scene = scene_.scene();
-    for (const Material& m : scene.materials) appendMaterial(rows, scene, m);
-    for (const Material& m : plan.materials) appendMaterial(rows, scene, m);
+    auto properties = plan.rays->materials.begin();
+    for (const Material& m : scene.materials) appendMaterial(rows, scene, m, *properties++);
+    for (const Material& m : plan.materials) appendMaterial(rows, scene, m, *properties++);
     materialCount_ = rows.size() / TRACE_MATERIAL_ROWS;
     rows.insert(rows.end(), textureRows_.begin(), textureRows_.end());
     if (rows.empty()) rows.resize(1);
@@ -161,9 +146,9 @@ void GpuTracer::addPlaces(DrawStream& draws) {
     rows.reserve(TRACE_INSTANCE_ROWS * scene.instances.size());
     for (Index i = 0; i < scene.instances.size(); ++i) {
         const DrawRecord& place = draws.place(i);
-        const std::vector<std::uint8_t>& lights = lightsOfInstance_[i];
-        const Index material =
-            materialOfInstance_.empty() ? scene.instances[i].material : materialOfInstance_[i];
+        const std::vector<std::uint8_t>& lights = rays_.instances[i].lights;
+        const Index material = rays_.materialOfInstance.empty() ? scene.instances[i].material
+                                                                : rays_.materialOfInstance[i];
         for (int row = 0; row < 3; ++row) rows.push_back(place.normalFromModel[row]);
         for (int row = 0; row < 3; ++row) rows.push_back(place.eyeFromModel[row]);
         glm::vec4* instance = rows.data() + rows.size() - TRACE_INSTANCE_ROWS;
@@ -172,7 +157,7 @@ void GpuTracer::addPlaces(DrawStream& draws) {
         instance[2].w = static_cast<float>(lights.size());
         const glm::mat3 linear(instance[3], instance[4], instance[5]);  // its transpose
         instance[3].w = draws.mirrored(i) ? -1.0f : 1.0f;
-        instance[5].w = glassOfInstance_[i];
+        instance[5].w = static_cast<float>(flagOf(rays_.instances[i].glass));
         instance[4].w = std::cbrt(std::abs(glm::determinant(linear)));
     }
     if (rows.empty()) rows.resize(1);
@@ -182,7 +167,7 @@ void GpuTracer::addPlaces(DrawStream& draws) {
 void GpuTracer::bind(const FramePlan& plan, const glm::dvec3& eye) {
     blocks::TraceBlock block{};
     block.eye = glm::vec4(glm::vec3(eye - origin_), static_cast<float>(nodeCount_));
-    block.limits = {plan.bounces, materialCount_ * TRACE_MATERIAL_ROWS, 0.0f, 0.0f};
+    block.limits = {plan.rays->bounces, materialCount_ * TRACE_MATERIAL_ROWS, 0.0f, 0.0f};
     block_.assign(blocks::bytesOf(block));
     block_.bindUniform(BINDING_TRACE);
     nodeTexture_.bind(UNIT_TRACE_NODES);

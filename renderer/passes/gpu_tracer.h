@@ -1,6 +1,6 @@
 // What rays need on the GPU: the hierarchy over the scene as it stands, its vertices by number, and
 // tables of instances, materials and texels, all as texture buffers. Made when a plan first traces,
-// given back with the scene.
+// freed with the scene.
 #pragma once
 
 #include "gl/buffer.h"
@@ -27,7 +27,8 @@ public:
     // Uploads what no frame changes. `scene` must outlive it.
     explicit GpuTracer(const GpuScene& scene);
 
-    // Follows the plan's pose, materials and lights; does nothing for what has not changed.
+    // Follows the pose and the plan's materials and rays (plan.rays is set); does nothing for what
+    // has not changed.
     void prepare(const FramePlan& plan, const Pose& pose);
     // For one pass, between DrawStream::begin() and its upload(): where everything stands in the
     // pass's eye space, and which lights reach it.
@@ -40,9 +41,7 @@ public:
 private:
     void buildHierarchy(const FramePlan& plan, const Pose& pose, bool materialsChanged);
     void uploadHierarchy(Bvh bvh);
-    void findLights(const FramePlan& plan, const Pose& pose);
     void fillMaterials(const FramePlan& plan);
-    void findGlass(const FramePlan& plan);
 
     const GpuScene& scene_;
     std::vector<glm::vec4> textureRows_;
@@ -61,11 +60,8 @@ private:
     Bvh still_;  // of a scene in which something moves: the part that does not
     std::vector<glm::dmat4> worldFromNode_;
     std::vector<std::uint64_t> deformed_;  // hashes; as Pose::deformed
-    std::vector<Index> materialOfInstance_;
     std::vector<Material> ownMaterials_;
-    std::vector<PlacedLight> lights_;
-    std::vector<std::vector<std::uint8_t>> lightsOfInstance_;
-    std::vector<float> glassOfInstance_;  // 0, TRACE_PANE or TRACE_SOLID
+    RayScene rays_;
 };
 
 }  // namespace clerestory

@@ -170,7 +170,8 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         if (boundFeatures != features) {
             // What rays may meet is known from the plan; see hit.glsl.
             const bool rays = features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
-            const int variant = rays ? static_cast<int>(input.plan.hitFeatures) : program.variant;
+            const int variant =
+                rays ? static_cast<int>(input.plan.rays->hitFeatures) : program.variant;
             resources.shaders.program({program.vertex, program.fragment, features, variant, bits})
                 .use();
             boundMaterial = kNone;  // other features read other textures

@@ -4,6 +4,7 @@
 
 #include "plan/effects/lighting.h"
 #include "plan/planner.h"
+#include "plan/request/view_settings.h"
 #include "plan/visibility/view.h"
 #include "reference/camera.h"
 #include "reference/path.h"

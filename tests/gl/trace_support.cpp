@@ -103,7 +103,7 @@ Image Workbench::traced(const FramePlan& plan, int rounds, double* milliseconds)
          .vertex = vertex,
          .fragmentSource = withIncludes(
              "const int CHANNEL = " + std::to_string(numberOf(plan.channel)) + ";" + kTracedChannel,
-             0, static_cast<int>(plan.hitFeatures))});
+             0, static_cast<int>(plan.rays->hitFeatures))});
     target.drawn().bind();
     gl::apply(gl::State{});
     gl::apply(gl::Facing{.cullBack = false});

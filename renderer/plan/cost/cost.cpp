@@ -21,11 +21,15 @@ constexpr Constants kSoftware{0.6, 1.6e-4, 4.5e-5, 8.0, 1.6e-3};
 // Not measured here: a GPU of a few TFLOP/s draws some 1e9 triangles and 1e10 pixels a second.
 constexpr Constants kHardware{0.05, 1e-6, 1e-7, 0.05, 2e-6};
 
+// Cost of copying a pixel, relative to shading one.
+constexpr double kCopiedPixel = 0.04;
+
 }  // namespace
 
 double milliseconds(const Work& work) {
     const Constants& c = work.software ? kSoftware : kHardware;
-    const double drawn = c.view * work.views + c.triangle * work.triangles + c.pixel * work.pixels;
+    const double pixels = kCopiedPixel * work.copiedPixels + work.pixels;
+    const double drawn = c.view * work.views + c.triangle * work.triangles + c.pixel * pixels;
     const double traced = work.rayPixels > 0.0 ? c.trace + c.ray * work.rayPixels * work.rays : 0.0;
     return drawn / std::max(1.0, work.frames) + traced;
 }
@@ -80,6 +84,23 @@ double tracedError(double roughness) {
 // Measured beside rays: chapel 0.24 and 0.21, meadow 0.18 and 0.24, orbiting-cubes 0.16 and 0.17.
 double mirrorError(double roughness) {
     return 0.9 * tracedError(roughness);
+}
+
+double glassEnvironmentError() {
+    return 2.7;
+}
+// A pane shows what is straight behind it; only its reflection is approximate.
+double backdropError(bool solid, bool backFaces) {
+    if (!solid) return 0.06;
+    return backFaces ? 2.2 : 2.7;
+}
+double glassRaySegments(bool solid, std::uint32_t bounces) {
+    return solid ? std::min(4.0, 1.0 + bounces) : 2.0;
+}
+
+// In a scene that moves, the next frame shows another moment, and most cubes see that.
+double framesPerCapture(bool sceneMoves) {
+    return sceneMoves ? 1.0 : 16.0;
 }
 
 }  // namespace clerestory

@@ -37,14 +37,6 @@ double strengthAt(const PlacedLight& light, const glm::dvec3& eye, const Bounds&
 
 }  // namespace
 
-glm::dmat3 worldFromMap(const FrameRequest& request, const Scene& scene) {
-    glm::dquat turn = scene.environmentRotation;
-    if (const auto& q = request.environment.rotation) {
-        turn = glm::dquat((*q)[3], (*q)[0], (*q)[1], (*q)[2]);
-    }
-    return glm::mat3_cast(glm::normalize(turn));
-}
-
 std::vector<PlacedLight> placedLights(const Scene& scene, const Pose& pose,
                                       const EnvironmentMap& environment,
                                       const glm::dmat3& worldFromMap, float environmentIntensity) {

@@ -5,9 +5,6 @@
 
 namespace clerestory {
 
-// How the environment map is turned: as the request says, else as the scene does.
-glm::dmat3 worldFromMap(const FrameRequest& request, const Scene& scene);
-
 // The scene's lights placed in the world, then the environment's sun. At most kMaxLights; lights
 // that give nothing are left out.
 std::vector<PlacedLight> placedLights(const Scene& scene, const Pose& pose,

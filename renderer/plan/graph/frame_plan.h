@@ -3,9 +3,11 @@
 #pragma once
 
 #include "plan/graph/pass.h"
+#include "plan/graph/ray_scene.h"
 #include "scene/environment.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -69,11 +71,7 @@ struct FramePlan {
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
     std::uint32_t curvedSamples = 0;
-    // For rays, where some draw follows any: the materials of all instances as in MaterialBindings,
-    // the union of what their surfaces ask of a shader, and how often a ray turns.
-    std::vector<Index> materialOfInstance;
-    Features hitFeatures = 0;
-    std::uint32_t bounces = 0;
+    std::optional<RayScene> rays;  // where some draw follows rays
     double perMetre = 1.0;  // 1 / diagonal of the scene: pictures keep distances as shares of it
 
     bool operator==(const FramePlan&) const = default;

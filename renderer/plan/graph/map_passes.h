@@ -2,8 +2,8 @@
 // graph/pass.h for what every pass type says.
 #pragma once
 
-#include "plan/graph/hash.h"
 #include "plan/graph/target.h"
+#include "scene/hash.h"
 #include "scene/scene.h"
 
 #include <string>

@@ -2,9 +2,9 @@
 // the smoothing of edges. See graph/pass.h for what every pass type says.
 #pragma once
 
-#include "plan/graph/hash.h"
 #include "plan/graph/target.h"
 #include "plan/request/frame_request.h"
+#include "scene/hash.h"
 
 #include <array>
 #include <string_view>

@@ -1,8 +1,8 @@
 // Hashes what a plan will draw: the content of a map is known by the passes that make it.
 #pragma once
 
-#include "plan/graph/hash.h"
 #include "plan/visibility/draws.h"
+#include "scene/hash.h"
 
 #include <cstdint>
 #include <span>

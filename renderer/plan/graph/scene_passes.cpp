@@ -68,9 +68,9 @@ void addWhatRaysMeet(PlanHash& hash, const Stage& stage) {
     for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
     for (const PlacedLight& light : stage.lights) addLight(hash, light);
-    hash.add(stage.request.accuracy.bounces);
-    hash.add(stage.request.effects.emission);
-    hash.add(stage.request.effects.refraction);
+    hash.add(stage.settings.accuracy.bounces);
+    hash.add(stage.settings.effects.emission);
+    hash.add(stage.settings.effects.refraction);
 }
 
 template <class Lists>
@@ -106,7 +106,8 @@ std::uint64_t litSamples(const Work& work, const TargetSpec& target, const Frame
     if (anyDraw(lists, [](const Draw& d) { return (d.features & FEATURE_MAP_SAMPLES) != 0; })) {
         directions = std::max<std::uint64_t>(directions, plan.curvedSamples);
     }
-    if (anyDraw(lists, [](const Draw& d) { return followsRays(d); })) directions += plan.bounces;
+    const bool rays = anyDraw(lists, [](const Draw& d) { return followsRays(d); });
+    if (rays && plan.rays) directions += plan.rays->bounces;
     return samplesOf(target) * directions;
 }
 

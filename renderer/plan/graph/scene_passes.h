@@ -5,7 +5,7 @@
 #pragma once
 
 #include "plan/graph/draw.h"
-#include "plan/graph/hash.h"
+#include "scene/hash.h"
 
 #include <span>
 #include <string>

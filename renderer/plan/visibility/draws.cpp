@@ -1,6 +1,7 @@
 // Culling, classing and ordering of draws.
 #include "plan/visibility/draws.h"
 
+#include "plan/cost/cost.h"
 #include "plan/effects/lighting.h"
 #include "plan/features.h"
 #include "plan/visibility/visibility.h"
@@ -207,7 +208,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
         const Material& material = stage.material(surface);
         SeenSurface seen{
             .surface = &surface,
-            .features = materialFeatures(scene, material, mesh, stage.request.effects)};
+            .features = materialFeatures(scene, material, mesh, stage.settings.effects)};
         rects.clear();
         const bool opaque = !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
         const std::uint32_t end = surface.firstCluster + surface.clusterCount;
@@ -250,10 +251,10 @@ Features featuresOfAll(const Stage& stage) {
             stage.materials.material(stage.scene, stage.materials.materialOf(stage.scene, i));
         all |= materialFeatures(stage.scene, material,
                                 stage.scene.meshes[stage.scene.instances[i].mesh],
-                                stage.request.effects);
+                                stage.settings.effects);
     }
     all &= ~FEATURE_DEFAULT_NUMBERS;  // of each hit's material; rays read the numbers
-    return stage.request.effects.refraction ? all | featuresOfGlass(stage) : all;
+    return stage.settings.effects.refraction ? all | featuresOfGlass(stage) : all;
 }
 
 DrawLists drawLists(const SeenView& view) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/graph/frame_plan.h"
+#include "plan/request/view_settings.h"
 #include "plan/visibility/coverage.h"
 #include "scene/classification.h"
 
@@ -13,7 +14,7 @@ namespace clerestory {
 struct Stage {
     const Scene& scene;
     const Pose& pose;
-    const FrameRequest& request;
+    const ViewSettings& settings;
     const MaterialBindings& materials;
     std::uint64_t materialsHash = 0;
     std::span<const Surface> surfaces;
@@ -74,14 +75,6 @@ struct DrawLists {
     };
     std::vector<Behind> through;
 };
-
-// Layers of opaque surface above which drawing depth first pays (measured on the software
-// rasteriser: Sponza 198 -> 127 ms at some five layers; nothing gained at one).
-inline constexpr double kPrepassOverdraw = 1.2;
-// Share of the picture that a cluster's box must cover for each of its triangles to be drawn depth
-// first; 23 pixels of 1280x720. Finer ones hide less than drawing them twice costs (Sponza's court:
-// 217 -> 207 ms of processor time, between a quarter and four times this share the same).
-inline constexpr double kOccluderShare = 2.5e-5;
 
 DrawLists drawLists(const SeenView& seen);
 

@@ -1,0 +1,136 @@
+#include "plan/effects/curved_reflection.h"
+
+#include "plan/effects/environment_map.h"
+#include "plan/effects/method_choice.h"
+#include "plan/effects/probe_capture.h"
+#include "plan/effects/surroundings.h"
+#include "plan/features.h"
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+// Smoother than this a map's own blur is right; see reflection.glsl.
+constexpr float kRoughLobe = 0.2f;
+
+// The surface reflects the stored map that its material names, rotated as the material says. False
+// when no such map is loaded.
+bool reflectStoredMap(ViewContext& context, const ViewTask& task, SeenSurface& s,
+                      DrawScene& drawn) {
+    const Material& material = context.stage.material(*s.surface);
+    const auto found = context.frame.maps.find(material.environmentMap);
+    const std::string name = "map:" + material.environmentMap;
+    if (found == context.frame.maps.end()) {
+        skip(context, task, name, Effect::environmentReflection,
+             "no environment map of that name is loaded");
+        return false;
+    }
+    const glm::dmat3 worldFromOwn = glm::mat3_cast(glm::normalize(material.environmentRotation));
+    drawn.reflections.push_back(
+        {.target = mapTarget(context, *found->second, material.mapBlur),
+         .ownFromMap =
+             glm::transpose(worldFromOwn) * glm::transpose(context.stage.settings.mapFromWorld)});
+    s.features |= FEATURE_MAP;
+    s.reflection = static_cast<std::uint32_t>(drawn.reflections.size() - 1);
+    return true;
+}
+
+std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
+                                     const SeenSurface& s, const CapturePoint& point) {
+    const DeviceLimits& limits = context.frame.limits;
+    const double roughness = s.surface->roughness;
+    const double apart = point.placed ? 0.0 : apartFromCenter(context, *s.surface, point);
+    const double faceTexels = double(point.resolution) * point.resolution;
+    std::vector<Candidate> candidates{
+        {Method::environment, 0.0, environmentError(roughness, enclosureAt(context, task, s.box))},
+        {Method::probe,
+         milliseconds({.triangles = 2.0 * double(context.sceneTriangles),
+                       .pixels = 6.0 * faceTexels,
+                       .views = 6.0,
+                       .frames = framesPerCapture(!context.moves.empty()),
+                       .software = limits.software}),
+         probeError(roughness, apart)}};
+    if (limits.traces && !task.captured) {  // a captured face shows the generation before
+        candidates.push_back({Method::traced,
+                              milliseconds({.rayPixels = s.share * task.width * task.height,
+                                            .rays = 1.0,
+                                            .software = limits.software}),
+                              tracedError(roughness)});
+    }
+    return candidates;
+}
+
+// The surface reflects the cube captured for it.
+void reflectCapturedCube(ViewContext& context, const ViewTask& task, SeenSurface& s,
+                         const CapturePoint& point, DrawScene& drawn) {
+    ReflectedPicture picture{.target = capturedCube(context, point, task.probeGeneration),
+                             .center = point.center};
+    // The box that the cube is taken to see: the scene's, with room for the owner itself.
+    picture.proxyMin =
+        glm::min(glm::dvec3(context.sceneBounds.min) - point.center, glm::dvec3(-point.radius));
+    picture.proxyMax =
+        glm::max(glm::dvec3(context.sceneBounds.max) - point.center, glm::dvec3(point.radius));
+    drawn.reflections.push_back(picture);
+    s.features |= FEATURE_PROBE;
+    const Parallax parallax = context.stage.settings.accuracy.parallax;
+    if (parallax == Parallax::box) s.features |= FEATURE_PARALLAX;
+    if (parallax == Parallax::depth) s.features |= FEATURE_PARALLAX_DEPTH;
+    s.reflection = static_cast<std::uint32_t>(drawn.reflections.size() - 1);
+}
+
+}  // namespace
+
+void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView& seen,
+                           DrawScene& drawn) {
+    const Stage& stage = context.stage;
+    if (!stage.settings.effects.environmentReflection) return;
+    for (SeenSurface& s : seen.surfaces) {
+        if (s.surface->reflector != Reflector::curved) continue;
+        const bool namesMap = !stage.material(*s.surface).environmentMap.empty();
+        if (namesMap && reflectStoredMap(context, task, s, drawn)) continue;
+        const CapturePoint point = capturePointOf(stage, *s.surface);
+        const auto omit = [&](const char* reason) {
+            skip(context, task, point.name, Effect::environmentReflection, reason);
+        };
+        if (s.share * task.width * task.height < 1.0) {
+            omit("smaller than a pixel");
+            continue;
+        }
+        if (skipIfOccluded(context, task, point.name, Effect::environmentReflection, s.box)) {
+            continue;
+        }
+        const double weight = reflectanceSeen(s.surface->reflectance, 0.5) * s.share;
+        if (task.weight * weight < kMinWeight) {
+            omit("too weak or too small to be seen");
+            continue;
+        }
+        if (task.probeGeneration == 0) continue;  // a first generation shows the fallback
+        std::optional<Method> forced =
+            requestedMethod(stage.settings.accuracy.curved, Method::probe);
+        // Requested by name, or by a blur, which only a cube can have.
+        if (point.placed || point.blur.changes()) forced = Method::probe;
+        const Method method = chooseMethod(
+            context, task, {point.name, Effect::environmentReflection, s.share, weight, forced},
+            candidatesFor(context, task, s, point));
+        if (method == Method::traced) s.features |= FEATURE_TRACED_REFLECTION;
+        if (method == Method::probe) reflectCapturedCube(context, task, s, point, drawn);
+    }
+}
+
+void planRoughReflections(const ViewContext& context, const ViewTask& task, SeenView& seen) {
+    const ViewSettings& settings = context.stage.settings;
+    const bool enabled =
+        settings.accuracy.curvedSamples > 0 && settings.effects.environmentReflection;
+    if (!enabled || task.captured) return;
+    for (SeenSurface& s : seen.surfaces) {
+        const bool hasPicture = s.features & (FEATURE_MIRROR | FEATURE_TRACED_REFLECTION);
+        const bool mirrors =
+            s.surface->reflector != Reflector::none || s.surface->why == ReflectorReason::rough;
+        // The factor is the upper bound of what a texture varies.
+        const bool rough = context.stage.material(*s.surface).roughness > kRoughLobe;
+        if (mirrors && rough && !hasPicture) s.features |= FEATURE_MAP_SAMPLES;
+    }
+}
+
+}  // namespace clerestory

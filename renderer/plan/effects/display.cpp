@@ -1,0 +1,42 @@
+#include "plan/effects/display.h"
+
+namespace clerestory {
+namespace {
+
+TargetId addTarget(FramePlan& plan, TargetSpec spec) {
+    plan.targets.push_back(std::move(spec));
+    return static_cast<TargetId>(plan.targets.size() - 1);
+}
+
+}  // namespace
+
+void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance,
+                 float exposureFactor) {
+    const TargetSpec display{.format = Format::srgba8, .width = plan.width, .height = plan.height};
+    TargetSpec toneMapped = display;
+    toneMapped.name = "display";
+    plan.output = addTarget(plan, toneMapped);
+    ToneMapping toneMapping;
+    toneMapping.source = radiance;
+    toneMapping.curve = request.toneMap;
+    toneMapping.exposureFactor = exposureFactor;
+    toneMapping.edgeFilterFollows = request.accuracy.edgeFilter;
+    plan.passes.push_back({.name = "toneMap",
+                           .target = plan.output,
+                           .reason = "radiance becomes display colour",
+                           .work = toneMapping});
+    if (!request.accuracy.edgeFilter) {
+        plan.skipped.push_back({"edgeFilter", Effect::base, "not requested at this accuracy"});
+        return;
+    }
+    TargetSpec filtered = display;
+    filtered.name = "filtered";
+    const TargetId before = plan.output;
+    plan.output = addTarget(plan, filtered);
+    plan.passes.push_back({.name = "edgeFilter",
+                           .target = plan.output,
+                           .reason = "smooths edges",
+                           .work = EdgeFilter{{before}}});
+}
+
+}  // namespace clerestory

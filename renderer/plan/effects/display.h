@@ -1,0 +1,14 @@
+// From linear radiance to display colour: tone mapping, then the edge filter.
+#pragma once
+
+#include "plan/graph/frame_plan.h"
+#include "plan/request/frame_request.h"
+
+namespace clerestory {
+
+// Adds the passes, and sets plan.output. radiance: the target that holds the picture.
+// exposureFactor: multiplies it.
+void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance,
+                 float exposureFactor);
+
+}  // namespace clerestory

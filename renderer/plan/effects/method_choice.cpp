@@ -1,0 +1,106 @@
+#include "plan/effects/method_choice.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+
+namespace clerestory {
+namespace {
+
+std::string format(const char* pattern, double value) {
+    char text[160];
+    std::snprintf(text, sizeof text, pattern, value);
+    return text;
+}
+
+}  // namespace
+
+Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
+                    std::span<const Candidate> candidates) {
+    const double weight = task.weight * subject.weight;
+    const double tolerance =
+        toleranceOf(context.stage.settings.accuracy.preset) / std::max(weight, 1e-12);
+    std::size_t chosen = cheapest(candidates, tolerance);
+    std::string reason = percentOfFrame(subject.share);
+    const auto forced = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
+        return subject.forced && c.method == *subject.forced;
+    });
+    if (forced != candidates.end()) {
+        chosen = static_cast<std::size_t>(forced - candidates.begin());
+        reason += ", as the request asks";
+    } else {
+        reason += format(", %.1f ms predicted", candidates[chosen].milliseconds) +
+                  format(", error %.2f", candidates[chosen].error) +
+                  format(" where %.2f is enough", std::min(tolerance, 99.0));
+    }
+    if (task.generation == 0) {
+        context.builder.addDecision({std::move(subject.name),
+                                     subject.effect,
+                                     task.generation,
+                                     subject.share,
+                                     candidates[chosen].method,
+                                     {candidates.begin(), candidates.end()},
+                                     std::move(reason)});
+    }
+    return candidates[chosen].method;
+}
+
+void skip(ViewContext& context, const ViewTask& task, std::string name, Effect effect,
+          std::string reason) {
+    if (task.generation == 0) {
+        context.builder.skip(std::move(name), effect, std::move(reason));
+    }
+}
+
+bool skipIfOccluded(ViewContext& context, const ViewTask& task, const std::string& name,
+                    Effect effect, const Bounds& box) {
+    if (task.generation > 0) return false;
+    const Wall* wall = hiding(context.walls, task.view, box);
+    if (wall != nullptr) {
+        const Surface& surface = context.stage.surfaces[wall->surface];
+        skip(context, task, name, effect, "hidden behind " + nameOf(context.stage.scene, surface));
+    }
+    return wall != nullptr;
+}
+
+std::string objectName(const Scene& scene, const Surface& surface) {
+    const Instance& instance = scene.instances[surface.instance];
+    std::string name = scene.nodes[instance.node].name;
+    if (name.empty()) name = scene.meshes[instance.mesh].name;
+    if (name.empty()) name = "object " + std::to_string(surface.instance + 1);
+    return name;
+}
+
+std::string nameOf(const Scene& scene, const Surface& surface) {
+    const Instance& instance = scene.instances[surface.instance];
+    std::string name = objectName(scene, surface);
+    if (surface.flatPart != kNone) {
+        const std::uint32_t part = surface.flatPart - scene.meshes[instance.mesh].firstFlatPart;
+        if (part > 0) name += " part " + std::to_string(part + 1);
+    }
+    return name;
+}
+
+std::string percentOfFrame(double share) {
+    return format("%.1f %% of the frame", 100.0 * share);
+}
+
+// The last level is 2 or 3 pixels wide: at roughness 0.5 a lobe covers half of a picture, and blur
+// that stopped short of it would depend on the size of the picture.
+std::uint32_t pictureLevels(std::uint32_t width, std::uint32_t height) {
+    const auto full = static_cast<std::uint32_t>(std::bit_width(std::min(width, height)));
+    return full > 1 ? full - 1 : 1;
+}
+
+// Down to faces of 4 texels: fewer hold no more than the harmonics do.
+std::uint32_t roughnessLevels(std::uint32_t faceSize) {
+    const auto full = static_cast<std::uint32_t>(std::bit_width(faceSize));
+    return full > 3 ? full - 2 : 1;
+}
+
+double reflectanceSeen(double reflectance, double cosine) {
+    const double edge = 1.0 - std::clamp(cosine, 0.0, 1.0);
+    return reflectance + (1.0 - reflectance) * edge * edge * edge * edge * edge;
+}
+
+}  // namespace clerestory

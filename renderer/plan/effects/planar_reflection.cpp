@@ -1,0 +1,329 @@
+#include "plan/effects/planar_reflection.h"
+
+#include "plan/effects/method_choice.h"
+#include "plan/effects/surroundings.h"
+#include "plan/features.h"
+#include "plan/visibility/mirror.h"
+#include "plan/visibility/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory {
+namespace {
+
+// Two mirrors share a picture when their planes differ by less than this: the cosine of a
+// thousandth of a degree, and a share of the distance to the eye.
+constexpr double kSameNormal = 1.0 - 1.5e-10;
+constexpr double kSameOffset = 1e-5;
+
+// The two sides of one sheet (a slab of glass, a board) share a picture when what the farther one
+// mirrors would stand at most this many pixels beside it.
+double sheetPixels(Preset preset) {
+    switch (preset) {
+        case Preset::draft:
+            return 16.0;
+        case Preset::standard:
+            return 8.0;
+        case Preset::fine:
+            return 1.0;
+    }
+    return 1.0;
+}
+
+// Pictures that one view has drawn, the strongest first; a mirrored view, which shows less, has
+// fewer.
+constexpr std::size_t kMaxMirrors = 8;
+constexpr std::size_t kMaxMirrorsMirrored = 3;
+
+// Pixels beyond a rough mirror's edge that its blur may ask for: a lobe's tail of 5 alpha radians
+// (erratum P9), at most this share of the picture.
+constexpr double kMaxGuard = 0.25;
+
+// Pictures of rough mirrors are whole squares of so many pixels: their blur does not depend on
+// where their borders lie.
+constexpr double kRoughSquare = 32.0;
+
+// Pixels that a lobe spreads over what stands far behind the mirror (erratum R4), above which half
+// as many pixels along an edge show the same but for what touches the mirror.
+constexpr double kCoarseBlur = 24.0;
+
+double pixelsPerSlope(const View& view, std::uint32_t height) {
+    return 0.5 * height * view.clipFromView[1][1];
+}
+
+// Flat mirrors that lie in one plane and face the view share one picture.
+struct MirrorGroup {
+    Plane plane;                       // world, its front towards the eye
+    double height = 0.0;               // of the eye above it, metres
+    double roughness = 0.0;            // of the roughest, 0..1
+    double share = 0.0, weight = 0.0;  // of the view; see kMinWeight
+    std::string name;
+    Index instance = 0;    // of its first surface
+    bool flipped = false;  // all of it is seen from the back of two-sided parts
+    bool sheet = false;    // holds both sides of something thin
+    ScreenBox covered;
+    std::vector<std::size_t> seen;  // into SeenView::surfaces
+};
+
+// The plane of a flat mirror with its front towards the eye; none, with the reason, where the view
+// shows no reflection in it.
+struct FacingPlane {
+    std::optional<Plane> plane;  // world
+    double height = 0.0;         // of the eye above it, metres
+    bool flipped = false;        // seen from the back of its surface
+    const char* omitted = "";
+};
+FacingPlane facingPlane(const Stage& stage, const ViewTask& task, const SeenSurface& s) {
+    const FlatPart& part = stage.scene.flatParts[s.surface->flatPart];
+    const Instance& instance = stage.scene.instances[s.surface->instance];
+    FacingPlane facing{.plane = transformed(part.plane(), stage.pose.worldFromNode[instance.node])};
+    if (!facing.plane) return {.omitted = "its transform leaves no plane"};
+    facing.height = eyeHeight(*facing.plane, task.view);
+    facing.flipped = facing.height < 0.0;
+    if (facing.flipped && stage.material(*s.surface).doubleSided) {
+        facing.plane = Plane{-facing.plane->normal, -facing.plane->offset};
+        facing.height = -facing.height;
+    }
+    if (!(facing.height > 0.0)) return {.omitted = "seen from its back"};
+    if (screenBox(task.view, s.box).share() * task.width * task.height < 1.0) {
+        return {.omitted = "smaller than a pixel"};
+    }
+    return facing;
+}
+
+// The group that shares a picture with the surface; a new one where there is none.
+MirrorGroup& groupFor(std::vector<MirrorGroup>& groups, const Stage& stage, const ViewTask& task,
+                      const SeenSurface& s, const FacingPlane& facing) {
+    const double slope = pixelsPerSlope(task.view, task.height);
+    const double tolerance = sheetPixels(stage.settings.accuracy.preset);
+    const double nearest = std::max(distanceTo(s.box), 1e-30);
+    const double pixelsPerMetre = task.view.orthographic ? slope : slope / nearest;
+    const auto sameDirection = [&](const MirrorGroup& g) {
+        return glm::dot(g.plane.normal, facing.plane->normal) > kSameNormal;
+    };
+    const auto samePlane = [&](const MirrorGroup& g) {
+        return sameDirection(g) &&
+               std::abs(g.height - facing.height) <= kSameOffset * (g.height + facing.height);
+    };
+    const auto otherSide = [&](const MirrorGroup& g) {
+        return g.instance == s.surface->instance && g.flipped != facing.flipped &&
+               sameDirection(g) &&
+               2.0 * std::abs(g.height - facing.height) * pixelsPerMetre <= tolerance;
+    };
+    auto group = std::find_if(groups.begin(), groups.end(), samePlane);
+    if (group != groups.end()) return *group;
+    group = std::find_if(groups.begin(), groups.end(), otherSide);
+    if (group != groups.end()) {
+        group->sheet = true;
+        return *group;
+    }
+    groups.push_back({.instance = s.surface->instance, .flipped = true});
+    return groups.back();
+}
+
+std::vector<MirrorGroup> visibleMirrors(ViewContext& context, const ViewTask& task,
+                                        const SeenView& seen) {
+    const Stage& stage = context.stage;
+    std::vector<MirrorGroup> groups;
+    for (std::size_t i = 0; i < seen.surfaces.size(); ++i) {
+        const SeenSurface& s = seen.surfaces[i];
+        if (s.surface->reflector != Reflector::flat) continue;
+        const std::string name = "mirror:" + nameOf(stage.scene, *s.surface);
+        const FacingPlane facing = facingPlane(stage, task, s);
+        if (!facing.plane) {
+            skip(context, task, name, Effect::planarReflection, facing.omitted);
+            continue;
+        }
+        if (skipIfOccluded(context, task, name, Effect::planarReflection, s.box)) continue;
+        if (edgeOn(facing.height, task.view, task.height)) {
+            skip(context, task, name, Effect::planarReflection, "edge-on");
+            continue;
+        }
+        MirrorGroup& group = groupFor(groups, stage, task, s, facing);
+        // The side that faces the eye is the one whose reflection is strong.
+        if (group.seen.empty() || (group.flipped && !facing.flipped)) {
+            group.plane = *facing.plane;
+            group.height = facing.height;
+            group.name = name;
+            group.flipped = facing.flipped;
+        }
+        const ScreenBox covered = screenBox(task.view, s.box);
+        group.covered.low = glm::min(group.covered.low, covered.low);
+        group.covered.high = glm::max(group.covered.high, covered.high);
+        const double distance = glm::length(glm::dvec3(s.box.center()));
+        const double cosine =
+            task.view.orthographic ? 1.0 : facing.height / std::max(distance, facing.height);
+        group.share = std::min(1.0, group.share + s.share);
+        group.weight += reflectanceSeen(s.surface->reflectance, cosine) * s.share;
+        group.roughness = std::max(group.roughness, double(s.surface->roughness));
+        group.seen.push_back(i);
+    }
+    return groups;
+}
+
+// The part of the view's picture that the group needs, and the view that draws it.
+struct MirrorPicture {
+    PixelRect rect;  // of the view
+    View view;
+    std::uint32_t width = 0, height = 0;  // texels
+    double scale = 1.0;                   // texels for each pixel of the view, along an edge
+    double pixelsPerSlope = 0.0;          // of the view
+    bool rough = false;                   // read blurred
+    bool coarse = false;                  // drawn at half size, because it is blurred
+};
+MirrorPicture pictureOf(const MirrorGroup& group, const ViewTask& task, const Accuracy& a) {
+    MirrorPicture picture{.pixelsPerSlope = pixelsPerSlope(task.view, task.height),
+                          .rough = group.roughness > kSharpRoughness};
+    // Whole pixels of the view, so that at scale 1 both pictures have their centres in common.
+    const double alpha = group.roughness * group.roughness;
+    const double slope = picture.pixelsPerSlope;
+    const double guard =
+        picture.rough ? std::min(5.0 * alpha * slope, kMaxGuard * std::max(task.width, task.height))
+                      : 0.0;
+    const PixelRect touched = pixelRect(group.covered, task.width, task.height, guard);
+    picture.rect = picture.rough ? ofWholeSquares(touched, kRoughSquare) : touched;
+    picture.view =
+        mirroredView(cropped(task.view, picture.rect, task.width, task.height), group.plane);
+    picture.coarse = a.preset != Preset::fine && 4.898979486 * alpha * slope > kCoarseBlur;
+    picture.scale = picture.coarse ? 0.5 * a.planarScale : a.planarScale;
+    picture.width = static_cast<std::uint32_t>(std::ceil(picture.rect.width * picture.scale));
+    picture.height = static_cast<std::uint32_t>(std::ceil(picture.rect.height * picture.scale));
+    return picture;
+}
+
+std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
+                                     const SeenView& seen, const MirrorGroup& group,
+                                     const MirrorPicture& picture,
+                                     std::span<const std::size_t> hidden) {
+    const DeviceLimits& limits = context.frame.limits;
+    const SeenView behind = seenFrom(context.stage, picture.view, hidden);
+    const double enclosed = enclosureAt(context, task, seen.surfaces[group.seen.front()].box);
+    std::vector<Candidate> candidates{
+        {Method::environment, 0.0, environmentError(group.roughness, enclosed)},
+        {Method::mirror,
+         milliseconds({.triangles = double(behind.triangles),
+                       .pixels = double(picture.width) * picture.height,
+                       .views = 1.0,
+                       .software = limits.software}),
+         mirrorError(group.roughness)}};
+    if (limits.traces) {
+        candidates.push_back({Method::traced,
+                              milliseconds({.rayPixels = group.share * task.width * task.height,
+                                            .rays = 1.0,
+                                            .software = limits.software}),
+                              tracedError(group.roughness)});
+    }
+    return candidates;
+}
+
+// Adds the passes of the mirrored view. Returns its target.
+TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGroup& group,
+                     const MirrorPicture& picture, std::vector<std::size_t> hidden) {
+    const TargetId target = context.builder.addTarget(
+        {.name = group.name,
+         .format = Format::rgba16f,
+         .width = picture.width,
+         .height = picture.height,
+         .levels = picture.rough ? pictureLevels(picture.width, picture.height) : 1,
+         .depth = true});
+    planView(context, {.purpose = DrawScene::Purpose::mirror,
+                       .name = group.name,
+                       .effect = Effect::planarReflection,
+                       .reason = "visible, facing, " + percentOfFrame(group.share) +
+                                 (group.sheet ? "; for both sides of a sheet" : "") +
+                                 (picture.coarse ? "; at half size, as it is blurred" : ""),
+                       .view = picture.view,
+                       .width = picture.width,
+                       .height = picture.height,
+                       .target = target,
+                       .generation = task.generation + 1,
+                       // What it reflects, in the part of the view that it covers.
+                       .weight = task.weight * group.covered.share() *
+                                 std::min(1.0, group.weight / std::max(group.share, 1e-9)),
+                       .captured = task.captured,
+                       .mirrorsLeft = task.mirrorsLeft - 1,
+                       .probeGeneration = task.probeGeneration,
+                       .hidden = std::move(hidden)});
+    if (picture.rough) {
+        context.builder.addPass({.name = group.name + ":levels",
+                                 .effect = Effect::planarReflection,
+                                 .generation = task.generation + 1,
+                                 .target = target,
+                                 .reason = "a rough mirror reads its picture blurred",
+                                 .work = BuildLevels{}});
+    }
+    return target;
+}
+
+// Chooses the method for one group, and marks its surfaces.
+void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawScene& drawn,
+               const MirrorGroup& group) {
+    const Accuracy& a = context.stage.settings.accuracy;
+    if (task.mirrorsLeft == 0) {
+        skip(context, task, group.name, Effect::planarReflection, "no generation is left for it");
+        return;
+    }
+    if (task.weight * group.weight < kMinWeight) {
+        skip(context, task, group.name, Effect::planarReflection,
+             "too weak or too small to be seen");
+        return;
+    }
+    std::vector<std::size_t> hidden;
+    for (const std::size_t s : group.seen) {
+        hidden.push_back(
+            static_cast<std::size_t>(seen.surfaces[s].surface - context.stage.surfaces.data()));
+    }
+    std::sort(hidden.begin(), hidden.end());
+    const MirrorPicture picture = pictureOf(group, task, a);
+    const Method method = chooseMethod(context, task,
+                                       {group.name, Effect::planarReflection, group.share,
+                                        group.weight, requestedMethod(a.planar, Method::mirror)},
+                                       candidatesFor(context, task, seen, group, picture, hidden));
+    if (method == Method::environment) return;
+    if (method == Method::traced) {
+        for (const std::size_t s : group.seen) {
+            seen.surfaces[s].features |= FEATURE_TRACED_REFLECTION;
+        }
+        return;
+    }
+    const TargetId target = drawPicture(context, task, group, picture, std::move(hidden));
+    drawn.reflections.push_back({.target = target,
+                                 .origin = {picture.rect.x, picture.rect.y},
+                                 .scale = picture.scale,
+                                 .pixelsPerSlope = picture.pixelsPerSlope * picture.scale,
+                                 .normal = group.plane.normal,
+                                 .samples = a.planarSamples});
+    for (const std::size_t s : group.seen) {
+        seen.surfaces[s].features |= FEATURE_MIRROR;
+        if (picture.rough && a.planarSamples > 1) {
+            seen.surfaces[s].features |= FEATURE_MIRROR_SAMPLES;
+        }
+        seen.surfaces[s].reflection = static_cast<std::uint32_t>(drawn.reflections.size() - 1);
+    }
+}
+
+}  // namespace
+
+void planPlanarReflections(ViewContext& context, const ViewTask& task, SeenView& seen,
+                           DrawScene& drawn) {
+    if (!context.stage.settings.effects.planarReflection) return;
+    const std::vector<MirrorGroup> groups = visibleMirrors(context, task, seen);
+    std::vector<const MirrorGroup*> strongest;
+    for (const MirrorGroup& group : groups) strongest.push_back(&group);
+    std::stable_sort(strongest.begin(), strongest.end(),
+                     [](const auto* a, const auto* b) { return a->weight > b->weight; });
+    const std::size_t limit = task.generation == 0 ? kMaxMirrors : kMaxMirrorsMirrored;
+    for (std::size_t i = limit; i < strongest.size(); ++i) {
+        skip(context, task, strongest[i]->name, Effect::planarReflection,
+             "weaker than the " + std::to_string(limit) + " mirrors that have a picture");
+    }
+    strongest.resize(std::min(limit, strongest.size()));
+    for (const MirrorGroup& group : groups) {
+        const bool drawsIt =
+            std::find(strongest.begin(), strongest.end(), &group) != strongest.end();
+        if (drawsIt) planGroup(context, task, seen, drawn, group);
+    }
+}
+
+}  // namespace clerestory

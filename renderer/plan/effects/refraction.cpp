@@ -1,0 +1,227 @@
+#include "plan/effects/refraction.h"
+
+#include "plan/effects/method_choice.h"
+#include "plan/features.h"
+#include "plan/visibility/view.h"
+#include "plan/visibility/visibility.h"
+
+#include <algorithm>
+#include <map>
+
+namespace clerestory {
+namespace {
+
+// Layers of glass behind glass that one view keeps apart; nearer glass shares the last one.
+constexpr std::size_t kMaxGlassLayers = 4;
+
+// Of the whole object that the surface is a part of, relative to the eye.
+Bounds objectBounds(const Stage& stage, const View& view, const SeenSurface& seen) {
+    const Instance& instance = stage.scene.instances[seen.surface->instance];
+    return transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
+                       eyeFromLocal(view, stage.pose.worldFromNode[instance.node]));
+}
+
+// Consecutive surfaces of one instance (its flat sides, and the rest): one piece of glass.
+struct GlassBody {
+    std::size_t first = 0, end = 0;  // into SeenView::surfaces
+    Bounds box;                      // relative to the eye
+    double share = 0.0;              // of the picture, 0..1
+    double roughness = 0.0;          // of the roughest, 0..1
+};
+GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
+    GlassBody body{.first = first, .end = first};
+    const Index instance = seen.surfaces[first].surface->instance;
+    for (; body.end < seen.surfaces.size(); ++body.end) {
+        const SeenSurface& side = seen.surfaces[body.end];
+        if (side.surface->instance != instance) break;
+        body.box.add(side.box);
+        body.share = std::min(1.0, body.share + side.share);
+        body.roughness = std::max(body.roughness, double{side.surface->roughness});
+    }
+    return body;
+}
+
+std::vector<Candidate> candidatesFor(const ViewContext& context, const ViewTask& task,
+                                     const GlassBody& body, bool solid) {
+    const Accuracy& a = context.stage.settings.accuracy;
+    const DeviceLimits& limits = context.frame.limits;
+    const double pixels = body.share * task.width * task.height;
+    std::vector<Candidate> candidates{
+        {Method::environment, 0.0, glassEnvironmentError()},
+        {Method::backdrop,
+         milliseconds({.pixels = pixels,
+                       .views = 1.0,
+                       .copiedPixels = double(task.width) * task.height,
+                       .software = limits.software}),
+         backdropError(solid, a.backFaces)}};
+    if (limits.traces && !task.captured) {  // a captured face is small and blurred
+        candidates.push_back({Method::traced,
+                              milliseconds({.rayPixels = pixels,
+                                            .rays = glassRaySegments(solid, a.bounces),
+                                            .software = limits.software}),
+                              tracedError(body.roughness)});
+    }
+    return candidates;
+}
+
+Features featuresOf(const Material& material, Method method) {
+    Features features = 0;
+    if (material.transmissionTexture.present()) features |= FEATURE_TRANSMISSION_MAP;
+    if (material.thickness > 0.0f && material.thicknessTexture.present()) {
+        features |= FEATURE_THICKNESS_MAP;
+    }
+    for (const TextureSlot* slot : {&material.transmissionTexture, &material.thicknessTexture}) {
+        if (slot->present() && slot->transformed()) features |= FEATURE_TEXTURE_TRANSFORM;
+        if (slot->present() && slot->texCoord == 1) features |= FEATURE_SECOND_TEXCOORD;
+    }
+    switch (method) {
+        case Method::traced:
+            return features | FEATURE_TRACED_GLASS;
+        case Method::backdrop:
+            return features | FEATURE_GLASS | FEATURE_BACKDROP;
+        default:
+            return features | FEATURE_GLASS;
+    }
+}
+
+// Draws the far sides of a layer's solids where the request has them; marks the draws that read
+// them.
+TargetId addBackFaces(ViewContext& context, const ViewTask& task, std::vector<Draw>& glass,
+                      const std::string& layer) {
+    DrawBackFaces work{.view = task.view};
+    for (Draw& draw : glass) {
+        const bool solid =
+            (draw.features & FEATURE_SOLID) && !(draw.features & FEATURE_DOUBLE_SIDED);
+        if (!context.stage.settings.accuracy.backFaces || !solid) continue;
+        draw.features |= FEATURE_BACK_FACES;
+        work.draws.push_back(draw);
+        work.draws.back().features = 0;
+    }
+    if (work.draws.empty()) return kNoTarget;
+    const TargetSpec drawn = context.builder.target(task.target);
+    const TargetId target = context.builder.addTarget({.name = "backFaces",
+                                                       .format = Format::rgba16f,
+                                                       .width = drawn.width,
+                                                       .height = drawn.height,
+                                                       .depth = true});
+    context.builder.addPass({.name = task.name + ":backFaces",
+                             .effect = Effect::refraction,
+                             .generation = task.generation,
+                             .target = target,
+                             .reason = "where solid glass ends, layer " + layer,
+                             .work = std::move(work)});
+    return target;
+}
+
+}  // namespace
+
+void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen) {
+    const Stage& stage = context.stage;
+    if (!stage.settings.effects.refraction) return;
+    for (std::size_t first = 0, end = 0; first < seen.surfaces.size(); first = end) {
+        const GlassBody body = bodyFrom(seen, first);
+        end = body.end;
+        const Surface& surface = *seen.surfaces[first].surface;
+        if (surface.glass == Glass::none) continue;
+        const std::string name = "glass:" + objectName(stage.scene, surface);
+        if (body.share * task.width * task.height < 1.0) {
+            skip(context, task, name, Effect::refraction, "smaller than a pixel");
+            continue;
+        }
+        if (skipIfOccluded(context, task, name, Effect::refraction, body.box)) continue;
+        const bool solid = surface.glass == Glass::solid;
+        const Method method =
+            chooseMethod(context, task,
+                         {name, Effect::refraction, body.share, body.share,
+                          requestedMethod(stage.settings.accuracy.glass, Method::backdrop)},
+                         candidatesFor(context, task, body, solid));
+        Features features = featuresOf(stage.material(surface), method);
+        if (solid) features |= FEATURE_SOLID;
+        // An eye inside a body sees its far faces from their backs.
+        if (solid && distanceTo(objectBounds(stage, task.view, seen.surfaces[first])) == 0.0) {
+            features |= FEATURE_DOUBLE_SIDED;
+        }
+        for (std::size_t i = first; i < end; ++i) {
+            seen.surfaces[i].features |= features;
+            seen.surfaces[i].overBackdrop = method == Method::backdrop;
+        }
+    }
+}
+
+// Far to near: each layer is seen against a copy of everything behind it. Glass that does not
+// overlap the layer's other glass joins it; blended draws follow the glass behind them. Clear panes
+// are ordered by cluster: all windows of a car are one mesh, and one is seen through another.
+void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& seen,
+                    const DrawScene& behind, std::span<const DrawLists::Behind> through) {
+    struct Layer {
+        std::vector<ScreenBox> boxes;  // of its glass
+        bool rough = false;
+        std::vector<Draw> glassDraws, blendedDraws;
+    };
+    std::vector<Layer> layers;
+    std::map<std::size_t, std::size_t> layerOf;  // of a surface
+    std::map<Index, std::size_t> layerOfBody;    // the sides of one body are not behind each other
+    const auto joins = [](const Layer& layer, const ScreenBox& box) {
+        return layer.blendedDraws.empty() &&
+               std::none_of(layer.boxes.begin(), layer.boxes.end(),
+                            [&](const ScreenBox& other) { return box.overlaps(other); });
+    };
+    for (const DrawLists::Behind& item : through) {
+        if (!item.glass) {
+            layers.back().blendedDraws.push_back(item.draw);  // the first item is glass
+            continue;
+        }
+        const Surface& surface = *seen.surfaces[item.seen].surface;
+        if (surface.glass == Glass::solid && layerOfBody.contains(surface.instance)) {
+            layerOf[item.seen] = layerOfBody[surface.instance];
+        }
+        // Rough panes that were ordered by cluster would be blurred with their neighbours.
+        const bool rough = surface.roughness > kSharpRoughness;
+        const bool apart = surface.glass == Glass::pane && !rough;
+        if (apart || !layerOf.contains(item.seen)) {
+            const bool full = layers.size() == (task.generation == 0 ? kMaxGlassLayers : 1);
+            const ScreenBox box =
+                screenBox(task.view, apart ? item.box : seen.surfaces[item.seen].box);
+            if (layers.empty() || (!full && !joins(layers.back(), box))) layers.emplace_back();
+            layers.back().boxes.push_back(box);
+            layers.back().rough |= rough;
+            layerOf[item.seen] = layerOfBody[surface.instance] = layers.size() - 1;
+        }
+        layers[layerOf[item.seen]].glassDraws.push_back(item.draw);
+    }
+    const TargetSpec drawn = context.builder.target(task.target);
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        Layer& layer = layers[i];
+        const TargetId backdrop = context.builder.addTarget(
+            {.name = "backdrop",
+             .format = Format::rgba16f,
+             .width = drawn.width,
+             .height = drawn.height,
+             .levels = layer.rough ? pictureLevels(drawn.width, drawn.height) : 1});
+        const std::string of = std::to_string(i + 1) + " of " + std::to_string(layers.size());
+        context.builder.addPass({.name = task.name + ":backdrop",
+                                 .effect = Effect::refraction,
+                                 .generation = task.generation,
+                                 .target = backdrop,
+                                 .reason = layer.rough ? "what lies behind rough glass, layer " + of
+                                                       : "what lies behind glass, layer " + of,
+                                 .work = CopyBackdrop{task.target, task.face}});
+        const TargetId backFaces = addBackFaces(context, task, layer.glassDraws, of);
+        context.builder.addPass({.name = task.name + ":glass",
+                                 .effect = Effect::refraction,
+                                 .generation = task.generation,
+                                 .target = task.target,
+                                 .reason = "glass over its backdrop, layer " + of,
+                                 .work = DrawGlass{.face = task.face,
+                                                   .view = task.view,
+                                                   .map = behind.map,
+                                                   .environment = behind.environment,
+                                                   .backdrop = backdrop,
+                                                   .backFaces = backFaces,
+                                                   .reflections = behind.reflections,
+                                                   .glassDraws = std::move(layer.glassDraws),
+                                                   .blendedDraws = std::move(layer.blendedDraws)}});
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,68 @@
+#include "plan/explain.h"
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+// By effect: what no surface needs, what is switched off, what is not in view.
+void explainEffects(FramePlan& plan, const Stage& stage, const SeenView& seen) {
+    const auto skip = [&](const char* name, Effect effect, const char* reason) {
+        plan.skipped.push_back({name, effect, reason});
+    };
+    const auto anywhere = [&](auto&& is) {
+        return std::any_of(stage.surfaces.begin(), stage.surfaces.end(), is);
+    };
+    const auto inView = [&](auto&& is) {
+        return std::any_of(seen.surfaces.begin(), seen.surfaces.end(),
+                           [&](const SeenSurface& s) { return is(*s.surface); });
+    };
+    const auto explain = [&](const char* name, Effect effect, bool on, const char* none,
+                             const char* unseen, auto&& is) {
+        if (!anywhere(is))
+            skip(name, effect, none);
+        else if (!on)
+            skip(name, effect, "switched off");
+        else if (!inView(is))
+            skip(name, effect, unseen);
+    };
+    const Effects& on = stage.settings.effects;
+    explain("emission", Effect::emission, on.emission, "the scene has no emissive material",
+            "no emissive surface in view", [](const Surface& s) { return s.emitter; });
+    explain("glass", Effect::refraction, on.refraction, "the scene has no transmissive material",
+            "no glass in view", [](const Surface& s) { return s.glass != Glass::none; });
+    explain("mirrors", Effect::planarReflection, on.planarReflection,
+            "the scene has no flat mirror", "no flat mirror in view",
+            [](const Surface& s) { return s.reflector == Reflector::flat; });
+    explain("probes", Effect::environmentReflection, on.environmentReflection,
+            "the scene has no curved mirror", "no curved mirror in view",
+            [](const Surface& s) { return s.reflector == Reflector::curved; });
+}
+
+void explainView(FramePlan& plan, const Stage& stage, const SeenView& seen) {
+    const auto skip = [&](const char* name, std::string reason) {
+        plan.skipped.push_back({name, Effect::base, std::move(reason)});
+    };
+    if (seen.culled > 0) {
+        skip("clusters", std::to_string(seen.culled) + " of " + std::to_string(seen.clusters) +
+                             " clusters are outside the view");
+    }
+    if (seen.mostLights > kMaxLightsPerDraw) {
+        skip("lights", std::to_string(seen.mostLights) + " lights reach one draw; the strongest " +
+                           std::to_string(kMaxLightsPerDraw) + " are used");
+    }
+    if (!stage.settings.skyVisible) skip("sky", "the request hides the environment");
+    if (!seen.anyLit || plan.environmentIntensity <= 0.0f) {
+        plan.skipped.push_back({"environment:" + plan.environment, Effect::base,
+                                seen.anyLit ? "its intensity is 0" : "nothing in view is lit"});
+    }
+}
+
+}  // namespace
+
+void explainOmissions(FramePlan& plan, const Stage& stage, const SeenView& seen) {
+    explainView(plan, stage, seen);
+    explainEffects(plan, stage, seen);
+}
+
+}  // namespace clerestory

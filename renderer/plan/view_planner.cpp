@@ -1,0 +1,90 @@
+#include "plan/view_planner.h"
+
+#include "plan/effects/curved_reflection.h"
+#include "plan/effects/environment_map.h"
+#include "plan/effects/planar_reflection.h"
+#include "plan/effects/refraction.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace clerestory {
+namespace {
+
+std::string format(const char* pattern, double value) {
+    char text[160];
+    std::snprintf(text, sizeof text, pattern, value);
+    return text;
+}
+
+// The surfaces that the view omits. In a cube these include moving objects behind a wall of the
+// view, so that the cube stays valid whatever happens where it cannot see.
+std::vector<std::size_t> hiddenFrom(const ViewContext& context, const ViewTask& task) {
+    const Stage& stage = context.stage;
+    std::vector<std::size_t> hidden = task.hidden;
+    if (context.moves.empty() || !task.captured) return hidden;
+    std::vector<Wall> walls = wallsOf(stage, task.view);
+    std::erase_if(walls, [&](const Wall& wall) {
+        return std::binary_search(hidden.begin(), hidden.end(), wall.surface);
+    });
+    for (std::size_t i = 0; i < stage.surfaces.size() && !walls.empty(); ++i) {
+        const Instance& instance = stage.scene.instances[stage.surfaces[i].instance];
+        if (!context.moves[stage.surfaces[i].instance]) continue;
+        const Bounds box =
+            transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
+                        eyeFromLocal(task.view, stage.pose.worldFromNode[instance.node]));
+        if (hiding(walls, task.view, box) != nullptr) hidden.push_back(i);
+    }
+    std::sort(hidden.begin(), hidden.end());
+    return hidden;
+}
+
+}  // namespace
+
+ViewContext::ViewContext(const FrameContext& frame, const Stage& stage, PlanBuilder& builder)
+    : frame(frame),
+      stage(stage),
+      builder(builder),
+      moves(stage.scene.clips.empty() ? std::vector<bool>{} : instancesThatMove(stage.scene)),
+      sceneBounds(lastingBounds(stage.scene, stage.pose)),
+      sceneTriangles(triangleCount(stage.scene)) {}
+
+SeenView planView(ViewContext& context, const ViewTask& task) {
+    const Stage& stage = context.stage;
+    if (task.generation == 0) context.walls = wallsOf(stage, task.view);
+    SeenView seen = seenFrom(stage, task.view, hiddenFrom(context, task));
+    DrawScene drawn{.purpose = task.purpose,
+                    .face = task.face,
+                    .view = task.view,
+                    .sky = stage.settings.skyVisible};
+    if (seen.anyLit) drawn.environment = environmentTarget(context);
+    if (drawn.sky || drawn.environment != kNoTarget) drawn.map = context.frame.environment.name;
+
+    planPlanarReflections(context, task, seen, drawn);
+    planCurvedReflections(context, task, seen, drawn);
+    planRoughReflections(context, task, seen);
+    chooseRefraction(context, task, seen);
+
+    DrawLists lists = drawLists(seen);
+    const char* requested = lists.depth.empty()
+                                ? "the requested view; no depth prepass, %.1f layers predicted"
+                                : "the requested view; depth first, %.1f layers predicted";
+    drawn.depthDraws = std::move(lists.depth);
+    drawn.opaqueDraws = std::move(lists.opaque);
+    const auto firstGlass = std::find_if(lists.through.begin(), lists.through.end(),
+                                         [](const DrawLists::Behind& b) { return b.glass; });
+    for (auto it = lists.through.begin(); it != firstGlass; ++it) {
+        drawn.blendedDraws.push_back(it->draw);
+    }
+    context.builder.addPass(
+        {.name = task.name,
+         .effect = task.effect,
+         .generation = task.generation,
+         .target = task.target,
+         .reason = task.reason.empty() ? format(requested, seen.overdraw) : task.reason,
+         .work = drawn});
+    addGlassLayers(context, task, seen, drawn, {firstGlass, lists.through.end()});
+    return seen;
+}
+
+}  // namespace clerestory
