@@ -47,8 +47,10 @@ public:
                    known.push_back(name);
                    const auto found = value.find(name);
                    if (found == value.end()) {
-                       if (field::isRequired<std::decay_t<decltype(kind)>>) {
-                           refuse(pointer + "/" + name, "is missing", "this field is required");
+                       if constexpr (field::isRequired<std::decay_t<decltype(kind)>>) {
+                           // null is wrong for every kind; the error lists what is allowed.
+                           this->member(nullptr, member, kind, pointer + "/" + name);
+                           errors_.back().detail = "is missing";
                        }
                        return;
                    }
