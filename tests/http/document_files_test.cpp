@@ -4,6 +4,8 @@
 // CLERESTORY_UPDATE_DOCUMENTS=1 writes the generated parts.
 #include "tests/support/test_server.h"
 
+#include "scene/import/formats.h"
+#include "scene/import/gltf/extensions.h"
 #include "server/api/openapi.h"
 
 #include <gmock/gmock.h>
@@ -72,6 +74,47 @@ bool hasHeading(const std::string& document, const std::string& anchor) {
 
 TEST(DocumentFiles, TheApiReferenceIsThatOfTheFieldTables) {
     expectContent(kRoot / "docs/api.md", apiDocument());
+}
+
+// The text between the markers of a generated part of a document is replaced.
+std::string withPart(const std::string& document, const std::string& part,
+                     const std::string& content) {
+    const std::string begin = "<!-- generated from the importer's list: " + part + " -->\n";
+    const std::size_t from = document.find(begin), to = document.find("<!-- end of " + part);
+    if (from == std::string::npos || to == std::string::npos) {
+        ADD_FAILURE() << "no place for " << part;
+        return document;
+    }
+    return document.substr(0, from) + begin + content + document.substr(to);
+}
+
+std::string formatTable() {
+    std::ostringstream out;
+    out << "| Format | Extensions | Use | Remarks |\n|---|---|---|---|\n";
+    for (const FileFormat& format : fileFormats()) {
+        out << "| " << format.name << " |";
+        std::istringstream extensions{std::string(format.extensions)};
+        for (std::string each; extensions >> each;) out << " `" << each << "`";
+        out << " | " << nameOf(format.use) << " | " << format.note << " |\n";
+    }
+    return out.str();
+}
+
+std::string extensionTable() {
+    std::ostringstream out;
+    out << "| Extension | Support | Remarks |\n|---|---|---|\n";
+    for (const GltfExtension& extension : gltfExtensions()) {
+        out << "| `" << extension.name << "` | " << nameOf(extension.support) << " | "
+            << extension.note << " |\n";
+    }
+    return out.str();
+}
+
+TEST(DocumentFiles, TablesOfFormatsAreThoseOfTheImporter) {
+    const fs::path path = kRoot / "docs/scenes.md";
+    std::string expected = withPart(contentOf(path), "formats", formatTable());
+    expected = withPart(expected, "extensions", extensionTable());
+    expectContent(path, expected);
 }
 
 TEST(DocumentFiles, LinksLeadToFilesAndHeadings) {
