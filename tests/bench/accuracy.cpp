@@ -101,7 +101,7 @@ void writeReports(const std::filesystem::path& folder, const Points& points, Clo
 // Exit status: 1 when an error has grown.
 int hold(const std::string& file, const Points& points, const std::string& renderer) {
     const Held result = heldAgainst(readFile(file), points);
-    std::printf("%d errors held against the record, %d not in it\n", result.held, result.missing);
+    std::printf("%d errors compared with the record, %d not in it\n", result.held, result.missing);
     for (const std::string& line : result.exceeded) std::printf("grew: %s\n", line.c_str());
     if (renderer.find("llvmpipe") == std::string::npos) {
         std::printf("not llvmpipe but %s: told only\n", renderer.c_str());

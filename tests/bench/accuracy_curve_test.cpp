@@ -17,7 +17,7 @@ Point point(const std::string& setting, double ms, double error) {
 }
 
 TEST(AccuracyHull, IsTheLowerLeftHull) {
-    // Corners 0, 3, 4; 1 is dearer and worse, 2 lies above the line from 0 to 3, 5 is worse than 4.
+    // Corners 0, 3, 4; 1 is slower and worse, 2 is above the line from 0 to 3, 5 is worse than 4.
     const std::vector<CostAndError> points = {{1, 1},     {2, 2},      {3, 0.9},
                                               {10, 0.01}, {100, .005}, {200, 0.006}};
     EXPECT_THAT(lowerHull(points), ElementsAre(0u, 3u, 4u));

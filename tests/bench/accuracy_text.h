@@ -23,7 +23,7 @@ text(const char* format, ...) {
     return buffer;
 }
 
-// Logarithms need more than 0: what is below cannot be told from the truth in half floats.
+// Logarithms need values above 0; half floats do not resolve smaller errors.
 inline constexpr double kMinError = 1e-9;
 inline double errorFor(const Point& p) {
     return std::max(p.relMse, kMinError);

@@ -35,7 +35,7 @@ void attacks(Bars& bars, bool isShort) {
     bars.add(pathAttacks(target));
     bars.add(slowAttacks(target));
     bars.add(crowds(target));
-    bars.add(strangers(target, isShort ? 5'000 : 100'000));
+    bars.add(connectionFloods(target, isShort ? 5'000 : 100'000));
 }
 
 void fewDescriptors(Bars& bars) {
@@ -80,11 +80,13 @@ void fairness(Bars& bars, double seconds) {
     server.waitUntilReady();
     const Flood result = flood(server, seconds);
     const double alone = percentile(result.alone, 200, 0.99),
-                 beside = percentile(result.beside, 200, 0.99);
-    bars.add({"L3", "three polite clients beside a flooder",
-              text("p99 %.0f ms, alone %.0f ms", beside, alone), "2 x alone", beside <= 2 * alone});
-    const int refused = static_cast<int>(result.beside.size()) - countOf(result.beside, 200);
-    bars.add({"L3", "polite requests refused", std::to_string(refused), "0", refused == 0});
+                 loaded = percentile(result.duringFlood, 200, 0.99);
+    bars.add({"L3", "three well-behaved clients during a flood",
+              text("p99 %.0f ms, alone %.0f ms", loaded, alone), "2 x alone", loaded <= 2 * alone});
+    const int refused =
+        static_cast<int>(result.duringFlood.size()) - countOf(result.duringFlood, 200);
+    bars.add({"L3", "requests of well-behaved clients rejected", std::to_string(refused), "0",
+              refused == 0});
 }
 
 void endings(Bars& bars, int times) {

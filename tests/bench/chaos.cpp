@@ -32,7 +32,7 @@ Figure figure(const char* row, const std::string& what, const char* format, doub
     return {.row = row, .what = what, .figure = text, .bar = barText, .held = value <= bar};
 }
 
-// A process that has ended stays in the table until somebody asks how.
+// A process that has ended stays in the table until its parent waits for it.
 bool lives(pid_t id) {
     std::ifstream file("/proc/" + std::to_string(id) + "/stat");
     const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -55,7 +55,7 @@ std::string frameOf(int i) {
            std::to_string(i % 8) + "}";
 }
 
-// Four clients that ask for frames all the time, and know what each must be.
+// Four clients that request frames continuously and know the expected bytes.
 class Clients {
 public:
     explicit Clients(int port) {

@@ -127,7 +127,8 @@ ServerStart measureFrames(const std::string& program, const std::vector<std::str
         }
         if (reply) ++result.before[reply->status];
         if (reply && reply->status < 500 && reply->status != 409) break;  // repeating is no use
-        // Without an answer nobody listens yet; Retry-After, in whole seconds, would be the figure.
+        // Without a response the server does not listen yet. Retry-After, in whole seconds, would
+        // dominate the figure.
         std::this_thread::sleep_for(reply ? kBetween : std::chrono::milliseconds(2));
     }
     result.processorSeconds = processorSeconds(processTree(server.id()));

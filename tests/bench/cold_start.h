@@ -51,7 +51,7 @@ struct ServerStart {
 // `clerestory serve --scene X` and ten frames of the default view, one after the other.
 ServerStart measureFrames(const std::string& program, const std::vector<std::string>& flags,
                           const Subject& subject, const CacheFolders& folders);
-// The same server, asked for nothing but /readyz, which has the server draw a frame of its own.
+// The same server, polled only with /readyz, for which the server draws its own frame.
 // Seconds from process start to its first 200.
 std::optional<double> measureReadiness(const std::string& program,
                                        const std::vector<std::string>& flags,

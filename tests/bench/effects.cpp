@@ -243,11 +243,11 @@ void report(const std::string& argument, const FrameRequest& shape, int frames) 
     const std::vector<Series> resident = measure(renderer, subject, frames, false);
     const std::vector<Series> redrawn = measure(renderer, subject, frames, true);
     printTotals("Camera turning, maps of earlier frames at hand:", resident);
-    printTotals("Everything drawn anew in every frame, but for the base frame's map:", redrawn);
+    printTotals("Everything redrawn in every frame, except the base frame's map:", redrawn);
     printPredictions("What the planner expected, against what the effects added:", resident);
     printExpectedErrors(renderer, subject, argument);
     printKinds("Median milliseconds of each kind of pass, maps at hand:", resident);
-    printKinds("The same, everything drawn anew:", redrawn);
+    printKinds("The same, everything redrawn:", redrawn);
     std::printf("\nFirst frame of all: base %.0f ms, all four effects %.0f ms.\n", coldBase,
                 coldAll);
     std::printf(

@@ -103,7 +103,7 @@ public:
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
-    // So many frames of the default view, 1280x720; asked for again where the server says later.
+    // `count` frames of the default view, 1280x720; repeated if the server answers Retry-After.
     void draw(int frames) {
         httplib::Client client("127.0.0.1", port_);
         client.set_read_timeout(120);

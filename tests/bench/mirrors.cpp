@@ -112,7 +112,7 @@ int run(int argc, char** argv) {
     Renderer renderer{RendererOptions{}};
     std::printf(
         "%s; %ld cores, load average %.1f; %u x %u faces, 1280x720, %d frames each, "
-        "everything drawn anew\n\n",
+        "everything redrawn\n\n",
         renderer.identity().renderer.c_str(), sysconf(_SC_NPROCESSORS_ONLN), loadAverage(), faces,
         faces, frames);
     std::printf(

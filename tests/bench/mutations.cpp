@@ -96,7 +96,7 @@ std::uintmax_t bytesIn(const fs::path& folder) {
     return sum;
 }
 
-// The files' counterparts in copies of their folders: what a file refers to is beside it, and the
+// The damaged files in copies of their folders, next to the files that they refer to, and the
 // originals stay as they are.
 std::vector<fs::path> copied(const std::vector<fs::path>& files, const fs::path& work) {
     std::map<fs::path, fs::path> copies;  // empty: too large

@@ -46,7 +46,7 @@ std::string requestOf(long n, long width) {
     return text;
 }
 
-// Scenes are made when they are first asked for.
+// Scenes are loaded at their first request.
 void awaitScenes(int port, long width) {
     for (long n = 0; n < 4; ++n) {
         while (statusOf(ask(port, post("/v1/frames", requestOf(n, width)), 60)) == 409) {
@@ -55,7 +55,7 @@ void awaitScenes(int port, long width) {
     }
 }
 
-// What a server holds when nobody asks it for anything.
+// Memory of an idle server.
 struct Sample {
     double frames;
     Holdings holdings;
@@ -83,7 +83,7 @@ double growthOf(const std::vector<Sample>& samples, Bytes bytes) {
     return 1000.0 * clerestory::bench::median(slopes);
 }
 
-// So many clients ask for these; returns how many were not answered with 200.
+// Sends these requests from `clients` clients; returns how many were not answered with 200.
 long drive(int port, long from, long to, long width, int many) {
     std::atomic<long> next{from}, failed{0};
     std::vector<std::jthread> clients;

@@ -9,7 +9,7 @@ namespace clerestory::test {
 enum class Fault { driverCall, allocation };
 
 // From now on the n-th (from 1) fails, once. A driver's call that fails does nothing, returns 0 and
-// leaves "out of memory" to be asked for, as the specification allows for any of them; an
+// leaves "out of memory" as the error, as the specification allows for any of them; an
 // allocation throws std::bad_alloc. What a driver allocates within its calls is not ours and does
 // not count.
 void failAt(Fault fault, std::uint64_t n);

@@ -91,12 +91,12 @@ void failEach(Fault fault, std::uint64_t step) {
             of = counted(fault);
             break;
         }
-        // Who asks for memory may do without: a stable sort does. What comes then is right.
+        // Some code works without the memory, as a stable sort does; its result is then correct.
         if (!failed && fault == Fault::allocation) {
             ASSERT_EQ(bytes, right) << "number " << n << " failed and the picture is wrong";
             ++unneeded;
         } else {
-            ASSERT_TRUE(failed) << "number " << n << " failed and nobody noticed";
+            ASSERT_TRUE(failed) << "number " << n << " failed without a report";
         }
         ASSERT_EQ(drawn(r), right) << "after number " << n;
         ++failures;

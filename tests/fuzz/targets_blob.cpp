@@ -51,7 +51,7 @@ void requireFinite(const Bounds& box) {
     }
 }
 
-// What everybody does who trusts a scene that was checked.
+// The accesses of code that trusts a validated scene.
 void use(const Scene& scene) {
     for (const double time : {0.0, 0.7}) {
         const Pose pose = poseAt(scene, time);

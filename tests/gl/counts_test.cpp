@@ -138,8 +138,8 @@ TEST_F(Counts, EmissionOffEqualsASceneWithoutEmission) {
     EXPECT_NE(off, picture(3.0f, true));
 }
 
-// Maps are kept while there is room: the one that was used longest ago gives way, and is drawn anew
-// when it is asked for again, with the same bytes.
+// Maps stay resident within the memory budget: the least recently used one is evicted, and redrawn
+// with the same bytes at its next request.
 TEST_F(Counts, MapsBeyondTheMemoryBudgetAreReleased) {
     Scene scene;
     place(scene, quad(2.0f, addMaterial(scene, glowing({1, 2, 3}))), moved(0, 0, -2));

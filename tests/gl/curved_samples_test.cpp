@@ -108,7 +108,7 @@ TEST_F(CurvedSamples, VanishInAWhiteFurnace) {
     }
 }
 
-// No switch of its own shows: what is smooth, seen straight on or off keeps every byte.
+// No byte changes for smooth surfaces, at normal incidence, or when switched off.
 TEST_F(CurvedSamples, ChangeOnlyRoughMetalAtGrazingAngles) {
     addMap("evening", 128, glm::dmat3(1.0), evening);
     const auto picture = [](float roughness, std::uint32_t samples, bool on) {

@@ -36,7 +36,7 @@ TEST_F(Emission, AnEmitterInTheDarkShowsExactlyItsRadiance) {
             place(scene, quad(1.0f, addMaterial(scene, emitter(emitted, strength))));
             const Frame frame = renderer().render(request(std::move(scene), "emitter"));
             expectNear(centerColor(frame.image), strength * emitted, 1e-3f);
-            EXPECT_EQ(color(frame.image, 1, 1), glm::vec3(0.0f)) << "beside the emitter";
+            EXPECT_EQ(color(frame.image, 1, 1), glm::vec3(0.0f)) << "next to the emitter";
         }
     }
 }

@@ -330,7 +330,7 @@ TEST_F(Filters, DisplayedImagesAreFilteredThenToneMapped) {
             }
         }
     }
-    // Half floats before the kernel's differences: a few pixels beside the lamp.
+    // Half floats before the kernel's differences: a few pixels next to the lamp.
     EXPECT_LE(off, 64u * 64u * 3u / 200);
 }
 

@@ -14,7 +14,7 @@ TEST_F(GlassPictures, OfABallShowTheSceneUpsideDown) {
     FrameRequest r = through(std::move(scene), "upside down");
     r.camera.yfov = 0.7;
     const Image image = renderer().render(r).image;
-    EXPECT_GT(color(image, 32, 2).x, 0.9f) << "beside the ball the world stands upright";
+    EXPECT_GT(color(image, 32, 2).x, 0.9f) << "next to the ball the scene is upright";
     for (std::uint32_t y = 20; y < 44; ++y) {
         if (y >= 31 && y <= 32) continue;
         const glm::vec3 seen = color(image, 32, y);

@@ -221,7 +221,8 @@ TEST_F(MapBlurs, HasNoSeams) {
     EXPECT_LE(across, 1.2 * within);
 }
 
-// ---- who asks for it -----------------------------------------------------------------------
+// ---- requested by materials and probes
+// -------------------------------------------------------------
 
 std::size_t blurPasses(const Frame& frame) {
     return static_cast<std::size_t>(
@@ -229,7 +230,7 @@ std::size_t blurPasses(const Frame& frame) {
                       [](const Pass& p) { return p.kind() == "gaussian"; }));
 }
 
-// Looks at nothing but the ball.
+// Shows only the ball.
 FrameRequest closely(FrameRequest r) {
     r.camera.yfov = 0.2;
     return r;

@@ -259,7 +259,7 @@ TEST_F(Materials, PackedNormalMapsLookTheSame) {
         }
     }
     EXPECT_GT(range, 0.1 * sum) << "the bumps show";
-    EXPECT_LT(difference, 0.01 * sum);  // x and y are rounded once more
+    EXPECT_LT(difference, 0.01 * sum);  // x and y are rounded again
 }
 
 TEST_F(Materials, NormalMapsPerturbTheNormal) {

@@ -141,7 +141,7 @@ TEST_F(Mirrors, FacingEachOtherAttenuateByTheReflectance) {
 }
 
 // A wall of two triangles stands before the mirror: no mirrored view, and the same picture as if it
-// had been drawn. A hole beside the wall, and it is drawn.
+// had been drawn. Next to the wall there is a hole, and it is drawn.
 TEST_F(Mirrors, HiddenBehindAWallCostNothing) {
     for (const double aside : {0.0, 0.6}) {
         Scene scene;

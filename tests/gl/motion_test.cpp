@@ -121,7 +121,7 @@ TEST_F(AnimatedFrames, EarlierRequestsDoNotMatter) {
     EXPECT_GT(differing(first, later), 100u);
     EXPECT_EQ(differing(first, at(0.0)), 0u);
     renderer().forgetMaps();
-    EXPECT_EQ(differing(later, at(1.0)), 0u) << "with maps drawn anew";
+    EXPECT_EQ(differing(later, at(1.0)), 0u) << "with redrawn maps";
     EXPECT_EQ(differing(first, at(0.0)), 0u);
     r.clip = "";
     EXPECT_EQ(differing(at(0.0), at(5.0)), 0u) << "without a clip nothing moves";

@@ -12,14 +12,14 @@ class MirrorsInProbes : public GlTest {};
 
 const glm::dvec3 kCenter(0.2, 0.1, -0.3);
 constexpr double kBall = 0.02;     // radius: small, so that its own image covers a few pixels
-constexpr double kMirrorAt = 1.0;  // metres below the ball, or beside it
+constexpr double kMirrorAt = 1.0;  // metres below or next to the ball
 constexpr double kHalf = 1.6;      // of the mirror's edge
 
 struct Wall {
     int axis;  // the mirror faces along it
     glm::dmat4 worldFromMirror;
 };
-// Under the ball, facing up; or beside it, facing +X.
+// Below the ball, facing up; or next to it, facing +X.
 Wall wallOf(bool floor) {
     glm::dmat4 m(0.0);
     const int axis = floor ? 1 : 0;
@@ -51,7 +51,7 @@ bool meetsMirror(const Wall& wall, const glm::dvec3& d) {
     if (d[wall.axis] >= -0.1) return false;
     const glm::dvec3 met = d * (-kMirrorAt / d[wall.axis]);
     const double u = std::abs(met[(wall.axis + 1) % 3]), v = std::abs(met[(wall.axis + 2) % 3]);
-    // Straight on stands the image of the ball, which the camera does not have.
+    // The centre shows the image of the ball, which the camera does not see.
     return std::max(u, v) < 0.97 * kHalf && std::max(u, v) > 4.0 * kBall;
 }
 

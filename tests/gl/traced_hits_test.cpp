@@ -18,7 +18,7 @@ struct HitCase {
     LightKind light = LightKind::point;
     std::string environment = "sky";
     bool colored = false;  // vertex colours
-    bool square = true;    // beside the ball
+    bool square = true;    // next to the ball
 };
 void PrintTo(const HitCase& c, std::ostream* out) {
     *out << c.name;

@@ -250,7 +250,7 @@ TEST(TracedLight, GlassBallsRefractBySnell) {
     EXPECT_GT(compared, 700);
 }
 
-// With several samples a pixel, a pixel's centre may lie beside the triangle that covers a part of
+// With several samples a pixel, a pixel's centre may be outside the triangle that covers a part of
 // it. Where one sample shows an even colour all around, four must show it, too: no grid of the
 // mesh.
 TEST(TracedLight, FourSamplesShowNoGridPattern) {
@@ -286,7 +286,7 @@ TEST(TracedLight, FourSamplesShowNoGridPattern) {
 }
 
 // A lamp's highlight on what a curved mirror shows is far smaller than a pixel there: a point of it
-// would flash or be missed. The brightest pixel is held against averages of 8 by 8 pixels of a
+// would flicker or be missed. The brightest pixel is compared with averages of 8 by 8 pixels of a
 // finer picture.
 TEST(TracedLight, HighlightsInCurvedMirrorsAreStable) {
     Scene scene;
@@ -326,7 +326,7 @@ TEST(TracedLight, HighlightsInCurvedMirrorsAreStable) {
 
 namespace {
 
-// Before the scene's own camera hangs a flat mirror, turned so that it shows what is beside it.
+// A flat mirror before the scene's own camera, rotated so that it shows objects next to it.
 FrameRequest withMirror(Scene& scene) {
     for (Material& m : scene.materials) m.reflection = Reflection::none;
     const DefaultView view = defaultView(scene);

@@ -41,7 +41,7 @@ TEST(Attacks, TheServerSurvivesEachAttack) {
     expectAll(pathAttacks(target));
     expectAll(slowAttacks(target));
     expectAll(crowds(target));
-    expectAll(strangers(target, 2'000));
+    expectAll(connectionFloods(target, 2'000));
     EXPECT_EQ(statusOf(ask(server.port(), slowFrame(), 60)), 200) << "and it still draws";
 }
 
@@ -72,7 +72,7 @@ TEST(Attacks, AcceptErrorsDoNotEndTheServer) {
     expectAll(failingAccepts());
 }
 
-// D1: a log that nobody reads holds nobody up.
+// D1: a log without a reader does not block the server.
 TEST(Attacks, LogLinesAreDroppedWhenTheReaderBlocks) {
     static int ends[2];
     ASSERT_EQ(::pipe(ends), 0);
@@ -91,13 +91,14 @@ TEST(Attacks, LogLinesAreDroppedWhenTheReaderBlocks) {
     ::close(ends[1]);
 }
 
-// L1, L2. Times are told, not asserted.
+// L1, L2. Times are reported, not asserted.
 TEST(Overload, FourfoldOverloadIsRejectedImmediatelyAndTheRestIsServed) {
     const ServerProcess server({"--scene", "six-walls", "--queue", "8"});
     ASSERT_TRUE(server.waitUntilReady());
     const Overload load = overload(server, 4.0, 3.0);
     const int done = countOf(load.frames, 200), refused = countOf(load.frames, 503);
-    EXPECT_EQ(done + refused, static_cast<int>(load.frames.size())) << "nobody is left without one";
+    EXPECT_EQ(done + refused, static_cast<int>(load.frames.size()))
+        << "every request has a response";
     EXPECT_GT(refused, 0);
     EXPECT_GT(done, 0);
     for (const Shot& shot : load.frames) EXPECT_TRUE(shot.status != 503 || shot.saysWhen);
@@ -113,13 +114,13 @@ TEST(Overload, AWellBehavedClientIsNotRejectedDuringAFlood) {
     const ServerProcess server({"--scene", "six-walls"});
     ASSERT_TRUE(server.waitUntilReady());
     const Flood result = flood(server, 2.0);
-    EXPECT_GT(result.beside.size(), 3u);
-    EXPECT_EQ(countOf(result.beside, 200), static_cast<int>(result.beside.size()));
+    EXPECT_GT(result.duringFlood.size(), 3u);
+    EXPECT_EQ(countOf(result.duringFlood, 200), static_cast<int>(result.duringFlood.size()));
     EXPECT_GT(countOf(result.flooder, 503), 0);
     EXPECT_GT(countOf(result.flooder, 200), 0);
     EXPECT_EQ(countOf(result.flooder, 0), 0);
-    std::cout << "polite p99 alone " << percentile(result.alone, 200, 0.99) << " ms, beside "
-              << percentile(result.beside, 200, 0.99) << " ms\n";
+    std::cout << "well-behaved clients: p99 alone " << percentile(result.alone, 200, 0.99)
+              << " ms, during the flood " << percentile(result.duringFlood, 200, 0.99) << " ms\n";
 }
 
 // U1.
@@ -133,7 +134,7 @@ TEST(Shutdown, UnderLoadAllResponsesAreComplete) {
               << " s\n";
 }
 
-// U2: signals that ask for nothing.
+// U2: signals without effect.
 TEST(Shutdown, OtherSignalsDoNotEndTheServer) {
     const ServerProcess server({"--scene", "six-walls"});
     ASSERT_TRUE(server.waitUntilReady());

@@ -113,11 +113,11 @@ std::optional<double> progressOf(const nlohmann::json& problem) {
     return percent / 100.0;
 }
 
-// Of what a client is told while it repeats one request.
+// Responses to a client that repeats one request.
 class Waiting {
 public:
-    // The wait that the answer asks for; none where it is not an answer that a client may get while
-    // shaders compile, with the reason in `wrong`.
+    // The wait that the response requests; none if it is not a response that a client may receive
+    // while shaders compile, with the reason in `wrong`.
     std::optional<std::chrono::seconds> after(const httplib::Result& result, std::string& wrong) {
         wrong.clear();
         if (!result) {
@@ -142,7 +142,7 @@ public:
         const auto progress = progressOf(problem);
         if (!progress) return refuse("no progress");
         if (*progress < 0.0 || *progress > 1.0) return refuse("progress out of range");
-        // Within a stage. A later stage begins anew.
+        // Within a stage; a later stage starts from 0.
         std::string stage = problem.value("code", "") + problem.value("stage", "");
         for (const char c : problem.value("detail", "")) {
             if (c < '0' || c > '9') stage += c;
@@ -162,7 +162,7 @@ class Frames {
 public:
     explicit Frames(const ServerProcess& server) : server_(server) {}
 
-    // Every request, beginning with that one, repeated as the answers ask for.
+    // Every request, starting with this one, repeated according to Retry-After.
     void askAll(const std::vector<std::string>& requests, std::size_t first) {
         httplib::Client client = clientOf(server_);
         for (std::size_t i = 0; i < requests.size(); ++i) {
@@ -202,7 +202,7 @@ private:
     std::atomic<int> wrong_{0};
 };
 
-// Asks for /readyz from the start to its own end: 503 with a reason, then 200, and never back.
+// Polls /readyz: 503 with a reason, then 200, and never 503 again.
 class Readiness {
 public:
     explicit Readiness(const ServerProcess& server)
@@ -296,7 +296,7 @@ void expectFirstUse(const std::vector<std::string>& scenes) {
     EXPECT_EQ(metric(server.port(), R"(clerestory_worker_events{event="ended"})"), 0.0);
 }
 
-// The first renderer compiles without optimising; the standby replaces it with nobody noticing.
+// The first renderer compiles without optimising; the standby replaces it without failed requests.
 TEST(ColdStart, TheOptimisingRendererGivesTheSameBytes) {
     const EmptyCaches caches;
     const ServerProcess server({"--scene", "teapots", "--first-compile", "fast"});

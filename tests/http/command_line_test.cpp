@@ -223,7 +223,7 @@ TEST(CommandLine, UsageErrorsPrintOneLineAndExitWith2) {
                                   "render six-walls --effects glow -o x.jpg",
                                   "render six-walls --set widht=3 -o x.jpg",
                                   "render six-walls --request no-such-file -o x.jpg",
-                                  "render six-walls --camera nobody -o x.jpg",
+                                  "render six-walls --camera unknown -o x.jpg",
                                   "plan six-walls --accuracy best",
                                   "reference six-walls -o x.gif",
                                   "reference six-walls --samples 1 -o x.exr",
@@ -244,7 +244,7 @@ TEST(CommandLine, SignalsEndTheServerAfterTheCurrentFrame) {
             client.set_read_timeout(60);
             const auto result =
                 client.Post("/v1/frames", R"({"scene": "chapel"})", "application/json");
-            // The signal may come before the frame was asked for.
+            // The signal may arrive before the frame is requested.
             EXPECT_THAT(result ? result->status : 0, testing::AnyOf(200, 503));
         });
         httplib::Client client("127.0.0.1", server.port());

@@ -129,7 +129,7 @@ TEST(Budgets, AFrameReportsTheSettingThatItsBudgetChose) {
     EXPECT_EQ(again->get_header_value("ETag"), frame->get_header_value("ETag"));
     EXPECT_FALSE(again->has_header("Clerestory-Accuracy"));
 
-    // A budget is for the frame before its filters: nothing is measured anew for them.
+    // A budget is for the frame before its filters: they cause no new measurement.
     const std::string glow = R"(, "filters": [{"type": "glow"}])";
     const auto glowing =
         postJson(client, "/v1/frames", within(R"({"maxMilliseconds": 60000})" + glow));

@@ -103,7 +103,7 @@ TEST_F(CurveStoreTest, AnUnwritableFolderStoresNothing) {
     EXPECT_FALSE(nowhere.find("key"));
 }
 
-// The worker that measured is killed: the one that stands by, and another server, need not wait.
+// The worker that measured is killed: the standby, and another server, find the curve.
 TEST_F(CurveStoreTest, CurvesOutliveTheirWorker) {
     if (kSanitized) GTEST_SKIP() << "measured in minutes there";
     Config config = testConfig();
@@ -135,7 +135,7 @@ TEST_F(CurveStoreTest, CurvesOutliveTheirWorker) {
     }
     Server another(config);
     another.start();
-    EXPECT_EQ(ask(another)->status, 200) << "nothing is measured anew";
+    EXPECT_EQ(ask(another)->status, 200) << "nothing is measured again";
     ASSERT_FALSE(fs::is_empty(place()));
 }
 

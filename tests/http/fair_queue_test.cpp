@@ -27,7 +27,7 @@ public:
         return entry.id;
     }
 
-    // The client whose turn it was; empty when nobody waits.
+    // The client that was served; empty if the queue is empty.
     std::string serve() {
         const FairQueue::Turn turn = line_.next(now_);
         late += static_cast<int>(turn.late.size());
@@ -81,29 +81,29 @@ TEST(FairQueue, PredictedTimeIsBoundedButOneFrameIsAlwaysAccepted) {
     Shop slow({.count = 100, .seconds = 1.0});
     for (int i = 0; i < 6; ++i) {
         ASSERT_TRUE(slow.enter("a", 5000))
-            << "one may always wait, or nothing would be learnt anew";
+            << "one frame is always accepted, or predictions would never be corrected";
         slow.serve();
     }
 }
 
 TEST(FairQueue, ClientsAreServedInTurn) {
     Shop shop({.count = 16, .seconds = 100});
-    for (int i = 0; i < 8; ++i) shop.enter("greedy", 100);
-    EXPECT_EQ(shop.serve(), "greedy");
-    shop.enter("polite", 100);
-    EXPECT_EQ(shop.serve(), "polite") << "who has had nothing comes before who has had a turn";
-    EXPECT_EQ(shop.serve(), "greedy");
+    for (int i = 0; i < 8; ++i) shop.enter("heavy", 100);
+    EXPECT_EQ(shop.serve(), "heavy");
+    shop.enter("light", 100);
+    EXPECT_EQ(shop.serve(), "light") << "clients without a frame come first";
+    EXPECT_EQ(shop.serve(), "heavy");
 }
 
 TEST(FairQueue, WhenFullTheHeaviestClientLosesItsFrame) {
     Shop shop({.count = 4, .seconds = 100});
-    for (int i = 0; i < 4; ++i) shop.enter("greedy", 100);
-    EXPECT_FALSE(shop.line().refuses("polite"));
-    EXPECT_TRUE(shop.enter("polite", 100));
-    EXPECT_EQ(shop.pushedOut, std::vector<std::string>{"greedy"});
-    EXPECT_TRUE(shop.enter("polite", 100));
-    EXPECT_FALSE(shop.enter("polite", 100)) << "both hold the same now";
-    EXPECT_FALSE(shop.enter("greedy", 100));
+    for (int i = 0; i < 4; ++i) shop.enter("heavy", 100);
+    EXPECT_FALSE(shop.line().refuses("light"));
+    EXPECT_TRUE(shop.enter("light", 100));
+    EXPECT_EQ(shop.pushedOut, std::vector<std::string>{"heavy"});
+    EXPECT_TRUE(shop.enter("light", 100));
+    EXPECT_FALSE(shop.enter("light", 100)) << "both hold the same now";
+    EXPECT_FALSE(shop.enter("heavy", 100));
 }
 
 // L3 of the failure catalogue: one floods, three ask once in a while.
@@ -111,12 +111,12 @@ TEST(FairQueue, AWellBehavedClientWaitsForAtMostOneFrameOfAFlood) {
     constexpr int kMs = 20;
     Shop shop({.count = 16, .seconds = 2});
     for (int i = 0; i < 3000; ++i) {
-        while (shop.enter("greedy", kMs)) {
+        while (shop.enter("heavy", kMs)) {
         }
-        if (i % 10 == 0) shop.enter("polite" + std::to_string(i / 10 % 3), kMs);
+        if (i % 10 == 0) shop.enter("light" + std::to_string(i / 10 % 3), kMs);
         shop.serve();
     }
-    for (const char* name : {"polite0", "polite1", "polite2"}) {
+    for (const char* name : {"light0", "light1", "light2"}) {
         auto& waits = shop.waits[name];
         EXPECT_EQ(waits.size(), 100u) << "none was refused";
         std::sort(waits.begin(), waits.end());

@@ -94,7 +94,7 @@ private:
         return {.type = "text/plain", .body = "waited"};
     }
 
-    // As many pieces of 64 KB as the query says, or until nobody wants more.
+    // As many chunks of 64 KB as the query says, or until the client disconnects.
     Answer stream(const Call& call) {
         const int pieces = std::stoi(call.query.find("n")->second);
         Answer answer{.type = "application/x-tar"};
@@ -327,7 +327,7 @@ TEST(Front, TheLongestIdleConnectionIsClosed) {
     EXPECT_EQ(bodyOf(ask(server.port(), get("/a"))), "GET /a ");
     EXPECT_LE(server.counters().open, 16u);
     EXPECT_GE(server.counters().evicted, 184u);
-    // Those that are being answered stay, whoever comes.
+    // Connections with a running request stay open.
     std::vector<RawClient> busy;
     for (int i = 0; i < 4; ++i) {
         busy.emplace_back(server.port());

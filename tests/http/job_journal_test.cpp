@@ -74,7 +74,7 @@ TEST_F(JobJournalTest, AJobRestartsInTheNextRendererWithItsId) {
     const std::string id = post(), other = post();
     renderers.end();
     for (const std::string& one : {id, other, id}) EXPECT_EQ(told(one).at("state"), "running");
-    EXPECT_EQ(renderers.begun(), 4) << "each once more";
+    EXPECT_EQ(renderers.begun(), 4) << "each started again";
 }
 
 TEST_F(JobJournalTest, AJobThatCrashesRenderersFails) {

@@ -28,8 +28,8 @@ JobStatus ended(const Jobs& jobs, const std::string& id) {
     }
 }
 
-// Work that waits until it is told to go on, and what it saw of its control.
-struct Gate {
+// Work that waits for a signal to continue, and the values that it received from its control.
+struct BlockingWork {
     std::promise<void> open, entered;
     std::shared_future<void> opened{open.get_future().share()};
     Jobs::Work work() {
@@ -62,7 +62,7 @@ TEST(Jobs, AResultIsStoredUnderItsId) {
 
 TEST(Jobs, ProgressIsMonotonicAndTheQueueIsBounded) {
     Jobs jobs(2);
-    Gate gate;
+    BlockingWork gate;
     const std::string running = jobs.start(simply(gate.work())).id;
     gate.entered.get_future().wait();
     const std::string waiting = jobs.start(simply(saying("2"))).id;
@@ -84,7 +84,7 @@ TEST(Jobs, ProgressIsMonotonicAndTheQueueIsBounded) {
 
 TEST(Jobs, CancelledWorkIsNotified) {
     Jobs jobs(1);
-    Gate gate;
+    BlockingWork gate;
     const std::string id = jobs.start(simply(gate.work())).id;
     gate.entered.get_future().wait();
     EXPECT_EQ(jobs.cancel(id).state, JobState::running);
@@ -120,7 +120,7 @@ TEST(Jobs, OldResultsAreEvicted) {
 }
 
 TEST(Jobs, StoppingCancelsRunningJobs) {
-    Gate gate;
+    BlockingWork gate;
     bool told = false;
     {
         Jobs jobs(2);

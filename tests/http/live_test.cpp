@@ -19,7 +19,7 @@ std::string viewFrom(double x) {
                       R"(, 1, 2], "target": [0, 1, 0]})");
 }
 
-// Somebody who watches until he has seen enough.
+// A viewer that reads a stream until a condition holds.
 class Watcher {
 public:
     Watcher(TestServer& server, const std::string& link) : client_(server.client()) {
@@ -129,15 +129,15 @@ TEST(Live, EachLinkIsASeparateStream) {
 
 TEST(Live, InvalidViewsAreRejected) {
     auto client = sharedServer().client();
-    problemOf(client.Get("/v1/stream?view=nobody"), 404);
-    problemOf(client.Get("/v1/views/nobody"), 404);
+    problemOf(client.Get("/v1/stream?view=unknown"), 404);
+    problemOf(client.Get("/v1/views/unknown"), 404);
     EXPECT_EQ(problemOf(client.Get("/v1/stream?fps=0"), 422)["errors"][0]["pointer"], "/fps");
     EXPECT_EQ(problemOf(client.Get("/v1/stream?play=2"), 422)["errors"][0]["pointer"], "/play");
     EXPECT_EQ(problemOf(client.Get("/v1/stream?view=a&width=3"), 422)["errors"][0]["pointer"],
               "/view");
     EXPECT_EQ(problemOf(client.Get("/v1/stream?output.format=png"), 422)["errors"][0]["pointer"],
               "/output");
-    EXPECT_EQ(problemOf(client.Get("/v1/stream?camera=nobody"), 422)["errors"][0]["pointer"],
+    EXPECT_EQ(problemOf(client.Get("/v1/stream?camera=unknown"), 422)["errors"][0]["pointer"],
               "/camera/name");
     const auto refused = client.Put("/v1/views/a%20b", "{}", "application/json");
     EXPECT_EQ(problemOf(refused, 422)["errors"][0]["pointer"], "/name");
@@ -150,7 +150,7 @@ TEST(Live, AViewThatCannotBeDrawnKeepsTheStreamOpen) {
     ASSERT_EQ(put(client, "v", viewFrom(0)), 204);
     Watcher watcher(server, "/v1/stream?view=v&fps=60");
     const auto first = watcher.pictures(1);
-    ASSERT_EQ(put(client, "v", smallFrame(R"("camera": {"name": "nobody"})")), 204);
+    ASSERT_EQ(put(client, "v", smallFrame(R"("camera": {"name": "unknown"})")), 204);
     std::this_thread::sleep_for(300ms);
     ASSERT_EQ(put(client, "v", viewFrom(0.25)), 204);
     const std::string last = frameOf(client, viewFrom(0.25));

@@ -153,7 +153,7 @@ TEST(Load, FramesOfDisconnectedClientsAreNotDrawn) {
     for (const int i : {3, 4}) {
         EXPECT_EQ(statusOf(clients[static_cast<std::size_t>(i)].answer(60)), 200);
     }
-    EXPECT_EQ(statusOf(clients[2].answer(60)), 503) << "who only half closed is told";
+    EXPECT_EQ(statusOf(clients[2].answer(60)), 503) << "a half-closed client receives the status";
     EXPECT_EQ(framesDrawn(server), before + 2);
     EXPECT_THAT(client.Get("/metrics")->body,
                 testing::HasSubstr("clerestory_refusals_total{reason=\"clientLeft\"} 4"));
@@ -168,7 +168,7 @@ TEST(Load, AClientMaySetADeadline) {
         auto hold = server.holdRenderer();
         const httplib::Headers soonEnough = {{"Clerestory-Deadline", "300"}};
         problemOf(client.Post("/v1/frames", soonEnough, smallFrame(), "application/json"), 504);
-        EXPECT_EQ(server.service().queue().depth(), 0u) << "nobody waits for it any more";
+        EXPECT_EQ(server.service().queue().depth(), 0u) << "the queue is empty";
     }
     EXPECT_EQ(framesDrawn(server), before);
     for (const char* wrong : {"soon", "-1", "0", "1.5", "99999999999999999999"}) {
@@ -221,11 +221,11 @@ TEST(Load, AUsedPortPrintsOneLine) {
     }
 }
 
-// R3. An accuracy that nothing else here asks for, so that no map of it is there already.
+// R3. An accuracy that no other test uses, so that none of its maps is resident.
 TEST(Work, TheSampleLimitIsExact) {
     const std::string body = smallFrame(R"("accuracy": {"environmentSize": 48})");
-    auto anybody = sharedServer().client();
-    const json plan = json::parse(postJson(anybody, "/v1/plans", body)->body);
+    auto client = sharedServer().client();
+    const json plan = json::parse(postJson(client, "/v1/plans", body)->body);
     const auto samples = plan.at("totals").at("samples").get<std::uint64_t>();
     Config config = testConfig();
     config.renderer.mostSamples = samples;

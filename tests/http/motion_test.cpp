@@ -37,7 +37,7 @@ TEST(MovingScenes, AreDescribedAndDependOnTimeAndClip) {
     EXPECT_EQ(frame(client, {{"time", 0.25}})->body, first->body);
     EXPECT_EQ(frame(client, {{"time", 2.25}, {"clip", "flag"}})->body,
               frame(client, {{"time", 0.25}, {"clip", "flag"}})->body)
-        << "the clip begins anew";
+        << "the clip repeats";
     const auto link = client.Get("/v1/frames?scene=meadow&width=96&height=54&format=png&time=0.25");
     ASSERT_EQ(link->status, 200);
     EXPECT_EQ(link->body, first->body);

@@ -109,7 +109,7 @@ const std::vector<Odd> kOdd = {
     {"a triangle without area", mended,
      [](Square& s) { s.triangle(0, s.add(0, 0, 0), s.add(0.25f, 0.25f, 0)); }},
     {"a triangle that is there twice", mended, [](Square& s) { s.triangle(0, 1, 2); }},
-    {"a corner of NaN that nobody uses", mended, [](Square& s) { s.add(kNan, 0, 0); }},
+    {"an unused vertex of NaN", mended, [](Square& s) { s.add(kNan, 0, 0); }},
     {"a triangle with a corner of NaN", mended,
      [](Square& s) { s.triangle(0, 1, s.add(kNan, kNan, kNan)); }},
     {"a triangle with a corner without end", mended,
@@ -139,7 +139,7 @@ const std::vector<Odd> kOdd = {
     {"lines", refused, kAsIs, put("/meshes/0/primitives/0/mode", 1)},
     {"a strip", drawn, kAsIs, put("/meshes/0/primitives/0/mode", 5)},
     {"a mode that glTF has not", refused, kAsIs, put("/meshes/0/primitives/0/mode", 99)},
-    {"a node of size 0 beside it", mended, kAsIs,
+    {"a node of scale 0 next to it", mended, kAsIs,
      [](json& d) {
          d["nodes"].push_back({{"mesh", 0}, {"scale", {0, 0, 0}}});
          d["scenes"][0]["nodes"] = {0, 1};

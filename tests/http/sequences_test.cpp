@@ -169,7 +169,7 @@ TEST(Sequences, MultipartIsSentOnRequest) {
 TEST(Sequences, AFailedFrameIsReportedAndTheOthersAreSent) {
     auto client = sharedServer().client();
     json body = orbit(3);
-    body["frames"][1] = {{"camera", {{"name", "nobody"}}}};
+    body["frames"][1] = {{"camera", {{"name", "unknown"}}}};
     const auto result = postJson(client, "/v1/sequences", body.dump());
     ASSERT_EQ(result->status, 200);
     const Files files = filesOfTar(result->body);
@@ -202,7 +202,7 @@ TEST(Sequences, EveryInvalidFieldIsNamed) {
     together["frames"][1]["height"] = 4096;
     EXPECT_THAT(pointers(together), ElementsAre("/frames/1/width"));
     json first = orbit(2);
-    first["frames"][0] = {{"camera", {{"name", "nobody"}}}};
+    first["frames"][0] = {{"camera", {{"name", "unknown"}}}};
     EXPECT_THAT(pointers(first), ElementsAre("/camera/name"));
 }
 

@@ -54,7 +54,7 @@ int playWorker(int argc, char** argv) {
             const std::string& word = call.body;
             if (word == "crash") std::abort();
             if (word == "stop") raise(SIGSTOP);
-            if (word.starts_with("once ")) {  // crashes the first worker that is told
+            if (word.starts_with("once ")) {  // crashes the first worker that receives it
                 const std::string mark = word.substr(5);
                 if (access(mark.c_str(), F_OK) != 0) {
                     std::ofstream(mark) << "x";
@@ -71,7 +71,7 @@ int playWorker(int argc, char** argv) {
                     if (cancelled.contains(id)) break;
                 }
             }
-            if (word == "not " + std::to_string(getpid())) return;  // for whoever comes after
+            if (word == "not " + std::to_string(getpid())) return;  // for a later worker
             if (word == "slow") std::this_thread::sleep_for(100ms);
             pipe.send({.kind = MessageKind::answer,
                        .id = id,
@@ -335,7 +335,7 @@ TEST(Supervisor, AHundredKillsLoseNoRequest) {
             }
         });
     }
-    // Some find nobody who is not ending already.
+    // Some calls find only workers that are ending.
     for (int i = 0; i < 1000 && supervisor.counters().ended < 100; ++i) {
         awaitBoth(supervisor);
         kill(supervisor.processes().first, SIGKILL);

@@ -135,7 +135,7 @@ TEST(Uploads, ScenesTakeTurnsInMemoryForTwo) {
     EXPECT_EQ(lost, 0);
     EXPECT_GT(drawn, 0);
     EXPECT_EQ(generations.mixed(), 0);
-    EXPECT_GT(generations.count(), 3u) << "scenes were loaded anew";
+    EXPECT_GT(generations.count(), 3u) << "scenes were loaded again";
     // The heap needs some turns more to settle: 40 MB once, after 60 swaps as after 150.
     EXPECT_LT((all - warm) / (swaps - kWarm), 0.25 * kEach) << "one that stayed is all of kEach";
     std::printf(

@@ -17,7 +17,7 @@ TEST(Uploads, AreDisabledByDefault) {
     EXPECT_EQ(problemOf(client.Delete("/v1/scenes/six-walls"), 403)["status"], 403);
     EXPECT_EQ(json::parse(client.Get("/v1/renderer")->body)["limits"]["uploadBytes"], 0);
     const auto long_ = send(client, std::string(70'000, 'x'));
-    EXPECT_EQ(long_->status, 413) << "nobody sends much for nothing";
+    EXPECT_EQ(long_->status, 413) << "the body is not sent needlessly";
     EXPECT_EQ(client.Options("/v1/scenes")->get_header_value("Allow"), "GET, HEAD, POST");
 }
 
@@ -140,7 +140,7 @@ TEST(Uploads, FilesWithoutASceneAreRejectedWithTheReason) {
     EXPECT_EQ(reasonOf(packed(Packing::zip, {{"a.gltf", triangleGltf("../../about.json")}})),
               "malformed");
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
-    // They take nobody's room.
+    // They occupy no space of others.
     for (unsigned i = 0; i < 4; ++i) EXPECT_EQ(send(client, triangleGlb(i))->status, 201) << i;
     EXPECT_EQ(json::parse(client.Get("/v1/scenes")->body)["scenes"].back()["state"], "ready");
 }

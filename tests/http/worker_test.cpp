@@ -54,7 +54,7 @@ TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
         EXPECT_EQ(a->get_header_value("Clerestory-Passes"),
                   b->get_header_value("Clerestory-Passes"));
     }
-    // What is told of shaders is the same when all are compiled.
+    // The reported state of shaders is equal once all are compiled.
     while (there.Get("/readyz")->status != 200) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
@@ -62,7 +62,7 @@ TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
     for (const char* path : {"/v1/scenes", "/v1/scenes/six-walls", "/openapi.json"}) {
         EXPECT_EQ(there.Get(path)->body, here.Get(path)->body) << path;
     }
-    for (const char* body : {"{", R"({"width": 0, "widht": 3})", R"({"scene": "nobody"})"}) {
+    for (const char* body : {"{", R"({"width": 0, "widht": 3})", R"({"scene": "unknown"})"}) {
         const auto a = postJson(there, "/v1/frames", body), b = postJson(here, "/v1/frames", body);
         EXPECT_EQ(a->status, b->status);
         const json one = json::parse(a->body), other = json::parse(b->body);
@@ -181,7 +181,7 @@ protected:
     }
 };
 
-// A scene that was asked for once is there after a kill, without a word of loading.
+// A scene that was requested once is available after a kill, without a loading state.
 TEST_F(SharedScenes, TheNextRendererHasThem) {
     const std::string first = loaded();
     auto client = this->client();
@@ -273,7 +273,7 @@ TEST_F(WorkerServer, WorkersEndWithTheirServer) {
 }
 
 TEST(WorkerLimits, AWorkerOutOfMemoryFailsCleanly) {
-    if (kSanitized) GTEST_SKIP() << "a sanitizer wants terabytes of addresses";
+    if (kSanitized) GTEST_SKIP() << "sanitizers reserve terabytes of address space";
     Config config = workerConfig();
     config.workers.program.arguments.insert(config.workers.program.arguments.end(),
                                             {"--worker-memory", "200MB"});

@@ -81,7 +81,7 @@ TEST(FormulaRows, Grazing) {
             const double exactBefore =
                 twin::fresnelDielectric(std::cos(radians(degrees - 0.01)), eta);
             if (i > 0) {
-                // A step down is no more than float's last digits of a value up to 1.
+                // A decrease is at most float's rounding error of a value up to 1.
                 EXPECT_TRUE(atMost("grazing", "step down of F", before - now, 2.4e-7)) << degrees;
                 slope = std::max(slope, std::abs((now - before) - (exact - exactBefore)));
             }

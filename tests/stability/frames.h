@@ -21,12 +21,12 @@ double mostApart(const Image& a, const Image& b);
 double decibelsApart(const Image& a, const Image& b);
 
 // Means over squares of `edge` pixels: hard edges fall between pixels otherwise, and a picture that
-// is blurred by chance beats a sharp one. A square is in the mask if all of it is.
+// is accidentally blurred beats a sharp one. A square is in the mask if all of it is.
 Image averaged(const Image& image, std::uint32_t edge);
 Mask whole(const Mask& mask, std::uint32_t edge);
 
 // Three lamps above a mirror floor (the plane z = 0) with a mirror ball and a pane, in `world`.
-// mirroredCopy: in the floor's place the lamps once more, mirrored. extras: ball and pane.
+// mirroredCopy: mirrored lights in place of the floor. extras: ball and pane.
 Scene floorScene(const glm::dmat4& world, bool mirroredCopy, bool extras);
 // Every effect served by pictures, small ones, under a white sky.
 FrameRequest byPictures(Scene scene, const std::string& id, const glm::dvec3& eye);

@@ -155,13 +155,13 @@ TEST_F(FrameRows, StraightUpDownAndLevelAtAnyRoll) {
 }
 
 TEST_F(FrameRows, DegenerateGeometryIsTheCleanMesh) {
-    const auto picture = [](const std::function<void(MeshDraft&)>& spoil, bool spoilt) {
+    const auto picture = [](const std::function<void(MeshDraft&)>& damage, bool damaged) {
         Scene scene = floorScene(glm::dmat4(1.0), false, false);
         MeshDraft draft =
             sphere(0.3f, 12, addMaterial(scene, {.name = "paper", .baseColor = {.8, .5, .3, 1}}));
-        spoil(draft);
+        damage(draft);
         place(scene, std::move(draft), moved(0, 0, 0.5));
-        EXPECT_EQ(!scene.warnings.empty(), spoilt);
+        EXPECT_EQ(!scene.warnings.empty(), damaged);
         FrameRequest r = byPictures(std::move(scene), "degenerate", {0.3, -1.6, 0.9});
         r.camera.target = glm::dvec3(0.0, 0.0, 0.2);
         r.camera.up = glm::dvec3(0, 0, 1);
@@ -203,9 +203,9 @@ TEST_F(FrameRows, DegenerateGeometryIsTheCleanMesh) {
              d.indices.insert(d.indices.end(), {5, 5, 6});
          }},
     };
-    for (const auto& [name, spoil] : rows) {
+    for (const auto& [name, damage] : rows) {
         EXPECT_TRUE(atMost("degenerate geometry", "difference from the clean mesh",
-                           mostApart(picture(spoil, true), clean), 0.0))
+                           mostApart(picture(damage, true), clean), 0.0))
             << name;
     }
     // Sound, but tiny or drawn twice: seen as it is.

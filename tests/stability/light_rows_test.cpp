@@ -299,7 +299,7 @@ TEST_F(FrameRows, MetamorphicInvisibleObjectsChangeNothing) {
         place(scene, quad(1.5f, addMaterial(scene, mirrorMetal(0.0f))));
         FrameRequest r = byPictures(std::move(scene), "black mirror", {0, 0, 1});
         r.accuracy.planar = method;
-        // Schlick's term stays at grazing; straight on nothing is left.
+        // Schlick's term remains at grazing angles and vanishes at normal incidence.
         EXPECT_TRUE(atMost("metamorphic", "mirror of reflectance 0, codes",
                            255.0 * centerColor(drawn(r)).x, 1.0));
     }
@@ -336,7 +336,7 @@ TEST_F(FrameRows, MetamorphicOffIsASceneWithout) {
 // ---- a higher tier is never worse
 // ----------------------------------------------------------------
 
-// The truth here is the traced tier, which follows single rays exactly; random scenes are held
+// The truth here is the traced tier, which follows single rays exactly; random scenes are compared
 // against the path tracer (random_ladder_test.cpp).
 struct Ladder {
     const char* name;

@@ -1,5 +1,5 @@
-// Random scenes against the path tracer: a dearer way of serving an effect is not farther from the
-// truth than a cheaper one. CLERESTORY_LADDER="N SEED" asks for any number of scenes
+// Random scenes compared with the path tracer: a more expensive technique is not farther from the
+// truth than a cheaper one. CLERESTORY_LADDER="N SEED" sets the number of scenes
 // (scripts/fuzz-requests); a failure names the seed that shows it alone.
 //
 // What is not asked, and why:
@@ -7,7 +7,7 @@
 //    strongest mirrors in it; rays show all, but none that returns less than 5 %.
 //  - Solid glass: the environment map against a picture of what lies behind. Neither knows where
 //    the bent ray leaves, and the planner expects the same of both.
-//  - Rays on rough surfaces: one ray stands for a lobe, and is wrong by what that holds.
+//  - Rays on rough surfaces: one ray represents a lobe, and the error is the variation within it.
 //  - Mirrors and glass in one scene, and lamps above 1 about glass: where a ray meets glass it goes
 //    the way of the greater share and takes the environment for the other, which may be half.
 //  - Scenes that randomPlainScene() leaves out, for the reasons given there.
@@ -63,7 +63,7 @@ void curvedByEnvironment(Accuracy& a) {
 }
 void curvedByCube(Accuracy& a) {
     a.curved = CurvedMethod::probe;
-    // By a box, small things in the open stand beside their place, and are wrong twice.
+    // Box parallax shifts small objects in open scenes, which counts twice.
     a.parallax = Parallax::depth;
 }
 void curvedByRays(Accuracy& a) {
@@ -156,7 +156,8 @@ protected:
                                 .maps = maps,
                                 .samples = kSamples});
     }
-    // The truth, the cheaper and the dearer frame beside each other; returns where they lie.
+    // Writes the reference, the cheaper and the more expensive frame next to each other; returns
+    // the path.
     std::string kept(const Scene& scene, const FrameRequest& r, const Rung& rung,
                      std::uint64_t seed) {
         FrameRequest large = r;
@@ -222,7 +223,7 @@ TEST_F(RandomLadder, MoreExpensiveIsNeverWorse) {
                                higher / (std::max(lower, rung.indistinct) + 4.0 * noise), 1.05))
                 << "seed " << seed << ": " << lower << ", then " << higher << "; noise " << noise
                 << ", " << mask.pixels()
-                << " pixels; truth, cheaper and dearer: " << kept(scene, r, rung, seed);
+                << " pixels; reference, cheaper and more expensive: " << kept(scene, r, rung, seed);
             ++climbed[rung.name];
         }
     }

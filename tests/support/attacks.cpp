@@ -85,7 +85,7 @@ Figure silence(const Target& target, int count) {
             .timely = worst < 1000.0};
 }
 
-// A large answer that nobody takes. A small receive buffer keeps it from vanishing into the kernel.
+// A large response that is not read. A small receive buffer keeps the kernel from buffering it.
 Figure slowReaders(const Target& target, int count) {
     const std::string body =
         R"({"scene": "six-walls", "width": 1024, "height": 1024, "output": {"format": "npy"}})";
@@ -172,7 +172,7 @@ std::vector<Wrong> wrongOnes() {
         {"R7", "TLS hello", std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 11), 400},
         {"R7", "HTTP/2 preface", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 505},
         {"R7", "SSH greeting", "SSH-2.0-OpenSSH_9.2\r\n", 0},
-        {"A2", "a name of somebody else's", "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n", 421},
+        {"A2", "a foreign host name", "GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n", 421},
         {"A2", "a form", kHeadBegun + "Content-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}",
          415},
     };

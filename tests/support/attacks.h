@@ -15,14 +15,14 @@ struct Target {
     double grace = 1.5;                                         // seconds that it may be late
 };
 
-std::vector<Figure> slowAttacks(const Target& target);                 // C1
-std::vector<Figure> wrongRequests(const Target& target);               // R4, R5, R7
-std::vector<Figure> crowds(const Target& target);                      // C2, C3
-std::vector<Figure> strangers(const Target& target, int connections);  // R7
-std::vector<Figure> liveCrowd();                                       // R7, on its own
-std::vector<Figure> failingAccepts();                                  // C3, on a server of its own
-std::vector<Figure> pathAttacks(const Target& target);                 // R6
-std::vector<std::string> hostilePaths();                               // 500
+std::vector<Figure> slowAttacks(const Target& target);                        // C1
+std::vector<Figure> wrongRequests(const Target& target);                      // R4, R5, R7
+std::vector<Figure> crowds(const Target& target);                             // C2, C3
+std::vector<Figure> connectionFloods(const Target& target, int connections);  // R7
+std::vector<Figure> liveCrowd();                                              // R7, on its own
+std::vector<Figure> failingAccepts();                   // C3, on a server of its own
+std::vector<Figure> pathAttacks(const Target& target);  // R6
+std::vector<std::string> hostilePaths();                // 500
 
 // The longest of a few requests on new connections, milliseconds: health, which the event loop
 // answers, and the renderer's name, which takes a worker. Negative: one was not answered.

@@ -9,7 +9,7 @@
 namespace clerestory::test {
 
 struct ProcessFaults {
-    // The so many-th allocation from now on fails, once, whoever asks for it: program, library or
+    // The n-th allocation from now on fails once, in any code: program, library or
     // driver. 0: none.
     std::atomic<std::int64_t> failingAllocation{0};
     // The so many-th allocation of the next process that starts fails, once. 0: none.

@@ -57,14 +57,14 @@ std::vector<Shot> inTurn(int port, const std::string& request, double seconds, d
         const auto asked = Clock::now();
         const std::string answer = ask(port, request, 60.0, from);
         shots.push_back(shotOf(answer, 1000.0 * secondsSince(asked)));
-        // Of chance, or clients that keep one time would never meet, or always.
+        // Random, because clients with equal periods would meet always or never.
         const double pause = pauseMs * std::uniform_real_distribution(0.5, 1.5)(chance);
         std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(pause));
     }
     return shots;
 }
 
-std::vector<Shot> polite(int port, double seconds, double pauseMs) {
+std::vector<Shot> wellBehaved(int port, double seconds, double pauseMs) {
     std::vector<Shot> all;
     std::mutex mutex;
     std::vector<std::thread> threads;
@@ -193,16 +193,16 @@ Overload overload(const ServerProcess& server, double factor, double seconds) {
 Flood flood(const ServerProcess& server, double seconds) {
     Flood result;
     const double service = serviceMs(server.port());
-    // Three that together ask for well under half of what the server can do.
+    // Three clients that together request well under half of the server's capacity.
     const double pause = 8.0 * service;
     // Long enough for a few answers to each, however slow the machine is.
     seconds = std::max(seconds, 0.001 * 60.0 * service);
-    result.alone = polite(server.port(), seconds, pause);
+    result.alone = wellBehaved(server.port(), seconds, pause);
     std::thread flooder([&] {
         result.flooder = openLoop(server.port(), slowFrame(), 4.0 * 1000.0 / service, seconds, 60.0,
                                   "127.0.0.10");
     });
-    result.beside = polite(server.port(), seconds, pause);
+    result.duringFlood = wellBehaved(server.port(), seconds, pause);
     flooder.join();
     return result;
 }

@@ -41,7 +41,7 @@ struct Overload {
 Overload overload(const ServerProcess& server, double factor, double seconds);
 
 struct Flood {
-    std::vector<Shot> alone, beside;  // of three polite clients
+    std::vector<Shot> alone, duringFlood;  // of three well-behaved clients
     std::vector<Shot> flooder;
 };
 // L3.
@@ -53,7 +53,7 @@ struct Endings {
     int broken = 0;  // an answer that began and did not end, or none to a request before the signal
     double slowestExit = 0;  // seconds from the signal
 };
-// U1: SIGTERM while eight clients ask for frames.
+// U1: SIGTERM while eight clients request frames.
 Endings endUnderLoad(int times, const std::vector<std::string>& flags = {});
 
 // A frame that takes a while, as a request's bytes on a connection of its own.

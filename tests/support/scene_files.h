@@ -10,7 +10,7 @@ namespace clerestory::test {
 // So many triangles in the plane z = 0, whose vertices the seed moves; another seed, another
 // content.
 std::string triangleGlb(unsigned seed = 0, unsigned triangles = 1);
-// The same as a .gltf that holds its buffer, or whose buffer lies beside it under that name.
+// The same as a .gltf with an embedded buffer, or with a buffer file of that name next to it.
 std::string triangleGltf(const std::string& bufferUri = "");
 std::string triangleBuffer();
 

@@ -37,7 +37,7 @@ TEST(BvhStress, FollowsThePose) {
         EXPECT_LT(glm::distance(bvh.origin, middle), 1.0);
         EXPECT_EQ(bvh.triangles.size() + bvh.dropped, triangleCount(scene));
         expectSame(bvh, trianglesOf(scene, bvh.origin), raysThrough(random, bvh, 1.0, 1500), 1.0);
-        // Corners far out are told in double, and lose nothing by their distance.
+        // Distant corners are stored in double and lose no precision.
         const auto triangles = trianglesOf(scene, bvh.origin);
         for (const BvhTriangle& t : bvh.triangles) {
             const bool known =

@@ -179,7 +179,7 @@ TEST(Clip, TheFirstClipAndIndependentClipsPlay) {
     EXPECT_THAT(*clipsNamed(scene, "turn back"), ElementsAre(1));
     EXPECT_THAT(*clipsNamed(scene, ""), ElementsAre());
     EXPECT_FALSE(clipsNamed(scene, "Turn"));
-    // Each on its own clock: at 1.5 the turn has begun anew and the child is at a quarter.
+    // Each on its own clock: at 1.5 the rotation has restarted and the child is at a quarter.
     const glm::dmat4 child = poseAt(scene, 1.5).worldFromNode[1];
     EXPECT_NEAR(glm::length(glm::dvec3(child[0])), 0.25, 1e-9);
     EXPECT_NEAR(child[3].x, 2 * std::cos(glm::radians(45.0)), 1e-6);

@@ -41,7 +41,7 @@ TEST(Coverage, AreasParallelToTheImageScaleWithTheProjection) {
     box.add(Bounds{{-0.5f, -0.5f, -10.0f}, {0.5f, 0.5f, -10.0f}});
     const Plane facing{{0, 0, 1}, 10.0};
     EXPECT_NEAR(areaShare(view, box, 1.0, facing), 1.0 / (20.0 * 20.0 * aspect), 1e-9);
-    // Edge-on it covers nothing, behind the eye nobody knows.
+    // Edge-on the area is 0; behind the eye it is unknown.
     EXPECT_NEAR(areaShare(view, box, 1.0, Plane{{0, 1, 0}, 0.0}), 0.0, 1e-12);
     EXPECT_GT(areaShare(view, Bounds{{-1, -1, -1}, {1, 1, 1}}, 1.0, facing), 1.0);
 }

@@ -10,7 +10,8 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-// Dearer and truer from point to point, but the fourth is worse than the third in both.
+// Each point is slower and more exact than the previous one, except that the fourth is worse than
+// the third in both.
 Curve curveOf() {
     const double milliseconds[] = {10, 20, 40, 50, 100};
     const double errors[] = {0.8, 0.4, 0.2, 0.3, 0.1};
@@ -31,7 +32,8 @@ Accuracy within(std::optional<double> milliseconds, std::optional<double> error)
 TEST(Budget, TimeLimitsMinimiseErrorAndErrorLimitsTime) {
     const Curve curve = curveOf();
     EXPECT_EQ(choose(curve, within(45, {})).point, 2u);
-    EXPECT_EQ(choose(curve, within(60, {})).point, 2u) << "dearer and worse is never chosen";
+    EXPECT_EQ(choose(curve, within(60, {})).point, 2u)
+        << "a slower and worse point is never chosen";
     EXPECT_EQ(choose(curve, within(1000, {})).point, 4u);
     EXPECT_EQ(choose(curve, within({}, 0.35)).point, 2u);
     EXPECT_EQ(choose(curve, within({}, 0.9)).point, 0u);

@@ -48,7 +48,7 @@ Codes patched(int x, int y) {
     return smooth(x, y);
 }
 
-// ---- the paper once more -------------------------------------------------------------------
+// ---- the paper's formulae -----------------------------------------------------------------
 
 using Triple = std::array<double, 3>;
 struct Plane {

@@ -19,7 +19,7 @@ using TruthTriangle = std::array<TruthPoint, 3>;
 
 class GltfTruth {
 public:
-    // .gltf or .glb with buffers inside, beside it, or as data URIs. No sparse accessors.
+    // .gltf or .glb with embedded buffers, buffer files or data URIs. No sparse accessors.
     explicit GltfTruth(const std::filesystem::path& file);
 
     std::size_t clipCount() const { return json_["animations"].size(); }

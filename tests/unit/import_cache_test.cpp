@@ -91,7 +91,7 @@ TEST_F(ImportCache, ChangesOfInputFilesAreDetected) {
     };
     EXPECT_FALSE(keptAfter("a/points.bin", moved)) << "another buffer";
     EXPECT_TRUE(keptAfter("a/points.bin", triangleBuffer())) << "the same again";
-    EXPECT_TRUE(keptAfter("a/readme.txt", "words")) << "nobody asked for that";
+    EXPECT_TRUE(keptAfter("a/readme.txt", "words")) << "that file was not read";
     EXPECT_FALSE(keptAfter("a/a.clerestory.json", "{}")) << "a side file that was not there";
     fs::remove(folder / "a/a.clerestory.json");
     EXPECT_TRUE(isKept(scene));

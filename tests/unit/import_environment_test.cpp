@@ -38,7 +38,7 @@ Cube analyticCube(std::uint32_t size) {
     return cube;
 }
 
-// What OpenGL's table of faces says of their middles and upper edges, once more and by hand: the
+// The centres and upper edges of faces by OpenGL's table, written by hand: the
 // first row of +X is up, and its left column is +Z.
 TEST(Cube, FacesFollowTheOpenGlConvention) {
     const auto direction = [](std::uint32_t face, std::uint32_t x, std::uint32_t y) {
@@ -300,13 +300,13 @@ TEST(ImportEnvironment, DamagedKtxFilesAreErrorsOrMaps) {
                 }
             }
             for (int i = 0; i < 3000; ++i) {
-                std::string spoilt = file;
+                std::string damaged = file;
                 for (int k = 0; k < 1 + i % 4; ++k) {
                     const std::size_t within =
                         i % 2 ? std::min<std::size_t>(128, file.size()) : file.size();
-                    spoilt[random() % within] = static_cast<char>(random());
+                    damaged[random() % within] = static_cast<char>(random());
                 }
-                tried(spoilt);
+                tried(damaged);
             }
         }
     }
@@ -322,7 +322,7 @@ TEST(ImportEnvironment, DamagedImagesAreHarmless) {
     const std::string exr = encodeExr(panorama(32)), hdr = hdrFile(panorama(32));
     for (int i = 0; i < 24; ++i) {
         for (const auto& [name, whole] :
-             {std::pair("spoilt.exr", exr), std::pair("spoilt.hdr", hdr)}) {
+             {std::pair("damaged.exr", exr), std::pair("damaged.hdr", hdr)}) {
             std::string file = whole;
             for (int k = 0; k < 1 + i % 5; ++k) {
                 file[random() % std::min<std::size_t>(file.size(), 400)] =

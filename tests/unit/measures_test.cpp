@@ -105,17 +105,17 @@ TEST(LinearErrors, EqualAndBlackImagesAreFinite) {
 }
 
 TEST(LinearErrors, NonFinitePixelsAreReportedAndNotCounted) {
-    const auto spoilt = [](std::uint32_t x, std::uint32_t y) {
+    const auto invalid = [](std::uint32_t x, std::uint32_t y) {
         if (y == 0 && x == 0) return Color(kNaN, 1.0f, 1.0f);
         if (y == 1 && x == 2) return Color(1.0f, kInf, -kInf);
         return Color(1.5f);
     };
-    const LinearErrors e = linearErrors(painted(8, 8, spoilt), uniform(Color(1.0f), 8, 8));
+    const LinearErrors e = linearErrors(painted(8, 8, invalid), uniform(Color(1.0f), 8, 8));
     EXPECT_EQ(e.nonFinite, 2u);
     EXPECT_EQ(e.pixels, 62u);
     EXPECT_NEAR(e.bias, 0.5, 1e-12);
-    // In the reference as well, and nothing counts where everything is spoilt.
-    EXPECT_EQ(linearErrors(uniform(Color(1.0f), 8, 8), painted(8, 8, spoilt)).nonFinite, 2u);
+    // In the reference as well, and nothing counts if every pixel is invalid.
+    EXPECT_EQ(linearErrors(uniform(Color(1.0f), 8, 8), painted(8, 8, invalid)).nonFinite, 2u);
     const LinearErrors none = linearErrors(uniform(Color(kNaN)), uniform(Color(1.0f)));
     EXPECT_EQ(none.pixels, 0u);
     EXPECT_EQ(none.rmse, 0.0);
@@ -196,10 +196,10 @@ TEST(DisplayedErrors, DecibelsOfBlackAndWhiteAndOfOnePixel) {
 }
 
 TEST(DisplayedErrors, NonFinitePixelsAreNotCounted) {
-    const auto spoilt = [](auto x, auto y) {
+    const auto invalid = [](auto x, auto y) {
         return x == 8 && y == 6 ? Color(kNaN, kInf, 0.0f) : Color(0.5f);
     };
-    const DisplayedErrors e = displayedErrors(painted(16, 12, spoilt), uniform(Color(0.5f)));
+    const DisplayedErrors e = displayedErrors(painted(16, 12, invalid), uniform(Color(0.5f)));
     EXPECT_EQ(e.nonFinite, 1u);
     EXPECT_EQ(e.pixels, 16u * 12u - 1u);
     EXPECT_EQ(e.psnr, kMaxDecibels);

@@ -148,7 +148,7 @@ TEST_P(Animated, MatchesTheFile) {
             EXPECT_GT(leastMeanFacing(scene, pose), GetParam().facing) << where;
             if (share == 0.0) first = ours;
             moved = std::max(moved, glm::length(ours.middle - first.middle) / first.area);
-            // What is drawn lies within the boxes that culling goes by.
+            // Drawn geometry is within the bounds that culling uses.
             const Bounds box = worldBounds(scene, pose);
             const double slack = 1e-5 * box.diagonal();
             EXPECT_TRUE(glm::all(glm::lessThanEqual(glm::dvec3(box.min) - slack, ours.low)) &&

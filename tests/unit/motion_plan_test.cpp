@@ -119,7 +119,7 @@ TEST(Motion, EqualTimesGiveEqualPlans) {
     Scene scene = twoRooms();
     letMove(scene, 3, {-1.5, 0.5, 2.5});
     EXPECT_EQ(planOf(scene, fromAbove(0.25)), planOf(scene, fromAbove(2.25)))
-        << "a clip of one second begins anew";
+        << "a clip of one second repeats";
     FrameRequest resting = fromAbove(0.7);
     resting.clip = "";
     const FramePlan rest = planOf(scene, restPose(scene), resting);

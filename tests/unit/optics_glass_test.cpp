@@ -194,11 +194,11 @@ TEST(Glass, OnlyTheDielectricPartTransmits) {
     for (double metallic = 0.0; metallic <= 1.0; metallic += 0.125) {
         for (double transmission = 0.0; transmission <= 1.0; transmission += 0.125) {
             const float t(transmission), m(metallic);
-            const double clear = glsl::clearShare(t, m), beside = 1.0 - clear;
+            const double clear = glsl::clearShare(t, m), rest = 1.0 - clear;
             const double metal = glsl::metallicBesideGlass(t, m);
             EXPECT_NEAR(clear, (1.0 - metallic) * transmission, 1e-6);
-            EXPECT_NEAR(beside * metal, metallic, 1e-6) << metallic << " " << transmission;
-            EXPECT_NEAR(beside * (1.0 - metal), (1.0 - metallic) * (1.0 - transmission), 1e-6);
+            EXPECT_NEAR(rest * metal, metallic, 1e-6) << metallic << " " << transmission;
+            EXPECT_NEAR(rest * (1.0 - metal), (1.0 - metallic) * (1.0 - transmission), 1e-6);
         }
     }
     EXPECT_EQ(glsl::metallicBesideGlass(1.0f, 0.0f), 0.0f);

@@ -15,7 +15,7 @@ Material plain(float albedo, float metallic, float roughness) {
             .roughness = roughness};
 }
 
-// A ball that loses nothing in uniform light is not to be told from it.
+// A lossless ball is invisible in uniform light.
 TEST(ReferenceFurnace, EnergyIsConservedByOpaqueSurfaces) {
     const EnvironmentMap map = uniformMap(1.0f);
     for (const ReferenceMode mode : {ReferenceMode::effects, ReferenceMode::full}) {
@@ -23,7 +23,7 @@ TEST(ReferenceFurnace, EnergyIsConservedByOpaqueSurfaces) {
             for (const float roughness : {0.0f, 0.1f, 0.3f, 0.6f, 1.0f}) {
                 SCOPED_TRACE(testing::Message() << int(mode) << " metallic " << metallic
                                                 << " roughness " << roughness);
-                // One look straight on and one at the ball's edge.
+                // One ray at the centre and one at the ball's edge.
                 for (const double aside : {0.0, 0.95}) {
                     FrameRequest frame = narrow({aside, 0.0, 5.0}, {aside, 0.0, 0.0}, 0.002);
                     const ReferenceImage image =

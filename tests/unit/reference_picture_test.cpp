@@ -186,7 +186,7 @@ TEST(ReferencePicture, InvalidRequestsAreRejected) {
     EXPECT_THROW(traceReference(request), std::invalid_argument);
     request.samples = 2;
     frame.camera = {};
-    frame.camera.name = "nobody";
+    frame.camera.name = "unknown";
     EXPECT_THROW(traceReference(request), InvalidRequest);
     frame.camera = {};
     scene.images.push_back({.name = "gone", .width = 2, .height = 2, .levels = 2});

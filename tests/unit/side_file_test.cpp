@@ -88,7 +88,7 @@ TEST_F(SideFile, ProbesCanBeNamedByMaterials) {
 
 TEST_F(SideFile, ExtrasAreEquivalent) {
     const Scene scene = load("", R"({"reflection": "mirror", "environmentMap": "dusk",
-        "environmentRotation": [0, 0.6, 0, 0.8], "roughness": "somebody else's note"})");
+        "environmentRotation": [0, 0.6, 0, 0.8], "roughness": "a foreign note"})");
     EXPECT_EQ(of(scene, 1).reflection, Reflection::mirror);
     EXPECT_EQ(of(scene, 1).environmentMap, "dusk");
     EXPECT_NEAR(of(scene, 1).environmentRotation.y, 0.6, 1e-12);

@@ -12,7 +12,7 @@ TEST(ViewTree, TwoCurvedMirrorsAndTwoGenerationsAre24FaceViewsTheFirstGeneration
     const std::vector<Pass> faces = passesOf(plan, "capture");
     ASSERT_EQ(faces.size(), 24u) << toText(plan);
     EXPECT_EQ(count(plan, "prefilter"), 4u);
-    // Whoever shows a cube comes after it, and a first generation shows none.
+    // Passes that show a cube come after it, and a first generation shows none.
     std::set<TargetId> finished;
     for (const Pass& pass : plan.passes) {
         if (pass.kind() == "prefilter") finished.insert(pass.target);
@@ -132,7 +132,7 @@ TEST(ViewTree, EveryKnobThatChangesACubesTexelsChangesItsKey) {
     }));
 }
 
-// A cube sees all around it, to infinity: nothing but its owner is ever out of its sight.
+// A cube sees all around it, to infinity: it sees everything except its owner.
 TEST(ViewTree, CubesDependOnTheirCapturePoint) {
     Scene scene;
     placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 0), "ball");

@@ -368,7 +368,7 @@ TEST(ViewTree, RequestedTechniquesAreUsedAndCandidatesListed) {
     }
 }
 
-// What a way is said to take is held against the passes that follow when it is taken.
+// The predicted cost of a technique is compared with the passes that it causes.
 TEST(ViewTree, CostsMatchTheResultingWork) {
     Scene scene = mirrorScene();
     placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 3), "ball");

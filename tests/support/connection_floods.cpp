@@ -32,7 +32,7 @@ std::string garbage(std::mt19937& random, const std::vector<std::string>& begins
     std::string bytes = begins[random() % begins.size()];
     const auto any = [&] { return static_cast<char>(random()); };
     switch (random() % 4) {
-        case 0:  // nothing but noise
+        case 0:  // random bytes
             bytes.assign(1 + random() % 300, ' ');
             std::generate(bytes.begin(), bytes.end(), any);
             break;
@@ -66,7 +66,7 @@ constexpr std::size_t kOthers = 400;  // descriptors that are no connections
 
 }  // namespace
 
-std::vector<Figure> strangers(const Target& target, int connections) {
+std::vector<Figure> connectionFloods(const Target& target, int connections) {
     const std::vector<std::string> begins = beginnings();
     std::mt19937 random(7);
     worstAnswer(target.server.port());
