@@ -1,7 +1,7 @@
 // The scene from one view as numbers: depth, normals, or a number of each draw.
 #include "passes/blocks.h"
 #include "passes/passes.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 namespace clerestory {
 namespace {

@@ -5,7 +5,7 @@
 #include "passes/blocks.h"
 #include "passes/draw_stream.h"
 #include "passes/material_block.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 #include <algorithm>
 #include <array>

@@ -15,9 +15,6 @@ namespace clerestory {
 class DrawStream;
 class GpuScene;
 
-// Pictures at hits are read from a copy: their largest levels are left out until it fits.
-inline constexpr std::uint64_t kMaxTracedTexels = 32'000'000;  // four bytes each
-
 class GpuTracer {
 public:
     // Whether the driver at hand has the texture units and the buffer textures for it, for any

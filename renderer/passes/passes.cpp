@@ -3,7 +3,7 @@
 
 #include "gl/context.h"
 #include "passes/blocks.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "scene/environment_brdf.h"
 
 #include <algorithm>

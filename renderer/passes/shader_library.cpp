@@ -2,7 +2,7 @@
 #include "passes/shader_library.h"
 
 #include "embedded_embeddedShaders.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 #include <set>
 #include <sstream>

@@ -2,7 +2,7 @@
 // nothing was drawn, then what is blended, far to near. And layers of glass over their backdrop.
 #include "passes/blocks.h"
 #include "passes/passes.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 #include <algorithm>
 

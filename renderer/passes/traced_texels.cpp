@@ -2,7 +2,6 @@
 #include "passes/traced_texels.h"
 
 #include "passes/blocks.h"
-#include "passes/gpu_tracer.h"
 
 #include <algorithm>
 #include <array>

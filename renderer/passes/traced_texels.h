@@ -19,6 +19,10 @@ struct TracedTexels {
     // divided by 4096 and the rest; width; height.
     std::vector<glm::vec4> rows;
 };
+
+// Limit of the copied texels of a scene, four bytes each; larger levels are omitted.
+inline constexpr std::uint64_t kMaxTracedTexels = 32'000'000;
+
 // `images` as Scene::images, on the GPU. The largest levels are left out until the texels are at
 // most kMaxTracedTexels.
 TracedTexels tracedTexels(const Scene& scene, const std::vector<gl::Texture>& images);

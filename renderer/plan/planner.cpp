@@ -3,11 +3,11 @@
 #include "plan/effects/channels.h"
 #include "plan/effects/display.h"
 #include "plan/effects/filters.h"
-#include "plan/effects/lighting.h"
 #include "plan/effects/ray_tracing.h"
+#include "plan/effects/view_context.h"
 #include "plan/explain.h"
 #include "plan/graph/plan_hash.h"
-#include "plan/view_planner.h"
+#include "plan/visibility/lighting.h"
 #include "plan/visibility/view.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-#include "plan/view_planner.h"
+// One view: what it shows, what each effect makes of it, and its passes.
+#include "plan/effects/view_context.h"
 
 #include "plan/effects/curved_reflection.h"
 #include "plan/effects/environment_map.h"
@@ -40,14 +41,6 @@ std::vector<std::size_t> hiddenFrom(const ViewContext& context, const ViewTask& 
 }
 
 }  // namespace
-
-ViewContext::ViewContext(const FrameContext& frame, const Stage& stage, PlanBuilder& builder)
-    : frame(frame),
-      stage(stage),
-      builder(builder),
-      moves(stage.scene.clips.empty() ? std::vector<bool>{} : instancesThatMove(stage.scene)),
-      sceneBounds(lastingBounds(stage.scene, stage.pose)),
-      sceneTriangles(triangleCount(stage.scene)) {}
 
 SeenView planView(ViewContext& context, const ViewTask& task) {
     const Stage& stage = context.stage;

@@ -1,6 +1,6 @@
 #include "plan/warm_up.h"
 
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 #include <algorithm>
 #include <bit>

@@ -2,9 +2,9 @@
 // samples.
 #include "reference/reference.h"
 
-#include "plan/effects/lighting.h"
 #include "plan/planner.h"
 #include "plan/request/view_settings.h"
+#include "plan/visibility/lighting.h"
 #include "plan/visibility/view.h"
 #include "reference/camera.h"
 #include "reference/path.h"

@@ -1,7 +1,7 @@
 // The request for a sequence: fields that all frames share, and fields of each frame.
 #pragma once
 
-#include "plan/request/camera_path.h"
+#include "plan/visibility/camera_path.h"
 #include "server/api/frame_json.h"
 
 #include <nlohmann/json.hpp>

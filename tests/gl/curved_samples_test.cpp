@@ -1,7 +1,7 @@
 // Rough metal at grazing angles, summed over directions, compared with the GGX integral by
 // quadrature.
 #include "own_sky.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "sight.h"
 
 #include <numbers>

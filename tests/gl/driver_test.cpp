@@ -7,7 +7,7 @@
 #include "passes/blocks.h"
 #include "passes/gpu_environment.h"
 #include "passes/shader_library.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 #include <set>
 

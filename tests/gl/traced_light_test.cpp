@@ -1,6 +1,6 @@
 // Light along traced paths: furnaces, Snell's law, mirrors, and shading of hits.
 #include "../support/compare_images.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "scene/builtin/builtin_scenes.h"
 #include "support.h"
 #include "trace_support.h"

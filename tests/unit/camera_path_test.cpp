@@ -1,5 +1,5 @@
 // Camera paths: through every key, linear or smooth, along the shorter rotation.
-#include "plan/request/camera_path.h"
+#include "plan/visibility/camera_path.h"
 #include "plan/visibility/view.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Passes that a frame needs: plan rules.
 #include "plan_scenes.h"
 
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 #include <gmock/gmock.h>
 

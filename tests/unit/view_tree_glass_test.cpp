@@ -1,7 +1,7 @@
 // Passes of glass: layers, backdrops, bodies, and blended surfaces between them.
 #include "view_tree_support.h"
 
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "scene/builtin/shapes.h"
 
 #include <set>

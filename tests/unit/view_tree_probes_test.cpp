@@ -1,5 +1,5 @@
 // Passes of curved mirrors: captured cubes, their keys, their generations.
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "view_tree_support.h"
 
 #include <set>

@@ -2,7 +2,7 @@
 #include "plan/cost/cost.h"
 #include "view_tree_support.h"
 
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 #include <map>
 #include <set>

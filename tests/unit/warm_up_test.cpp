@@ -1,6 +1,6 @@
 // Warm-up plans contain every program of their source plan and little else.
 #include "plan/warm_up.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "view_tree_support.h"
 
 #include <bit>

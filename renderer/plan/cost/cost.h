@@ -7,7 +7,8 @@
 // pixels of the effect (accuracy.md, section 1).
 #pragma once
 
-#include "plan/graph/frame_plan.h"
+#include "plan/graph/decision.h"
+#include "plan/request/frame_request.h"
 
 #include <span>
 

@@ -1,6 +1,6 @@
 #include "plan/effects/channels.h"
 
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 namespace clerestory {
 

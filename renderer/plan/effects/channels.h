@@ -1,7 +1,7 @@
 // Frames of numbers instead of colour: depth, normals, identities.
 #pragma once
 
-#include "plan/view_planner.h"
+#include "plan/effects/view_context.h"
 
 namespace clerestory {
 

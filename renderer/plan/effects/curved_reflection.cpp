@@ -4,7 +4,7 @@
 #include "plan/effects/method_choice.h"
 #include "plan/effects/probe_capture.h"
 #include "plan/effects/surroundings.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // metals, which add up several directions of a map.
 #pragma once
 
-#include "plan/view_planner.h"
+#include "plan/effects/view_context.h"
 
 namespace clerestory {
 

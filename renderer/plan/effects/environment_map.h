@@ -1,7 +1,7 @@
 // Stored environment maps: prefiltered, blurred where a material requests it, and kept resident.
 #pragma once
 
-#include "plan/view_planner.h"
+#include "plan/effects/view_context.h"
 
 namespace clerestory {
 

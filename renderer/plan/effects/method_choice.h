@@ -3,7 +3,7 @@
 #pragma once
 
 #include "plan/cost/cost.h"
-#include "plan/view_planner.h"
+#include "plan/effects/view_context.h"
 
 #include <optional>
 

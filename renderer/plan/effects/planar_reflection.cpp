@@ -2,7 +2,7 @@
 
 #include "plan/effects/method_choice.h"
 #include "plan/effects/surroundings.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "plan/visibility/mirror.h"
 #include "plan/visibility/visibility.h"
 

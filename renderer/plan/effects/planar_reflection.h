@@ -1,7 +1,7 @@
 // Flat mirrors of a view: which of them need a picture, and the mirrored views that draw those.
 #pragma once
 
-#include "plan/view_planner.h"
+#include "plan/effects/view_context.h"
 
 namespace clerestory {
 

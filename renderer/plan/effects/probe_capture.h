@@ -1,7 +1,7 @@
 // Cubes captured from a point of the scene: where from, how large, and the passes that draw them.
 #pragma once
 
-#include "plan/view_planner.h"
+#include "plan/effects/view_context.h"
 
 #include <optional>
 

@@ -1,6 +1,6 @@
 #include "plan/effects/ray_tracing.h"
 
-#include "plan/effects/lighting.h"
+#include "plan/visibility/lighting.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #include "plan/effects/refraction.h"
 
 #include "plan/effects/method_choice.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "plan/visibility/view.h"
 #include "plan/visibility/visibility.h"
 

@@ -2,7 +2,7 @@
 // is seen.
 #pragma once
 
-#include "plan/view_planner.h"
+#include "plan/effects/view_context.h"
 
 namespace clerestory {
 

@@ -1,7 +1,7 @@
 // What stands around a surface: how much of its surroundings is not sky.
 #pragma once
 
-#include "plan/view_planner.h"
+#include "plan/effects/view_context.h"
 
 namespace clerestory {
 

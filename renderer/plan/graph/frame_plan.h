@@ -2,6 +2,7 @@
 // everything done and everything left out. Plain values; comparable, printable, no OpenGL.
 #pragma once
 
+#include "plan/graph/decision.h"
 #include "plan/graph/pass.h"
 #include "plan/graph/ray_scene.h"
 #include "scene/environment.h"
@@ -15,32 +16,6 @@ namespace clerestory {
 
 // The fields of a request that the size of a frame comes from; see Pass::knobs.
 inline constexpr std::string_view kKnobsOfTheFrame = "/width, /height, /accuracy/samples";
-
-// How a reflector or a piece of glass is served.
-enum class Method {
-    environment,  // by the environment map
-    probe,        // by a captured cube
-    mirror,       // by a picture from the mirrored eye
-    backdrop,     // glass: by a copy of what was drawn behind it
-    traced,       // by rays through the mesh
-};
-struct Candidate {
-    Method method = Method::environment;
-    double milliseconds = 0.0;  // predicted; see plan/cost/cost.h
-    double error = 0.0;         // predicted relative RMSE on the surface's pixels
-    bool operator==(const Candidate&) const = default;
-};
-// A decision of the planner: what there was to choose from, and what was taken.
-struct Decision {
-    std::string name;
-    Effect effect = Effect::base;
-    std::uint32_t generation = 0;
-    double share = 0.0;  // of the frame that it covers, about
-    Method taken = Method::environment;
-    std::vector<Candidate> candidates;
-    std::string reason;
-    bool operator==(const Decision&) const = default;
-};
 
 struct Skipped {
     std::string name;
@@ -86,7 +61,5 @@ PlanTotals totals(const FramePlan& plan);
 
 // One line a pass and one a thing left out; for people and for test messages.
 std::string toText(const FramePlan& plan);
-
-std::string_view nameOf(Method method);
 
 }  // namespace clerestory

@@ -11,6 +11,7 @@
 // execute() in passes/; nothing else changes.
 #pragma once
 
+#include "plan/graph/effect.h"
 #include "plan/graph/map_passes.h"
 #include "plan/graph/picture_passes.h"
 #include "plan/graph/scene_passes.h"
@@ -22,9 +23,6 @@ namespace clerestory {
 using PassWork = std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene,
                               DrawGlass, DrawBackFaces, DrawChannel, CopyBackdrop, Twirl, Convolve,
                               GlowBright, GlowDown, GlowUp, Glow, ToneMapping, EdgeFilter>;
-
-enum class Effect { base, emission, refraction, planarReflection, environmentReflection, filters };
-std::string_view nameOf(Effect effect);
 
 struct Pass {
     std::string name;

@@ -1,7 +1,8 @@
 // Hashes what a plan will draw: the content of a map is known by the passes that make it.
 #pragma once
 
-#include "plan/visibility/draws.h"
+#include "plan/graph/frame_plan.h"
+#include "plan/graph/stage.h"
 #include "scene/hash.h"
 
 #include <cstdint>

@@ -1,8 +1,8 @@
 #include "plan/graph/scene_passes.h"
 
-#include "plan/features.h"
+#include "plan/graph/features.h"
 #include "plan/graph/frame_plan.h"
-#include "plan/visibility/draws.h"
+#include "plan/graph/stage.h"
 
 #include <algorithm>
 

@@ -2,8 +2,8 @@
 #include "plan/visibility/draws.h"
 
 #include "plan/cost/cost.h"
-#include "plan/effects/lighting.h"
-#include "plan/features.h"
+#include "plan/graph/features.h"
+#include "plan/visibility/lighting.h"
 #include "plan/visibility/visibility.h"
 
 #include <algorithm>

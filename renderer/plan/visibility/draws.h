@@ -1,29 +1,12 @@
 // From the surfaces of a scene to the draws of one view: culled, classed, ordered.
 #pragma once
 
-#include "plan/graph/frame_plan.h"
-#include "plan/request/view_settings.h"
+#include "plan/graph/stage.h"
 #include "plan/visibility/coverage.h"
-#include "scene/classification.h"
 
 #include <span>
 
 namespace clerestory {
-
-// What all views of a frame share.
-struct Stage {
-    const Scene& scene;
-    const Pose& pose;
-    const ViewSettings& settings;
-    const MaterialBindings& materials;
-    std::uint64_t materialsHash = 0;
-    std::span<const Surface> surfaces;
-    std::vector<PlacedLight> lights;
-
-    const Material& material(const Surface& s) const {
-        return materials.material(scene, s.material);
-    }
-};
 
 // A cluster of a surface in the view.
 struct SeenCluster {

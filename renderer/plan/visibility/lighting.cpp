@@ -1,5 +1,5 @@
 // Lights of a frame and of a draw.
-#include "plan/effects/lighting.h"
+#include "plan/visibility/lighting.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 // decide what its surfaces show in this view and add the passes for it.
 #pragma once
 
+#include "plan/graph/frame_context.h"
 #include "plan/graph/plan_builder.h"
-#include "plan/planner.h"
 #include "plan/visibility/draws.h"
 #include "plan/visibility/occlusion.h"
 

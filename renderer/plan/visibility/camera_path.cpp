@@ -1,4 +1,4 @@
-#include "plan/request/camera_path.h"
+#include "plan/visibility/camera_path.h"
 
 #include "plan/visibility/view.h"
 

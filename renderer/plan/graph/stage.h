@@ -1,0 +1,27 @@
+// The scene as one frame shows it, for all of its views.
+#pragma once
+
+#include "plan/graph/draw.h"
+#include "plan/request/view_settings.h"
+#include "scene/classification.h"
+
+#include <span>
+#include <vector>
+
+namespace clerestory {
+
+struct Stage {
+    const Scene& scene;
+    const Pose& pose;
+    const ViewSettings& settings;
+    const MaterialBindings& materials;
+    std::uint64_t materialsHash = 0;
+    std::span<const Surface> surfaces;
+    std::vector<PlacedLight> lights;
+
+    const Material& material(const Surface& s) const {
+        return materials.material(scene, s.material);
+    }
+};
+
+}  // namespace clerestory
