@@ -129,7 +129,7 @@ Answer settled(Server& server, const Call& call, const std::string& id, bool isN
             throw noScene(scene.value("failure", ""), scene.value("reason", ""));
         }
         const bool ready = state == "ready" || scene.contains("triangles");
-        const bool left = call.cancellation && call.cancellation->left();
+        const bool left = call.cancellation && call.cancellation->cancelled();
         if (!ready && !mayLeave(call) && !left && !server.stopping() && Clock::now() < until) {
             std::this_thread::sleep_for(kBetweenLooks);
             continue;

@@ -1,4 +1,4 @@
-// Whether a client still waits for its answer. Thread-safe.
+// Tells the work on a request that its client no longer waits for the answer. Thread-safe.
 #pragma once
 
 #include <functional>
@@ -8,31 +8,31 @@ namespace clerestory {
 
 class CancellationToken {
 public:
-    bool left() const {
+    bool cancelled() const {
         const std::lock_guard lock(mutex_);
-        return left_;
+        return cancelled_;
     }
 
-    // The client has closed its side.
-    void leave() {
+    // Calls the callback, if one is set. Only the first call has an effect.
+    void cancel() {
         const std::lock_guard lock(mutex_);
-        if (left_) return;
-        left_ = true;
-        if (then_) then_();
+        if (cancelled_) return;
+        cancelled_ = true;
+        if (callback_) callback_();
     }
 
-    // Calls `then` when the client leaves, at once if it has left; null takes that back. One at a
-    // time. `then` must not come back here.
-    void whenLeft(std::function<void()> then) {
+    // Replaces the callback for cancel(); null removes it. Calls it at once if the token is
+    // cancelled already. The callback must not use this token.
+    void onCancel(std::function<void()> callback) {
         const std::lock_guard lock(mutex_);
-        then_ = std::move(then);
-        if (left_ && then_) then_();
+        callback_ = std::move(callback);
+        if (cancelled_ && callback_) callback_();
     }
 
 private:
     mutable std::mutex mutex_;
-    bool left_ = false;
-    std::function<void()> then_;
+    bool cancelled_ = false;
+    std::function<void()> callback_;
 };
 
 }  // namespace clerestory

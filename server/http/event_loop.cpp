@@ -261,7 +261,7 @@ void EventLoop::clientDisconnected(Client& client) {
     if (client.halfClosed) return;
     client.halfClosed = true;
     ++counters_.disconnected;
-    if (client.cancellation) client.cancellation->leave();
+    if (client.cancellation) client.cancellation->cancel();
 }
 
 // --- deadlines

@@ -181,7 +181,7 @@ private:
             exchange.head.minorVersion > 0;  // otherwise the end of the connection ends the body
         stream.beginStream();
         const bool whole = pieces([&](std::string_view piece) {
-            if (ending_ || exchange.cancellation->left()) return false;
+            if (ending_ || exchange.cancellation->cancelled()) return false;
             if (piece.empty()) return true;
             const std::string bytes = chunked ? chunkOf(piece) : std::string(piece);
             return stream.write(bytes.data(), bytes.size()) >= 0 && stream.flush();

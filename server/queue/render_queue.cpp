@@ -91,7 +91,7 @@ RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
         deadline_ = queue.queueTime() + patience;
     }
     id_ = queue.push(turn, deadline_, {std::move(work), dropped_});
-    if (cancellation_) cancellation_->whenLeft([this] { queue_.withdraw(id_, clientLeft()); });
+    if (cancellation_) cancellation_->onCancel([this] { queue_.withdraw(id_, clientLeft()); });
 }
 
 Clock::duration RenderQueue::Place::left() const {
@@ -106,7 +106,7 @@ Clock::duration RenderQueue::Place::left() const {
 }
 
 RenderQueue::Place::~Place() {
-    if (cancellation_) cancellation_->whenLeft(nullptr);
+    if (cancellation_) cancellation_->onCancel(nullptr);
     queue_.withdraw(id_, internalError());  // nobody hears the reason
 }
 

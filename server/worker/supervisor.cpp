@@ -149,7 +149,7 @@ void Supervisor::lost(Worker worker) {
 std::optional<Answer> Supervisor::askAlone(const Call& call, std::uint64_t fingerprint) {
     const ExclusiveGate::Entry entry = gate_.enterAlone();
     for (int crashes = 0, ends = 0; crashes < kMaxCrashes && ends < kMaxEnds; ++ends) {
-        if (call.cancellation && call.cancellation->left()) return std::nullopt;
+        if (call.cancellation && call.cancellation->cancelled()) return std::nullopt;
         const Worker worker = active(Clock::now() + kPatience);
         if (!worker) return std::nullopt;
         ++counters_.askedAgain;

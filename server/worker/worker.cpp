@@ -68,8 +68,8 @@ private:
     std::thread thread_;
 };
 
-// The calls that are being answered, so that one can be taken back.
-class Departures {
+// The cancellation tokens of the calls that are being answered, by the id of the call.
+class CancellationTokens {
 public:
     std::shared_ptr<CancellationToken> add(std::uint64_t id) {
         const std::lock_guard lock(mutex_);
@@ -79,14 +79,14 @@ public:
         const std::lock_guard lock(mutex_);
         list_.erase(id);
     }
-    void leave(std::uint64_t id) {
+    void cancel(std::uint64_t id) {
         std::shared_ptr<CancellationToken> found;
         {
             const std::lock_guard lock(mutex_);
             const auto place = list_.find(id);
             if (place != list_.end()) found = place->second;
         }
-        if (found) found->leave();
+        if (found) found->cancel();
     }
 
 private:
@@ -95,18 +95,18 @@ private:
 };
 
 void serve(Service& service, MessagePipe& pipe, std::size_t threads) {
-    Departures departures;
+    CancellationTokens tokens;
     WorkerPool pool(threads);
     while (auto message = pipe.receive()) {
-        if (message->kind == MessageKind::cancel) departures.leave(message->id);
+        if (message->kind == MessageKind::cancel) tokens.cancel(message->id);
         if (message->kind == MessageKind::scenes)
             service.library().hold(unpackedIds(message->bytes));
         if (message->kind != MessageKind::call) continue;
         Call call = unpackedCall(message->bytes);
-        call.cancellation = departures.add(message->id);
-        pool.run([&service, &pipe, &departures, id = message->id, call = std::move(call)] {
+        call.cancellation = tokens.add(message->id);
+        pool.run([&service, &pipe, &tokens, id = message->id, call = std::move(call)] {
             const Answer answer = answerTo(service, call);
-            departures.remove(id);
+            tokens.remove(id);
             pipe.send({.kind = MessageKind::answer, .id = id, .bytes = packed(answer)});
         });
     }

@@ -107,10 +107,10 @@ std::optional<Answer> WorkerProcess::ask(const Call& call) {
     message.id = id;
     pipe_->send(message);
     if (call.cancellation) {
-        call.cancellation->whenLeft([this, id] { pipe_->trySend(MessageKind::cancel, id); });
+        call.cancellation->onCancel([this, id] { pipe_->trySend(MessageKind::cancel, id); });
     }
     auto result = answer.get();
-    if (call.cancellation) call.cancellation->whenLeft(nullptr);
+    if (call.cancellation) call.cancellation->onCancel(nullptr);
     if (result) result->headers.emplace_back(kWorkerHeader, std::to_string(number_));
     return result;
 }

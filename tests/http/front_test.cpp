@@ -86,11 +86,11 @@ private:
     }
 
     Answer wait(const Call& call) {
-        call.cancellation->whenLeft([this] { ++leavers; });
+        call.cancellation->onCancel([this] { ++leavers; });
         ++waiting;
         opened_.wait();
         --waiting;
-        call.cancellation->whenLeft(nullptr);
+        call.cancellation->onCancel(nullptr);
         return {.type = "text/plain", .body = "waited"};
     }
 

@@ -313,7 +313,7 @@ TEST(Supervisor, ADisconnectIsForwardedToTheWorker) {
     call.cancellation = std::make_shared<CancellationToken>();
     auto answer = std::async(std::launch::async, [&] { return supervisor.ask(call).body; });
     EXPECT_EQ(answer.wait_for(50ms), std::future_status::timeout);
-    call.cancellation->leave();
+    call.cancellation->cancel();
     EXPECT_THAT(answer.get(), testing::StartsWith("until cancelled"));
 }
 
