@@ -18,7 +18,8 @@ constexpr std::chrono::seconds kBetweenStarts{2};
 constexpr int kMaxCrashes = 2, kMaxEnds = 8;
 // How soon the end of a worker is seen that nobody asked anything.
 constexpr std::chrono::seconds kPollInterval{1};
-constexpr std::chrono::milliseconds kWarmingLooksUp{50};
+// How soon the keeper sees that the first standby may start.
+constexpr std::chrono::milliseconds kStandbyPollInterval{50};
 
 bool holdsAll(const std::vector<std::string>& there, const std::vector<std::string>& wanted) {
     return std::all_of(wanted.begin(), wanted.end(), [&](const std::string& id) {
@@ -27,6 +28,28 @@ bool holdsAll(const std::vector<std::string>& there, const std::vector<std::stri
 }
 
 }  // namespace
+
+// Counts a frame from the call to its answer.
+class Supervisor::FrameInFlight {
+public:
+    FrameInFlight(Supervisor& supervisor, bool counts) : supervisor_(supervisor), counts_(counts) {
+        if (!counts_) return;
+        const std::lock_guard lock(supervisor_.mutex_);
+        ++supervisor_.framesInFlight_;
+    }
+    ~FrameInFlight() {
+        if (!counts_) return;
+        const std::lock_guard lock(supervisor_.mutex_);
+        --supervisor_.framesInFlight_;
+        supervisor_.lastFrameEnded_ = Clock::now();
+    }
+    FrameInFlight(const FrameInFlight&) = delete;
+    FrameInFlight& operator=(const FrameInFlight&) = delete;
+
+private:
+    Supervisor& supervisor_;
+    const bool counts_;
+};
 
 Supervisor::Supervisor(const SupervisorOptions& options) : options_(options) {
     keeper_ = std::thread([this] { keep(); });
@@ -71,14 +94,15 @@ void Supervisor::keep() {
             changed_.wait_for(lock, kPollInterval);
             continue;
         }
-        if (active_ && !active_->warm()) {  // the second must not slow down the first
-            changed_.wait_for(lock, kWarmingLooksUp);
+        if (active_ && standbyMustWait()) {
+            changed_.wait_for(lock, kStandbyPollInterval);
             continue;
         }
         if (active_ && Clock::now() < calmFrom_) {
             changed_.wait_until(lock, calmFrom_);
             continue;
         }
+        standbyStarted_ = standbyStarted_ || active_;
         lock.unlock();
         Worker worker;
         try {
@@ -95,6 +119,18 @@ void Supervisor::keep() {
         (active_ ? standby_ : active_) = std::move(worker);
         changed_.notify_all();
     }
+}
+
+// With the lock held: whether a standby would slow down the active worker, which is not warm, or
+// has had the first frames to draw a moment ago. Metrics and health checks do not count.
+bool Supervisor::standbyMustWait() {
+    if (!active_->warm()) return true;
+    if (standbyStarted_) return false;
+    const auto now = Clock::now();
+    if (!warmSince_) warmSince_ = now;
+    if (now >= *warmSince_ + options_.standbyDelayLimit) return false;
+    return framesInFlight_ > 0 ||
+           now < std::max(*warmSince_, lastFrameEnded_) + options_.standbyIdle;
 }
 
 // With the lock held: the standby follows the scenes of the one that answers. What it could not
@@ -142,6 +178,7 @@ void Supervisor::lost(Worker worker) {
     active_ = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
     standby_ = nullptr;
     shares_ = true;
+    standbyStarted_ = true;
     calmFrom_ = Clock::now() + options_.calm;
     changed_.notify_all();
 }
@@ -163,6 +200,8 @@ std::optional<Answer> Supervisor::askAlone(const Call& call, std::uint64_t finge
 }
 
 Answer Supervisor::ask(const Call& call) {
+    const bool isFrame = call.path == "/v1/frames" || call.method == "POST";
+    const FrameInFlight frame(*this, isFrame);
     const std::uint64_t fingerprint = fingerprintOf(call);
     if (quarantine_.holds(fingerprint, Clock::now())) {
         ++counters_.quarantined;

@@ -18,8 +18,13 @@ struct SupervisorOptions {
     // The first worker compiles shaders without optimising, so that it answers sooner; the standby,
     // which optimises, replaces it when its own are compiled. Needs a standby.
     bool compileFastFirst = false;
-    // For so long after a standby took over no other worker takes the machine from it, so that
-    // those who waited for the lost one are answered first.
+    // The first standby starts when the active worker is warm and has had no frame to draw for
+    // `standbyIdle`, so that it does not compete with a user's first frame; at the latest
+    // `standbyDelayLimit` after the active worker is warm.
+    std::chrono::milliseconds standbyIdle{1000};
+    std::chrono::milliseconds standbyDelayLimit{10000};
+    // After a failover the next standby starts this much later, so that the calls of the lost
+    // worker are answered first.
     std::chrono::milliseconds calm{400};
 };
 
@@ -54,11 +59,13 @@ public:
 
 private:
     using Worker = std::shared_ptr<WorkerProcess>;
+    class FrameInFlight;
     void keep();
     Worker started(bool compileFast);
     bool standbyIsReady() const;
     void replaceFastWorker();
     Worker active(Clock::time_point until);
+    bool standbyMustWait();
     void ended(const Worker& worker);
     void lost(Worker worker);
     void share();
@@ -74,7 +81,11 @@ private:
     Worker active_, standby_;
     std::vector<std::string> scenes_;  // that whoever answers holds
     Clock::time_point calmFrom_{};     // when the next standby may start
-    bool shares_ = true;               // the standby is to hold them, too
+    bool standbyStarted_ = false;      // now or earlier, or a worker was lost: no need to wait
+    std::optional<Clock::time_point> warmSince_;  // of the first worker
+    std::size_t framesInFlight_ = 0;
+    Clock::time_point lastFrameEnded_{};
+    bool shares_ = true;  // the standby is to hold them, too
     bool ending_ = false;
     std::promise<void> first_;
     std::thread keeper_;  // starts every worker: they end when the thread that started them does

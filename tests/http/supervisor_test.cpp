@@ -86,6 +86,7 @@ int playWorker(int argc, char** argv) {
 SupervisorOptions options(const char* word = "able", bool standby = true) {
     return {.program = {.file = {}, .arguments = {word}, .silence = 500ms},
             .standby = standby,
+            .standbyIdle = 0ms,
             .calm = 0ms};
 }
 
@@ -232,6 +233,37 @@ TEST(Supervisor, TheStandbyAnswersPendingCalls) {
     EXPECT_EQ(supervisor.counters().ended, 1u);
     EXPECT_LE(supervisor.counters().askedAgain, 20u);
     EXPECT_GT(supervisor.counters().askedAgain, 0u);
+}
+
+TEST(Supervisor, TheFirstStandbyWaitsForTheFirstFrames) {
+    SupervisorOptions patient = options();
+    patient.standbyIdle = 500ms;
+    patient.standbyDelayLimit = 1h;
+    Supervisor supervisor(patient);
+    Call frame = callWith("until cancelled");
+    frame.cancellation = std::make_shared<CancellationToken>();
+    auto answer = std::async(std::launch::async, [&] { return supervisor.ask(frame).body; });
+    std::this_thread::sleep_for(700ms);
+    EXPECT_EQ(supervisor.processes().second, 0) << "a frame is being drawn";
+    frame.cancellation->cancel();
+    answer.get();
+    EXPECT_EQ(supervisor.processes().second, 0) << "a frame was drawn a moment ago";
+    std::atomic<bool> ending{false};
+    std::thread health([&] {
+        const Call ping{.method = "GET", .path = "/metrics", .body = "hello"};
+        for (; !ending; std::this_thread::sleep_for(5ms)) supervisor.ask(ping);
+    });
+    awaitBoth(supervisor);
+    ending = true;
+    health.join();
+}
+
+TEST(Supervisor, TheFirstStandbyDoesNotWaitForEver) {
+    SupervisorOptions bounded = options();
+    bounded.standbyIdle = 1h;
+    bounded.standbyDelayLimit = 100ms;
+    Supervisor supervisor(bounded);
+    awaitBoth(supervisor);
 }
 
 TEST(Supervisor, WithoutAStandbyANewWorkerAnswers) {
