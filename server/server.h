@@ -2,10 +2,10 @@
 #pragma once
 
 #include "server/api/request_metrics.h"
-#include "server/jobs/job_journal.h"
+#include "server/worker/job_journal.h"
 #include "server/live/live_views.h"
 #include "server/live/streams.h"
-#include "server/queue/overload_cache.h"
+#include "server/worker/overload_cache.h"
 #include "server/service.h"
 #include "server/worker/supervisor.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/api/metrics.h"
-#include "server/cli/config.h"
+#include "server/config.h"
 #include "server/jobs/budgets.h"
 #include "server/jobs/jobs.h"
 #include "server/jobs/reference_cache.h"

@@ -2,7 +2,8 @@
 
 #include "server/cli/config_limits.h"
 #include "server/cli/libraries.h"
-#include "server/scenes/scene_cache_place.h"
+#include "server/jobs/curve_store.h"
+#include "server/scenes/cache_folder.h"
 
 #include <CLI/CLI.hpp>
 
@@ -298,7 +299,9 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
         return 2;
     }
     line.config.scenes.import.cache = sceneCacheOf(line.config.cache);
-    line.config.curves = curveStoreOf(line.config.cache);
+    if (const auto folder = cacheFolderOf(line.config.cache); !folder.empty()) {
+        line.config.curves = std::make_shared<CurveStore>(folder);
+    }
     line.config.workers.program.arguments.assign(argv + std::min(argc, 2), argv + argc);
     return std::nullopt;
 }

@@ -1,46 +1,13 @@
 // The command line, parsed and checked.
 #pragma once
 
-#include "server/http/http_server.h"
-#include "server/scenes/scene_library.h"
-#include "server/worker/supervisor.h"
+#include "server/config.h"
 
 #include "reference/reference.h"
 
 #include <optional>
 
 namespace clerestory {
-
-class CurveStore;
-
-// Where imported scenes are kept from one start to the next.
-struct CacheOptions {
-    std::filesystem::path folder;  // empty: the user's own place for such; "none": nowhere
-    std::uint64_t mostBytes = 4ull << 30;
-};
-
-// Samples that one frame may shade unless --max-work says otherwise; see plan/graph/work.h.
-inline constexpr std::uint64_t kMaxSamplesServed = 2'000'000'000;
-
-struct Config {
-    RendererOptions renderer;
-    HttpServerOptions http;
-    SceneSources scenes;
-    CacheOptions cache;
-    std::filesystem::path shaderCache;         // see useShaderCache()
-    std::shared_ptr<const CurveStore> curves;  // of budgets; null: kept in memory alone
-    std::size_t queue = 16;                    // frames that may wait
-    double queueSeconds = 2.0;                 // of predicted work that may wait
-    double deadlineSeconds = 10.0;             // from a request's arrival to its answer
-    std::size_t sequenceBytes = 4 << 20;       // of a sequence's body
-    std::string logLevel = "info";
-    // The renderer in this process; otherwise in workers, which `workers` says how to start.
-    bool singleProcess = true;
-    SupervisorOptions workers;
-    bool fastStart = true;      // see SupervisorOptions::compileFastFirst
-    double hangSeconds = 60.0;  // a worker that draws one thing for longer is ended
-    std::uint64_t workerMemoryBytes = 8ull << 30;  // address space; 0: any
-};
 
 // `clerestory render`, `plan`, `reference`, `compare` and `sequence`: without a server.
 struct FrameCommand {

@@ -11,7 +11,7 @@
 #include "server/http/listener.h"
 #include "server/http/request_reader.h"
 #include "server/http/response_writer.h"
-#include "server/http/worker_pool.h"
+#include "server/base/worker_pool.h"
 
 #include <unordered_map>
 

@@ -3,7 +3,7 @@
 #include "server/base/build_id.h"
 #include "server/base/content_hash.h"
 #include "server/base/log.h"
-#include "server/scenes/scene_cache_place.h"
+#include "server/scenes/cache_folder.h"
 
 #include <cstdlib>
 #include <cstring>

@@ -2,7 +2,7 @@
 
 #include "server/api/service_routes.h"
 #include "server/base/log.h"
-#include "server/http/worker_pool.h"
+#include "server/base/worker_pool.h"
 #include "server/service.h"
 #include "server/worker/call_wire.h"
 #include "server/worker/confinement.h"

@@ -2,7 +2,7 @@
 // come through its pipe. It ends when its front does.
 #pragma once
 
-#include "server/cli/config.h"
+#include "server/config.h"
 
 namespace clerestory {
 

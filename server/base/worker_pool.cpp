@@ -1,4 +1,4 @@
-#include "server/http/worker_pool.h"
+#include "server/base/worker_pool.h"
 
 #include <exception>
 

@@ -1,4 +1,4 @@
-#include "server/jobs/job_journal.h"
+#include "server/worker/job_journal.h"
 
 #include "server/api/job_routes.h"
 #include "server/worker/call_wire.h"

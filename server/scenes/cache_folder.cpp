@@ -1,4 +1,4 @@
-#include "server/scenes/scene_cache_place.h"
+#include "server/scenes/cache_folder.h"
 
 #include "scene/import/cache/scene_cache.h"
 #include "server/base/build_id.h"
@@ -7,16 +7,6 @@
 #include <cstdlib>
 
 namespace clerestory {
-namespace {
-
-// Empty where nothing is kept.
-std::filesystem::path folderOf(const CacheOptions& options) {
-    if (options.folder.empty()) return userCache();
-    return options.folder == "none" ? std::filesystem::path() : options.folder;
-}
-
-}  // namespace
-
 std::filesystem::path userCache() {
     const auto absolute = [](const char* name) -> std::filesystem::path {
         const char* value = std::getenv(name);
@@ -28,22 +18,22 @@ std::filesystem::path userCache() {
     return home.empty() ? home : home / ".cache" / "clerestory";
 }
 
-std::shared_ptr<CurveStore> curveStoreOf(const CacheOptions& options) {
-    const std::filesystem::path folder = folderOf(options);
-    return folder.empty() ? nullptr : std::make_shared<CurveStore>(folder);
+std::filesystem::path cacheFolderOf(const CacheOptions& options) {
+    if (options.folder.empty()) return userCache();
+    return options.folder == "none" ? std::filesystem::path() : options.folder;
 }
 
 std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options) {
-    const bool asked = !options.folder.empty();
-    const std::filesystem::path folder = folderOf(options);
+    const bool chosen = !options.folder.empty();
+    const std::filesystem::path folder = cacheFolderOf(options);
     if (folder.empty()) return nullptr;
     return std::make_shared<SceneCache>(
         SceneCacheOptions{.folder = folder,
                           .maxBytes = options.mostBytes,
                           .version = buildId(),
-                          .reportFailure = [asked](const std::string& words) {
-                              // Nobody asked for the usual place, so nobody misses it.
-                              asked ? logWarning({words}) : logDebug({words});
+                          .reportFailure = [chosen](const std::string& words) {
+                              // The default folder may be missing without harm.
+                              chosen ? logWarning({words}) : logDebug({words});
                           }});
 }
 

@@ -1,4 +1,4 @@
-#include "server/queue/overload_cache.h"
+#include "server/worker/overload_cache.h"
 
 #include <algorithm>
 
