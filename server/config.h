@@ -1,14 +1,14 @@
-// How `clerestory serve` runs, from its command line.
+// The options of `clerestory serve`.
 #pragma once
 
+#include "server/backend/local_backend.h"
 #include "server/http/http_server.h"
 #include "server/scenes/cache_folder.h"
 #include "server/scenes/scene_library.h"
 #include "server/worker/supervisor.h"
+#include "server/worker/worker.h"
 
 namespace clerestory {
-
-class CurveStore;
 
 // Samples that one frame may shade unless --max-work says otherwise; see plan/graph/work.h.
 inline constexpr std::uint64_t kMaxSamplesServed = 2'000'000'000;
@@ -32,5 +32,10 @@ struct Config {
     double hangSeconds = 60.0;  // a worker that draws one thing for longer is ended
     std::uint64_t workerMemoryBytes = 8ull << 30;  // address space; 0: any
 };
+
+// The part of the options that a backend in this process needs.
+LocalBackendOptions localBackendOptions(const Config& config);
+// The part that a worker process needs.
+WorkerOptions workerOptions(const Config& config);
 
 }  // namespace clerestory

@@ -1,14 +1,21 @@
 #include "server/server.h"
 
-#include "server/api/server_routes.h"
-#include "server/api/service_routes.h"
+#include "server/api/openapi.h"
+#include "server/api/page.h"
+#include "server/api/uploads.h"
+#include "server/backend/local_backend.h"
+#include "server/base/log.h"
+#include "server/live/live_routes.h"
+#include "server/worker/worker_backend.h"
+
+#include <algorithm>
 
 namespace clerestory {
 namespace {
 
 constexpr std::size_t kMaxStreams = 16;
 
-// Every frame that waits and every stream holds a thread; the others must not wait for it.
+// Every waiting frame and every stream occupies a thread; other requests must not wait for them.
 HttpServerOptions httpServerOptions(const Config& config) {
     HttpServerOptions options = config.http;
     options.threads += config.queue + kMaxStreams;
@@ -21,24 +28,88 @@ HttpServerOptions httpServerOptions(const Config& config) {
     return options;
 }
 
+// Paths that need no token.
+bool isOpenPath(std::string_view path) {
+    return path == "/healthz" || path == "/readyz" || pageFile(std::string(path));
+}
+
+// Paths whose GET a signed link permits.
+bool isLinkedPath(std::string_view path) {
+    return path == "/v1/frames";
+}
+
+std::unique_ptr<RenderBackend> makeBackend(const Config& config) {
+    if (config.singleProcess) return std::make_unique<LocalBackend>(localBackendOptions(config));
+    return std::make_unique<WorkerBackend>(config.workers);
+}
+
+// A line of the log is one line, whatever the client sent.
+std::string printable(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, '?');
+    return text;
+}
+
+struct DocumentRoutes {};
+
+Answer getHealth(const DocumentRoutes&, const Call&) {
+    return {.type = "application/json", .body = R"({"status":"alive"})"};
+}
+
+Answer getOpenApi(const DocumentRoutes&, const Call&) {
+    return {.type = "application/json", .body = openApiText()};
+}
+
+struct MetricsRoutes {
+    const RequestMetrics& metrics;
+    const HttpServer& http;
+    RenderBackend& backend;
+};
+
+// The metrics of the renderer are missing while there is none.
+Answer getMetrics(const MetricsRoutes& routes, const Call& call) {
+    std::string text = routes.metrics.text(routes.http.counters(), routes.backend.workerStatus());
+    try {
+        const Answer drawn = routes.backend.answer(call);
+        if (!drawn.problem) text += drawn.body;
+    } catch (const RequestError&) {
+    }
+    return {.type = kMetricsType, .body = text};
+}
+
+// For paths that also have methods which are answered here.
+struct ForwardedRoutes {
+    RenderBackend& backend;
+};
+
+Answer forward(const ForwardedRoutes& routes, const Call& call) {
+    return routes.backend.answer(call);
+}
+
 }  // namespace
 
 Server::Server(const Config& config)
     : streams_(kMaxStreams),
-      uploadLimits_(config.scenes.uploads.import),
       http_(httpServerOptions(config),
-            {.quick = [this](const Call& call) { return quickAnswerTo(*this, call); },
-             .respond = [this](const Call& call) { return answerTo(*this, call); },
+            {.quick = [this](const Call& call) { return quickAnswer(call); },
+             .respond = [this](const Call& call) { return answer(call); },
              .refuse = [this](const Call& call,
-                              const Problem& problem) { return answerWith(*this, call, problem); },
+                              const Problem& problem) { return refuse(call, problem); },
              .paths = {.open = isOpenPath, .linked = isLinkedPath}}) {
     const UploadOptions& uploads = config.scenes.uploads;
     if (!uploads.folder.empty()) uploads_.emplace(uploads.folder, uploads.limits);
-    if (config.singleProcess) {
-        service_ = std::make_unique<Service>(config);
-    } else {
-        supervisor_ = std::make_unique<Supervisor>(config.workers);
-    }
+    backend_ = makeBackend(config);
+    frames_.emplace(*backend_, metrics_, stopping_);
+
+    const ForwardedRoutes forwarded{*backend_};
+    routes_.add("/v1/scenes", "GET", forwarded, forward);
+    routes_.add("/v1/scenes/{id}", "GET", forwarded, forward);
+    addRoutes(routes_, UploadRoutes{*backend_, uploads_ ? &*uploads_ : nullptr,
+                                    uploads.import.wallClock, stopping_});
+    addRoutes(routes_, LiveRoutes{*frames_, views_, streams_});
+    routes_.add("/healthz", "GET", DocumentRoutes{}, getHealth);
+    routes_.add("/openapi.json", "GET", DocumentRoutes{}, getOpenApi);
+    routes_.add("/metrics", "GET", MetricsRoutes{metrics_, http_, *backend_}, getMetrics);
 }
 
 Server::~Server() {
@@ -52,29 +123,57 @@ void Server::start() {
 void Server::stop() {
     if (!listener_.joinable()) return;
     stopping_ = true;
-    if (service_) service_->refuseNew();
+    backend_->stop();
     http_.stop();
     listener_.join();
 }
 
-Answer Server::ask(const Call& call) {
-    if (service_) return answerTo(*service_, call);
-    if (stopping_) throw RequestError(shuttingDown());
-    const auto ofWorker = [this](const Call& asked) { return supervisor_->ask(asked); };
-    if (!takesTurn(call)) return jobs_.ask(call, ofWorker);
-    const OverloadCache::Moment begun = overloadCache_.begin();
-    Answer answer = ofWorker(call);
-    overloadCache_.end(begun, call.client, answer, Clock::now());
+Answer Server::answerFrom(const Call& call, std::string& route) {
+    if (auto answer = routes_.answer(call, route)) return *std::move(answer);
+    if (auto file = pageFile(call.path)) {
+        route = "page";
+        return call.method == "GET" ? *std::move(file) : otherMethod(call, "GET, HEAD");
+    }
+    Answer answer = backend_->answer(call);
+    route = answer.route;
     return answer;
 }
 
-std::optional<Problem> Server::refusalFor(const Call& call) const {
-    if (service_) return service_->queue().refusalFor(call.client);
-    return overloadCache_.refusalFor(call.client, Clock::now());
+// On any thread of the front. Does not throw.
+Answer Server::answer(const Call& call) {
+    std::string route;
+    Answer answer = guarded(call, [&] { return answerFrom(call, route); });
+    return finish(call, std::move(answer), route);
 }
 
-bool takesTurn(const Call& call) {
-    return call.path == "/v1/frames" || call.path == "/v1/plans";
+// On the thread that serves every connection: does not block. Empty for what may take longer.
+std::optional<Answer> Server::quickAnswer(const Call& call) {
+    if (call.path == "/healthz") return answer(call);
+    // With an entity tag the answer may need no place in the queue.
+    if (!needsRenderQueue(call) || !call.header("If-None-Match").empty()) return std::nullopt;
+    const auto problem = backend_->refusalFor(call.client);
+    return problem ? std::optional(refuse(call, *problem)) : std::nullopt;
+}
+
+Answer Server::refuse(const Call& call, const Problem& problem) {
+    return finish(call, problemAnswer(problem, call.requestId), "");
+}
+
+Answer Server::finish(const Call& call, Answer answer, const std::string& route) {
+    answer.route = route.empty() ? "other" : route;
+    if (answer.worker != 0) {
+        answer.headers.emplace_back("Clerestory-Worker", std::to_string(answer.worker));
+    }
+    metrics_.request(answer.route, answer.status);
+    if (answer.problem) metrics_.refused(answer.problem->code);
+    const bool frequent = answer.route == "/healthz" || answer.route == "/readyz" ||
+                          answer.route == "/metrics" || answer.route == "page";
+    const std::string line =
+        call.method + " " + printable(call.path) + " " + std::to_string(answer.status) + " " +
+        std::to_string(answer.body.size()) + " bytes " +
+        fixedPoint(millisecondsSince(call.arrived), 1) + " ms " + call.requestId;
+    frequent ? logDebug({line}) : logInfo({line});
+    return answer;
 }
 
 }  // namespace clerestory

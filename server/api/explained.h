@@ -21,7 +21,4 @@ struct ExplainedFrame {
 // Sets the answer's type and body. No picture holds `boundary`: it hashes the request.
 void putExplained(Answer& answer, const ExplainedFrame& frame, const std::string& boundary);
 
-// Of an answer that putExplained() made, without its maps. Throws std::runtime_error for any other.
-ExplainedFrame explainedIn(const Answer& answer);
-
 }  // namespace clerestory

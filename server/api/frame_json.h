@@ -34,6 +34,9 @@ nlohmann::ordered_json accuracyJson(const Accuracy& accuracy);
 // Every field in the order of the table: equal requests give equal text.
 std::string canonicalText(const FrameRequest& request);
 
+// The text of an answer. Invalid UTF-8 is replaced.
+std::string jsonText(const nlohmann::ordered_json& json);
+
 // `times` has one entry for each pass, or is empty for a plan that did not run.
 nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times = {});
 // Sums over the targets, and each target.

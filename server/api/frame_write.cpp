@@ -172,8 +172,12 @@ ordered_json accuracyJson(const Accuracy& accuracy) {
     return written(accuracy);
 }
 
+std::string jsonText(const ordered_json& json) {
+    return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
 std::string canonicalText(const FrameRequest& request) {
-    return written(request).dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+    return jsonText(written(request));
 }
 
 ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times) {

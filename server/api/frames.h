@@ -1,29 +1,24 @@
-// Frames and plans over HTTP.
+// The routes of frames and plans, and checks for routes with a JSON body.
 #pragma once
 
-#include "plan/request/frame_request.h"
-#include "scene/scene.h"
+#include "server/api/frame_service.h"
+#include "server/api/route_table.h"
 #include "server/base/call.h"
-#include "server/queue/render_queue.h"
 
 namespace clerestory {
 
-class Service;
+struct FrameRoutes {
+    FrameService& frames;
+    bool signedLinks = false;  // a link's query also has a signature, which was checked before
+};
+void addRoutes(Routes& routes, const FrameRoutes& components);
 
-Answer postFrame(Service& service, const Call& call);
-Answer getFrame(Service& service, const Call& call);
-Answer postPlan(Service& service, const Call& call);
-
-// For every route whose body is a frame's, or begins as one.
-
-// Throws RequestError 415.
+// Throws RequestError 415 if the body is not JSON by its Content-Type.
 void requireJsonType(const Call& call);
-// A POST's query holds nothing but `explain`. Throws RequestError 422.
+// Throws RequestError 422 if the query of a POST has any name but `explain`.
 void requireQuery(const Call& call, bool explainAllowed);
-// How the call's work stands in line, with what is left of its deadline: the server's, or an
-// earlier one of the header Clerestory-Deadline. Throws RequestError 400 when that is no number.
-Turn turnOf(Service& service, const Call& call, std::uint64_t kind = 0);
-// All that can change a byte of the answer: the request, and what stands behind its names.
-std::string contentText(Service& service, const Scene& scene, const FrameRequest& request);
+// The call's turn in the render queue, with the rest of its deadline: the server's, or that of the
+// header Clerestory-Deadline if it is earlier. Throws RequestError 400 for a malformed header.
+Turn turnOf(const FrameService& frames, const Call& call);
 
 }  // namespace clerestory

@@ -1,23 +1,27 @@
-// What long work answers: GET and DELETE of /v1/jobs/{id}, and the pictures it made.
+// The routes of jobs: POST /v1/comparisons starts one; GET and DELETE of /v1/jobs/{id}; the
+// pictures of a result.
 #pragma once
 
+#include "server/api/frame_service.h"
+#include "server/api/route_table.h"
 #include "server/base/call.h"
+#include "server/jobs/comparisons.h"
 #include "server/jobs/jobs.h"
 
 namespace clerestory {
 
-class Service;
+struct JobRoutes {
+    FrameService& frames;
+    Jobs& jobs;
+    Comparisons& comparisons;
+};
+void addRoutes(Routes& routes, const JobRoutes& components);
 
-Answer getJob(Service& service, const Call& call);
-Answer cancelJob(Service& service, const Call& call);
-Answer getJobPicture(Service& service, const Call& call);
-
-// What a client is told of a job.
-Answer toldJob(const JobStatus& status);
-// The same as 202, with the job's place in Location.
-Answer accepted(const JobStatus& status);
-
-// "/v1/jobs/ID...", as in a path or in Location -> "ID"; empty for any other.
-std::string jobIdIn(std::string_view path);
+// 200 with the job as JSON.
+Answer jobAnswer(const JobStatus& status);
+// 202 with the job as JSON and its path in Location.
+Answer jobStarted(const JobStatus& status);
+// 404.
+Answer jobUnknown(const std::string& id, const std::string& requestId);
 
 }  // namespace clerestory

@@ -5,7 +5,6 @@
 #include "server/api/frame_json.h"
 #include "server/api/sequence_request.h"
 #include "server/base/build_id.h"
-#include "server/live/archive.h"
 
 #include <nlohmann/json.hpp>
 
@@ -324,6 +323,10 @@ ordered_json openApiDocument() {
         {"components",
          {{"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}},
           {"schemas", std::move(schemas)}}}};
+}
+
+std::string openApiText() {
+    return openApiDocument().dump();
 }
 
 }  // namespace clerestory

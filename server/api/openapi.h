@@ -9,6 +9,7 @@ namespace clerestory {
 
 // /openapi.json: OpenAPI 3.1.
 nlohmann::ordered_json openApiDocument();
+std::string openApiText();
 
 // docs/api.md: the same as Markdown, and the problem codes.
 std::string apiDocument();

@@ -2,7 +2,6 @@
 
 #include "server/base/log.h"
 #include "server/base/resident.h"
-#include "server/worker/supervisor.h"
 
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>
@@ -85,7 +84,8 @@ void RequestMetrics::refused(const std::string& code) {
     families_->refusals.Add({{"reason", code}}).Increment();
 }
 
-std::string RequestMetrics::text(const ConnectionCounters& front, const Supervisor* workers) const {
+std::string RequestMetrics::text(const ConnectionCounters& front,
+                                 const std::optional<WorkerStatus>& workers) const {
     const auto set = [](auto& family, const char* label, auto&& rows) {
         for (const auto& [name, count] : rows) {
             family.Add({{label, name}}).Set(static_cast<double>(count));
@@ -103,21 +103,19 @@ std::string RequestMetrics::text(const ConnectionCounters& front, const Supervis
     families_->logDropped.Set(static_cast<double>(logLinesDropped()));
     families_->connections.Add({}).Set(static_cast<double>(front.open));
     if (workers) {
-        const SupervisorCounters& w = workers->counters();
         set(families_->workerEvents, "event",
-            std::initializer_list<Row>{{"started", w.started},
-                                       {"ended", w.ended},
-                                       {"silent", w.silent},
-                                       {"callAskedAgain", w.askedAgain},
-                                       {"callQuarantined", w.quarantined}});
-        const auto [active, standby] = workers->processes();
+            std::initializer_list<Row>{{"started", workers->started},
+                                       {"ended", workers->ended},
+                                       {"silent", workers->silent},
+                                       {"callAskedAgain", workers->repeatedCalls},
+                                       {"callQuarantined", workers->quarantinedCalls}});
         set(families_->workers, "role",
-            std::initializer_list<Row>{{"active", active != 0},
-                                       {"standby", standby != 0},
-                                       {"warmStandby", workers->standbyIsWarm()}});
-        const auto [held, ready] = workers->scenes();
+            std::initializer_list<Row>{{"active", workers->hasActive},
+                                       {"standby", workers->hasStandby},
+                                       {"warmStandby", workers->standbyIsWarm}});
         set(families_->workerScenes, "role",
-            std::initializer_list<Row>{{"active", held}, {"standby", ready}});
+            std::initializer_list<Row>{{"active", workers->activeScenes},
+                                       {"standby", workers->standbyScenes}});
     }
     families_->resident.Set(residentBytes());
     families_->allocated.Set(allocatedBytes());

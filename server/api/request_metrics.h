@@ -2,14 +2,13 @@
 // Thread-safe.
 #pragma once
 
+#include "server/api/backend.h"
 #include "server/http/counters.h"
 
 #include <memory>
 #include <string>
 
 namespace clerestory {
-
-class Supervisor;
 
 class RequestMetrics {
 public:
@@ -19,9 +18,9 @@ public:
     void request(const std::string& route, int status);
     void refused(const std::string& code);
 
-    // Prometheus text, version 0.0.4. No name in it is one of Metrics::text(). `workers`: null
-    // where the renderer lives in this process.
-    std::string text(const ConnectionCounters& front, const Supervisor* workers) const;
+    // Prometheus text, version 0.0.4. Its names differ from those of Metrics::text(). `workers`:
+    // empty where the renderer is in this process.
+    std::string text(const ConnectionCounters& front, const std::optional<WorkerStatus>& workers) const;
 
 private:
     struct Families;

@@ -31,6 +31,25 @@ bool covers(std::string_view pattern, std::string_view path) {
     return path.empty();
 }
 
+std::optional<Answer> Routes::answer(const Call& call, std::string& route) const {
+    std::string allow;
+    for (const Row& row : rows_) {
+        if (!covers(row.path, call.path)) continue;
+        route = row.path;
+        if (call.method == row.method) return row.handler(call);
+        allow += (allow.empty() ? "" : ", ") + std::string(row.method);
+        if (row.method == std::string_view("GET")) allow += ", HEAD";
+    }
+    if (allow.empty()) return std::nullopt;
+    return otherMethod(call, allow);
+}
+
+std::vector<std::pair<std::string, std::string>> Routes::paths() const {
+    std::vector<std::pair<std::string, std::string>> list;
+    for (const Row& row : rows_) list.emplace_back(row.path, row.method);
+    return list;
+}
+
 Answer otherMethod(const Call& call, const std::string& allow) {
     if (call.method == "OPTIONS") return {.status = 204, .headers = {{"Allow", allow}}};
     throw RequestError(methodNotAllowed(allow));
@@ -40,7 +59,7 @@ Answer problemAnswer(const Problem& problem, const std::string& requestId) {
     Answer answer{.status = problem.status,
                   .type = "application/problem+json",
                   .body = problemJson(problem, requestId),
-                  .problem = problem.code};
+                  .problem = problem};
     if (problem.retryAfterSeconds > 0) {
         answer.headers.emplace_back("Retry-After", std::to_string(problem.retryAfterSeconds));
     }
@@ -49,19 +68,27 @@ Answer problemAnswer(const Problem& problem, const std::string& requestId) {
     return answer;
 }
 
+Problem currentProblem(const std::string& requestId) {
+    try {
+        throw;
+    } catch (const RequestError& error) {
+        return error.problem();
+    } catch (const InvalidRequest& error) {  // by the planner: no such camera or map, and the like
+        return invalidFields(error.errors());
+    } catch (const RenderFailed& error) {
+        logError({"request ", requestId, ": not drawn: ", error.what()});
+        return renderFailed();
+    } catch (const std::exception& error) {
+        logError({"request ", requestId, ": ", error.what()});
+        return internalError();
+    }
+}
+
 Answer guarded(const Call& call, const std::function<Answer()>& handle) {
     try {
         return handle();
-    } catch (const RequestError& error) {
-        return problemAnswer(error.problem(), call.requestId);
-    } catch (const InvalidRequest& error) {  // from the plan: a camera or map that is not there
-        return problemAnswer(invalidFields(error.errors()), call.requestId);
-    } catch (const RenderFailed& error) {
-        logError({"request ", call.requestId, ": not drawn: ", error.what()});
-        return problemAnswer(renderFailed(), call.requestId);
-    } catch (const std::exception& error) {
-        logError({"request ", call.requestId, ": ", error.what()});
-        return problemAnswer(internalError(), call.requestId);
+    } catch (const std::exception&) {
+        return problemAnswer(currentProblem(call.requestId), call.requestId);
     }
 }
 

@@ -1,45 +1,57 @@
-// Path and method -> handler, for whoever has routes; and the one try at the edge of every handler.
+// Path and method -> handler; and the conversion of exceptions into problem documents.
 #pragma once
 
 #include "server/base/call.h"
 #include "server/base/problem.h"
 
+#include <functional>
 #include <optional>
-#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace clerestory {
 
-template <class Owner>
-struct Route {
-    const char* path;  // "{id}" stands for any part
-    const char* method;
-    Answer (*answer)(Owner&, const Call&);
+// The routes of one or several groups. Each group is a struct of references to the components that
+// its handlers use.
+class Routes {
+public:
+    // "{id}" in the path matches any part that is not empty. `components` is copied.
+    template <class Components>
+    void add(const char* path, const char* method, const Components& components,
+             Answer (*handler)(const Components&, const Call&)) {
+        rows_.push_back({path, method, [components, handler](const Call& call) {
+                             return handler(components, call);
+                         }});
+    }
+
+    // Empty if there is no such path. Sets `route` to the path of the row. Throws RequestError 405,
+    // and what the handler throws.
+    std::optional<Answer> answer(const Call& call, std::string& route) const;
+
+    // Path and method of every route.
+    std::vector<std::pair<std::string, std::string>> paths() const;
+
+private:
+    struct Row {
+        const char* path;
+        const char* method;
+        std::function<Answer(const Call&)> handler;
+    };
+    std::vector<Row> rows_;
 };
 
-// "{id}" in the pattern covers any part that is not empty.
+// Whether the pattern matches the path.
 bool covers(std::string_view pattern, std::string_view path);
 
-// For a path that is there: OPTIONS, or RequestError 405. `allow` lists its methods.
+// The answer for a method that the path does not have: to OPTIONS the methods that it has; throws
+// RequestError 405 for any other. `allow` lists the methods.
 Answer otherMethod(const Call& call, const std::string& allow);
 
-// What the table has for the call; nothing when it has no such path. Throws RequestError 405 and
-// what handlers throw. `route` becomes the row's path.
-template <class Owner>
-std::optional<Answer> routed(std::span<const Route<Owner>> table, Owner& owner, const Call& call,
-                             std::string& route) {
-    std::string allow;
-    for (const Route<Owner>& row : table) {
-        if (!covers(row.path, call.path)) continue;
-        route = row.path;
-        if (call.method == row.method) return row.answer(owner, call);
-        allow += (allow.empty() ? "" : ", ") + std::string(row.method);
-        if (row.method == std::string_view("GET")) allow += ", HEAD";
-    }
-    if (allow.empty()) return std::nullopt;
-    return otherMethod(call, allow);
-}
+// The problem for the exception that is being handled; logs unexpected ones. Call in a catch block.
+Problem currentProblem(const std::string& requestId);
 
-// The answer, or the problem that `handle` threw. Never throws.
+// The answer, or the problem that `handle` threw. Does not throw.
 Answer guarded(const Call& call, const std::function<Answer()>& handle);
 Answer problemAnswer(const Problem& problem, const std::string& requestId);
 

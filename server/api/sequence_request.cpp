@@ -83,7 +83,7 @@ Sequence sequenceFrom(const json& body) {
     }
     for (std::size_t i = 0; i < sequence.count(); ++i) {
         try {
-            frameRequestFrom(sequence.frame(i));
+            sequence.request(i);
         } catch (const RequestError& error) {
             const std::string place = request.path ? "/common" : "/frames/" + std::to_string(i);
             append(errors, place, error.problem().errors);
@@ -99,10 +99,10 @@ Sequence sequenceFrom(const json& body) {
     return sequence;
 }
 
-json Sequence::frame(std::size_t index) const {
+FrameRequest Sequence::request(std::size_t index) const {
     json frame = common;
     for (const auto& [name, value] : own.at(index).items()) frame[name] = value;
-    return frame;
+    return frameRequestFrom(frame);
 }
 
 json channelsJson(const SequenceChannels& channels) {

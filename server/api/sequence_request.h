@@ -24,6 +24,10 @@ struct SequenceRequest {
 
 inline constexpr std::size_t kMaxSequenceFrames = 100'000;
 
+// The content types of an answer.
+inline constexpr const char* kTarType = "application/x-tar";
+inline constexpr const char* kMultipartType = "multipart/mixed; boundary=clerestory-sequence";
+
 template <class V>
 void fields(SequenceChannels& c, V&& visit) {
     visit("color", c.color, Flag{}, "color, in the format of output");
@@ -55,8 +59,8 @@ struct Sequence {
     std::size_t first = 0;
 
     std::size_t count() const { return own.size(); }
-    // The complete body of a POST /v1/frames, without the channel.
-    nlohmann::json frame(std::size_t index) const;
+    // A whole frame, with the format of colour.
+    FrameRequest request(std::size_t index) const;
 };
 
 // Throws RequestError (422) that lists every wrong field.

@@ -1,9 +1,6 @@
 #include "server/api/uploads.h"
 
 #include "server/base/problem.h"
-#include "server/server.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstring>
@@ -13,15 +10,12 @@
 namespace clerestory {
 namespace {
 
-using nlohmann::json;
-
-// Beyond the time that one import may take: another one may be under way.
-constexpr std::chrono::seconds kPatienceBesideImport{10};
-constexpr std::chrono::milliseconds kBetweenLooks{20};
+// Added to the time that one import may take: another import may run first.
+constexpr std::chrono::seconds kExtraPatience{10};
+constexpr std::chrono::milliseconds kPollInterval{20};
 constexpr std::size_t kMaxTitle = 100;
 
-// Of what may be sent; none is a type that a page elsewhere can send without being asked whether it
-// may.
+// The accepted media types. A page of another origin needs a CORS preflight for each of them.
 struct MediaType {
     const char* name;
     std::set<std::string> kinds;  // of UploadStore::kindOf(); empty: any
@@ -38,15 +32,15 @@ const MediaType kMediaTypes[] = {
     {"application/x-gtar", {"tar", "tgz"}},
 };
 
-// Without the field of a frame's request.
+// As sceneFailed(), without the error of a frame request's field.
 RequestError noScene(std::string detail, std::string reason) {
     Problem problem = sceneFailed(std::move(detail), std::move(reason));
     problem.errors.clear();
     return RequestError(std::move(problem));
 }
 
-UploadStore& storeOf(Server& server) {
-    if (UploadStore* store = server.uploads()) return *store;
+UploadStore& storeOf(const UploadRoutes& routes) {
+    if (routes.store) return *routes.store;
     throw RequestError(
         forbidden("Uploads are off. Whoever runs the server can allow them with --uploads."));
 }
@@ -60,7 +54,7 @@ std::string mediaTypeOf(const Call& call) {
     return type;
 }
 
-// By its content; what the client says of it must agree.
+// The kind by the content; the Content-Type must agree.
 std::string requireKind(const Call& call) {
     const std::string type = mediaTypeOf(call);
     const auto* known = std::find_if(std::begin(kMediaTypes), std::end(kMediaTypes),
@@ -73,7 +67,7 @@ std::string requireKind(const Call& call) {
     return kind;
 }
 
-// Its header says how long it is, so that half of one is known at once.
+// A .glb has its length in its header, so that a truncated file is found at once.
 void requireWhole(const std::string& kind, const std::string& content) {
     if (kind != "glb") return;
     std::uint32_t length = 0;
@@ -98,71 +92,67 @@ std::string titleIn(const Call& call) {
     return title;
 }
 
-std::string placeOf(const std::string& id) {
+std::string scenePath(const std::string& id) {
     return "/v1/scenes/" + id;
 }
 
-// What whoever draws says of the scene; asking makes it load.
-Answer described(Server& server, const Call& call, const std::string& id) {
-    return server.ask({.method = "GET",
-                       .path = placeOf(id),
-                       .requestId = call.requestId,
-                       .arrived = Clock::now(),
-                       .header = [](const char*) { return std::string(); },
-                       .client = call.client,
-                       .cancellation = nullptr});
-}
-
-bool mayLeave(const Call& call) {
+bool prefersAsync(const Call& call) {
     return call.header("Prefer").find("respond-async") != std::string::npos;
 }
 
-// The answer to whoever sent it: as far as it has come in the time that there is.
-Answer settled(Server& server, const Call& call, const std::string& id, bool isNew) {
-    const auto until = Clock::now() + server.uploadLimits().wallClock + kPatienceBesideImport;
+// Waits until the scene is loaded, as long as the client, the server and the time limit permit.
+Answer awaitScene(const UploadRoutes& routes, const Call& call, const std::string& id, bool isNew) {
+    const auto until = Clock::now() + routes.importTime + kExtraPatience;
     for (;;) {
-        Answer answer = described(server, call, id);
-        if (answer.status != 200) return answer;
-        const json scene = json::parse(answer.body);
-        const std::string state = scene.at("state");
-        if (state == "failed") {
-            throw noScene(scene.value("failure", ""), scene.value("reason", ""));
-        }
-        const bool ready = state == "ready" || scene.contains("triangles");
-        const bool left = call.cancellation && call.cancellation->cancelled();
-        if (!ready && !mayLeave(call) && !left && !server.stopping() && Clock::now() < until) {
-            std::this_thread::sleep_for(kBetweenLooks);
+        SceneReport scene = routes.backend.sceneReport(id);
+        if (scene.state == SceneState::failed) throw noScene(scene.failure, scene.reason);
+        const bool ready = scene.state == SceneState::ready || scene.isKnown;
+        const bool cancelled = call.cancellation && call.cancellation->cancelled();
+        if (!ready && !prefersAsync(call) && !cancelled && !routes.stopping &&
+            Clock::now() < until) {
+            std::this_thread::sleep_for(kPollInterval);
             continue;
         }
-        answer.status = !ready ? 202 : isNew ? 201 : 200;
-        answer.headers.emplace_back("Location", placeOf(id));
+        Answer answer{.status = !ready  ? 202
+                                : isNew ? 201
+                                        : 200,
+                      .type = "application/json",
+                      .body = std::move(scene.description),
+                      .headers = {{"Location", scenePath(id)}},
+                      .worker = scene.worker};
         if (!ready) answer.headers.emplace_back("Retry-After", "1");
         return answer;
     }
 }
 
-}  // namespace
-
-Answer postScene(Server& server, const Call& call) {
-    UploadStore& store = storeOf(server);
+Answer postScene(const UploadRoutes& routes, const Call& call) {
+    UploadStore& store = storeOf(routes);
     const std::string title = titleIn(call);
     const std::string kind = requireKind(call);
     requireWhole(kind, call.body);
     const std::string id = UploadStore::idOf(call.body);
-    const auto there = store.find(id);
-    const bool isNew = !there || !there->failure.empty();
-    if (!there) store.add(kind, title.empty() ? "scene." + kind : title, call.body);
-    if (there && isNew)
-        store.setFailure(id, "", "");  // whoever sends it again wants it tried again
-    return settled(server, call, id, isNew);
+    const auto stored = store.find(id);
+    const bool isNew = !stored || !stored->failure.empty();
+    if (!stored) store.add(kind, title.empty() ? "scene." + kind : title, call.body);
+    // A repeated upload of a scene that failed is tried again.
+    if (stored && isNew) store.setFailure(id, "", "");
+    return awaitScene(routes, call, id, isNew);
 }
 
-Answer deleteScene(Server& server, const Call& call) {
-    UploadStore& store = storeOf(server);
+// The renderer first: it refuses what is not an upload.
+Answer deleteScene(const UploadRoutes& routes, const Call& call) {
+    UploadStore& store = storeOf(routes);
     const std::string id = call.path.substr(call.path.rfind('/') + 1);
-    const Answer answer = server.ask(call);  // first, so that what is no upload is told
-    if (answer.status == 204) store.remove(id);
+    Answer answer = routes.backend.answer(call);
+    if (!answer.problem) store.remove(id);
     return answer;
+}
+
+}  // namespace
+
+void addRoutes(Routes& routes, const UploadRoutes& components) {
+    routes.add("/v1/scenes", "POST", components, postScene);
+    routes.add("/v1/scenes/{id}", "DELETE", components, deleteScene);
 }
 
 }  // namespace clerestory

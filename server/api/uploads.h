@@ -1,17 +1,27 @@
-// POST /v1/scenes and DELETE /v1/scenes/{id}: scenes of clients. They are kept here, on the port's
-// side, so that every renderer that comes finds them.
+// The routes of clients' own scenes: POST /v1/scenes and DELETE /v1/scenes/{id}. The server keeps
+// the files, so that every renderer finds them.
 #pragma once
 
+#include "server/api/backend.h"
+#include "server/api/route_table.h"
 #include "server/base/call.h"
+#include "server/scenes/upload_store.h"
+
+#include <atomic>
+#include <chrono>
 
 namespace clerestory {
 
-class Server;
+struct UploadRoutes {
+    RenderBackend& backend;
+    UploadStore* store = nullptr;          // null: uploads are not allowed
+    std::chrono::milliseconds importTime;  // the longest time that one import may take
+    const std::atomic<bool>& stopping;     // the server ends: requests do not wait any longer
+};
 
-// The body is the file: .glb, .gltf, .zip, .tar or .tar.gz; the query may hold its `title`. 201
-// where it has become a scene, 200 where it had been one before, 202 while it loads. Throws
-// RequestError: uploads are off (403), of no known kind (415), no scene in it (422), no room (507).
-Answer postScene(Server& server, const Call& call);
-Answer deleteScene(Server& server, const Call& call);
+// POST: the body is the file (.glb, .gltf, .zip, .tar or .tar.gz), the query may have a `title`.
+// 201 for a new scene, 200 for a scene that was there, 202 while it loads. Problems: uploads are
+// not allowed (403), unknown type (415), no scene in the file (422), no room (507).
+void addRoutes(Routes& routes, const UploadRoutes& components);
 
 }  // namespace clerestory

@@ -3,10 +3,12 @@
 
 #include "server/base/cancellation_token.h"
 #include "server/base/clock.h"
+#include "server/base/problem.h"
 
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,13 +33,22 @@ struct Call {
 // the client disconnected.
 using Sink = std::function<bool(std::string_view piece)>;
 
+// What an answer says of the job that the call is about.
+struct JobEvent {
+    enum class Kind { started, unknown };
+    Kind kind = Kind::started;
+    std::string id;
+};
+
 struct Answer {
     int status = 200;
     std::string type;
     std::string body;
     std::vector<std::pair<std::string, std::string>> headers;
-    std::string route;    // row of the route table, for the metrics
-    std::string problem;  // code of the problem document, or empty
+    std::string route;               // the pattern of its path, for the metrics
+    std::optional<Problem> problem;  // that the body describes
+    std::optional<JobEvent> job;
+    std::uint64_t worker = 0;  // number of the worker process that answered; 0: no worker
     // Instead of a body: writes a chunked body to the sink. Called once, on the thread of the
     // request. Must return when the sink returns false or the service stops. Returns false if the
     // body is incomplete; then the connection is closed without the last chunk.

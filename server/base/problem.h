@@ -20,6 +20,11 @@ struct Problem {
     std::string reason;         // why a scene could not be loaded, camelCase
 };
 
+// Whether the same request may succeed later: something is busy, loading or being measured.
+inline bool isTemporary(const Problem& problem) {
+    return problem.retryAfterSeconds > 0;
+}
+
 // Thrown by the handler of a route; the router turns it into the response.
 class RequestError : public std::runtime_error {
 public:

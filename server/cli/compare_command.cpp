@@ -98,7 +98,7 @@ int runCompare(const CommandLine& line) {
     ProgressLine drawing("drawing");
     const auto comparison = compare(
         request, scene, reference,
-        [&](const FrameRequest& frame) { return drawnBy(renderer, frame); },
+        [&](const FrameRequest& frame) { return drawTimed(renderer, frame); },
         [&](double fraction) {
             drawing.show(fraction);
             return true;

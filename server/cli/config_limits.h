@@ -1,7 +1,7 @@
 // Flags of `clerestory serve` for limits, access, scenes and the renderer process.
 #pragma once
 
-#include "server/cli/config.h"
+#include "server/config.h"
 
 namespace CLI {
 class App;

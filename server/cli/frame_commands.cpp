@@ -138,7 +138,7 @@ void resolveBudget(Renderer& renderer, const Scene& scene, const EnvironmentMaps
                                    .maps = maps,
                                    .samples = samples});
         },
-        [&](const FrameRequest& frame) { return drawnBy(renderer, frame); },
+        [&](const FrameRequest& frame) { return drawTimed(renderer, frame); },
         [&](double fraction) {
             progress.show(fraction);
             return true;

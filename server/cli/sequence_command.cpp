@@ -74,8 +74,7 @@ int runSequence(const CommandLine& line) {
     for (const auto& [name, map] : maps) renderer.addEnvironment(map);
     renderer.addScene(std::move(scene));
 
-    const FrameMaker make = [&](const json& body) {
-        FrameRequest request = frameRequestFrom(body);
+    const FrameMaker make = [&](FrameRequest request) {
         request.scene = "scene";
         if (!request.environment.map) request.environment.map = lighting.environment.map;
         if (request.accuracy.isBudget()) {

@@ -37,8 +37,9 @@ int runServe(const CommandLine& line) {
     // A second signal terminates the program immediately.
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     server.stop();
-    // All responses are sent; the importer is a child that ends with this process.
-    if (server.service() && server.service()->library().importing()) std::_Exit(0);
+    // Every request is answered. An import would delay the end; it runs in a child process, which
+    // ends with this one.
+    if (server.backend().importing()) std::_Exit(0);
     return 0;
 }
 

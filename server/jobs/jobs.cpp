@@ -11,8 +11,8 @@
 namespace clerestory {
 namespace {
 
-// A result with its pictures is a few megabytes.
-constexpr std::size_t kFinishedKept = 16;
+// A result with its pictures takes a few megabytes.
+constexpr std::size_t kMaxFinished = 16;
 
 bool finished(JobState state) {
     return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
@@ -25,7 +25,7 @@ std::string newId() {
     return text;
 }
 
-std::string wordsFor(const std::exception& error) {
+std::string failureMessage(const std::exception& error) {
     if (const auto* known = dynamic_cast<const RequestError*>(&error)) {
         return known->problem().detail;
     }
@@ -53,10 +53,6 @@ std::string_view nameOf(JobState state) {
     return "";
 }
 
-bool JobControl::proceed(double progress) const {
-    return told_(progress);
-}
-
 Jobs::Jobs(std::size_t capacity)
     : capacity_(std::max<std::size_t>(capacity, 1)), thread_([this] { serve(); }) {}
 
@@ -64,23 +60,23 @@ Jobs::~Jobs() {
     {
         const std::lock_guard lock(mutex_);
         ending_ = true;
-        for (const auto& job : jobs_) job->unwanted = true;
+        for (const auto& job : jobs_) job->cancelled = true;
     }
     wake_.notify_all();
     thread_.join();
 }
 
-JobStatus Jobs::start(std::function<Work(const std::string& id)> work, const std::string& known) {
+JobStatus Jobs::start(std::function<Work(const std::string& id)> work, const std::string& knownId) {
     auto job = std::make_shared<Job>();
-    job->status.id = known.empty() ? newId() : known;
+    job->status.id = knownId.empty() ? newId() : knownId;
     job->work = work(job->status.id);
     const std::lock_guard lock(mutex_);
     if (const Job* same = find(job->status.id, lock)) return same->status;
     const auto open = std::count_if(jobs_.begin(), jobs_.end(),
                                     [](const auto& j) { return !finished(j->status.state); });
     if (static_cast<std::size_t>(open) >= capacity_) throw RequestError(jobsFull());
-    // The oldest result makes room for this one.
-    if (jobs_.size() - static_cast<std::size_t>(open) >= kFinishedKept) {
+    // Discards the oldest result.
+    if (jobs_.size() - static_cast<std::size_t>(open) >= kMaxFinished) {
         jobs_.erase(std::find_if(jobs_.begin(), jobs_.end(),
                                  [](const auto& j) { return finished(j->status.state); }));
     }
@@ -97,7 +93,13 @@ Jobs::Job* Jobs::find(std::string_view id, const std::lock_guard<std::mutex>&) c
 
 Jobs::Job& Jobs::jobFor(const std::string& id, const std::lock_guard<std::mutex>& lock) const {
     if (Job* job = find(id, lock)) return *job;
-    throw RequestError(notFound("There is no such job, or its result was let go."));
+    throw RequestError(notFound("There is no such job, or its result was discarded."));
+}
+
+std::optional<JobStatus> Jobs::lookUp(const std::string& id) const {
+    const std::lock_guard lock(mutex_);
+    const Job* job = find(id, lock);
+    return job ? std::optional(job->status) : std::nullopt;
 }
 
 JobStatus Jobs::find(const std::string& id) const {
@@ -108,7 +110,7 @@ JobStatus Jobs::find(const std::string& id) const {
 JobStatus Jobs::cancel(const std::string& id) {
     const std::lock_guard lock(mutex_);
     Job& job = jobFor(id, lock);
-    job.unwanted = true;
+    job.cancelled = true;
     if (job.status.state == JobState::queued) job.status.state = JobState::cancelled;
     return job.status;
 }
@@ -136,7 +138,7 @@ void Jobs::run(Job& job) {
         if (std::isfinite(progress)) {
             job.status.progress = std::clamp(progress, job.status.progress, 1.0);
         }
-        return !job.unwanted;
+        return !job.cancelled;
     });
     std::shared_ptr<const JobResult> result;
     std::string failure;
@@ -144,11 +146,11 @@ void Jobs::run(Job& job) {
         result = std::make_shared<const JobResult>(job.work(control));
     } catch (const std::exception& error) {
         logError({"job ", job.status.id, ": ", error.what()});
-        failure = wordsFor(error);
+        failure = failureMessage(error);
     }
     job.work = nullptr;
     const std::lock_guard lock(mutex_);
-    if (job.unwanted) {
+    if (job.cancelled) {
         job.status.state = JobState::cancelled;
     } else if (!result) {
         job.status.state = JobState::failed;

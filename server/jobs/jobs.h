@@ -1,8 +1,8 @@
-// Work that takes longer than a request may: one thread does it, one piece after the other, behind
-// a bounded line. What came out is kept for a while, under an id that cannot be guessed.
-//
-// Does not: know what the work is, nor HTTP.
+// Work that takes longer than a request may: a bounded queue of jobs and the one thread that runs
+// them in order. Finished jobs are kept for a while, under ids that cannot be guessed.
 #pragma once
+
+#include "comparison/curve.h"
 
 #include <atomic>
 #include <condition_variable>
@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <variant>
 #include <vector>
 
 namespace clerestory {
@@ -27,57 +28,61 @@ struct JobPicture {
 };
 
 struct JobResult {
-    std::string json;                  // one JSON value
-    std::vector<JobPicture> pictures;  // asked for by their number, from 0
+    std::variant<std::monostate, Comparison, Curve> value;  // without error pictures
+    std::vector<JobPicture> pictures;                       // clients name them by index
 };
 
 struct JobStatus {
     std::string id;
     JobState state = JobState::queued;
-    double progress = 0.0;                    // 0..1, never less than before
-    std::string failure;                      // words for people, when failed
+    double progress = 0.0;                    // in [0, 1], never decreases
+    std::string failure;                      // for people, when failed
     std::shared_ptr<const JobResult> result;  // when done
 };
 
-// The work's side of a job.
+// How the work of a job reports its progress and learns that it is cancelled.
 class JobControl {
 public:
-    // Tells how far the work is, 0..1. False: nobody wants it any more; end soon, with any result.
-    bool proceed(double progress) const;
+    // Progress in [0, 1]. Returns false if the job is cancelled: the work should return soon, with
+    // any result.
+    bool proceed(double progress) const { return report_(progress); }
 
 private:
     friend class Jobs;
-    explicit JobControl(std::function<bool(double)> told) : told_(std::move(told)) {}
-    std::function<bool(double)> told_;
+    explicit JobControl(std::function<bool(double)> report) : report_(std::move(report)) {}
+    std::function<bool(double)> report_;
 };
 
 class Jobs {
 public:
     using Work = std::function<JobResult(const JobControl&)>;
 
-    // `capacity`: jobs that may wait or run at once, at least 1.
+    // `capacity`: the most jobs that wait or run at once, at least 1.
     explicit Jobs(std::size_t capacity);
-    ~Jobs();  // cancels everything and waits for the work that runs
+    ~Jobs();  // cancels all jobs and waits for the one that runs
     Jobs(const Jobs&) = delete;
     Jobs& operator=(const Jobs&) = delete;
 
-    // `id` is the job's own, so that its result can name it; `known`: the one that it must have,
-    // and where there is such a job already, that one is meant. Throws RequestError 503 when the
-    // line is full. An exception of the work makes the job failed, in the words of a RequestError
-    // or an InvalidRequest, or none of the inside.
-    JobStatus start(std::function<Work(const std::string& id)> work, const std::string& known = "");
+    // `work` receives the id of the new job. `knownId`: the id that the job must have; if there is
+    // a job with this id, it is returned and nothing starts. Throws RequestError 503 if the queue
+    // is full. If the work throws, the job fails; the failure is the message of a RequestError or
+    // InvalidRequest, and a general message for any other exception.
+    JobStatus start(std::function<Work(const std::string& id)> work,
+                    const std::string& knownId = "");
 
-    // Throws RequestError 404 when there is no such job, or no longer.
+    // Empty if there is no such job, or its result was discarded.
+    std::optional<JobStatus> lookUp(const std::string& id) const;
+    // As lookUp(), but throws RequestError 404.
     JobStatus find(const std::string& id) const;
 
-    // What is done stays done. Throws like find().
+    // Finished jobs stay finished. Throws like find().
     JobStatus cancel(const std::string& id);
 
 private:
     struct Job {
         JobStatus status;
         Work work;
-        bool unwanted = false;
+        bool cancelled = false;
     };
     void serve();
     void run(Job& job);
@@ -87,7 +92,7 @@ private:
     const std::size_t capacity_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;
-    std::deque<std::shared_ptr<Job>> jobs_;  // oldest first; the finished ones are kept a while
+    std::deque<std::shared_ptr<Job>> jobs_;  // oldest first
     bool ending_ = false;
     std::thread thread_;
 };

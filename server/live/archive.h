@@ -22,8 +22,4 @@ public:
 std::unique_ptr<Archive> tarArchive(const Sink& sink);
 std::unique_ptr<Archive> multipartArchive(const Sink& sink);
 
-// The content types of the two.
-inline constexpr const char* kTarType = "application/x-tar";
-inline constexpr const char* kMultipartType = "multipart/mixed; boundary=clerestory-sequence";
-
 }  // namespace clerestory

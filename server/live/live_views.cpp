@@ -4,10 +4,10 @@
 
 namespace clerestory {
 
-void LiveView::put(nlohmann::json body) {
+void LiveView::put(FrameRequest request, std::string text) {
     {
         const std::lock_guard lock(mutex_);
-        shown_ = {std::move(body), shown_.version + 1};
+        shown_ = {std::move(request), std::move(text), shown_.version + 1};
     }
     changed_.notify_all();
 }
@@ -22,12 +22,12 @@ void LiveView::waitForNewer(std::uint64_t version, Clock::time_point until) cons
     changed_.wait_until(lock, until, [&] { return shown_.version > version; });
 }
 
-LiveView::Picture LiveView::picture(const std::string& body,
+LiveView::Picture LiveView::picture(const std::string& key,
                                     const std::function<std::string()>& draw) {
     const std::lock_guard lock(drawing_);
-    if (!drawn_ || body != drawnBody_) {
+    if (!drawn_ || key != drawnKey_) {
         drawn_ = std::make_shared<const std::string>(draw());
-        drawnBody_ = body;
+        drawnKey_ = key;
     }
     return drawn_;
 }
@@ -37,12 +37,12 @@ std::shared_ptr<LiveView> LiveViews::make(const std::string& name) {
     if (!views_.contains(name) && views_.size() == kMax) {
         views_.erase(std::min_element(
             views_.begin(), views_.end(),
-            [](const auto& a, const auto& b) { return a.second.madeAt < b.second.madeAt; }));
+            [](const auto& a, const auto& b) { return a.second.changedAt < b.second.changedAt; }));
     }
-    Held& held = views_[name];
-    if (!held.view) held.view = std::make_shared<LiveView>();
-    held.madeAt = ++count_;
-    return held.view;
+    Entry& entry = views_[name];
+    if (!entry.view) entry.view = std::make_shared<LiveView>();
+    entry.changedAt = ++count_;
+    return entry.view;
 }
 
 std::shared_ptr<LiveView> LiveViews::find(const std::string& name) const {

@@ -1,15 +1,16 @@
-// Views that are watched live: a name, the frame's request that was last put there, and the picture
-// last drawn of it, so that many watchers cost one. Thread-safe.
+// Views that are watched live: a name, the frame request that was put there last, and the picture
+// that was drawn of it last, so that many watchers cost one frame. Thread-safe.
 #pragma once
 
-#include "server/queue/render_queue.h"
+#include "plan/request/frame_request.h"
+#include "server/base/clock.h"
 
-#include <nlohmann/json.hpp>
-
+#include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
+#include <mutex>
 #include <string>
 
 namespace clerestory {
@@ -17,26 +18,27 @@ namespace clerestory {
 class LiveView {
 public:
     struct Shown {
-        nlohmann::json body;  // of a POST /v1/frames
+        FrameRequest request;
+        std::string text;  // JSON: the request as the client sent it
         std::uint64_t version = 0;
     };
 
-    void put(nlohmann::json body);
+    void put(FrameRequest request, std::string text);
     Shown shown() const;
-    // Returns when there is a newer one, or at the time given.
+    // Returns when there is a newer version, or at that time.
     void waitForNewer(std::uint64_t version, Clock::time_point until) const;
 
-    // The picture of that body: the kept one, or what `draw` makes, which is kept. One draws at a
-    // time. Throws what `draw` throws.
+    // The picture with this key: the last one, or else the result of `draw`, which is stored. Calls
+    // wait for each other. Throws what `draw` throws.
     using Picture = std::shared_ptr<const std::string>;
-    Picture picture(const std::string& body, const std::function<std::string()>& draw);
+    Picture picture(const std::string& key, const std::function<std::string()>& draw);
 
 private:
     mutable std::mutex mutex_;
     mutable std::condition_variable changed_;
     Shown shown_;
     std::mutex drawing_;
-    std::string drawnBody_;
+    std::string drawnKey_;
     Picture drawn_;
 };
 
@@ -44,19 +46,19 @@ class LiveViews {
 public:
     static constexpr std::size_t kMax = 64;
 
-    // The view of that name, made when there is none; the one made or put to longest ago goes when
-    // there are too many, and those who watch it keep what they see.
+    // The view with this name; creates it if there is none, and then removes the view that was
+    // created or changed longest ago if there are too many. Its streams go on with what they show.
     std::shared_ptr<LiveView> make(const std::string& name);
-    // Null when there is none.
+    // Null if there is none.
     std::shared_ptr<LiveView> find(const std::string& name) const;
 
 private:
-    struct Held {
+    struct Entry {
         std::shared_ptr<LiveView> view;
-        std::uint64_t madeAt = 0;
+        std::uint64_t changedAt = 0;
     };
     mutable std::mutex mutex_;
-    std::map<std::string, Held> views_;
+    std::map<std::string, Entry> views_;
     std::uint64_t count_ = 0;
 };
 

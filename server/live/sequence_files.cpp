@@ -14,14 +14,13 @@ std::string textOf(const ordered_json& value, int indent) {
     return value.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-// Numbers keep their bits: everything but colour is float32.
-json bodyOf(const json& frame, Channel channel, const char* name) {
-    json body = frame;
-    if (channel == Channel::color) return body;
-    json& output = body["output"];
-    output["channel"] = name;
-    if (output.value("format", "") != "exr") output["format"] = "npy";
-    return body;
+// Every channel but colour is float32, which npy and exr store without loss.
+FrameRequest channelRequest(const FrameRequest& frame, Channel channel) {
+    FrameRequest request = frame;
+    if (channel == Channel::color) return request;
+    request.output.channel = channel;
+    if (request.output.format != OutputFormat::exr) request.output.format = OutputFormat::npy;
+    return request;
 }
 
 std::string extensionOf(const std::string& type) {
@@ -48,18 +47,18 @@ std::string frameStem(std::size_t index) {
 
 std::vector<SequenceFile> filesOf(const Sequence& sequence, std::size_t index,
                                   const FrameMaker& make) {
-    const json frame = sequence.frame(index);
+    const FrameRequest frame = sequence.request(index);
     const std::string stem = frameStem(index);
     std::vector<SequenceFile> files;
     ordered_json about = {{"index", index},
-                          {"time", frame.value("time", 0.0)},
+                          {"time", frame.time},
                           {"camera", nullptr},
                           {"files", ordered_json::object()},
                           {"milliseconds", ordered_json::object()}};
     ordered_json plans = ordered_json::object();
     const auto add = [&](bool on, Channel channel, const char* name) {
         if (!on) return;
-        MadeFrame made = make(bodyOf(frame, channel, name));
+        MadeFrame made = make(channelRequest(frame, channel));
         const std::string middle = channel == Channel::color ? "" : "." + std::string(name);
         const std::string file = stem + middle + extensionOf(made.type);
         about["camera"] = made.plan.value("camera", ordered_json());

@@ -1,5 +1,5 @@
-// A frame of a sequence -> its files: a picture for each channel, and what was drawn and how long
-// it took as JSON. The same for an answer over HTTP and for a folder.
+// The files of a frame of a sequence: a picture for each channel, and a JSON file with the plan and
+// its times. The same for an answer over HTTP and for a folder.
 #pragma once
 
 #include "server/api/sequence_request.h"
@@ -13,14 +13,13 @@ struct MadeFrame {
     std::string type;             // media type
     nlohmann::ordered_json plan;  // as of planJson(), with its milliseconds
 };
-// Draws the body of a POST /v1/frames.
-using FrameMaker = std::function<MadeFrame(const nlohmann::json& body)>;
+using FrameMaker = std::function<MadeFrame(const FrameRequest& request)>;
 
 struct SequenceFile {
     std::string name, type, bytes;
 };
 
-// "000012"; what the names of frame 12's files begin with.
+// The beginning of the names of a frame's files: "000012" for frame 12.
 std::string frameStem(std::size_t index);
 
 // The pictures first; last "<stem>.json": index, time, the camera's matrices, the files' names, and
@@ -28,11 +27,11 @@ std::string frameStem(std::size_t index);
 std::vector<SequenceFile> filesOf(const Sequence& sequence, std::size_t index,
                                   const FrameMaker& make);
 
-// "manifest.json", once all is drawn: for every frame what its own JSON says without the plans.
+// "manifest.json", the last file: for every frame its own JSON file without the plans.
 class Manifest {
 public:
     void add(const SequenceFile& frameJson);
-    // A frame that could not be drawn; the others go on.
+    // A frame that could not be drawn.
     void addFailure(std::size_t index, const nlohmann::json& problem);
     SequenceFile file() const;
 

@@ -1,6 +1,6 @@
-// The C library's allocator, but that a renderer's process ends when it has no memory left for
-// little things; see endWithoutMemory(). It belongs to the program alone, whose definitions of
-// these functions are those that every library and driver in its process calls.
+// The allocator of the C library, which ends the process of a worker when a small allocation fails;
+// see endWithoutMemory(). Linked only into the program, so that every library and driver uses these
+// definitions.
 #include "scene/import/sandbox/sanitizer.h"
 #include "server/worker/confinement.h"
 
@@ -18,11 +18,11 @@ extern "C" void* __libc_memalign(std::size_t, std::size_t);
 
 namespace {
 
-// Whoever asks for more, a texture, a picture, expects a no, and that frame alone is told so.
-constexpr std::size_t kLittle = 1 << 20;
+// Code that allocates more, for a texture or a picture, handles failure, and only its frame fails.
+constexpr std::size_t kSmall = 1 << 20;
 
-void* orEnd(void* memory, std::size_t size) {
-    if (memory || size == 0 || size >= kLittle) return memory;
+void* checked(void* memory, std::size_t size) {
+    if (memory || size == 0 || size >= kSmall) return memory;
     if (clerestory::endsWithoutMemory()) _exit(clerestory::kEndedWithoutMemory);
     return nullptr;
 }
@@ -30,17 +30,17 @@ void* orEnd(void* memory, std::size_t size) {
 }  // namespace
 
 extern "C" void* malloc(std::size_t size) {
-    return orEnd(__libc_malloc(size), size);
+    return checked(__libc_malloc(size), size);
 }
 extern "C" void* calloc(std::size_t count, std::size_t size) {
-    const bool little = count == 0 || size < kLittle / count;
-    return orEnd(__libc_calloc(count, size), little ? count * size : kLittle);
+    const bool small = count == 0 || size < kSmall / count;
+    return checked(__libc_calloc(count, size), small ? count * size : kSmall);
 }
 extern "C" void* realloc(void* memory, std::size_t size) {
-    return orEnd(__libc_realloc(memory, size), size);
+    return checked(__libc_realloc(memory, size), size);
 }
 extern "C" void* memalign(std::size_t alignment, std::size_t size) {
-    return orEnd(__libc_memalign(alignment, size), size);
+    return checked(__libc_memalign(alignment, size), size);
 }
 extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
     return memalign(alignment, size);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 #include <stdexcept>
+#include <type_traits>
 
 namespace clerestory {
 namespace {
@@ -10,23 +11,73 @@ namespace {
 constexpr std::array<const char*, 4> kHeaders = {"Content-Type", "Accept", "If-None-Match",
                                                  "Clerestory-Deadline"};
 
+struct AnyVisitor {
+    template <class T, class Kind>
+    void operator()(const char*, T&, const Kind&, const char*) {}
+};
+// Structs with a field table (renderer/scene/fields.h).
+template <class T>
+concept HasFields = requires(T& value) {
+    fields(value, AnyVisitor{});
+};
+template <class T>
+concept Plain = std::is_trivially_copyable_v<T> && !HasFields<T>;
+
 class Writer {
 public:
-    void number(std::int64_t value) {
+    template <Plain T>
+    void put(const T& value) {
         bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
-    void text(std::string_view value) {
-        number(static_cast<std::int64_t>(value.size()));
+    void put(const std::string& value) {
+        put(value.size());
         bytes_.append(value);
     }
-    template <class Pairs>
-    void pairs(const Pairs& list) {
-        number(static_cast<std::int64_t>(list.size()));
-        for (const auto& [name, value] : list) {
-            text(name);
-            text(value);
-        }
+    template <class T>
+    void put(const std::optional<T>& value) {
+        put(value.has_value());
+        if (value) put(*value);
     }
+    template <class... Ts>
+    void put(const std::variant<Ts...>& value) {
+        put(value.index());
+        std::visit([this](const auto& held) { put(held); }, value);
+    }
+    template <class T>
+    void put(const std::vector<T>& list) {
+        put(list.size());
+        for (const T& value : list) put(value);
+    }
+    template <class A, class B>
+    void put(const std::pair<A, B>& value) {
+        put(value.first);
+        put(value.second);
+    }
+    template <HasFields T>
+    void put(const T& value) {
+        T copy = value;  // the tables visit values that can be changed
+        fields(copy,
+               [this](const char*, const auto& member, const auto&, const char*) { put(member); });
+    }
+    void put(const FieldError& error) {
+        put(error.pointer);
+        put(error.detail);
+        put(error.allowed);
+    }
+    void put(const Problem& problem) {
+        put(problem.status);
+        for (const std::string* text :
+             {&problem.code, &problem.title, &problem.detail, &problem.allow, &problem.reason}) {
+            put(*text);
+        }
+        put(problem.errors);
+        put(problem.retryAfterSeconds);
+    }
+    void put(const JobEvent& event) {
+        put(event.kind);
+        put(event.id);
+    }
+
     std::string take() { return std::move(bytes_); }
 
 private:
@@ -36,27 +87,81 @@ private:
 class Reader {
 public:
     explicit Reader(std::string_view bytes) : rest_(bytes) {}
-    std::int64_t number() {
-        std::int64_t value = 0;
+
+    template <Plain T>
+    void get(T& value) {
         std::memcpy(&value, part(sizeof value).data(), sizeof value);
-        return value;
     }
-    std::string text() { return std::string(part(static_cast<std::uint64_t>(number()))); }
-    // Each takes bytes, so a count that is too large ends with them.
-    template <class Take>
-    void each(Take take) {
-        for (std::int64_t left = number(); left > 0; --left) {
-            std::string name = text();
-            take(std::move(name), text());
+    void get(bool& value) { value = number<unsigned char>() != 0; }
+    void get(std::string& value) { value = part(number<std::size_t>()); }
+    template <class T>
+    void get(std::optional<T>& value) {
+        value.reset();
+        if (number<bool>()) get(value.emplace());
+    }
+    template <class... Ts>
+    void get(std::variant<Ts...>& value) {
+        getAlternative<0>(value, number<std::size_t>());
+    }
+    // Each element takes bytes, so that a wrong size ends with them.
+    template <class T>
+    void get(std::vector<T>& list) {
+        list.clear();
+        for (std::size_t left = number<std::size_t>(); left > 0; --left) get(list.emplace_back());
+    }
+    template <class A, class B>
+    void get(std::pair<A, B>& value) {
+        get(value.first);
+        get(value.second);
+    }
+    template <HasFields T>
+    void get(T& value) {
+        fields(value, [this](const char*, auto& member, const auto&, const char*) { get(member); });
+    }
+    void get(FieldError& error) {
+        get(error.pointer);
+        get(error.detail);
+        get(error.allowed);
+    }
+    void get(Problem& problem) {
+        get(problem.status);
+        for (std::string* text :
+             {&problem.code, &problem.title, &problem.detail, &problem.allow, &problem.reason}) {
+            get(*text);
         }
+        get(problem.errors);
+        get(problem.retryAfterSeconds);
     }
+    void get(JobEvent& event) {
+        get(event.kind);
+        get(event.id);
+    }
+    void get(Clock::time_point& time) {
+        time = Clock::time_point(Clock::duration(number<Clock::rep>()));
+    }
+
     bool done() const { return rest_.empty(); }
     void end() const {
         if (!done()) throw std::runtime_error("a message is too long");
     }
 
 private:
-    std::string_view part(std::uint64_t size) {
+    template <class T>
+    T number() {
+        T value{};
+        get(value);
+        return value;
+    }
+    template <std::size_t index, class... Ts>
+    void getAlternative(std::variant<Ts...>& value, std::size_t wanted) {
+        if constexpr (index < sizeof...(Ts)) {
+            if (wanted == index) return get(value.template emplace<index>());
+            getAlternative<index + 1>(value, wanted);
+        } else {
+            throw std::runtime_error("a message has an unknown alternative");
+        }
+    }
+    std::string_view part(std::size_t size) {
         if (size > rest_.size()) throw std::runtime_error("a message is too short");
         const std::string_view first = rest_.substr(0, size);
         rest_.remove_prefix(size);
@@ -65,38 +170,39 @@ private:
     std::string_view rest_;
 };
 
-}  // namespace
-
-std::string packed(const Call& call) {
+template <class... Parts>
+std::string packedParts(const Parts&... parts) {
     Writer out;
-    out.text(call.method);
-    out.text(call.path);
-    out.pairs(call.query);
-    out.text(call.body);
-    out.text(call.requestId);
-    out.text(call.client);
-    out.text(call.job);
-    out.number(call.arrived.time_since_epoch().count());
-    for (const char* name : kHeaders) out.text(call.header ? call.header(name) : "");
+    (out.put(parts), ...);
     return out.take();
 }
 
-Call unpackedCall(std::string_view bytes) {
+template <class... Parts>
+void unpackParts(std::string_view bytes, Parts&... parts) {
     Reader in(bytes);
-    Call call;
-    call.method = in.text();
-    call.path = in.text();
-    in.each([&](std::string name, std::string value) {
-        call.query.emplace(std::move(name), std::move(value));
-    });
-    call.body = in.text();
-    call.requestId = in.text();
-    call.client = in.text();
-    call.job = in.text();
-    call.arrived = Clock::time_point(Clock::duration(in.number()));
-    std::array<std::string, kHeaders.size()> headers;
-    for (std::string& value : headers) value = in.text();
+    (in.get(parts), ...);
     in.end();
+}
+
+}  // namespace
+
+std::string packed(const Call& call) {
+    const std::vector<std::pair<std::string, std::string>> query(call.query.begin(),
+                                                                 call.query.end());
+    std::vector<std::string> headers;
+    for (const char* name : kHeaders) headers.push_back(call.header ? call.header(name) : "");
+    return packedParts(call.method, call.path, query, call.body, call.requestId, call.client,
+                       call.job, call.arrived, headers);
+}
+
+Call unpackedCall(std::string_view bytes) {
+    Call call;
+    std::vector<std::pair<std::string, std::string>> query;
+    std::vector<std::string> headers;
+    unpackParts(bytes, call.method, call.path, query, call.body, call.requestId, call.client,
+                call.job, call.arrived, headers);
+    if (headers.size() != kHeaders.size()) throw std::runtime_error("a message lacks headers");
+    call.query.insert(query.begin(), query.end());
     call.header = [headers = std::move(headers)](const char* name) -> std::string {
         for (std::size_t i = 0; i < kHeaders.size(); ++i) {
             if (std::strcmp(kHeaders[i], name) == 0) return headers[i];
@@ -106,42 +212,70 @@ Call unpackedCall(std::string_view bytes) {
     return call;
 }
 
+std::string packed(const FrameOrder& order) {
+    return packedParts(order.request, order.withPlan, order.requestId, order.arrived);
+}
+
+FrameOrder unpackedFrameOrder(std::string_view bytes) {
+    FrameOrder order;
+    unpackParts(bytes, order.request, order.withPlan, order.requestId, order.arrived);
+    return order;
+}
+
 std::string packed(const Answer& answer) {
-    Writer out;
-    out.number(answer.status);
-    out.text(answer.type);
-    out.text(answer.route);
-    out.text(answer.problem);
-    out.pairs(answer.headers);
-    out.text(answer.body);
-    return out.take();
+    return packedParts(answer.status, answer.type, answer.route, answer.problem, answer.job,
+                       answer.headers, answer.body);
+}
+
+Answer unpackedAnswer(std::string_view bytes) {
+    Answer answer;
+    unpackParts(bytes, answer.status, answer.type, answer.route, answer.problem, answer.job,
+                answer.headers, answer.body);
+    return answer;
+}
+
+std::string packed(const EncodedFrame& frame) {
+    return packedParts(frame.type, frame.bytes, frame.plan);
+}
+
+EncodedFrame unpackedFrame(std::string_view bytes) {
+    EncodedFrame frame;
+    unpackParts(bytes, frame.type, frame.bytes, frame.plan);
+    return frame;
+}
+
+std::string packed(const SceneReport& report) {
+    return packedParts(report.state, report.isKnown, report.failure, report.reason,
+                       report.description);
+}
+
+SceneReport unpackedSceneReport(std::string_view bytes) {
+    SceneReport report;
+    unpackParts(bytes, report.state, report.isKnown, report.failure, report.reason,
+                report.description);
+    return report;
+}
+
+std::string packed(const Problem& problem) {
+    return packedParts(problem);
+}
+
+Problem unpackedProblem(std::string_view bytes) {
+    Problem problem;
+    unpackParts(bytes, problem);
+    return problem;
 }
 
 std::string packed(const std::vector<std::string>& ids) {
     Writer out;
-    for (const std::string& id : ids) out.text(id);
+    for (const std::string& id : ids) out.put(id);
     return out.take();
 }
 
 std::vector<std::string> unpackedIds(std::string_view bytes) {
     std::vector<std::string> ids;
-    for (Reader in(bytes); !in.done();) ids.push_back(in.text());
+    for (Reader in(bytes); !in.done();) in.get(ids.emplace_back());
     return ids;
-}
-
-Answer unpackedAnswer(std::string_view bytes) {
-    Reader in(bytes);
-    Answer answer;
-    answer.status = static_cast<int>(in.number());
-    answer.type = in.text();
-    answer.route = in.text();
-    answer.problem = in.text();
-    in.each([&](std::string name, std::string value) {
-        answer.headers.emplace_back(std::move(name), std::move(value));
-    });
-    answer.body = in.text();
-    in.end();
-    return answer;
 }
 
 }  // namespace clerestory

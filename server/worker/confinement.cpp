@@ -17,7 +17,7 @@
 namespace clerestory {
 namespace {
 
-// Refused with "permission denied", so that a driver which tries goes on without.
+// Forbidden calls fail with "permission denied", which drivers handle.
 bool forbidNetwork() {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
     if (!filter) return false;
@@ -26,7 +26,7 @@ bool forbidNetwork() {
         made = made && seccomp_rule_add(filter, SCMP_ACT_ERRNO(EACCES), call, sizeof...(conditions),
                                         conditions...) == 0;
     };
-    // Pipes within the machine stay: the driver may talk to a display.
+    // Local sockets are allowed: the driver may connect to a display server.
     forbid(SCMP_SYS(socket), SCMP_A0(SCMP_CMP_NE, AF_UNIX));
     forbid(SCMP_SYS(ptrace));
     forbid(SCMP_SYS(process_vm_readv));
@@ -41,17 +41,17 @@ bool forbidNetwork() {
     return made;
 }
 
-// An allocation may come before anything else.
-constinit std::atomic<bool> memoryIsVital{false};
+// Constant-initialised: allocations happen before main().
+constinit std::atomic<bool> endWhenOutOfMemory{false};
 
 }  // namespace
 
 void endWithoutMemory() {
-    memoryIsVital = true;
+    endWhenOutOfMemory = true;
 }
 
 bool endsWithoutMemory() {
-    return memoryIsVital;
+    return endWhenOutOfMemory;
 }
 
 void endWithParent() {
@@ -62,7 +62,7 @@ void confine(std::uint64_t addressSpaceBytes) {
     const rlimit none{0, 0};
     setrlimit(RLIMIT_CORE, &none);
     if (addressSpaceBytes > 0 && !kSanitized) {
-        // The soft limit: the importer, which is a child, may have a larger one.
+        // The soft limit: the importer, a child process, may set a larger one.
         rlimit space{};
         getrlimit(RLIMIT_AS, &space);
         space.rlim_cur = std::min<rlim_t>(addressSpaceBytes, space.rlim_max);

@@ -4,16 +4,16 @@ namespace clerestory {
 
 ExclusiveGate::Entry ExclusiveGate::enter() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return !alone_ && wantAlone_ == 0; });
+    changed_.wait(lock, [&] { return !alone_ && waitingAlone_ == 0; });
     ++inside_;
     return {*this, false};
 }
 
 ExclusiveGate::Entry ExclusiveGate::enterAlone() {
     std::unique_lock lock(mutex_);
-    ++wantAlone_;
+    ++waitingAlone_;
     changed_.wait(lock, [&] { return !alone_ && inside_ == 0; });
-    --wantAlone_;
+    --waitingAlone_;
     alone_ = true;
     return {*this, true};
 }

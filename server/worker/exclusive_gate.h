@@ -1,4 +1,5 @@
-// Many at once, or one alone; whoever wants to be alone does not wait behind those who come later.
+// A lock for many threads at once or for one alone. A thread that waits to be alone is not
+// overtaken by threads that come later.
 #pragma once
 
 #include <condition_variable>
@@ -8,7 +9,7 @@ namespace clerestory {
 
 class ExclusiveGate {
 public:
-    class Entry {  // leaves when it ends
+    class Entry {  // the lock is released when it ends
     public:
         ~Entry() { gate_.leave(alone_); }
         Entry(const Entry&) = delete;
@@ -21,7 +22,7 @@ public:
         bool alone_;
     };
 
-    // Both wait until there is room.
+    // Both block until they may enter.
     Entry enter();
     Entry enterAlone();
 
@@ -31,7 +32,7 @@ private:
     std::mutex mutex_;
     std::condition_variable changed_;
     std::size_t inside_ = 0;
-    std::size_t wantAlone_ = 0;
+    std::size_t waitingAlone_ = 0;
     bool alone_ = false;
 };
 

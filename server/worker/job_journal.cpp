@@ -1,74 +1,68 @@
 #include "server/worker/job_journal.h"
 
 #include "server/api/job_routes.h"
-#include "server/worker/call_wire.h"
-#include "server/worker/worker_process.h"
 
 #include <algorithm>
 
 namespace clerestory {
-namespace {
-
-std::string headerOf(const Answer& answer, std::string_view name) {
-    for (const auto& [key, value] : answer.headers) {
-        if (key == name) return value;
-    }
-    return "";
-}
-
-// What passes by itself: a scene that loads, a full line, no renderer.
-bool comesLater(int status) {
-    return status == 409 || status == 503;
-}
-
-}  // namespace
 
 Answer JobJournal::ask(const Call& call, const Ask& ask) {
     Answer answer = ask(call);
-    if (answer.status == 202) begun(call, answer);
-    const std::string id = jobIdIn(call.path);
-    if (id.empty() || answer.status != 404) return answer;
-    const auto job = find(id);
+    if (!answer.job) return answer;
+    if (answer.job->kind == JobEvent::Kind::started) {
+        add(call, answer);
+        return answer;
+    }
+    const auto job = find(answer.job->id);
     if (!job) return answer;
     if (call.method == "DELETE") {
-        forget(id);
-        return toldJob({.id = id, .state = JobState::cancelled});
+        remove(job->id);
+        return jobAnswer({.id = job->id, .state = JobState::cancelled});
     }
-    // The same renderer let its result go; or another client had it begun again just now.
-    if (job->worker == headerOf(answer, kWorkerHeader)) return ask(call);
-    if (auto instead = begunAgain(*job, ask)) return *std::move(instead);
+    // The worker that ran it last has discarded its result; or another client's call has just
+    // restarted it.
+    if (job->worker == answer.worker) return ask(call);
+    if (auto instead = restart(*job, ask)) return *std::move(instead);
     return ask(call);
 }
 
-// What to tell instead of how far it is.
-std::optional<Answer> JobJournal::begunAgain(const Job& job, const Ask& ask) {
+// Empty if the job runs again; otherwise what to answer.
+std::optional<Answer> JobJournal::restart(const Job& job, const Ask& ask) {
     if (job.runs >= kMaxRuns) {
-        return toldJob({.id = job.id,
-                        .state = JobState::failed,
-                        .failure = "The renderer ended each of the " + std::to_string(job.runs) +
-                                   " times that it worked on this job. Post it again, or a "
-                                   "smaller one."});
+        return jobAnswer({.id = job.id,
+                          .state = JobState::failed,
+                          .failure = "The renderer ended each of the " + std::to_string(job.runs) +
+                                     " times that it worked on this job. Post it again, or a "
+                                     "smaller one."});
     }
-    Call call = unpackedCall(job.call);
+    Call call = job.call;
     call.arrived = Clock::now();
     call.job = job.id;
     const Answer answer = ask(call);
-    if (answer.status == 202) {
-        ranAgain(job.id, headerOf(answer, kWorkerHeader));
+    if (answer.job) {
+        countRun(job.id, answer.worker);
         return std::nullopt;
     }
-    if (comesLater(answer.status)) return toldJob({.id = job.id});
-    return toldJob({.id = job.id,
-                    .state = JobState::failed,
-                    .failure = "The renderer ended, and the next one refuses the job. Post it "
-                               "again to see why."});
+    if (answer.problem && isTemporary(*answer.problem)) return jobAnswer({.id = job.id});
+    return jobAnswer({.id = job.id,
+                      .state = JobState::failed,
+                      .failure = "The renderer ended, and the next one refuses the job. Post it "
+                                 "again to see why."});
 }
 
-void JobJournal::begun(const Call& call, const Answer& answer) {
-    const std::string id = jobIdIn(headerOf(answer, "Location"));
-    if (id.empty() || !call.job.empty()) return;
+void JobJournal::add(const Call& call, const Answer& answer) {
+    if (!call.job.empty()) return;
+    Job job{.id = answer.job->id, .call = call, .worker = answer.worker};
+    job.call.cancellation = nullptr;
+    // The header function may refer to the client's request, which ends with its answer.
+    job.call.header = [type = call.header ? call.header("Content-Type") : "",
+                       deadline = call.header ? call.header("Clerestory-Deadline")
+                                              : ""](const char* name) -> std::string {
+        const std::string_view wanted(name);
+        return wanted == "Content-Type" ? type : wanted == "Clerestory-Deadline" ? deadline : "";
+    };
     const std::lock_guard lock(mutex_);
-    jobs_.push_back({.id = id, .call = packed(call), .worker = headerOf(answer, kWorkerHeader)});
+    jobs_.push_back(std::move(job));
     if (jobs_.size() > kMaxJobs) jobs_.pop_front();
 }
 
@@ -79,12 +73,12 @@ std::optional<JobJournal::Job> JobJournal::find(const std::string& id) const {
     return found == jobs_.end() ? std::nullopt : std::optional(*found);
 }
 
-void JobJournal::forget(const std::string& id) {
+void JobJournal::remove(const std::string& id) {
     const std::lock_guard lock(mutex_);
     std::erase_if(jobs_, [&](const Job& job) { return job.id == id; });
 }
 
-void JobJournal::ranAgain(const std::string& id, const std::string& worker) {
+void JobJournal::countRun(const std::string& id, std::uint64_t worker) {
     const std::lock_guard lock(mutex_);
     for (Job& job : jobs_) {
         if (job.id != id || job.worker == worker) continue;

@@ -1,12 +1,12 @@
-// Jobs as the port's side remembers them. A renderer's process that ends takes its jobs with it;
-// the next one does them again when somebody asks for them, under the same id. Thread-safe.
-//
-// Does not: know what a job does, or keep results.
+// The jobs that clients started, as the server remembers them. Jobs end with their worker process;
+// when a client asks for a lost job, it is started again in the next worker, under the same id.
+// Thread-safe.
 #pragma once
 
 #include "server/base/call.h"
 
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <optional>
 
@@ -16,25 +16,25 @@ class JobJournal {
 public:
     using Ask = std::function<Answer(const Call&)>;
 
-    static constexpr int kMaxRuns = 3;           // of one job; each ended its renderer, or met it
-    static constexpr std::size_t kMaxJobs = 32;  // remembered: more than a renderer keeps
+    static constexpr int kMaxRuns = 3;           // of one job; each lost run ended with its worker
+    static constexpr std::size_t kMaxJobs = 32;  // remembered: more than a worker keeps
 
-    // `ask`: what a renderer answers, with the number of its process in kWorkerHeader. Throws what
-    // that throws.
+    // Answers any call; `ask` answers it by a worker, whose number is in Answer::worker. Throws
+    // what `ask` throws.
     Answer ask(const Call& call, const Ask& ask);
 
 private:
     struct Job {
         std::string id;
-        std::string call;  // that began it, packed
-        std::string worker;
+        Call call;  // that started it
+        std::uint64_t worker = 0;
         int runs = 1;
     };
-    void begun(const Call& call, const Answer& answer);
+    void add(const Call& call, const Answer& answer);
     std::optional<Job> find(const std::string& id) const;
-    void forget(const std::string& id);
-    void ranAgain(const std::string& id, const std::string& worker);
-    std::optional<Answer> begunAgain(const Job& job, const Ask& ask);
+    void remove(const std::string& id);
+    void countRun(const std::string& id, std::uint64_t worker);
+    std::optional<Answer> restart(const Job& job, const Ask& ask);
 
     mutable std::mutex mutex_;
     std::deque<Job> jobs_;  // oldest first

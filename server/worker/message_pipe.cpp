@@ -8,7 +8,7 @@
 namespace clerestory {
 namespace {
 
-// Of the largest frame there is as float32, with room for its plan. More is no message of ours.
+// The largest frame as float32 with its plan fits.
 constexpr std::uint64_t kMaxBytes = 512ull << 20;
 
 struct Head {
@@ -34,14 +34,14 @@ void MessagePipe::trySend(MessageKind kind, std::uint64_t id) {
     const std::unique_lock lock(sending_, std::try_to_lock);
     if (!lock) return;
     const Head head{kind, 0, id, 0};
-    // So few bytes go whole or not at all.
+    // So few bytes are sent whole or not at all.
     ::send(socket_, &head, sizeof head, MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
 std::optional<Message> MessagePipe::receive() {
     Head head{};
     if (!readAll(reinterpret_cast<char*>(&head), sizeof head)) return std::nullopt;
-    if (head.kind > MessageKind::failed || head.size > kMaxBytes) return std::nullopt;
+    if (head.kind > MessageKind::scenes || head.size > kMaxBytes) return std::nullopt;
     Message message{.kind = head.kind, .id = head.id, .bytes = std::string(head.size, '\0')};
     if (!readAll(message.bytes.data(), message.bytes.size())) return std::nullopt;
     return message;

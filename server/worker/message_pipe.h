@@ -1,4 +1,4 @@
-// Messages between two processes over a stream socket.
+// Messages between the server and a worker process, over a stream socket.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +9,27 @@
 namespace clerestory {
 
 enum class MessageKind : std::uint32_t {
-    call,      // front to worker: a packed Call
-    cancel,    // front to worker: nobody waits for the answer of this id any more
-    beat,      // worker to front, every so often: it lives
-    answer,    // worker to front: a packed Answer
-    standing,  // worker to front: calls are answered from now on
-    warm,      // worker to front: its first scene can be drawn at once
-    scenes,    // worker to front: packed ids of the scenes it holds; front to worker: of those that
-               // it is to hold
-    failed     // worker to front: why it cannot start, in words for people; then it ends
+    // Server to worker: a request, answered by a message with the same id.
+    call,        // Call
+    frame,       // FrameOrder
+    sceneQuery,  // id of a scene
+    cancel,      // the answer of this id is no longer needed
+    // Worker to server: the answer to a request.
+    answer,       // Answer
+    frameAnswer,  // EncodedFrame
+    sceneAnswer,  // SceneReport
+    refusal,      // Problem
+    // Worker to server, about itself.
+    alive,   // at a regular interval
+    ready,   // requests are answered from now on
+    warm,    // as alive; the shaders of the default scene are compiled
+    failed,  // it cannot start and ends; the message for people
+    // Ids of scenes. Worker to server: those that it has loaded; server to worker: those to load.
+    scenes
 };
 
 struct Message {
-    MessageKind kind = MessageKind::beat;
+    MessageKind kind = MessageKind::alive;
     std::uint64_t id = 0;
     std::string bytes;
 };
@@ -33,13 +41,14 @@ public:
     MessagePipe(const MessagePipe&) = delete;
     MessagePipe& operator=(const MessagePipe&) = delete;
 
-    // False: the other side has ended. From any thread; waits while the other side does not read.
+    // Returns false if the other side has ended. Thread-safe; waits while the other side does not
+    // read.
     bool send(const Message& message);
-    // Without bytes, and only if that needs no waiting. From any thread.
+    // Sends a message without bytes, unless this would block. Thread-safe.
     void trySend(MessageKind kind, std::uint64_t id);
-    // Nothing: the other side has ended, or sends what is no message. One thread.
+    // Empty if the other side has ended or sent a malformed message. For one thread.
     std::optional<Message> receive();
-    // Ends every send() and receive() there is and will be, on both sides.
+    // Ends all present and future calls of send() and receive(), on both sides.
     void shut();
 
 private:

@@ -1,9 +1,10 @@
-// What the line before a renderer in another process would say to whom it has just refused, without
-// asking it: under overload nearly all requests are refused, and the renderer needs the processor.
-// Thread-safe; waits for nobody.
+// Remembers for a moment that the render queue of the worker was full, so that the server can
+// refuse frames without asking the worker: under overload nearly all requests are refused, and the
+// worker needs the processor. Thread-safe; does not block.
 #pragma once
 
 #include "server/base/call.h"
+#include "server/base/clock.h"
 #include "server/base/problem.h"
 
 #include <mutex>
@@ -14,26 +15,28 @@ namespace clerestory {
 
 class OverloadCache {
 public:
-    // What leaves the line without our seeing it, the renderer's own work, is seen after that.
-    static constexpr std::chrono::milliseconds kLasts{100};
+    // Frames that the worker finishes for its own use are noticed after this time.
+    static constexpr std::chrono::milliseconds kLifetime{100};
 
-    // Before a call that takes a place in the line, and with its answer. A refusal counts until
-    // another call comes back, if none did in the meantime.
+    // Call begin() before a request that needs a place in the queue, and end() with its problem, if
+    // there was one. A refusal is remembered until another request ends, and only if none ended
+    // since its begin().
     using Moment = std::uint64_t;
     Moment begin() const;
-    void end(Moment begun, const std::string& client, const Answer& answer, Clock::time_point now);
+    void end(Moment begun, const std::string& client, const std::optional<Problem>& problem,
+             Clock::time_point now);
 
-    // Why this client would be refused; nothing when that is not sure.
+    // The problem with which the client would be refused; empty if that is not certain.
     std::optional<Problem> refusalFor(const std::string& client, Clock::time_point now) const;
 
 private:
     struct Refusal {
-        int retryAfterSeconds = 1;
+        Problem problem;
         Clock::time_point until;
     };
     mutable std::mutex mutex_;
     Moment moment_ = 0;
-    std::unordered_map<std::string, Refusal> refused_;
+    std::unordered_map<std::string, Refusal> refusals_;  // by client
 };
 
 }  // namespace clerestory

@@ -6,11 +6,17 @@
 
 namespace clerestory {
 
-std::uint64_t fingerprintOf(const Call& call) {
-    std::string text = call.method + '\n' + call.path + '\n';
-    for (const auto& [name, value] : call.query) text += name + '=' + value + '\n';
-    text += '\n' + call.body;
-    return hashOf(text);
+std::uint64_t fingerprintOf(const WorkerRequest& request) {
+    if (const auto* call = std::get_if<Call>(&request)) {
+        std::string text = call->method + '\n' + call->path + '\n';
+        for (const auto& [name, value] : call->query) text += name + '=' + value + '\n';
+        text += '\n' + call->body;
+        return hashOf(text);
+    }
+    if (const auto* order = std::get_if<FrameOrder>(&request)) {
+        return hashOf(packed(FrameOrder{.request = order->request, .withPlan = order->withPlan}));
+    }
+    return hashOf(std::get<SceneQuery>(request).id);
 }
 
 void Quarantine::add(std::uint64_t fingerprint, Clock::time_point now) {
@@ -20,10 +26,10 @@ void Quarantine::add(std::uint64_t fingerprint, Clock::time_point now) {
             std::min_element(until_.begin(), until_.end(),
                              [](const auto& a, const auto& b) { return a.second < b.second; }));
     }
-    until_[fingerprint] = now + kLasts;
+    until_[fingerprint] = now + kLifetime;
 }
 
-bool Quarantine::holds(std::uint64_t fingerprint, Clock::time_point now) const {
+bool Quarantine::contains(std::uint64_t fingerprint, Clock::time_point now) const {
     const std::lock_guard lock(mutex_);
     const auto found = until_.find(fingerprint);
     return found != until_.end() && now < found->second;

@@ -1,23 +1,23 @@
-// Requests that ended workers, by a fingerprint of what they ask. Thread-safe.
+// Requests that crashed workers, by fingerprint. Thread-safe.
 #pragma once
 
-#include "server/base/call.h"
+#include "server/worker/call_wire.h"
 
 #include <mutex>
 #include <unordered_map>
 
 namespace clerestory {
 
-// Equal for calls that ask for the same, whoever asks.
-std::uint64_t fingerprintOf(const Call& call);
+// Equal for requests with equal content, from any client.
+std::uint64_t fingerprintOf(const WorkerRequest& request);
 
 class Quarantine {
 public:
-    static constexpr std::chrono::minutes kLasts{10};
-    static constexpr std::size_t kMax = 4096;  // remembered; then the oldest is forgotten
+    static constexpr std::chrono::minutes kLifetime{10};
+    static constexpr std::size_t kMax = 4096;  // then the oldest entry is removed
 
     void add(std::uint64_t fingerprint, Clock::time_point now);
-    bool holds(std::uint64_t fingerprint, Clock::time_point now) const;
+    bool contains(std::uint64_t fingerprint, Clock::time_point now) const;
 
 private:
     mutable std::mutex mutex_;

@@ -8,28 +8,34 @@
 namespace clerestory {
 namespace {
 
-// How long a call waits for a worker while one starts.
+// How long a request waits for an active worker.
 constexpr std::chrono::seconds kPatience{10};
-// After a worker that ended before it answered anything, so that a machine on which none can live
-// is not kept busy with starting them.
-constexpr std::chrono::seconds kBetweenStarts{2};
-// A suspect is guilty when so many workers crash while it is alone with them; or end in any way,
-// for who takes all memory has them killed from outside.
+// After a worker that could not start.
+constexpr std::chrono::seconds kRestartInterval{2};
+// A request is quarantined after this many crashes of workers that had no other request; or ends
+// of any kind, since a process that takes all memory is killed from outside.
 constexpr int kMaxCrashes = 2, kMaxEnds = 8;
-// How soon the end of a worker is seen that nobody asked anything.
+// How soon the end of an idle worker is noticed.
 constexpr std::chrono::seconds kPollInterval{1};
 // How soon the keeper sees that the first standby may start.
 constexpr std::chrono::milliseconds kStandbyPollInterval{50};
 
-bool holdsAll(const std::vector<std::string>& there, const std::vector<std::string>& wanted) {
+bool includesAll(const std::vector<std::string>& list, const std::vector<std::string>& wanted) {
     return std::all_of(wanted.begin(), wanted.end(), [&](const std::string& id) {
-        return std::find(there.begin(), there.end(), id) != there.end();
+        return std::find(list.begin(), list.end(), id) != list.end();
     });
+}
+
+// The reply of the type that answers the request.
+template <class Reply>
+Reply expect(WorkerReply reply) {
+    if (const auto* problem = std::get_if<Problem>(&reply)) throw RequestError(*problem);
+    return std::get<Reply>(std::move(reply));
 }
 
 }  // namespace
 
-// Counts a frame from the call to its answer.
+// Counts a frame from its request to its answer.
 class Supervisor::FrameInFlight {
 public:
     FrameInFlight(Supervisor& supervisor, bool counts) : supervisor_(supervisor), counts_(counts) {
@@ -73,7 +79,7 @@ Supervisor::~Supervisor() {
 // The keeper's thread.
 void Supervisor::keep() {
     try {
-        Worker worker = started(options_.compileFastFirst && options_.standby);
+        Worker worker = start(options_.compileFastFirst && options_.standby);
         const std::lock_guard lock(mutex_);
         active_ = std::move(worker);
     } catch (...) {
@@ -83,12 +89,12 @@ void Supervisor::keep() {
     first_.set_value();
     std::unique_lock lock(mutex_);
     while (!ending_) {
-        if (active_ && !active_->alive()) lost(active_);
+        if (active_ && !active_->alive()) failOver(active_);
         if (standby_ && !standby_->alive()) {
             standby_ = nullptr;
-            shares_ = false;  // perhaps for want of memory; the next one makes do with less
+            sharesScenes_ = false;  // perhaps for lack of memory: the next one loads fewer scenes
         }
-        share();
+        shareScenes();
         if (active_ && active_->compilesFast() && standbyIsReady()) replaceFastWorker();
         if (active_ && (standby_ || !options_.standby)) {
             changed_.wait_for(lock, kPollInterval);
@@ -98,24 +104,24 @@ void Supervisor::keep() {
             changed_.wait_for(lock, kStandbyPollInterval);
             continue;
         }
-        if (active_ && Clock::now() < calmFrom_) {
-            changed_.wait_until(lock, calmFrom_);
+        if (active_ && Clock::now() < calmUntil_) {
+            changed_.wait_until(lock, calmUntil_);
             continue;
         }
         standbyStarted_ = standbyStarted_ || active_;
         lock.unlock();
         Worker worker;
         try {
-            worker = started(false);
+            worker = start(false);
         } catch (const std::exception& error) {
             logError({"no new render worker: ", error.what()});
         }
         lock.lock();
         if (!worker) {
-            changed_.wait_for(lock, kBetweenStarts, [&] { return ending_; });
+            changed_.wait_for(lock, kRestartInterval, [&] { return ending_; });
             continue;
         }
-        if (!active_ && !scenes_.empty()) worker->hold(scenes_);
+        if (!active_ && !scenes_.empty()) worker->loadScenes(scenes_);
         (active_ ? standby_ : active_) = std::move(worker);
         changed_.notify_all();
     }
@@ -133,15 +139,15 @@ bool Supervisor::standbyMustWait() {
            now < std::max(*warmSince_, lastFrameEnded_) + options_.standbyIdle;
 }
 
-// With the lock held: the standby follows the scenes of the one that answers. What it could not
-// load it is told again.
-void Supervisor::share() {
+// With the lock held: tells the standby to load the scenes of the active worker, again if it could
+// not load some.
+void Supervisor::shareScenes() {
     if (active_ && active_->warm()) scenes_ = active_->scenes();
-    const bool follows = standby_ && standby_->warm() && shares_;
-    if (follows && !holdsAll(standby_->scenes(), scenes_)) standby_->hold(scenes_);
+    const bool shares = standby_ && standby_->warm() && sharesScenes_;
+    if (shares && !includesAll(standby_->scenes(), scenes_)) standby_->loadScenes(scenes_);
 }
 
-// With the lock held. Calls that the fast worker has begun keep it alive until they are answered.
+// With the lock held. Pending requests keep the fast worker alive until they are answered.
 void Supervisor::replaceFastWorker() {
     logInfo({"optimised shaders are compiled: render worker ", std::to_string(standby_->id()),
              " replaces ", std::to_string(active_->id())});
@@ -150,72 +156,87 @@ void Supervisor::replaceFastWorker() {
     changed_.notify_all();
 }
 
-Supervisor::Worker Supervisor::started(bool compileFast) {
+Supervisor::Worker Supervisor::start(bool compileFast) {
     auto worker =
         std::make_shared<WorkerProcess>(options_.program, ++counters_.started, compileFast);
-    worker->awaitStanding();
+    worker->awaitReady();
     return worker;
 }
 
-// The worker that answers, once there is one; null when there is none until then.
-Supervisor::Worker Supervisor::active(Clock::time_point until) {
+// The active worker; null if there is none until then.
+Supervisor::Worker Supervisor::awaitActive(Clock::time_point until) {
     std::unique_lock lock(mutex_);
     changed_.wait_until(lock, until, [&] { return active_ || ending_; });
     return active_;
 }
 
-void Supervisor::ended(const Worker& worker) {
+void Supervisor::reportEnd(const Worker& worker) {
     const std::lock_guard lock(mutex_);
-    if (worker == active_) lost(worker);  // otherwise somebody else has seen it too
+    if (worker == active_) failOver(worker);  // otherwise another thread did
 }
 
-// With the lock held. By value: active_ changes.
-void Supervisor::lost(Worker worker) {
+// With the lock held. By value, since active_ changes.
+void Supervisor::failOver(Worker worker) {
     ++counters_.ended;
     if (worker->wasSilent()) ++counters_.silent;
     logError({"the render worker ", std::to_string(worker->id()), " ended",
-              (worker->wasSilent() ? ": it said nothing any more" : "")});
+              (worker->wasSilent() ? ": it sent nothing any more" : "")});
     active_ = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
     standby_ = nullptr;
-    shares_ = true;
+    sharesScenes_ = true;
     standbyStarted_ = true;
-    calmFrom_ = Clock::now() + options_.calm;
+    calmUntil_ = Clock::now() + options_.calm;
     changed_.notify_all();
 }
 
-std::optional<Answer> Supervisor::askAlone(const Call& call, std::uint64_t fingerprint) {
+// Empty if the client has left, or no worker starts.
+std::optional<WorkerReply> Supervisor::askAlone(const WorkerRequest& request,
+                                                std::uint64_t fingerprint) {
+    const auto* call = std::get_if<Call>(&request);
     const ExclusiveGate::Entry entry = gate_.enterAlone();
     for (int crashes = 0, ends = 0; crashes < kMaxCrashes && ends < kMaxEnds; ++ends) {
-        if (call.cancellation && call.cancellation->cancelled()) return std::nullopt;
-        const Worker worker = active(Clock::now() + kPatience);
+        if (call && call->cancellation && call->cancellation->cancelled()) return std::nullopt;
+        const Worker worker = awaitActive(Clock::now() + kPatience);
         if (!worker) return std::nullopt;
-        ++counters_.askedAgain;
-        if (auto answer = worker->ask(call)) return answer;
+        ++counters_.repeated;
+        if (auto reply = worker->ask(request)) return reply;
         if (!worker->wasKilled() && !worker->wasSilent()) ++crashes;
-        ended(worker);
+        reportEnd(worker);
     }
     quarantine_.add(fingerprint, Clock::now());
     ++counters_.quarantined;
     throw RequestError(quarantined());
 }
 
-Answer Supervisor::ask(const Call& call) {
-    const bool isFrame = call.path == "/v1/frames" || call.method == "POST";
+WorkerReply Supervisor::ask(const WorkerRequest& request, bool isFrame) {
     const FrameInFlight frame(*this, isFrame);
-    const std::uint64_t fingerprint = fingerprintOf(call);
-    if (quarantine_.holds(fingerprint, Clock::now())) {
+    const std::uint64_t fingerprint = fingerprintOf(request);
+    if (quarantine_.contains(fingerprint, Clock::now())) {
         ++counters_.quarantined;
         throw RequestError(quarantined());
     }
     {
         const ExclusiveGate::Entry entry = gate_.enter();
-        const Worker worker = active(Clock::now() + kPatience);
+        const Worker worker = awaitActive(Clock::now() + kPatience);
         if (!worker) throw RequestError(noWorker());
-        if (auto answer = worker->ask(call)) return *std::move(answer);
-        ended(worker);
+        if (auto reply = worker->ask(request)) return *std::move(reply);
+        reportEnd(worker);
     }
-    if (auto answer = askAlone(call, fingerprint)) return *std::move(answer);
+    if (auto reply = askAlone(request, fingerprint)) return *std::move(reply);
     throw RequestError(noWorker());
+}
+
+Answer Supervisor::ask(const Call& call) {
+    const bool isFrame = needsRenderQueue(call) || call.method == "POST";
+    return expect<Answer>(ask(WorkerRequest(call), isFrame));
+}
+
+EncodedFrame Supervisor::ask(const FrameOrder& order) {
+    return expect<EncodedFrame>(ask(WorkerRequest(order), true));
+}
+
+SceneReport Supervisor::ask(const SceneQuery& query) {
+    return expect<SceneReport>(ask(WorkerRequest(query), false));
 }
 
 std::pair<pid_t, pid_t> Supervisor::processes() const {
@@ -236,7 +257,7 @@ bool Supervisor::standbyIsWarm() const {
 // With the lock held.
 bool Supervisor::standbyIsReady() const {
     if (!active_ || !standby_ || !standby_->alive() || !standby_->warm()) return false;
-    return !shares_ || holdsAll(standby_->scenes(), active_->scenes());
+    return !sharesScenes_ || includesAll(standby_->scenes(), active_->scenes());
 }
 
 }  // namespace clerestory

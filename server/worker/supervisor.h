@@ -1,9 +1,9 @@
-// Keeps render workers: one that answers, one that is warm and waits for its turn. When the first
-// ends, the second takes its place and answers what was asked of the first; it holds the same
-// scenes by then. Thread-safe.
+// Runs the worker processes: the active one, which answers, and a standby with the same scenes
+// loaded, which replaces it when it ends, and repeats the requests that it had not answered.
+// Thread-safe.
 //
-// A call that was pending when a worker ended is a suspect: it is asked again, alone, so that what
-// happens then is its own doing. Who ends a worker twice in that way is refused for a while.
+// A request that was pending when a worker ended may be the cause. It is repeated while no other
+// request runs; if it ends workers again, it is quarantined: refused for a while.
 #pragma once
 
 #include "server/worker/exclusive_gate.h"
@@ -15,8 +15,8 @@ namespace clerestory {
 struct SupervisorOptions {
     WorkerProgram program;
     bool standby = true;
-    // The first worker compiles shaders without optimising, so that it answers sooner; the standby,
-    // which optimises, replaces it when its own are compiled. Needs a standby.
+    // The first worker compiles shaders without optimisation, so that it answers sooner. The
+    // standby compiles with optimisation, and replaces it when it is warm. Needs a standby.
     bool compileFastFirst = false;
     // The first standby starts when the active worker is warm and has had no frame to draw for
     // `standbyIdle`, so that it does not compete with a user's first frame; at the latest
@@ -28,67 +28,69 @@ struct SupervisorOptions {
     std::chrono::milliseconds calm{400};
 };
 
-// For the metrics; since the start.
+// Since the start; for the metrics.
 struct SupervisorCounters {
     std::atomic<std::uint64_t> started{0};
-    std::atomic<std::uint64_t> ended{0};        // not by us
-    std::atomic<std::uint64_t> silent{0};       // of those: killed because they said nothing
-    std::atomic<std::uint64_t> askedAgain{0};   // calls
-    std::atomic<std::uint64_t> quarantined{0};  // calls refused for what they did before
+    std::atomic<std::uint64_t> ended{0};        // by themselves or from outside
+    std::atomic<std::uint64_t> silent{0};       // of those: killed because they sent nothing
+    std::atomic<std::uint64_t> repeated{0};     // requests
+    std::atomic<std::uint64_t> quarantined{0};  // requests refused
 };
 
 class Supervisor {
 public:
-    // Returns when the first worker stands. Throws std::runtime_error with the worker's own words
-    // when it cannot.
+    // Returns when the first worker is ready. Throws std::runtime_error with the worker's own
+    // message if it cannot start.
     explicit Supervisor(const SupervisorOptions& options);
-    ~Supervisor();  // kills them
+    ~Supervisor();  // kills the workers
     Supervisor(const Supervisor&) = delete;
     Supervisor& operator=(const Supervisor&) = delete;
 
-    // The worker's answer. Throws RequestError: quarantined (422), no worker stands (503).
+    // Throws RequestError: the worker's refusal, quarantined (422), no worker (503).
     Answer ask(const Call& call);
+    EncodedFrame ask(const FrameOrder& order);
+    SceneReport ask(const SceneQuery& query);
 
     const SupervisorCounters& counters() const { return counters_; }
-    // Of the worker that answers and of the one that waits; 0 where there is none.
+    // Of the active worker and of the standby; 0 if there is none.
     std::pair<pid_t, pid_t> processes() const;
-    // How many scenes either of them holds.
-    std::pair<std::size_t, std::size_t> scenes() const;
-    // Whether the one that waits has loaded its first scene, and what the other one holds.
+    std::pair<std::size_t, std::size_t> scenes() const;  // loaded, of both
+    // Whether the standby has compiled its shaders and loaded the scenes of the active worker.
     bool standbyIsWarm() const;
 
 private:
     using Worker = std::shared_ptr<WorkerProcess>;
     class FrameInFlight;
     void keep();
-    Worker started(bool compileFast);
+    Worker start(bool compileFast);
     bool standbyIsReady() const;
-    void replaceFastWorker();
-    Worker active(Clock::time_point until);
     bool standbyMustWait();
-    void ended(const Worker& worker);
-    void lost(Worker worker);
-    void share();
-    std::optional<Answer> askAlone(const Call& call, std::uint64_t fingerprint);
+    void replaceFastWorker();
+    Worker awaitActive(Clock::time_point until);
+    void reportEnd(const Worker& worker);
+    void failOver(Worker worker);
+    void shareScenes();
+    WorkerReply ask(const WorkerRequest& request, bool isFrame);
+    std::optional<WorkerReply> askAlone(const WorkerRequest& request, std::uint64_t fingerprint);
 
     const SupervisorOptions options_;
     SupervisorCounters counters_;
     Quarantine quarantine_;
-    ExclusiveGate gate_;  // a suspect is alone in it
+    ExclusiveGate gate_;  // repeated requests enter it alone
 
     mutable std::mutex mutex_;
     mutable std::condition_variable changed_;
     Worker active_, standby_;
-    std::vector<std::string> scenes_;  // that whoever answers holds
-    Clock::time_point calmFrom_{};     // when the next standby may start
-    bool standbyStarted_ = false;      // now or earlier, or a worker was lost: no need to wait
+    std::vector<std::string> scenes_;  // that the active worker has loaded
+    Clock::time_point calmUntil_{};    // no standby starts before
+    bool standbyStarted_ = false;      // or a failover happened: the next standby starts at once
     std::optional<Clock::time_point> warmSince_;  // of the first worker
     std::size_t framesInFlight_ = 0;
     Clock::time_point lastFrameEnded_{};
-    bool shares_ = true;  // the standby is to hold them, too
+    bool sharesScenes_ = true;  // the standby is told to load them, too
     bool ending_ = false;
     std::promise<void> first_;
-    std::thread keeper_;  // starts every worker: they end when the thread that started them does
+    std::thread keeper_;  // starts all workers: each ends with the thread that started it
 };
 
 }  // namespace clerestory

@@ -1,9 +1,7 @@
 #include "server/worker/worker.h"
 
-#include "server/api/service_routes.h"
 #include "server/base/log.h"
 #include "server/base/worker_pool.h"
-#include "server/service.h"
 #include "server/worker/call_wire.h"
 #include "server/worker/confinement.h"
 #include "server/worker/message_pipe.h"
@@ -14,26 +12,26 @@
 namespace clerestory {
 namespace {
 
-constexpr std::chrono::milliseconds kBeat{200};
+constexpr std::chrono::milliseconds kHeartbeatInterval{200};
 
-// Says that this process lives, is warm, and which scenes it holds; and ends it when the renderer
-// works on one thing for too long, which no thread of a process can end.
+// Tells the server that this process lives, whether it is warm, and which scenes it has loaded.
+// Ends the process when the renderer hangs, since a thread cannot be ended.
 class Heartbeat {
 public:
-    Heartbeat(MessagePipe& pipe, std::chrono::duration<double> longest)
-        : thread_([this, &pipe, longest] {
+    Heartbeat(MessagePipe& pipe, std::chrono::duration<double> hangTime)
+        : thread_([this, &pipe, hangTime] {
               std::unique_lock lock(mutex_);
               bool warm = false;
               while (!ending_) {
-                  if (service_ && service_->queue().workingFor() > longest) {
+                  if (backend_ && backend_->queue().workingFor() > hangTime) {
                       logCritical({"the renderer worked on one thing for ",
-                                   fixedPoint(longest.count(), 0), " s"});
+                                   fixedPoint(hangTime.count(), 0), " s"});
                       std::_Exit(3);
                   }
-                  warm = warm || (service_ && service_->library().defaultIsWarm());
-                  pipe.send({.kind = warm ? MessageKind::warm : MessageKind::beat});
-                  if (warm) tellScenes(pipe);
-                  wake_.wait_for(lock, kBeat, [&] { return ending_; });
+                  warm = warm || (backend_ && backend_->library().defaultIsWarm());
+                  pipe.send({.kind = warm ? MessageKind::warm : MessageKind::alive});
+                  if (warm) sendScenes(pipe);
+                  wake_.wait_for(lock, kHeartbeatInterval, [&] { return ending_; });
               }
           }) {}
     ~Heartbeat() {
@@ -47,23 +45,23 @@ public:
     Heartbeat(const Heartbeat&) = delete;
     Heartbeat& operator=(const Heartbeat&) = delete;
 
-    void watch(Service& service) {
+    void watch(LocalBackend& backend) {
         const std::lock_guard lock(mutex_);
-        service_ = &service;
+        backend_ = &backend;
     }
 
 private:
-    void tellScenes(MessagePipe& pipe) {
-        std::string held = packed(service_->library().held());
-        if (held == told_) return;
-        pipe.send({.kind = MessageKind::scenes, .bytes = held});
-        told_ = std::move(held);
+    void sendScenes(MessagePipe& pipe) {
+        std::string scenes = packed(backend_->library().held());
+        if (scenes == sentScenes_) return;
+        pipe.send({.kind = MessageKind::scenes, .bytes = scenes});
+        sentScenes_ = std::move(scenes);
     }
 
     std::mutex mutex_;
     std::condition_variable wake_;
-    Service* service_ = nullptr;
-    std::string told_;
+    LocalBackend* backend_ = nullptr;  // null until it is created
+    std::string sentScenes_;
     bool ending_ = false;
     std::thread thread_;
 };
@@ -94,51 +92,91 @@ private:
     std::unordered_map<std::uint64_t, std::shared_ptr<CancellationToken>> list_;
 };
 
-void serve(Service& service, MessagePipe& pipe, std::size_t threads) {
+Message messageOf(MessageKind kind, std::uint64_t id, std::string bytes) {
+    return {.kind = kind, .id = id, .bytes = std::move(bytes)};
+}
+
+Message refusalOf(std::uint64_t id, const Problem& problem) {
+    return messageOf(MessageKind::refusal, id, packed(problem));
+}
+
+// The reply to a frame order or a scene query. Does not throw.
+Message replyTo(LocalBackend& backend, const Message& request) {
+    try {
+        if (request.kind == MessageKind::frame) {
+            const EncodedFrame frame = backend.draw(unpackedFrameOrder(request.bytes));
+            return messageOf(MessageKind::frameAnswer, request.id, packed(frame));
+        }
+        return messageOf(MessageKind::sceneAnswer, request.id,
+                         packed(backend.sceneReport(request.bytes)));
+    } catch (const RequestError& error) {
+        return refusalOf(request.id, error.problem());
+    } catch (const std::exception& error) {
+        logError({"a request of the server failed: ", error.what()});
+        return refusalOf(request.id, internalError());
+    }
+}
+
+void serve(LocalBackend& backend, MessagePipe& pipe, std::size_t threads) {
     CancellationTokens tokens;
     WorkerPool pool(threads);
     while (auto message = pipe.receive()) {
-        if (message->kind == MessageKind::cancel) tokens.cancel(message->id);
-        if (message->kind == MessageKind::scenes)
-            service.library().hold(unpackedIds(message->bytes));
-        if (message->kind != MessageKind::call) continue;
-        Call call = unpackedCall(message->bytes);
-        call.cancellation = tokens.add(message->id);
-        pool.run([&service, &pipe, &tokens, id = message->id, call = std::move(call)] {
-            const Answer answer = answerTo(service, call);
-            tokens.remove(id);
-            pipe.send({.kind = MessageKind::answer, .id = id, .bytes = packed(answer)});
-        });
+        switch (message->kind) {
+            case MessageKind::cancel:
+                tokens.cancel(message->id);
+                break;
+            case MessageKind::scenes:
+                backend.library().hold(unpackedIds(message->bytes));
+                break;
+            case MessageKind::call: {
+                Call call = unpackedCall(message->bytes);
+                call.cancellation = tokens.add(message->id);
+                pool.run([&backend, &pipe, &tokens, id = message->id, call = std::move(call)] {
+                    const Answer answer = backend.answer(call);
+                    tokens.remove(id);
+                    pipe.send(messageOf(MessageKind::answer, id, packed(answer)));
+                });
+                break;
+            }
+            case MessageKind::frame:
+            case MessageKind::sceneQuery:
+                pool.run([&backend, &pipe, request = *std::move(message)] {
+                    pipe.send(replyTo(backend, request));
+                });
+                break;
+            default:
+                break;
+        }
     }
-    // The front has ended, and with it everybody who waits for an answer.
+    // The server has ended: nothing waits for an answer any more.
     std::_Exit(0);
 }
 
 }  // namespace
 
-int runWorker(const Config& config) {
+int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
     endWithParent();
-    std::signal(SIGINT, SIG_IGN);  // the front alone is told to stop
+    std::signal(SIGINT, SIG_IGN);  // only the server reacts to them
     std::signal(SIGTERM, SIG_IGN);
-    setLogLevel(config.logLevel);
+    setLogLevel(options.logLevel);
     MessagePipe pipe(kWorkerSocket);
-    Heartbeat beating(pipe, std::chrono::duration<double>(config.hangSeconds));
+    Heartbeat heartbeat(pipe, std::chrono::duration<double>(options.hangSeconds));
     try {
-        confine(config.workerMemoryBytes);
+        confine(options.memoryBytes);
         endWithoutMemory();
-        Config own = config;
+        LocalBackendOptions own = given;
         own.renderer.whenReset = [] {
             logCritical({"the GPU was reset: this renderer ends"});
             std::_Exit(4);
         };
-        Service service(own);
-        beating.watch(service);
-        pipe.send({.kind = MessageKind::standing});
-        serve(service, pipe, config.queue + config.http.threads);
+        LocalBackend backend(own);
+        heartbeat.watch(backend);
+        pipe.send({.kind = MessageKind::ready});
+        serve(backend, pipe, options.threads);
     } catch (const std::exception& error) {
         pipe.send({.kind = MessageKind::failed, .bytes = error.what()});
     }
-    // What a half-made service holds is not worth an orderly end.
+    // A half-made backend is not destroyed: that could block.
     std::_Exit(2);
 }
 

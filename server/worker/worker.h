@@ -1,16 +1,23 @@
-// The worker's side: a process that owns the renderer and the scenes, and answers the calls that
-// come through its pipe. It ends when its front does.
+// The main function of a worker process, which owns the renderer and the scenes and answers the
+// requests that come through its pipe. It ends when its server ends.
 #pragma once
 
-#include "server/config.h"
+#include "server/backend/local_backend.h"
 
 namespace clerestory {
 
-// What stands for `serve` on a worker's command line, and where it finds its pipe.
+// The worker's command, in the place of `serve`, and the descriptor of its pipe.
 inline constexpr const char* kWorkerCommand = "worker";
 inline constexpr int kWorkerSocket = 3;
 
-// Answers calls until the front ends; returns the exit code.
-int runWorker(const Config& config);
+struct WorkerOptions {
+    std::size_t threads = 16;       // that answer requests, at most
+    double hangSeconds = 60.0;      // the process ends when one piece of work takes longer
+    std::uint64_t memoryBytes = 0;  // of address space; 0: any
+    std::string logLevel = "info";
+};
+
+// Answers requests until the server ends; returns the exit code.
+int runWorker(const WorkerOptions& options, const LocalBackendOptions& backend);
 
 }  // namespace clerestory

@@ -1,7 +1,6 @@
 #include "server/worker/worker_process.h"
 
 #include "server/scenes/shader_cache.h"
-#include "server/worker/call_wire.h"
 #include "server/worker/confinement.h"
 #include "server/worker/worker.h"
 
@@ -23,8 +22,8 @@ std::runtime_error failure(const char* what) {
     return std::runtime_error(std::string("the render worker: ") + what + " failed");
 }
 
-// The worker's end of the pipe becomes kWorkerSocket; no other descriptor reaches it but the
-// standard streams, so that its log joins ours.
+// The worker inherits its end of the pipe as kWorkerSocket, and the standard streams, so that its
+// log goes to ours; no other descriptor.
 pid_t spawned(const WorkerProgram& worker, int socket, bool compileFast) {
     const std::filesystem::path program =
         worker.file.empty() ? std::filesystem::path("/proc/self/exe") : worker.file;
@@ -50,7 +49,7 @@ pid_t spawned(const WorkerProgram& worker, int socket, bool compileFast) {
     sigset_t none;
     sigemptyset(&none);
     posix_spawnattr_setsigmask(&attributes, &none);
-    // Ctrl-C at a terminal is for the front alone, which still needs its workers then.
+    // Ctrl-C at a terminal must reach only the server, which still needs its workers.
     posix_spawnattr_setpgroup(&attributes, 0);
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
     pid_t id = -1;
@@ -60,6 +59,32 @@ pid_t spawned(const WorkerProgram& worker, int socket, bool compileFast) {
     posix_spawnattr_destroy(&attributes);
     if (status != 0) throw failure("starting it");
     return id;
+}
+
+Message messageOf(const WorkerRequest& request) {
+    if (const auto* call = std::get_if<Call>(&request)) {
+        return {.kind = MessageKind::call, .bytes = packed(*call)};
+    }
+    if (const auto* order = std::get_if<FrameOrder>(&request)) {
+        return {.kind = MessageKind::frame, .bytes = packed(*order)};
+    }
+    return {.kind = MessageKind::sceneQuery, .bytes = std::get<SceneQuery>(request).id};
+}
+
+// Empty for a message that is no reply. Throws std::runtime_error for a malformed one.
+std::optional<WorkerReply> replyIn(const Message& message) {
+    switch (message.kind) {
+        case MessageKind::answer:
+            return unpackedAnswer(message.bytes);
+        case MessageKind::frameAnswer:
+            return unpackedFrame(message.bytes);
+        case MessageKind::sceneAnswer:
+            return unpackedSceneReport(message.bytes);
+        case MessageKind::refusal:
+            return unpackedProblem(message.bytes);
+        default:
+            return std::nullopt;
+    }
 }
 
 }  // namespace
@@ -90,28 +115,30 @@ WorkerProcess::~WorkerProcess() {
     watcher_.join();
 }
 
-void WorkerProcess::awaitStanding() {
-    stands_.get();
+void WorkerProcess::awaitReady() {
+    ready_.get();
 }
 
-std::optional<Answer> WorkerProcess::ask(const Call& call) {
-    Message message{.kind = MessageKind::call, .bytes = packed(call)};
-    std::future<std::optional<Answer>> answer;
-    std::uint64_t id = 0;
+std::optional<WorkerReply> WorkerProcess::ask(const WorkerRequest& request) {
+    Message message = messageOf(request);
+    std::future<std::optional<WorkerReply>> reply;
     {
         const std::lock_guard lock(mutex_);
         if (ended_) return std::nullopt;
-        id = nextId_++;
-        answer = waiting_[id].get_future();
+        message.id = nextId_++;
+        reply = waiting_[message.id].get_future();
     }
-    message.id = id;
     pipe_->send(message);
-    if (call.cancellation) {
-        call.cancellation->onCancel([this, id] { pipe_->trySend(MessageKind::cancel, id); });
+    const auto* call = std::get_if<Call>(&request);
+    CancellationToken* const token = call ? call->cancellation.get() : nullptr;
+    if (token) {
+        token->onCancel([this, id = message.id] { pipe_->trySend(MessageKind::cancel, id); });
     }
-    auto result = answer.get();
-    if (call.cancellation) call.cancellation->onCancel(nullptr);
-    if (result) result->headers.emplace_back(kWorkerHeader, std::to_string(number_));
+    auto result = reply.get();
+    if (token) token->onCancel(nullptr);
+    if (!result) return result;
+    if (auto* answer = std::get_if<Answer>(&*result)) answer->worker = number_;
+    if (auto* report = std::get_if<SceneReport>(&*result)) report->worker = number_;
     return result;
 }
 
@@ -120,51 +147,50 @@ std::vector<std::string> WorkerProcess::scenes() {
     return scenes_;
 }
 
-void WorkerProcess::hold(const std::vector<std::string>& scenes) {
+void WorkerProcess::loadScenes(const std::vector<std::string>& scenes) {
     pipe_->send({.kind = MessageKind::scenes, .bytes = packed(scenes)});
 }
 
-// The listener's thread: until the worker ends, which closes its end, or somebody shuts ours.
+// The listener's thread: until the worker ends, which closes its end, or the pipe is shut down.
 void WorkerProcess::listen() {
     bool sound = true;
     try {
         while (sound) {
             auto message = pipe_->receive();
             if (!message) break;
-            sound = heard(*message);
+            sound = handle(*message);
         }
-    } catch (const std::exception&) {  // no answer at all, or no memory for it
+    } catch (const std::exception&) {  // a malformed message, or no memory for it
         sound = false;
     }
     end(!sound);
 }
 
-// False for what no worker of ours says.
-bool WorkerProcess::heard(const Message& message) {
-    // Before it is taken from those that wait: what cannot be read leaves it with the others.
-    std::optional<Answer> answer;
-    if (message.kind == MessageKind::answer) answer = unpackedAnswer(message.bytes);
+// Returns false for a message that no sound worker sends.
+bool WorkerProcess::handle(const Message& message) {
+    // First, since it can throw: then the request stays among those that wait.
+    std::optional<WorkerReply> reply = replyIn(message);
     std::vector<std::string> scenes;
     if (message.kind == MessageKind::scenes) scenes = unpackedIds(message.bytes);
-    std::promise<std::optional<Answer>> promise;
+    std::promise<std::optional<WorkerReply>> promise;
     {
         const std::lock_guard lock(mutex_);
         lastHeard_ = Clock::now();
         if (message.kind == MessageKind::scenes) scenes_ = std::move(scenes);
-        if (message.kind == MessageKind::failed) lastWords_ = message.bytes;
-        if (answer) {
+        if (message.kind == MessageKind::failed) failure_ = message.bytes;
+        if (reply) {
             const auto found = waiting_.find(message.id);
-            if (found == waiting_.end()) return false;  // it answers twice
+            if (found == waiting_.end()) return false;  // a second answer
             promise = std::move(found->second);
             waiting_.erase(found);
         }
     }
     if (message.kind == MessageKind::warm) warm_ = true;
-    if (message.kind == MessageKind::standing) {
-        if (stands_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return false;
-        standing_.set_value();
+    if (message.kind == MessageKind::ready) {
+        if (ready_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return false;
+        readyPromise_.set_value();
     }
-    if (answer) promise.set_value(std::move(answer));
+    if (reply) promise.set_value(std::move(reply));
     return true;
 }
 
@@ -175,7 +201,7 @@ void WorkerProcess::end(bool byUs) {
     while (waitpid(id_, &status, 0) < 0 && errno == EINTR) {
     }
     killed_ = !byUs && !silent_ && WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
-    std::unordered_map<std::uint64_t, std::promise<std::optional<Answer>>> unanswered;
+    std::unordered_map<std::uint64_t, std::promise<std::optional<WorkerReply>>> unanswered;
     {
         const std::lock_guard lock(mutex_);
         ended_ = true;
@@ -183,26 +209,25 @@ void WorkerProcess::end(bool byUs) {
     }
     ending_.notify_all();
     for (auto& [id, promise] : unanswered) promise.set_value(std::nullopt);
-    if (stands_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    if (ready_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
         const bool noMemory = WIFEXITED(status) && WEXITSTATUS(status) == kEndedWithoutMemory;
-        if (lastWords_.empty()) {
-            lastWords_ = noMemory ? "the render worker had too little memory to start"
-                                  : "the render worker ended before it stood";
+        if (failure_.empty()) {
+            failure_ = noMemory ? "the render worker had too little memory to start"
+                                : "the render worker ended before it was ready";
         }
-        standing_.set_exception(std::make_exception_ptr(std::runtime_error(lastWords_)));
+        readyPromise_.set_exception(std::make_exception_ptr(std::runtime_error(failure_)));
     }
 }
 
-// The watcher's thread: a worker that does not even beat is stopped, or so starved that another one
-// is better.
+// The watcher's thread: kills a worker that sends nothing; it hangs, or gets too little time.
 void WorkerProcess::watch() {
     std::unique_lock lock(mutex_);
     while (!ended_) {
-        // Not a moment later than that: somebody waits for what it would have answered.
         const auto until = lastHeard_ + silence_;
         if (ending_.wait_until(lock, until, [&] { return ended_.load(); })) return;
         const auto now = Clock::now();
-        // When this process slept, the machine did, and the worker has had no time to speak either.
+        // If this thread slept much longer, the whole machine was suspended, and the worker had no
+        // time either.
         if (now > until + silence_ / 4) lastHeard_ = now;
         if (lastHeard_ + silence_ > now) continue;
         silent_ = true;

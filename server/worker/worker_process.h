@@ -1,7 +1,8 @@
-// One render worker as the front sees it: a process that answers calls until it ends.
+// One worker process as the server sees it: it answers requests until it ends.
 #pragma once
 
 #include "server/base/call.h"
+#include "server/worker/call_wire.h"
 #include "server/worker/message_pipe.h"
 
 #include <atomic>
@@ -20,38 +21,36 @@ namespace clerestory {
 struct WorkerProgram {
     std::filesystem::path file;          // empty: this program
     std::vector<std::string> arguments;  // those of `clerestory serve`
-    // A worker that says nothing for so long, not even that it lives, is killed.
+    // A worker that sends nothing for this long, not even MessageKind::alive, is killed.
     std::chrono::milliseconds silence{3000};
 };
 
-// Of every answer of a worker: its number.
-inline constexpr const char* kWorkerHeader = "Clerestory-Worker";
-
 class WorkerProcess {
 public:
-    // `number`: which of its front's workers it is, from 1. Throws std::runtime_error when no
-    // process can be made.
-    // `compileFast`: its driver compiles shaders without optimising (server/scenes/shader_cache.h).
+    // `number`: workers of a server are numbered from 1. `compileFast`: its driver compiles shaders
+    // without optimisation (server/scenes/shader_cache.h). Throws std::runtime_error if no process
+    // can be started.
     WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast = false);
     ~WorkerProcess();  // kills it
     WorkerProcess(const WorkerProcess&) = delete;
     WorkerProcess& operator=(const WorkerProcess&) = delete;
 
-    // Waits until it answers calls. Throws std::runtime_error with its own words when it cannot.
-    void awaitStanding();
+    // Waits until it answers requests. Throws std::runtime_error with its own message if it cannot
+    // start.
+    void awaitReady();
 
-    // Nothing: it ended before it answered.
-    std::optional<Answer> ask(const Call& call);
+    // Empty if the process ended before it answered.
+    std::optional<WorkerReply> ask(const WorkerRequest& request);
 
-    // The scenes it holds, the one that was used last at the end.
+    // The scenes that it has loaded, the most recently used one last.
     std::vector<std::string> scenes();
-    // Has it load these, too, in time.
-    void hold(const std::vector<std::string>& scenes);
+    // Tells it to load these scenes when it has time.
+    void loadScenes(const std::vector<std::string>& scenes);
 
-    bool warm() const { return warm_; }  // its first scene can be drawn at once
+    bool warm() const { return warm_; }  // the shaders of the default scene are compiled
     bool alive() const { return !ended_; }
-    bool wasSilent() const { return silent_; }  // killed for that
-    // Ended by a signal that nobody can send to himself by mistake, and that we did not send.
+    bool wasSilent() const { return silent_; }  // it was killed because it sent nothing
+    // It was ended by SIGKILL from outside, such as for lack of memory.
     bool wasKilled() const { return killed_; }
     pid_t id() const { return id_; }
     std::uint64_t number() const { return number_; }
@@ -59,7 +58,7 @@ public:
 
 private:
     void listen();
-    bool heard(const Message& message);
+    bool handle(const Message& message);
     void watch();
     void end(bool byUs);
 
@@ -68,13 +67,13 @@ private:
     const bool compilesFast_;
     pid_t id_ = -1;
     std::unique_ptr<MessagePipe> pipe_;
-    std::promise<void> standing_;
-    std::shared_future<void> stands_{standing_.get_future().share()};
+    std::promise<void> readyPromise_;
+    std::shared_future<void> ready_{readyPromise_.get_future().share()};
     std::mutex mutex_;
     std::condition_variable ending_;
-    std::unordered_map<std::uint64_t, std::promise<std::optional<Answer>>> waiting_;
+    std::unordered_map<std::uint64_t, std::promise<std::optional<WorkerReply>>> waiting_;
     std::uint64_t nextId_ = 1;
-    std::string lastWords_;
+    std::string failure_;  // why it could not start
     std::vector<std::string> scenes_;
     std::atomic<bool> ended_{false}, warm_{false}, silent_{false}, killed_{false};
     Clock::time_point lastHeard_ = Clock::now();

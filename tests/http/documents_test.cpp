@@ -2,7 +2,6 @@
 #include "tests/support/test_server.h"
 
 #include "comparison/comparison_request.h"
-#include "server/api/server_routes.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -69,7 +68,10 @@ TEST(Documents, OpenApiListsEveryFieldAndEveryRoute) {
     EXPECT_EQ(presets.size(), 3u);
     EXPECT_EQ(presets["draft"]["generations"], accuracyOf(Preset::draft).generations);
     EXPECT_EQ(properties["camera"]["properties"]["position"]["maxItems"], 3);
-    for (auto [path, method] : routePaths()) {
+    auto paths = sharedServer().server().routes().paths();
+    const auto ofRenderer = sharedServer().backend().routes().paths();
+    paths.insert(paths.end(), ofRenderer.begin(), ofRenderer.end());
+    for (auto [path, method] : paths) {
         std::transform(method.begin(), method.end(), method.begin(), ::tolower);
         EXPECT_TRUE(document["paths"][path].contains(method)) << path;
     }

@@ -3,7 +3,6 @@
 #include "server/worker/job_journal.h"
 #include "server/api/job_routes.h"
 #include "server/worker/overload_cache.h"
-#include "server/worker/worker_process.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +20,7 @@ class Renderers {
 public:
     Answer operator()(const Call& call) {
         Answer answer = answerTo(call);
-        answer.headers.emplace_back(kWorkerHeader, std::to_string(number_));
+        answer.worker = number_;
         return answer;
     }
     void end() {
@@ -29,24 +28,26 @@ public:
         jobs_.clear();
     }
     void letResultsGo() { jobs_.clear(); }
-    void refuseWith(int status) { refusal_ = status; }
+    void refuseWith(std::optional<Problem> problem) { refusal_ = std::move(problem); }
     int begun() const { return begun_; }
 
 private:
     Answer answerTo(const Call& call) {
         if (call.method == "POST") {
-            if (refusal_ != 0) return {.status = refusal_};
+            if (refusal_) return problemAnswer(*refusal_, "");
             ++begun_;
             const std::string id = call.job.empty() ? "job-" + std::to_string(begun_) : call.job;
             jobs_.insert(id);
             EXPECT_EQ(call.body, "the work");
-            return accepted({.id = id});
+            return jobStarted({.id = id});
         }
-        const std::string id = jobIdIn(call.path);
-        if (!jobs_.contains(id)) return {.status = 404};
-        return toldJob({.id = id, .state = JobState::running, .progress = 0.5});
+        const std::string id = call.path.substr(call.path.rfind('/') + 1);
+        if (!jobs_.contains(id)) return jobUnknown(id, "");
+        return jobAnswer({.id = id, .state = JobState::running, .progress = 0.5});
     }
-    int number_ = 1, begun_ = 0, refusal_ = 0;
+    std::uint64_t number_ = 1;
+    int begun_ = 0;
+    std::optional<Problem> refusal_;
     std::set<std::string> jobs_;
 };
 
@@ -93,13 +94,13 @@ TEST_F(JobJournalTest, AJobThatCrashesRenderersFails) {
 TEST_F(JobJournalTest, AJobWaitsUntilTheRendererIsReady) {
     const std::string id = post();
     renderers.end();
-    renderers.refuseWith(409);
+    renderers.refuseWith(stillLoading("It is loading."));
     EXPECT_EQ(told(id).at("state"), "queued");
     EXPECT_EQ(told(id).at("state"), "queued");
-    renderers.refuseWith(0);
+    renderers.refuseWith(std::nullopt);
     EXPECT_EQ(told(id).at("state"), "running");
     renderers.end();
-    renderers.refuseWith(422);
+    renderers.refuseWith(invalidFields({}));
     EXPECT_EQ(told(id).at("state"), "failed");
 }
 
@@ -129,21 +130,17 @@ TEST_F(JobJournalTest, TheNumberOfJobsIsBounded) {
 
 // ---- a full line ---------------------------------------------------------------------------
 
-Answer full(int seconds) {
-    return {.status = 503,
-            .headers = {{"Retry-After", std::to_string(seconds)}},
-            .problem = queueFull(1).code};
-}
+const std::optional<Problem> kNoProblem;
 
 TEST(OverloadCache, RejectsAgainUntilAResponseArrives) {
     const Clock::time_point now{};
     OverloadCache line;
     EXPECT_FALSE(line.refusalFor("a", now));
-    line.end(line.begin(), "a", full(7), now);
+    line.end(line.begin(), "a", queueFull(7), now);
     ASSERT_TRUE(line.refusalFor("a", now));
     EXPECT_EQ(line.refusalFor("a", now)->retryAfterSeconds, 7);
     EXPECT_FALSE(line.refusalFor("b", now)) << "who has fewer frames there may push in";
-    line.end(line.begin(), "b", {.status = 200}, now);
+    line.end(line.begin(), "b", kNoProblem, now);
     EXPECT_FALSE(line.refusalFor("a", now));
 }
 
@@ -151,17 +148,18 @@ TEST(OverloadCache, ARejectionFromBeforeAPlaceWasFreeIsStale) {
     const Clock::time_point now{};
     OverloadCache line;
     const OverloadCache::Moment begun = line.begin();
-    line.end(line.begin(), "b", {.status = 200}, now);
-    line.end(begun, "a", full(1), now);
+    line.end(line.begin(), "b", kNoProblem, now);
+    line.end(begun, "a", queueFull(1), now);
     EXPECT_FALSE(line.refusalFor("a", now));
 }
 
 TEST(OverloadCache, RejectionsExpire) {
     const Clock::time_point now{};
     OverloadCache line;
-    line.end(line.begin(), "a", full(1), now);
-    EXPECT_TRUE(line.refusalFor("a", now + OverloadCache::kLasts - std::chrono::milliseconds(1)));
-    EXPECT_FALSE(line.refusalFor("a", now + OverloadCache::kLasts));
+    line.end(line.begin(), "a", queueFull(1), now);
+    EXPECT_TRUE(
+        line.refusalFor("a", now + OverloadCache::kLifetime - std::chrono::milliseconds(1)));
+    EXPECT_FALSE(line.refusalFor("a", now + OverloadCache::kLifetime));
 }
 
 }  // namespace

@@ -12,8 +12,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Jobs::Work saying(std::string json) {
-    return [json](const JobControl&) { return JobResult{.json = json, .pictures = {}}; };
+// A result that can be told from others.
+JobResult resultOf(double number) {
+    return {.value = Curve{.points = {}, .relMseNoise = number}, .pictures = {}};
+}
+
+double numberOf(const JobResult& result) {
+    return std::get<Curve>(result.value).relMseNoise;
+}
+
+Jobs::Work saying(double number) {
+    return [number](const JobControl&) { return resultOf(number); };
 }
 
 std::function<Jobs::Work(const std::string&)> simply(Jobs::Work work) {
@@ -38,7 +47,7 @@ struct BlockingWork {
             entered.set_value();
             opened.wait();
             const bool wanted = control.proceed(0.125);
-            return JobResult{.json = wanted ? "1" : "0", .pictures = {}};
+            return resultOf(wanted ? 1 : 0);
         };
     }
 };
@@ -48,7 +57,7 @@ TEST(Jobs, AResultIsStoredUnderItsId) {
     std::string told;
     const JobStatus started = jobs.start([&](const std::string& id) {
         told = id;
-        return saying("42");
+        return saying(42);
     });
     EXPECT_EQ(started.id, told);
     EXPECT_EQ(started.id.size(), 32u);
@@ -56,7 +65,7 @@ TEST(Jobs, AResultIsStoredUnderItsId) {
     EXPECT_EQ(status.state, JobState::done);
     EXPECT_EQ(status.progress, 1.0);
     ASSERT_TRUE(status.result);
-    EXPECT_EQ(status.result->json, "42");
+    EXPECT_EQ(numberOf(*status.result), 42);
     EXPECT_EQ(jobs.cancel(started.id).state, JobState::done) << "what is done stays done";
 }
 
@@ -65,10 +74,10 @@ TEST(Jobs, ProgressIsMonotonicAndTheQueueIsBounded) {
     BlockingWork gate;
     const std::string running = jobs.start(simply(gate.work())).id;
     gate.entered.get_future().wait();
-    const std::string waiting = jobs.start(simply(saying("2"))).id;
+    const std::string waiting = jobs.start(simply(saying(2))).id;
     EXPECT_EQ(jobs.find(waiting).state, JobState::queued);
     try {
-        jobs.start(simply(saying("3")));
+        jobs.start(simply(saying(3)));
         FAIL() << "a third job was taken";
     } catch (const RequestError& error) {
         EXPECT_EQ(error.problem().status, 503);
@@ -78,7 +87,7 @@ TEST(Jobs, ProgressIsMonotonicAndTheQueueIsBounded) {
     gate.open.set_value();
     const JobStatus status = ended(jobs, running);
     EXPECT_EQ(status.state, JobState::done);
-    EXPECT_EQ(status.result->json, "1");
+    EXPECT_EQ(numberOf(*status.result), 1);
     EXPECT_EQ(jobs.find(waiting).state, JobState::cancelled) << "it ran although cancelled";
 }
 
@@ -113,9 +122,9 @@ TEST(Jobs, AFailureHasAMessageWithoutInternals) {
 
 TEST(Jobs, OldResultsAreEvicted) {
     Jobs jobs(1);
-    const std::string first = jobs.start(simply(saying("0"))).id;
+    const std::string first = jobs.start(simply(saying(0))).id;
     ended(jobs, first);
-    for (int i = 0; i < 16; ++i) ended(jobs, jobs.start(simply(saying("1"))).id);
+    for (int i = 0; i < 16; ++i) ended(jobs, jobs.start(simply(saying(1))).id);
     EXPECT_THROW(jobs.find(first), RequestError);
 }
 

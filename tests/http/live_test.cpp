@@ -108,7 +108,7 @@ TEST(Live, ManyViewersShareOneFrame) {
     TestServer server;
     auto client = server.client();
     const auto drawn = [&] {
-        return server.service().queue().run(10s, [](Renderer& r) { return r.counters().frames; });
+        return server.backend().queue().run(10s, [](Renderer& r) { return r.counters().frames; });
     };
     ASSERT_EQ(put(client, "stage", viewFrom(0)), 204);
     const auto before = drawn();

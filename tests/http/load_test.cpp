@@ -90,7 +90,7 @@ TEST(Load, AFullQueueRejectsImmediatelyWithRetryAfter) {
             status = result ? result->status : 0;
         });
     }
-    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 2; }));
+    ASSERT_TRUE(soon([&] { return server.backend().queue().depth() == 2; }));
     const auto start = Clock::now();
     const auto refused = postJson(client, "/v1/frames", smallFrame());
     EXPECT_LT(millisecondsSince(start), 1000.0);
@@ -118,16 +118,16 @@ TEST(Load, AFramePastItsDeadlineIsNotDrawn) {
     EXPECT_GE(millisecondsSince(start), 1900.0);
     EXPECT_LT(millisecondsSince(start), 10000.0);
     hold.reset();
-    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 0; }));
+    ASSERT_TRUE(soon([&] { return server.backend().queue().depth() == 0; }));
     std::promise<std::uint64_t> frames;
-    server.service().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
+    server.backend().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
     EXPECT_EQ(frames.get_future().get(), 1u) << "the dropped one was drawn";
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
 }
 
 std::uint64_t framesDrawn(TestServer& server) {
     std::promise<std::uint64_t> frames;
-    server.service().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
+    server.backend().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
     return frames.get_future().get();
 }
 
@@ -143,12 +143,12 @@ TEST(Load, FramesOfDisconnectedClientsAreNotDrawn) {
         clients.emplace_back(server.server().port());
         clients.back().send(post("/v1/frames", smallFrame()));
     }
-    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 6; }));
+    ASSERT_TRUE(soon([&] { return server.backend().queue().depth() == 6; }));
     clients[0].reset();
     clients[1].reset();
     clients[2].halfClose();
     clients.pop_back();
-    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == 2; }));
+    ASSERT_TRUE(soon([&] { return server.backend().queue().depth() == 2; }));
     hold.reset();
     for (const int i : {3, 4}) {
         EXPECT_EQ(statusOf(clients[static_cast<std::size_t>(i)].answer(60)), 200);
@@ -168,7 +168,7 @@ TEST(Load, AClientMaySetADeadline) {
         auto hold = server.holdRenderer();
         const httplib::Headers soonEnough = {{"Clerestory-Deadline", "300"}};
         problemOf(client.Post("/v1/frames", soonEnough, smallFrame(), "application/json"), 504);
-        EXPECT_EQ(server.service().queue().depth(), 0u) << "the queue is empty";
+        EXPECT_EQ(server.backend().queue().depth(), 0u) << "the queue is empty";
     }
     EXPECT_EQ(framesDrawn(server), before);
     for (const char* wrong : {"soon", "-1", "0", "1.5", "99999999999999999999"}) {
@@ -191,7 +191,7 @@ TEST(Load, StoppingCompletesRunningFramesAndRejectsTheRest) {
             status = result ? result->status : 0;
         });
     }
-    ASSERT_TRUE(soon([&] { return server.service().queue().depth() == statuses.size(); }));
+    ASSERT_TRUE(soon([&] { return server.backend().queue().depth() == statuses.size(); }));
     std::thread stopping([&] { server.stop(); });
     // Asked before the stop took hold, a client would wait behind the hold: it gives up and asks
     // again.

@@ -260,7 +260,7 @@ TEST(Sequences, OtherFramesAreServedMeanwhileAndDisconnectingEndsTheSequence) {
     EXPECT_GE(taken, 100'000u);
     // Its frames stop: soon the renderer is drawing none.
     const auto drawn = [&] {
-        return server.service().queue().run(std::chrono::seconds(10), [](Renderer& renderer) {
+        return server.backend().queue().run(std::chrono::seconds(10), [](Renderer& renderer) {
             return renderer.counters().frames;
         });
     };

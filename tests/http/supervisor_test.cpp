@@ -5,10 +5,12 @@
 #include "server/worker/exclusive_gate.h"
 #include "server/worker/worker.h"
 
+#include "server/api/frame_json.h"
 #include "server/base/problem.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <csignal>
 #include <cstring>
@@ -28,7 +30,7 @@ using namespace std::chrono_literals;
 
 void beatFor(MessagePipe& pipe, std::chrono::milliseconds time) {
     for (const auto end = Clock::now() + time; Clock::now() < end;) {
-        pipe.send({.kind = MessageKind::beat});
+        pipe.send({.kind = MessageKind::alive});
         std::this_thread::sleep_for(10ms);
     }
 }
@@ -39,7 +41,7 @@ int playWorker(int argc, char** argv) {
         pipe.send({.kind = MessageKind::failed, .bytes = "no driver here"});
         return 2;
     }
-    pipe.send({.kind = MessageKind::standing});
+    pipe.send({.kind = MessageKind::ready});
     pipe.send({.kind = MessageKind::warm});
     std::thread([&pipe] { beatFor(pipe, 1h); }).detach();
     std::set<std::uint64_t> cancelled;
@@ -141,14 +143,50 @@ TEST(CallWire, RoundTripPreservesEverything) {
                         .body = std::string(100'000, 'x'),
                         .headers = {{"ETag", "\"1\""}},
                         .route = "/v1/frames",
-                        .problem = "code"};
+                        .problem = Problem{.status = 422,
+                                           .code = "code",
+                                           .errors = {{"/a", "b", "c"}},
+                                           .retryAfterSeconds = 7},
+                        .job = JobEvent{JobEvent::Kind::unknown, "id"}};
     const Answer again = unpackedAnswer(packed(answer));
     EXPECT_EQ(again.status, answer.status);
     EXPECT_EQ(again.type, answer.type);
     EXPECT_EQ(again.body, answer.body);
     EXPECT_EQ(again.headers, answer.headers);
     EXPECT_EQ(again.route, answer.route);
-    EXPECT_EQ(again.problem, answer.problem);
+    ASSERT_TRUE(again.problem);
+    EXPECT_EQ(again.problem->code, answer.problem->code);
+    EXPECT_EQ(again.problem->errors, answer.problem->errors);
+    EXPECT_EQ(again.problem->retryAfterSeconds, answer.problem->retryAfterSeconds);
+    ASSERT_TRUE(again.job);
+    EXPECT_EQ(again.job->kind, answer.job->kind);
+    EXPECT_EQ(again.job->id, answer.job->id);
+}
+
+TEST(CallWire, AFrameOrderComesBackWithEveryBit) {
+    FrameOrder order{.withPlan = true, .requestId = "id-1", .arrived = Clock::now()};
+    FrameRequest& request = order.request;
+    request = frameRequestFrom(nlohmann::json::parse(R"({
+        "scene": "a", "width": 33, "time": 0.1, "clip": "",
+        "camera": {"position": [0.1, 1e-9, -3], "orientation": [0.1, 0.2, 0.3, 0.9],
+                   "intrinsics": {"fx": 0.3, "pixelCenter": "integer"}},
+        "accuracy": {"preset": "fine", "planarScale": 0.3, "parallax": "depth"},
+        "effects": {"refraction": false},
+        "environment": {"map": "sky", "rotation": [0.1, 0.2, 0.3], "intensity": 0.7},
+        "overrides": [{"material": "m", "baseColor": [0.1, 0.2, 0.3], "reflection": "mirror"}],
+        "filters": [{"type": "convolve", "kernel": [1, 2, 3, 4, 5, 6, 7, 8, 0.1]},
+                    {"type": "convolve", "kernel": "box"}, {"type": "glow", "radius": 3}],
+        "toneMap": "aces", "output": {"format": "png"}})"));
+    const FrameOrder back = unpackedFrameOrder(packed(order));
+    EXPECT_EQ(canonicalText(back.request), canonicalText(request));
+    EXPECT_EQ(back.withPlan, order.withPlan);
+    EXPECT_EQ(back.requestId, order.requestId);
+    EXPECT_EQ(back.arrived, order.arrived);
+    EXPECT_EQ(packed(back), packed(order));
+    const std::string bytes = packed(order);
+    for (std::size_t n = 0; n < bytes.size(); ++n) {
+        EXPECT_THROW(unpackedFrameOrder(bytes.substr(0, n)), std::runtime_error) << n;
+    }
 }
 
 TEST(CallWire, IdsKeepTheirOrder) {
@@ -231,8 +269,8 @@ TEST(Supervisor, TheStandbyAnswersPendingCalls) {
     awaitBoth(supervisor);
     EXPECT_EQ(supervisor.processes().first, second);
     EXPECT_EQ(supervisor.counters().ended, 1u);
-    EXPECT_LE(supervisor.counters().askedAgain, 20u);
-    EXPECT_GT(supervisor.counters().askedAgain, 0u);
+    EXPECT_LE(supervisor.counters().repeated, 20u);
+    EXPECT_GT(supervisor.counters().repeated, 0u);
 }
 
 TEST(Supervisor, TheFirstStandbyWaitsForTheFirstFrames) {

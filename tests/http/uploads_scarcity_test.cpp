@@ -36,7 +36,7 @@ TEST(Uploads, ReportedSceneMemoryAddsUp) {
     pictureOf(client, id);
     const json memory = sceneAt(client, id)["memory"];
     // Triangles share no vertex here, so there is an index of 4 bytes for each.
-    const bool once = server.service().queue().identity().readsClientMemory;
+    const bool once = server.backend().queue().identity().readsClientMemory;
     EXPECT_EQ(memory["meshes"], (once ? 1 : 2) * 3000 * (sizeof(Vertex) + 4));
     EXPECT_EQ(memory["textures"], 0);
     EXPECT_EQ(memory["total"].get<std::uint64_t>(),
@@ -127,7 +127,7 @@ TEST(Uploads, ScenesTakeTurnsInMemoryForTwo) {
         }
         done = true;
         for (std::thread& other : others) other.join();
-        awaitShaders(server.service().library());
+        awaitShaders(server.backend().library());
         return residentBytes();
     };
     constexpr int kWarm = 8;
@@ -142,7 +142,7 @@ TEST(Uploads, ScenesTakeTurnsInMemoryForTwo) {
         "%d swaps under %d frames of %zu generations, 0 mixed: %.1f MB after %d, %.1f MB after "
         "all\n",
         swaps, drawn.load(), generations.count(), warm / 1e6, kWarm, all / 1e6);
-    const SceneTotals totals = server.service().library().totals();
+    const SceneTotals totals = server.backend().library().totals();
     EXPECT_GE(totals.evicted, static_cast<std::uint64_t>(swaps) / 2);
     EXPECT_LE(totals.bytes.total(), config.scenes.memoryBytes);
     EXPECT_EQ(json::parse(client.Get("/v1/scenes/six-walls")->body)["state"], "ready");

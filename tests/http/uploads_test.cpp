@@ -84,7 +84,7 @@ TEST(Uploads, ADeletedSceneStaysUntilItsFrameIsDrawn) {
         ASSERT_TRUE(answer);
         EXPECT_EQ(answer->status, 200) << answer->body;
     });
-    for (int i = 0; i < 2000 && server.service().queue().depth() == 0; ++i) {
+    for (int i = 0; i < 2000 && server.backend().queue().depth() == 0; ++i) {
         std::this_thread::sleep_for(2ms);
     }
     EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);

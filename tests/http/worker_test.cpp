@@ -31,7 +31,7 @@ class WorkerServer : public testing::Test {
 protected:
     void SetUp() override { server.start(); }
     httplib::Client client() { return clientOf(server); }
-    pid_t worker() { return server.supervisor()->processes().first; }
+    pid_t worker() { return supervisorOf(server).processes().first; }
     Server server{workerConfig()};
 };
 
@@ -129,7 +129,7 @@ TEST_F(WorkerServer, KillsDuringAFrameLoseNothing) {
     for (std::thread& one : clients) one.join();
     EXPECT_EQ(wrong, 0);
     EXPECT_GT(right, kKills);
-    EXPECT_GE(server.supervisor()->counters().ended, static_cast<std::uint64_t>(kKills));
+    EXPECT_GE(supervisorOf(server).counters().ended, static_cast<std::uint64_t>(kKills));
 }
 
 // S4: of which load of its scene a frame is, and whose.
@@ -173,11 +173,11 @@ protected:
         return answer->body;
     }
     void awaitScenes(const Counts& wanted) {
-        for (int i = 0; server.supervisor()->scenes() != wanted; ++i) {
+        for (int i = 0; supervisorOf(server).scenes() != wanted; ++i) {
             ASSERT_LT(i, 600) << "the standby does not follow";
             std::this_thread::sleep_for(50ms);
         }
-        EXPECT_TRUE(server.supervisor()->standbyIsWarm());
+        EXPECT_TRUE(supervisorOf(server).standbyIsWarm());
     }
 };
 
@@ -202,12 +202,12 @@ TEST_F(SharedScenes, TheNextRendererHasThem) {
 TEST_F(SharedScenes, AFailedStandbyIsReplacedByOneWithoutScenes) {
     loaded();
     ASSERT_NO_FATAL_FAILURE(awaitScenes({2, 2}));
-    const pid_t standby = server.supervisor()->processes().second;
+    const pid_t standby = supervisorOf(server).processes().second;
     ::kill(standby, SIGKILL);
-    while (server.supervisor()->processes().second == standby) std::this_thread::sleep_for(20ms);
+    while (supervisorOf(server).processes().second == standby) std::this_thread::sleep_for(20ms);
     ASSERT_NO_FATAL_FAILURE(awaitScenes({2, 1}));
     std::this_thread::sleep_for(1500ms);
-    EXPECT_EQ(server.supervisor()->scenes(), Counts(2, 1)) << "and stays so";
+    EXPECT_EQ(supervisorOf(server).scenes(), Counts(2, 1)) << "and stays so";
     killWorker(server);
     loaded();
     awaitScenes({2, 2});
@@ -263,7 +263,7 @@ TEST_F(WorkerServer, WorkersEndWithTheirServer) {
         Server other(workerConfig());
         for (int i = 0; i < 3000 && second == 0; ++i) {
             std::this_thread::sleep_for(10ms);
-            std::tie(first, second) = other.supervisor()->processes();
+            std::tie(first, second) = supervisorOf(other).processes();
         }
         ASSERT_EQ(kill(first, 0), 0);
         ASSERT_EQ(kill(second, 0), 0);

@@ -30,17 +30,21 @@ httplib::Client clientOf(Server& server) {
     return client;
 }
 
+Supervisor& supervisorOf(Server& server) {
+    return dynamic_cast<WorkerBackend&>(server.backend()).supervisor();
+}
+
 void awaitStandby(Server& server) {
-    for (int i = 0; i < 3000 && server.supervisor()->processes().second == 0; ++i) {
+    for (int i = 0; i < 3000 && supervisorOf(server).processes().second == 0; ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
 }
 
 void killWorker(Server& server) {
     awaitStandby(server);
-    const pid_t worker = server.supervisor()->processes().first;
+    const pid_t worker = supervisorOf(server).processes().first;
     ::kill(worker, SIGKILL);
-    for (int i = 0; i < 3000 && server.supervisor()->processes().first == worker; ++i) {
+    for (int i = 0; i < 3000 && supervisorOf(server).processes().first == worker; ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
 }
@@ -51,7 +55,7 @@ TestServer::TestServer(const Config& config) : server_(config) {
 
 TestServer::~TestServer() {
     std::promise<std::vector<std::string>> messages;
-    service().queue().post([&](Renderer& r) { messages.set_value(r.driverMessages()); });
+    backend().queue().post([&](Renderer& r) { messages.set_value(r.driverMessages()); });
     for (const std::string& message : messages.get_future().get()) ADD_FAILURE() << message;
 }
 
@@ -64,7 +68,7 @@ void TestServer::awaitReady() {
 std::shared_ptr<void> TestServer::holdRenderer() {
     auto released = std::make_shared<std::promise<void>>();
     auto held = std::make_shared<std::promise<void>>();
-    service().queue().post([held, future = released->get_future().share()](Renderer&) {
+    backend().queue().post([held, future = released->get_future().share()](Renderer&) {
         held->set_value();
         future.wait();
     });

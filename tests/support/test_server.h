@@ -2,7 +2,9 @@
 #pragma once
 
 #include "image/encode.h"
+#include "server/backend/local_backend.h"
 #include "server/server.h"
+#include "server/worker/worker_backend.h"
 
 #include <httplib.h>
 #include <nlohmann/json.hpp>
@@ -17,6 +19,8 @@ Config testConfig();
 // Kept alive, patient.
 httplib::Client clientOf(Server& server);
 
+// Of a server with render workers.
+Supervisor& supervisorOf(Server& server);
 // Of a server with render workers: returns when a second one stands; ends the one that answers and
 // returns when another does.
 void awaitStandby(Server& server);
@@ -27,7 +31,7 @@ public:
     explicit TestServer(const Config& config = testConfig());
     ~TestServer();  // expects that the driver had nothing to say
     Server& server() { return server_; }
-    Service& service() { return *server_.service(); }
+    LocalBackend& backend() { return dynamic_cast<LocalBackend&>(server_.backend()); }
     httplib::Client client() { return clientOf(server_); }
     void stop() { server_.stop(); }
 

@@ -1,4 +1,4 @@
-#include "server/service.h"
+#include "server/queue/canary.h"
 
 #include "server/base/log.h"
 
@@ -7,21 +7,20 @@
 namespace clerestory {
 namespace {
 
-// An id that no scene of the library can have.
-const char* const kCanary = "(canary)";
-// That may wait or run; each can take minutes.
-constexpr std::size_t kLongJobs = 8;
-constexpr std::chrono::seconds kCanaryLasts{3};
+// Cannot be the id of a scene of the library.
+const char* const kCanaryScene = "(canary)";
+// How long a drawn frame, or a compiled shader, counts as a check.
+constexpr std::chrono::seconds kCanaryLifetime{3};
 constexpr std::chrono::seconds kCanaryPatience{2};
 
 std::int64_t nowMilliseconds() {
     return std::chrono::ceil<std::chrono::milliseconds>(Clock::now().time_since_epoch()).count();
 }
 
-// Nothing under a sky of radiance 1: every pixel must be white.
+// No surfaces under an environment of radiance 1: every pixel must be white.
 Scene canaryScene() {
     Scene scene;
-    scene.id = kCanary;
+    scene.id = kCanaryScene;
     scene.environment = "white";
     scene.defaultView = DefaultView{};
     updateContentHash(scene);
@@ -30,7 +29,7 @@ Scene canaryScene() {
 
 FrameRequest canaryRequest() {
     FrameRequest request;
-    request.scene = kCanary;
+    request.scene = kCanaryScene;
     request.width = request.height = 4;
     request.toneMap = ToneMap::linear;
     request.accuracy = accuracyOf(Preset::draft);
@@ -39,25 +38,20 @@ FrameRequest canaryRequest() {
 
 }  // namespace
 
-Service::Service(const Config& config)
-    : config_(config),
-      queue_(config_.renderer, {config_.queue, config_.queueSeconds}),
-      library_(config_.scenes, queue_, config_.renderer),
-      jobs_(kLongJobs) {
-    queue_.identity();  // throws when there is no driver
+Canary::Canary(RenderQueue& queue) : queue_(queue) {
     queue_.post([](Renderer& renderer) { renderer.addScene(canaryScene()); });
 }
 
-void Service::frameWasDrawn() {
+void Canary::frameWasDrawn() {
     lastDrawn_ = nowMilliseconds();
 }
 
-void Service::checkCanary() {
-    // The driver compiles on the renderer's thread: both live.
+void Canary::check() {
+    // The driver compiles on the renderer's thread, so that a compiled shader shows that both work.
     const auto start = Clock::now();
-    if (queue_.compiledSince(start - kCanaryLasts)) return;
+    if (queue_.compiledSince(start - kCanaryLifetime)) return;
     const std::int64_t age = nowMilliseconds() - lastDrawn_;
-    if (age < std::chrono::milliseconds(kCanaryLasts).count()) return;
+    if (age < std::chrono::milliseconds(kCanaryLifetime).count()) return;
     Image image;
     try {
         image = queue_.run(

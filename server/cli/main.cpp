@@ -1,4 +1,4 @@
-// The program: reads the command line and runs one command. Failures end here, as one line.
+// The program: reads the command line and runs one command. Failures become one line on stderr.
 #include "renderer.h"
 #include "scene/import/child.h"
 #include "server/base/log.h"
@@ -38,17 +38,17 @@ int run(const CommandLine& line) {
     return 2;
 }
 
-int complain(const std::string& words) {
-    std::cerr << "clerestory: " << words << "\n";
+int fail(const std::string& message) {
+    std::cerr << "clerestory: " << message << "\n";
     return 2;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    // Not in the help: importScene() starts it.
+    // Two commands that the program starts itself and the help does not list: by importScene(),
     if (argc > 1 && std::strcmp(argv[1], "import-child") == 0) return importChildMain(argc, argv);
-    // Nor this, which a server starts with its own words.
+    // and by a server for each renderer process, with the arguments of `serve`.
     const bool isWorker = argc > 1 && std::strcmp(argv[1], kWorkerCommand) == 0;
     char serve[] = "serve";
     if (isWorker) argv[1] = serve;
@@ -56,14 +56,14 @@ int main(int argc, char** argv) {
     if (const auto done = parseCommandLine(argc, argv, line)) return *done;
     logToStandardError();
     useShaderCache(line.config.shaderCache);
-    if (isWorker) return runWorker(line.config);
+    if (isWorker) return runWorker(workerOptions(line.config), localBackendOptions(line.config));
     try {
         const int status = run(line);
         endDriver();
         return status;
     } catch (const RequestError& error) {
-        return complain(error.problem().detail);
+        return fail(error.problem().detail);
     } catch (const std::exception& error) {
-        return complain(error.what());
+        return fail(error.what());
     }
 }

@@ -1,12 +1,9 @@
-#include "server/live/sequences.h"
-
-#include "server/api/explained.h"
+// POST /v1/sequences: many frames in one answer, sent as they are drawn.
 #include "server/api/frames.h"
 #include "server/base/log.h"
 #include "server/live/archive.h"
-#include "server/live/inner_call.h"
+#include "server/live/live_routes.h"
 #include "server/live/sequence_files.h"
-#include "server/server.h"
 
 #include <future>
 
@@ -15,33 +12,33 @@ namespace {
 
 using nlohmann::json;
 
-// What one frame came to: its files, or the problem document that says why not.
+// The files of one frame, or the problem why it could not be drawn.
 struct Outcome {
     std::vector<SequenceFile> files;
-    std::optional<InnerFailure> failure;
+    std::optional<Problem> problem;
 };
 
-// Outlives the route: the stream runs when its answer is already on the way.
+// One answer. It outlives the call, because the stream runs after the head of the answer.
 struct Run {
-    Server& server;
+    FrameSource& source;
     Sequence sequence;
     std::string requestId;
     bool multipart = false;
-    std::shared_ptr<void> slot;  // one of the streams that may run at once
+    std::shared_ptr<void> slot;
 
     Outcome frame(std::size_t index) const {
         try {
-            return {.files = filesOf(sequence, index, [&](const json& body) {
-                        const ExplainedFrame frame = explainedFrame(server, body.dump(), requestId);
-                        return MadeFrame{frame.picture, frame.type,
+            return {.files = filesOf(sequence, index, [&](const FrameRequest& request) {
+                        EncodedFrame frame = source.draw(request, true, requestId);
+                        return MadeFrame{std::move(frame.bytes), std::move(frame.type),
                                          nlohmann::ordered_json::parse(frame.plan)};
                     })};
-        } catch (const InnerFailure& failure) {
-            return {.failure = failure};
+        } catch (const RequestError& error) {
+            return {.problem = error.problem()};
         }
     }
 
-    // While one frame is sent the next is drawn. True when all was sent.
+    // Draws the next frame while one is sent. Returns true if everything was sent.
     bool send(Archive& archive, Outcome outcome) const {
         Manifest manifest;
         for (std::size_t i = sequence.first;; ++i) {
@@ -49,8 +46,8 @@ struct Run {
             if (i + 1 < sequence.count()) {
                 next = std::async(std::launch::async, [this, i] { return frame(i + 1); });
             }
-            if (outcome.failure) {
-                manifest.addFailure(i, json::parse(outcome.failure->problem()));
+            if (outcome.problem) {
+                manifest.addFailure(i, json::parse(problemJson(*outcome.problem, requestId)));
             } else {
                 for (const SequenceFile& file : outcome.files) {
                     if (!archive.add(file.name, file.type, file.bytes)) return false;
@@ -59,30 +56,30 @@ struct Run {
             }
             if (!next.valid()) break;
             outcome = next.get();
-            if (server.stopping()) return false;
+            if (source.stopping()) return false;
         }
         const SequenceFile file = manifest.file();
         return archive.add(file.name, file.type, file.bytes) && archive.end();
     }
 };
 
-bool wantsMultipart(const Call& call) {
+bool acceptsMultipart(const Call& call) {
     return call.header("Accept").find("multipart/mixed") != std::string::npos;
 }
 
 }  // namespace
 
-Answer postSequence(Server& server, const Call& call) {
+Answer postSequence(const LiveRoutes& routes, const Call& call) {
     requireJsonType(call);
     requireQuery(call, false);
-    auto run = std::make_shared<Run>(Run{.server = server,
+    auto run = std::make_shared<Run>(Run{.source = routes.frames,
                                          .requestId = call.requestId,
-                                         .multipart = wantsMultipart(call),
-                                         .slot = server.streams().take()});
+                                         .multipart = acceptsMultipart(call),
+                                         .slot = routes.slots.take()});
     run->sequence = sequenceFrom(strictJson(call.body));
-    // What is wrong with the first frame is mostly wrong with all: it still has a status.
+    // Most errors of the first frame are errors of every frame, and can still have a status.
     auto first = std::make_shared<Outcome>(run->frame(run->sequence.first));
-    if (first->failure) return first->failure->answer();
+    if (first->problem) throw RequestError(*first->problem);
     Answer answer{.type = run->multipart ? kMultipartType : kTarType};
     answer.headers = {{"Cache-Control", "no-store"}};
     answer.stream = [run, first](const Sink& sink) {
@@ -90,7 +87,7 @@ Answer postSequence(Server& server, const Call& call) {
         try {
             return run->send(*archive, std::move(*first));
         } catch (const std::exception& error) {
-            logError({"request ", run->requestId, ": a sequence broke off: ", error.what()});
+            logError({"request ", run->requestId, ": a sequence ended early: ", error.what()});
             return false;
         }
     };

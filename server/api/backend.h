@@ -1,0 +1,84 @@
+// Where frames are drawn: in this process (server/backend/local_backend.h) or in a worker process
+// (server/worker/worker_backend.h).
+#pragma once
+
+#include "plan/request/frame_request.h"
+#include "server/base/call.h"
+#include "server/base/clock.h"
+#include "server/scenes/scene_entries.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace clerestory {
+
+// A frame that the server draws for its own use: for a sequence or a live stream.
+struct FrameOrder {
+    FrameRequest request;
+    bool withPlan = false;
+    std::string requestId;      // of the client's request, for the log
+    Clock::time_point arrived;  // the deadline counts from here
+};
+
+struct EncodedFrame {
+    std::string type;   // media type
+    std::string bytes;  // the encoded picture
+    std::string plan;   // planJson() with the time of each pass, as text; empty unless requested
+};
+
+// How far a scene is loaded.
+struct SceneReport {
+    SceneState state = SceneState::waiting;
+    bool isKnown = false;         // it was loaded now or earlier: the description is complete
+    std::string failure, reason;  // of SceneStatus
+    std::string description;      // JSON: the body of GET /v1/scenes/{id}
+    std::uint64_t worker = 0;     // of Answer::worker
+};
+
+// Worker processes and their calls; the numbers of events count from the start of the server.
+struct WorkerStatus {
+    std::uint64_t started = 0;
+    std::uint64_t ended = 0;
+    std::uint64_t silent = 0;
+    std::uint64_t repeatedCalls = 0;
+    std::uint64_t quarantinedCalls = 0;
+    bool hasActive = false, hasStandby = false, standbyIsWarm = false;
+    std::size_t activeScenes = 0, standbyScenes = 0;
+};
+
+// Thread-safe.
+class RenderBackend {
+public:
+    virtual ~RenderBackend() = default;
+
+    // Answers a client's call on a route of the renderer. Throws RequestError if no renderer is
+    // available, and while the server stops.
+    virtual Answer answer(const Call& call) = 0;
+
+    // The problem with which a frame or plan of this client would certainly be refused now, as far
+    // as this process knows. Does not block.
+    virtual std::optional<Problem> refusalFor(const std::string& client) const = 0;
+
+    // Throws RequestError.
+    virtual EncodedFrame draw(const FrameOrder& order) = 0;
+
+    // Starts to load the scene if it is not loaded. Throws RequestError 404.
+    virtual SceneReport sceneReport(const std::string& id) = 0;
+
+    // Empty where the renderer is in this process.
+    virtual std::optional<WorkerStatus> workerStatus() const = 0;
+
+    // A scene file is being read in a way that delays the end of this process.
+    virtual bool importing() const = 0;
+
+    // Refuses new frames; returns when the accepted ones are finished.
+    virtual void stop() = 0;
+};
+
+// Whether a call waits in the render queue.
+inline bool needsRenderQueue(const Call& call) {
+    return call.path == "/v1/frames" || call.path == "/v1/plans";
+}
+
+}  // namespace clerestory

@@ -1,0 +1,125 @@
+#include "server/api/frame_service.h"
+
+#include "plan/graph/work.h"
+#include "server/api/encode_answer.h"
+#include "server/api/frame_json.h"
+#include "server/base/build_id.h"
+#include "server/base/content_hash.h"
+#include "server/base/log.h"
+
+#include <algorithm>
+
+namespace clerestory {
+namespace {
+
+constexpr std::uint64_t kPlanKind = 1;
+constexpr double kLoggedCompileMs = 100.0;
+// How long a frame waits beyond its deadline while shaders are compiled.
+constexpr std::chrono::seconds kCompilePatience{60};
+
+// The contents of every environment map that a surface reflects by name.
+std::string namedMapsText(const SceneLibrary& library, const Scene& scene,
+                          const FrameRequest& request) {
+    std::string text;
+    const auto add = [&](const std::string& map) {
+        if (!map.empty()) text += std::to_string(library.environmentHash(map)) + '\n';
+    };
+    for (const Material& m : scene.materials) add(m.environmentMap);
+    for (const MaterialOverride& o : request.overrides) add(o.environmentMap.value_or(""));
+    return text;
+}
+
+// Frames of one kind take about the same time: they differ in the camera, the time or the output.
+std::uint64_t kindOf(FrameRequest request) {
+    request.camera = {};
+    request.time = 0.0;
+    request.output = {};
+    return hashOf(canonicalText(request));
+}
+
+}  // namespace
+
+std::string contentText(const RenderQueue& queue, const SceneLibrary& library, const Scene& scene,
+                        const FrameRequest& request) {
+    const RendererIdentity& id = queue.identity();
+    const std::string map = request.environment.map.value_or(scene.environment);
+    return canonicalText(request) + '\n' + std::to_string(scene.contentHash) + '\n' +
+           std::to_string(library.environmentHash(map)) + '\n' +
+           namedMapsText(library, scene, request) + buildId() + '\n' + id.vendor + '\n' +
+           id.renderer + '\n' + id.version + '\n' + id.platform;
+}
+
+std::shared_ptr<const Scene> FrameService::requireScene(const std::string& id) {
+    return components_.library.require(id);
+}
+
+FrameService::Resolved FrameService::resolve(FrameRequest request) {
+    Resolved resolved{.request = std::move(request)};
+    resolved.scene = requireScene(resolved.request.scene);
+    resolved.request.scene = resolved.scene->id;
+    if (resolved.request.accuracy.isBudget()) {
+        resolved.pick = components_.budgets.pick(*resolved.scene, resolved.request);
+        resolved.request.accuracy = resolved.pick->accuracy;
+    }
+    return resolved;
+}
+
+void FrameService::requireAffordable(const FrameRequest& request) const {
+    clerestory::requireAffordable(request, limits_.mostSamples);
+}
+
+std::string FrameService::etagOf(const Resolved& resolved) const {
+    const std::string text =
+        contentText(components_.queue, components_.library, *resolved.scene, resolved.request);
+    return '"' + hashWordOf(text) + '"';
+}
+
+Turn FrameService::turnFor(Clock::time_point arrived,
+                           std::optional<std::chrono::milliseconds> limit) const {
+    using Seconds = std::chrono::duration<double>;
+    Seconds whole(limits_.deadlineSeconds);
+    if (limit) whole = std::min(whole, Seconds(*limit));
+    const Seconds waited = Clock::now() - arrived;
+    return {.patience = std::max(whole - waited, Seconds(0.0)),
+            // A client that sets a limit knows how long it waits.
+            .compilePatience = limit ? Seconds(0.0) : Seconds(kCompilePatience)};
+}
+
+FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Readback readback,
+                                       const std::string& requestId) {
+    const FrameRequest& request = resolved.request;
+    turn.kind = kindOf(request);
+    const auto entered = Clock::now();
+    Drawn drawn = components_.queue.run(turn, [request, entered, readback](Renderer& renderer) {
+        const double queueMs = millisecondsSince(entered);
+        Frame frame = renderer.render(request, readback);
+        return Drawn{.frame = std::move(frame),
+                     .queueMs = queueMs,
+                     .drawMs = millisecondsSince(entered) - queueMs};
+    });
+    const Frame& frame = drawn.frame;
+    components_.canary.frameWasDrawn();
+    if (frame.compileMs > kLoggedCompileMs) {
+        logInfo({"request ", requestId, ": compiling ", std::to_string(frame.compiled),
+                 " shader variants took ", fixedPoint(frame.compileMs, 0), " ms of its frame"});
+    }
+    components_.library.mapsTook(request.scene, frame.mapBytes);
+    const auto drawnAt = Clock::now();
+    drawn.bytes = encoded(frame.image, request.output);
+    drawn.encodeMs = millisecondsSince(drawnAt);
+    components_.metrics.frame(frame, 1e-3 * millisecondsSince(entered), 1e-3 * drawn.queueMs,
+                              1e-3 * drawn.encodeMs);
+    // A curve does not know the time of examining targets, of reading maps back, and of filters.
+    if (resolved.pick && readback == Readback::picture && request.filters.empty()) {
+        components_.budgets.drawn(*resolved.pick, drawn.drawMs - frame.compileMs);
+    }
+    return drawn;
+}
+
+FramePlan FrameService::plan(const FrameRequest& request, Turn turn) {
+    turn.kind = kPlanKind;
+    return components_.queue.run(turn,
+                                 [request](Renderer& renderer) { return renderer.plan(request); });
+}
+
+}  // namespace clerestory

@@ -1,0 +1,80 @@
+// Draws and plans frames: finds the scene, replaces a budget by settings, waits in the render
+// queue, encodes, counts. Knows no HTTP. Thread-safe.
+#pragma once
+
+#include "image/encode.h"
+#include "renderer.h"
+#include "server/api/metrics.h"
+#include "server/jobs/budgets.h"
+#include "server/queue/canary.h"
+#include "server/queue/render_queue.h"
+#include "server/scenes/scene_library.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace clerestory {
+
+// Everything that can change a byte of the request's frame, as text: the request, and the contents
+// of what it names.
+std::string contentText(const RenderQueue& queue, const SceneLibrary& library, const Scene& scene,
+                        const FrameRequest& request);
+
+class FrameService {
+public:
+    // What it uses; all of it must outlive the service.
+    struct Components {
+        RenderQueue& queue;
+        SceneLibrary& library;
+        Budgets& budgets;
+        Metrics& metrics;
+        Canary& canary;
+    };
+    struct Limits {
+        double deadlineSeconds = 10.0;  // from the arrival of a request to its answer
+        std::uint64_t mostSamples = 0;  // that a frame may shade; 0: any number
+    };
+    // A request that can be drawn.
+    struct Resolved {
+        FrameRequest request;                // with the id of its scene, and without a budget
+        std::shared_ptr<const Scene> scene;  // stays loaded as long as this exists
+        std::optional<Budgets::Pick> pick;   // of the request's budget
+    };
+    struct Drawn {
+        Frame frame;
+        Bytes bytes;  // in the request's output format
+        double queueMs = 0.0, drawMs = 0.0, encodeMs = 0.0;
+    };
+
+    FrameService(const Components& components, const Limits& limits)
+        : components_(components), limits_(limits) {}
+
+    // The scene with this id; the default scene if it is empty. Stays loaded as long as the result
+    // exists. Throws RequestError: no such scene (404), loading (409), failed (422).
+    std::shared_ptr<const Scene> requireScene(const std::string& id);
+    // Throws as requireScene(); 409 also while the curve of a budget is measured.
+    Resolved resolve(FrameRequest request);
+    // Throws InvalidRequest if the request asks for more samples than the limit.
+    void requireAffordable(const FrameRequest& request) const;
+    // A strong entity tag of the frame.
+    std::string etagOf(const Resolved& resolved) const;
+
+    // The turn of a call that arrived then: the rest of the deadline, or of `limit` if it is less.
+    Turn turnFor(Clock::time_point arrived,
+                 std::optional<std::chrono::milliseconds> limit = {}) const;
+
+    // Both throw RequestError, InvalidRequest and RenderFailed. `requestId` is for the log.
+    Drawn draw(const Resolved& resolved, Turn turn, Readback readback,
+               const std::string& requestId);
+    FramePlan plan(const FrameRequest& request, Turn turn);
+
+    // A frame was found unchanged by its entity tag, and not drawn.
+    void countNotModified() { components_.metrics.notModified(); }
+
+private:
+    const Components components_;
+    const Limits limits_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,125 @@
+#include "server/api/renderer_routes.h"
+
+#include "scene/import/sandbox/jail.h"
+#include "server/api/frame_json.h"
+#include "server/api/scene_json.h"
+#include "server/base/build_id.h"
+#include "server/scenes/shader_cache.h"
+
+#include <nlohmann/json.hpp>
+
+namespace clerestory {
+namespace {
+
+using nlohmann::ordered_json;
+
+Answer jsonAnswer(const ordered_json& json) {
+    return {.type = "application/json", .body = jsonText(json)};
+}
+
+std::string lastPartOf(const std::string& path) {
+    return path.substr(path.rfind('/') + 1);
+}
+
+Answer listScenes(const RendererRoutes& routes, const Call&) {
+    SceneLibrary& library = routes.library;
+    ordered_json list = ordered_json::array();
+    for (const SceneStatus& status : library.all()) {
+        list.push_back(sceneSummary(status, status.id == library.defaultId()));
+    }
+    return jsonAnswer({{"scenes", std::move(list)}});
+}
+
+Answer describeScene(const RendererRoutes& routes, const Call& call) {
+    SceneLibrary& library = routes.library;
+    return {.type = "application/json",
+            .body = sceneDescription(library, library.find(lastPartOf(call.path)))};
+}
+
+Answer removeScene(const RendererRoutes& routes, const Call& call) {
+    routes.library.remove(lastPartOf(call.path));
+    return {.status = 204};
+}
+
+Answer describeRenderer(const RendererRoutes& routes, const Call&) {
+    const RendererIdentity& id = routes.queue.identity();
+    const ServerLimits& limits = routes.limits;
+    const JailSupport jail = jailSupport();
+    const CompileTotals compiled = routes.queue.compileTotals();
+    return jsonAnswer(
+        {{"vendor", id.vendor},
+         {"renderer", id.renderer},
+         {"version", id.version},
+         {"shadingLanguage", id.shadingLanguage},
+         {"platform", id.platform},
+         {"software", id.software},
+         {"clipControl", id.clipControl},
+         {"timerQueriesTrusted", id.timerQueriesTrusted},
+         {"tellsOfResets", id.tellsOfResets},
+         {"maxSamples", id.maxSamples},
+         {"maxAnisotropy", id.maxAnisotropy},
+         {"maxTextureSize", id.maxTextureSize},
+         {"shaders",
+          {{"programs", compiled.programs},
+           {"pipelines", compiled.pipelines},
+           {"compileSeconds", compiled.seconds},
+           {"optimized", !(id.software && compilesFast())}}},
+         {"environments", routes.library.environmentNames()},
+         {"threads", std::thread::hardware_concurrency()},
+         {"limits",
+          {{"edge", kMaxEdge},
+           {"pixels", kMaxPixels},
+           {"bodyBytes", limits.bodyBytes},
+           {"sequenceBytes", limits.sequenceBytes},
+           {"uploadBytes", limits.uploadBytes},
+           {"queue", limits.queue},
+           {"deadlineSeconds", limits.deadlineSeconds}}},
+         {"importer", {{"landlock", jail.landlock}, {"systemCallFilter", jail.systemCallFilter}}},
+         {"program", {{"version", versionText()}, {"build", buildId()}}}});
+}
+
+Answer readiness(const RendererRoutes& routes, const Call&) {
+    SceneLibrary& library = routes.library;
+    if (!routes.queue.hasRoom()) throw RequestError(notReady("The queue is full."));
+    const SceneState first = library.find(library.defaultId()).state;
+    if (first != SceneState::ready) {
+        throw RequestError(notReady("The default scene is " + std::string(nameOf(first)) + "."));
+    }
+    if (!library.defaultIsWarm()) {
+        const WarmUps::Progress p = library.warmUp(library.defaultId());
+        throw RequestError(
+            notReady("Shaders of the default scene are being compiled: " + std::to_string(p.done) +
+                     " of " + std::to_string(p.total) + " programs."));
+    }
+    routes.canary.check();
+    return jsonAnswer({{"status", "ready"}});
+}
+
+// Of the renderer; the server adds its own (server/api/request_metrics.h).
+Answer metrics(const RendererRoutes& routes, const Call&) {
+    return {.type = kMetricsType,
+            .body = routes.metrics.text(routes.queue.depth(), routes.queue.compileTotals(),
+                                        routes.library.totals())};
+}
+
+}  // namespace
+
+void addRoutes(Routes& routes, const RendererRoutes& components) {
+    routes.add("/v1/scenes", "GET", components, listScenes);
+    routes.add("/v1/scenes/{id}", "GET", components, describeScene);
+    routes.add("/v1/scenes/{id}", "DELETE", components, removeScene);
+    routes.add("/v1/renderer", "GET", components, describeRenderer);
+    routes.add("/readyz", "GET", components, readiness);
+    routes.add("/metrics", "GET", components, metrics);
+}
+
+std::string sceneDescription(SceneLibrary& library, const SceneStatus& status) {
+    ordered_json json = sceneDetails(status, status.id == library.defaultId());
+    if (status.state == SceneState::ready) {
+        const WarmUps::Progress p = library.warmUp(status.id);
+        json["shaders"] = {{"compiled", p.done}, {"total", p.total}, {"finished", p.finished}};
+    }
+    return jsonText(json);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,33 @@
+// The routes of what the renderer holds: scenes, its identity and limits, readiness, metrics.
+#pragma once
+
+#include "server/api/metrics.h"
+#include "server/api/route_table.h"
+#include "server/queue/canary.h"
+#include "server/queue/render_queue.h"
+#include "server/scenes/scene_library.h"
+
+namespace clerestory {
+
+// Of GET /v1/renderer, beside those of the renderer.
+struct ServerLimits {
+    std::size_t bodyBytes = 0;
+    std::size_t sequenceBytes = 0;
+    std::size_t uploadBytes = 0;  // 0: no uploads
+    std::size_t queue = 0;        // frames that may wait
+    double deadlineSeconds = 0.0;
+};
+
+struct RendererRoutes {
+    RenderQueue& queue;
+    SceneLibrary& library;
+    Metrics& metrics;
+    Canary& canary;
+    ServerLimits limits;
+};
+void addRoutes(Routes& routes, const RendererRoutes& components);
+
+// The body of GET /v1/scenes/{id}.
+std::string sceneDescription(SceneLibrary& library, const SceneStatus& status);
+
+}  // namespace clerestory

@@ -1,0 +1,78 @@
+#include "server/backend/local_backend.h"
+
+#include "server/api/encode_answer.h"
+#include "server/api/frame_json.h"
+#include "server/api/frames.h"
+#include "server/api/job_routes.h"
+
+#include <nlohmann/json.hpp>
+
+namespace clerestory {
+namespace {
+
+// That wait or run; each can take minutes.
+constexpr std::size_t kMaxJobs = 8;
+
+}  // namespace
+
+LocalBackend::LocalBackend(const LocalBackendOptions& options)
+    : queue_(options.renderer, options.queue),
+      library_(options.scenes, queue_, options.renderer),
+      canary_(queue_),
+      jobResources_{queue_, library_,
+                    [this](const Scene& scene, const FrameRequest& request) {
+                        return contentText(queue_, library_, scene, request);
+                    }},
+      budgets_(jobs_, jobResources_, options.curves),
+      comparisons_(jobs_, jobResources_),
+      frames_({queue_, library_, budgets_, metrics_, canary_},
+              {options.limits.deadlineSeconds, options.renderer.mostSamples}),
+      jobs_(kMaxJobs) {
+    addRoutes(routes_, FrameRoutes{frames_, options.signedLinks});
+    addRoutes(routes_, JobRoutes{frames_, jobs_, comparisons_});
+    addRoutes(routes_, RendererRoutes{queue_, library_, metrics_, canary_, options.limits});
+    queue_.identity();  // throws when there is no driver
+}
+
+Answer LocalBackend::answer(const Call& call) {
+    std::string route;
+    Answer answer = guarded(call, [&] {
+        auto found = routes_.answer(call, route);
+        if (!found) throw RequestError(notFound("There is nothing at this path."));
+        return *std::move(found);
+    });
+    answer.route = route;
+    return answer;
+}
+
+std::optional<Problem> LocalBackend::refusalFor(const std::string& client) const {
+    return queue_.refusalFor(client);
+}
+
+EncodedFrame LocalBackend::draw(const FrameOrder& order) {
+    try {
+        const FrameService::Resolved resolved = frames_.resolve(order.request);
+        frames_.requireAffordable(resolved.request);
+        FrameService::Drawn drawn = frames_.draw(resolved, frames_.turnFor(order.arrived),
+                                                 Readback::picture, order.requestId);
+        EncodedFrame frame{.type = std::string(mediaType(resolved.request.output.format)),
+                           .bytes = std::move(drawn.bytes)};
+        if (order.withPlan) {
+            frame.plan = jsonText(planJson(drawn.frame.plan, drawn.frame.passTimes));
+        }
+        return frame;
+    } catch (const std::exception&) {
+        throw RequestError(currentProblem(order.requestId));
+    }
+}
+
+SceneReport LocalBackend::sceneReport(const std::string& id) {
+    const SceneStatus status = library_.find(id);
+    return {.state = status.state,
+            .isKnown = status.scene != nullptr,
+            .failure = status.failure,
+            .reason = status.reason,
+            .description = sceneDescription(library_, status)};
+}
+
+}  // namespace clerestory

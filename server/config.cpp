@@ -1,0 +1,26 @@
+#include "server/config.h"
+
+namespace clerestory {
+
+LocalBackendOptions localBackendOptions(const Config& config) {
+    const UploadOptions& uploads = config.scenes.uploads;
+    return {.renderer = config.renderer,
+            .queue = {config.queue, config.queueSeconds},
+            .scenes = config.scenes,
+            .curves = config.curves,
+            .limits = {.bodyBytes = config.http.limits.bodyBytes,
+                       .sequenceBytes = config.sequenceBytes,
+                       .uploadBytes = uploads.folder.empty() ? 0 : uploads.limits.fileBytes,
+                       .queue = config.queue,
+                       .deadlineSeconds = config.deadlineSeconds},
+            .signedLinks = !config.http.access.linkKeyFile.empty()};
+}
+
+WorkerOptions workerOptions(const Config& config) {
+    return {.threads = config.queue + config.http.threads,
+            .hangSeconds = config.hangSeconds,
+            .memoryBytes = config.workerMemoryBytes,
+            .logLevel = config.logLevel};
+}
+
+}  // namespace clerestory

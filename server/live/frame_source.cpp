@@ -1,0 +1,58 @@
+#include "server/live/frame_source.h"
+
+#include "server/base/log.h"
+
+#include <thread>
+
+namespace clerestory {
+namespace {
+
+constexpr std::chrono::milliseconds kRetryInterval{100};
+constexpr std::chrono::minutes kRetryLimit{2};
+
+}  // namespace
+
+EncodedFrame FrameSource::draw(const FrameRequest& request, bool withPlan,
+                               const std::string& requestId) {
+    const auto begun = Clock::now();
+    for (;;) {
+        const auto arrived = Clock::now();
+        try {
+            EncodedFrame frame = backend_.draw({.request = request,
+                                                .withPlan = withPlan,
+                                                .requestId = requestId,
+                                                .arrived = arrived});
+            count(200, frame.bytes.size(), arrived, requestId);
+            return frame;
+        } catch (const RequestError& error) {
+            count(error.problem().status, 0, arrived, requestId);
+            metrics_.refused(error.problem().code);
+            const bool again =
+                isTemporary(error.problem()) && !stopping_ && Clock::now() - begun < kRetryLimit;
+            if (!again) throw;
+        }
+        std::this_thread::sleep_for(kRetryInterval);
+    }
+}
+
+// As a request of a client for one frame.
+void FrameSource::count(int status, std::size_t bytes, Clock::time_point arrived,
+                        const std::string& requestId) {
+    metrics_.request("/v1/frames", status);
+    logInfo({"POST /v1/frames ", std::to_string(status), " ", std::to_string(bytes), " bytes ",
+             fixedPoint(millisecondsSince(arrived), 1), " ms ", requestId});
+}
+
+std::shared_ptr<void> StreamSlots::take() {
+    {
+        const std::lock_guard lock(count_->mutex);
+        if (count_->taken == most_) throw RequestError(streamsFull());
+        ++count_->taken;
+    }
+    return {nullptr, [count = count_](void*) {
+                const std::lock_guard lock(count->mutex);
+                --count->taken;
+            }};
+}
+
+}  // namespace clerestory

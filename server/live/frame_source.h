@@ -1,0 +1,53 @@
+// Frames that the server draws for sequences and live streams. They wait in the same queue as the
+// frames of clients, and are repeated while the renderer is busy. Thread-safe.
+#pragma once
+
+#include "server/api/backend.h"
+#include "server/api/request_metrics.h"
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+
+namespace clerestory {
+
+class FrameSource {
+public:
+    // `stopping`: the server ends, and nothing is repeated. All of them must outlive this.
+    FrameSource(RenderBackend& backend, RequestMetrics& metrics, const std::atomic<bool>& stopping)
+        : backend_(backend), metrics_(metrics), stopping_(stopping) {}
+
+    // Repeats the request for up to two minutes while the problem is temporary: the queue is full,
+    // the scene is loading, a budget is being measured. Throws RequestError.
+    EncodedFrame draw(const FrameRequest& request, bool withPlan, const std::string& requestId);
+
+    bool stopping() const { return stopping_; }
+
+private:
+    void count(int status, std::size_t bytes, Clock::time_point arrived,
+               const std::string& requestId);
+
+    RenderBackend& backend_;
+    RequestMetrics& metrics_;
+    const std::atomic<bool>& stopping_;
+};
+
+// Limits how many streams and sequences run at once: each occupies a thread. Thread-safe.
+class StreamSlots {
+public:
+    explicit StreamSlots(std::size_t most) : count_(std::make_shared<Count>()), most_(most) {}
+
+    // Occupied as long as the result exists. Throws RequestError 503 if there is no free slot.
+    std::shared_ptr<void> take();
+
+private:
+    struct Count {
+        std::mutex mutex;
+        std::size_t taken = 0;
+    };
+    std::shared_ptr<Count> count_;
+    std::size_t most_;
+};
+
+}  // namespace clerestory
