@@ -103,7 +103,7 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
         logInfo({"request ", requestId, ": compiling ", std::to_string(frame.compiled),
                  " shader variants took ", fixedPoint(frame.compileMs, 0), " ms of its frame"});
     }
-    components_.library.mapsTook(request.scene, frame.mapBytes);
+    components_.library.recordMapBytes(request.scene, frame.mapBytes);
     const auto drawnAt = Clock::now();
     drawn.bytes = encoded(frame.image, request.output);
     drawn.encodeMs = millisecondsSince(drawnAt);

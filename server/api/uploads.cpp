@@ -42,7 +42,7 @@ RequestError noScene(std::string detail, std::string reason) {
 UploadStore& storeOf(const UploadRoutes& routes) {
     if (routes.store) return *routes.store;
     throw RequestError(
-        forbidden("Uploads are off. Whoever runs the server can allow them with --uploads."));
+        forbidden("Uploads are not allowed; the server's option --uploads allows them."));
 }
 
 std::string mediaTypeOf(const Call& call) {

@@ -6,7 +6,7 @@
 #include "server/cli/commands.h"
 #include "server/jobs/job_work.h"
 #include "server/scenes/compile_ahead.h"
-#include "server/scenes/scene_light.h"
+#include "server/scenes/scene_entries.h"
 #include "server/scenes/shader_cache.h"
 
 #include "comparison/curve.h"

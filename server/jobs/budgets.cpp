@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-// A few kilobytes each; one server is asked for few combinations of scene and size.
+// A few kilobytes each; a server sees few combinations of scene and size.
 constexpr std::size_t kMaxCurves = 256;
 // Corrected curves are written to disk after this many corrections.
 constexpr int kCorrectionsPerWrite = 50;

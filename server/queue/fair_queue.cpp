@@ -5,9 +5,9 @@
 namespace clerestory {
 namespace {
 
-constexpr std::size_t kKindsKept = 1024;
-constexpr std::size_t kLinesKept = 256;
-constexpr double kNewest = 0.2;  // its share of the mean
+constexpr std::size_t kMaxKinds = 1024;
+constexpr std::size_t kMaxIdleClients = 256;
+constexpr double kUpdateWeight = 0.2;  // of the latest time in the moving mean
 
 double secondsIn(Clock::duration time) {
     return std::chrono::duration<double>(time).count();
@@ -15,29 +15,29 @@ double secondsIn(Clock::duration time) {
 
 }  // namespace
 
-double CostBook::predicted(std::uint64_t kind) const {
+double CostPredictor::predict(std::uint64_t kind) const {
     const auto found = costs_.find(kind);
     return found == costs_.end() ? mean_ : found->second.seconds;
 }
 
-void CostBook::learn(std::uint64_t kind, double seconds) {
-    mean_ += kNewest * (seconds - mean_);
-    if (costs_.size() >= kKindsKept && costs_.count(kind) == 0) costs_.clear();
+void CostPredictor::update(std::uint64_t kind, double seconds) {
+    mean_ += kUpdateWeight * (seconds - mean_);
+    if (costs_.size() >= kMaxKinds && costs_.count(kind) == 0) costs_.clear();
     const auto [found, isNew] = costs_.try_emplace(kind);
     Cost& cost = found->second;
     cost.seconds =
-        isNew || !cost.warm ? seconds : cost.seconds + kNewest * (seconds - cost.seconds);
+        isNew || !cost.warm ? seconds : cost.seconds + kUpdateWeight * (seconds - cost.seconds);
     cost.warm = !isNew;
 }
 
-double FairQueue::heldBy(const std::string& client) const {
-    const auto found = lines_.find(client);
-    return found == lines_.end() ? 0.0 : found->second.held;
+double FairQueue::waitingSecondsOf(const std::string& client) const {
+    const auto found = clients_.find(client);
+    return found == clients_.end() ? 0.0 : found->second.waitingSeconds;
 }
 
-FairQueue::Lines::const_iterator FairQueue::greediest() const {
-    return std::max_element(lines_.begin(), lines_.end(), [](const auto& a, const auto& b) {
-        return a.second.held < b.second.held;
+FairQueue::ClientQueues::const_iterator FairQueue::heaviestClient() const {
+    return std::max_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
+        return a.second.waitingSeconds < b.second.waitingSeconds;
     });
 }
 
@@ -47,7 +47,7 @@ bool FairQueue::hasRoom() const {
 }
 
 bool FairQueue::refuses(const std::string& client) const {
-    return !hasRoom() && greediest()->second.held <= heldBy(client);
+    return !hasRoom() && heaviestClient()->second.waitingSeconds <= waitingSecondsOf(client);
 }
 
 double FairQueue::remaining(Clock::time_point now) const {
@@ -55,91 +55,92 @@ double FairQueue::remaining(Clock::time_point now) const {
     return std::max(running_->seconds - secondsIn(now - began_), 0.0);
 }
 
-FairQueue::Entry FairQueue::enter(const Ticket& ticket, Clock::time_point now) {
-    const double seconds = costs_.predicted(ticket.kind);
-    // Before it come at least what runs and the client's own.
-    const double wait = remaining(now) + heldBy(ticket.client);
+FairQueue::Added FairQueue::add(const Ticket& ticket, Clock::time_point now) {
+    const double seconds = costs_.predict(ticket.kind);
+    // At least the running work and the waiting work of the same client come first.
+    const double wait = remaining(now) + waitingSecondsOf(ticket.client);
     if (ticket.deadline <= now || wait > secondsIn(ticket.deadline - now)) return {};
-    Entry entry;
+    Added added;
     const auto fits = [&] {
         return tickets_.empty() ||
                (tickets_.size() < limits_.count && waitingSeconds_ + seconds <= limits_.seconds);
     };
     while (!fits()) {
-        const auto greedy = greediest();
-        if (greedy->second.held <= heldBy(ticket.client) + seconds) break;
-        entry.pushedOut.push_back(greedy->second.ids.back());
-        take(entry.pushedOut.back());
+        const auto heaviest = heaviestClient();
+        if (heaviest->second.waitingSeconds <= waitingSecondsOf(ticket.client) + seconds) break;
+        added.evicted.push_back(heaviest->second.ids.back());
+        take(added.evicted.back());
     }
-    if (!fits()) return entry;
+    if (!fits()) return added;
     const Id id = nextId_++;
-    Line& line = lines_[ticket.client];
-    if (line.ids.empty()) line.had = std::max(line.had, had_);
-    line.ids.push_back(id);
+    ClientQueue& client = clients_[ticket.client];
+    if (client.ids.empty()) client.usedSeconds = std::max(client.usedSeconds, usedSeconds_);
+    client.ids.push_back(id);
     try {
         tickets_.emplace(id, Waiting{ticket, seconds});
-    } catch (...) {  // memory: as if it had never come
-        line.ids.pop_back();
+    } catch (...) {  // out of memory: undo
+        client.ids.pop_back();
         throw;
     }
-    line.held += seconds;
+    client.waitingSeconds += seconds;
     waitingSeconds_ += seconds;
-    entry.id = id;
-    return entry;
+    added.id = id;
+    return added;
 }
 
 FairQueue::Waiting FairQueue::take(Id id) {
     const auto found = tickets_.find(id);
     Waiting waiting = std::move(found->second);
     tickets_.erase(found);
-    Line& line = lines_[waiting.ticket.client];
-    line.ids.erase(std::find(line.ids.begin(), line.ids.end(), id));
-    line.held = line.ids.empty() ? 0.0 : line.held - waiting.seconds;
+    ClientQueue& client = clients_[waiting.ticket.client];
+    client.ids.erase(std::find(client.ids.begin(), client.ids.end(), id));
+    client.waitingSeconds = client.ids.empty() ? 0.0 : client.waitingSeconds - waiting.seconds;
     waitingSeconds_ = tickets_.empty() ? 0.0 : waitingSeconds_ - waiting.seconds;
     return waiting;
 }
 
-bool FairQueue::leave(Id id) {
+bool FairQueue::remove(Id id) {
     if (tickets_.count(id) == 0) return false;
     take(id);
     return true;
 }
 
-FairQueue::Turn FairQueue::next(Clock::time_point now) {
-    Turn turn;
+FairQueue::Next FairQueue::next(Clock::time_point now) {
+    Next next;
     while (!tickets_.empty()) {
-        Lines::iterator first = lines_.end();
-        for (auto line = lines_.begin(); line != lines_.end(); ++line) {
-            if (line->second.ids.empty()) continue;
-            if (first == lines_.end() || line->second.had < first->second.had) first = line;
+        ClientQueues::iterator first = clients_.end();
+        for (auto client = clients_.begin(); client != clients_.end(); ++client) {
+            if (client->second.ids.empty()) continue;
+            if (first == clients_.end() || client->second.usedSeconds < first->second.usedSeconds)
+                first = client;
         }
         const Id id = first->second.ids.front();
         Waiting waiting = take(id);
         if (waiting.ticket.deadline <= now) {
-            turn.late.push_back(id);
+            next.expired.push_back(id);
             continue;
         }
-        had_ = first->second.had;
-        first->second.had += waiting.seconds;
+        usedSeconds_ = first->second.usedSeconds;
+        first->second.usedSeconds += waiting.seconds;
         running_ = std::move(waiting);
         began_ = now;
-        turn.id = id;
+        next.id = id;
         break;
     }
-    forgetQuietLines();
-    return turn;
+    removeIdleClients();
+    return next;
 }
 
 void FairQueue::finished(Clock::time_point now) {
     const double seconds = secondsIn(now - began_);
-    costs_.learn(running_->ticket.kind, seconds);
-    lines_[running_->ticket.client].had += seconds - running_->seconds;
+    costs_.update(running_->ticket.kind, seconds);
+    clients_[running_->ticket.client].usedSeconds += seconds - running_->seconds;
     running_.reset();
 }
 
-void FairQueue::forgetQuietLines() {
-    if (lines_.size() <= kLinesKept) return;
-    std::erase_if(lines_, [&](const auto& line) { return line.second.ids.empty(); });
+void FairQueue::removeIdleClients() {
+    if (clients_.size() <= kMaxIdleClients) return;
+    std::erase_if(clients_, [&](const auto& client) { return client.second.ids.empty(); });
 }
 
 }  // namespace clerestory

@@ -1,8 +1,8 @@
-// Who waits for the one thread that draws, and whose turn it is. The line is bounded by count and
-// by predicted time; clients take turns by the time they have had, so that a greedy one waits
-// behind itself; where there is no room, the greediest gives way.
+// The order in which clients use the one thread that draws. The queue is limited in number and in
+// predicted time. The client that has used the least time is next, so that a heavy client delays
+// only itself. If the queue is full, the client with the most waiting work loses its last entry.
 //
-// Does not: know threads or read a clock: time is an argument.
+// A value without threads and clock: the time is an argument.
 #pragma once
 
 #include "server/base/clock.h"
@@ -17,54 +17,54 @@
 
 namespace clerestory {
 
-// How long each kind of work took lately.
-class CostBook {
+// Predicts the time of work from the recent times of its kind.
+class CostPredictor {
 public:
-    double predicted(std::uint64_t kind) const;  // seconds
-    void learn(std::uint64_t kind, double seconds);
+    double predict(std::uint64_t kind) const;  // seconds
+    void update(std::uint64_t kind, double seconds);
 
 private:
     struct Cost {
         double seconds = 0.0;
-        bool warm = false;  // the first time made maps and programs too
+        bool warm = false;  // the first time of a kind includes maps and programs
     };
     std::unordered_map<std::uint64_t, Cost> costs_;
-    double mean_ = 0.05;  // of whatever comes
+    double mean_ = 0.05;  // of all kinds
 };
 
 class FairQueue {
 public:
     using Id = std::uint64_t;
     struct Limits {
-        std::size_t count = 16;  // that may wait
-        double seconds = 2.0;    // of predicted work that may wait; one always may
+        std::size_t count = 16;  // of waiting entries
+        double seconds = 2.0;    // of predicted work that waits; one entry may always wait
     };
     struct Ticket {
         std::string client;
-        std::uint64_t kind = 0;  // equal kinds take about the same time
+        std::uint64_t kind = 0;  // work of one kind takes about the same time
         Clock::time_point deadline = Clock::time_point::max();
     };
 
     explicit FairQueue(const Limits& limits) : limits_(limits) {}
 
-    struct Entry {
-        std::optional<Id> id;       // none: refused
-        std::vector<Id> pushedOut;  // that must be told so
+    struct Added {
+        std::optional<Id> id;     // empty: refused
+        std::vector<Id> evicted;  // removed to make room
     };
-    // Refuses what finds no room, and what could not begin before its deadline.
-    Entry enter(const Ticket& ticket, Clock::time_point now);
+    // Refuses work for which there is no room, or which could not start before its deadline.
+    Added add(const Ticket& ticket, Clock::time_point now);
 
-    // Whether enter() would surely refuse this client.
+    // Whether add() would certainly refuse this client.
     bool refuses(const std::string& client) const;
 
-    struct Turn {
-        std::optional<Id> id;  // begins now; none: nobody waits
-        std::vector<Id> late;  // past their deadlines, and gone
+    struct Next {
+        std::optional<Id> id;     // starts now; empty: nothing waits
+        std::vector<Id> expired;  // removed because their deadlines have passed
     };
-    Turn next(Clock::time_point now);
-    void finished(Clock::time_point now);  // what next() began
+    Next next(Clock::time_point now);
+    void finished(Clock::time_point now);  // the work that next() started
 
-    bool leave(Id id);  // false: it does not wait any more
+    bool remove(Id id);  // returns false if it does not wait any more
 
     std::size_t waiting() const { return tickets_.size(); }
     double waitingSeconds() const { return waitingSeconds_; }  // predicted
@@ -75,26 +75,26 @@ private:
         Ticket ticket;
         double seconds = 0.0;  // predicted
     };
-    struct Line {
+    struct ClientQueue {
         std::deque<Id> ids;
-        double held = 0.0;  // predicted seconds of those that wait
-        double had = 0.0;   // seconds, on the scale of had_
+        double waitingSeconds = 0.0;  // predicted
+        double usedSeconds = 0.0;     // comparable with usedSeconds_
     };
-    using Lines = std::map<std::string, Line>;
+    using ClientQueues = std::map<std::string, ClientQueue>;
 
-    double heldBy(const std::string& client) const;
-    Lines::const_iterator greediest() const;
+    double waitingSecondsOf(const std::string& client) const;
+    ClientQueues::const_iterator heaviestClient() const;
     Waiting take(Id id);
     double remaining(Clock::time_point now) const;
-    void forgetQuietLines();
+    void removeIdleClients();
 
     const Limits limits_;
-    CostBook costs_;
+    CostPredictor costs_;
     Id nextId_ = 1;
     std::unordered_map<Id, Waiting> tickets_;
-    Lines lines_;
+    ClientQueues clients_;
     double waitingSeconds_ = 0.0;
-    double had_ = 0.0;  // what the client whose turn it was has had: who comes anew begins there
+    double usedSeconds_ = 0.0;  // of the client that was served last; a new client starts with it
     std::optional<Waiting> running_;
     Clock::time_point began_{};
 };

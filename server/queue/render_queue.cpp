@@ -10,13 +10,13 @@
 namespace clerestory {
 namespace {
 
-// Nobody asks for anything: what only compiling and loading needed is given back.
-constexpr std::chrono::seconds kBeforeRest{1};
+// After this idle time the memory that compilation and loading needed is released.
+constexpr std::chrono::seconds kIdleTime{1};
 
 }  // namespace
 
 RenderQueue::RenderQueue(const RendererOptions& options, const FairQueue::Limits& limits)
-    : line_(limits),
+    : queue_(limits),
       identity_(made_.get_future().share()),
       thread_([this, options] { serve(options); }) {}
 
@@ -52,7 +52,7 @@ void RenderQueue::inBackground(std::function<bool(Renderer&)> step) {
     wake_.notify_one();
 }
 
-// With the lock held: the time without what compiling took.
+// With the lock held: the time without that of compilation.
 Clock::time_point RenderQueue::queueTime() const {
     return compilingSince_.value_or(Clock::now()) - compiled_;
 }
@@ -82,7 +82,7 @@ bool RenderQueue::compiledSince(Clock::time_point then) const {
 }
 
 RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
-    : queue_(queue), cancellation_(turn.cancellation), patience_(turn.patience) {
+    : owner_(queue), cancellation_(turn.cancellation), patience_(turn.patience) {
     const auto patience = std::chrono::duration_cast<Clock::duration>(turn.patience);
     longest_ =
         Clock::now() + patience + std::chrono::duration_cast<Clock::duration>(turn.compilePatience);
@@ -91,41 +91,41 @@ RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
         deadline_ = queue.queueTime() + patience;
     }
     id_ = queue.push(turn, deadline_, {std::move(work), dropped_});
-    if (cancellation_) cancellation_->onCancel([this] { queue_.withdraw(id_, clientLeft()); });
+    if (cancellation_) cancellation_->onCancel([this] { owner_.withdraw(id_, clientLeft()); });
 }
 
 Clock::duration RenderQueue::Place::left() const {
-    const std::lock_guard lock(queue_.mutex_);
+    const std::lock_guard lock(owner_.mutex_);
     const auto now = Clock::now();
-    const Clock::duration inQueueTime = deadline_ - queue_.queueTime();
+    const Clock::duration inQueueTime = deadline_ - owner_.queueTime();
     if (inQueueTime <= Clock::duration::zero()) {
         throw RequestError(overDeadline(patience_.count()));
     }
-    if (now >= longest_) throw RequestError(stillCompiling(queue_.compileTotals_.programs));
+    if (now >= longest_) throw RequestError(stillCompiling(owner_.compileTotals_.programs));
     return std::min(inQueueTime, longest_ - now);
 }
 
 RenderQueue::Place::~Place() {
     if (cancellation_) cancellation_->onCancel(nullptr);
-    queue_.withdraw(id_, internalError());  // nobody hears the reason
+    owner_.withdraw(id_, internalError());  // the reason is not used
 }
 
 FairQueue::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Job job) {
-    std::vector<Job> gone;  // freed after the lock: that wakes those who waited for them
+    std::vector<Job> gone;  // destroyed after the lock, which wakes the threads that wait
     FairQueue::Id id = 0;
     {
         const std::lock_guard lock(mutex_);
         if (refusing_) throw RequestError(shuttingDown());
         const auto now = queueTime();
         if (deadline <= now) throw RequestError(overDeadline(turn.patience.count()));
-        const FairQueue::Entry entry = line_.enter({turn.client, turn.kind, deadline}, now);
-        for (const FairQueue::Id out : entry.pushedOut) gone.push_back(dropped(out, full()));
-        if (!entry.id) throw RequestError(full());
-        id = *entry.id;
+        const FairQueue::Added added = queue_.add({turn.client, turn.kind, deadline}, now);
+        for (const FairQueue::Id out : added.evicted) gone.push_back(dropped(out, full()));
+        if (!added.id) throw RequestError(full());
+        id = *added.id;
         try {
             jobs_.emplace(id, std::move(job));
-        } catch (...) {  // memory: nobody stands in line without work
-            line_.leave(id);
+        } catch (...) {  // out of memory: undo
+            queue_.remove(id);
             throw;
         }
     }
@@ -133,7 +133,7 @@ FairQueue::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Jo
     return id;
 }
 
-// Takes a job that has left the line out of the table. Called with the lock held.
+// With the lock held: removes a job that is no longer queued.
 RenderQueue::Job RenderQueue::dropped(FairQueue::Id id, const Problem& why) {
     const auto found = jobs_.find(id);
     Job job = std::move(found->second);
@@ -146,7 +146,7 @@ RenderQueue::Job RenderQueue::dropped(FairQueue::Id id, const Problem& why) {
 void RenderQueue::withdraw(FairQueue::Id id, const Problem& why) {
     Job gone;
     const std::lock_guard lock(mutex_);
-    if (line_.leave(id)) gone = dropped(id, why);
+    if (queue_.remove(id)) gone = dropped(id, why);
 }
 
 void RenderQueue::refuseNew() {
@@ -158,7 +158,7 @@ void RenderQueue::refuseNew() {
 std::optional<Problem> RenderQueue::refusalFor(const std::string& client) const {
     const std::lock_guard lock(mutex_);
     if (refusing_) return shuttingDown();
-    if (line_.refuses(client)) return full();
+    if (queue_.refuses(client)) return full();
     return std::nullopt;
 }
 
@@ -169,13 +169,13 @@ std::size_t RenderQueue::depth() const {
 
 bool RenderQueue::hasRoom() const {
     const std::lock_guard lock(mutex_);
-    return line_.hasRoom();
+    return queue_.hasRoom();
 }
 
-// To come back when half of what waits is done. Called with the lock held.
+// With the lock held. Retry-After is the time of half of the waiting work.
 Problem RenderQueue::full() const {
     return queueFull(
-        static_cast<int>(std::clamp(std::ceil(0.5 * line_.waitingSeconds()), 1.0, 60.0)));
+        static_cast<int>(std::clamp(std::ceil(0.5 * queue_.waitingSeconds()), 1.0, 60.0)));
 }
 
 void RenderQueue::serve(const RendererOptions& options) {
@@ -194,7 +194,7 @@ void RenderQueue::serve(const RendererOptions& options) {
         const auto asked = [&] {
             return ending_ || !posted_.empty() || !jobs_.empty() || !background_.empty();
         };
-        if (!wake_.wait_for(lock, kBeforeRest, asked)) rest(*renderer, lock);
+        if (!wake_.wait_for(lock, kIdleTime, asked)) releaseIdleMemory(*renderer, lock);
         wake_.wait(lock, asked);
         const bool background = !background_.empty() && !ending_;
         if (!posted_.empty()) {
@@ -223,7 +223,7 @@ void RenderQueue::servePosted(Renderer& renderer, std::unique_lock<std::mutex>& 
     } catch (const std::exception& error) {
         logError({"work on the OpenGL thread failed: ", error.what()});
     }
-    work = nullptr;  // frees what it holds before the lock is taken again
+    work = nullptr;  // its destructor must not run under the lock
     lock.lock();
     workingSince_.reset();
 }
@@ -245,10 +245,9 @@ void RenderQueue::serveBackground(Renderer& renderer, std::unique_lock<std::mute
     workingSince_.reset();
 }
 
-// Called with the lock held, when there has been nothing to do for a while. Compiling and loading
-// leave the heap full of holes: up to 90 MB after an empty shader cache. A steady frame makes no
-// objects, so that it finds its memory as it left it.
-void RenderQueue::rest(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
+// Called with the lock held after an idle time. Compilation and loading fragment the heap: up to
+// 90 MB after an empty shader cache. Frames that create no objects do not need it again.
+void RenderQueue::releaseIdleMemory(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
     const RendererCounters made = renderer.counters();
     const std::uint64_t objects = made.programsMade + made.texturesMade + made.buffersMade;
     if (objects == std::exchange(objectsMade_, objects)) return;
@@ -264,27 +263,27 @@ std::chrono::duration<double> RenderQueue::workingFor() const {
     return Clock::now() - *workingSince_;
 }
 
-// One piece of a client's work; what is past its deadline is dropped on the way.
+// Runs one piece of a client's work; drops work whose deadline has passed.
 void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
     std::vector<Job> gone;
     Job job;
-    const FairQueue::Turn turn = line_.next(queueTime());
-    for (const FairQueue::Id late : turn.late) gone.push_back(dropped(late, overDeadline(0.0)));
-    if (turn.id) {
+    const FairQueue::Next next = queue_.next(queueTime());
+    for (const FairQueue::Id late : next.expired) gone.push_back(dropped(late, overDeadline(0.0)));
+    if (next.id) {
         running_ = true;
         workingSince_ = Clock::now();
-        const auto found = jobs_.find(*turn.id);
+        const auto found = jobs_.find(*next.id);
         job = std::move(found->second);
         jobs_.erase(found);
     }
     lock.unlock();
     gone.clear();
-    if (job.work) job.work(renderer);  // keeps its own exceptions
+    if (job.work) job.work(renderer);  // a packaged task: does not throw
     job.work = nullptr;
     lock.lock();
     workingSince_.reset();
-    if (!turn.id) return;
-    line_.finished(queueTime());
+    if (!next.id) return;
+    queue_.finished(queueTime());
     running_ = false;
     if (jobs_.empty()) idle_.notify_all();
 }

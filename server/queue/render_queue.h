@@ -1,7 +1,4 @@
-// The one door to the OpenGL thread: a thread that owns the Renderer, and a bounded, fair line
-// before it.
-//
-// Does not: know HTTP requests or scenes; retry.
+// The thread that owns the Renderer, and the bounded, fair queue of the work for it.
 #pragma once
 
 #include "renderer.h"
@@ -18,13 +15,13 @@
 
 namespace clerestory {
 
-// How a piece of work stands in line.
+// The conditions of a piece of work in the queue.
 struct Turn {
-    std::string client;      // whose it is; empty: the server's own
-    std::uint64_t kind = 0;  // equal kinds take about the same time
+    std::string client;      // empty: the server itself
+    std::uint64_t kind = 0;  // work of one kind takes about the same time
     std::chrono::duration<double> patience{10.0};
-    std::shared_ptr<CancellationToken> cancellation;  // null: whoever waits stays
-    // Beside its patience: how much longer it waits while shaders are compiled, its own or others'.
+    std::shared_ptr<CancellationToken> cancellation;  // null: cannot be cancelled
+    // Added to the patience: how long it also waits while shaders are compiled, its own or others.
     std::chrono::duration<double> compilePatience{60.0};
 };
 
@@ -36,14 +33,13 @@ struct CompileTotals {
 
 class RenderQueue {
 public:
-    // Starts the thread and makes the Renderer in it; call identity() to wait for that.
+    // Starts the thread, which creates the Renderer; identity() waits for it.
     RenderQueue(const RendererOptions& options, const FairQueue::Limits& limits);
-    // Finishes what was accepted.
-    ~RenderQueue();
+    ~RenderQueue();  // finishes the accepted work
     RenderQueue(const RenderQueue&) = delete;
     RenderQueue& operator=(const RenderQueue&) = delete;
 
-    // Waits until the Renderer stands. Throws what its constructor threw.
+    // Waits until the Renderer is created. Throws what its constructor threw.
     const RendererIdentity& identity() const;
 
     // Runs `work` on the OpenGL thread and waits for it. Work whose deadline passes while it waits
@@ -67,32 +63,31 @@ public:
         }
     }
 
-    // The server's own: a client like any other.
+    // Work of the server itself, queued as that of a client.
     template <class Work>
     auto run(std::chrono::duration<double> patience, Work work) {
         return run(Turn{.patience = patience}, std::move(work));
     }
 
-    // What everything hangs on (scenes, warming): comes first, in order, is not counted and not
-    // waited for.
+    // Adds work that runs before all queued work, in order; does not wait for it. For scenes.
     void post(std::function<void(Renderer&)> work);
 
-    // Why run() would surely refuse this client now. Does not wait.
+    // The problem with which run() would certainly refuse this client now. Does not block.
     std::optional<Problem> refusalFor(const std::string& client) const;
 
-    // From now on run() refuses; returns when what it accepted is done.
+    // From now on run() refuses; returns when the accepted work is finished.
     void refuseNew();
 
-    // Runs `step` again and again until it returns false, where no client's work waits, and
-    // otherwise in turn with it.
+    // Runs `step` repeatedly until it returns false: alternately with the work of clients, and
+    // without pause while none waits.
     void inBackground(std::function<bool(Renderer&)> step);
 
-    // How long the OpenGL thread has been at what it does now; 0 when it waits. Each program that
-    // was compiled is progress.
+    // How long the present piece of work has been running; 0 if none runs. Starts again with each
+    // compiled program.
     std::chrono::duration<double> workingFor() const;
 
     CompileTotals compileTotals() const;
-    // Whether shaders were compiled at some time from then on.
+    // Whether shaders were compiled at or after that time.
     bool compiledSince(Clock::time_point then) const;
 
     std::size_t depth() const;  // waiting or running, of run()
@@ -102,9 +97,9 @@ private:
     using Work = std::function<void(Renderer&)>;
     struct Job {
         Work work;
-        std::shared_ptr<Problem> dropped;  // why, when it is
+        std::shared_ptr<Problem> dropped;  // the reason if it is dropped
     };
-    // From the entry to the end of run(): leaves the line when that ends early.
+    // A place in the queue during run(); removes the work if run() ends before it starts.
     class Place {
     public:
         Place(RenderQueue& queue, const Turn& turn, Work work);
@@ -112,16 +107,16 @@ private:
         Place(const Place&) = delete;
         Place& operator=(const Place&) = delete;
         const Problem& whyDropped() const { return *dropped_; }
-        // How long to wait before asking again. Throws RequestError when the time is over.
+        // How long to wait before the next check. Throws RequestError if the time is over.
         Clock::duration left() const;
 
     private:
-        RenderQueue& queue_;
+        RenderQueue& owner_;
         std::shared_ptr<CancellationToken> cancellation_;
         std::shared_ptr<Problem> dropped_ = std::make_shared<Problem>(internalError());
         std::chrono::duration<double> patience_;
-        Clock::time_point longest_;   // by the clock
-        Clock::time_point deadline_;  // in the queue's time
+        Clock::time_point longest_;   // the latest time, including compilation
+        Clock::time_point deadline_;  // without the time of compilation
         FairQueue::Id id_ = 0;
     };
 
@@ -133,14 +128,14 @@ private:
     Problem full() const;
     void serve(const RendererOptions& options);
     void servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock);
-    void rest(Renderer& renderer, std::unique_lock<std::mutex>& lock);
+    void releaseIdleMemory(Renderer& renderer, std::unique_lock<std::mutex>& lock);
     void serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock);
     void serveBackground(Renderer& renderer, std::unique_lock<std::mutex>& lock);
 
     mutable std::mutex mutex_;
     std::condition_variable wake_, idle_;
-    FairQueue line_;
-    std::unordered_map<FairQueue::Id, Job> jobs_;  // that wait in line_
+    FairQueue queue_;
+    std::unordered_map<FairQueue::Id, Job> jobs_;  // that wait in queue_
     std::deque<Work> posted_;
     std::deque<std::function<bool(Renderer&)>> background_;
     bool backgroundIsNext_ = true;
@@ -150,7 +145,7 @@ private:
     CompileTotals compileTotals_;
     bool running_ = false;  // something of run()
     std::optional<Clock::time_point> workingSince_;
-    std::uint64_t objectsMade_ = 0;  // of the renderer when it last rested; its thread's own
+    std::uint64_t objectsMade_ = 0;  // at the last releaseIdleMemory(); used by the thread only
     bool refusing_ = false;
     bool ending_ = false;
     std::promise<RendererIdentity> made_;

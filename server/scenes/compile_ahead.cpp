@@ -9,8 +9,8 @@
 namespace clerestory {
 namespace {
 
-// A picture of any content with what the driver compiles for: its format, whether its edges are
-// powers of two, whether it has levels.
+// A small picture for which the driver compiles the same code: of the same format, with edges that
+// are powers of two or not, with or without levels.
 void makeSmall(TextureImage& image) {
     const auto small = [](std::uint32_t edge) {
         return std::has_single_bit(edge) ? std::min(edge, 4u) : 6u;
@@ -45,10 +45,10 @@ bool CompileAhead::helps(const RendererIdentity& identity) {
 
 CompileAhead::CompileAhead(const RendererOptions& options, Scene scene,
                            std::vector<std::shared_ptr<const EnvironmentMap>> maps,
-                           std::vector<FrameRequest> frames, std::function<bool()> wanted)
+                           std::vector<FrameRequest> frames, std::function<bool()> proceed)
     : thread_([this, options, scene = std::move(scene), maps = std::move(maps),
-               frames = std::move(frames), wanted = std::move(wanted)]() mutable {
-          run(options, std::move(scene), maps, frames, wanted);
+               frames = std::move(frames), proceed = std::move(proceed)]() mutable {
+          run(options, std::move(scene), maps, frames, proceed);
           ended_ = true;
       }) {}
 
@@ -57,11 +57,11 @@ CompileAhead::~CompileAhead() {
     thread_.join();
 }
 
-// Whatever fails here, the other renderer does itself.
+// Failures are harmless: the renderer compiles everything itself.
 void CompileAhead::run(RendererOptions options, Scene scene,
                        const std::vector<std::shared_ptr<const EnvironmentMap>>& maps,
                        const std::vector<FrameRequest>& frames,
-                       const std::function<bool()>& wanted) {
+                       const std::function<bool()>& proceed) {
     try {
         options.whenReset = nullptr;
         options.whenCompiling = nullptr;
@@ -70,7 +70,7 @@ void CompileAhead::run(RendererOptions options, Scene scene,
         for (TextureImage& image : scene.images) makeSmall(image);
         renderer.addScene(std::move(scene));
         WarmUp warmUp = renderer.beginWarmUp(frames);
-        while (!stopping_ && wanted() && renderer.advance(warmUp, true)) {
+        while (!stopping_ && proceed() && renderer.advance(warmUp, true)) {
         }
     } catch (const std::exception& error) {
         logDebug({"compiling ahead: ", error.what()});

@@ -1,5 +1,5 @@
-// Compiles what some frames will draw on a thread and an OpenGL context of its own, last step
-// first, while the renderer that will draw them begins at the front. The two share the driver's
+// Compiles the shaders of some frames on a second thread with its own OpenGL context, from the last
+// step to the first, while the renderer compiles from the first to the last. Both use the driver's
 // shader cache.
 #pragma once
 
@@ -12,17 +12,17 @@ namespace clerestory {
 
 class CompileAhead {
 public:
-    // Whether that is worth a thread: the driver is software, has a cache, and there are
-    // processors.
+    // Whether a second thread saves time: the driver is software and has a cache, and there are
+    // several processors.
     static bool helps(const RendererIdentity& identity);
 
-    // The texels of the scene's textures are not needed, and replaced. `wanted` is asked before
-    // each step, on the thread.
+    // The texels of the scene's textures are not needed. `proceed` is called on the thread before
+    // each step; it ends when this returns false.
     CompileAhead(
         const RendererOptions& options, Scene scene,
         std::vector<std::shared_ptr<const EnvironmentMap>> maps, std::vector<FrameRequest> frames,
-        std::function<bool()> wanted = [] { return true; });
-    ~CompileAhead();  // ends after the step at hand
+        std::function<bool()> proceed = [] { return true; });
+    ~CompileAhead();  // waits for the present step
     CompileAhead(const CompileAhead&) = delete;
     CompileAhead& operator=(const CompileAhead&) = delete;
 
@@ -32,13 +32,13 @@ public:
 private:
     void run(RendererOptions options, Scene scene,
              const std::vector<std::shared_ptr<const EnvironmentMap>>& maps,
-             const std::vector<FrameRequest>& frames, const std::function<bool()>& wanted);
+             const std::vector<FrameRequest>& frames, const std::function<bool()>& proceed);
 
     std::atomic<bool> stopping_{false}, ended_{false};
     std::thread thread_;
 };
 
-// A copy without the texels of its textures, which stay where they are.
+// A copy without the texels of the textures. Does not change the scene in the end.
 Scene copyWithoutTexels(Scene& scene);
 
 }  // namespace clerestory

@@ -8,7 +8,7 @@
 namespace clerestory {
 namespace {
 
-// How deep below --scenes files are looked for.
+// How many levels of subfolders of --scenes are searched.
 constexpr int kFolderDepth = 3;
 
 bool importable(const std::filesystem::path& file) {
@@ -20,7 +20,7 @@ bool importable(const std::filesystem::path& file) {
     return std::find(known.begin(), known.end(), extension.substr(1)) != known.end();
 }
 
-// "My Model.glb" -> "My-Model": what needs no escaping in a URL.
+// "My Model.glb" -> "My-Model", which needs no escaping in a URL.
 std::string idFrom(const std::filesystem::path& file) {
     std::string id = file.stem().string().substr(0, 100);
     for (char& c : id) {
@@ -51,6 +51,13 @@ SceneBytes bytesOf(const Scene& scene) {
                                     scene.indices.size() * sizeof(std::uint32_t))};
     for (const TextureImage& image : scene.images) bytes.textures += image.texels.size();
     return bytes;
+}
+
+void lightWithSky(Scene& scene) {
+    scene.warnings.push_back({"unknownEnvironment", scene.environment,
+                              "no environment map of that name is loaded; 'sky' lights the scene"});
+    scene.environment = "sky";
+    updateContentHash(scene);
 }
 
 SceneEntries::SceneEntries(const SceneSources& sources) {
@@ -102,22 +109,22 @@ void SceneEntries::addFolder(const std::filesystem::path& folder) {
 std::vector<SceneEntries::Entry> SceneEntries::listed() const {
     std::vector<Entry> list;
     for (const Entry& entry : entries_) {
-        if (!entry->deleted) list.push_back(entry);
+        if (!entry->isDeleted) list.push_back(entry);
     }
     return list;
 }
 
 SceneEntries::Entry SceneEntries::find(const std::string& id) const {
     const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
-        return e->status.id == id && !e->deleted;
+        return e->status.id == id && !e->isDeleted;
     });
     return found == entries_.end() ? nullptr : *found;
 }
 
-std::vector<SceneEntries::Entry> SceneEntries::followUploads(const UploadStore& uploads) {
-    std::vector<Entry> gone;
+std::vector<SceneEntries::Entry> SceneEntries::updateUploads(const UploadStore& uploads) {
+    std::vector<Entry> removed;
     for (const Entry& entry : listed()) {
-        if (entry->status.uploaded && !uploads.find(entry->status.id)) gone.push_back(entry);
+        if (entry->status.uploaded && !uploads.find(entry->status.id)) removed.push_back(entry);
     }
     for (const Upload& upload : uploads.all()) {
         const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
@@ -125,22 +132,22 @@ std::vector<SceneEntries::Entry> SceneEntries::followUploads(const UploadStore& 
         });
         const bool isNew = same == entries_.end();
         const Entry entry = isNew ? add(upload.id, upload.title, upload.file) : *same;
-        entry->deleted = false;
+        entry->isDeleted = false;
         SceneStatus& status = entry->status;
-        if (isNew) status.uploaded = true;  // whoever loads one looks at this without the lock
-        // Whoever sent it once more wants it tried once more.
+        if (isNew) status.uploaded = true;  // only now: the loader reads it without the lock
+        // A repeated upload clears the failure, so that the scene is tried again.
         const bool known = status.state == SceneState::failed;
         const bool fails = !upload.failure.empty();
         if (known == fails || (fails && status.state != SceneState::waiting)) continue;
         status.state = fails ? SceneState::failed : SceneState::waiting;
         status.failure = upload.failure;
         status.reason = upload.reason;
-        entry->asked = fails;
+        entry->isRequested = fails;
     }
-    return gone;
+    return removed;
 }
 
-void SceneEntries::drop(const Entry& entry) {
+void SceneEntries::remove(const Entry& entry) {
     std::erase(entries_, entry);
 }
 

@@ -1,6 +1,6 @@
-// The table of the scenes that there are: built-in ones, files, files of a folder, uploads. Who may
-// change it when is the library's business. Ids are keys of the table; they never become paths,
-// except that an upload's is looked for among the uploads.
+// The table of all scenes: built-in ones, files, files of a folder, uploads. Not thread-safe; the
+// library locks it. Ids are keys of this table and never parts of paths, except the ids of uploads,
+// which UploadStore checks.
 #pragma once
 
 #include "scene/import/import.h"
@@ -14,9 +14,9 @@
 namespace clerestory {
 
 struct UploadOptions {
-    std::filesystem::path folder;  // empty: nobody may upload
+    std::filesystem::path folder;  // empty: uploads are not allowed
     UploadLimits limits;
-    // Of the files of others; their bytes are those of `limits`.
+    // For uploaded files; the limit of their size is that of `limits`.
     ImportLimits import{.wallClock = std::chrono::milliseconds(10000),
                         .cpu = std::chrono::seconds(5),
                         .addressSpaceBytes = 1ull << 30,
@@ -28,26 +28,29 @@ struct UploadOptions {
 
 struct SceneSources {
     std::vector<std::string> scenes;  // ids of built-in scenes, or files; the first is the default
-    std::filesystem::path folder;     // files found below it load when first asked for
+    std::filesystem::path folder;     // files below it load when they are first requested
     std::vector<std::filesystem::path> environments;
     ImportOptions import;
     UploadOptions uploads;
-    std::uint64_t memoryBytes = 2ull << 30;  // of loaded scenes; above it unused ones are let go
+    std::uint64_t memoryBytes = 2ull << 30;  // of loaded scenes; above it unused ones are evicted
 };
 
-// The text that names the scene loaded first.
+// The source of the default scene.
 std::string firstSourceOf(const SceneSources& sources);
 
-// What a loaded scene takes; on a software renderer the processor's memory holds both sides.
+// The memory of a loaded scene, on the renderer's side and on ours; with a software renderer both
+// are main memory.
 struct SceneBytes {
-    // Vertices and indices, here and on the renderer's side: once where the driver reads them where
-    // they lie.
+    // Vertices and indices on both sides; counted once if the driver reads ours without a copy.
     std::uint64_t meshes = 0;
-    std::uint64_t textures = 0;  // with their smaller levels
-    std::uint64_t maps = 0;      // most that a frame's captured cubes and tables for rays took
+    std::uint64_t textures = 0;  // with all mip levels
+    std::uint64_t maps = 0;      // the most that captured cubes and ray tables of a frame took
     std::uint64_t total() const { return meshes + textures + maps; }
 };
-SceneBytes bytesOf(const Scene& scene);  // of a whole scene, as if nothing were held once
+SceneBytes bytesOf(const Scene& scene);  // of a complete scene, with meshes on both sides
+
+// Lights the scene with the built-in sky, and adds a warning that its own map is not loaded.
+void lightWithSky(Scene& scene);
 
 enum class SceneState { waiting, loading, ready, failed };
 std::string_view nameOf(SceneState state);
@@ -57,9 +60,9 @@ struct SceneStatus {
     bool uploaded = false;
     SceneState state = SceneState::waiting;
     ImportProgress progress;
-    std::string failure;                 // words for people, when failed
-    std::string reason;                  // of it; a word of reasonOf()
-    std::shared_ptr<const Scene> scene;  // once it was loaded; without vertices, indices and texels
+    std::string failure;                 // for people, when failed
+    std::string reason;                  // its ImportError::Reason as a word
+    std::shared_ptr<const Scene> scene;  // after the first loading; without vertices and texels
     std::size_t vertices = 0;
     SceneBytes bytes;  // while it is loaded
 };
@@ -67,34 +70,34 @@ struct SceneStatus {
 struct SceneEntry {
     SceneStatus status;
     std::filesystem::path file;  // empty: built-in
-    bool warm = false;           // somebody will ask for it first thing
-    bool asked = false;          // waits to be loaded, loading, or done
-    bool harmless = false;       // another process holds it
-    bool deleted = false;        // nobody finds it; it goes when its last user has
-    int waiting = 0;             // clients that wait for it
-    int users = 0;               // frames and the like that rely on it
-    std::uint64_t lastUsed = 0;  // counts uses of all scenes
-    // When it may be tried anew after a failure that was not the scene's own, such as no memory.
-    Clock::time_point again = Clock::time_point::max();
+    bool isRequested = false;    // waits to be loaded, is loading, or was loaded
+    bool isSafe = false;         // another process has loaded it
+    bool isDeleted = false;      // not found by id; removed when its last use ends
+    int waiting = 0;             // calls that wait for it
+    int users = 0;               // frames and others that use it
+    std::uint64_t lastUsed = 0;  // counts the uses of all scenes
+    // After a failure that is not the scene's own, such as lack of memory: when to try it again.
+    Clock::time_point retryAt = Clock::time_point::max();
 };
 
 class SceneEntries {
 public:
     using Entry = std::shared_ptr<SceneEntry>;
 
-    // Throws std::runtime_error with one line about a source that is not there.
+    // Throws std::runtime_error with one line for people if a source does not exist.
     explicit SceneEntries(const SceneSources& sources);
 
-    // In the order clients see; deleted ones are left out.
+    // In the order of GET /v1/scenes, without deleted ones.
     std::vector<Entry> listed() const;
-    // Null when there is none, or no longer.
+    // Null if there is none, or it is deleted.
     Entry find(const std::string& id) const;
-    // Those that were named, or the first there is.
+    // The scenes that the options name, or else the first built-in scene.
     const std::vector<Entry>& first() const { return first_; }
 
-    // Uploads that others have added or removed come and go here. Returns those that went.
-    std::vector<Entry> followUploads(const UploadStore& uploads);
-    void drop(const Entry& entry);
+    // Adds entries for new uploads, also of other processes. Returns the entries whose uploads were
+    // removed.
+    std::vector<Entry> updateUploads(const UploadStore& uploads);
+    void remove(const Entry& entry);
 
 private:
     Entry add(const std::string& id, const std::string& title, const std::filesystem::path& file);

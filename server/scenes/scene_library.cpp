@@ -12,9 +12,8 @@
 namespace clerestory {
 namespace {
 
-// Loading that ends within this is waited for; longer loading is told to the client. What was
-// loaded before had to go for lack of memory, which is no client's concern.
-constexpr std::chrono::milliseconds kClosePatience{1000}, kPatienceAgain{5000};
+// How long a call waits for a scene that loads: for the first time, and after an eviction.
+constexpr std::chrono::milliseconds kLoadPatience{1000}, kReloadPatience{5000};
 
 std::string percent(double share) {
     return std::to_string(static_cast<int>(100.0 * share)) + " %";
@@ -41,12 +40,11 @@ SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue,
     if (!sources.uploads.folder.empty()) {
         uploads_ = std::make_shared<UploadStore>(sources.uploads.folder, sources.uploads.limits);
         importUploads_.limits.fileBytes = sources.uploads.limits.fileBytes;
-        followUploads();
+        updateUploads();
     }
     defaultId_ = entries_.first().front()->status.id;
     for (const Entry& entry : entries_.first()) {
-        entry->warm = true;
-        askFor(entry, false);
+        request(entry, false);
     }
     loader_ = std::thread([this] { loadAll(); });
 }
@@ -60,18 +58,18 @@ SceneLibrary::~SceneLibrary() {
     loader_.join();
 }
 
-void SceneLibrary::followUploads() {
+void SceneLibrary::updateUploads() {
     if (!uploads_) return;
-    for (const Entry& entry : entries_.followUploads(*uploads_)) remove(entry);
+    for (const Entry& entry : entries_.updateUploads(*uploads_)) remove(entry);
 }
 
 std::vector<SceneStatus> SceneLibrary::all() {
     const std::lock_guard lock(mutex_);
-    followUploads();
+    updateUploads();
     std::vector<SceneStatus> list;
     for (const Entry& entry : entries_.listed()) {
         const SceneStatus& status = entry->status;
-        // Whoever sent what gives no scene was told so.
+        // The client that sent it knows.
         if (status.uploaded && status.state == SceneState::failed) continue;
         list.push_back(status);
     }
@@ -92,13 +90,13 @@ SceneTotals SceneLibrary::totals() const {
     return totals;
 }
 
-// Another process may have taken an upload since. One that is ready needs no look at the disk.
+// Looks for new uploads of other processes first, unless the scene is certainly there.
 SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id) {
     Entry entry = entries_.find(id);
-    const bool sure =
+    const bool certain =
         entry && (!entry->status.uploaded || entry->status.state == SceneState::ready);
-    if (!sure) {
-        followUploads();
+    if (!certain) {
+        updateUploads();
         entry = entries_.find(id);
     }
     if (entry) return entry;
@@ -111,18 +109,18 @@ SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id) {
     throw RequestError(std::move(problem));
 }
 
-void SceneLibrary::askFor(const Entry& entry, bool first) {
-    if (first && entry->status.state == SceneState::waiting && entry->asked) {
+void SceneLibrary::request(const Entry& entry, bool first) {
+    if (first && entry->status.state == SceneState::waiting && entry->isRequested) {
         std::erase(toLoad_, entry);
-        entry->asked = false;
+        entry->isRequested = false;
     }
-    if (entry->status.state == SceneState::failed && Clock::now() >= entry->again) {
+    if (entry->status.state == SceneState::failed && Clock::now() >= entry->retryAt) {
         entry->status.state = SceneState::waiting;
-        entry->again = Clock::time_point::max();
-        entry->asked = false;
+        entry->retryAt = Clock::time_point::max();
+        entry->isRequested = false;
     }
-    if (entry->asked) return;
-    entry->asked = true;
+    if (entry->isRequested) return;
+    entry->isRequested = true;
     toLoad_.insert(first ? toLoad_.begin() : toLoad_.end(), entry);
     changed_.notify_all();
 }
@@ -130,7 +128,7 @@ void SceneLibrary::askFor(const Entry& entry, bool first) {
 SceneStatus SceneLibrary::find(const std::string& id) {
     const std::lock_guard lock(mutex_);
     const Entry entry = entryFor(id);
-    if (!entry->status.scene) askFor(entry, true);
+    if (!entry->status.scene) request(entry, true);
     return entry->status;
 }
 
@@ -143,11 +141,11 @@ bool SceneLibrary::defaultIsWarm() {
 std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
     std::unique_lock lock(mutex_);
     const Entry entry = entryFor(id.empty() ? defaultId_ : id);
-    askFor(entry, true);
+    request(entry, true);
     entry->lastUsed = ++uses_;
     const SceneStatus& status = entry->status;
     ++entry->waiting;
-    changed_.wait_for(lock, status.scene ? kPatienceAgain : kClosePatience, [&] {
+    changed_.wait_for(lock, status.scene ? kReloadPatience : kLoadPatience, [&] {
         return status.state == SceneState::ready || status.state == SceneState::failed || ending_;
     });
     --entry->waiting;
@@ -165,7 +163,7 @@ std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
             [this, entry, scene = status.scene](const Scene*) { release(entry); }};
 }
 
-std::vector<std::string> SceneLibrary::held() const {
+std::vector<std::string> SceneLibrary::loadedScenes() const {
     std::vector<Entry> ready;
     const std::lock_guard lock(mutex_);
     for (const Entry& entry : entries_.listed()) {
@@ -178,24 +176,24 @@ std::vector<std::string> SceneLibrary::held() const {
     return ids;
 }
 
-void SceneLibrary::hold(const std::vector<std::string>& ids) {
+void SceneLibrary::load(const std::vector<std::string>& ids) {
     const std::lock_guard lock(mutex_);
-    followUploads();
+    updateUploads();
     std::vector<Entry> wanted;
     for (const std::string& id : ids) {
         const Entry entry = entries_.find(id);
         if (!entry) continue;
         entry->lastUsed = ++uses_;
-        entry->harmless = true;
+        entry->isSafe = true;
         wanted.push_back(entry);
     }
-    for (auto entry = wanted.rbegin(); entry != wanted.rend(); ++entry) askFor(*entry, false);
+    for (auto entry = wanted.rbegin(); entry != wanted.rend(); ++entry) request(*entry, false);
 }
 
 void SceneLibrary::release(const Entry& entry) {
     const std::lock_guard lock(mutex_);
     --entry->users;
-    if (entry->deleted) {
+    if (entry->isDeleted) {
         remove(entry);
     } else if (loadedBytes_ > memoryBytes_) {
         makeRoom(0);
@@ -225,16 +223,16 @@ void SceneLibrary::remove(const std::string& id) {
     remove(entry);
 }
 
-// With the lock held. Who draws it keeps it until then.
+// With the lock held. A scene in use is removed when its last use ends.
 void SceneLibrary::remove(const Entry& entry) {
-    entry->deleted = true;
+    entry->isDeleted = true;
     std::erase(toLoad_, entry);
     if (entry->users > 0 || entry->status.state == SceneState::loading) return;
-    if (entry->status.state == SceneState::ready) letGo(*entry);
-    entries_.drop(entry);
+    if (entry->status.state == SceneState::ready) evict(*entry);
+    entries_.remove(entry);
 }
 
-void SceneLibrary::mapsTook(const std::string& id, std::uint64_t bytes) {
+void SceneLibrary::recordMapBytes(const std::string& id, std::uint64_t bytes) {
     const std::lock_guard lock(mutex_);
     const Entry entry = entries_.find(id);
     if (!entry || bytes <= entry->status.bytes.maps) return;
@@ -242,8 +240,8 @@ void SceneLibrary::mapsTook(const std::string& id, std::uint64_t bytes) {
     entry->status.bytes.maps = bytes;
 }
 
-// With the lock held: for so many bytes more. The default scene stays: a server without it is not
-// ready.
+// With the lock held: evicts scenes until there is room for that many bytes. The default scene
+// stays, since the server is not ready without it.
 void SceneLibrary::makeRoom(std::uint64_t bytes) {
     while (loadedBytes_ + bytes > memoryBytes_) {
         SceneEntry* oldest = nullptr;
@@ -253,14 +251,14 @@ void SceneLibrary::makeRoom(std::uint64_t bytes) {
             if (free && (!oldest || entry->lastUsed < oldest->lastUsed)) oldest = entry.get();
         }
         if (!oldest) return;
-        letGo(*oldest);
+        evict(*oldest);
         ++evicted_;
-        logInfo({"scene ", oldest->status.id, ": let go, to be loaded again when it is asked for"});
+        logInfo({"scene ", oldest->status.id, ": evicted; it loads again when it is requested"});
     }
 }
 
-// With the lock held, so that nobody asks for it anew before the renderer is told.
-void SceneLibrary::letGo(SceneEntry& entry) {
+// With the lock held, so that it is not requested again before the renderer's work is queued.
+void SceneLibrary::evict(SceneEntry& entry) {
     queue_.post([id = entry.status.id](Renderer& renderer) {
         renderer.removeScene(id);
         malloc_trim(0);
@@ -269,7 +267,7 @@ void SceneLibrary::letGo(SceneEntry& entry) {
     loadedBytes_ -= entry.status.bytes.total();
     entry.status.bytes = {};
     entry.status.state = SceneState::waiting;
-    entry.asked = false;
+    entry.isRequested = false;
 }
 
 std::shared_ptr<const EnvironmentMap> SceneLibrary::environment(const std::string& name) const {

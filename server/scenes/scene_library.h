@@ -1,7 +1,7 @@
-// What can be rendered, and how far its loading is. The scenes that were named load at once, all
-// others when first asked for, in one background thread; a loaded scene is handed to the Renderer
-// through the queue. When they take more memory than they may, the one that was used longest ago is
-// let go, unless somebody uses it; it loads again when it is asked for.
+// The scenes and their loading. The scenes that the options name load at the start, all others when
+// they are first requested, on one background thread, which passes them to the Renderer through the
+// queue. If loaded scenes exceed the memory limit, the least recently used one that is not in use
+// is evicted; it loads again when it is requested. Thread-safe.
 #pragma once
 
 #include "server/queue/render_queue.h"
@@ -20,18 +20,18 @@
 
 namespace clerestory {
 
-// Of all scenes together.
+// Sums over all scenes.
 struct SceneTotals {
     SceneBytes bytes;           // of loaded ones
     std::size_t loaded = 0;     // scenes
-    std::uint64_t evicted = 0;  // since the start
+    std::uint64_t evicted = 0;  // scenes, since the start
     std::size_t uploads = 0;
 };
 
 class SceneLibrary {
 public:
-    // Loads the environment maps here and starts to load scenes. Throws std::runtime_error with one
-    // line about a source that is not there.
+    // Loads the environment maps, and starts to load scenes. Throws std::runtime_error with one
+    // line for people if a source does not exist.
     SceneLibrary(const SceneSources& sources, RenderQueue& queue, const RendererOptions& options);
     ~SceneLibrary();
     SceneLibrary(const SceneLibrary&) = delete;
@@ -41,76 +41,75 @@ public:
     std::vector<SceneStatus> all();
     SceneTotals totals() const;
 
-    // Throws RequestError 404 when there is no such id. Asks for a scene of which nothing is known
-    // to be loaded.
+    // Requests the scene if it was never loaded. Throws RequestError 404.
     SceneStatus find(const std::string& id);
-    // How far compiling is for the first frames of a loaded scene.
+    // The progress of compiling the shaders of a loaded scene.
     WarmUps::Progress warmUp(const std::string& id) const { return warmUps_.of(id); }
-    // Whether the default scene has been loaded and its programs compiled, or has failed.
+    // Whether the default scene is loaded and its shaders are compiled, or its loading has failed.
     bool defaultIsWarm();
 
-    // The scene, ready to be drawn; an empty id is the default. It stays so for as long as what is
-    // returned lives, which must not be longer than this. Waits a moment for one that loads. Throws
+    // The scene, loaded; the default scene if the id is empty. It is not evicted as long as the
+    // result exists, which must not outlive this. Waits a moment for a scene that loads. Throws
     // RequestError: no such scene (404), still loading (409), failed (422).
     std::shared_ptr<const Scene> require(const std::string& id);
 
-    // The scene once more with vertices and texels, made or read anew, for those that need it
-    // whole. Takes as long as loading it did. Throws RequestError 404, ImportError.
+    // A new copy of the scene with vertices and texels. Takes as long as loading it. Throws
+    // RequestError 404, ImportError.
     Scene whole(const std::string& id);
 
-    // Those that can be drawn at once, the one that was used last at the end.
-    std::vector<std::string> held() const;
-    // To hold these, too, in the same order: another process draws them. They load in time, when
-    // nobody waits for others; ids that nobody knows are left out.
-    void hold(const std::vector<std::string>& ids);
+    // The ids of the loaded scenes, the most recently used one last.
+    std::vector<std::string> loadedScenes() const;
+    // Loads these scenes, too, after those that clients request; another process has loaded them.
+    // Ignores unknown ids.
+    void load(const std::vector<std::string>& ids);
 
-    // Of an upload: nobody finds it any more, and it goes when its last frame is drawn. Throws
-    // RequestError: no such scene (404), none that was uploaded (403).
+    // Deletes an upload: it is not found any more, and is removed after its last frame. Throws
+    // RequestError: no such scene (404), not an upload (403).
     void remove(const std::string& id);
 
-    // What the maps of a frame of it took.
-    void mapsTook(const std::string& id, std::uint64_t bytes);
+    // Records the memory of the maps of one of its frames.
+    void recordMapBytes(const std::string& id, std::uint64_t bytes);
 
-    // The map that lights a scene, or that a material names; null when there is none.
+    // The environment map with this name; null if it is not loaded.
     std::shared_ptr<const EnvironmentMap> environment(const std::string& name) const;
 
-    // A file is being read; that can take long, and nothing interrupts it.
+    // A file is being imported, which can take long and cannot be interrupted.
     bool importing() const;
 
     // Built-in ones first.
     std::vector<std::string> environmentNames() const;
 
-    // Of a map that was loaded from a file; 0 for the built-in ones.
+    // The content hash of a map from a file; 0 for a built-in one.
     std::uint64_t environmentHash(const std::string& name) const;
 
 private:
     using Entry = SceneEntries::Entry;
-    void followUploads();
-    void askFor(const Entry& entry, bool first);
+    void updateUploads();
+    void request(const Entry& entry, bool first);
     Entry entryFor(const std::string& id);
     const ImportOptions& importFor(const SceneEntry& entry) const;
     void loadAll();
     void load(const Entry& entry);
-    void failed(const Entry& entry, const std::exception& error);
+    void setFailed(const Entry& entry, const std::exception& error);
     void warmUp(const Scene& known, std::optional<Scene> copy);
-    // Of the future: bytes of the meshes that are held once.
-    std::future<std::uint64_t> handed(const Entry& entry, const std::shared_ptr<Scene>& full);
-    bool ended(const std::future<std::uint64_t>& work);
-    void ready(const Entry& entry, const std::shared_ptr<const Scene>& known, std::size_t vertices,
-               std::uint64_t shared);
-    void requireHarmless(const SceneEntry& entry);
+    std::future<std::uint64_t> addToRenderer(const Entry& entry,
+                                             const std::shared_ptr<Scene>& full);
+    bool waitFor(const std::future<std::uint64_t>& work);
+    void setReady(const Entry& entry, const std::shared_ptr<const Scene>& known,
+                  std::size_t vertices, std::uint64_t sharedBytes);
+    void requireSafe(const SceneEntry& entry);
     void requireLight(Scene& scene) const;
-    Scene made(SceneEntry& entry);
+    Scene make(SceneEntry& entry);
     void release(const Entry& entry);
     void remove(const Entry& entry);
     void makeRoom(std::uint64_t bytes);
-    void letGo(SceneEntry& entry);
+    void evict(SceneEntry& entry);
 
     RenderQueue& queue_;
     const ImportOptions import_;
-    const std::string firstSource_;  // as the command line names it
+    const std::string firstSource_;  // of the default scene
     const std::uint64_t memoryBytes_;
-    std::shared_ptr<UploadStore> uploads_;  // null: nobody may upload
+    std::shared_ptr<UploadStore> uploads_;  // null: not allowed
     ImportOptions importUploads_;
     std::string defaultId_;
     std::map<std::string, std::shared_ptr<const EnvironmentMap>> environments_;  // from files

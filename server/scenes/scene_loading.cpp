@@ -1,8 +1,7 @@
-// The library's other half: the thread that loads scenes.
+// SceneLibrary: the thread that loads scenes.
 #include "scene/builtin/builtin_scenes.h"
 #include "server/base/log.h"
 #include "server/scenes/scene_library.h"
-#include "server/scenes/scene_light.h"
 #include "server/scenes/shader_cache.h"
 
 #include <malloc.h>
@@ -10,23 +9,23 @@
 namespace clerestory {
 namespace {
 
-// To load an upload, when whoever tried it ended each time.
+// Attempts to load an upload that each ended their process.
 constexpr std::uint64_t kMaxTries = 3;
 
-// After a failure that was not the scene's own, so that hopeless attempts do not fill the time.
-constexpr std::chrono::seconds kBetweenTries{2};
+// After a failure that is not the scene's own.
+constexpr std::chrono::seconds kRetryInterval{2};
 
-// How soon a loader that waits for the renderer sees that it need not.
-constexpr std::chrono::milliseconds kLoadingLooksUp{50};
+// How soon a loader that waits for the renderer sees that the library ends.
+constexpr std::chrono::milliseconds kEndPollInterval{50};
 
-class Harmful : public ImportError {
+class CrashesRenderer : public ImportError {
 public:
-    Harmful()
+    CrashesRenderer()
         : ImportError(Reason::crashed,
                       "the renderer ended more than once while it loaded this scene") {}
 };
 
-// Thrown out of an import when the server stops.
+// Ends an import when the library ends.
 struct Stopping {};
 
 }  // namespace
@@ -49,8 +48,8 @@ void SceneLibrary::loadAll() {
     }
 }
 
-// What is told about a scene, without what only the renderer needs: nearly all of its memory.
-static Scene described(Scene& scene) {
+// A copy without the data that only the renderer needs, which is nearly all of its memory.
+static Scene copyForDescription(Scene& scene) {
     std::vector<TextureImage> images = std::move(scene.images);
     std::vector<Vertex> vertices = std::move(scene.vertices);
     std::vector<std::uint32_t> indices = std::move(scene.indices);
@@ -71,29 +70,30 @@ static Scene described(Scene& scene) {
 void SceneLibrary::load(const Entry& entry) {
     const auto start = Clock::now();
     try {
-        requireHarmless(*entry);
-        const auto full = std::make_shared<Scene>(made(*entry));
-        const auto known = std::make_shared<const Scene>(described(*full));
+        requireSafe(*entry);
+        const auto full = std::make_shared<Scene>(make(*entry));
+        const auto known = std::make_shared<const Scene>(copyForDescription(*full));
         const std::size_t vertices = full->vertices.size();
         std::optional<Scene> copy;
-        if (WarmUps::wantsCopy(*full)) copy = copyWithoutTexels(*full);
-        std::future<std::uint64_t> taken = handed(entry, full);
-        if (!taken.valid() || !ended(taken)) return;
-        ready(entry, known, vertices, taken.get());
+        if (WarmUps::needsCopy(*full)) copy = copyWithoutTexels(*full);
+        std::future<std::uint64_t> taken = addToRenderer(entry, full);
+        if (!taken.valid() || !waitFor(taken)) return;
+        setReady(entry, known, vertices, taken.get());
         warmUp(*known, std::move(copy));
         logInfo({"scene ", known->id, ": ", std::to_string(triangleCount(*known)), " triangles in ",
                  fixedPoint(millisecondsSince(start), 0), " ms"});
     } catch (const std::exception& error) {
-        failed(entry, error);
+        setFailed(entry, error);
     }
 }
 
-// To the renderer, once there is room for it. Not valid: nobody wants it any more.
-std::future<std::uint64_t> SceneLibrary::handed(const Entry& entry,
-                                                const std::shared_ptr<Scene>& full) {
+// The bytes of the meshes that the renderer shares, when it has the scene. Not valid if the scene
+// was deleted.
+std::future<std::uint64_t> SceneLibrary::addToRenderer(const Entry& entry,
+                                                       const std::shared_ptr<Scene>& full) {
     const SceneBytes bytes = bytesOf(*full);
     const std::lock_guard lock(mutex_);
-    if (entry->deleted) {
+    if (entry->isDeleted) {
         entry->status.state = SceneState::waiting;
         remove(entry);
         return {};
@@ -105,14 +105,14 @@ std::future<std::uint64_t> SceneLibrary::handed(const Entry& entry,
         std::make_shared<std::packaged_task<std::uint64_t(Renderer&)>>([full](Renderer& renderer) {
             const std::uint64_t before = renderer.counters().bytesShared;
             renderer.addScene(std::move(*full));
-            malloc_trim(0);  // reading a large scene leaves the heap full of holes
+            malloc_trim(0);  // loading a large scene fragments the heap
             return renderer.counters().bytesShared - before;
         });
     queue_.post([add](Renderer& renderer) { (*add)(renderer); });
     return add->get_future();
 }
 
-// Of the first scene, what another process of this build has compiled is known to those that start.
+// A mark in the shader cache records that this build has compiled the default scene.
 void SceneLibrary::warmUp(const Scene& known, std::optional<Scene> copy) {
     std::vector<std::shared_ptr<const EnvironmentMap>> maps;
     for (const auto& [name, map] : environments_) maps.push_back(map);
@@ -123,59 +123,59 @@ void SceneLibrary::warmUp(const Scene& known, std::optional<Scene> copy) {
     warmUps_.begin(known, std::move(copy), std::move(maps), std::move(whenFinished));
 }
 
-// False: this ends first. There may never be a renderer.
-bool SceneLibrary::ended(const std::future<std::uint64_t>& work) {
-    while (work.wait_for(kLoadingLooksUp) != std::future_status::ready) {
+// Returns false if the library ends first: the renderer may never answer.
+bool SceneLibrary::waitFor(const std::future<std::uint64_t>& work) {
+    while (work.wait_for(kEndPollInterval) != std::future_status::ready) {
         const std::lock_guard lock(mutex_);
         if (ending_) return false;
     }
     return true;
 }
 
-void SceneLibrary::ready(const Entry& entry, const std::shared_ptr<const Scene>& known,
-                         std::size_t vertices, std::uint64_t shared) {
+void SceneLibrary::setReady(const Entry& entry, const std::shared_ptr<const Scene>& known,
+                            std::size_t vertices, std::uint64_t sharedBytes) {
     const std::lock_guard lock(mutex_);
     SceneStatus& status = entry->status;
-    status.bytes.meshes -= shared;  // bytesOf() counts both sides
-    loadedBytes_ -= shared;
+    status.bytes.meshes -= sharedBytes;  // bytesOf() counts both sides
+    loadedBytes_ -= sharedBytes;
     status.scene = known;
     status.vertices = vertices;
     if (!status.uploaded && !known->title.empty()) status.title = known->title;
     status.progress = {.stage = "", .progress = 1.0};
     status.state = SceneState::ready;
     if (status.uploaded) uploads_->endLoading(status.id);
-    if (entry->deleted) remove(entry);
+    if (entry->isDeleted) remove(entry);
     changed_.notify_all();
 }
 
-void SceneLibrary::failed(const Entry& entry, const std::exception& error) {
+void SceneLibrary::setFailed(const Entry& entry, const std::exception& error) {
     logError({"scene ", entry->status.id, ": ", error.what()});
     const auto* why = dynamic_cast<const ImportError*>(&error);
     const std::lock_guard lock(mutex_);
     SceneStatus& status = entry->status;
     status.state = SceneState::failed;
-    if (!why) entry->again = Clock::now() + kBetweenTries;
+    if (!why) entry->retryAt = Clock::now() + kRetryInterval;
     status.failure = why ? why->what() : "The scene could not be made.";
     status.reason = why ? nameOf(why->reason()) : "internal";
     loadedBytes_ -= status.bytes.total();
     status.bytes = {};
     if (status.uploaded) {
-        // So that no other process tries it.
+        // Other processes do not try it again.
         if (why) uploads_->setFailure(status.id, status.failure, status.reason);
-        if (!dynamic_cast<const Harmful*>(&error)) uploads_->endLoading(status.id);
+        if (!dynamic_cast<const CrashesRenderer*>(&error)) uploads_->endLoading(status.id);
     }
-    if (entry->deleted) remove(entry);
+    if (entry->isDeleted) remove(entry);
     changed_.notify_all();
 }
 
-// What ended the renderer's process each time it was loaded is not tried for ever.
-void SceneLibrary::requireHarmless(const SceneEntry& entry) {
-    if (!entry.status.uploaded || entry.harmless) return;
+// Throws for an upload that has ended its process in each attempt.
+void SceneLibrary::requireSafe(const SceneEntry& entry) {
+    if (!entry.status.uploaded || entry.isSafe) return;
     if (uploads_->beginLoading(entry.status.id) < kMaxTries) return;
-    throw Harmful();
+    throw CrashesRenderer();
 }
 
-Scene SceneLibrary::made(SceneEntry& entry) {
+Scene SceneLibrary::make(SceneEntry& entry) {
     Scene scene;
     if (entry.file.empty()) {
         scene = makeBuiltinScene(entry.status.id).value();
@@ -191,7 +191,7 @@ Scene SceneLibrary::made(SceneEntry& entry) {
     return scene;
 }
 
-// A side file may name a map that this server was not started with.
+// The scene's side file may name a map that is not loaded.
 void SceneLibrary::requireLight(Scene& scene) const {
     if (!environment(scene.environment)) lightWithSky(scene);
 }

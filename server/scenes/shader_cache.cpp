@@ -26,7 +26,7 @@ bool writable(const std::filesystem::path& folder) {
     return made;
 }
 
-// Empty where nothing is kept.
+// Empty if there is no cache.
 std::filesystem::path markOf(const std::string& what) {
     const char* folder = std::getenv(kFolder);
     if (!folder || std::getenv(kDisable)) return {};
@@ -45,7 +45,7 @@ void useShaderCache(const std::filesystem::path& folder) {
         setenv(kFolder, chosen.c_str(), 1);
     } else {
         logWarning({"shader cache: cannot write to \"", chosen.string(),
-                    "\"; every start compiles its shaders anew (--shader-cache DIR)"});
+                    "\"; every start compiles its shaders again (--shader-cache DIR)"});
         setenv(kDisable, "true", 1);
     }
 }

@@ -1,9 +1,8 @@
-// Where the driver keeps compiled shaders, and how it compiles.
+// Where the driver caches compiled shaders, and how it compiles.
 //
 // All renderer processes share one folder, so that each program is compiled once. A software driver
-// can leave out its optimisation passes: Mesa's llvmpipe then compiles in about half the time,
-// draws about a third slower, and gives the same bytes. That is right for a frame that somebody
-// waits for while nothing is compiled yet.
+// can omit its optimisation passes: Mesa's llvmpipe then compiles in half the time and draws a
+// third slower, with the same bytes. This shortens the first frame after an empty cache.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +15,7 @@ namespace clerestory {
 // folder that cannot be written is logged, and compiled shaders are then kept in memory alone.
 void useShaderCache(const std::filesystem::path& folder);
 
-// From now on this process's driver compiles without optimising. Before OpenGL is used.
+// From now on the driver of this process compiles without optimisation. Call before OpenGL is used.
 void compileFast();
 // The same for a child, as a variable of its environment.
 inline constexpr const char* kCompileFastVariable = "GALLIVM_PERF=nopt";

@@ -1,5 +1,5 @@
-// A folder ID/ holds scene.KIND, about.json and, while it is loaded, tries. It is made under a
-// hidden name and gets its own when everything in it is on the disk.
+// A folder ID/ contains scene.KIND, about.json and, while it is loaded, tries. It is created under
+// a hidden name and renamed when all its files are written to disk.
 #include "server/scenes/upload_store.h"
 
 #include "server/base/problem.h"
@@ -35,7 +35,7 @@ bool isId(std::string_view text) {
     return digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
-// Written and on the disk, or false with errno.
+// Returns false with errno if the file cannot be written to disk.
 bool wrote(const fs::path& file, std::string_view content) {
     const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (descriptor < 0) return false;
@@ -91,7 +91,7 @@ UploadStore::UploadStore(fs::path folder, const UploadLimits& limits)
     if (access(folder_.c_str(), R_OK | W_OK | X_OK) != 0 || !fs::is_directory(folder_)) {
         throw std::runtime_error("cannot use the folder \"" + folder_.string() + "\" for uploads");
     }
-    // What a server that ended in the middle has left behind.
+    // Folders that a server left unfinished.
     const auto old = fs::file_time_type::clock::now() - std::chrono::hours(1);
     for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
         if (!it->path().filename().string().starts_with(kUnfinished)) continue;
@@ -159,7 +159,7 @@ std::vector<Upload> UploadStore::all() const {
     return list;
 }
 
-// What is known to give no scene makes room.
+// Removes uploads that are known to fail if the limits are reached.
 void UploadStore::requireRoom(std::size_t bytes) const {
     std::vector<Upload> kept = all();
     std::uint64_t sum = bytes;
@@ -169,8 +169,8 @@ void UploadStore::requireRoom(std::size_t bytes) const {
                                           [](const Upload& u) { return !u.failure.empty(); });
         if (useless == kept.end()) {
             throw RequestError(
-                noRoom("As many uploads are kept as may be: " + std::to_string(kept.size()) +
-                       " of " + std::to_string(limits_.count) + ". DELETE one that nobody needs."));
+                noRoom("The limit of uploads is reached: " + std::to_string(kept.size()) + " of " +
+                       std::to_string(limits_.count) + ". DELETE one that is not needed."));
         }
         removeQuietly(folder_ / useless->id);
         sum -= useless->bytes;
@@ -192,11 +192,11 @@ Upload UploadStore::add(const std::string& kind, const std::string& title,
     if (!whole || rename(unfinished.c_str(), (folder_ / id).c_str()) != 0) {
         const int error = errno;
         if (made) removeQuietly(unfinished);
-        if (auto there = find(id)) return *std::move(there);  // another process was faster
+        if (auto there = find(id)) return *std::move(there);  // stored by another process
         if (error == ENOSPC || error == EDQUOT || error == EFBIG) {
-            throw RequestError(noRoom("The disk that uploads are kept on is full."));
+            throw RequestError(noRoom("The disk for uploads is full."));
         }
-        throw std::runtime_error("an upload could not be kept: " +
+        throw std::runtime_error("an upload could not be stored: " +
                                  std::string(std::strerror(error)));
     }
     flushFolder(folder_);
@@ -205,7 +205,7 @@ Upload UploadStore::add(const std::string& kind, const std::string& title,
 
 bool UploadStore::remove(const std::string& id) {
     if (!find(id)) return false;
-    // Gone at once for everybody, in whatever order its files go.
+    // Atomic for other processes: renamed before its files are removed.
     const fs::path place = folder_ / id;
     std::string pattern = (folder_ / (kUnfinished + std::string("XXXXXX"))).string();
     if (mkdtemp(pattern.data()) && rename(place.c_str(), pattern.c_str()) == 0) {
@@ -216,20 +216,21 @@ bool UploadStore::remove(const std::string& id) {
     return true;
 }
 
-// Under another name until it is whole, so that others read the old words or the new ones.
-void UploadStore::setFailure(const std::string& id, const std::string& words,
+// Replaces about.json atomically.
+void UploadStore::setFailure(const std::string& id, const std::string& message,
                              const std::string& reason) {
     const auto upload = find(id);
-    if (!upload || upload->failure == words) return;
+    if (!upload || upload->failure == message) return;
     const fs::path place = folder_ / id, next = place / "about.next";
     nlohmann::json about = {{"title", upload->title}};
-    if (!words.empty()) about.update({{"failure", words}, {"reason", reason}});
+    if (!message.empty()) about.update({{"failure", message}, {"reason", reason}});
     std::error_code ignored;
     fs::remove(next, ignored);
     if (wrote(next, aboutText(about))) fs::rename(next, place / "about.json", ignored);
 }
 
-// A file with a byte for each; only what ends whole processes must outlive, so it is not flushed.
+// A file with one byte for each attempt. It must survive the end of the process, not of the
+// machine, so it is not flushed.
 std::uint64_t UploadStore::beginLoading(const std::string& id) {
     if (!find(id)) return 0;
     const fs::path tries = folder_ / id / kTries;

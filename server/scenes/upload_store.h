@@ -1,6 +1,6 @@
-// Scenes that clients sent, as they were sent: one folder for each, named by what it holds. Nothing
-// in them is looked into here but the first bytes. Any number of stores may share a folder, also in
-// several processes. Thread-safe.
+// The files of scenes that clients uploaded: one folder for each, named by the hash of its content.
+// Reads only their first bytes. Several stores, also of several processes, can share a folder.
+// Thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -23,34 +23,34 @@ struct Upload {
     std::string id, title;
     std::filesystem::path file;
     std::uint64_t bytes = 0;
-    // Why it gave no scene: in words for people, and a word of reasonOf(); empty: not known to
-    // fail.
+    // Why it could not be loaded: for people, and ImportError::Reason as a word; empty if not known
+    // to fail.
     std::string failure, reason;
 };
 
 class UploadStore {
 public:
-    // Makes the folder, for its owner alone. Throws std::runtime_error with one line.
+    // Creates the folder, accessible to its owner only. Throws std::runtime_error with one line.
     UploadStore(std::filesystem::path folder, const UploadLimits& limits);
 
-    // What a file is, by its first bytes: "glb", "gltf", "zip", "tar", "tgz"; empty: none of these.
+    // The type by the first bytes: "glb", "gltf", "zip", "tar" or "tgz"; empty for any other.
     static std::string kindOf(std::string_view content);
-    // The same content has the same id, and nobody can make another of that id.
+    // Equal content has an equal id; a collision cannot be constructed (SHA-256).
     static std::string idOf(std::string_view content);
 
     std::optional<Upload> find(const std::string& id) const;
     std::vector<Upload> all() const;  // by id
 
-    // Whole and on the disk when this returns, or not there. `kind` is of kindOf(). Throws
-    // RequestError 507 when there is no room, here or on the disk.
+    // Atomic; written to disk when this returns. `kind` is a result of kindOf(). Throws
+    // RequestError 507 if a limit is reached or the disk is full.
     Upload add(const std::string& kind, const std::string& title, std::string_view content);
-    // Whether it was there.
+    // Returns whether it existed.
     bool remove(const std::string& id);
-    // Remembered by all who share the folder; empty words take it back.
-    void setFailure(const std::string& id, const std::string& words, const std::string& reason);
+    // Visible to all stores of the folder. An empty message clears the failure.
+    void setFailure(const std::string& id, const std::string& message, const std::string& reason);
 
-    // Round every attempt to load it. Returns how many before this one have not come to an end:
-    // whoever made them ended.
+    // Call before and after each attempt to load it. beginLoading() returns the number of earlier
+    // attempts without an end: their processes ended.
     std::uint64_t beginLoading(const std::string& id);
     void endLoading(const std::string& id);
 

@@ -8,9 +8,9 @@ namespace clerestory {
 struct WarmUps::Task {
     std::vector<FrameRequest> frames;
     std::function<void()> whenFinished;
-    std::optional<WarmUp> warmUp;  // the renderer's own, on its thread
+    std::optional<WarmUp> warmUp;  // used on the renderer's thread
     std::atomic<std::size_t> done{0}, total{0};
-    std::atomic<bool> finished{false};  // or not wanted any more
+    std::atomic<bool> finished{false};  // or cancelled
 };
 
 namespace {
@@ -28,7 +28,7 @@ WarmUps::~WarmUps() {
     *ending_ = true;
 }
 
-bool WarmUps::wantsCopy(const Scene& scene) {
+bool WarmUps::needsCopy(const Scene& scene) {
     return !compiledBefore(markOf(scene));
 }
 

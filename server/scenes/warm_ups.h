@@ -1,7 +1,6 @@
-// Compiles what the first frames of a loaded scene will draw, before anybody asks for them: step by
-// step on the renderer's thread, between frames, and where the driver is software at the same time
-// on a thread and a context of its own, last step first. Both find in the driver's shader cache
-// what the other has compiled. Thread-safe.
+// Compiles the shaders of the first frames of a loaded scene in advance: step by step on the
+// renderer's thread between frames, and with a software driver also on a second thread
+// (compile_ahead.h). Thread-safe.
 #pragma once
 
 #include "server/queue/render_queue.h"
@@ -16,7 +15,7 @@ namespace clerestory {
 class WarmUps {
 public:
     struct Progress {
-        std::size_t done = 0, total = 0;  // programs, about; 0 before it begins
+        std::size_t done = 0, total = 0;  // programs, approximately; 0 before the start
         bool finished = false;            // on both threads
     };
 
@@ -25,15 +24,15 @@ public:
     WarmUps(const WarmUps&) = delete;
     WarmUps& operator=(const WarmUps&) = delete;
 
-    // Whether begin() may have use for a copy of this scene.
-    static bool wantsCopy(const Scene& scene);
-    // After the scene was given to the renderer. `scene` needs no vertices and no texels; `copy`
-    // is for the second thread, with vertices and without texels, where wantsCopy(). `whenFinished`
-    // is called on the renderer's thread.
+    // Whether begin() needs a copy of this scene.
+    static bool needsCopy(const Scene& scene);
+    // Call after the scene was added to the renderer. `scene` needs no vertices and no texels;
+    // `copy`, for the second thread if needsCopy(), needs vertices. `whenFinished` is called on the
+    // renderer's thread.
     void begin(const Scene& scene, std::optional<Scene> copy,
                std::vector<std::shared_ptr<const EnvironmentMap>> maps,
                std::function<void()> whenFinished);
-    // After the scene was taken from the renderer.
+    // Call after the scene was removed from the renderer.
     void forget(const std::string& scene);
     Progress of(const std::string& scene) const;
 
@@ -44,10 +43,10 @@ private:
     RenderQueue& queue_;
     const RendererOptions options_;
     mutable std::mutex mutex_;
-    std::map<std::string, std::shared_ptr<Task>> tasks_;  // by scene, the last of each
-    // The renderer's thread may outlive this.
+    std::map<std::string, std::shared_ptr<Task>> tasks_;  // by scene
+    // Shared, since the renderer's thread may outlive this.
     std::shared_ptr<std::atomic<bool>> ending_ = std::make_shared<std::atomic<bool>>(false);
-    std::unique_ptr<CompileAhead> ahead_;  // of one scene at a time
+    std::unique_ptr<CompileAhead> ahead_;  // for one scene at a time
     std::weak_ptr<Task> aheadOf_;
 };
 

@@ -1,5 +1,5 @@
 // The jobs that clients started, as the server remembers them. Jobs end with their worker process;
-// when a client asks for a lost job, it is started again in the next worker, under the same id.
+// when a client requests a lost job, it is started again in the next worker, under the same id.
 // Thread-safe.
 #pragma once
 

@@ -87,7 +87,7 @@ private:
     std::optional<Clock::time_point> warmSince_;  // of the first worker
     std::size_t framesInFlight_ = 0;
     Clock::time_point lastFrameEnded_{};
-    bool sharesScenes_ = true;  // the standby is told to load them, too
+    bool sharesScenes_ = true;  // the standby loads them, too
     bool ending_ = false;
     std::promise<void> first_;
     std::thread keeper_;  // starts all workers: each ends with the thread that started it

@@ -52,7 +52,7 @@ public:
 
 private:
     void sendScenes(MessagePipe& pipe) {
-        std::string scenes = packed(backend_->library().held());
+        std::string scenes = packed(backend_->library().loadedScenes());
         if (scenes == sentScenes_) return;
         pipe.send({.kind = MessageKind::scenes, .bytes = scenes});
         sentScenes_ = std::move(scenes);
@@ -126,7 +126,7 @@ void serve(LocalBackend& backend, MessagePipe& pipe, std::size_t threads) {
                 tokens.cancel(message->id);
                 break;
             case MessageKind::scenes:
-                backend.library().hold(unpackedIds(message->bytes));
+                backend.library().load(unpackedIds(message->bytes));
                 break;
             case MessageKind::call: {
                 Call call = unpackedCall(message->bytes);

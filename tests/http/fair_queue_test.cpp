@@ -17,9 +17,9 @@ public:
     explicit Shop(FairQueue::Limits limits) : line_(limits) {}
 
     std::optional<FairQueue::Id> enter(const std::string& client, int ms, int patienceMs = 100000) {
-        const FairQueue::Entry entry = line_.enter(
+        const FairQueue::Added entry = line_.add(
             {client, static_cast<std::uint64_t>(ms), now_ + milliseconds(patienceMs)}, now_);
-        for (const FairQueue::Id out : entry.pushedOut) pushedOut.push_back(clients_.at(out));
+        for (const FairQueue::Id out : entry.evicted) pushedOut.push_back(clients_.at(out));
         if (entry.id) {
             clients_[*entry.id] = client;
             times_[*entry.id] = {ms, now_, now_ + milliseconds(patienceMs)};
@@ -29,8 +29,8 @@ public:
 
     // The client that was served; empty if the queue is empty.
     std::string serve() {
-        const FairQueue::Turn turn = line_.next(now_);
-        late += static_cast<int>(turn.late.size());
+        const FairQueue::Next turn = line_.next(now_);
+        late += static_cast<int>(turn.expired.size());
         if (!turn.id) return "";
         const Times& times = times_.at(*turn.id);
         waits[clients_.at(*turn.id)].push_back(
@@ -158,8 +158,8 @@ TEST(FairQueue, LeavingClientsFreeTheirPlace) {
     const auto first = shop.enter("a", 10);
     shop.enter("a", 10);
     EXPECT_FALSE(shop.enter("a", 10));
-    EXPECT_TRUE(shop.line().leave(*first));
-    EXPECT_FALSE(shop.line().leave(*first));
+    EXPECT_TRUE(shop.line().remove(*first));
+    EXPECT_FALSE(shop.line().remove(*first));
     EXPECT_EQ(shop.line().waiting(), 1u);
     EXPECT_TRUE(shop.enter("a", 10));
     shop.serve();
