@@ -38,7 +38,7 @@ glm::vec4 row(const glm::dmat3& m, int i, double w) {
 }
 
 // As kMinConeWidth of optics.glsl.
-constexpr float kMinConeWidth = 1e-3f;
+constexpr float kMinSpotConeWidth = 1e-3f;
 
 void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye,
                  const glm::dmat3& axesFromWorld) {
@@ -50,7 +50,7 @@ void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const g
     const bool limited = placed && light.range > 0.0f;
     rows.emplace_back(light.intensity, limited ? 1.0f / (light.range * light.range) : 0.0f);
     // spotAttenuation() as a line in the cosine; without a cone it is 1 everywhere.
-    const float width = std::max(light.cosInner - light.cosOuter, kMinConeWidth);
+    const float width = std::max(light.cosInner - light.cosOuter, kMinSpotConeWidth);
     rows.push_back(spot ? glm::vec4(toLight, -light.cosOuter) / width : glm::vec4(0, 0, 0, 1));
 }
 
