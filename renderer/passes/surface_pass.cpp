@@ -36,7 +36,7 @@ void settleSamplers(PassResources& resources) {
     gl::apply(gl::Facing{.cullBack = false});
     resources.environmentBrdf.bind(UNIT_SOURCE);
     resources.samplers.sampler(kOneLevel).bind(UNIT_SOURCE);
-    resources.shaders.program({"fullscreen.vert", "settle_samplers.frag"}).use();
+    resources.shaders.program({"settle_samplers.vert", "settle_samplers.frag"}).use();
     resources.noVertices.bind();
     gl::drawTriangle();
 }
