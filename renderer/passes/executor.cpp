@@ -115,6 +115,7 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
     if (followsRays(pass)) input.tracer = &tracerOf(frame.scene, frame.plan, frame.pose);
     const gl::DebugGroup group(pass.name);
     std::visit([&](const auto& work) { execute(resources_, input, work); }, pass.work);
+    resources_.shaders.endPass();
     targets_.markResident(input.target());
 }
 

@@ -4,6 +4,9 @@
 #include "embedded_embeddedShaders.h"
 #include "plan/graph/features.h"
 
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -37,7 +40,28 @@ void append(const std::string& text, std::set<std::string>& seen, std::ostringst
     }
 }
 
+std::mutex compilingMutex;
+std::condition_variable compilingEnded;
+std::multiset<ProgramKey> compiling;  // guarded by compilingMutex
+
 }  // namespace
+
+void CompilingProgram::begin(const ProgramKey& key) {
+    end();
+    std::unique_lock lock(compilingMutex);
+    compilingEnded.wait_for(lock, std::chrono::seconds(2),
+                            [&] { return !compiling.contains(key); });
+    compiling.insert(key);
+    key_ = key;
+}
+
+void CompilingProgram::end() {
+    if (!key_) return;
+    const std::lock_guard lock(compilingMutex);
+    compiling.erase(compiling.find(*key_));
+    key_.reset();
+    compilingEnded.notify_all();
+}
 
 std::string withIncludes(const std::string& text, Features features, int variant,
                          std::uint32_t view) {
@@ -66,7 +90,11 @@ const gl::VertexShader& ShaderLibrary::vertexShader(const std::string& file) {
 
 const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
     const auto found = programs_.find(key);
-    if (found != programs_.end()) return found->second;
+    if (found != programs_.end()) {
+        compiling_.end();
+        return found->second;
+    }
+    compiling_.begin(key);
     gl::Program made(
         {.name = key.fragment + " features " + std::to_string(key.features) + " variant " +
                  std::to_string(key.variant) + " view " + std::to_string(key.view),

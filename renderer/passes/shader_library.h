@@ -6,6 +6,7 @@
 
 #include <compare>
 #include <map>
+#include <optional>
 #include <string>
 
 namespace clerestory {
@@ -20,16 +21,36 @@ struct ProgramKey {
     auto operator<=>(const ProgramKey&) const = default;
 };
 
+// The programs that renderers of this process are compiling. A renderer waits for another one that
+// compiles the same program, because it then finds the result in the driver's cache; two at the
+// same time would both compile it.
+class CompilingProgram {
+public:
+    CompilingProgram() = default;
+    CompilingProgram(const CompilingProgram&) = delete;
+    ~CompilingProgram() { end(); }
+    // Ends the previous one. Waits while another renderer compiles `key`, for 2 s at most.
+    void begin(const ProgramKey& key);
+    void end();
+
+private:
+    std::optional<ProgramKey> key_;
+};
+
 class ShaderLibrary {
 public:
-    // Throws std::runtime_error when the driver does not compile it.
+    // A program that is new counts as being compiled until the next call or the end of the pass,
+    // since a driver may compile it when it is first drawn with. Throws std::runtime_error when the
+    // driver does not compile it.
     const gl::Program& program(const ProgramKey& key);
+    void endPass() { compiling_.end(); }
 
 private:
     const gl::VertexShader& vertexShader(const std::string& file);
 
     std::map<std::string, gl::VertexShader> vertexShaders_;
     std::map<ProgramKey, gl::Program> programs_;
+    CompilingProgram compiling_;
 };
 
 // A shader file with its includes in place. Throws std::runtime_error for a file that is not there.
