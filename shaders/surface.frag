@@ -9,7 +9,9 @@
 #include "include/reflection_lookup.glsl"
 #include "include/distance_share.glsl"
 #include "include/material.glsl"
+#if SHADES_GLASS || TRACES_RAYS
 #include "include/glass.glsl"
+#endif
 #include "include/lighting.glsl"
 #if TRACES_RAYS
 #include "include/trace.glsl"
@@ -19,7 +21,6 @@
 #include "include/no_rays.glsl"
 #endif
 #include "include/reflection.glsl"
-#include "include/glass_view.glsl"
 
 out vec4 color;  // premultiplied by coverage; alpha: coverage, or how far away
 
@@ -51,19 +52,15 @@ vec3 lampsAt(Surface s) {
     return lampsLight(s, positionEye, int(drawNumbers.x), int(drawNumbers.y));
 }
 
+#if SHADES_GLASS
+#include "include/glass_view.glsl"
+#else
+#include "include/no_glass.glsl"
+#endif
+
 vec3 shaded(MaterialPoint m) {
     Surface s = surfaceOf(m, towardsEye());
-    if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) {
-        Glass g = glassAt(m.baseColor.rgb);
-        Surface lit = s;  // lamps light what is not clear
-        lit.diffuse *= 1.0f - g.transmission;
-        float clear = clearShare(g.transmission, m.metallic);
-        m.metallic = metallicBesideGlass(g.transmission, m.metallic);
-        Surface opaque = surfaceOf(m, s.toEye);
-        GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
-                                                     : glassLight(s, positionEye, g);
-        return lampsAt(lit) + mix(environmentLight(opaque, light.mirrored), light.clear, clear);
-    }
+    if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) return shadedGlass(m, s);
     vec3 mirrored = reflectedRadiance(s, positionEye);
     return lampsAt(s) + m.occlusion * environmentLight(s, mirrored);
 }

@@ -15,6 +15,7 @@ namespace clerestory {
 namespace {
 
 constexpr Features kFeaturesOfRays = FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS;
+constexpr Features kFeaturesOfGlass = FEATURE_GLASS | FEATURE_TRACED_GLASS;
 
 std::string_view embedded(const std::string& file) {
     for (const EmbeddedFile& f : embeddedShaders()) {
@@ -70,7 +71,8 @@ std::string withIncludes(const std::string& text, Features features, int variant
         << "const uint FEATURES = " << features << "u;\n"
         << "const int VARIANT = " << variant << ";\n"
         << "const uint VIEW = " << view << "u;\n"
-        << "#define TRACES_RAYS " << ((features & kFeaturesOfRays) != 0) << "\n";
+        << "#define TRACES_RAYS " << ((features & kFeaturesOfRays) != 0) << "\n"
+        << "#define SHADES_GLASS " << ((features & kFeaturesOfGlass) != 0) << "\n";
     std::set<std::string> seen;
     append(text, seen, out);
     return out.str();

@@ -1,5 +1,5 @@
 // Glass in a picture: what is behind it is read from a copy of what was drawn so far, where the
-// ray that leaves the glass meets it. After reflection.glsl.
+// ray that leaves the glass meets it. After reflection.glsl and lampsAt().
 
 layout(binding = UNIT_BACKDROP) uniform sampler2D backdrop;
 // Outward normals of the nearest back faces, and how far away they are; alpha 0 where none is.
@@ -169,4 +169,17 @@ GlassLight tracedGlassLight(Surface s, vec3 position, Glass g) {
                 shares.transmitted * (inside ? vec3(1.0f) : g.tint) * rays.through;
     if (inside) seen *= clear;
     return GlassLight(rays.mirrored, seen);
+}
+
+// Light that leaves a surface of glass towards the eye.
+vec3 shadedGlass(MaterialPoint m, Surface s) {
+    Glass g = glassAt(m.baseColor.rgb);
+    Surface lit = s;  // direct light reaches what is not clear
+    lit.diffuse *= 1.0f - g.transmission;
+    float clear = clearShare(g.transmission, m.metallic);
+    m.metallic = metallicBesideGlass(g.transmission, m.metallic);
+    Surface opaque = surfaceOf(m, s.toEye);
+    GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
+                                                 : glassLight(s, positionEye, g);
+    return lampsAt(lit) + mix(environmentLight(opaque, light.mirrored), light.clear, clear);
 }
