@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -51,6 +52,17 @@ gl::Texture uploaded(const TextureImage& image) {
         offset += size;
     }
     return texture;
+}
+
+// White, and to a driver that compiles shaders for kinds of textures of the same kind as `image`:
+// whether edges are powers of two, and whether there are smaller levels.
+gl::Texture whiteTextureLike(const TextureImage& image) {
+    const bool powers = std::has_single_bit(image.width) && std::has_single_bit(image.height);
+    TextureImage white{.width = powers ? 2u : 3u};
+    white.height = white.width;
+    white.levels = image.levels > 1 ? 2 : 1;
+    white.texels.assign(4 * (9 + 1), 255);
+    return uploaded(white);
 }
 
 gl::Buffer vertexBuffer(const Scene& scene) {
@@ -163,6 +175,14 @@ GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRec
     materials_.assign(scene_->materials);
     images_.reserve(scene_->images.size());
     for (const TextureImage& image : scene_->images) images_.push_back(uploaded(image));
+    for (const Material& material : scene_->materials) {
+        const auto slots = textureSlots(material);
+        for (std::size_t slot = 0; slot < MATERIAL_SLOTS; ++slot) {
+            if (!slots[slot]->present() || whites_.contains(slot)) continue;
+            const Texture& texture = scene_->textures[slots[slot]->texture];
+            whites_.emplace(slot, White{whiteTextureLike(scene_->images[texture.image]), texture});
+        }
+    }
 }
 
 std::uint64_t GpuScene::follow(const Pose& pose) {
@@ -189,8 +209,10 @@ void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features 
     for (std::size_t slot = 0; slot < MATERIAL_SLOTS; ++slot) {
         if (!(features & kSlotFeatures[slot])) continue;
         const unsigned unit = kSlotUnits[slot];
-        const Texture& texture = scene_->textures[slots[slot]->texture];
-        images_[texture.image].bind(unit);
+        const bool present = slots[slot]->present();
+        const Texture& texture =
+            present ? scene_->textures[slots[slot]->texture] : whites_.at(slot).sampledAs;
+        (present ? images_[texture.image] : whites_.at(slot).texture).bind(unit);
         const bool holdsColor = scene_->images[texture.image].colorSpace == ColorSpace::srgb;
         samplers.sampler(samplerOf(texture, holdsColor, anisotropy)).bind(unit);
     }

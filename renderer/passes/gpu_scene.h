@@ -56,8 +56,8 @@ public:
     const gl::Buffer& vertices() const { return vertices_; }
     const gl::Buffer& indices() const { return indices_; }
     const std::vector<gl::Texture>& images() const { return images_; }
-    // The material's block and those of its textures that `features` reads. Materials beyond the
-    // scene's are those of `own`.
+    // Binds the material's block and those of its textures that `features` reads; white where it
+    // has none. Materials beyond the scene's are those of `own`.
     void bindMaterial(Index material, const FrameMaterials& own, Features features,
                       std::uint32_t anisotropy, SamplerCache& samplers) const;
 
@@ -67,6 +67,13 @@ private:
     gl::VertexArray vertexArray_;
     MaterialBlocks materials_;
     std::vector<gl::Texture> images_;
+    // For slots that a program samples and a material leaves empty: like the slot's first texture
+    // in the scene, so that a driver compiles nothing for it.
+    struct White {
+        gl::Texture texture;
+        Texture sampledAs;
+    };
+    std::map<std::size_t, White> whites_;
     std::vector<std::uint64_t> deformed_;  // hashes of what the buffer holds; as Pose::deformed
 };
 

@@ -61,6 +61,41 @@ Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mes
     return f;
 }
 
+void addTexture(Features& features, const TextureSlot& slot, Features bit) {
+    if (!slot.present()) return;
+    features |= bit;
+    if (slot.transformed()) features |= FEATURE_TEXTURE_TRANSFORM;
+    if (slot.texCoord == 1) features |= FEATURE_SECOND_TEXCOORD;
+}
+
+// What glass of this material samples.
+Features glassTextures(const Material& m) {
+    Features features = 0;
+    addTexture(features, m.metallicRoughnessTexture, FEATURE_METALLIC_ROUGHNESS_MAP);
+    addTexture(features, m.transmissionTexture, FEATURE_TRANSMISSION_MAP);
+    if (m.thickness > 0.0f) addTexture(features, m.thicknessTexture, FEATURE_THICKNESS_MAP);
+    return features;
+}
+
+// Features of some surfaces that all others share, because they cost less than a program for each
+// combination of them. A material without such a texture samples white; one that emits nothing adds
+// 0.
+constexpr Features kShared = FEATURE_OCCLUSION_MAP | FEATURE_EMISSION;
+
+// The features of a draw's program. `ofAll`, `ofGlass`: those that all surfaces and all glass
+// share. TransmissionTest draws 8 programs instead of 24, the chapel 12 instead of 15.
+Features programFeatures(Features f, Features ofAll, Features ofGlass) {
+    if (f & FEATURE_UNLIT) return f;
+    f |= ofAll;
+    if (!(f & (FEATURE_GLASS | FEATURE_TRACED_GLASS))) return f;
+    f &= ~FEATURE_OCCLUSION_MAP;  // of diffuse light, which glass does not occlude
+    // Normal maps without other numbers are shaded differently; see surface.frag.
+    if (!(f & FEATURE_NORMAL_MAP)) f &= ~FEATURE_DEFAULT_NUMBERS;
+    // Such a normal map holds another material's metallic and roughness.
+    const bool foreign = (f & FEATURE_PACKED_NORMAL) && !(f & FEATURE_METALLIC_ROUGHNESS_MAP);
+    return f | (foreign ? ofGlass & ~FEATURE_METALLIC_ROUGHNESS_MAP : ofGlass);
+}
+
 struct OrderedDraw {
     Draw draw;
     double distance;  // from the eye to the nearest point of its box, metres
@@ -159,23 +194,17 @@ double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
     return shareOf(view, rects, seen.box, area, transformed(part.plane(), toEye));
 }
 
-// What rays through it read.
+// What rays through glass read.
 Features featuresOfGlass(const Stage& stage) {
     Features all = 0;
-    const auto map = [&](const TextureSlot& slot, Features bit) {
-        if (!slot.present()) return;
-        all |= bit;
-        if (slot.transformed()) all |= FEATURE_TEXTURE_TRANSFORM;
-        if (slot.texCoord == 1) all |= FEATURE_SECOND_TEXCOORD;
-    };
     for (const Surface& surface : stage.surfaces) {
         if (surface.glass == Glass::none) continue;
         const Material& material = stage.material(surface);
         all |= FEATURE_GLASS;
-        map(material.transmissionTexture, FEATURE_TRANSMISSION_MAP);
+        addTexture(all, material.transmissionTexture, FEATURE_TRANSMISSION_MAP);
         // A body is as thick as rays find it.
         const bool thick = surface.glass == Glass::pane && material.thickness > 0.0f;
-        if (thick) map(material.thicknessTexture, FEATURE_THICKNESS_MAP);
+        if (thick) addTexture(all, material.thicknessTexture, FEATURE_THICKNESS_MAP);
     }
     return all;
 }
@@ -192,9 +221,13 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
     std::vector<ScreenBox> rects;  // of the surface's clusters
     for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
         const Surface& surface = stage.surfaces[i];
-        if (std::binary_search(hidden.begin(), hidden.end(), i)) continue;
+        const Material& material = stage.material(surface);
         const Instance& instance = scene.instances[surface.instance];
         const Mesh& mesh = scene.meshes[instance.mesh];
+        const Features features = materialFeatures(scene, material, mesh, stage.settings.effects);
+        result.sharedFeatures |= features & kShared;
+        if (surface.glass != Glass::none) result.glassFeatures |= glassTextures(material);
+        if (std::binary_search(hidden.begin(), hidden.end(), i)) continue;
         result.clusters += surface.clusterCount;
         if (measured != surface.instance) {
             measured = surface.instance;
@@ -205,10 +238,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             result.culled += surface.clusterCount;
             continue;
         }
-        const Material& material = stage.material(surface);
-        SeenSurface seen{
-            .surface = &surface,
-            .features = materialFeatures(scene, material, mesh, stage.settings.effects)};
+        SeenSurface seen{.surface = &surface, .features = features};
         rects.clear();
         const bool opaque = !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
         const std::uint32_t end = surface.firstCluster + surface.clusterCount;
@@ -272,6 +302,7 @@ DrawLists drawLists(const SeenView& view) {
                       .through = seen.through,
                       .lights = cluster.lights};
             if (cluster.lights.count > 0) draw.features |= FEATURE_LIGHTS;
+            draw.features = programFeatures(draw.features, view.sharedFeatures, view.glassFeatures);
             if (seen.overBackdrop || (seen.features & FEATURE_BLEND))
                 lists.through.push_back(
                     {cluster.distance, seen.overBackdrop, i, draw, cluster.box});

@@ -36,6 +36,8 @@ struct SeenView {
     std::uint32_t mostLights = 0;  // the most that reach one draw, before the limit
     bool anyLit = false, anyEmissive = false;
     std::uint64_t triangles = 0;
+    // Of all surfaces of the scene and of all its glass, in view or not: their programs share them.
+    Features sharedFeatures = 0, glassFeatures = 0;
 };
 
 // `hidden`: surfaces that this view does not show (a mirror in its own picture, a probe's owner),
