@@ -10,7 +10,10 @@ namespace clerestory {
 namespace {
 
 constexpr DrawProgram kDepth{"depth.vert", "depth.frag", 0, 0, false};
-constexpr DrawProgram kSurface{"surface.vert", "surface.frag"};
+// Whether a draw is double-sided only decides what is culled: the shader turns each normal towards
+// the eye.
+constexpr DrawProgram kSurface{"surface.vert", "surface.frag",
+                               static_cast<Features>(~FEATURE_DOUBLE_SIDED)};
 
 const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
 const gl::SamplerDescription kOneLevel{};

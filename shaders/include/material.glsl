@@ -59,8 +59,7 @@ vec3 normalAt() {
         n = t * bump.x + b * bump.y + n * bump.z;
     }
     n = direction(n);
-    if (has(FEATURE_DOUBLE_SIDED)) n = gl_FrontFacing ? n : -n;
-    return n;
+    return gl_FrontFacing ? n : -n;  // backs of one-sided surfaces are culled
 }
 
 float occlusionAt() {
