@@ -154,9 +154,14 @@ TEST(Shutdown, ASecondSignalEndsTheServerImmediately) {
     RawClient busy(server.port());
     busy.send(post("/v1/frames", R"({"scene": "chapel", "width": 2048, "height": 2048,
                                      "accuracy": "fine"})"));
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    for (int i = 0; i < 3000 && metric(server.port(), "clerestory_queue_depth") < 1; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
     server.signal(SIGTERM);
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    // The first signal is handled once the server accepts no connections.
+    for (int i = 0; i < 3000 && RawClient(server.port()).connected(); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
     const int status = server.end(SIGTERM);
     EXPECT_TRUE(WIFSIGNALED(status)) << "it waited for the frame";
 }
@@ -183,7 +188,7 @@ TEST(Access, ATokenIsRequiredExceptForHealthAndThePage) {
     }
 }
 
-// Nowhere but in the header that it came in, however wrong the request around it.
+// Only in the header that contained it, for any invalid request.
 TEST(Access, ATokenIsNeverLoggedOrReturned) {
     static const std::string token = "0123456789-unlogged-token";
     static const std::string folder = CLERESTORY_TEST_OUTPUT "/unlogged";

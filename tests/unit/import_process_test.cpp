@@ -87,7 +87,7 @@ TEST(ImportProcess, AnEndlessImportIsStopped) {
         options.limits.wallClock = std::chrono::milliseconds(300);
         const auto start = std::chrono::steady_clock::now();
         EXPECT_EQ(refusal(ownScene("everything.gltf"), options).reason(), Reason::timedOut) << hang;
-        EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10)) << hang;
+        EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60)) << hang;
     }
     EXPECT_LT(waitpid(-1, nullptr, WNOHANG), 0) << "no child is left behind";
 }
