@@ -50,7 +50,7 @@ public:
         std::vector<Accuracy> kept;
         std::vector<FramePlan> plans;
         for (const Accuracy& a : settings) {
-            renderer_.forgetMaps();  // a plan tells how it fills them
+            renderer_.forgetMaps();  // so that the plan contains the passes that fill them
             FramePlan plan = renderer_.plan(request(a));
             bool known = false;
             for (const FramePlan& p : plans) known = known || drawSame(p, plan);

@@ -19,7 +19,7 @@ const Point* presetOf(const Curve& curve, Preset preset) {
     return nullptr;
 }
 
-// No error below so many times the truth's own noise is to be believed to its second digit.
+// Errors below this multiple of the reference's noise are not significant to two digits.
 constexpr double kNoiseShare = 5.0;
 
 std::string errorText(const Point& p) {

@@ -97,7 +97,7 @@ private:
     std::atomic<int> wrong_{0};
 };
 
-// The slowest answer about each of so many signals to the worker that answers.
+// The slowest response around each of `count` signals to the active worker.
 void strike(Bars& bars, const char* row, const char* what, int number, int times, double barMs,
             const char* barText, bool standby) {
     std::vector<std::string> flags = {"--scene", "six-walls"};

@@ -175,7 +175,7 @@ void printPredictions(const char* title, const std::vector<Series>& all) {
 
 constexpr std::uint32_t kTruthSamples = 64;
 
-// Errors are those of the frame at hand: the truth is traced at its size.
+// Errors are those of this frame: the reference is traced at its size.
 void printExpectedErrors(Renderer& renderer, const Subject& subject, const std::string& argument) {
     const Scene scene = loadScene(argument);  // the renderer's own has no texels
     EnvironmentMaps maps;

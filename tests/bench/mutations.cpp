@@ -116,7 +116,7 @@ std::vector<fs::path> copied(const std::vector<fs::path>& files, const fs::path&
     return result;
 }
 
-// Damage tells nothing of a file that never was a scene.
+// Files that are no scenes before the damage are skipped.
 std::vector<fs::path> loading(std::vector<fs::path> files, const ImportOptions& options) {
     std::erase_if(files, [&](const fs::path& file) {
         try {

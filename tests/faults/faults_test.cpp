@@ -52,7 +52,8 @@ FrameRequest everythingRequest() {
     return r;
 }
 
-// All of them with CLERESTORY_FAULTS=all, one in N with CLERESTORY_FAULTS=N, else one in so many.
+// All of them with CLERESTORY_FAULTS=all, one in N with CLERESTORY_FAULTS=N, else one in N by
+// default.
 std::uint64_t stride(std::uint64_t usually) {
     const char* wanted = std::getenv("CLERESTORY_FAULTS");
     if (!wanted) return usually;

@@ -78,7 +78,7 @@ TEST_F(GlassPictures, FromInsideShowTheSceneInSnellsWindow) {
         m.thickness = 2.0f;
         place(scene, cube(1.0f, addMaterial(scene, m)));
         FrameRequest r = through(std::move(scene), "window", {0, 0, 0});
-        // A slit that reaches 83 degrees to both sides: beyond it the picture knows nothing.
+        // A slit of 83 degrees to both sides, which bounds the backdrop.
         r.width = 2048;
         r.height = 16;
         r.camera.yfov = 0.127;

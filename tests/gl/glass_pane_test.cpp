@@ -97,11 +97,11 @@ double thickPaneError(GlassMethod method, double tilt, bool wall) {
 
 TEST_F(GlassPictures, OfAThickTiltedPaneShiftAStraightEdge) {
     for (const double tilt : {-50.0, -20.0, 0.0, 35.0, 60.0}) {
-        // The picture knows an edge to half a pixel, and so do rays.
+        // Backdrop and rays locate an edge to half a pixel.
         EXPECT_LE(thickPaneError(GlassMethod::backdrop, tilt, true), 0.5) << tilt;
         EXPECT_LE(thickPaneError(GlassMethod::traced, tilt, true), 0.5) << tilt;
     }
-    // Whether something or nothing is behind the glass the picture knows to one half more.
+    // Coverage behind the glass adds half a pixel.
     for (const double tilt : {-50.0, 60.0}) {
         EXPECT_LE(thickPaneError(GlassMethod::backdrop, tilt, false), 1.0) << tilt;
     }
@@ -148,7 +148,7 @@ TEST_F(GlassPictures, OfTintedPanesApplyBaseColorOnce) {
 }
 
 TEST_F(GlassPictures, WithPartialCoverageBlendGlassAndBackground) {
-    // alphaMode blend: coverage counts for the surface with all that it lets through.
+    // alphaMode blend: coverage applies to the surface including its transmission.
     for (const GlassMethod method :
          {GlassMethod::environment, GlassMethod::backdrop, GlassMethod::traced}) {
         for (const float coverage : {0.0f, 0.25f, 0.75f, 1.0f}) {

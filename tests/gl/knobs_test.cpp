@@ -24,7 +24,7 @@ struct Against {
     int compared = 0;
 };
 
-// A ball in a room, before it a glowing panel that stands free: no proxy box knows of it.
+// A ball in a room behind a free-standing emissive panel, which no proxy box represents.
 struct Gallery {
     static constexpr double kRadius = 0.5, kPanel = 0.6, kPanelZ = 0.4;
     glm::dvec3 center{0.3, -0.2, -0.6};

@@ -165,7 +165,7 @@ TEST_F(MapBlurs, UniformLightIsUnchangedAndEnergyConserved) {
     EXPECT_NEAR(after / before, 1.0, 0.02);
 }
 
-// An impulse in the middle of a face, at an edge, at a corner: as on a sphere that knows no faces.
+// An impulse in the middle of a face, at an edge, at a corner: as on a sphere without faces.
 TEST_F(MapBlurs, IsIsotropicOnTheSphere) {
     const double stdev = 2.5;
     const std::vector<double> around = weightsAround(stdev);

@@ -17,7 +17,7 @@ Material silver(float reflectance = 1.0f, float roughness = 0.0f) {
             .baseColor = glm::vec4(glm::vec3(reflectance), 1.0f),
             .metallic = 1.0f,
             .roughness = roughness,
-            .reflection = Reflection::mirror};  // however rough
+            .reflection = Reflection::mirror};  // at any roughness
 }
 
 void forceProbes(FrameRequest& r) {
@@ -38,7 +38,7 @@ FrameRequest lookingAt(Scene scene, const std::string& id, const glm::dvec3& eye
 const glm::dvec3 kEyes[] = {{0.1, 0.2, 2.9},  {2.9, 0.1, 0.2},  {0.2, 2.9, 0.1},
                             {0.2, 0.1, -2.9}, {-2.9, 0.1, 0.2}, {0.1, -2.9, 0.2}};
 
-// With the box as proxy, every pixel of the ball is known: wherever the eye and the ball stand.
+// With the box as proxy, every pixel of the ball is predictable for any position of eye and ball.
 TEST_F(Probes, ShowEachWallAtItsReflectedPosition) {
     const Room room;
     const glm::dvec3 center(0.3, -0.2, 0.4);
@@ -56,7 +56,7 @@ TEST_F(Probes, ShowEachWallAtItsReflectedPosition) {
             for (std::uint32_t x = 0; x < r.width; ++x) {
                 const Ray ray = sightOfPixel(r, x, y);
                 const auto t = meetsBall(ray, center, 0.5);
-                // At the silhouette the flat triangles tell.
+                // At the silhouette the flat triangles are visible.
                 if (!t || !meetsBall(ray, center, 0.48)) continue;
                 const glm::dvec3 p = ray.origin + *t * ray.direction;
                 const glm::dvec3 n = (p - center) / 0.5;

@@ -30,7 +30,7 @@ MeshDraft sphere(float radius, std::uint32_t rows, Index material);
 Material mirrorMetal(float reflectance = 1.0f, float roughness = 0.0f);
 // Clear, thin-walled until it is given a thickness.
 Material clearGlass(float ior = 1.5f, float roughness = 0.0f);
-// Its own colour, whatever shines on it.
+// Its own colour, independent of lighting.
 Material unlit(const glm::vec4& color);
 // Glows from both sides and reflects nothing.
 Material glowing(const glm::vec3& radiance);

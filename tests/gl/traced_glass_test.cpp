@@ -29,7 +29,7 @@ Image picture(Scene scene, const FrameRequest& r) {
 
 }  // namespace
 
-// A ball of no thickness is two panes one behind the other, whatever the angle: from within, too,
+// A ball of zero thickness is two panes, one behind the other, at any angle: from inside too,
 // nothing is totally reflected.
 TEST(TracedGlass, ThinShellsAreTwoPanesUpToTheRim) {
     for (const float ior : {1.1f, 1.5f, 2.0f}) {
@@ -49,7 +49,8 @@ TEST(TracedGlass, ThinShellsAreTwoPanesUpToTheRim) {
                 if (!t) continue;
                 const glm::dvec3 normal = ray.origin + *t * ray.direction;
                 const double cosine = -glm::dot(ray.direction, normal);
-                // At the silhouette flat triangles tell, and some mirrored rays meet the lamp.
+                // At the silhouette flat triangles are visible, and some reflected rays hit the
+                // lamp.
                 const bool dark = glm::reflect(ray.direction, normal).z > 0.05;
                 if (cosine < 0.25 || !dark) continue;
                 const double once = paneTransmits(cosine, double{ior});
@@ -93,7 +94,7 @@ TEST(TracedGlass, InAClosedRoomShowsNoSky) {
         for (std::uint32_t y = 0; y < r.height; ++y) {
             for (std::uint32_t x = 0; x < r.width; ++x) {
                 const Ray ray = sightOfPixel(r, x, y);
-                // At the silhouette flat triangles tell.
+                // At the silhouette flat triangles are visible.
                 const bool rim =
                     ball && meetsBall(ray, {0, 0, 0}, 1.0) && !meetsBall(ray, {0, 0, 0}, 0.97);
                 if (rim) continue;

@@ -278,7 +278,7 @@ TEST(TracedGlass, HalfMetallicGlassLooksEqualInTracedAndDrawnMirrors) {
     expectTheSameInDrawnAndTracedMirrors({"halfMetalHalfClear", [&](Scene&) { return m; }});
 }
 
-// A sheet is a pane whatever thickness its material says: rays that meet it from a mirror leave it
+// A sheet is a pane for any thickness of its material: rays that hit it from a mirror leave it
 // as they came, as the backdrop has it.
 TEST(TracedGlass, ASheetWithThicknessIsAPane) {
     const auto picture = [](float thickness) {

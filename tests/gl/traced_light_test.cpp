@@ -203,7 +203,7 @@ TEST(TracedLight, MirrorBallsShowWallsAtTheirReflectedPositions) {
 }
 
 TEST(TracedLight, GlassBallsRefractBySnell) {
-    // Behind the ball a wall whose colour tells the place on it.
+    // Behind the ball a wall whose colour encodes the position.
     constexpr float kHalf = 60.0f, kBehind = 30.0f;
     Scene scene;
     scene.environment = "black";

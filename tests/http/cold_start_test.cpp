@@ -28,9 +28,9 @@ constexpr std::size_t kClients = 3;
 // Seconds. The chapel's shaders take longer, 34 s on two idle cores when all are compiled one after
 // the other; three frames without compilation do not, also where seven others use each core.
 constexpr const char* kDeadline = "30";
-// Seconds. So few small frames fill such a queue only if compilation counts as work that waits.
+// Seconds. A few small frames fill this queue only if compilation counts as waiting work.
 constexpr const char* kQueue = "60";
-// Every answer that is none of the promised ones is reported; after so many the server is given up.
+// Every undocumented response is reported; after this number of them the test ends.
 constexpr int kMaxWrong = 10;
 
 // Empty folders for all caches of the servers that are started from here on.

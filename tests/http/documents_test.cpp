@@ -226,7 +226,7 @@ TEST(Documents, EveryLinkParameterIsAccepted) {
     for (const json& parameter : parameters) {
         const std::string name = parameter["name"];
         if (name == "explain") continue;
-        // A value that no field takes: the answer must know the name and refuse the value.
+        // A value that no field accepts: the response must recognise the name and reject the value.
         const auto result = client.Get("/v1/frames?" + name + "=" + std::string(300, 'x'));
         ASSERT_TRUE(result);
         EXPECT_THAT(result->body, testing::Not(HasSubstr("is not a known query name"))) << name;

@@ -124,7 +124,7 @@ TEST(FairQueue, AWellBehavedClientWaitsForAtMostOneFrameOfAFlood) {
     }
 }
 
-// L4: whatever comes, nothing begins after its deadline.
+// L4: for any sequence of events, no frame starts after its deadline.
 TEST(FairQueue, FramesPastTheirDeadlineDoNotStart) {
     std::mt19937 random(7);
     Shop shop({.count = 16, .seconds = 100});

@@ -71,7 +71,7 @@ public:
     const ConnectionCounters& counters() const { return front_.counters(); }
 
     std::atomic<int> waiting{0};      // in /wait
-    std::atomic<int> leavers{0};      // told to /wait
+    std::atomic<int> leavers{0};      // disconnects that /wait has seen
     std::atomic<int> streamed{0};     // pieces of /stream that were taken
     std::atomic<int> streamsDone{0};  // that ended
 
@@ -275,7 +275,7 @@ TEST(Front, CompleteResponsesHoldNoWorkerWhileSent) {
         slow.emplace_back(server.port(), nullptr, 4096);
         slow.back().send(get("/big"));
     }
-    // Two workers, six that read nothing: the next is answered at once all the same.
+    // Two workers and six clients that read nothing: the next client is still answered immediately.
     std::this_thread::sleep_for(milliseconds(100));
     EXPECT_EQ(bodyOf(ask(server.port(), get("/a"), 30)), "GET /a ");
     EXPECT_TRUE(soon([&] { return server.counters().stalled == 6; })) << "given up in the end";

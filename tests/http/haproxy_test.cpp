@@ -110,7 +110,7 @@ TEST(HaProxy, KillingOneServerUnderLoadLosesNoRequest) {
             }
         });
     }
-    const auto awaitMore = [&] {  // under load, however slow the machine is
+    const auto awaitMore = [&] {  // under load, independent of the machine's speed
         for (int goal = right + 20, i = 0; i < 1200 && right < goal; ++i) {
             std::this_thread::sleep_for(50ms);
         }

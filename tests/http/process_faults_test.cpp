@@ -83,7 +83,7 @@ std::string numberOf(const std::string& answer) {
     return headerOf(answer, "Clerestory-Worker");
 }
 
-// After a failure: the same picture as ever, however soon a renderer stands again.
+// After a failure: the frame, once a renderer is available again.
 std::string pictureSoon(int port) {
     std::string answer;
     for (int i = 0; i < 100; ++i) {

@@ -169,7 +169,7 @@ TEST(Uploads, AFullDiskFailsTheUploadOnly) {
         EXPECT_EQ(kept(folder / "uploads"), 0u) << "nothing is left of it";
         EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
     }
-    // What is small enough goes on: also a scene whose blob is too large for the cache.
+    // Small enough writes succeed, also for a scene whose blob is too large for the cache.
     const auto made = send(client, triangleGlb());
     ASSERT_TRUE(made);
     EXPECT_EQ(made->status, 201) << made->body;

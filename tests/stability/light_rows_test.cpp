@@ -292,7 +292,7 @@ TEST_F(FrameRows, MetamorphicInvisibleObjectsChangeNothing) {
         EXPECT_TRUE(atMost("metamorphic", "glass of index 1, codes",
                            255.0 * mostApart(drawn(r), without), 1.0));
     }
-    // A mirror that reflects nothing is black, whatever serves it.
+    // A mirror of reflectance 0 is black with every technique.
     for (const PlanarMethod method :
          {PlanarMethod::environment, PlanarMethod::mirror, PlanarMethod::traced}) {
         Scene scene;

@@ -5,7 +5,7 @@
 // What is not asked, and why:
 //  - Flat mirrors: a picture against rays. Neither is above the other: a picture shows the three
 //    strongest mirrors in it; rays show all, but none that returns less than 5 %.
-//  - Solid glass: the environment map against a picture of what lies behind. Neither knows where
+//  - Solid glass: the environment map compared with a backdrop. Neither represents where
 //    the bent ray leaves, and the planner expects the same of both.
 //  - Rays on rough surfaces: one ray represents a lobe, and the error is the variation within it.
 //  - Mirrors and glass in one scene, and lamps above 1 about glass: where a ray meets glass it goes
@@ -33,10 +33,10 @@ constexpr std::uint32_t kSquare = 8;     // pixels of a frame along one of the t
 constexpr std::uint32_t kSamples = 256;  // paths a pixel
 // Of the truth: in a small ball the scene is small, and rays sample what a cube averages.
 constexpr std::uint32_t kMinPixels = 40;
-// 8 x 8 samples tell an edge's share of a pixel to a sixteenth: its square, of a picture that is
-// all edges.
+// 8 x 8 samples resolve an edge's coverage of a pixel to a sixteenth: its square, of a picture that
+// is all edges.
 constexpr double kEdges = 1.0 / 256.0;
-// A cube knows a thin thing in the open from one side only: a pixel in a hundred wholly wrong.
+// A cube captures a thin object in the open from one side only: one pixel in a hundred is wrong.
 constexpr double kThinThings = 0.01;
 
 // Two ways of serving one effect, the cheaper one first.

@@ -11,8 +11,8 @@
 namespace clerestory::test {
 namespace {
 
-// Other knobs and switches are other shaders, which take far longer to compile than such a frame to
-// draw: most requests differ in their cameras.
+// Other knobs and switches need other shaders, which take far longer to compile than such a frame
+// to draw: most requests differ in their cameras.
 constexpr std::uint64_t kRequestsPerScene = 200;
 constexpr std::uint64_t kRequestsPerSetting = 50;
 

@@ -12,11 +12,11 @@ struct ProcessFaults {
     // The n-th allocation from now on fails once, in any code: program, library or
     // driver. 0: none.
     std::atomic<std::int64_t> failingAllocation{0};
-    // The so many-th allocation of the next process that starts fails, once. 0: none.
+    // The n-th allocation of the next process that starts fails once. 0: none.
     std::atomic<std::int64_t> failingFromStart{0};
     // Smaller allocations neither count nor fail.
     std::atomic<std::size_t> leastBytes{0};
-    // The driver tells the process of this number, once, that the GPU was reset. 0: none.
+    // The driver reports a GPU reset once to the process of this id. 0: none.
     std::atomic<std::int64_t> resetProcess{0};
 };
 

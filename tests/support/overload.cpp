@@ -195,7 +195,7 @@ Flood flood(const ServerProcess& server, double seconds) {
     const double service = serviceMs(server.port());
     // Three clients that together request well under half of the server's capacity.
     const double pause = 8.0 * service;
-    // Long enough for a few answers to each, however slow the machine is.
+    // Long enough for a few responses to each client on a slow machine.
     seconds = std::max(seconds, 0.001 * 60.0 * service);
     result.alone = wellBehaved(server.port(), seconds, pause);
     std::thread flooder([&] {

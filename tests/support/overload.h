@@ -14,8 +14,8 @@ struct Shot {
     bool saysWhen = false;      // Retry-After
 };
 
-// Sends `perSecond` requests a second for so long, each on a connection of its own, whatever comes
-// back; waits for answers up to `patience` seconds after the last.
+// Sends `perSecond` requests per second for `seconds`, each on its own connection, whatever the
+// responses back; waits for answers up to `patience` seconds after the last.
 std::vector<Shot> openLoop(int port, const std::string& request, double perSecond, double seconds,
                            double patience, const char* from = nullptr);
 

@@ -28,7 +28,7 @@ Clock::time_point in(double seconds) {
            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-// After a connect() that a signal interrupted: it goes on by itself.
+// A connect() that a signal interrupted continues asynchronously.
 bool connectionCame(int socket) {
     pollfd wait{socket, POLLOUT, 0};
     while (::poll(&wait, 1, 10'000) < 0 && errno == EINTR) {

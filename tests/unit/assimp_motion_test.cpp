@@ -65,7 +65,7 @@ TEST(AssimpMotion, VerticesFollowTheirWeights) {
     ASSERT_EQ(scene.deformations.size(), 1u);
     ASSERT_EQ(scene.instances.size(), 2u);
     expectCorners(scene, 0.0, 1, {{0, 0, 0}, {0, 0.5, 0}, {1, 0, 0}, {1, 0.5, 0}});
-    // The corner that hangs on both joints lies three quarters of the way from (2, 1) to (0, 1).
+    // The corner that both joints weight is three quarters of the way from (2, 1) to (0, 1).
     for (const double time : {1.0, 1.5}) {
         expectCorners(scene, time, 1, {{0, 0, 0}, {0, 0.5, 0}, {0.5, 0.5, 0}, {0.25, 0.5, 0}});
     }

@@ -44,7 +44,7 @@ TEST(Clip, LinesRunStraight) {
     EXPECT_THAT(at(t, 3.5), ElementsAre(5, -10, 2));
 }
 
-// A cubic is met exactly by its own values and slopes, whatever the step: t^3 - 2 t on 1..4.
+// A cubic is reproduced exactly from its values and slopes, for any step: t^3 - 2 t on 1..4.
 TEST(Clip, SplinesFollowACubicExactly) {
     const auto value = [](float t) { return t * t * t - 2 * t; };
     const auto slope = [](float t) { return 3 * t * t - 2; };

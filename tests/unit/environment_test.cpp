@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// The map's texel in a direction, by search: it need not know OpenGL's table backwards.
+// The map's texel in a direction, by search, without inverting OpenGL's table.
 glm::vec3 towards(const EnvironmentMap& map, const glm::vec3& direction) {
     const glm::vec3 wanted = glm::normalize(direction);
     float best = -2.0f;

@@ -176,7 +176,7 @@ std::vector<double> GltfTruth::valueAt(const Json&, const Json& sampler, bool tu
     const auto output = accessor(sampler["output"]);
     const std::string how = sampler.value("interpolation", "LINEAR");
     const std::size_t parts = how == "CUBICSPLINE" ? 3 : 1;
-    // Weights come as so many scalars for each key.
+    // Weights are stored as one scalar per target for each key.
     const std::size_t rows = output.size() / (parts * times.size());
     const auto part = [&](std::size_t key, std::size_t which) {
         std::vector<double> all;

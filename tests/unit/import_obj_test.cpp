@@ -117,7 +117,7 @@ TEST(Obj, OpacityMapsCutOut) {
     EXPECT_EQ(topRow, (std::vector<std::uint8_t>{255, 0, 0, 255, 0, 255, 0, 0}));
 }
 
-// Erratum E1: emission is Ke, whatever Kd is.
+// Erratum E1: emission is Ke, independent of Kd.
 TEST(Obj, EmissionIsKeIndependentOfKd) {
     EXPECT_EQ(material(materials(), "lamp")->emissive, glm::vec3(12.5f, 0.0f, 3.0f));
 

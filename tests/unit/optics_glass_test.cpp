@@ -94,7 +94,7 @@ TEST(Interface, NormalsOnTheFarSideAreFlipped) {
     EXPECT_EQ(outside.eta, 1.5f);
     EXPECT_EQ(inside.eta, 1.0f / 1.5f);
     EXPECT_EQ(glsl::interfaceMet(in, kUp, 1.0f).eta, glsl::interfaceMet(in, -kUp, 1.0f).eta);
-    // A back normal from a picture may point either way; the ray leaves all the same.
+    // A back normal from an image may point either way; the ray leaves in both cases.
     EXPECT_EQ(glsl::refractedOut(in, kUp, 1.5f).direction,
               glsl::refractedOut(in, -kUp, 1.5f).direction);
     EXPECT_EQ(glsl::refractedOut(in, kUp, 1.5f).direction,

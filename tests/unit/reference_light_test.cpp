@@ -171,7 +171,7 @@ TEST(ReferenceLights, CastsShadowsInModeFullOnly) {
     EXPECT_EQ(meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::full, 64)).x, 0.0);
 }
 
-// Two long mirrors face each other; a slanted look originTriangle between their ends after k
+// Two long mirrors face each other; a slanted ray leaves between their ends after k
 // reflections.
 TEST(ReferenceMirrors, TheKthImageIsReflectedKTimes) {
     Scene scene;
@@ -227,7 +227,7 @@ TEST(ReferenceGlass, PanesTransmitTheSeriesOfReflections) {
     }
 }
 
-// Radiance that tells its direction: a sky of 0.5 + 0.5 d.
+// Radiance that encodes its direction: a sky of 0.5 + 0.5 d.
 EnvironmentMap compass() {
     EnvironmentMap map{.name = "compass", .faceSize = 128};
     for (std::uint32_t face = 0; face < 6; ++face) {
@@ -242,9 +242,7 @@ EnvironmentMap compass() {
     return map;
 }
 
-// A ball bounces what enters by 2 (theta - theta_t), and pi - 2 theta_t more for every bounce
-// inside. Coverage counts for the whole surface, what it lets through included
-// (KHR_materials_transmission).
+// Coverage applies to the whole surface, including its transmission (KHR_materials_transmission).
 TEST(ReferenceGlass, CoverageScalesPanes) {
     Scene scene;
     Material black{.name = "black",
@@ -260,6 +258,8 @@ TEST(ReferenceGlass, CoverageScalesPanes) {
     EXPECT_NEAR(seen.x, 0.75 + 0.25 * mirrored, 0.02);
 }
 
+// A ball deflects rays by 2 (theta - theta_t), and by pi - 2 theta_t more for every internal
+// reflection.
 TEST(ReferenceGlass, BallsRefractTwice) {
     Material glass = plain(1.0f, 0.0f, 0.0f);
     glass.transmission = 1.0f;

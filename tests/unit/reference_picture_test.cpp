@@ -23,7 +23,7 @@ double nearestByLoop(const reference::SceneGeometry& geometry, const reference::
         const glm::dvec3 e1 = glm::dvec3(t.b) - glm::dvec3(t.a),
                          e2 = glm::dvec3(t.c) - glm::dvec3(t.a);
         const glm::dvec3 p = glm::cross(ray.direction, e2);
-        const double volume = glm::dot(e1, p);  // above 0: seen orientation counter-clockwise
+        const double volume = glm::dot(e1, p);  // above 0: counter-clockwise
         if (volume == 0.0 || volume * t.side < 0.0) continue;
         const glm::dvec3 s = ray.origin - glm::dvec3(t.a), q = glm::cross(s, e1);
         const double u = glm::dot(s, p) / volume, v = glm::dot(ray.direction, q) / volume;

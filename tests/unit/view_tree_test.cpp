@@ -289,7 +289,7 @@ TEST(ViewTree, AGlassTableNeedsFewBackdrops) {
         });
     };
     EXPECT_EQ(of("for both sides of a sheet"), 2) << toText(plan);
-    // What covers a part of it, covers what it lets through, too.
+    // Partial coverage applies to the transmission as well.
     for (const Pass& pass : plan.passes) {
         const auto* glass = std::get_if<DrawGlass>(&pass.work);
         if (!glass) continue;
