@@ -171,7 +171,7 @@ TEST(Documents, ResponsesMatchTheirSchema) {
     expectDescribed("Status", documentAt("/healthz"));
     expectDescribed("Plan", json::parse(postJson(client, "/v1/plans", smallFrame())->body));
     const auto started =
-        postJson(client, "/v1/comparisons", smallFrame(R"("frames": 1, "samples": 1)"));
+        postJson(client, "/v1/comparisons", smallFrame(R"("frames": 1, "samples": 2)"));
     ASSERT_TRUE(started);
     expectDescribed("Job", json::parse(started->body));
     const std::string place = started->get_header_value("Location");

@@ -40,7 +40,7 @@ test("the document passes Redocly's recommended rules", () => {
   assert.deepEqual(totals, { errors: 0, warnings: 0, ignored: 0 }, JSON.stringify(problems, null, 2));
 });
 
-test("a generated client draws a frame, reads a refusal and waits for a job", { timeout: 100000 }, async () => {
+test("a generated client draws a frame, reads a refusal and waits for a job", { timeout: 300000 }, async () => {
   copyFileSync(join(import.meta.dirname, "client.ts"), join(folder, "client.ts"));
   symlinkSync(tool(""), join(folder, "node_modules"));
   writeFileSync(join(folder, "package.json"), '{ "type": "module" }');

@@ -45,7 +45,7 @@ export async function refusedFields(baseUrl: string, body: FrameRequest) {
 export async function compare(baseUrl: string, frame: FrameRequest) {
   const client = createClient<paths>({ baseUrl });
   const { filters, ...view } = frame;
-  const started = await client.POST("/v1/comparisons", { body: { ...view, settings: ["draft", "fine"], samples: 1, frames: 1 } });
+  const started = await client.POST("/v1/comparisons", { body: { ...view, settings: ["draft", "fine"], samples: 2, frames: 1 } });
   if (!started.data) throw new Error(started.error.detail);
   let job: components["schemas"]["Job"] = started.data;
   while (job.state === "queued" || job.state === "running") {
