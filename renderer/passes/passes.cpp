@@ -155,6 +155,13 @@ void bindReflection(PassResources& resources, const PassInput& input, const Pass
 
 }  // namespace
 
+void settleSamplers(PassResources& resources) {
+    resources.environmentBrdf.bind(UNIT_SOURCE);
+    resources.samplers.sampler({}).bind(UNIT_SOURCE);
+    resources.shaders.program({"settle_samplers.vert", "settle_samplers.frag"}).use();
+    gl::drawTriangle();
+}
+
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program) {
     const std::uint32_t bits = program.materials ? viewBits(input, view.view) : 0;
@@ -172,6 +179,8 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
             const bool rays = features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
             const int variant =
                 rays ? static_cast<int>(input.plan.rays->hitFeatures) : program.variant;
+            // Its tables have slots where the programs before it in this pass have textures.
+            if (rays) settleSamplers(resources);
             resources.shaders.program({program.vertex, program.fragment, features, variant, bits})
                 .use();
             boundMaterial = kNone;  // other features read other textures

@@ -90,6 +90,9 @@ struct DrawProgram {
     bool materials = true;   // binds them; programs are made for VIEW bits (features.glsl)
     bool backFaces = false;  // draws what is otherwise culled, and nothing else
 };
+// Gives every sampler slot one state; see settle_samplers.frag. Shades no pixel, whatever the state
+// and the vertex array at hand.
+void settleSamplers(PassResources& resources);
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program);
 

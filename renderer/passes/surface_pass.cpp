@@ -33,17 +33,6 @@ void beginView(PassResources& resources, const PassInput& input, const PassView&
     }
 }
 
-// Draws nothing; see settle_samplers.frag.
-void settleSamplers(PassResources& resources) {
-    gl::apply(gl::State{.colorWrite = false});
-    gl::apply(gl::Facing{.cullBack = false});
-    resources.environmentBrdf.bind(UNIT_SOURCE);
-    resources.samplers.sampler(kOneLevel).bind(UNIT_SOURCE);
-    resources.shaders.program({"settle_samplers.vert", "settle_samplers.frag"}).use();
-    resources.noVertices.bind();
-    gl::drawTriangle();
-}
-
 void bindPass(PassResources& resources, const PassInput& input, const PassView& view,
               std::uint32_t face) {
     if (input.tracer) input.tracer->addPlaces(resources.draws);
@@ -53,6 +42,9 @@ void bindPass(PassResources& resources, const PassInput& input, const PassView& 
     bindLight(resources, input, view.environment);
     if (input.tracer) input.tracer->bind(input.plan, view.view.eye);
     input.target().drawn(face).bind();
+    gl::apply(gl::State{.colorWrite = false});
+    gl::apply(gl::Facing{.cullBack = false});
+    resources.noVertices.bind();
     settleSamplers(resources);
 }
 
