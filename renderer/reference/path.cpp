@@ -147,15 +147,16 @@ void PathTracer::scatterAtOpaque(Path& path, const SurfaceInteraction& point) co
 }
 
 bool PathTracer::hasMaterialMap(const SurfaceInteraction& point) const {
-    return effects_.environmentReflection && point.surface->why == ReflectorReason::map &&
+    return effects_.environmentReflection && point.surface->reason == ReflectorReason::map &&
            lighting_.named.contains(point.material->environmentMap);
 }
 
 bool PathTracer::tracesReflection(const Surface& surface) const {
-    if (surface.why == ReflectorReason::map) return false;
+    if (surface.reason == ReflectorReason::map) return false;
     if (mode_ == ReferenceMode::full) return true;
     if (surface.reflector == Reflector::flat) return effects_.planarReflection;
-    if (surface.reflector == Reflector::curved || surface.why == ReflectorReason::round) {
+    if (surface.reflector == Reflector::curved ||
+        surface.reason == ReflectorReason::curvedDielectric) {
         return effects_.environmentReflection;
     }
     return false;

@@ -1,10 +1,9 @@
-// Boxes under transforms.
 #include "scene/bounds.h"
 
 namespace clerestory {
 
 bool inReach(const Bounds& box) {
-    const glm::vec3 farthest(kFarthestPlace);
+    const glm::vec3 farthest(kMaxCoordinate);
     return glm::all(glm::lessThan(glm::abs(box.min), farthest)) &&
            glm::all(glm::lessThan(glm::abs(box.max), farthest));
 }
@@ -20,7 +19,7 @@ bool inReach(const glm::dmat4& m) {
 
 Bounds transformed(const Bounds& box, const glm::dmat4& toFromBox) {
     if (box.empty()) return box;
-    // Arvo 1990: each axis of the result gathers the smaller and the larger product.
+    // Arvo 1990: each axis sums the smaller and the larger products.
     glm::dvec3 low(toFromBox[3]), high(toFromBox[3]);
     for (int column = 0; column < 3; ++column) {
         const glm::dvec3 axis(toFromBox[column]);

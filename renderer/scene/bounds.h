@@ -1,4 +1,4 @@
-// Axis-aligned boxes. Units are those of the space the box stands in (metres in world space).
+// Axis-aligned bounding boxes. Units are those of their space (metres in world space).
 #pragma once
 
 #include "scene/finite.h"
@@ -35,14 +35,14 @@ inline bool finite(const Bounds& box) {
     return finite(box.min) && finite(box.max);
 }
 
-// How far from its origin world space is told apart: metres; squares of lengths stay within float.
-inline constexpr float kFarthestPlace = 1e18f;
-// On every axis; false for the empty box and for what is no number.
+// Largest absolute coordinate in world space, metres: squared lengths stay finite in float.
+inline constexpr float kMaxCoordinate = 1e18f;
+// Whether all coordinates are below kMaxCoordinate; false for the empty box and for NaN.
 bool inReach(const Bounds& box);
-// Of every element; scales and what two of them make of each other stay within double.
+// Whether all elements are below 1e30, so that products of two matrices stay finite in double.
 bool inReach(const glm::dmat4& m);
 
-// The box of the eight transformed corners; the empty box stays empty.
+// The bounds of the eight transformed corners; the empty box stays empty.
 Bounds transformed(const Bounds& box, const glm::dmat4& toFromBox);
 
 }  // namespace clerestory

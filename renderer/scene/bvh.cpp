@@ -1,4 +1,4 @@
-// Building by binned surface area (Wald 2007), and the walk.
+// Construction with the binned surface area heuristic (Wald 2007), and traversal.
 #include "scene/bvh.h"
 
 #include <algorithm>
@@ -11,11 +11,11 @@ namespace {
 
 constexpr int kBins = 16;
 constexpr std::uint32_t kMaxInLeaf = 4;
-// Of a step through a node, in triangle tests (both fetch about as much).
+// Cost of visiting a node, in triangle tests (both fetch a similar number of bytes).
 constexpr float kNodeCost = 1.0f;
-// Deeper than any sensible split goes; from here on halves are even, so recursion is bounded.
-constexpr int kDeepestSearch = 40;
-// Metres from the middle. Areas times counts stay finite in float, so bins are whole numbers.
+// Below this depth nodes are split into equal halves, so recursion is bounded.
+constexpr int kMaxSearchDepth = 40;
+// Largest coordinate, metres from the centre: areas times counts stay finite in float.
 constexpr float kFarthest = 1e15f;
 constexpr std::uint32_t kExactWholeNumbers = 1u << 24;
 
@@ -31,7 +31,7 @@ struct Box {
         low = glm::min(low, b.low);
         high = glm::max(high, b.high);
     }
-    // Half of it.
+    // Half the surface area.
     float area() const {
         const glm::vec3 d = high - low;
         return d.x * d.y + d.y * d.z + d.z * d.x;
@@ -40,8 +40,8 @@ struct Box {
 
 struct Item {
     Box box;
-    std::uint32_t triangle = 0;                              // into the gathered ones
-    glm::vec3 middle() const { return box.low + box.high; }  // twice the centre
+    std::uint32_t triangle = 0;                                     // in the list of all triangles
+    glm::vec3 doubledCenter() const { return box.low + box.high; }  // 2 * centre
 };
 
 bool finitePoint(const glm::vec3& v) {
@@ -52,7 +52,7 @@ bool pointInReach(const glm::vec3& v) {
     return glm::all(glm::lessThanEqual(glm::abs(v), glm::vec3(kFarthest)));
 }
 
-// Corners are compared and subtracted in double: a triangle that a float calls flat is kept.
+// In double, so that triangles whose area underflows in float are not dropped.
 bool hasArea(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
     const glm::dvec3 n = glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a));
     return glm::dot(n, n) > 0.0;
@@ -63,7 +63,7 @@ float sideOf(const Material& material, const glm::dmat4& worldFromModel) {
     return glm::determinant(glm::dmat3(worldFromModel)) < 0.0 ? -1.0f : 1.0f;
 }
 
-// Of the instances that `chosen` says; at most `most`.
+// The triangles of the selected instances; at most `most`.
 std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose,
                                   const MaterialBindings& materials, const glm::dvec3& origin,
                                   const std::vector<bool>& chosen, std::uint64_t most,
@@ -104,13 +104,13 @@ std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose,
 
 struct Split {
     int axis = -1;
-    int bin = 0;  // the last one on the left
+    int bin = 0;  // the last one of the left child
     float cost = std::numeric_limits<float>::infinity();
 };
 
 class Builder {
 public:
-    // farthest: a coordinate that rays may reach, where that is more than those of the triangles.
+    // farthest: the largest coordinate that rays reach, if larger than those of the triangles.
     Builder(const std::vector<BvhTriangle>& triangles, float farthest, Bvh& bvh)
         : triangles_(triangles), bvh_(bvh) {
         Box all;
@@ -123,8 +123,8 @@ public:
             items_.push_back(item);
         }
         const glm::vec3 greatest = glm::max(glm::abs(all.low), glm::abs(all.high));
-        // As much as a float's rounding moves a ray at the scene's far end: boxes and triangles are
-        // tested by different sums.
+        // The rounding error of a ray at the largest coordinate: box tests and triangle tests round
+        // differently.
         slack_ = 4e-7f * std::max({greatest.x, greatest.y, greatest.z, farthest});
         bvh.nodes.reserve(triangles.size());
         bvh.triangles.reserve(triangles.size());
@@ -138,13 +138,13 @@ private:
         Box box, middles;
         for (std::uint32_t i = begin; i < end; ++i) {
             box.add(items_[i].box);
-            middles.add(items_[i].middle());
+            middles.add(items_[i].doubledCenter());
         }
         bvh_.nodes[node].low = box.low - slack_;
         bvh_.nodes[node].high = box.high + slack_;
         const std::uint32_t count = end - begin;
         const Split split =
-            depth < kDeepestSearch && count > 1 ? bestSplit(begin, end, middles) : Split{};
+            depth < kMaxSearchDepth && count > 1 ? bestSplit(begin, end, middles) : Split{};
         const float area = box.area();
         const bool pays =
             split.axis >= 0 && kNodeCost * area + split.cost < static_cast<float>(count) * area;
@@ -183,7 +183,7 @@ private:
         std::array<std::array<Bin, kBins>, 3> bins;
         const glm::vec3 perUnit = binsPerUnit(middles);
         for (std::uint32_t i = begin; i < end; ++i) {
-            const glm::vec3 middle = items_[i].middle();
+            const glm::vec3 middle = items_[i].doubledCenter();
             for (int axis = 0; axis < 3; ++axis) {
                 Bin& bin = bins[axis][binOf(middle[axis], middles.low[axis], perUnit[axis])];
                 bin.box.add(items_[i].box);
@@ -193,7 +193,7 @@ private:
         Split best;
         for (int axis = 0; axis < 3; ++axis) {
             if (!(perUnit[axis] > 0.0f)) continue;
-            std::array<float, kBins> right;  // of the bins above k
+            std::array<float, kBins> right;  // of all bins above k
             Box box;
             std::uint32_t count = 0;
             for (int k = kBins - 1; k > 0; --k) {
@@ -214,7 +214,7 @@ private:
         return best;
     }
 
-    // Without a split: even halves.
+    // Without a split: equal halves.
     std::uint32_t partition(std::uint32_t begin, std::uint32_t end, const Split& split,
                             const Box& middles) {
         const std::uint32_t half = begin + (end - begin) / 2;
@@ -222,7 +222,7 @@ private:
         const float low = middles.low[split.axis], perUnit = binsPerUnit(middles)[split.axis];
         const auto at =
             std::partition(items_.begin() + begin, items_.begin() + end, [&](const Item& item) {
-                return binOf(item.middle()[split.axis], low, perUnit) <= split.bin;
+                return binOf(item.doubledCenter()[split.axis], low, perUnit) <= split.bin;
             });
         return static_cast<std::uint32_t>(at - items_.begin());
     }
@@ -233,8 +233,8 @@ private:
     float slack_ = 0.0f;
 };
 
-// Of all instances' boxes in reach: one that is not must not take the others with it.
-glm::dvec3 middleOf(const Scene& scene, const Pose& pose) {
+// Of the bounds of all instances that are in range.
+glm::dvec3 centerOf(const Scene& scene, const Pose& pose) {
     Bounds bounds;
     for (const Instance& instance : scene.instances) {
         const Bounds box = transformed(boundsOf(pose, scene.meshes[instance.mesh]),
@@ -249,16 +249,16 @@ glm::dvec3 middleOf(const Scene& scene, const Pose& pose) {
 
 namespace {
 
-// What the parts of one tree share: it does not change with time.
+// Common to both parts of a tree, and independent of time.
 struct Frame {
     glm::dvec3 origin{0.0};
-    float farthest = 0.0f;  // the greatest coordinate of what moves and what does not
+    float farthest = 0.0f;  // the largest coordinate of both parts
 };
 
 Frame frameOf(const Scene& scene, const Pose& pose) {
     const Bounds& reach = scene.reach;
     if (reach.empty() || !pointInReach(reach.min) || !pointInReach(reach.max)) {
-        return {middleOf(scene, pose), 0.0f};
+        return {centerOf(scene, pose), 0.0f};
     }
     const glm::vec3 half = 0.5f * reach.extent();
     return {0.5 * (glm::dvec3(reach.min) + glm::dvec3(reach.max)),
@@ -323,7 +323,7 @@ Bvh buildBvh(const Scene& scene, const Pose& pose, const MaterialBindings& mater
 
 namespace {
 
-// Two axes across a ray. In the plane that they span, the ray is the origin.
+// Two axes perpendicular to a ray. In their plane the ray is the origin.
 struct RayFrame {
     glm::vec3 along, s, t;
     explicit RayFrame(const glm::vec3& d) : along(d) {
@@ -370,12 +370,12 @@ std::optional<BvhHit> nearestHit(const Bvh& bvh, const glm::vec3& origin,
             const BvhTriangle& triangle = bvh.triangles[leaf / kBvhLeafCount + k];
             const glm::vec3 a = frame(triangle.a - origin), b = frame(triangle.b - origin),
                             c = frame(triangle.c - origin);
-            // Twice the areas that the ray cuts off (Woop et al. 2013); of one sign inside.
+            // Twice the areas of the sub-triangles (Woop et al. 2013); all of one sign inside.
             const float u = c.x * b.y - c.y * b.x, v = a.x * c.y - a.y * c.x,
                         w = b.x * a.y - b.y * a.x;
             const float sum = u + v + w;
             const float least = std::min({u, v, w}), most = std::max({u, v, w});
-            // Above 0 where the ray sees a, b, c turn counter-clockwise.
+            // Positive if a, b, c are counter-clockwise along the ray.
             if (!((least >= 0.0f || most <= 0.0f) && sum != 0.0f && sum * triangle.side >= 0.0f)) {
                 continue;
             }

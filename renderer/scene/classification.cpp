@@ -1,4 +1,3 @@
-// The rules of classification, and their words.
 #include "scene/classification.h"
 
 #include <algorithm>
@@ -8,8 +7,8 @@
 namespace clerestory {
 namespace {
 
-// Below this a factor changes no 8-bit picture.
-constexpr float kNothing = 1e-3f;
+// A smaller factor does not change an 8-bit image.
+constexpr float kNegligible = 1e-3f;
 
 glm::vec4 meanOf(const Scene& scene, const TextureSlot& slot) {
     if (!slot.present()) return glm::vec4(1.0f);
@@ -28,52 +27,52 @@ float reflectanceOf(const Scene& scene, const Material& m, float metallic) {
 }
 
 void setReflectors(const Material& m, MaterialClass& c) {
-    const auto both = [&](Reflector flat, Reflector curved, ReflectorReason why) {
+    const auto both = [&](Reflector flat, Reflector curved, ReflectorReason reason) {
         c.onFlat = flat;
         c.onCurved = curved;
-        c.whyFlat = c.whyCurved = why;
+        c.reasonFlat = c.reasonCurved = reason;
     };
     const bool metal = c.metallic >= kMirrorMetallic;
-    const bool lobe = metal || m.specular > 0.0f;
+    const bool hasSpecular = metal || m.specular > 0.0f;
     if (m.unlit) return both(Reflector::none, Reflector::none, ReflectorReason::unlit);
     if (m.reflection == Reflection::none) {
-        return both(Reflector::none, Reflector::none, ReflectorReason::refused);
+        return both(Reflector::none, Reflector::none, ReflectorReason::disabled);
     }
-    if (!lobe) return both(Reflector::none, Reflector::none, ReflectorReason::noLobe);
+    if (!hasSpecular) return both(Reflector::none, Reflector::none, ReflectorReason::noSpecular);
     if (!m.environmentMap.empty())
         return both(Reflector::curved, Reflector::curved, ReflectorReason::map);
     if (!m.probe.empty()) return both(Reflector::curved, Reflector::curved, ReflectorReason::probe);
     if (m.reflection == Reflection::mirror) {
-        return both(Reflector::flat, Reflector::curved, ReflectorReason::asked);
+        return both(Reflector::flat, Reflector::curved, ReflectorReason::requested);
     }
     if (metal) {
         if (c.roughness <= kMirrorRoughness) {
             return both(Reflector::flat, Reflector::curved, ReflectorReason::metal);
         }
-        return both(Reflector::none, Reflector::none, ReflectorReason::rough);
+        return both(Reflector::none, Reflector::none, ReflectorReason::roughMetal);
     }
     if (c.roughness > kGlossRoughness)
-        return both(Reflector::none, Reflector::none, ReflectorReason::dull);
+        return both(Reflector::none, Reflector::none, ReflectorReason::roughDielectric);
     if (m.alphaMode == AlphaMode::mask) {
-        return both(Reflector::none, Reflector::none, ReflectorReason::cutOut);
+        return both(Reflector::none, Reflector::none, ReflectorReason::alphaMasked);
     }
     both(Reflector::flat, Reflector::none, ReflectorReason::gloss);
-    c.whyCurved = ReflectorReason::round;
+    c.reasonCurved = ReflectorReason::curvedDielectric;
 }
 
-// Whether all of a mesh lies in one plane, or in both sides of it.
+// Whether all triangles of the mesh lie in one plane, facing either way.
 bool isSheet(const Scene& scene, const Mesh& mesh) {
     if (mesh.flatPartCount == 0) return false;
     std::uint32_t clusters = 0;
     const FlatPart& first = scene.flatParts[mesh.firstFlatPart];
-    // Flat within 1e-4 of a part's diagonal each, so their planes may differ by twice as much.
+    // Each part is flat to 1e-4 of its diagonal, so two planes may differ by twice that.
     const double tolerance = 2e-4 * static_cast<double>(mesh.bounds.diagonal());
     for (std::uint32_t p = 0; p < mesh.flatPartCount; ++p) {
         const FlatPart& part = scene.flatParts[mesh.firstFlatPart + p];
         clusters += part.clusterCount;
-        const double side = glm::dot(part.normal, first.normal);
-        const double apart = std::abs(first.plane().distance(-part.offset * part.normal));
-        if (std::abs(side) < 0.9998 || apart > tolerance) return false;
+        const double cosine = glm::dot(part.normal, first.normal);
+        const double distance = std::abs(first.plane().distance(-part.offset * part.normal));
+        if (std::abs(cosine) < 0.9998 || distance > tolerance) return false;
     }
     return clusters == mesh.clusterCount;
 }
@@ -84,7 +83,7 @@ Glass glassOf(const Scene& scene, const Material& m, const MaterialClass& c, con
 }
 
 template <class... Numbers>
-std::string words(const char* format, Numbers... numbers) {
+std::string formatted(const char* format, Numbers... numbers) {
     char text[256];
     std::snprintf(text, sizeof text, format, static_cast<double>(numbers)...);
     return text;
@@ -101,8 +100,8 @@ MaterialClass classOf(const Scene& scene, const Material& m) {
     c.reflectance = reflectanceOf(scene, m, c.metallic);
     const glm::vec3 emitted = emittedRadiance(m);
     c.emitter = !m.unlit && std::max({emitted.x, emitted.y, emitted.z}) > 0.0f;
-    // Alpha is coverage, never glass (erratum G6); and nothing passes through a metal.
-    c.transmits = !m.unlit && c.transmission * (1.0f - c.metallic) > kNothing;
+    // Alpha is coverage, never glass (erratum G6). Metals do not transmit.
+    c.transmits = !m.unlit && c.transmission * (1.0f - c.metallic) > kNegligible;
     setReflectors(m, c);
     return c;
 }
@@ -126,7 +125,7 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
                      .emitter = c.emitter,
                      .glass = glassOf(scene, materials.material(scene, material), c, mesh),
                      .reflector = c.onCurved,
-                     .why = c.whyCurved,
+                     .reason = c.reasonCurved,
                      .roughness = c.roughness,
                      .reflectance = c.reflectance,
                      .area = mesh.area};
@@ -138,7 +137,7 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
                 mirror.clusterCount = part.clusterCount;
                 mirror.flatPart = mesh.firstFlatPart + p;
                 mirror.reflector = Reflector::flat;
-                mirror.why = c.whyFlat;
+                mirror.reason = c.reasonFlat;
                 mirror.area = part.area;
                 surfaces.push_back(mirror);
                 rest.firstCluster += part.clusterCount;
@@ -156,35 +155,36 @@ std::string reflectorReason(const Scene& scene, const MaterialBindings& material
     const Material& m = materials.material(scene, surface.material);
     const float metallic = classOf(scene, m).metallic;
     const float roughness = surface.roughness;
-    switch (surface.why) {
+    switch (surface.reason) {
         case ReflectorReason::metal:
-            return words("metal (metallic %.2g) and smooth (roughness %.2g)", metallic, roughness);
+            return formatted("metal (metallic %.2g) and smooth (roughness %.2g)", metallic,
+                             roughness);
         case ReflectorReason::gloss:
-            return words("smooth (roughness %.2g) and in one plane", roughness);
-        case ReflectorReason::asked:
-            return "its material says reflection: mirror";
+            return formatted("smooth (roughness %.2g) and in one plane", roughness);
+        case ReflectorReason::requested:
+            return "the material has reflection: mirror";
         case ReflectorReason::probe:
-            return "its material names the probe '" + m.probe + "'";
+            return "the material names the probe '" + m.probe + "'";
         case ReflectorReason::map:
-            return "its material names the environment map '" + m.environmentMap + "'";
+            return "the material names the environment map '" + m.environmentMap + "'";
         case ReflectorReason::unlit:
             return "unlit";
-        case ReflectorReason::refused:
-            return "its material says reflection: none";
-        case ReflectorReason::rough:
-            return words("a metal, but rough (roughness %.2g, at most %.2g mirrors)", roughness,
-                         kMirrorRoughness);
-        case ReflectorReason::dull:
-            return words(
-                "no metal (metallic %.2g), and rough (roughness %.2g, at most %.2g is a "
-                "glossy plane)",
+        case ReflectorReason::disabled:
+            return "the material has reflection: none";
+        case ReflectorReason::roughMetal:
+            return formatted("metal, but too rough (roughness %.2g; a mirror has at most %.2g)",
+                             roughness, kMirrorRoughness);
+        case ReflectorReason::roughDielectric:
+            return formatted(
+                "dielectric (metallic %.2g) and too rough (roughness %.2g; a glossy plane has at "
+                "most %.2g)",
                 metallic, roughness, kGlossRoughness);
-        case ReflectorReason::round:
-            return words("smooth (roughness %.2g), but neither metal nor flat", roughness);
-        case ReflectorReason::cutOut:
-            return "no metal, and cut out by its picture";
-        case ReflectorReason::noLobe:
-            return "no metal, and its specular factor is 0";
+        case ReflectorReason::curvedDielectric:
+            return formatted("smooth (roughness %.2g), but neither metal nor flat", roughness);
+        case ReflectorReason::alphaMasked:
+            return "dielectric with an alpha mask";
+        case ReflectorReason::noSpecular:
+            return "dielectric with specular factor 0";
     }
     return {};
 }
@@ -194,21 +194,21 @@ std::string glassReason(const Scene& scene, const MaterialBindings& materials,
     const Material& m = materials.material(scene, surface.material);
     const float transmission = classOf(scene, m).transmission;
     if (surface.glass == Glass::solid) {
-        return words("transmission %.2g and thickness %.3g: light passes a volume", transmission,
-                     m.thickness);
+        return formatted("transmission %.2g and thickness %.3g: light passes through a volume",
+                         transmission, m.thickness);
     }
-    if (surface.glass == Glass::none) return "lets no light through";
+    if (surface.glass == Glass::none) return "does not transmit light";
     return m.thickness > 0.0f
-               ? words("transmission %.2g, and all in one plane: a pane %.3g thick", transmission,
-                       m.thickness)
-               : words("transmission %.2g without thickness: thin-walled", transmission);
+               ? formatted("transmission %.2g and all in one plane: a pane of thickness %.3g",
+                           transmission, m.thickness)
+               : formatted("transmission %.2g without thickness: thin-walled", transmission);
 }
 
 std::string emitterReason(const Scene& scene, const MaterialBindings& materials,
                           const Surface& surface) {
-    if (!surface.emitter) return "emits nothing";
+    if (!surface.emitter) return "does not emit";
     const glm::vec3 radiance = emittedRadiance(materials.material(scene, surface.material));
-    return words("emits up to (%.3g, %.3g, %.3g)", radiance.x, radiance.y, radiance.z);
+    return formatted("emits up to (%.3g, %.3g, %.3g)", radiance.x, radiance.y, radiance.z);
 }
 
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-// Cube map geometry: texel directions, solid angles, spherical harmonics, resampling of pictures.
+// Cube map geometry: texel directions, solid angles, spherical harmonics, resampling of images.
 #include "scene/environment.h"
 
 #include "scene/hash.h"
@@ -12,14 +12,15 @@ namespace clerestory {
 namespace {
 
 constexpr float kMaxTexel = 65504.0f;
-constexpr std::uint32_t kMaxFaceSize = 512;  // an 8-bit eye and a rough lobe see no finer sky
+constexpr std::uint32_t kMaxFaceSize =
+    512;  // more detail is not visible in 8 bits or in rough lobes
 
 // NaN, infinities and negative values become 0: comparisons with NaN are false.
-float sound(float x) {
+float clampedRadiance(float x) {
     return x > 0.0f ? (std::isinf(x) ? 0.0f : std::min(x, kMaxTexel)) : 0.0f;
 }
 
-// A picture of all directions: x once round, y from straight up to straight down.
+// An equirectangular image: x is the azimuth, y runs from +Y to -Y.
 struct Panorama {
     std::uint32_t width = 0, height = 0;
     std::vector<glm::vec3> texels;
@@ -42,7 +43,7 @@ Panorama halved(const Panorama& from) {
     return to;
 }
 
-// Bilinear; wraps round sideways, stops at the poles.
+// Bilinear; repeats in x, clamps at the poles.
 glm::vec3 lookUp(const Panorama& map, const glm::vec3& direction) {
     constexpr float kTurn = 2.0f * std::numbers::pi_v<float>;
     const float length = glm::length(direction);  // at least 1, see cubeTexelDirection
@@ -98,18 +99,18 @@ EnvironmentMap environmentFromEquirectangular(std::string name,
                                               const std::vector<glm::vec3>& texels,
                                               std::uint32_t width, std::uint32_t height) {
     if (width == 0 || height == 0 || texels.size() != std::size_t(width) * height) {
-        throw std::runtime_error("environment " + name + ": the picture is empty or incomplete");
+        throw std::runtime_error("environment " + name + ": the image is empty or incomplete");
     }
     Panorama panorama{.width = width, .height = height, .texels = texels};
     for (glm::vec3& texel : panorama.texels) {
-        texel = {sound(texel.x), sound(texel.y), sound(texel.z)};
+        texel = {clampedRadiance(texel.x), clampedRadiance(texel.y), clampedRadiance(texel.z)};
     }
-    // A face is a quarter of the way round.
+    // A face covers a quarter of the azimuth.
     EnvironmentMap map{.name = name, .title = name};
     map.faceSize = std::min(powerOfTwoWithin(std::max(width / 4, 4u)), kMaxFaceSize);
     while (panorama.width >= 8 * map.faceSize && panorama.height >= 2) panorama = halved(panorama);
 
-    // Four bilinear reads a texel: each covers no more than the panorama's texel it lies in.
+    // Four bilinear samples a texel: each covers at most one texel of the panorama.
     const float scale = 2.0f / float(map.faceSize);
     map.texels.reserve(6 * std::size_t(map.faceSize) * map.faceSize);
     for (std::uint32_t face = 0; face < 6; ++face) {
@@ -122,7 +123,7 @@ EnvironmentMap environmentFromEquirectangular(std::string name,
                                                               (float(y) + dy) * scale - 1.0f));
                     }
                 }
-                // Blending may round up beyond what went in.
+                // Interpolation may round above the largest input.
                 map.texels.push_back(glm::min(0.25f * sum, glm::vec3(kMaxTexel)));
             }
         }
@@ -137,13 +138,13 @@ std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map) {
     std::size_t texel = 0;
     for (std::uint32_t face = 0; face < 6; ++face) {
         for (std::uint32_t y = 0; y < map.faceSize; ++y) {
-            // Summed by rows, so that the running sums stay small and the loop short.
+            // Summed by rows for precision and speed.
             std::array<glm::dvec3, 9> row{};
             for (std::uint32_t x = 0; x < map.faceSize; ++x) {
                 const glm::dvec3 d(cubeTexelDirection(face, x, y, map.faceSize));
                 const double inverse = 1.0 / std::sqrt(glm::dot(d, d));
                 const glm::dvec3 n = d * inverse;
-                // A texel's solid angle falls with the cube of its distance.
+                // The solid angle of a texel is proportional to 1 / distance^3.
                 const double weight = inverse * inverse * inverse;
                 const glm::dvec3 light = weight * glm::dvec3(map.texels[texel++]);
                 const std::array<double, 9> basis{1.0,
@@ -161,7 +162,8 @@ std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map) {
             for (std::size_t i = 0; i < 9; ++i) sums[i] += row[i];
         }
     }
-    // The square of each Y's constant times 4 pi, and the cosine lobe's share of each band over pi.
+    // The squared constants of Y times 4 pi, and the factor of the cosine lobe for each band over
+    // pi.
     constexpr std::array<double, 9> kSquares{1, 3, 3, 3, 15, 15, 5.0 / 4.0, 15, 15.0 / 4.0};
     constexpr std::array<double, 3> kCosine{1.0, 2.0 / 3.0, 1.0 / 4.0};
     std::array<glm::vec3, 9> result{};

@@ -1,5 +1,5 @@
-// Light from all directions at infinity, as a cube of linear radiance, with its spherical harmonics
-// and, for an outdoor sky, the sun taken out as a directional light.
+// Environment maps: radiance from infinity as a linear cube map, its spherical harmonics and, for
+// an outdoor sky, the sun as a separate directional light.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -41,15 +41,15 @@ EnvironmentMap constantEnvironment(std::string name, const glm::vec3& radiance);
 std::optional<EnvironmentMap> builtinEnvironment(const std::string& name);
 std::vector<std::string> builtinEnvironmentNames();
 
-// From rows of an equirectangular picture, width = 2 * height as a rule; first row is straight up,
-// the middle column is -Z. Non-finite and negative texels become 0, large ones 65504.
+// From an equirectangular image, usually with width = 2 * height; the first row is +Y, the middle
+// column is -Z. Non-finite and negative texels become 0, large ones 65504.
 EnvironmentMap environmentFromEquirectangular(std::string name,
                                               const std::vector<glm::vec3>& texels,
                                               std::uint32_t width, std::uint32_t height);
 
 // Irradiance divided by pi, as nine spherical-harmonic coefficients with the cosine lobe already
-// folded in (Ramamoorthi and Hanrahan 2001): diffuse radiance = albedo * sum(c[i] * Y_i(n)), where
-// the constants of Y are folded in as well: basis is 1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2.
+// included (Ramamoorthi and Hanrahan 2001): diffuse radiance = albedo * sum(c[i] * Y_i(n)). The
+// constants of Y are included as well: the basis is 1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2.
 std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map);
 
 void updateContentHash(EnvironmentMap& map);

@@ -1,4 +1,4 @@
-// One lobe's share of a uniform environment, as a sum over the microfacets that the eye sees.
+// The reflection of a uniform environment by one lobe, as a sum over the visible microfacets.
 #include "scene/environment_brdf.h"
 
 #include <algorithm>
@@ -9,19 +9,19 @@
 namespace clerestory {
 namespace {
 
-// Places on the disc of visible normals, in rings and turns. The rings crowd towards the rim,
-// u = 1 - (1 - t)^3 for the square u of the radius: the long tail of GGX, whose light is sent into
-// the surface, lies there. Each turn shifts its rings by the golden ratio, so that the edge of that
-// tail is met everywhere. Errors stay below 1e-3 (environment_brdf_test).
+// Sample points on the disc of visible normals, by ring and angle. The rings are denser near the
+// rim, u = 1 - (1 - t)^3 for the squared radius u, where the long tail of GGX reflects into the
+// surface. Each angle shifts its rings by the golden ratio, which samples the edge of that tail
+// evenly. Errors are below 1e-3 (environment_brdf_test).
 constexpr int kRings = 32;
 constexpr int kTurns = 16;
 
 struct DiscPoint {
     float across = 0.0f, along = 0.0f;
-    float weight = 0.0f;  // all together 1
+    float weight = 0.0f;  // the sum is 1
 };
 
-// Half a disc is enough: both halves see the same.
+// Half the disc is enough by symmetry.
 std::array<DiscPoint, kRings * kTurns> discPoints() {
     std::array<DiscPoint, kRings * kTurns> points{};
     std::array<double, kRings * kTurns> weights{};
@@ -56,11 +56,11 @@ glm::vec2 environmentBrdf(float nDotV, float roughness) {
         const float x2 = x * x;
         return x2 * x2 * x;
     };
-    // A mirror: the one microfacet is the surface itself.
+    // A mirror: the only microfacet normal is that of the surface.
     if (alpha < 1e-6f) return {1.0f - schlick(c), schlick(c)};
 
     // Visible normals (Heitz 2018): stretch the eye's direction v = (s, 0, c) so that the surface
-    // becomes a hemisphere, take its normals as the disc shows them, and stretch back.
+    // becomes a hemisphere, sample its normals through the disc, and stretch back.
     const float s = std::sqrt(1.0f - c * c);
     const float stretched = 1.0f / std::sqrt(alpha * alpha * s * s + c * c);
     const float vx = alpha * s * stretched, vz = c * stretched;

@@ -1,4 +1,4 @@
-// The maps that need no file: skies, a studio, constants. Each is a formula over directions.
+// Built-in environment maps: skies, a studio, constants. Each is a function of direction.
 #include "scene/environment.h"
 
 #include <algorithm>
@@ -26,20 +26,20 @@ EnvironmentMap drawn(std::string name, std::string title, std::uint32_t faceSize
     return map;
 }
 
-// Irradiance / pi on a plane that faces straight up: the radiance of a white floor.
+// Irradiance / pi on a plane that faces +Y: the radiance of a white floor.
 vec3 onFloor(const EnvironmentMap& map) {
     const auto c = diffuseHarmonics(map);
     return c[0] + c[1] - c[6] - c[8];  // the basis at +Y
 }
 
-// How much more light air scatters towards the eye near the sun (Henyey and Greenstein 1941),
-// 1 on average over all directions.
+// Scattering towards the eye near the sun (Henyey and Greenstein 1941); 1 on average over all
+// directions.
 float scattering(float cosine, float g) {
     const float d = 1.0f + g * g - 2.0f * g * cosine;
     return (1.0f - g * g) / (d * std::sqrt(d));
 }
 
-// A sky's colours; linear RGB on a scale of their own.
+// The colours of a sky; linear RGB, unscaled.
 struct Air {
     vec3 zenith, horizon, glow, ground;
     vec3 toSun;           // unit
@@ -51,7 +51,7 @@ struct Air {
 vec3 skyRadiance(const Air& air, const vec3& d) {
     const float up = std::max(d.y, 0.0f);
     const float haze = std::exp(-up / air.hazeHeight);
-    // Low air on the sun's side is warm: where the sun stands, seen from above.
+    // The lower sky is warm on the side of the sun.
     const float across = std::sqrt(std::max(d.x * d.x + d.z * d.z, 1e-12f));
     const float sunAcross = std::max(std::hypot(air.toSun.x, air.toSun.z), 1e-6f);
     const float side = (d.x * air.toSun.x + d.z * air.toSun.z) / (across * sunAcross);
@@ -60,7 +60,7 @@ vec3 skyRadiance(const Air& air, const vec3& d) {
     const vec3 sky = glm::mix(air.zenith, air.horizon, haze) + 0.35f * warm * air.glow +
                      air.glowShare * scattering(cosine, air.glowSharpness) * air.glow;
     if (d.y >= 0.0f) return sky;
-    // The ground, lost in haze towards the horizon.
+    // The ground, with haze towards the horizon.
     const float distance = std::exp(d.y * 14.0f);
     return glm::mix(air.ground, sky, distance);
 }
@@ -78,7 +78,7 @@ EnvironmentMap skyEnvironment() {
                   .glowShare = 0.04f};
     EnvironmentMap map = drawn("sky", "Clear late afternoon", 256,
                                [&](const vec3& d) { return skyRadiance(air, d); });
-    // A white floor shows 0.28 from the sky and 0.72 from the sun, so that exposure 0 looks lit.
+    // A white floor has 0.28 from the sky and 0.72 from the sun, suitable for exposure 0.
     const vec3 floor = onFloor(map);
     const float scale = 0.28f / (0.2126f * floor.x + 0.7152f * floor.y + 0.0722f * floor.z);
     for (vec3& texel : map.texels) texel *= scale;
@@ -91,13 +91,13 @@ EnvironmentMap skyEnvironment() {
 
 namespace {
 
-// A lamp on a wall: 1 inside the rectangle, fading to 0 over `soft` outside of it.
+// A soft box on a wall: 1 inside the rectangle, fading to 0 over `soft` outside of it.
 float softBox(float u, float v, float halfWidth, float halfHeight, float soft) {
     const float outside = std::max(std::abs(u) - halfWidth, std::abs(v) - halfHeight);
     return 1.0f - glm::smoothstep(0.0f, soft, outside);
 }
 
-// A room of half extents (4, 3, 4) seen from its middle.
+// A room of half extents (4, 3, 4) seen from its centre.
 vec3 studioRadiance(const vec3& d) {
     const vec3 room(4.0f, 3.0f, 4.0f);
     const vec3 reach = glm::abs(d) / room;
@@ -106,7 +106,7 @@ vec3 studioRadiance(const vec3& d) {
     const float height = 0.5f + 0.5f * p.y / room.y;
     vec3 light = glm::mix(vec3(0.08f), vec3(0.24f), height);
     if (reach.y == farthest) light = d.y > 0.0f ? vec3(0.26f) : vec3(0.10f);
-    // Corners are darker, as less light finds them.
+    // Corners are darker.
     const vec3 toWall = vec3(1.0f) - glm::abs(p) / room;
     const float middle = toWall.x + toWall.y + toWall.z - std::max({toWall.x, toWall.y, toWall.z});
     light *= 0.7f + 0.3f * glm::smoothstep(0.0f, 0.5f, middle);

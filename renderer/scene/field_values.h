@@ -1,5 +1,4 @@
-// What the visitors of the field tables share: which types stand behind a field, and how a range
-// reads in words.
+// Helpers for visitors of field tables: types of members, and ranges as text.
 #pragma once
 
 #include "scene/fields.h"

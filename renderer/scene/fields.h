@@ -1,6 +1,6 @@
-// What may stand in a field of the structs that clients and files fill. Each such struct has one
-// table, fields(value, visit), which calls visit(name, member, kind, words) for every field;
-// reading, checking, the schema, the page and the documents walk it.
+// Kinds of fields. Each struct that clients or files fill has one table, fields(value, visit),
+// which calls visit(name, member, kind, description) for every field. The reader, the checks, the
+// JSON schema, the page and the documents use this table.
 #pragma once
 
 #include <cstddef>
@@ -19,19 +19,19 @@ struct Text {
     std::size_t maxLength;
 };
 struct Flag {};
-struct Nested {};        // a struct with fields() of its own
+struct Nested {};        // a struct that has a fields() table
 struct Rotation {};      // a Quaternion, given in any form of scene/rotation.h
 struct NestedPreset {};  // the same, which may also be given as the name of its preset
 struct NestedList {      // a list of such structs
-    std::size_t most;
+    std::size_t maxItems;
 };
 struct NestedPresetList {  // each of which may also be given as the name of its preset
-    std::size_t most;
+    std::size_t maxItems;
 };
 // A list of std::variant<S...>. The member `type` of each element selects the alternative whose
 // S::kType it equals.
 struct NestedUnionList {
-    std::size_t most;
+    std::size_t maxItems;
     const char* name;  // of the union in the schema; an alternative is the type followed by it
 };
 // A field that must be present.
@@ -43,11 +43,11 @@ template <class Kind>
 Required(Kind) -> Required<Kind>;
 template <class E>
 struct Choice {
-    // Every allowed word with its value, in the order documents show them.
+    // The allowed words with their values, in the order of the documents.
     std::vector<std::pair<std::string_view, E>> words;
 };
 
-// One of the words, or so many numbers as the field holds, each within the range.
+// One of the words, or an array of numbers, each within the range.
 template <class E>
 struct ChoiceOrNumbers {
     Choice<E> choice;

@@ -1,6 +1,6 @@
-// Bins of direction and offset say where area gathers; from the largest triangle of the fullest bin
-// a plane grows until it holds everything that lies in it. Lengths are from the mesh's centre, in a
-// unit between half its diagonal and the whole.
+// A histogram of normal direction and offset, weighted by area, gives candidates: from the largest
+// triangle of the fullest bin a plane is fitted repeatedly to all triangles in it. Positions are
+// relative to the mesh's centre, in a unit between half its diagonal and its diagonal.
 #include "scene/flat_parts.h"
 
 #include <algorithm>
@@ -13,15 +13,16 @@ namespace {
 constexpr double kDegree = 0.017453292519943295;
 constexpr double kFlatness = 1e-4;  // of the group's diagonal
 constexpr double kSameDirection = 1.0 * kDegree;
-constexpr double kThinnestPart = 1e-6;   // second extent over first: thinner is a line
-constexpr double kCoarse = 4e-3;         // what may at all lie in a plane that is not yet fitted
-constexpr float kCoarseCosine = 0.003f;  // some 3.4 degrees more than kSameDirection
-// Vertex normals that lean away by less follow the plane; by more they were smoothed over an edge.
+constexpr double kMinAspect = 1e-6;      // smaller extent over larger: below it is a line
+constexpr double kCoarse = 4e-3;         // tolerance for a plane that is not yet fitted
+constexpr float kCoarseCosine = 0.003f;  // about 3.4 degrees more than kSameDirection
+// Vertex normals within kMinLean belong to the plane; beyond kMaxLean they are smoothed over an
+// edge.
 constexpr double kMinLean = 1.0 * kDegree, kMaxLean = 33.0 * kDegree;
 constexpr int kMaxAttempts = 48;
 constexpr int kMaxRounds = 8;
 
-// Directions on 64 x 64 cells of an octahedron (some 2 degrees), offsets in 512 steps.
+// Directions in 64 x 64 cells of an octahedron (about 2 degrees), offsets in 512 steps.
 constexpr int kCells = 64, kSteps = 512;
 
 std::uint32_t binOf(const glm::dvec3& n, double offset) {
@@ -40,8 +41,8 @@ std::uint32_t binOf(const glm::dvec3& n, double offset) {
            cell(0.5 + 0.5 * offset, kSteps);
 }
 
-// A little below the cosine, for rounding. Its series up to 0.1 radians, the everyday case, where
-// the next term is below 2e-9.
+// Slightly below the cosine, to allow for rounding. A series up to 0.1 radians, the common case,
+// where the next term is below 2e-9.
 float leastCosine(double angle) {
     constexpr double kRounding = 1e-7, kWidest = 80.0 * kDegree;
     const double squared = angle * angle;
@@ -62,7 +63,7 @@ public:
         std::vector<FlatGroup> found;
         for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
             const auto fullest = std::max_element(binArea_.begin(), binArea_.end());
-            // A plane's area is shared by eight bins at worst.
+            // The area of a plane is divided among at most eight bins.
             if (fullest == binArea_.end() || *fullest < leastArea_ / 8.0) break;
             const auto bin = static_cast<std::uint32_t>(fullest - binArea_.begin());
             const std::uint32_t seed = largestIn(bin);
@@ -90,9 +91,9 @@ public:
 private:
     struct Facet {
         glm::vec3 normal;   // unit
-        float leastCosine;  // to the normal of a plane that it may lie in
+        float leastCosine;  // to the normal of its plane
         double area;
-        std::uint32_t bin;  // kNone: too thin to say anything
+        std::uint32_t bin;  // kNone: too thin for a reliable normal
     };
     struct Box {
         glm::dvec3 min{1e9}, max{-1e9};
@@ -114,13 +115,14 @@ private:
             }
         }
         center_ = 0.5 * (low + high);
-        // No triangle is degenerate, so there is a diagonal. A power of two rounds nothing.
+        // No triangle is degenerate, so the diagonal is positive. Scaling by a power of two is
+        // exact.
         unit_ = std::exp2(std::floor(std::log2(glm::length(high - low))));
         perUnit_ = 1.0 / unit_;
         const glm::dvec3 extent = (high - low) * perUnit_;
         leastArea_ = kMinFlatShare *
                      std::max({extent.x * extent.y, extent.y * extent.z, extent.z * extent.x});
-        // Half a unit in the last place of the farthest coordinate, along each of three axes.
+        // Half a unit in the last place of the largest coordinate, along each axis.
         const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
         noise_ = glm::length(farthest) * perUnit_ * std::exp2(-24.0);
     }
@@ -129,7 +131,7 @@ private:
         facets_.resize(triangles_.size());
         taken_.assign(triangles_.size(), 0);
         retired_.assign(triangles_.size(), 0);
-        // Open addressing from a bin's key to its number, in the order they are met.
+        // Open addressing from a bin's key to its index, in order of first use.
         const std::size_t mask = std::bit_ceil(2 * triangles_.size()) - 1;
         std::vector<std::uint32_t> table(mask + 1, kNone), keys;
         for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
@@ -139,13 +141,13 @@ private:
             const glm::dvec3 n = cross / length;
             const double longest = std::sqrt(
                 std::max({glm::dot(b - a, b - a), glm::dot(c - b, c - b), glm::dot(a - c, a - c)}));
-            const double unsure = 4.0 * noise_ * longest / length;  // radians, by its height
+            const double uncertainty = 4.0 * noise_ * longest / length;  // radians, by its height
             Facet& facet = facets_[t];
             facet.normal = glm::vec3(n);
             facet.area = 0.5 * length;
-            facet.leastCosine = leastCosine(kSameDirection + unsure);
+            facet.leastCosine = leastCosine(kSameDirection + uncertainty);
             facet.bin = kNone;
-            if (!(unsure < 5.0 * kDegree)) continue;
+            if (!(uncertainty < 5.0 * kDegree)) continue;
             const std::uint32_t key = binOf(n, glm::dot(n, (a + b + c) / 3.0));
             std::size_t slot = (key * 0x9e3779b1u) & mask;
             while (table[slot] != kNone && keys[table[slot]] != key) slot = (slot + 1) & mask;
@@ -170,7 +172,7 @@ private:
         return largest;
     }
 
-    // No seed again, and no weight in its bin.
+    // Removes the triangle from its bin and from the seeds.
     void retire(std::uint32_t t) {
         if (retired_[t] || facets_[t].bin == kNone) return;
         retired_[t] = 1;
@@ -183,7 +185,8 @@ private:
                          std::abs(plane.distance(corner(t, 2)))});
     }
 
-    // Newell: the sum of the triangles' cross products, through their centre of gravity.
+    // Newell: the normal is the sum of the triangles' cross products; the plane contains their
+    // centroid.
     Plane fitted(const std::vector<std::uint32_t>& triangles, double& area,
                  double& diagonal) const {
         glm::dvec3 normal(0.0), centroid(0.0);
@@ -198,7 +201,7 @@ private:
             box.add(a), box.add(b), box.add(c);
         }
         diagonal = box.diagonal();
-        normal = glm::normalize(normal);  // all within 80 degrees of one direction: never zero
+        normal = glm::normalize(normal);  // all within 80 degrees of one direction: not zero
         return {normal, -glm::dot(normal, centroid / area)};
     }
 
@@ -230,7 +233,7 @@ private:
             group.triangles = std::move(next);
             group.plane = fitted(group.triangles, group.area, diagonal);
         }
-        // Still changing: what it holds now may not lie in the plane of all of it.
+        // Not converged: the triangles may not fit the plane of the whole group.
         const double tolerance = std::max(kFlatness * diagonal, 2.0 * noise_);
         const bool flat =
             std::all_of(group.triangles.begin(), group.triangles.end(),
@@ -239,7 +242,7 @@ private:
         return group;
     }
 
-    // By the principal moments of its corners in the plane.
+    // From the principal moments of the corners in the plane.
     bool isLine(const FlatGroup& group) const {
         const glm::dvec3& n = group.plane.normal;
         const glm::dvec3 axis = std::abs(n.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
@@ -262,12 +265,12 @@ private:
         });
         const double half = 0.5 * (xx + yy), root = std::hypot(0.5 * (xx - yy), xy);
         const double largest = half + root;
-        // The smaller one by the determinant, which does not cancel as half - root does.
+        // The smaller one from the determinant: half - root would cancel.
         const double smallest = (xx * yy - xy * xy) / largest;
-        return !(smallest > kThinnestPart * kThinnestPart * largest);
+        return !(smallest > kMinAspect * kMinAspect * largest);
     }
 
-    // Whether most of its area hangs on corners whose normals say that the surface goes on bending.
+    // Whether most of the area has vertex normals that deviate as on a curved surface.
     bool isFacet(const FlatGroup& group) const {
         double leaning = 0.0;
         for (const std::uint32_t t : group.triangles) {

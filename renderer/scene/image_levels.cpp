@@ -9,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-// Linear light in 16 bits holds every 8-bit sRGB code apart (the smallest step is 19).
+// 16 bits of linear light distinguish all 8-bit sRGB codes (the smallest step is 19).
 struct SrgbTables {
     std::array<std::uint16_t, 256> linear{};
     std::array<std::uint8_t, 65536> srgb{};
@@ -20,7 +20,7 @@ struct SrgbTables {
             const double l = c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
             linear[i] = static_cast<std::uint16_t>(std::lround(l * 65535.0));
         }
-        // The code whose linear value is nearest: thresholds halfway between neighbours.
+        // The code with the closest linear value: thresholds are halfway between neighbours.
         int code = 0;
         for (int i = 0; i < 65536; ++i) {
             while (code < 255 && 2 * i > linear[code] + linear[code + 1]) ++code;

@@ -1,4 +1,4 @@
-// A Gaussian blur that a captured or stored map asks for.
+// A Gaussian blur of a captured or loaded environment map.
 #pragma once
 
 #include "scene/fields.h"
@@ -9,8 +9,8 @@
 
 namespace clerestory {
 
-// Over 2 size + 1 texels along each direction, weights that fall with the standard deviation, both
-// in texels in the middle of a face. None where either is 0.
+// The kernel covers 2 size + 1 texels in each direction. `size` and the standard deviation are in
+// texels at the centre of a face. No blur if either is 0.
 struct MapBlur {
     std::uint32_t size = 0;
     double stdev = 0.0;

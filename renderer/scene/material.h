@@ -1,4 +1,5 @@
-// Surfaces in glTF 2.0's words (KHR_materials_* included). Colours and factors are linear.
+// Materials and textures with the names of glTF 2.0 and KHR_materials_*. Colours and factors are
+// linear. fields(Material&, ...) is the only list of a material's fields.
 #pragma once
 
 #include "scene/fields.h"
@@ -23,23 +24,23 @@ enum class ColorSpace : std::uint32_t { linear, srgb };
 enum class Wrap : std::uint32_t { repeat, mirroredRepeat, clampToEdge };
 enum class Filter : std::uint32_t { nearest, linear };
 
-// Pixels of one picture, 8 bits per channel, RGBA, the first row is the top row (glTF: v = 0).
-// All mip levels follow each other in `texels`, level 0 first, down to 1x1; each level halves the
-// one before, rounded down, at least 1. Levels are averaged in linear light.
+// The texels of one image, RGBA with 8 bits per channel; the first row is the top row (glTF: v =
+// 0). `texels` contains all mip levels, level 0 first, down to 1x1; each level has half the size of
+// the one before, rounded down, at least 1. Levels are averaged in linear light.
 struct TextureImage {
     std::string name;
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::uint32_t levels = 0;
     ColorSpace colorSpace = ColorSpace::linear;
-    bool hasAlpha = false;  // some texel has alpha below 255
-    // R and A hold x and y of unit normals, each from -1 to 1; see packNormals().
+    bool hasAlpha = false;  // a texel has alpha below 255
+    // R and A are x and y of unit normals, each from -1 to 1; see packNormals().
     bool packedNormal = false;
     glm::vec4 mean{1.0f};  // of all texels, linear light; alpha too
     std::vector<std::uint8_t> texels;
 };
 
-// A picture with the way it is sampled.
+// An image and a sampler.
 struct Texture {
     Index image = kNone;
     Wrap wrapU = Wrap::repeat;
@@ -53,7 +54,7 @@ struct Texture {
 // KHR_texture_transform.
 struct TextureSlot {
     Index texture = kNone;
-    std::uint32_t texCoord = 0;  // which of the vertex's two sets
+    std::uint32_t texCoord = 0;  // 0 or 1: the vertex's texture coordinate set
     glm::vec2 offset{0.0f};
     glm::vec2 scale{1.0f};
     float rotation = 0.0f;  // radians, counter-clockwise as KHR_texture_transform has it
@@ -67,7 +68,7 @@ struct TextureSlot {
 
 enum class AlphaMode : std::uint32_t { opaque, mask, blend };
 
-// Whether a surface reflects the scene itself: decided from its metalness and roughness, or said.
+// Whether a surface reflects the scene: automatic depends on metallic and roughness.
 enum class Reflection : std::uint32_t { automatic, none, mirror };
 
 struct Material {
@@ -100,15 +101,15 @@ struct Material {
     float thickness = 0.0f;  // metres in mesh space; 0 is a thin-walled surface
     TextureSlot thicknessTexture;
     glm::vec3 attenuationColor{1.0f};
-    float attenuationDistance = 0.0f;  // metres; 0 means "does not absorb"
+    float attenuationDistance = 0.0f;  // metres; 0: no absorption
 
     Reflection reflection = Reflection::automatic;
-    std::string probe;           // name of the Scene::probes it reflects; empty: one of its own
-    std::string environmentMap;  // name of a loaded map that it reflects instead of the scene
+    std::string probe;           // name in Scene::probes; empty: an automatic probe
+    std::string environmentMap;  // name of a loaded map to reflect instead
     glm::dquat environmentRotation{1.0, 0.0, 0.0, 0.0};  // world from that map; unit
-    MapBlur mapBlur;  // of the map that it reflects, stored or captured
+    MapBlur mapBlur;                                     // of the reflected map, loaded or captured
 
-    std::string extras;  // what the file's maker noted beside it: compact JSON, empty when nothing
+    std::string extras;  // the file's "extras" as compact JSON; may be empty
 
     bool operator==(const Material&) const = default;
 };
@@ -125,7 +126,7 @@ struct EnumRange {
     E last;  // the enumerators run from 0 to this one
 };
 struct Unchecked {};  // any value, or one that only the scene can check
-struct SlotRange {};  // a TextureSlot, with a table of its own
+struct SlotRange {};  // a TextureSlot; see its table
 
 // Largest factor: products of a few stay finite in float.
 inline constexpr float kMaxFactor = 1e6f;
@@ -183,7 +184,7 @@ void fields(M& m, V&& visit) {
     visit("unlit", m.unlit, Flag{});
 }
 
-// Everywhere a material reads a texture, in the order of the shaders' slots.
+// All texture slots, in the order of the shaders.
 template <class M>
 requires std::same_as<std::remove_const_t<M>, Material>
 auto textureSlots(M& m) {
@@ -198,7 +199,7 @@ auto textureSlots(M& m) {
     return slots;
 }
 
-// The radiance a material can add at most, per channel, before its texture.
+// The emitted radiance per channel, before the texture.
 inline glm::vec3 emittedRadiance(const Material& m) {
     return m.emissive * m.emissiveStrength;
 }

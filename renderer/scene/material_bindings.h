@@ -1,5 +1,5 @@
-// What every instance wears in one frame: the scene's own materials, and changed copies of them
-// where a request overrides something.
+// The material of every instance in one frame: the scene's materials, and modified copies where a
+// request overrides them.
 #pragma once
 
 #include "scene/scene.h"
@@ -8,12 +8,12 @@
 
 namespace clerestory {
 
-// A material's number is its place in Scene::materials, or, from scene.materials.size() on, that
-// number more than its place in `own`. The scene's are uploaded once; those beyond are the frame's.
-// Empty lists, which cost nothing, mean the scene as it is.
+// A material index below scene.materials.size() refers to Scene::materials, others to `own` after
+// subtracting that size. The scene's materials are uploaded once, `own` for each frame. Empty lists
+// mean that nothing is overridden.
 struct MaterialBindings {
     std::vector<Material> own;
-    std::vector<Index> materialOfInstance;  // empty: each instance's own
+    std::vector<Index> materialOfInstance;  // empty: those of the scene
 
     Index materialOf(const Scene& scene, Index instance) const {
         return materialOfInstance.empty() ? scene.instances[instance].material

@@ -1,4 +1,3 @@
-// Choosing instances by name, and changing copies of their materials.
 #include "scene/material_override.h"
 
 #include "scene/spelling.h"
@@ -21,7 +20,7 @@ std::vector<std::string_view> namesOf(const std::vector<Named>& things) {
     return names;
 }
 
-// Whose name, or the name of a node above, is the wanted one. A parent stands before its children.
+// For each node whether it or an ancestor has the name. Parents precede their children.
 std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name) {
     std::vector<bool> chosen(scene.nodes.size());
     for (std::size_t i = 0; i < chosen.size(); ++i) {
@@ -31,7 +30,7 @@ std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name) {
     return chosen;
 }
 
-// The overrides, by number and in order, that choose each instance.
+// For each instance the indices of the overrides that select it, in order.
 std::vector<std::vector<std::uint32_t>> choicesOf(const Scene& scene,
                                                   const std::vector<MaterialOverride>& overrides) {
     std::vector<std::vector<std::uint32_t>> choices(scene.instances.size());
@@ -156,7 +155,7 @@ MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOve
     return materials;
 }
 
-void dressForGood(Scene& scene, const std::vector<MaterialOverride>& overrides) {
+void applyOverrides(Scene& scene, const std::vector<MaterialOverride>& overrides) {
     MaterialBindings materials = bindMaterials(scene, overrides);
     for (std::size_t i = 0; i < materials.materialOfInstance.size(); ++i) {
         scene.instances[i].material = materials.materialOfInstance[i];

@@ -1,4 +1,4 @@
-// Other materials for chosen surfaces: in a request for one frame, in a scene's side file for good.
+// Material overrides: from a request for one frame, from a sidecar file for the loaded scene.
 #pragma once
 
 #include "scene/fields.h"
@@ -14,8 +14,8 @@
 
 namespace clerestory {
 
-// Chooses every instance whose material has the one name, and whose node, or a node above it, has
-// the other; of names that are absent nothing is asked. A field that is set takes the place of the
+// Selects the instances whose material has the name `material` and whose node, or an ancestor of
+// it, has the name `node`; a name that is absent selects all. A field that is set also replaces the
 // texture that would scale it.
 struct MaterialOverride {
     std::optional<std::string> material;
@@ -74,20 +74,20 @@ void fields(O& o, V&& visit) {
           "Gaussian blur of the map that it reflects, stored or captured");
 }
 
-// Every field that is set; the textures whose place it takes go, the mean of what they also held
-// stays.
+// Sets all fields of `from` that have a value. Removes the textures that would scale them; the mean
+// of another factor in such a texture is multiplied into that factor.
 void apply(const Scene& scene, const MaterialOverride& from, Material& to);
 
-// What no single field can know: that something is chosen, that names are the scene's, that a
-// rotation is one. `pointer` is that of the list.
+// Checks across fields: that something is selected, that names exist in the scene, that rotations
+// are rotations. `pointer` is the JSON Pointer of the list.
 std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialOverride>& overrides,
                                  const std::string& pointer = "/overrides");
 
-// The scene with the overrides on, in their order. Instances that come to the same share a material
-// of their own; one that chooses nothing costs nothing and is no error here.
+// Applies the overrides in order. Instances with the same material and the same overrides share one
+// modified material. An override that selects nothing is no error.
 MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides);
 
-// The same for good.
-void dressForGood(Scene& scene, const std::vector<MaterialOverride>& overrides);
+// Applies the overrides to the scene itself.
+void applyOverrides(Scene& scene, const std::vector<MaterialOverride>& overrides);
 
 }  // namespace clerestory

@@ -1,5 +1,5 @@
-// From the triangles somebody wrote to the triangles we draw: bad ones dropped and counted, missing
-// normals and tangents made, cut into spatial clusters, appended to a Scene.
+// Adds meshes to a scene: drops and counts invalid triangles, generates missing normals and
+// tangents, divides the mesh into spatial clusters.
 #pragma once
 
 #include "scene/scene.h"
@@ -10,28 +10,28 @@ struct MeshDraft {
     std::string name;
     Index material = 0;
     std::vector<Vertex> vertices;
-    std::vector<std::uint32_t> indices;  // triangles, into `vertices`; any value may be wrong
+    std::vector<std::uint32_t> indices;  // of triangles, into `vertices`; may be out of range
     bool hasNormals = false;
     bool hasTangents = false;
     bool hasTexCoords = false;
-    bool deforms = false;  // no part of it stays flat
+    bool deforms = false;  // no flat parts
 };
 
-// Drops triangles that are degenerate, out of range or non-finite; makes normals (area weighted,
-// split by nothing) and tangents (from texCoord0, or any perpendicular) where the draft lacks them
-// or holds non-finite or zero ones; finds its flat parts; cuts into clusters of at most
-// kClusterTriangles. Each repair is one ImportWarning with a count. Returns kNone, with a warning,
-// when no triangle is left.
+// Drops triangles that are degenerate, out of range or not finite. Generates normals (weighted by
+// area, smooth) and tangents (from texCoord0, or any perpendicular) where the draft has none, or
+// zero or non-finite ones. Finds flat parts and makes clusters of at most kClusterTriangles. Each
+// kind of repair adds one ImportWarning with a count. Returns kNone, with a warning, if no triangle
+// is left.
 Index addMesh(Scene& scene, MeshDraft draft);
-// The same, and tells of each of the mesh's vertices, which are the scene's last, which of the
-// draft's it was.
+// The same. Sets `sources` to the draft's vertex index of each vertex that was appended to the
+// scene.
 Index addMesh(Scene& scene, MeshDraft draft, std::vector<std::uint32_t>& sources);
 
 // Adds a node and returns its index.
 Index addNode(Scene& scene, std::string name, const glm::dmat4& parentFromLocal = glm::dmat4(1.0),
               Index parent = kNone);
 
-// The mesh at the node, in the mesh's own material unless another is given.
+// Draws the mesh at the node, with the mesh's material unless another one is given.
 void addInstance(Scene& scene, Index node, Index mesh, Index material = kNone);
 
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-// What sampling clips and moving vertices rely on.
+// The conditions for sampling clips and deforming meshes.
 #include "scene/motion_problems.h"
 
 #include "scene/finite.h"
@@ -64,13 +64,14 @@ private:
         for (std::size_t i = 0; i < scene_.clips.size(); ++i) {
             const Clip& clip = scene_.clips[i];
             require(!clip.name.empty() && names.insert(clip.name).second,
-                    "a clip has no name of its own", i);
+                    "a clip has no unique name", i);
             require(std::isfinite(clip.duration) && clip.duration >= 0.0,
                     "a clip's duration is out of range", i);
             for (const Track& c : clip.tracks) {
-                const bool weights = c.moved == AnimatedProperty::weights;
-                require(sound(c, weights ? scene_.morphWeights.size() : scene_.movingNodes.size()),
-                        "a clip's track is not sound", i);
+                const bool weights = c.property == AnimatedProperty::weights;
+                require(
+                    isValid(c, weights ? scene_.morphWeights.size() : scene_.movingNodes.size()),
+                    "a clip's track is invalid", i);
             }
         }
     }
@@ -83,7 +84,7 @@ private:
                         std::all_of(s.joints.begin(), s.joints.end(), isNode) &&
                         std::all_of(s.jointFromMesh.begin(), s.jointFromMesh.end(),
                                     [](const glm::dmat4& m) { return inReach(m); }),
-                    "a skin is not sound", i);
+                    "a skin is invalid", i);
         }
     }
 

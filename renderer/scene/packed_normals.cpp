@@ -1,4 +1,3 @@
-// Finding the pairs, and joining their pictures.
 #include "scene/packed_normals.h"
 
 #include <algorithm>
@@ -19,8 +18,8 @@ bool readAlike(const Scene& scene, TextureSlot a, const TextureSlot& b) {
            t.minify == u.minify && t.useLevels == u.useLevels;
 }
 
-// For each picture that is read as a normal map and as nothing else: the one metallic-roughness map
-// that goes with it everywhere. kNoPartner or kNone for others.
+// For each image that is used only as a normal map: the metallic-roughness map that accompanies it
+// in every material. kNoPartner or kNone for others.
 std::vector<Index> partnersOf(const Scene& scene) {
     std::vector<Index> partners(scene.images.size(), kNone);
     const auto imageOf = [&](const TextureSlot& slot) {
@@ -62,28 +61,28 @@ void join(TextureImage& normals, const TextureImage& numbers) {
     normals.packedNormal = true;
 }
 
-// Takes out pictures that no material reads any more, but none that none has read before.
+// Removes images that materials no longer use; keeps images that were unused before.
 void forget(Scene& scene, const std::vector<bool>& joined) {
-    std::vector<bool> gone = joined;
+    std::vector<bool> removed = joined;
     for (const Material& m : scene.materials) {
         for (const TextureSlot* slot : textureSlots(m)) {
-            if (slot->present()) gone[scene.textures[slot->texture].image] = false;
+            if (slot->present()) removed[scene.textures[slot->texture].image] = false;
         }
     }
-    std::vector<Index> moved(scene.images.size());
-    std::vector<TextureImage> kept;
-    for (std::size_t i = 0; i < gone.size(); ++i) {
-        moved[i] = static_cast<Index>(kept.size());
-        if (!gone[i]) kept.push_back(std::move(scene.images[i]));
+    std::vector<Index> newIndex(scene.images.size());
+    std::vector<TextureImage> remaining;
+    for (std::size_t i = 0; i < removed.size(); ++i) {
+        newIndex[i] = static_cast<Index>(remaining.size());
+        if (!removed[i]) remaining.push_back(std::move(scene.images[i]));
     }
-    scene.images = std::move(kept);
+    scene.images = std::move(remaining);
     std::vector<Index> textureMoved(scene.textures.size());
     std::vector<Texture> textures;
     for (std::size_t i = 0; i < scene.textures.size(); ++i) {
         textureMoved[i] = static_cast<Index>(textures.size());
-        if (gone[scene.textures[i].image]) continue;
+        if (removed[scene.textures[i].image]) continue;
         textures.push_back(scene.textures[i]);
-        textures.back().image = moved[textures.back().image];
+        textures.back().image = newIndex[textures.back().image];
     }
     scene.textures = std::move(textures);
     for (Material& m : scene.materials) {

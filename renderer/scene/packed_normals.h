@@ -1,17 +1,17 @@
-// Fewer pictures to read at each pixel: metallic-roughness maps move in with the normal maps that
-// surfaces read in the same places.
+// Combines normal maps and metallic-roughness maps into one texture each, so that shaders sample
+// fewer textures.
 #pragma once
 
 #include "scene/scene.h"
 
 namespace clerestory {
 
-// Puts the x and y of a normal map into R and A and the metallic-roughness map that goes with it into
-// G and B (TextureImage::packedNormal); materials then read both through one texture, and a
-// metallic-roughness map that nothing else needs is removed. Normals become unit vectors on the way,
-// on every level; z is what is left to one, as glTF's are never negative. Only where both are linear
-// and of one size, where nothing else is read from the normal map, and where every material that
-// reads it reads the other alike: the same set, transform and sampling.
+// Stores x and y of the normal in R and A and the metallic-roughness map in G and B
+// (TextureImage::packedNormal), and removes a metallic-roughness map that is no longer used.
+// Normals are normalised on every level; z follows from x and y, since it is never negative in
+// glTF. Applies only to pairs of linear images of equal size, if the normal map has no other use
+// and every material that uses it samples the other map with the same coordinates, transform and
+// sampler.
 void packNormals(Scene& scene);
 
 }  // namespace clerestory

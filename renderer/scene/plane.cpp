@@ -1,4 +1,3 @@
-// Planes under transforms.
 #include "scene/plane.h"
 
 #include <cmath>
@@ -6,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-// a * b - c * d to within two roundings of the result, however nearly the products cancel (Kahan).
+// a * b - c * d, accurate to two rounding errors even if the products almost cancel (Kahan).
 double differenceOfProducts(double a, double b, double c, double d) {
     const double cd = c * d;
     return std::fma(a, b, -cd) + std::fma(-c, d, cd);
@@ -24,7 +23,7 @@ std::optional<Plane> transformed(const Plane& plane, const glm::dmat4& worldFrom
     const glm::dvec3& n = plane.normal;
     const glm::dvec3 cofactor =
         n.x * exactCross(y, z) + n.y * exactCross(z, x) + n.z * exactCross(x, y);
-    // What the terms could be if nothing cancelled: far below it only rounding is left.
+    // The magnitude without cancellation: results far below it are rounding errors.
     const double lx = glm::length(x), ly = glm::length(y), lz = glm::length(z);
     const double scale =
         std::abs(n.x) * ly * lz + std::abs(n.y) * lz * lx + std::abs(n.z) * lx * ly;

@@ -1,4 +1,4 @@
-// Planes in double: n.x + offset = 0, n a unit vector; the front is the side that n points to.
+// Planes in double: n.x + offset = 0 with a unit vector n; the front is the side that n points to.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -16,10 +16,10 @@ struct Plane {
     double distance(const glm::dvec3& point) const { return glm::dot(normal, point) + offset; }
 };
 
-// A plane is a covector: its normal goes through the cofactors, times the determinant's sign, so
-// that the front stays the front (erratum P1). Cofactors exist for singular matrices too, so a
-// flattened mirror is still one. Nothing when the matrix leaves a line or a point of the plane, or
-// is not finite.
+// A plane is a covector: its normal is transformed by the cofactor matrix, times the sign of the
+// determinant, so that the front stays the front (erratum P1). The cofactors of singular matrices
+// exist too, so a flattened mirror remains a plane. Nothing if the matrix maps the plane to a line
+// or a point, or is not finite.
 std::optional<Plane> transformed(const Plane& plane, const glm::dmat4& worldFromLocal);
 
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-// Moments of a scene: clips sampled, nodes placed, vertices moved.
+// Poses of a scene: samples clips, computes node transforms, deforms meshes.
 #include "scene/scene.h"
 
 #include "scene/hash.h"
@@ -11,15 +11,15 @@
 namespace clerestory {
 namespace {
 
-// What the clips say at one moment.
+// The values of all clips at one time.
 struct Sampled {
     std::vector<Transform> transforms;  // of Scene::movingNodes
-    std::vector<bool> touched;          // of them, those that a clip moves
+    std::vector<bool> touched;          // whether a clip moves the node
     std::vector<std::vector<double>> weights;
 };
 
 void apply(const Track& track, double time, Sampled& sampled) {
-    if (track.moved == AnimatedProperty::weights) {
+    if (track.property == AnimatedProperty::weights) {
         std::vector<double>& weights = sampled.weights[track.target];
         std::vector<double> values(track.components());
         sample(track, time, values);
@@ -30,9 +30,10 @@ void apply(const Track& track, double time, Sampled& sampled) {
     sample(track, time, v);
     Transform& t = sampled.transforms[track.target];
     sampled.touched[track.target] = true;
-    if (track.moved == AnimatedProperty::translation) t.translation = {v[0], v[1], v[2]};
-    if (track.moved == AnimatedProperty::rotation) t.rotation = glm::dquat(v[3], v[0], v[1], v[2]);
-    if (track.moved == AnimatedProperty::scale) t.scale = {v[0], v[1], v[2]};
+    if (track.property == AnimatedProperty::translation) t.translation = {v[0], v[1], v[2]};
+    if (track.property == AnimatedProperty::rotation)
+        t.rotation = glm::dquat(v[3], v[0], v[1], v[2]);
+    if (track.property == AnimatedProperty::scale) t.scale = {v[0], v[1], v[2]};
 }
 
 Sampled sampledAt(const Scene& scene, std::span<const Index> clips, double time) {
@@ -51,7 +52,7 @@ Sampled sampledAt(const Scene& scene, std::span<const Index> clips, double time)
     return sampled;
 }
 
-std::vector<glm::dmat4> placedNodes(const Scene& scene, const Sampled& sampled) {
+std::vector<glm::dmat4> worldTransforms(const Scene& scene, const Sampled& sampled) {
     std::vector<Index> movingAt(scene.movingNodes.empty() ? 0 : scene.nodes.size(), kNone);
     for (Index i = 0; i < scene.movingNodes.size(); ++i) {
         if (sampled.touched[i]) movingAt[scene.movingNodes[i].node] = i;
@@ -81,8 +82,8 @@ void setBounds(const Scene& scene, const Mesh& mesh, DeformedMesh& deformed) {
     }
 }
 
-// World places that the vertices of skinned meshes are relative to, by mesh: the root above a
-// mesh's first instance. Floats that counted from the world's origin would be too coarse far away.
+// For each skinned mesh the world position that its vertices are relative to: the root node of its
+// first instance. Floats relative to the world's origin would be imprecise far from it.
 std::map<Index, glm::dvec3> originsOf(const Scene& scene) {
     std::map<Index, glm::dvec3> origins;
     if (scene.skins.empty()) return origins;
@@ -90,9 +91,10 @@ std::map<Index, glm::dvec3> originsOf(const Scene& scene) {
         if (scene.meshes[instance.mesh].deformation == kNone) continue;
         Index root = instance.node;
         while (scene.nodes[root].parent != kNone) root = scene.nodes[root].parent;
-        const glm::dmat4& place = scene.nodes[root].parentFromLocal;
-        const bool straight = glm::dmat3(place) == glm::dmat3(1.0);
-        origins.try_emplace(instance.mesh, straight ? glm::dvec3(place[3]) : glm::dvec3(0.0));
+        const glm::dmat4& worldFromRoot = scene.nodes[root].parentFromLocal;
+        const bool isTranslation = glm::dmat3(worldFromRoot) == glm::dmat3(1.0);
+        origins.try_emplace(instance.mesh,
+                            isTranslation ? glm::dvec3(worldFromRoot[3]) : glm::dvec3(0.0));
     }
     return origins;
 }
@@ -128,7 +130,7 @@ std::shared_ptr<const DeformedMesh> deformedAt(const Scene& scene, const Deforma
 }
 
 Pose poseOf(const Scene& scene, const Sampled& sampled) {
-    Pose pose{.worldFromNode = placedNodes(scene, sampled)};
+    Pose pose{.worldFromNode = worldTransforms(scene, sampled)};
     const std::map<Index, glm::dvec3> origins = originsOf(scene);
     for (const Deformation& d : scene.deformations) {
         const auto known = origins.find(d.mesh);
@@ -138,8 +140,8 @@ Pose poseOf(const Scene& scene, const Sampled& sampled) {
     return pose;
 }
 
-// Products of many moving scales along a deep tree, and of those with large meshes, could leave
-// what numbers hold.
+// Whether all transforms and bounds are in range: products of animated scales along a deep tree can
+// overflow.
 bool staysInReach(const Scene& scene, const Pose& pose) {
     return std::all_of(pose.worldFromNode.begin(), pose.worldFromNode.end(),
                        [](const glm::dmat4& m) { return inReach(m); }) &&
@@ -149,11 +151,11 @@ bool staysInReach(const Scene& scene, const Pose& pose) {
            });
 }
 
-// What a clip moves, as pairs of what and which.
+// The targets of a clip: whether it is a weights track, and the index.
 std::vector<std::pair<bool, Index>> targetsOf(const Clip& clip) {
     std::vector<std::pair<bool, Index>> targets;
     for (const Track& c : clip.tracks)
-        targets.push_back({c.moved == AnimatedProperty::weights, c.target});
+        targets.push_back({c.property == AnimatedProperty::weights, c.target});
     std::sort(targets.begin(), targets.end());
     return targets;
 }
@@ -176,16 +178,16 @@ Pose poseAt(const Scene& scene, double time) {
 
 std::vector<Index> defaultClips(const Scene& scene) {
     std::vector<Index> chosen;
-    std::vector<std::pair<bool, Index>> taken;
+    std::vector<std::pair<bool, Index>> usedTargets;
     for (Index i = 0; i < scene.clips.size(); ++i) {
         const auto targets = targetsOf(scene.clips[i]);
         const bool apart = std::none_of(targets.begin(), targets.end(), [&](const auto& target) {
-            return std::binary_search(taken.begin(), taken.end(), target);
+            return std::binary_search(usedTargets.begin(), usedTargets.end(), target);
         });
         if (!apart) continue;
         chosen.push_back(i);
-        taken.insert(taken.end(), targets.begin(), targets.end());
-        std::sort(taken.begin(), taken.end());
+        usedTargets.insert(usedTargets.end(), targets.begin(), targets.end());
+        std::sort(usedTargets.begin(), usedTargets.end());
     }
     return chosen;
 }
@@ -250,7 +252,7 @@ void finishMotion(Scene& scene) {
     settleAtRest(scene, restPose(scene));
     scene.reach = {};
     if (scene.clips.empty()) return;
-    // Enough for a box that tells how large the scene is; nothing is culled by it.
+    // Approximate: the bounds are a measure of the scene's size and not used for culling.
     constexpr int kMoments = 8;
     scene.reach.add(worldBounds(scene, restPose(scene)));
     for (Index clip = 0; clip < scene.clips.size(); ++clip) {

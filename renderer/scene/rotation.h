@@ -1,4 +1,4 @@
-// The forms in which a client or a file may give a rotation, all of them to a unit quaternion.
+// Rotations in the forms that clients and files may use, converted to a unit quaternion.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ inline constexpr const char* kRotationForms =
     "then "
     "Y, then Z";
 
-// Four numbers are a quaternion, nine a matrix, three angles about fixed axes. None for any other
-// count, and where they are no rotation to 1e-3 (somebody's rounding to float).
+// Four numbers are a quaternion, nine a matrix, three angles about fixed axes. Nothing for any
+// other count, or if they are not a rotation within 1e-3, which allows for rounding to float.
 std::optional<Quaternion> rotationFrom(std::span<const double> numbers);
 
 bool isUnit(const Quaternion& q);

@@ -1,5 +1,4 @@
-// Default view and identity of a scene. Its moments are in pose.cpp, its checks in
-// scene_problems.cpp.
+// Default view and content hash of a scene. Poses are in pose.cpp, checks in scene_problems.cpp.
 #include "scene/scene.h"
 
 #include "scene/hash.h"
@@ -29,9 +28,9 @@ void addMotion(ContentHash& h, const Scene& scene) {
         h.add(clip.name);
         h.add(clip.duration);
         for (const Track& c : clip.tracks) {
-            h.add(c.moved);
+            h.add(c.property);
             h.add(c.target);
-            h.add(c.between);
+            h.add(c.interpolation);
             h.add(c.times);
             h.add(c.values);
         }
@@ -73,7 +72,7 @@ std::uint64_t triangleCount(const Scene& scene) {
 
 namespace {
 
-// Through a camera of the file: its eye, and the point on its axis nearest to the scene's middle.
+// The view of a camera: its position, and the point on its axis closest to the scene's centre.
 std::optional<DefaultView> viewThrough(const Camera& camera, const Pose& pose,
                                        const Bounds& bounds) {
     const glm::dmat4& m = pose.worldFromNode[camera.node];
@@ -82,8 +81,9 @@ std::optional<DefaultView> viewThrough(const Camera& camera, const Pose& pose,
     const glm::dvec3 forward = -glm::normalize(back);
     const double middle =
         bounds.empty() ? 1.0 : glm::dot(glm::dvec3(bounds.center()) - eye, forward);
-    const double least = bounds.empty() ? 1.0 : 0.01 * std::max(1e-6, double{bounds.diagonal()});
-    return DefaultView{eye, eye + std::max(middle, least) * forward, camera.yfov};
+    const double minDistance =
+        bounds.empty() ? 1.0 : 0.01 * std::max(1e-6, double{bounds.diagonal()});
+    return DefaultView{eye, eye + std::max(middle, minDistance) * forward, camera.yfov};
 }
 
 }  // namespace
@@ -97,8 +97,8 @@ DefaultView defaultView(const Scene& scene) {
         if (const auto through = viewThrough(camera, pose, bounds)) return *through;
     }
     if (bounds.empty()) return view;
-    // Three-quarter view from the front, right and slightly above, with the bounding sphere in a
-    // picture of any ordinary shape.
+    // Three-quarter view from the front, right and slightly above. The bounding sphere is visible
+    // at any common aspect ratio.
     view.yfov = 0.7;
     view.target = glm::dvec3(bounds.center());
     const double radius = std::max(1e-6, 0.5 * static_cast<double>(bounds.diagonal()));

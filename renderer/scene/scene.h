@@ -1,8 +1,9 @@
-// What exists: meshes, materials, lights, cameras. A plain value of indices, fixed after loading;
-// poseAt(scene, ...) gives a moment of it. Metres, radians, seconds, linear colours; right-handed,
-// +Y up, cameras and lights look down their own -Z (glTF 2.0).
+// The scene: meshes, materials, lights, cameras, animations. A plain value whose parts refer to
+// each other by index; fixed after loading. poseAt() returns its state at a time. Metres, radians,
+// seconds, linear colours; right-handed, +Y up, cameras and lights point along their own -Z
+// (glTF 2.0).
 //
-// Does not: read files (scene/import), decide what is drawn (plan), know OpenGL.
+// Does not: read files (scene/import), decide what is drawn (plan), use OpenGL.
 #pragma once
 
 #include "scene/animation/clip.h"
@@ -24,8 +25,8 @@
 
 namespace clerestory {
 
-// At most kClusterTriangles triangles that lie together in space, so that culling and early depth
-// tests work on large meshes too. Clusters of one mesh follow each other in Scene::indices.
+// At most kClusterTriangles triangles that are close together, so that culling and early depth
+// tests work on large meshes too. The clusters of a mesh are contiguous in Scene::indices.
 inline constexpr std::uint32_t kClusterTriangles = 2048;
 struct Cluster {
     std::uint32_t firstIndex = 0;
@@ -33,14 +34,14 @@ struct Cluster {
     Bounds bounds;                 // mesh space
 };
 
-// The triangles of a mesh that lie in one plane and face one way, together large enough to be worth
-// a mirror. They need not touch. Their clusters follow each other and hold nothing else, so that
-// the part can be drawn, or left out, alone. Found for every mesh: a request may give it any
+// Triangles of a mesh that lie in one plane and face the same way, with enough area for a mirror.
+// They need not be connected. Their clusters are contiguous and contain no other triangles, so that
+// the part can be drawn or skipped alone. Found for every mesh, because a request may assign any
 // material.
 struct FlatPart {
     std::uint32_t firstCluster = 0;
     std::uint32_t clusterCount = 0;
-    glm::dvec3 normal{0.0, 0.0, 1.0};  // mesh space, unit; the side that sees them wound
+    glm::dvec3 normal{0.0, 0.0, 1.0};  // mesh space, unit; from its side the triangles are
                                        // counter-clockwise
     double offset = 0.0;               // normal . x + offset = 0
     double area = 0.0;                 // mesh space, square metres
@@ -53,41 +54,41 @@ struct Mesh {
     std::string name;
     std::uint32_t firstCluster = 0;
     std::uint32_t clusterCount = 0;
-    std::uint32_t firstFlatPart = 0;  // in Scene::flatParts, largest first; their clusters are the
-    std::uint32_t flatPartCount = 0;  // mesh's first, in the same order
+    std::uint32_t firstFlatPart = 0;  // in Scene::flatParts, largest first; the mesh's first
+    std::uint32_t flatPartCount = 0;  // clusters are theirs, in the same order
     std::uint32_t triangles = 0;
     double area = 0.0;          // mesh space, square metres
-    Index material = 0;         // what its instances have unless they are given another
+    Index material = 0;         // of instances that have no material of their own
     Bounds bounds;              // mesh space; of a deforming mesh: at rest
-    bool hasColors = false;     // some vertex colour is not white
+    bool hasColors = false;     // a vertex colour is not white
     Index deformation = kNone;  // in Scene::deformations
 };
 
-// A node's parent stands before it in Scene::nodes.
+// A node's parent precedes it in Scene::nodes.
 struct Node {
     std::string name;
     Index parent = kNone;
     glm::dmat4 parentFromLocal{1.0};
 };
 
-// One mesh drawn at one node in one material. Its place in Scene::instances, plus 1, is its
-// objectId. Made by addInstance().
+// One mesh drawn at one node with one material. Its index in Scene::instances, plus 1, is its
+// objectId. See addInstance().
 struct Instance {
     Index node = 0;
     Index mesh = 0;
     Index material = 0;
 };
 
-// A named place to catch the surroundings from, for materials that refer to it (Material::probe):
-// an imaginary cube from whose middle six pictures are drawn.
+// A named position from which the surroundings are captured, for materials that refer to it
+// (Material::probe). Six images are drawn from the centre of a cube.
 struct Probe {
     std::string name;
     Index node = kNone;            // moves with it
-    glm::dvec3 position{0.0};      // the cube's middle, in the node's space, else the world's
+    glm::dvec3 position{0.0};      // of the cube's centre, in the node's or world space
     double size = 1.0;             // edge of the cube, metres; half of it is the near distance
-    std::uint32_t resolution = 0;  // edge of a face, texels; 0: as the request's accuracy has it
+    std::uint32_t resolution = 0;  // edge of a face, texels; 0: as the request says
     double zfar = 0.0;             // metres; 0: infinite
-    MapBlur blur;                  // unless a material asks for another
+    MapBlur blur;                  // unless the material has one
 };
 
 enum class LightKind : std::uint32_t { point, spot, directional };
@@ -119,10 +120,10 @@ struct DefaultView {
     double yfov = 0.9;
 };
 
-// Something the loader mended or dropped, in words for the person who made the file.
+// A repair or an omission by the importer, for the author of the file.
 struct ImportWarning {
     std::string code;     // stable, camelCase: "degenerateTriangles", "missingTexture"
-    std::string subject;  // the mesh, material, texture or node it is about; may be empty
+    std::string subject;  // the mesh, material, texture or node; may be empty
     std::string message;
     std::uint64_t count = 1;
 };
@@ -130,7 +131,7 @@ struct ImportWarning {
 struct Scene {
     std::string id;
     std::string title;
-    std::uint64_t contentHash = 0;  // of everything that can change a picture
+    std::uint64_t contentHash = 0;  // of everything that can change an image
 
     std::vector<Vertex> vertices;
     std::vector<std::uint32_t> indices;  // absolute into vertices
@@ -150,46 +151,46 @@ struct Scene {
     std::vector<MorphWeights> morphWeights;
     std::vector<Skin> skins;
     std::vector<Deformation> deformations;
-    Bounds reach;  // world; of everything that moves, wherever clips put it; see finishMotion()
+    Bounds reach;  // world; of everything that moves, at any time; see finishMotion()
     std::optional<DefaultView> defaultView;
-    std::string environment = "sky";                     // the map used when a request names none
+    std::string environment = "sky";                     // the map of requests that name none
     glm::dquat environmentRotation{1.0, 0.0, 0.0, 0.0};  // world from map, likewise; unit
     std::vector<ImportWarning> warnings;
 };
 
-// Where everything is at one moment.
+// The scene at one time.
 struct Pose {
     std::vector<glm::dmat4> worldFromNode;
-    // As Scene::deformations; shared, because a pose is copied about. Empty where nothing deforms.
+    // Parallel to Scene::deformations; shared, because poses are copied. Empty if nothing deforms.
     std::vector<std::shared_ptr<const DeformedMesh>> deformed;
 };
 
-// As the file has it: no clip plays.
+// As in the file: no clip is played.
 Pose restPose(const Scene& scene);
-// While the clips play, in order, each from its own start; see localTime(). time: seconds. A moment
-// at which they take something out of reach is at rest.
+// With the clips played in order, each from its own start (localTime()). time: seconds. If a clip
+// moves something out of range (inReach()), the rest pose.
 Pose poseAt(const Scene& scene, std::span<const Index> clips, double time);
-// While defaultClips() play.
+// With defaultClips() played.
 Pose poseAt(const Scene& scene, double time);
 
-// The first clip, and of the others those that move nothing which the ones before them move: of
-// several ways to walk the first, of a mobile's parts all.
+// The first clip, and each later clip that animates no target of an earlier one: the first of
+// several walk cycles, but every part of a machine.
 std::vector<Index> defaultClips(const Scene& scene);
-// The clip of that name, none for the empty name, the default ones without a name. Nothing when
+// The clip with that name, no clip for the empty name, defaultClips() without a name. Nothing if
 // the scene has no such clip.
 std::optional<std::vector<Index>> clipsNamed(const Scene& scene,
                                              const std::optional<std::string>& name);
 
-// What some clip moves: for each node, and for each instance, that its node moves or its mesh
+// For each node whether a clip moves it; for each instance whether its node moves or its mesh
 // deforms.
 std::vector<bool> nodesThatMove(const Scene& scene);
 std::vector<bool> instancesThatMove(const Scene& scene);
 
-// Puts the vertices, boxes and areas of deforming meshes at rest, and sets Scene::reach from a few
-// moments of every clip. Whoever makes a scene with clips calls it at the end.
+// Sets vertices, bounds and areas of deforming meshes to the rest pose, and Scene::reach from
+// samples of every clip. The last step in making a scene with clips.
 void finishMotion(Scene& scene);
 
-// A mesh's vertices at one moment, by the numbers that stand in Scene::indices.
+// A mesh's vertices at one time, indexed by the values in Scene::indices.
 class MeshVertices {
 public:
     MeshVertices(std::span<const Vertex> vertices, std::uint32_t first)
@@ -201,33 +202,34 @@ private:
     std::uint32_t first_;
 };
 MeshVertices verticesOf(const Scene& scene, const Pose& pose, const Mesh& mesh);
-// Mesh space. `cluster`: of the mesh's, from 0.
+// Mesh space. `cluster` counts from 0 within the mesh.
 const Bounds& boundsOf(const Pose& pose, const Mesh& mesh);
 const Bounds& boundsOf(const Scene& scene, const Pose& pose, const Mesh& mesh,
                        std::uint32_t cluster);
-// Nothing for a mesh that does not deform.
+// Null for a mesh that does not deform.
 const DeformedMesh* deformedMesh(const Pose& pose, const Mesh& mesh);
 
-// World box of all instances at this moment; empty for an empty scene.
+// World bounds of all instances in this pose; empty for an empty scene.
 Bounds worldBounds(const Scene& scene, const Pose& pose);
-// The same for any moment: what is measured in shares of the scene does not change with time.
+// The same over all times, for lengths that are relative to the scene and must not change with
+// time.
 Bounds lastingBounds(const Scene& scene, const Pose& pose);
 
-// Triangles as drawn: each instance counts.
+// Sum over all instances.
 std::uint64_t triangleCount(const Scene& scene);
 
-// The scene's own default view, else that of its first perspective camera, else one that shows its
-// bounds from slightly above.
+// The scene's default view, else that of its first perspective camera, else a view of its bounds
+// from slightly above.
 DefaultView defaultView(const Scene& scene);
 
-// Every index in range, every number finite, every count consistent: what the renderer may rely on.
-// Returns the problems found, empty when the scene is sound. Never throws, never reads out of
-// range.
+// Checks that every index is in range, every number is finite and every count is consistent.
+// Returns the problems, at most a few dozen; empty for a valid scene. Never throws, never reads out
+// of range.
 std::vector<std::string> sceneProblems(const Scene& scene);
 
-// Sets contentHash from everything else.
+// Computes contentHash from all other members.
 void updateContentHash(Scene& scene);
-// Of everything in a material that can change a picture.
+// Of all fields of the material's table.
 std::uint64_t contentHash(const Material& material);
 
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-// The check between whoever made a scene and everybody who trusts it.
+// Validates a scene before the renderer uses it.
 #include "scene/scene.h"
 
 #include "scene/finite.h"
@@ -14,7 +14,7 @@
 namespace clerestory {
 namespace {
 
-bool holds(const Bounds& box, const glm::vec3& point) {
+bool contains(const Bounds& box, const glm::vec3& point) {
     return glm::all(glm::lessThanEqual(box.min, point)) &&
            glm::all(glm::lessThanEqual(point, box.max));
 }
@@ -22,7 +22,7 @@ bool holds(const Bounds& box, const glm::vec3& point) {
 bool unitQuaternion(const glm::dquat& q) {
     return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < 1e-6;
 }
-bool sound(const MapBlur& blur) {
+bool validBlur(const MapBlur& blur) {
     return blur.size <= kLargestBlur && blur.stdev >= 0.0 && blur.stdev <= kLargestBlur;
 }
 
@@ -63,8 +63,8 @@ private:
             const bool fits = c.indexCount % 3 == 0 && c.indexCount <= 3 * kClusterTriangles &&
                               std::uint64_t{c.firstIndex} + c.indexCount <= scene_.indices.size();
             require(fits, "a cluster does not fit the indices", i);
-            require(!c.bounds.empty() && finite(c.bounds) && (!fits || holdsItsVertices(c)),
-                    "a cluster's bounds do not hold it", i);
+            require(!c.bounds.empty() && finite(c.bounds) && (!fits || containsItsVertices(c)),
+                    "a cluster's bounds do not contain it", i);
         }
         for (std::size_t i = 0; i < scene_.meshes.size(); ++i) {
             const Mesh& m = scene_.meshes[i];
@@ -78,22 +78,22 @@ private:
                 for (std::uint32_t c = 0; c < m.clusterCount; ++c) {
                     const Cluster& cluster = scene_.clusters[m.firstCluster + c];
                     triangles += cluster.indexCount / 3;
-                    require(
-                        holds(m.bounds, cluster.bounds.min) && holds(m.bounds, cluster.bounds.max),
-                        "a mesh's bounds do not hold it", i);
+                    require(contains(m.bounds, cluster.bounds.min) &&
+                                contains(m.bounds, cluster.bounds.max),
+                            "a mesh's bounds do not contain it", i);
                 }
             }
             flatPartsOf(m, i);
             require(std::isfinite(m.area) && m.area >= 0.0, "a mesh has no area", i);
-            require(triangles == m.triangles, "a mesh counts its triangles wrong", i);
+            require(triangles == m.triangles, "a mesh has a wrong number of triangles", i);
         }
     }
 
-    bool holdsItsVertices(const Cluster& c) const {
+    bool containsItsVertices(const Cluster& c) const {
         const auto own = std::span(scene_.indices).subspan(c.firstIndex, c.indexCount);
         return std::all_of(own.begin(), own.end(), [&](std::uint32_t index) {
             return index < scene_.vertices.size() &&
-                   holds(c.bounds, scene_.vertices[index].position);
+                   contains(c.bounds, scene_.vertices[index].position);
         });
     }
 
@@ -149,7 +149,7 @@ private:
         return all;
     }
     static bool valid(const glm::dquat& q, const Rotation&) { return unitQuaternion(q); }
-    static bool valid(const MapBlur& blur, const Nested&) { return sound(blur); }
+    static bool valid(const MapBlur& blur, const Nested&) { return validBlur(blur); }
     static bool valid(const std::string&, const Text&) { return true; }
     static bool valid(bool, const Flag&) { return true; }
     template <class T>
@@ -161,15 +161,15 @@ private:
         for (std::size_t i = 0; i < scene_.images.size(); ++i) {
             const TextureImage& image = scene_.images[i];
             std::uint64_t texels = 0, width = image.width, height = image.height;
-            bool sound = width > 0 && height > 0 && width <= 65536 && height <= 65536 &&
+            bool valid = width > 0 && height > 0 && width <= 65536 && height <= 65536 &&
                          image.levels > 0 && image.levels <= 17;
-            for (std::uint32_t level = 0; sound && level < image.levels; ++level) {
+            for (std::uint32_t level = 0; valid && level < image.levels; ++level) {
                 texels += width * height;
-                sound = level + 1 == image.levels || width > 1 || height > 1;
+                valid = level + 1 == image.levels || width > 1 || height > 1;
                 width = std::max<std::uint64_t>(1, width / 2);
                 height = std::max<std::uint64_t>(1, height / 2);
             }
-            require(sound && texels * 4 == image.texels.size(),
+            require(valid && texels * 4 == image.texels.size(),
                     "an image's levels do not fit its size", i);
             require(finite(image.mean), "an image's mean is not finite", i);
         }
@@ -182,7 +182,7 @@ private:
     void placement() {
         for (std::size_t i = 0; i < scene_.nodes.size(); ++i) {
             const Node& n = scene_.nodes[i];
-            require(n.parent == kNone || n.parent < i, "a node stands before its parent", i);
+            require(n.parent == kNone || n.parent < i, "a node precedes its parent", i);
             require(finite(n.parentFromLocal), "a node's transform is not finite", i);
         }
         const auto hasNode = [&](Index node) { return node < scene_.nodes.size(); };
@@ -210,7 +210,7 @@ private:
             const Probe& p = scene_.probes[i];
             require((p.node == kNone || hasNode(p.node)) && finite(p.position) && finite(p.size) &&
                         p.size > 0.0 && finite(p.zfar) && p.zfar >= 0.0 && p.resolution <= 4096 &&
-                        sound(p.blur),
+                        validBlur(p.blur),
                     "a probe is out of range", i);
         }
         require(unitQuaternion(scene_.environmentRotation),
@@ -223,12 +223,12 @@ private:
         }
     }
 
-    // Where everything is right by itself, a deep tree of large scales may still lead out of what
-    // numbers hold. Clips may, too: poseAt() looks after those.
+    // Even if every part is valid, a deep tree of large scales can overflow. poseAt() checks the
+    // same for clips.
     void extent() {
         const Pose rest = restPose(scene_);
         for (std::size_t i = 0; i < scene_.nodes.size(); ++i) {
-            require(inReach(rest.worldFromNode[i]), "a node stands nowhere", i);
+            require(inReach(rest.worldFromNode[i]), "a node's transform is out of range", i);
         }
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
             const Instance& one = scene_.instances[i];
@@ -236,7 +236,8 @@ private:
                                         rest.worldFromNode[one.node])),
                     "an instance is too large or too far away", i);
         }
-        require(scene_.reach.empty() || inReach(scene_.reach), "what moves goes too far", 0);
+        require(scene_.reach.empty() || inReach(scene_.reach), "animated bounds are out of range",
+                0);
     }
 
     const Scene& scene_;

@@ -6,9 +6,9 @@
 namespace clerestory {
 namespace {
 
-// Words longer than any name we know are not compared: the work is the product of the lengths.
+// Longer words are not compared: the time is the product of the lengths.
 constexpr std::size_t kMaxWordLength = 64;
-// Nor more words than a person would look through: a scene may have 200 000 names.
+// Longer lists are not compared: a scene may have 200 000 names.
 constexpr std::size_t kMaxCandidates = 2000;
 
 std::size_t distance(std::string_view a, std::string_view b) {
@@ -39,7 +39,7 @@ std::string_view nearestWord(std::string_view word,
                              const std::vector<std::string_view>& candidates) {
     if (word.size() > kMaxWordLength) return {};
     std::string_view best;
-    // A third of the word may differ: "positon", "fov" for "yfov", but not "a" for "up".
+    // Up to a third of the letters may differ: "positon", "fov" for "yfov", but not "a" for "up".
     std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
     for (std::size_t i = 0; i < std::min(candidates.size(), kMaxCandidates); ++i) {
         const std::string_view candidate = candidates[i];

@@ -1,4 +1,4 @@
-// The word somebody probably meant.
+// Suggestions for misspelt names.
 #pragma once
 
 #include <string>
@@ -7,18 +7,18 @@
 
 namespace clerestory {
 
-// The nearest candidate by edit distance (insert, delete, replace, swap neighbours; case does not
-// count), or nothing when none is near.
+// The candidate with the smallest edit distance (insert, delete, replace, transpose; ignores case),
+// or an empty view if none is close.
 std::string_view nearestWord(std::string_view word,
                              const std::vector<std::string_view>& candidates);
 
-// `; did you mean "..."?` or nothing: the end of a sentence about a word that is not known.
+// `; did you mean "..."?` or an empty text, to be appended to a message about an unknown name.
 std::string didYouMean(std::string_view word, const std::vector<std::string_view>& candidates);
 
 // "a, b, c"
 std::string listed(const std::vector<std::string_view>& words);
 
-// The same, but of many words only the few nearest, and how many more there are.
+// The same; of many words only the closest ones and the number of others.
 std::string listedNearest(std::string_view word, const std::vector<std::string_view>& words);
 
 }  // namespace clerestory

@@ -1,11 +1,11 @@
-// One corner of a triangle.
+// The vertex format of scenes.
 #pragma once
 
 #include <glm/glm.hpp>
 
 namespace clerestory {
 
-// Every vertex is complete: what a file lacks was made or set to a neutral value by addMesh().
+// Attributes that the file does not have are generated or set to a neutral value by addMesh().
 struct Vertex {
     glm::vec3 position{0.0f};
     glm::vec3 normal{0.0f, 0.0f, 1.0f};         // unit

@@ -74,12 +74,12 @@ ordered_json schemaOf(const T*, const Nested&) {
 }
 template <class T>
 ordered_json schemaOf(const std::vector<T>*, const NestedList& list) {
-    return {{"type", "array"}, {"maxItems", list.most}, {"items", objectSchema<T>()}};
+    return {{"type", "array"}, {"maxItems", list.maxItems}, {"items", objectSchema<T>()}};
 }
 // The union itself is a component: see addUnion().
 template <class... S>
 ordered_json schemaOf(const std::vector<std::variant<S...>>*, const NestedUnionList& list) {
-    return {{"type", "array"}, {"maxItems", list.most}, {"items", schemaReference(list.name)}};
+    return {{"type", "array"}, {"maxItems", list.maxItems}, {"items", schemaReference(list.name)}};
 }
 template <class T, class K>
 ordered_json schemaOf(const T* type, const Required<K>& required) {
@@ -93,7 +93,7 @@ ordered_json schemaOf(const T*, const NestedPreset&) {
 template <class T>
 ordered_json schemaOf(const std::vector<T>*, const NestedPresetList& list) {
     return {{"type", "array"},
-            {"maxItems", list.most},
+            {"maxItems", list.maxItems},
             {"items", schemaOf(static_cast<const T*>(nullptr), NestedPreset{})}};
 }
 

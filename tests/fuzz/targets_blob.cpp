@@ -115,13 +115,13 @@ Scene everything() {
     scene.movingNodes.push_back({.node = below});
     scene.clips.push_back({.name = "swing",
                            .duration = 1.0,
-                           .tracks = {{.moved = AnimatedProperty::translation,
+                           .tracks = {{.property = AnimatedProperty::translation,
                                        .target = 0,
                                        .times = {0.0f, 1.0f},
                                        .values = {0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f}},
-                                      {.moved = AnimatedProperty::weights,
+                                      {.property = AnimatedProperty::weights,
                                        .target = 0,
-                                       .between = Interpolation::step,
+                                       .interpolation = Interpolation::step,
                                        .times = {0.0f},
                                        .values = {1.0f}}}});
     finishMotion(scene);

@@ -86,8 +86,8 @@ TEST(AssimpMotion, OnlyMovingNodesHaveTracks) {
     const Scene scene = importScene(ownScene("moving.dae"));
     std::size_t translations = 0, rotations = 0;
     for (const Track& track : scene.clips.at(0).tracks) {
-        translations += track.moved == AnimatedProperty::translation ? 1 : 0;
-        rotations += track.moved == AnimatedProperty::rotation ? 1 : 0;
+        translations += track.property == AnimatedProperty::translation ? 1 : 0;
+        rotations += track.property == AnimatedProperty::rotation ? 1 : 0;
     }
     EXPECT_EQ(translations, 1u);
     EXPECT_EQ(rotations, 2u);

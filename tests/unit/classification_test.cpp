@@ -17,7 +17,7 @@ struct Dressed {
     bool emitter;
     Glass glass;
     Reflector flat, curved;
-    ReflectorReason why;  // of the flat part
+    ReflectorReason reason;  // of the flat part
 };
 class OnABox : public testing::TestWithParam<Dressed> {};
 
@@ -37,7 +37,7 @@ TEST_P(OnABox, IsClassifiedByItsMaterial) {
     EXPECT_EQ(c.emitter, GetParam().emitter);
     EXPECT_EQ(c.onFlat, GetParam().flat);
     EXPECT_EQ(c.onCurved, GetParam().curved);
-    EXPECT_EQ(c.whyFlat, GetParam().why);
+    EXPECT_EQ(c.reasonFlat, GetParam().reason);
     const auto surfaces = surfacesOf(scene);
     ASSERT_EQ(surfaces.size(), GetParam().flat == Reflector::flat ? 6u : 1u);
     for (const Surface& s : surfaces) {
@@ -55,25 +55,26 @@ constexpr auto kNo = Reflector::none, kFlat = Reflector::flat, kCurved = Reflect
 INSTANTIATE_TEST_SUITE_P(
     Materials, OnABox,
     testing::Values(
-        Dressed{"plain", [](Material&) {}, false, Glass::none, kNo, kNo, ReflectorReason::dull},
+        Dressed{"plain", [](Material&) {}, false, Glass::none, kNo, kNo,
+                ReflectorReason::roughDielectric},
         Dressed{"metal", [](Material& m) { m.metallic = 1, m.roughness = 0.2f; }, false,
                 Glass::none, kFlat, kCurved, ReflectorReason::metal},
         Dressed{"roughMetal", [](Material& m) { m.metallic = 1, m.roughness = 0.51f; }, false,
-                Glass::none, kNo, kNo, ReflectorReason::rough},
+                Glass::none, kNo, kNo, ReflectorReason::roughMetal},
         Dressed{"polished", [](Material& m) { m.roughness = 0.3f; }, false, Glass::none, kFlat, kNo,
                 ReflectorReason::gloss},
         Dressed{"polishedWithoutSpecular",
                 [](Material& m) { m.roughness = 0.3f, m.specular = 0.0f; }, false, Glass::none, kNo,
-                kNo, ReflectorReason::noLobe},
+                kNo, ReflectorReason::noSpecular},
         Dressed{"polishedLeaf",
                 [](Material& m) { m.roughness = 0.1f, m.alphaMode = AlphaMode::mask; }, false,
-                Glass::none, kNo, kNo, ReflectorReason::cutOut},
+                Glass::none, kNo, kNo, ReflectorReason::alphaMasked},
         Dressed{"asked", [](Material& m) { m.reflection = Reflection::mirror; }, false, Glass::none,
-                kFlat, kCurved, ReflectorReason::asked},
+                kFlat, kCurved, ReflectorReason::requested},
         Dressed{
             "refused",
             [](Material& m) { m.metallic = 1, m.roughness = 0, m.reflection = Reflection::none; },
-            false, Glass::none, kNo, kNo, ReflectorReason::refused},
+            false, Glass::none, kNo, kNo, ReflectorReason::disabled},
         Dressed{"unlitMirrorLampOfGlass",
                 [](Material& m) {
                     m.unlit = true, m.metallic = 1, m.roughness = 0, m.emissive = glm::vec3(1);
@@ -84,23 +85,23 @@ INSTANTIATE_TEST_SUITE_P(
                 [](Material& m) {
                     m.emissive = {0, 2, 0};
                 },
-                true, Glass::none, kNo, kNo, ReflectorReason::dull},
+                true, Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
         Dressed{"lampSwitchedOff",
                 [](Material& m) {
                     m.emissive = {0, 2, 0}, m.emissiveStrength = 0;
                 },
-                false, Glass::none, kNo, kNo, ReflectorReason::dull},
+                false, Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
         Dressed{"thinGlass", [](Material& m) { m.transmission = 1, m.roughness = 0; }, false,
                 Glass::pane, kFlat, kNo, ReflectorReason::gloss},
         Dressed{"thickGlass",
                 [](Material& m) { m.transmission = 0.5f, m.thickness = 1, m.roughness = 0.4f; },
-                false, Glass::solid, kNo, kNo, ReflectorReason::dull},
+                false, Glass::solid, kNo, kNo, ReflectorReason::roughDielectric},
         Dressed{"metalLetsNothingThrough",
                 [](Material& m) { m.transmission = 1, m.metallic = 1, m.roughness = 0.9f; }, false,
-                Glass::none, kNo, kNo, ReflectorReason::rough},
+                Glass::none, kNo, kNo, ReflectorReason::roughMetal},
         Dressed{"coverageIsNoGlass",  // erratum G6
                 [](Material& m) { m.alphaMode = AlphaMode::blend, m.baseColor.w = 0.1f; }, false,
-                Glass::none, kNo, kNo, ReflectorReason::dull},
+                Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
         Dressed{"ownMap", [](Material& m) { m.environmentMap = "dusk"; }, false, Glass::none,
                 kCurved, kCurved, ReflectorReason::map},
         Dressed{"ownProbe", [](Material& m) { m.probe = "middle"; }, false, Glass::none, kCurved,
@@ -116,7 +117,7 @@ TEST(Classification, TexturesContributeTheirMean) {
     const MaterialClass c = classOf(scene, m);
     EXPECT_EQ(c.metallic, 0.25f);
     EXPECT_EQ(c.roughness, 0.5f);
-    EXPECT_EQ(c.whyFlat, ReflectorReason::dull);
+    EXPECT_EQ(c.reasonFlat, ReflectorReason::roughDielectric);
 }
 
 TEST(Classification, ReflectanceIsThatAlongTheNormal) {
@@ -209,7 +210,7 @@ TEST(Classification, UsesTheFramesMaterials) {
     EXPECT_TRUE(surfaces[0].plain());
     EXPECT_EQ(surfaces[1].reflector, Reflector::flat);
     EXPECT_EQ(surfaces[1].material, 1u);
-    EXPECT_EQ(surfaces[1].why, ReflectorReason::gloss);
+    EXPECT_EQ(surfaces[1].reason, ReflectorReason::gloss);
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ TEST(Clip, SplinesOfRotationsAreOfUnitLength) {
 TEST(Clip, TwoKeysAtOneTimeAreAJump) {
     const Track t =
         moves(Interpolation::linear, {0, 1, 1, 2}, {0, 0, 0, 1, 0, 0, 5, 0, 0, 6, 0, 0});
-    ASSERT_TRUE(sound(t, 1));
+    ASSERT_TRUE(isValid(t, 1));
     EXPECT_NEAR(at(t, 0.999999)[0], 1.0, 1e-5);
     EXPECT_EQ(at(t, 1.0)[0], 5.0);
     EXPECT_EQ(at(t, 1.5)[0], 5.5);
@@ -104,12 +104,12 @@ TEST(Clip, TwoKeysAtOneTimeAreAJump) {
 TEST(Clip, InvalidClipsAreDetected) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const Track good = moves(Interpolation::linear, {0, 1}, {0, 0, 0, 1, 1, 1});
-    EXPECT_TRUE(sound(good, 1));
-    EXPECT_FALSE(sound(good, 0)) << "nothing there to move";
+    EXPECT_TRUE(isValid(good, 1));
+    EXPECT_FALSE(isValid(good, 0)) << "nothing there to move";
     const auto changed = [&](auto&& change) {
         Track t = good;
         change(t);
-        return sound(t, 1);
+        return isValid(t, 1);
     };
     EXPECT_FALSE(changed([](Track& t) { t.times = {1, 0}; }));
     EXPECT_FALSE(changed([](Track& t) { t.times = {-1, 0}; }));
@@ -119,8 +119,8 @@ TEST(Clip, InvalidClipsAreDetected) {
     EXPECT_FALSE(changed([](Track& t) { t.values[4] = 1e30f; }));
     EXPECT_FALSE(changed([](Track& t) { t.values.pop_back(); }));
     EXPECT_FALSE(changed([](Track& t) { t.times.clear(); }));
-    EXPECT_FALSE(changed([](Track& t) { t.moved = AnimatedProperty::rotation; }));
-    EXPECT_FALSE(changed([](Track& t) { t.between = Interpolation::cubicSpline; }));
+    EXPECT_FALSE(changed([](Track& t) { t.property = AnimatedProperty::rotation; }));
+    EXPECT_FALSE(changed([](Track& t) { t.interpolation = Interpolation::cubicSpline; }));
 }
 
 TEST(Clip, RepeatsAfterItsEnd) {

@@ -86,7 +86,7 @@ TEST(Overrides, PermanentOverridesAreEquivalent) {
     Scene scene = threeBoxes();
     const std::vector<MaterialOverride> list{of("stone", {}, 0.5), of({}, "group", 0.25)};
     const auto once = roughnesses(scene, bindMaterials(scene, list));
-    dressForGood(scene, list);
+    applyOverrides(scene, list);
     EXPECT_THAT(sceneProblems(scene), IsEmpty());
     EXPECT_EQ(roughnesses(scene, {}), once);
 }

@@ -26,7 +26,7 @@ TEST(Pose, NonFiniteTimesAreTheRestPose) {
         scene.movingNodes.push_back({.node = 0});
         scene.clips.push_back({.name = "grow",
                                .duration = 1.0,
-                               .tracks = {{.moved = AnimatedProperty::scale,
+                               .tracks = {{.property = AnimatedProperty::scale,
                                            .target = 0,
                                            .times = {0.0f, 1.0f},
                                            .values = {1.0f, 1.0f, 1.0f, scale, 1.0f, 1.0f}}}});
@@ -43,7 +43,7 @@ TEST(Pose, NonFiniteTimesAreTheRestPose) {
     addInstance(deep, 3, 0, 0);
     deep.clips.push_back({.name = "grow", .duration = 1.0});
     for (Index i = 0; i < 3; ++i) {
-        deep.clips[0].tracks.push_back({.moved = AnimatedProperty::scale,
+        deep.clips[0].tracks.push_back({.property = AnimatedProperty::scale,
                                         .target = i,
                                         .times = {0.0f, 1.0f},
                                         .values = {1.0f, 1.0f, 1.0f, 1e9f, 1.0f, 1.0f}});

@@ -61,9 +61,9 @@ TEST_F(SideFile, ChangesMaterialsPermanently) {
     EXPECT_EQ(of(scene, 1).reflection, Reflection::mirror);
     EXPECT_NE(scene.contentHash, plain.contentHash);
     EXPECT_EQ(warning(scene, "sideFile"), nullptr);
-    EXPECT_EQ(surfacesOf(scene)[0].why, ReflectorReason::gloss);
-    EXPECT_EQ(surfacesOf(scene)[1].why, ReflectorReason::asked);
-    EXPECT_EQ(surfacesOf(plain)[0].why, ReflectorReason::dull);
+    EXPECT_EQ(surfacesOf(scene)[0].reason, ReflectorReason::gloss);
+    EXPECT_EQ(surfacesOf(scene)[1].reason, ReflectorReason::requested);
+    EXPECT_EQ(surfacesOf(plain)[0].reason, ReflectorReason::roughDielectric);
 }
 
 TEST_F(SideFile, ProbesCanBeNamedByMaterials) {

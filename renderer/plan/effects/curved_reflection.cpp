@@ -125,8 +125,8 @@ void planRoughReflections(const ViewContext& context, const ViewTask& task, Seen
     if (!enabled || task.captured) return;
     for (SeenSurface& s : seen.surfaces) {
         const bool hasPicture = s.features & (FEATURE_MIRROR | FEATURE_TRACED_REFLECTION);
-        const bool mirrors =
-            s.surface->reflector != Reflector::none || s.surface->why == ReflectorReason::rough;
+        const bool mirrors = s.surface->reflector != Reflector::none ||
+                             s.surface->reason == ReflectorReason::roughMetal;
         // The factor is the upper bound of what a texture varies.
         const bool rough = context.stage.material(*s.surface).roughness > kRoughLobe;
         if (mirrors && rough && !hasPicture) s.features |= FEATURE_MAP_SAMPLES;

@@ -1,7 +1,7 @@
-// What moves by itself: clips of key frames on nodes and on morph weights (glTF 2.0, section 3.11
-// and appendix C). Plain values, seconds and metres; a moment of them is poseAt() of scene.h.
+// Animation clips: key frames of node transforms and morph weights (glTF 2.0, section 3.11 and
+// appendix C). Plain values, seconds and metres. poseAt() of scene.h evaluates them.
 //
-// Does not: read files, move vertices (animation/deformation.h), know cameras or requests.
+// Does not: read files, move vertices (animation/deformation.h), depend on cameras or requests.
 #pragma once
 
 #include "scene/material.h"
@@ -21,59 +21,56 @@ struct Transform {
     glm::dquat rotation{1.0, 0.0, 0.0, 0.0};  // unit
     glm::dvec3 scale{1.0};
 };
-// translation * rotation * scale. A scale of 0 along an axis, by which files make things vanish, is
-// a millionth of the longest: the transform always has an inverse.
+// translation * rotation * scale. A scale of 0 along an axis, with which files hide objects, is
+// replaced by a millionth of the largest: the matrix is always invertible.
 glm::dmat4 matrixOf(const Transform& transform);
 
-// A node that some track of some clip moves. What a clip leaves alone is as at rest, which is
-// Node::parentFromLocal.
+// A node that a track of a clip moves. Without a clip its transform is Node::parentFromLocal.
 struct MovingNode {
     Index node = 0;
     Transform rest;
 };
 
-// Shares of the morph targets of the meshes at one node.
+// Weights of the morph targets of the meshes at one node.
 struct MorphWeights {
     Index node = 0;
     std::vector<float> rest;
 };
 
-// What happens between two keys.
 enum class Interpolation : std::uint32_t { step, linear, cubicSpline };
 enum class AnimatedProperty : std::uint32_t { translation, rotation, scale, weights };
 
 struct Track {
-    AnimatedProperty moved = AnimatedProperty::translation;
-    Index target = 0;  // into Scene::movingNodes; of weights, into Scene::morphWeights
-    Interpolation between = Interpolation::linear;
+    AnimatedProperty property = AnimatedProperty::translation;
+    Index target = 0;  // in Scene::movingNodes; for weights in Scene::morphWeights
+    Interpolation interpolation = Interpolation::linear;
     std::vector<float> times;  // seconds, from 0, ascending, at least one
-    // For each time its numbers: 3, 4 (unit x y z w) or as many as there are weights. Of a cubic
-    // spline three times as many: the tangent that comes in, the value, the tangent that goes out;
-    // tangents are per second.
+    // components() numbers for each time: 3, 4 (unit x y z w), or one for each weight. A cubic
+    // spline has three times as many: in-tangent, value, out-tangent; tangents are per second.
     std::vector<float> values;
 
     std::size_t components() const;  // of one value
 };
 
 struct Clip {
-    std::string name;       // not empty; no two of a scene alike
+    std::string name;       // not empty, unique in the scene
     double duration = 0.0;  // seconds: the last key's time
     std::vector<Track> tracks;
 };
 
-// A moment of the clip: itself up to the clip's end, from then on round and round. 0 for a clip
-// without duration.
+// The time within the clip: `time` up to the clip's end, then repeating. 0 for a clip of duration
+// 0.
 double localTime(const Clip& clip, double time);
 
-// The track's value, `out` of components() numbers. Before its first key and after its last one
-// it stands still. Rotations come out of unit length.
+// Writes the track's value, components() numbers, to `out`. Constant before the first key and after
+// the last one. Rotations have unit length.
 void sample(const Track& track, double time, std::span<double> out);
 
-// Whether the track holds what its words promise, so that sample() reads nothing out of range and
-// returns finite numbers. `targets`: how many there are to move.
-bool sound(const Track& track, std::size_t targets);
+// Whether the track is valid: sample() then reads nothing out of range and returns finite numbers.
+// `targets`: the number of possible targets.
+bool isValid(const Track& track, std::size_t targets);
 
-// Greatest magnitude of any number of a track: products of a few stay finite.
+// Largest absolute value in a track: products of a few stay finite.
 inline constexpr float kMaxKey = 1e9f;
 
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-// Linear blends, in double: of shapes, then of joints.
+// Linear blending in double: morph targets, then joints.
 #include "scene/animation/deformation.h"
 
 #include "scene/finite.h"
@@ -9,10 +9,10 @@
 namespace clerestory {
 namespace {
 
-// Or `otherwise` for what has no direction.
-glm::vec3 unit(const glm::dvec3& v, const glm::vec3& otherwise) {
+// The unit vector of v; `fallback` if v has no direction.
+glm::vec3 unit(const glm::dvec3& v, const glm::vec3& fallback) {
     const double length = glm::length(v);
-    return length > 1e-30 && std::isfinite(length) ? glm::vec3(v / length) : otherwise;
+    return length > 1e-30 && std::isfinite(length) ? glm::vec3(v / length) : fallback;
 }
 
 glm::vec3 anyPerpendicular(const glm::vec3& n) {
@@ -20,12 +20,12 @@ glm::vec3 anyPerpendicular(const glm::vec3& n) {
     return glm::normalize(axis - glm::dot(axis, n) * n);
 }
 
-glm::vec4 tangentBeside(const glm::vec3& normal, const glm::dvec3& along, float side) {
+glm::vec4 orthogonalTangent(const glm::vec3& normal, const glm::dvec3& along, float side) {
     const glm::dvec3 n(normal);
     const double length = glm::length(along);
     const glm::dvec3 flat = length > 0.0 ? along / length - glm::dot(along / length, n) * n : along;
-    const bool clear = glm::length(flat) > 1e-4 && finite(flat);
-    return {clear ? glm::vec3(glm::normalize(flat)) : anyPerpendicular(normal), side};
+    const bool valid = glm::length(flat) > 1e-4 && finite(flat);
+    return {valid ? glm::vec3(glm::normalize(flat)) : anyPerpendicular(normal), side};
 }
 
 struct Sum {
@@ -65,7 +65,7 @@ void skinned(const Deformation& d, std::span<const glm::dmat4> worldFromJointBin
         Sum& sum = sums[i];
         sum.position = glm::dvec3(m * glm::dvec4(sum.position, 1.0));
         const glm::dmat3 turn(m);
-        // The cofactor matrix is the inverse transpose without its division.
+        // The cofactor matrix: the inverse transpose times the determinant.
         const glm::dmat3 cofactor(glm::cross(turn[1], turn[2]), glm::cross(turn[2], turn[0]),
                                   glm::cross(turn[0], turn[1]));
         const double side = glm::determinant(turn) < 0.0 ? -1.0 : 1.0;
@@ -87,7 +87,7 @@ void deform(const Deformation& d, std::span<const double> weights,
         const glm::vec3 position(sums[i].position);
         if (finite(position)) v.position = position;
         v.normal = unit(sums[i].normal, v.normal);
-        v.tangent = tangentBeside(v.normal, sums[i].tangent, d.base[i].tangent.w);
+        v.tangent = orthogonalTangent(v.normal, sums[i].tangent, d.base[i].tangent.w);
     }
 }
 
@@ -100,7 +100,7 @@ void flattenNormals(std::span<const std::uint32_t> indices, std::uint32_t first,
         const glm::dvec3 across = glm::cross(b - a, c - a);
         for (Vertex* v : corner) {
             v->normal = unit(across, v->normal);
-            v->tangent = tangentBeside(v->normal, glm::vec3(v->tangent), v->tangent.w);
+            v->tangent = orthogonalTangent(v->normal, glm::vec3(v->tangent), v->tangent.w);
         }
     }
 }

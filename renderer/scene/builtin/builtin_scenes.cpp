@@ -1,4 +1,3 @@
-// The list of built-in scenes.
 #include "scene/builtin/builtin_scenes.h"
 
 #include "scene/builtin/small_scenes.h"

@@ -1,6 +1,6 @@
-// What stands in the chapel: braziers, a brass bird, a ball of glass, pews, the altar, chandeliers.
+// Furniture of the chapel: braziers, a brass bird, a glass ball, pews, the altar, chandeliers.
 #include "scene/builtin/chapel_parts.h"
-#include "scene/builtin/pictures.h"
+#include "scene/builtin/textures.h"
 
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -40,24 +40,24 @@ void addBraziers(Scene& scene, const Materials& m) {
             }
             for (std::uint32_t i = 0; i < 46; ++i) {
                 const auto random = [&](std::uint32_t k) {
-                    return pictures::hash(i, k, static_cast<std::uint32_t>(1000 + 7 * x + z));
+                    return textures::hash(i, k, static_cast<std::uint32_t>(1000 + 7 * x + z));
                 };
                 const float r = 0.31f * std::sqrt(random(1)), a = glm::two_pi<float>() * random(2);
                 const std::size_t first = embers.vertices.size();
                 addSphere(embers, {}, 0.045f + 0.035f * random(3), 8);
-                const glm::vec3 place =
+                const glm::vec3 position =
                     foot + glm::vec3(r * std::cos(a),
                                      1.10f + 0.16f * (1.0f - r / 0.31f) + 0.05f * random(4),
                                      r * std::sin(a));
-                glm::mat4 lump = glm::rotate(glm::translate(glm::mat4(1.0f), place),
+                glm::mat4 lump = glm::rotate(glm::translate(glm::mat4(1.0f), position),
                                              6.0f * random(5), glm::vec3(0.6f, 0.8f, 0.0f));
                 lump = glm::scale(lump, glm::vec3(1.0f, 0.6f + 0.3f * random(6), 0.8f));
                 transformFrom(embers, first, lump);
             }
         }
     }
-    place(scene, std::move(iron));
-    place(scene, std::move(embers));
+    addToScene(scene, std::move(iron));
+    addToScene(scene, std::move(embers));
 }
 
 // Thickness along the bird from tail to beak.
@@ -83,7 +83,7 @@ void addBird(Scene& scene, const Materials& m) {
     addLathe(plinth, {}, profile, 48);
     shadeFrom(plinth, 0,
               [](const Vertex& v) { return 1.0f - 0.5f * std::exp(-v.position.y / 0.2f); });
-    place(scene, std::move(plinth), stand);
+    addToScene(scene, std::move(plinth), stand);
 
     MeshDraft bird = draft("brassFigure", m.brass);
     const Path spine = {{-0.72f, 1.36f, 0}, {-0.42f, 1.47f, 0}, {-0.10f, 1.55f, 0},
@@ -92,7 +92,7 @@ void addBird(Scene& scene, const Materials& m) {
                         {0.66f, 2.33f, 0},  {0.86f, 2.24f, 0}};
     addTube(bird, smooth(spine, 12), birdRadius, 40);
     for (const float side : {-1.0f, 1.0f}) {
-        // A wing laid back along the body: a ball drawn out long and pressed flat.
+        // A folded wing: a stretched and flattened sphere.
         const std::size_t first = bird.vertices.size();
         addSphere(bird, {}, 1.0f, 48);
         glm::mat4 wing = glm::translate(glm::mat4(1.0f), glm::vec3(-0.22f, 1.60f, side * 0.17f));
@@ -112,7 +112,7 @@ void addBird(Scene& scene, const Materials& m) {
                 bird, claw, [](float t) { return 0.020f - 0.010f * t; }, 10);
         }
     }
-    place(scene, std::move(bird), stand);
+    addToScene(scene, std::move(bird), stand);
 }
 
 void addGlassBall(Scene& scene, const Materials& m) {
@@ -123,10 +123,10 @@ void addGlassBall(Scene& scene, const Materials& m) {
                              {0.045f, 0.62f}, {0.045f, 0.92f}, {0.10f, 1.00f},  {0.17f, 1.06f},
                              {0.16f, 1.075f}, {0.0f, 1.04f}};
     addLathe(foot, {}, profile, 40);
-    place(scene, std::move(foot), stand);
+    addToScene(scene, std::move(foot), stand);
     MeshDraft ball = draft("glassBall", m.glassBall);
     addSphere(ball, {0.0f, 1.46f, 0.0f}, 0.42f, 64);
-    place(scene, std::move(ball), stand);
+    addToScene(scene, std::move(ball), stand);
 }
 
 void addPews(Scene& scene, const Materials& m) {
@@ -146,10 +146,10 @@ void addPews(Scene& scene, const Materials& m) {
             });
         }
     }
-    place(scene, std::move(pews));
+    addToScene(scene, std::move(pews));
 }
 
-// A candle with its flame; the flame's own light is a lamp nearby.
+// A candle with its flame; a point light nearby illuminates the scene.
 void addCandle(MeshDraft& wax, MeshDraft& flame, const glm::vec3& foot, float height) {
     const Profile stick = {{0.0f, 0.0f},
                            {0.022f, 0.0f},
@@ -169,7 +169,7 @@ void addAltar(Scene& scene, const Materials& m) {
         addBox(steps, {-3.0f + 0.3f * s, 0.15f * s, -12.0f},
                {3.0f - 0.3f * s, 0.15f * s + 0.15f, -8.4f - 0.4f * s});
     }
-    place(scene, std::move(steps));
+    addToScene(scene, std::move(steps));
     MeshDraft stone = draft("altar", m.dressedStone), cloth = draft("altarCloth", m.cloth),
               gold = draft("altarGold", m.gold);
     addBox(stone, {-1.25f, 0.45f, -10.6f}, {1.25f, 1.40f, -9.9f});
@@ -187,7 +187,8 @@ void addAltar(Scene& scene, const Materials& m) {
         addLathe(gold, {x, 1.43f, -10.25f}, holder, 20);
         addCandle(wax, flame, {x, 1.63f, -10.25f}, 0.22f + 0.10f * (1.05f - std::abs(x)));
     }
-    for (MeshDraft* part : {&stone, &cloth, &gold, &wax, &flame}) place(scene, std::move(*part));
+    for (MeshDraft* part : {&stone, &cloth, &gold, &wax, &flame})
+        addToScene(scene, std::move(*part));
 }
 
 void addChandeliers(Scene& scene, const Materials& m) {
@@ -221,7 +222,7 @@ void addChandeliers(Scene& scene, const Materials& m) {
         addTube(
             iron, rope, [](float) { return 0.016f; }, 6);
     }
-    for (MeshDraft* part : {&iron, &wax, &flame}) place(scene, std::move(*part));
+    for (MeshDraft* part : {&iron, &wax, &flame}) addToScene(scene, std::move(*part));
 }
 
 }  // namespace

@@ -16,12 +16,12 @@ constexpr float kHalfLength = 0.5f * kLength;
 constexpr float kInner = kColumn - kWall, kOuter = kColumn + kWall;
 constexpr float kNaveRadius = 5.0f, kAisleHalf = 0.5f * (kAisle - kOuter), kAisleRadius = 1.75f;
 
-// Light that reaches a place `distance` from a corner: it darkens over `reach` metres.
+// The relative brightness at `distance` from a corner: darker within `reach` metres.
 float corner(float distance, float reach, float depth) {
     return 1.0f - depth * std::exp(-std::max(0.0f, distance) / reach);
 }
 
-// A wall's own coordinates: u along, y up, seen from the side its normal points to.
+// Wall coordinates: u along the wall, y up, seen from the side of its normal.
 struct Wall {
     glm::vec3 origin, along, normal;
 
@@ -49,8 +49,8 @@ void addCurtain(MeshDraft& mesh, const Wall& wall, float u0, float u1, const Hei
     shadeFrom(mesh, first, [](const Vertex& v) { return corner(v.position.y, 0.5f, 0.45f); });
 }
 
-// The outline of an opening from its lower left, over the top, to its lower right; circles go all
-// round.
+// The outline of an opening from the lower left over the top to the lower right; a whole circle for
+// round openings.
 std::vector<glm::vec2> outline(const Opening& o) {
     std::vector<glm::vec2> points;
     constexpr int kSteps = 36;
@@ -63,7 +63,7 @@ std::vector<glm::vec2> outline(const Opening& o) {
     }
     points.emplace_back(o.center - o.half, o.bottom);
     for (int i = 0; i <= kSteps; ++i) {
-        // Crowded towards the feet, where the arch is steep.
+        // Denser near the springing line, where the arch is steep.
         const float s = -std::cos(glm::pi<float>() * static_cast<float>(i) / kSteps);
         points.emplace_back(o.center + s * o.half,
                             o.spring + pointedArch(s * o.half, o.half, o.radius));
@@ -72,14 +72,14 @@ std::vector<glm::vec2> outline(const Opening& o) {
     return points;
 }
 
-// The thickness of the wall round an opening.
+// The reveal of an opening: the thickness of the wall.
 void addReveal(MeshDraft& mesh, const Wall& wall, const Opening& o, float depth) {
     std::vector<glm::vec2> points = outline(o);
     if (o.glass != kNone && o.radius > 0.0f) points.push_back(points.front());  // the sill
     for (std::size_t i = 0; i + 1 < points.size(); ++i) {
         const glm::vec2 a = points[i], b = points[i + 1];
         if (glm::length(b - a) < 1e-4f) continue;
-        // Into the opening: the outline runs clockwise, so that is on its right.
+        // Towards the opening, on the right of the outline, which is clockwise.
         const glm::vec2 d = glm::normalize(b - a);
         const glm::vec3 inwards = glm::normalize(d.y * wall.along + glm::vec3(0, -d.x, 0));
         addGrid(mesh, 1, 1, {glm::length(b - a), depth}, [&](float s, float t) {
@@ -93,8 +93,7 @@ void addGlass(Scene& scene, const Wall& wall, const Opening& o, float depth) {
     MeshDraft pane = draft("window", o.glass);
     const bool circle = o.radius == 0.0f;
     const float low = circle ? o.spring - o.half : o.bottom;
-    // A lancet's picture is four times as high as wide and begins at the sill; the arch cuts it
-    // off.
+    // A lancet's texture is four times as high as wide and begins at the sill; the arch clips it.
     const float height = (circle ? 2.0f : 8.0f) * o.half;
     addGrid(pane, 32, 1, glm::vec2(1.0f), [&](float s, float t) {
         const float u = o.center + (2.0f * s - 1.0f) * o.half;
@@ -105,7 +104,7 @@ void addGlass(Scene& scene, const Wall& wall, const Opening& o, float depth) {
         v.texCoord0 = {(u - o.center) / (2.0f * o.half) + 0.5f,
                        1.0f - (v.position.y - low) / height};
     }
-    place(scene, std::move(pane));
+    addToScene(scene, std::move(pane));
 }
 
 // A raised moulding along an opening's edge, and a mullion or the bars of a rose.
@@ -148,7 +147,7 @@ void addTracery(MeshDraft& mesh, const Wall& wall, const Opening& o, float depth
     }
 }
 
-// A wall from u0 to u1 up to `top`, with openings that may stand above each other.
+// A wall from u0 to u1 up to `top`, with openings that may be above each other.
 void addWall(Scene& scene, MeshDraft& mesh, MeshDraft& tracery, const Wall& wall, float u0,
              float u1, const Height& bottom, const Height& top,
              const std::vector<Opening>& openings, float depth) {
@@ -202,9 +201,9 @@ void addVaults(Scene& scene, const Materials& m) {
     for (const float side : {-1.0f, 1.0f})
         addBarrel(vault, side * 0.5f * (kAisle + kOuter), kAisleHalf, kAisleRadius, kAisleVault);
     shadeFrom(vault, 0, [](const Vertex& v) { return v.position.y > kVault - 0.1f ? 0.9f : 0.7f; });
-    place(scene, std::move(vault));
+    addToScene(scene, std::move(vault));
 
-    // Ribs lie just under the vault: across at the columns, crosswise over each bay, and along the
+    // Ribs just below the vault: transverse at the columns, diagonal over each bay, and along the
     // ridge.
     MeshDraft ribs = draft("ribs", m.dressedStone);
     const auto under = [&](float x, float z) {
@@ -232,7 +231,7 @@ void addVaults(Scene& scene, const Materials& m) {
     const std::array ridge = {under(0, -kHalfLength), under(0, kHalfLength)};
     addTube(
         ribs, ridge, [](float) { return 0.10f; }, 10);
-    place(scene, std::move(ribs));
+    addToScene(scene, std::move(ribs));
 }
 
 void addColumns(Scene& scene, const Materials& m) {
@@ -257,7 +256,7 @@ void addColumns(Scene& scene, const Materials& m) {
             const std::size_t first = columns.vertices.size();
             addLathe(columns, {side * kColumn, 0.0f, -kHalfLength + static_cast<float>(i) * kBay},
                      profile, 28);
-            // A slender shaft goes on up the wall to carry the ribs.
+            // A slender shaft continues up the wall to the ribs.
             const std::array shaft = {glm::vec3(side * (kInner - 0.02f), kCapital,
                                                 -kHalfLength + static_cast<float>(i) * kBay),
                                       glm::vec3(side * (kInner - 0.02f), kVault,
@@ -268,7 +267,7 @@ void addColumns(Scene& scene, const Materials& m) {
                       [](const Vertex& v) { return corner(v.position.y, 0.35f, 0.5f); });
         }
     }
-    place(scene, std::move(columns));
+    addToScene(scene, std::move(columns));
 }
 
 void addWalls(Scene& scene, const Materials& m) {
@@ -297,7 +296,7 @@ void addWalls(Scene& scene, const Materials& m) {
                 openings, kOuterWall);
     }
 
-    // End walls rise behind the vaults they close: two curves cut into different pieces would gape.
+    // End walls extend behind the vaults: differently tessellated curves would leave gaps.
     constexpr float kBehindVault = 0.3f;
     const Height naveTop = [](float u) {
         return kBehindVault + kVault +
@@ -325,11 +324,11 @@ void addWalls(Scene& scene, const Materials& m) {
                     0.3f);
         }
     }
-    place(scene, std::move(walls));
-    place(scene, std::move(tracery));
+    addToScene(scene, std::move(walls));
+    addToScene(scene, std::move(tracery));
 }
 
-// What stands on the floor and dims it: x, z and radius of each foot. See addFurniture.
+// Objects that darken the floor: x, z and radius of each base. See addFurniture.
 constexpr glm::vec3 kFeet[] = {{-2.05f, 4.6f, 0.5f}, {2.05f, 4.6f, 0.3f},   {-2.55f, 7.0f, 0.2f},
                                {2.55f, 7.0f, 0.2f},  {-2.55f, -7.0f, 0.2f}, {2.55f, -7.0f, 0.2f}};
 
@@ -349,7 +348,7 @@ void addFloor(Scene& scene, const Materials& m) {
                                    std::abs(v.position.z + 1.2f) - 3.4f);
         return shade * corner(d, 0.25f, 0.45f) * corner(pew, 0.2f, 0.4f);
     });
-    place(scene, std::move(floor));
+    addToScene(scene, std::move(floor));
 }
 
 }  // namespace

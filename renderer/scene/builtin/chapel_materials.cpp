@@ -1,7 +1,7 @@
-// What the chapel is made of. No shadow maps reach indoors, so an occlusion map of one value keeps
-// the sky's light out of the stone; vertex colours darken the corners.
+// Materials of the chapel. Without indoor shadows, a constant occlusion map reduces the light of
+// the sky; vertex colours darken the corners.
 #include "scene/builtin/chapel_parts.h"
-#include "scene/builtin/pictures.h"
+#include "scene/builtin/textures.h"
 
 #include <glm/gtc/constants.hpp>
 
@@ -10,12 +10,12 @@
 namespace clerestory::chapel_parts {
 namespace {
 
-using pictures::hash;
-using pictures::noise;
+using textures::hash;
+using textures::noise;
 
 const glm::vec3 kLead(0.03f);
 
-// Courses of cut stone: 4 x 8 blocks, every second course set off by half a block.
+// Ashlar: 4 x 8 blocks, every second course shifted by half a block.
 glm::vec4 ashlar(float u, float v) {
     const float row = std::floor(v * 8.0f), shift = std::fmod(row, 2.0f) * 0.5f;
     const float column = std::floor(u * 4.0f + shift);
@@ -72,13 +72,12 @@ const Palette kPalettes[3] = {
 };
 const glm::vec3 kPearl(0.96f, 0.93f, 0.82f);
 
-// Hand-blown glass is never one tone.
+// Hand-blown glass varies in tone.
 glm::vec3 blown(const glm::vec3& color, float u, float v, std::uint32_t cell) {
     return color * (0.72f + 0.36f * hash(cell, 17u, 5u) + 0.22f * (noise(u, v, 32, 2, 70) - 0.5f));
 }
 
-// A lancet four times as high as wide: a border, a lattice, and five medallions one above the
-// other.
+// A lancet window four times as high as wide: a border, a lattice and five medallions in a column.
 glm::vec3 lancet(const Palette& p, float u, float v) {
     const float x = u - 0.5f, y = 4.0f * v;
     const float side = 0.5f - std::abs(x);
@@ -117,7 +116,7 @@ glm::vec3 lancet(const Palette& p, float u, float v) {
                  u, v, cell + 200u);
 }
 
-// Rings of petals round an eye.
+// Rings of petals around a centre.
 glm::vec3 roseWindow(float u, float v) {
     const float x = 2.0f * u - 1.0f, y = 2.0f * v - 1.0f, r = std::sqrt(x * x + y * y);
     const float turn = std::atan2(y, x) / glm::two_pi<float>() + 0.5f;
@@ -165,14 +164,14 @@ TextureSlot slot(Index texture, float metresPerRepeat = 1.0f) {
 
 Materials addMaterials(Scene& scene) {
     Materials m{};
-    const Index indoors = pictures::addConstant(scene, "indoors", 0.75f);
+    const Index indoors = textures::addConstant(scene, "indoors", 0.75f);
     const auto addIndoors = [&](Material material) {
         material.occlusionTexture.texture = indoors;
         return addMaterial(scene, std::move(material));
     };
     const auto textured = [&](const char* name, std::uint32_t size, float metres, float roughness,
                               glm::vec4 (*color)(float, float)) {
-        const Index picture = pictures::add(scene, name, size, size, ColorSpace::srgb, color);
+        const Index picture = textures::add(scene, name, size, size, ColorSpace::srgb, color);
         return addIndoors({.name = name,
                            .baseColorTexture = slot(picture, metres),
                            .metallic = 0.0f,
@@ -201,15 +200,15 @@ Materials addMaterials(Scene& scene) {
     m.brass = plain("brass", {0.94f, 0.62f, 0.26f}, 1.0f, 0.16f);
     m.iron = plain("iron", {0.16f, 0.15f, 0.14f}, 1.0f, 0.45f);
     m.gold = plain("gold", {1.0f, 0.72f, 0.29f}, 1.0f, 0.25f);
-    // Nearly black, without gloss: the lamp that stands for their light is near.
+    // Nearly black and without reflection: the point light for their light is close.
     m.ember = glowing("ember", {0.004f, 0.003f, 0.003f}, glm::vec3(1.0f), 8.0f);
     scene.materials[m.ember].specular = 0.0f;
     scene.materials[m.ember].emissiveTexture =
-        slot(pictures::add(scene, "ember", 64, 64, ColorSpace::srgb, glowingCoal), 0.25f);
+        slot(textures::add(scene, "ember", 64, 64, ColorSpace::srgb, glowingCoal), 0.25f);
     m.flame = glowing("flame", {0.2f, 0.2f, 0.2f}, {1.0f, 0.58f, 0.18f}, 6.0f);
     m.wax = plain("wax", {0.86f, 0.80f, 0.66f}, 0.0f, 0.5f);
     m.cloth = plain("altarCloth", {0.80f, 0.78f, 0.74f}, 0.0f, 0.95f);
-    // Out of doors: no occlusion map.
+    // Outdoors: no occlusion map.
     m.paving = addMaterial(scene, {.name = "paving",
                                    .baseColor = {0.52f, 0.48f, 0.42f, 1.0f},
                                    .metallic = 0.0f,
@@ -226,11 +225,11 @@ Materials addMaterials(Scene& scene) {
                               .transmission = 1.0f,
                               .thickness = 0.9f});
 
-    // Coloured glass scatters the daylight behind it: that light is its emission.
+    // Stained glass scatters the daylight behind it; its emission represents this light.
     const auto glass = [&](const char* name, std::uint32_t width, std::uint32_t height,
                            float strength, const auto& color) {
         const Index picture =
-            pictures::add(scene, name, width, height, ColorSpace::srgb,
+            textures::add(scene, name, width, height, ColorSpace::srgb,
                           [&](float u, float v) { return glm::vec4(color(u, v), 1.0f); });
         return addIndoors({.name = name,
                            .baseColor = glm::vec4(glm::vec3(0.25f), 1.0f),

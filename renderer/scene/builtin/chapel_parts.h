@@ -1,5 +1,5 @@
-// The chapel's plan and its parts; private to the chapel's files. The nave runs along Z from the
-// door at +kLength/2 to the altar at -kLength/2; +Y is up, the floor is y = 0. Metres.
+// Dimensions and parts of the chapel, for the chapel's sources only. The nave extends along Z from
+// the door at +kLength/2 to the altar at -kLength/2; +Y is up, the floor is y = 0. Metres.
 #pragma once
 
 #include "scene/builtin/shapes.h"

@@ -1,10 +1,10 @@
-// A meadow in the sun: a flag, a fox on its way round a mirrored ball, lanterns that circle it, and
-// a tall mirror that shows them all from behind.
+// A meadow in the sun: a flag, a fox that walks around a mirror ball, lanterns in orbit around the
+// ball, and a tall mirror behind them.
 #include "scene/builtin/meadow_parts.h"
 #include "scene/builtin/motion.h"
-#include "scene/builtin/pictures.h"
 #include "scene/builtin/shapes.h"
 #include "scene/builtin/small_scenes.h"
+#include "scene/builtin/textures.h"
 
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -23,9 +23,9 @@ Index add(Scene& scene, Material material) {
 void addGround(Scene& scene) {
     Material grass{.name = "grass", .metallic = 0.0f, .roughness = 0.95f, .specular = 0.3f};
     grass.baseColorTexture.texture =
-        pictures::add(scene, "grass", 512, 512, ColorSpace::srgb, [](float u, float v) {
-            const float slow = pictures::noise(u, v, 5, 4, 7);
-            const float blades = pictures::noise(u, v, 90, 2, 8);
+        textures::add(scene, "grass", 512, 512, ColorSpace::srgb, [](float u, float v) {
+            const float slow = textures::noise(u, v, 5, 4, 7);
+            const float blades = textures::noise(u, v, 90, 2, 8);
             const glm::vec3 tone =
                 glm::mix(glm::vec3(0.24f, 0.40f, 0.13f), glm::vec3(0.46f, 0.55f, 0.20f),
                          0.75f * slow + 0.25f * blades);
@@ -34,13 +34,13 @@ void addGround(Scene& scene) {
     grass.baseColorTexture.scale = glm::vec2(1.0f / 5.0f);
     MeshDraft ground = shapes::draft("meadow", add(scene, grass));
     shapes::addPatch(ground, {-30, 0, 30}, {60, 0, 0}, {0, 0, -60}, 12, 12);
-    shapes::place(scene, std::move(ground));
+    shapes::addToScene(scene, std::move(ground));
 
     Material sand{.name = "sand", .metallic = 0.0f, .roughness = 0.95f, .specular = 0.3f};
     sand.baseColorTexture.texture =
-        pictures::add(scene, "sand", 256, 256, ColorSpace::srgb, [](float u, float v) {
+        textures::add(scene, "sand", 256, 256, ColorSpace::srgb, [](float u, float v) {
             const float n =
-                0.6f * pictures::noise(u, v, 6, 4, 17) + 0.4f * pictures::noise(u, v, 64, 2, 18);
+                0.6f * textures::noise(u, v, 6, 4, 17) + 0.4f * textures::noise(u, v, 64, 2, 18);
             return glm::vec4(
                 glm::mix(glm::vec3(0.60f, 0.50f, 0.36f), glm::vec3(0.80f, 0.72f, 0.56f), n), 1.0f);
         });
@@ -54,7 +54,7 @@ void addGround(Scene& scene) {
         return shapes::SurfacePoint{{radius * std::sin(angle), 0.006f, radius * std::cos(angle)},
                                     {0, 1, 0}};
     });
-    shapes::place(scene, std::move(path));
+    shapes::addToScene(scene, std::move(path));
 }
 
 void addBall(Scene& scene) {
@@ -67,13 +67,13 @@ void addBall(Scene& scene) {
                                          {0.24f, 0.48f}, {0.34f, 0.56f}, {0.34f, 0.62f},
                                          {0.0f, 0.62f}};
     shapes::addLathe(plinth, {}, section, 48);
-    shapes::place(scene, std::move(plinth));
+    shapes::addToScene(scene, std::move(plinth));
     const Index mirror = add(
         scene,
         {.name = "polished metal", .baseColor = {0.96f, 0.95f, 0.94f, 1.0f}, .roughness = 0.0f});
     MeshDraft ball = shapes::draft("mirrored ball", mirror);
     shapes::addSphere(ball, {}, 0.62f, 96);
-    shapes::place(scene, std::move(ball), glm::translate(glm::dmat4(1.0), {0, 1.22, 0}));
+    shapes::addToScene(scene, std::move(ball), glm::translate(glm::dmat4(1.0), {0, 1.22, 0}));
 }
 
 void addStandingMirror(Scene& scene) {
@@ -89,20 +89,20 @@ void addStandingMirror(Scene& scene) {
     shapes::addBox(frame, {-2.35f, 0.20f, -0.12f}, {2.35f, 0.34f, 0.08f});
     shapes::addBox(frame, {-2.35f, 3.66f, -0.12f}, {2.35f, 3.8f, 0.08f});
     shapes::addBox(frame, {-2.35f, 0.34f, -0.12f}, {2.35f, 3.66f, -0.04f});
-    shapes::place(scene, std::move(frame), stands);
+    shapes::addToScene(scene, std::move(frame), stands);
     const Index silver = add(
         scene,
         {.name = "silvered glass", .baseColor = {0.93f, 0.94f, 0.94f, 1.0f}, .roughness = 0.0f});
     MeshDraft pane = shapes::draft("mirror", silver);
     shapes::addPatch(pane, {-2.35f, 0.34f, 0.0f}, {4.7f, 0, 0}, {0, 3.32f, 0});
-    shapes::place(scene, std::move(pane), stands);
+    shapes::addToScene(scene, std::move(pane), stands);
 }
 
-// Paper lanterns on invisible threads: round the ball one way, up and down each for itself.
+// Paper lanterns in a common orbit around the ball, each with its own vertical motion.
 void addLanterns(Scene& scene) {
     constexpr double kRound = 12.0, kBob = 3.0;  // seconds
     const Index wheel = addNode(scene, "lanterns");
-    const Index wheelMoves = motion::mayMove(scene, wheel, {});
+    const Index wheelMoves = motion::addMovingNode(scene, wheel, {});
     Clip circling{"lanterns", kRound, {motion::turning(scene, wheelMoves, {0, 1, 0}, -1, kRound)}};
     const std::array<glm::vec3, 5> colors{{{0.85f, 0.13f, 0.10f},
                                            {0.95f, 0.62f, 0.08f},
@@ -123,7 +123,7 @@ void addLanterns(Scene& scene) {
         shapes::addLathe(lantern, {}, section, 28, 0.9f);
         const glm::dvec3 at(1.25 * std::sin(angle), 2.15, 1.25 * std::cos(angle));
         const Index node = addNode(scene, name, glm::dmat4(1.0), wheel);
-        const Index moves = motion::mayMove(scene, node, {.translation = at});
+        const Index moves = motion::addMovingNode(scene, node, {.translation = at});
         addInstance(scene, node, addMesh(scene, std::move(lantern)));
         circling.tracks.push_back(
             motion::repeating(AnimatedProperty::translation, moves, kRound, 32, [&](double t) {

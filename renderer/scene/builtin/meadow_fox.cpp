@@ -1,7 +1,7 @@
-// A fox that walks: one skin over a skeleton of bones, bent by a cycle of four beats.
+// A walking fox: one skin with a skeleton and a four-beat walk cycle.
 //
-// It is made standing, looking along +X, its feet at y = 0; the skeleton's rest is that pose, so a
-// joint's inverse bind matrix is no more than a move.
+// The bind pose is standing, facing +X, with the feet at y = 0. It is also the rest pose, so
+// inverse bind matrices are translations.
 #include "scene/builtin/meadow_parts.h"
 #include "scene/builtin/motion.h"
 #include "scene/builtin/shapes.h"
@@ -16,7 +16,7 @@
 namespace clerestory::meadow_parts {
 namespace {
 
-constexpr double kStride = 1.2;  // seconds for a step of all four legs
+constexpr double kStride = 1.2;  // duration of a walk cycle, seconds
 constexpr int kStridesRound = 12;
 constexpr int kKeys = 24;
 
@@ -68,13 +68,13 @@ std::array<BoneRest, bones> skeleton() {
     return all;
 }
 
-// A mesh, and for each of its vertices what moves it.
+// A mesh, and the influences of each of its vertices.
 struct Hide {
     MeshDraft mesh;
     motion::Influences influences;
 
-    // Everything added since goes with these bones: the weight of a bone falls linearly between its
-    // stop and the next one's. `along` tells where a vertex is.
+    // Assigns the vertices added since the last call to these bones: weights are linear between the
+    // stops of neighbouring bones. `along` returns the coordinate of a vertex.
     struct Stop {
         std::uint32_t bone;
         float at;
@@ -124,7 +124,7 @@ void addTrunk(Hide& hide) {
             return glm::mix(radii[i], radii[i + 1], between(0.0f, 1.0f, at - float(i)));
         },
         28);
-    // Somewhat taller than wide.
+    // Slightly taller than wide.
     for (std::size_t i = first; i < hide.mesh.vertices.size(); ++i) {
         hide.mesh.vertices[i].position.z *= 0.86f;
     }
@@ -223,7 +223,7 @@ void addLeg(Hide& hide, std::uint32_t leg, const std::array<BoneRest, bones>& re
     hide.paint(start, [](const Vertex& v) {
         return glm::mix(kDark, kRusset, between(0.20f, 0.36f, v.position.y));
     });
-    // Downwards; about a third of each bone bends with its neighbour.
+    // Downwards; about a third of each bone is blended with its neighbour.
     const float y0 = hip.y, y1 = knee.y, y2 = foot.y;
     const std::array<Hide::Stop, 6> stops{{{hind ? pelvis : chest, -(y0 + 0.06f)},
                                            {first, -(y0 - 0.02f)},
@@ -234,8 +234,8 @@ void addLeg(Hide& hide, std::uint32_t leg, const std::array<BoneRest, bones>& re
     hide.follow(stops, [](const glm::vec3& p) { return -p.y; });
 }
 
-// Where a bone is turned to at a share of the stride, about its joint. z: in the plane it walks in,
-// forwards up; y: to its left.
+// The rotation of a bone at a fraction of the stride, about its joint. z: in the sagittal plane,
+// positive forwards and up; y: to the left.
 glm::dvec2 bend(std::uint32_t bone, double share) {
     const auto wave = [&](double times, double shift) {
         return std::sin(glm::two_pi<double>() * (times * share + shift));
@@ -261,11 +261,11 @@ glm::dvec2 bend(std::uint32_t bone, double share) {
     if (bone < firstLeg) return {0.0, 0.0};
     const std::uint32_t leg = (bone - firstLeg) / 3, part = (bone - firstLeg) % 3;
     const bool hind = leg >= 2;
-    // Hind left, front left, hind right, front right: a walk's four beats.
+    // Hind left, front left, hind right, front right: the four beats of a walk.
     constexpr std::array<double, 4> kBeat{0.25, 0.75, 0.0, 0.5};
     const double at = share + kBeat[leg];
     const double swing = std::sin(glm::two_pi<double>() * at);
-    // 1 in the middle of the leg's way forwards through the air, 0 while it stands.
+    // 1 in the middle of the swing phase, 0 in the stance phase.
     const double lift = std::pow(std::max(0.0, std::cos(glm::two_pi<double>() * at)), 1.5);
     if (part == 0) return {(hind ? 0.36 : 0.40) * swing + 0.10 * lift, 0.0};
     if (part == 1) return {(hind ? -0.55 : -0.80) * lift - 0.06 * swing, 0.0};
@@ -284,11 +284,11 @@ void addFox(Scene& scene) {
     addTail(hide);
     for (std::uint32_t leg = 0; leg < 4; ++leg) addLeg(hide, leg, rest);
 
-    // A node turns about the path's middle; the fox stands on the path, looking along it.
+    // A node rotates around the centre of the path; the fox is on the path and faces along it.
     const Index way = addNode(scene, "fox's way");
     Transform start;
     start.rotation = glm::angleAxis(-0.8, glm::dvec3(0, 1, 0));
-    const Index wayMoves = motion::mayMove(scene, way, start);
+    const Index wayMoves = motion::addMovingNode(scene, way, start);
     const Index stand =
         addNode(scene, "fox", glm::translate(glm::dmat4(1.0), {0.0, 0.0, kPathRadius}), way);
     Skin skin;
@@ -298,7 +298,7 @@ void addFox(Scene& scene) {
         const glm::dvec3 from = isRoot ? glm::dvec3(0.0) : rest[rest[b].parent].joint;
         const Index parent = isRoot ? stand : skin.joints[rest[b].parent];
         const Index node = addNode(scene, rest[b].name, glm::dmat4(1.0), parent);
-        moving.push_back(motion::mayMove(scene, node, {.translation = rest[b].joint - from}));
+        moving.push_back(motion::addMovingNode(scene, node, {.translation = rest[b].joint - from}));
         skin.joints.push_back(node);
         skin.jointFromMesh.push_back(glm::translate(glm::dmat4(1.0), -rest[b].joint));
     }

@@ -1,4 +1,3 @@
-// Key frames from formulae.
 #include "scene/builtin/motion.h"
 
 #include <glm/gtc/constants.hpp>
@@ -9,7 +8,7 @@
 namespace clerestory::motion {
 namespace {
 
-// Appends the mesh and its Deformation, without what moves it. `sources`: as addMesh() tells.
+// Appends the mesh and its Deformation without skin and weights. `sources`: as in addMesh().
 Deformation& addDeforming(Scene& scene, MeshDraft draft, std::vector<std::uint32_t>& sources) {
     draft.deforms = true;
     const Index mesh = addMesh(scene, std::move(draft), sources);
@@ -27,7 +26,7 @@ Deformation& addDeforming(Scene& scene, MeshDraft draft, std::vector<std::uint32
 
 }  // namespace
 
-Index mayMove(Scene& scene, Index node, const Transform& rest) {
+Index addMovingNode(Scene& scene, Index node, const Transform& rest) {
     scene.nodes[node].parentFromLocal = matrixOf(rest);
     scene.movingNodes.push_back({node, rest});
     return static_cast<Index>(scene.movingNodes.size() - 1);
@@ -42,7 +41,7 @@ std::vector<double> numbers(const glm::dquat& q) {
 
 Track turning(const Scene& scene, Index movingNode, const glm::dvec3& axis, int turns,
               double duration) {
-    // Thirds of a turn: of two halves nobody could tell which way round.
+    // Keys at thirds of a turn: half a turn would be ambiguous.
     const int keys = 3 * std::abs(turns);
     Track track{AnimatedProperty::rotation, movingNode, Interpolation::linear, {}, {}};
     for (int i = 0; i <= keys; ++i) {
@@ -55,9 +54,9 @@ Track turning(const Scene& scene, Index movingNode, const glm::dvec3& axis, int 
     return track;
 }
 
-Track repeating(AnimatedProperty moved, Index target, double duration, int keys,
+Track repeating(AnimatedProperty property, Index target, double duration, int keys,
                 const std::function<std::vector<double>(double t)>& value) {
-    Track track{moved, target, Interpolation::cubicSpline, {}, {}};
+    Track track{property, target, Interpolation::cubicSpline, {}, {}};
     const double step = duration / keys;
     std::vector<std::vector<double>> values;
     for (int i = 0; i < keys; ++i) values.push_back(value(i * step));

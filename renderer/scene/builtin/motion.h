@@ -1,4 +1,4 @@
-// Clips, skins and shapes of built-in scenes, made by formula. Seconds, metres, radians.
+// Procedural clips, skins and morph targets of built-in scenes. Seconds, metres, radians.
 #pragma once
 
 #include "scene/mesh_builder.h"
@@ -9,29 +9,30 @@
 
 namespace clerestory::motion {
 
-// From now on the node may be moved; it stands at `rest`. Returns its place in Scene::movingNodes.
-Index mayMove(Scene& scene, Index node, const Transform& rest);
+// Adds the node to Scene::movingNodes, with its rest transform. Returns the index there.
+Index addMovingNode(Scene& scene, Index node, const Transform& rest);
 
-// Turns about an axis through the node at an even pace, `turns` times round in `duration`, from how
-// the node stands at rest; backwards when `turns` is below 0.
+// Rotates the node about an axis through it, `turns` times in `duration`, starting at the rest
+// pose; backwards if `turns` is negative.
 Track turning(const Scene& scene, Index movingNode, const glm::dvec3& axis, int turns,
               double duration);
 
-// Through value(t) at `keys` even steps, as a cubic spline. What value() gives at 0 and at
-// `duration` must be the same, and its slope too: central differences run across the seam.
-Track repeating(AnimatedProperty moved, Index target, double duration, int keys,
+// A cubic spline through value(t) at `keys` equal steps. value() and its derivative must be equal
+// at 0 and at `duration`, because tangents are central differences of the periodic function.
+Track repeating(AnimatedProperty property, Index target, double duration, int keys,
                 const std::function<std::vector<double>(double t)>& value);
 
 std::vector<double> numbers(const glm::dvec3& v);
 std::vector<double> numbers(const glm::dquat& q);
 
-// Influences of each of the draft's vertices; their shares sum up to 1, at most four each.
+// For each vertex of the draft at most four influences, whose shares add up to 1.
 using Influences = std::vector<std::vector<Influence>>;
-// Draws the mesh at a node of its own.
+// Adds an instance at a new node.
 void placeSkinned(Scene& scene, MeshDraft draft, const Influences& influences, Skin skin);
 
-// What each target adds to each of the draft's vertices (MorphDelta::vertex is not read). Draws the
-// mesh at the node and returns the place of its weights, which rest at 0.
+// targets: for each target and each vertex of the draft the offsets (MorphDelta::vertex is not
+// used). Adds an instance at the node. Returns the index in Scene::morphWeights; the rest weights
+// are 0.
 Index placeMorphing(Scene& scene, MeshDraft draft, Index node,
                     const std::vector<std::vector<MorphDelta>>& targets);
 

@@ -1,4 +1,3 @@
-// Patches, boxes, grids, lathes and tubes.
 #include "scene/builtin/shapes.h"
 
 #include <glm/gtc/constants.hpp>
@@ -23,8 +22,8 @@ void addVertex(MeshDraft& mesh, const glm::vec3& position, const glm::vec3& norm
     mesh.vertices.push_back(v);
 }
 
-// Triangles between the points of a grid of (columns + 1) x (rows + 1) vertices that starts at
-// `first`; each square's front is the side its normals are on.
+// Triangles of a grid of (columns + 1) x (rows + 1) vertices that starts at `first`. The front of
+// each cell is the side of its normals.
 void joinGrid(MeshDraft& mesh, std::uint32_t first, int columns, int rows) {
     const auto stride = static_cast<std::uint32_t>(columns) + 1;
     for (std::uint32_t r = 0; r < static_cast<std::uint32_t>(rows); ++r) {
@@ -37,7 +36,8 @@ void joinGrid(MeshDraft& mesh, std::uint32_t first, int columns, int rows) {
                 glm::dot(across, normal(a) + normal(b) + normal(d) + normal(e)) < 0.0f;
             const auto triangle = [&](const std::array<std::uint32_t, 3>& t) {
                 if (at(t[0]) == at(t[1]) || at(t[1]) == at(t[2]) || at(t[2]) == at(t[0])) return;
-                mesh.indices.insert(mesh.indices.end(), t.begin(), t.end());  // not at a pole
+                mesh.indices.insert(mesh.indices.end(), t.begin(),
+                                    t.end());  // skips degenerate triangles at a pole
             };
             triangle(turned ? std::array{a, e, b} : std::array{a, b, e});
             triangle(turned ? std::array{a, d, e} : std::array{a, e, d});
@@ -108,7 +108,7 @@ void addBox(MeshDraft& mesh, const glm::vec3& min, const glm::vec3& max) {
 
 void addLathe(MeshDraft& mesh, const glm::vec3& foot, std::span<const glm::vec2> profile,
               int segments, float crease) {
-    // Outward normals of the profile's pieces: the direction turned clockwise.
+    // Outward normals of the profile's segments: the direction rotated clockwise.
     std::vector<glm::vec2> normals;
     float length = 0.0f;
     std::vector<float> along{0.0f};
@@ -118,7 +118,7 @@ void addLathe(MeshDraft& mesh, const glm::vec3& foot, std::span<const glm::vec2>
         normals.push_back(l > 0.0f ? glm::vec2(d.y, -d.x) / l : glm::vec2(1, 0));
         along.push_back(length += l);
     }
-    const auto joins = [&](std::size_t i) {  // piece i - 1 goes smoothly into piece i
+    const auto joins = [&](std::size_t i) {  // whether segments i - 1 and i join smoothly
         return i > 0 && i < normals.size() &&
                glm::dot(normals[i - 1], normals[i]) > std::cos(crease);
     };
@@ -172,7 +172,7 @@ void addTube(MeshDraft& mesh, std::span<const glm::vec3> path,
     for (std::size_t i = 0; i < rings; ++i) {
         const glm::vec3 before = closed ? at(i + count - 1) : at(i > 0 ? i - 1 : 0);
         const glm::vec3 direction = glm::normalize(at(i + 1) - before);
-        // The ring is turned as little as possible from the one before.
+        // Parallel transport from the previous ring.
         side = i == 0 ? perpendicularTo(direction)
                       : glm::normalize(side - glm::dot(side, direction) * direction);
         const glm::vec3 up = glm::cross(side, direction);
@@ -231,7 +231,7 @@ std::vector<glm::vec3> smooth(std::span<const glm::vec3> through, int steps) {
     return catmullRom(through, steps);
 }
 
-void place(Scene& scene, MeshDraft mesh, const glm::dmat4& worldFromMesh) {
+void addToScene(Scene& scene, MeshDraft mesh, const glm::dmat4& worldFromMesh) {
     const std::string name = mesh.name;
     const Index index = addMesh(scene, std::move(mesh));
     if (index != kNone) addInstance(scene, addNode(scene, name, worldFromMesh), index);

@@ -1,6 +1,6 @@
-// Geometry that built-in scenes are made of. Everything is appended to a MeshDraft with unit
-// normals, texture coordinates in metres (repeats per metre are the material's affair) and front
-// faces counter-clockwise seen from outside. Lengths in metres, angles in radians.
+// Geometry of built-in scenes. Functions append to a MeshDraft with unit normals, texture
+// coordinates in metres (materials scale them) and front faces that are counter-clockwise seen from
+// outside. Lengths in metres, angles in radians.
 #pragma once
 
 #include "scene/mesh_builder.h"
@@ -13,8 +13,8 @@ namespace clerestory::shapes {
 
 MeshDraft draft(std::string name, Index material);
 
-// A parallelogram: corner, corner + u, corner + u + v, corner + v; its front is cross(u, v). Cut
-// into `columns` x `rows` so that vertex colours have somewhere to live.
+// A parallelogram: corner, corner + u, corner + u + v, corner + v; its front is cross(u, v).
+// Divided into `columns` x `rows` cells for vertex colours.
 void addPatch(MeshDraft& mesh, const glm::vec3& corner, const glm::vec3& u, const glm::vec3& v,
               int columns = 1, int rows = 1);
 
@@ -30,22 +30,21 @@ struct SurfacePoint {
 void addGrid(MeshDraft& mesh, int columns, int rows, const glm::vec2& textureSize,
              const std::function<SurfacePoint(float u, float v)>& surface);
 
-// Turns a profile of (radius, height) about +Y through `foot`. The profile runs with the solid on
-// its left: upwards on the outside. Its corners sharper than `crease` keep their edge.
+// A surface of revolution: a profile of (radius, height) about +Y through `foot`. The solid is to
+// the left of the profile: upwards on the outside. Corners sharper than `crease` have hard edges.
 void addLathe(MeshDraft& mesh, const glm::vec3& foot, std::span<const glm::vec2> profile,
               int segments, float crease = 0.6f);
 
-// Half a turn from the lower to the upper pole.
 void addSphere(MeshDraft& mesh, const glm::vec3& center, float radius, int segments);
 
 // A round tube along a path, with flat ends unless the path closes. radius(t) for t in 0..1.
 void addTube(MeshDraft& mesh, std::span<const glm::vec3> path,
              const std::function<float(float)>& radius, int sides, bool closed = false);
 
-// Moves everything from vertex `first` on.
+// Transforms all vertices from `first` on.
 void transformFrom(MeshDraft& mesh, std::size_t first, const glm::mat4& m);
 
-// Multiplies vertex colours from vertex `first` on.
+// Multiplies the colours of all vertices from `first` on.
 void shadeFrom(MeshDraft& mesh, std::size_t first,
                const std::function<float(const Vertex&)>& shade);
 
@@ -53,7 +52,7 @@ void shadeFrom(MeshDraft& mesh, std::size_t first,
 std::vector<glm::vec2> smooth(std::span<const glm::vec2> through, int steps);
 std::vector<glm::vec3> smooth(std::span<const glm::vec3> through, int steps);
 
-// addMesh and a node and an instance in one.
-void place(Scene& scene, MeshDraft mesh, const glm::dmat4& worldFromMesh = glm::dmat4(1.0));
+// Adds the mesh, a node and an instance.
+void addToScene(Scene& scene, MeshDraft mesh, const glm::dmat4& worldFromMesh = glm::dmat4(1.0));
 
 }  // namespace clerestory::shapes

@@ -1,4 +1,4 @@
-// The small built-in scenes, and what tests may rely on in them.
+// The built-in scenes, and the constants that tests use.
 #pragma once
 
 #include "scene/scene.h"
@@ -7,8 +7,8 @@
 
 namespace clerestory {
 
-// A closed room, 2 * kSixWallsHalf wide, centred on the origin, of six walls that each emit one
-// plain colour and reflect nothing, round a mirror-smooth metal ball of radius 0.5.
+// A closed room, 2 * kSixWallsHalf wide, centred on the origin. Each of its six walls emits one
+// colour and reflects nothing. At the centre is a perfectly smooth metal ball of radius 0.5.
 inline constexpr float kSixWallsHalf = 2.0f;
 inline constexpr std::array<glm::vec3, 6> kSixWallsRadiance = {{
     {1, 0, 0},  // +X red
@@ -20,16 +20,16 @@ inline constexpr std::array<glm::vec3, 6> kSixWallsRadiance = {{
 }};
 Scene sixWalls();
 
-// A mirrored ball with eight cubes that pulsate and go round it: clips "orbit" and "pulse".
+// A mirror ball with eight pulsating cubes in orbit: clips "orbit" and "pulse".
 Scene orbitingCubes();
 
-// What moves and is mirrored: a flag, a fox that walks, lanterns that circle a ball.
+// Moving objects with reflections: a flag, a walking fox, lanterns in orbit around a ball.
 Scene meadow();
 
-// Teapots of different stuff on a table under soft boxes.
+// Teapots of different materials on a table under soft boxes.
 Scene teapots();
 
-// The nave: all four effects in one view.
+// A chapel: all four effects in one view.
 Scene chapel();
 
 }  // namespace clerestory

@@ -29,7 +29,7 @@ void writeAll(int descriptor, const void* bytes, std::size_t count) {
             continue;
         }
         if (written <= 0) {
-            throw ImportError(ImportError::Reason::memory, "the scene could not be handed over");
+            throw ImportError(ImportError::Reason::memory, "the result could not be written");
         }
         at += written;
         count -= static_cast<std::size_t>(written);
@@ -108,10 +108,10 @@ int importChildMain(int argc, char** argv) {
         return fail(error.reason(), error.what());
     } catch (const std::bad_alloc&) {
         return fail(ImportError::Reason::memory,
-                    "the file needs more memory than an import may use");
+                    "the file needs more memory than an import is allowed to use");
     } catch (const std::length_error&) {
         return fail(ImportError::Reason::memory,
-                    "the file needs more memory than an import may use");
+                    "the file needs more memory than an import is allowed to use");
     } catch (const std::exception&) {
         return fail(ImportError::Reason::malformed, "the file could not be read");
     }

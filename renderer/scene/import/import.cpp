@@ -19,13 +19,13 @@ Scene checkedScene(std::span<const std::byte> blob) {
         Scene scene = readScene(blob);
         if (const auto problems = sceneProblems(scene); !problems.empty()) {
             throw ImportError(Reason::crashed,
-                              "the import made a wrong scene: " + problems.front());
+                              "the import returned an invalid scene: " + problems.front());
         }
         return scene;
     } catch (const BlobError&) {
-        throw ImportError(Reason::crashed, "the import handed over a broken scene");
+        throw ImportError(Reason::crashed, "the import returned a damaged scene");
     } catch (const std::bad_alloc&) {
-        throw ImportError(Reason::memory, "no memory for the scene");
+        throw ImportError(Reason::memory, "not enough memory for the scene");
     }
 }
 
@@ -60,9 +60,9 @@ EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder,
         map.name = map.title = cleanText((folder ? path.filename() : path.stem()).string());
         return map;
     } catch (const BlobError&) {
-        throw ImportError(Reason::crashed, "the import handed over a broken environment map");
+        throw ImportError(Reason::crashed, "the import returned a damaged environment map");
     } catch (const std::bad_alloc&) {
-        throw ImportError(Reason::memory, "no memory for the environment map");
+        throw ImportError(Reason::memory, "not enough memory for the environment map");
     }
 }
 

@@ -47,8 +47,9 @@ Scene importSceneInProcess(const std::filesystem::path& file, const ImportLimits
     const std::string extension = lowerExtension(file);
     const auto& known = importableExtensions();
     if (std::find(known.begin(), known.end(), extension) == known.end()) {
-        throw ImportError(ImportError::Reason::unsupported,
-                          "files of the kind '." + cleanText(extension) + "' cannot be read");
+        throw ImportError(
+            ImportError::Reason::unsupported,
+            "files with the extension '." + cleanText(extension) + "' are not supported");
     }
     if (progress) {
         progress({"reading", 0.0});

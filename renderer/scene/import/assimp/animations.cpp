@@ -14,10 +14,10 @@
 namespace clerestory {
 namespace {
 
-// Of files that do not say; 3D Studio's frames.
+// Of files without a rate: that of 3D Studio.
 constexpr double kTicksPerSecond = 30.0;
 
-// Most bones that move one vertex; more are the ones that matter least.
+// Largest number of bones per vertex; further ones with the smallest weights are ignored.
 constexpr std::size_t kMaxInfluences = 8;
 
 std::array<double, 3> numbersOf(const aiVector3D& v) {
@@ -29,11 +29,11 @@ std::array<double, 4> numbersOf(const aiQuaternion& q) {
     return {q.x / length, q.y / length, q.z / length, q.w / length};
 }
 
-// Keys as a track. factor: on every value.
+// factor: multiplies every value.
 template <class Key>
-Track trackOf(AnimatedProperty moved, std::span<const Key> keys, double ticksPerSecond,
+Track trackOf(AnimatedProperty property, std::span<const Key> keys, double ticksPerSecond,
               double firstTick, double factor = 1.0) {
-    Track track{.moved = moved};
+    Track track{.property = property};
     for (const Key& key : keys) {
         track.times.push_back(static_cast<float>((key.mTime - firstTick) / ticksPerSecond));
         for (const double value : numbersOf(key.mValue)) {
@@ -43,23 +43,24 @@ Track trackOf(AnimatedProperty moved, std::span<const Key> keys, double ticksPer
     return track;
 }
 
-// Readers give every channel all three kinds of keys; most say only where the node is anyway.
-bool staysAtRest(const Track& track, const Transform& rest) {
+// Whether the track never leaves the rest transform. Assimp adds all three kinds of keys to every
+// channel, most of them constant.
+bool isConstantRest(const Track& track, const Transform& rest) {
     const glm::dquat& q = rest.rotation;
-    const bool turns = track.moved == AnimatedProperty::rotation;
-    const glm::dvec3& v = track.moved == AnimatedProperty::scale ? rest.scale : rest.translation;
-    const glm::dvec4 still = turns ? glm::dvec4(q.x, q.y, q.z, q.w) : glm::dvec4(v, 0.0);
-    constexpr double kFloats = 1e-6;
-    const double near = kFloats * glm::length(still);
+    const bool isRotation = track.property == AnimatedProperty::rotation;
+    const glm::dvec3& v = track.property == AnimatedProperty::scale ? rest.scale : rest.translation;
+    const glm::dvec4 still = isRotation ? glm::dvec4(q.x, q.y, q.z, q.w) : glm::dvec4(v, 0.0);
+    constexpr double kTolerance = 1e-6;  // of float keys
+    const double tolerance = kTolerance * glm::length(still);
     const std::size_t n = track.components();
     for (std::size_t key = 0; key < track.times.size(); ++key) {
         glm::dvec4 value(0.0);
         for (std::size_t i = 0; i < n; ++i) {
             value[static_cast<int>(i)] = double{track.values[n * key + i]};
         }
-        // A quaternion and its negative turn alike.
-        if (turns && glm::dot(value, still) < 0.0) value = -value;
-        if (!(glm::distance(value, still) <= near)) return false;
+        // q and -q are the same rotation.
+        if (isRotation && glm::dot(value, still) < 0.0) value = -value;
+        if (!(glm::distance(value, still) <= tolerance)) return false;
     }
     return true;
 }
@@ -69,7 +70,7 @@ double firstTickOf(const Key* keys, unsigned count) {
     return count > 0 && std::isfinite(keys[0].mTime) ? keys[0].mTime : 0.0;
 }
 
-// Where the clip's seconds begin: at 0, or at the first key before it.
+// The start of the clip: 0, or the first key if that is negative.
 double firstTickOf(const aiAnimation& animation) {
     double first = 0.0;
     for (unsigned i = 0; i < animation.mNumChannels; ++i) {
@@ -83,15 +84,16 @@ double firstTickOf(const aiAnimation& animation) {
 
 }  // namespace
 
-void AssimpMotion::readClips() {
+void AssimpAnimations::readClips() {
     for (unsigned i = 0; i < file_.mNumAnimations; ++i) readClip(*file_.mAnimations[i], i);
     nodeMoves_ = nodesThatMove(scene_);
 }
 
-void AssimpMotion::readClip(const aiAnimation& animation, std::size_t number) {
+void AssimpAnimations::readClip(const aiAnimation& animation, std::size_t number) {
     Clip clip{.name = uniqueClipName(names_, animation.mName.C_Str(), number)};
-    const bool said = animation.mTicksPerSecond > 0.0 && std::isfinite(animation.mTicksPerSecond);
-    const double ticksPerSecond = said ? animation.mTicksPerSecond : kTicksPerSecond;
+    const bool hasRate =
+        animation.mTicksPerSecond > 0.0 && std::isfinite(animation.mTicksPerSecond);
+    const double ticksPerSecond = hasRate ? animation.mTicksPerSecond : kTicksPerSecond;
     const double firstTick = firstTickOf(animation);
     movedByClip_.clear();
     int dropped = 0;
@@ -100,21 +102,21 @@ void AssimpMotion::readClip(const aiAnimation& animation, std::size_t number) {
     }
     if (const auto morphs = animation.mNumMeshChannels + animation.mNumMorphMeshChannels) {
         scene_.warnings.push_back({"morphAnimation", clip.name,
-                                   "morph targets of this format are not read; what they move "
-                                   "keeps its shape",
+                                   "morph targets of this format are not read; the meshes keep "
+                                   "their shape",
                                    morphs});
     }
     addClip(scene_, std::move(clip), static_cast<std::uint64_t>(dropped));
 }
 
-int AssimpMotion::addTracks(const aiNodeAnim& channel, double ticksPerSecond, double firstTick,
-                            Clip& clip) {
+int AssimpAnimations::addTracks(const aiNodeAnim& channel, double ticksPerSecond, double firstTick,
+                                Clip& clip) {
     const Index node = nodeOf(channel.mNodeName);
     if (node == kNone) return 1;
     const Transform rest = partsOf(scene_.nodes[node].parentFromLocal);
     const double factor = node == 0 ? metresPerUnit_ : 1.0;
-    const auto make = [&](AnimatedProperty moved, const auto* keys, unsigned count, double by) {
-        return trackOf(moved, std::span(keys, count), ticksPerSecond, firstTick, by);
+    const auto make = [&](AnimatedProperty property, const auto* keys, unsigned count, double by) {
+        return trackOf(property, std::span(keys, count), ticksPerSecond, firstTick, by);
     };
     std::array tracks{
         make(AnimatedProperty::translation, channel.mPositionKeys, channel.mNumPositionKeys,
@@ -123,10 +125,10 @@ int AssimpMotion::addTracks(const aiNodeAnim& channel, double ticksPerSecond, do
         make(AnimatedProperty::scale, channel.mScalingKeys, channel.mNumScalingKeys, factor)};
     int dropped = 0;
     for (Track& track : tracks) {
-        if (track.times.empty() || staysAtRest(track, rest)) continue;
-        const bool taken = movedByClip_.insert({track.moved, node}).second && sound(track, 1);
-        if (taken) track.target = movingNode(node, rest);
-        if (taken && track.target != kNone) {
+        if (track.times.empty() || isConstantRest(track, rest)) continue;
+        const bool valid = movedByClip_.insert({track.property, node}).second && isValid(track, 1);
+        if (valid) track.target = movingNode(node, rest);
+        if (valid && track.target != kNone) {
             clip.tracks.push_back(std::move(track));
         } else {
             ++dropped;
@@ -135,19 +137,19 @@ int AssimpMotion::addTracks(const aiNodeAnim& channel, double ticksPerSecond, do
     return dropped;
 }
 
-Index AssimpMotion::nodeOf(const aiString& name) const {
+Index AssimpAnimations::nodeOf(const aiString& name) const {
     const auto found = nodeNamed_.find(name.C_Str());
     return found == nodeNamed_.end() ? kNone : found->second;
 }
 
-Index AssimpMotion::movingNode(Index node, const Transform& rest) {
+Index AssimpAnimations::movingNode(Index node, const Transform& rest) {
     if (const auto known = movingAt_.find(node); known != movingAt_.end()) return known->second;
     const Index added = addMovingNode(scene_, node, rest);
     if (added != kNone) movingAt_[node] = added;
     return added;
 }
 
-bool AssimpMotion::moves(const aiMesh& mesh) const {
+bool AssimpAnimations::moves(const aiMesh& mesh) const {
     for (unsigned i = 0; i < mesh.mNumBones; ++i) {
         const Index node = nodeOf(mesh.mBones[i]->mName);
         if (node != kNone && nodeMoves_[node]) return true;
@@ -155,15 +157,15 @@ bool AssimpMotion::moves(const aiMesh& mesh) const {
     return false;
 }
 
-Index AssimpMotion::addSkin(const aiMesh& from) {
+Index AssimpAnimations::addSkin(const aiMesh& from) {
     Skin skin;
-    Index still = kNone;  // stands for bones that are no nodes
+    Index staticNode = kNone;  // in place of bones that are not nodes
     for (unsigned i = 0; i < from.mNumBones; ++i) {
         const aiBone& bone = *from.mBones[i];
         Index node = nodeOf(bone.mName);
         if (node == kNone) {
-            if (still == kNone) still = addNode(scene_, "");
-            node = still;
+            if (staticNode == kNone) staticNode = addNode(scene_, "");
+            node = staticNode;
         }
         const glm::dmat4 jointFromMesh = matrixOf(bone.mOffsetMatrix);
         skin.joints.push_back(node);
@@ -173,19 +175,20 @@ Index AssimpMotion::addSkin(const aiMesh& from) {
     return static_cast<Index>(scene_.skins.size() - 1);
 }
 
-void AssimpMotion::addDeformation(const aiMesh& from, const std::vector<std::uint32_t>& sources) {
+void AssimpAnimations::addDeformation(const aiMesh& from,
+                                      const std::vector<std::uint32_t>& sources) {
     std::vector<std::vector<Influence>> bonesOf(from.mNumVertices);
-    std::size_t most = 1;
+    std::size_t maxBones = 1;
     for (unsigned i = 0; i < from.mNumBones; ++i) {
         const aiBone& bone = *from.mBones[i];
         for (unsigned k = 0; k < bone.mNumWeights; ++k) {
             const auto& [vertex, share] = bone.mWeights[k];
             if (vertex >= bonesOf.size() || !(share > 0.0f) || !std::isfinite(share)) continue;
             bonesOf[vertex].push_back({i, share});
-            most = std::max(most, bonesOf[vertex].size());
+            maxBones = std::max(maxBones, bonesOf[vertex].size());
         }
     }
-    const std::size_t perVertex = std::min(most, kMaxInfluences);
+    const std::size_t perVertex = std::min(maxBones, kMaxInfluences);
     for (std::vector<Influence>& bones : bonesOf) {
         std::stable_sort(bones.begin(), bones.end(),
                          [](const Influence& a, const Influence& b) { return a.share > b.share; });

@@ -1,7 +1,7 @@
-// Animations of FBX and COLLADA -> clips on nodes; skins of the meshes that they move. Assimp has
-// made straight lines of the files' curves, at their own keys or denser.
+// Animations of FBX and COLLADA -> clips of node transforms, and skins of the meshes that they
+// move. Assimp has sampled the files' curves to linear keys.
 //
-// Does not: read morph targets; a file that moves some gets a warning.
+// Does not: read morph targets; a file that animates them gets a warning.
 #pragma once
 
 #include "scene/scene.h"
@@ -20,26 +20,25 @@ struct aiString;
 
 namespace clerestory {
 
-class AssimpMotion {
+class AssimpAnimations {
 public:
-    // nodeNamed: the scene's nodes, filled before readClips() is called. metresPerUnit: what the
-    // root, the scene's first node, was scaled by. All must outlive this.
-    AssimpMotion(const aiScene& file, Scene& scene, const std::map<std::string, Index>& nodeNamed,
-                 double metresPerUnit)
+    // nodeNamed: the scene's nodes by name, filled before readClips() is called. metresPerUnit: the
+    // scale of the root, which is the scene's first node. All must outlive the object.
+    AssimpAnimations(const aiScene& file, Scene& scene,
+                     const std::map<std::string, Index>& nodeNamed, double metresPerUnit)
         : file_(file), scene_(scene), nodeNamed_(nodeNamed), metresPerUnit_(metresPerUnit) {}
 
-    // Appends the file's clips. Channels that are not sound are left out with a warning.
+    // Appends the file's clips. Invalid channels are skipped with a warning.
     void readClips();
 
-    // Whether some clip moves a bone of the mesh.
+    // Whether a clip moves a bone of the mesh.
     bool moves(const aiMesh& mesh) const;
-    // Lets bones move the scene's mesh that was added last. sources: which of the file's vertices
-    // each of its own was.
+    // Adds a deformation to the scene's last mesh. sources: the file's vertex index of each vertex.
     void addDeformation(const aiMesh& from, const std::vector<std::uint32_t>& sources);
 
 private:
     void readClip(const aiAnimation& animation, std::size_t number);
-    // How many of the channel's three tracks were not sound.
+    // Returns how many of the channel's three tracks were invalid.
     int addTracks(const aiNodeAnim& channel, double ticksPerSecond, double firstTick, Clip& clip);
     Index nodeOf(const aiString& name) const;
     Index movingNode(Index node, const Transform& rest);
@@ -50,7 +49,7 @@ private:
     const std::map<std::string, Index>& nodeNamed_;
     double metresPerUnit_;
     std::set<std::string> names_;
-    std::set<std::pair<AnimatedProperty, Index>> movedByClip_;  // of the clip that is being read
+    std::set<std::pair<AnimatedProperty, Index>> movedByClip_;  // of the current clip
     std::map<Index, Index> movingAt_;                           // by node
     std::vector<bool> nodeMoves_;
 };

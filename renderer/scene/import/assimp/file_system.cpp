@@ -9,13 +9,13 @@
 
 namespace clerestory {
 
-bool AssimpFolder::Exists(const char* name) const {
+bool AssimpFileSystem::Exists(const char* name) const {
     return folder_.has(name);
 }
 
-Assimp::IOStream* AssimpFolder::Open(const char* name, const char* mode) {
+Assimp::IOStream* AssimpFileSystem::Open(const char* name, const char* mode) {
     if (!mode || mode[0] != 'r') {
-        return nullptr;  // importers have nothing to write
+        return nullptr;  // importers do not write
     }
     try {
         const std::string content = folder_.read(name);
@@ -23,11 +23,11 @@ Assimp::IOStream* AssimpFolder::Open(const char* name, const char* mode) {
         std::memcpy(bytes, content.data(), content.size());
         return new Assimp::MemoryIOStream(bytes, content.size(), true);
     } catch (const ImportError&) {
-        return nullptr;  // Assimp's word for "there is no such file"
+        return nullptr;  // for Assimp: the file does not exist
     }
 }
 
-void AssimpFolder::Close(Assimp::IOStream* stream) {
+void AssimpFileSystem::Close(Assimp::IOStream* stream) {
     delete stream;
 }
 

@@ -1,4 +1,4 @@
-// Assimp's file system, fenced in to the scene's folder.
+// File access for Assimp, restricted to the scene's folder.
 #pragma once
 
 #include "scene/import/base/scene_folder.h"
@@ -7,9 +7,9 @@
 
 namespace clerestory {
 
-class AssimpFolder : public Assimp::IOSystem {
+class AssimpFileSystem : public Assimp::IOSystem {
 public:
-    explicit AssimpFolder(const SceneFolder& folder) : folder_(folder) {}
+    explicit AssimpFileSystem(const SceneFolder& folder) : folder_(folder) {}
 
     bool Exists(const char* name) const override;
     char getOsSeparator() const override { return '/'; }

@@ -35,12 +35,12 @@ std::optional<float> real(const aiMaterial& from, const char* key, unsigned type
 
 constexpr float kBlack = 0.04f, kBright = 0.2f;
 
-// MTL's "glass on" and "refraction on".
+// MTL illumination models with glass or refraction.
 bool refracts(int illumination) {
     return illumination == 4 || illumination == 6 || illumination == 7 || illumination == 9;
 }
 
-int illumination(const aiMaterial& from) {  // MTL's "illum"; 2 is its everyday value
+int illumination(const aiMaterial& from) {  // MTL "illum"; 2 is the most common one
     int model = 2;
     from.Get("$mat.illum", 0, 0, model);
     return model;
@@ -77,7 +77,7 @@ Material AssimpMaterials::material(const aiMaterial& from) {
     if (from.Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS) {
         m.name = name.C_Str();
     }
-    // These formats do not promise a winding, so both sides are drawn unless the file knows better.
+    // These formats do not define the winding: both sides are drawn unless the file says otherwise.
     int twoSided = 1;
     from.Get(AI_MATKEY_TWOSIDED, twoSided);
     m.doubleSided = twoSided != 0;
@@ -95,25 +95,25 @@ void AssimpMaterials::readSurface(const aiMaterial& from, Material& m) {
     m.metallic = real(from, AI_MATKEY_METALLIC_FACTOR).value_or(0.0f);
     const auto exponent = real(from, AI_MATKEY_SHININESS);
     const int model = illumination(from);
-    const bool shines = brightest(specular) > 0.0f;
+    const bool hasHighlight = brightest(specular) > 0.0f;
     m.roughness = real(from, AI_MATKEY_ROUGHNESS_FACTOR)
-                      .value_or(shines && exponent ? roughnessFromExponent(*exponent) : 1.0f);
-    // MTL 3 and 5 trace reflections, which are sharp whatever Ns says of highlights; a surface
-    // without a body colour is then a mirror of metal.
+                      .value_or(hasHighlight && exponent ? roughnessFromExponent(*exponent) : 1.0f);
+    // MTL 3 and 5 have traced reflections, which are sharp for any exponent Ns. Without a diffuse
+    // colour the surface is a metal mirror.
     if (isObj_ && (model == 3 || model == 5) && brightest(diffuse) < kBlack &&
         brightest(specular) > kBright) {
         m.metallic = 1.0f;
         m.roughness = 0.0f;
         m.baseColor = glm::vec4(specular, 1.0f);
     }
-    // Emission is what the file says, whatever the body colour is (erratum E1).
+    // Emission is independent of the diffuse colour (erratum E1).
     m.emissive = color(from, AI_MATKEY_COLOR_EMISSIVE).value_or(glm::vec3(0.0f));
     m.emissiveStrength = real(from, AI_MATKEY_EMISSIVE_INTENSITY).value_or(1.0f);
 }
 
-// Who reflects the scene, whatever its highlights say: what MTL traces or maps reflections for, and
-// in other formats what reflects at least half of the light and has highlights at all (writers put
-// a reflectivity of 1 beside a black reflective colour, or on matte surfaces).
+// Sets reflection: mirror independently of highlights: in MTL for models with traced or mapped
+// reflections; in other formats if at least half of the light is reflected and there are highlights
+// (exporters write a reflectivity of 1 with a black reflective colour, or for matte surfaces).
 void AssimpMaterials::readReflection(const aiMaterial& from, Material& m) {
     const glm::vec3 specular = color(from, AI_MATKEY_COLOR_SPECULAR).value_or(glm::vec3(0.0f));
     if (isObj_) {
@@ -127,22 +127,22 @@ void AssimpMaterials::readReflection(const aiMaterial& from, Material& m) {
     constexpr float kReflective = 0.5f;
     int shading = 0;
     from.Get(AI_MATKEY_SHADING_MODEL, shading);
-    const bool shines = shading == aiShadingMode_Phong || shading == aiShadingMode_Blinn;
+    const bool hasHighlight = shading == aiShadingMode_Phong || shading == aiShadingMode_Blinn;
     const float strength =
         real(from, AI_MATKEY_REFLECTIVITY).value_or(0.0f) *
         brightest(color(from, AI_MATKEY_COLOR_REFLECTIVE).value_or(glm::vec3(0.0f)));
-    if (shines && brightest(specular) > 0.0f && strength >= kReflective) {
+    if (hasHighlight && brightest(specular) > 0.0f && strength >= kReflective) {
         m.reflection = Reflection::mirror;
     }
 }
 
-void AssimpMaterials::giveGlassThickness() {
+void AssimpMaterials::setGlassThickness() {
     if (!isObj_) return;
     std::vector<const Mesh*> largest(scene_.materials.size(), nullptr);
     for (const Mesh& mesh : scene_.meshes) {
         if (mesh.material >= largest.size()) continue;
-        const Mesh*& most = largest[mesh.material];
-        if (!most || mesh.bounds.diagonal() > most->bounds.diagonal()) most = &mesh;
+        const Mesh*& candidate = largest[mesh.material];
+        if (!candidate || mesh.bounds.diagonal() > candidate->bounds.diagonal()) candidate = &mesh;
     }
     for (std::size_t i = 0; i < largest.size() && i < file_.mNumMaterials; ++i) {
         Material& m = scene_.materials[i];
@@ -156,12 +156,12 @@ void AssimpMaterials::giveGlassThickness() {
 void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
     const float opacity = std::clamp(real(from, AI_MATKEY_OPACITY).value_or(1.0f), 0.0f, 1.0f);
     const float ior = real(from, AI_MATKEY_REFRACTI).value_or(1.0f);
-    if (ior > 1.0f) {  // 1 is what formats write when nobody chose
+    if (ior > 1.0f) {  // 1 is the default of exporters
         m.ior = ior;
     }
     m.transmission = real(from, AI_MATKEY_TRANSMISSION_FACTOR).value_or(0.0f);
-    // Some writers say "glass on" and nothing of opacity: clear when it has no colour of its own,
-    // as others say "glass on" of everything.
+    // Some exporters write a glass model without opacity; others write it for every material. It is
+    // glass if the material has no diffuse colour.
     const bool black = !(brightest(glm::vec3(m.baseColor)) >= kBlack) &&
                        from.GetTextureCount(aiTextureType_DIFFUSE) == 0;
     const bool glass = isObj_ && refracts(illumination(from));
@@ -170,9 +170,9 @@ void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
     }
     if (!isObj_ || !(glass || ior > 1.0f)) {
         if (opacity == 0.0f) {
-            // Several COLLADA and FBX writers say 0 where they mean 1; nobody models the invisible.
+            // Several COLLADA and FBX exporters write 0 instead of 1.
             scene_.warnings.push_back(
-                {"invisibleMaterial", m.name, "its opacity is 0; it is drawn as opaque"});
+                {"invisibleMaterial", m.name, "the opacity is 0; the material is drawn as opaque"});
             return;
         }
         m.alphaMode = AlphaMode::blend;
@@ -180,8 +180,8 @@ void AssimpMaterials::readTransparency(const aiMaterial& from, Material& m) {
         return;
     }
     m.transmission = opacity < 1.0f ? 1.0f - opacity : 1.0f;
-    m.roughness = 0.0f;  // as with mirrors: traced refraction is sharp
-    if (black) {         // glass takes its tint from Tf
+    m.roughness = 0.0f;  // traced refraction is sharp
+    if (black) {         // the tint of glass is Tf
         const glm::vec3 filter = color(from, AI_MATKEY_COLOR_TRANSPARENT).value_or(glm::vec3(1.0f));
         m.baseColor = glm::vec4(brightest(filter) > 0.0f ? filter : glm::vec3(1.0f), 1.0f);
     }
@@ -191,19 +191,19 @@ void AssimpMaterials::readTextures(const aiMaterial& from, Material& m) {
     const auto has = [&](aiTextureType kind) { return from.GetTextureCount(kind) > 0; };
     const aiTextureType colorKind =
         has(aiTextureType_BASE_COLOR) ? aiTextureType_BASE_COLOR : aiTextureType_DIFFUSE;
-    // A picture's alpha is coverage only where the material says so (erratum G6): by naming the
-    // picture for opacity again, or another one whose brightness is meant.
+    // An image's alpha is coverage only if the material has an opacity texture (erratum G6): the
+    // same image, or another one whose brightness is the coverage.
     aiString opacityPath, colorPath;
     from.GetTexture(aiTextureType_OPACITY, 0, &opacityPath);
     from.GetTexture(colorKind, 0, &colorPath);
     if (has(aiTextureType_OPACITY) && has(colorKind) && m.alphaMode == AlphaMode::opaque) {
         m.alphaMode = AlphaMode::mask;
     }
-    const bool coveredByAnother = has(aiTextureType_OPACITY) && !(opacityPath == colorPath);
+    const bool separateCoverage = has(aiTextureType_OPACITY) && !(opacityPath == colorPath);
     m.baseColorTexture = slot(from, colorKind, ColorSpace::srgb,
-                              coveredByAnother ? opacityPath.C_Str() : std::string());
+                              separateCoverage ? opacityPath.C_Str() : std::string());
     if (m.baseColorTexture.present() && !(brightest(glm::vec3(m.baseColor)) > 0.0f)) {
-        m.baseColor = glm::vec4(1.0f, 1.0f, 1.0f, m.baseColor.w);  // the picture is the colour
+        m.baseColor = glm::vec4(1.0f, 1.0f, 1.0f, m.baseColor.w);  // the texture has the colour
     }
     m.normalTexture =
         slot(from,
@@ -216,11 +216,11 @@ void AssimpMaterials::readTextures(const aiMaterial& from, Material& m) {
     m.occlusionTexture = slot(from, aiTextureType_AMBIENT_OCCLUSION, ColorSpace::linear);
 
     if (has(aiTextureType_HEIGHT)) {
-        scene_.warnings.push_back({"unsupportedTexture", m.name, "a bump picture is not used"});
+        scene_.warnings.push_back({"unsupportedTexture", m.name, "a bump texture is not used"});
     }
     if (has(aiTextureType_METALNESS) || has(aiTextureType_DIFFUSE_ROUGHNESS)) {
-        scene_.warnings.push_back(
-            {"unsupportedTexture", m.name, "separate metal and roughness pictures are not used"});
+        scene_.warnings.push_back({"unsupportedTexture", m.name,
+                                   "separate metallic and roughness textures are not used"});
     }
 }
 
@@ -232,26 +232,26 @@ TextureSlot AssimpMaterials::slot(const aiMaterial& from, int kind, ColorSpace c
     if (from.GetTexture(type, 0, &path) != aiReturn_SUCCESS || path.length == 0) {
         return slot;
     }
-    Texture how;
+    Texture sampler;
     int modeU = aiTextureMapMode_Wrap;
     int modeV = aiTextureMapMode_Wrap;
     from.Get(AI_MATKEY_MAPPINGMODE_U(type, 0), modeU);
     from.Get(AI_MATKEY_MAPPINGMODE_V(type, 0), modeV);
-    how.wrapU = wrapOfAssimp(modeU);
-    how.wrapV = wrapOfAssimp(modeV);
+    sampler.wrapU = wrapOfAssimp(modeU);
+    sampler.wrapV = wrapOfAssimp(modeV);
     ImageSource source = imageSource(path.C_Str());
     if (!coverage.empty()) {
         source.coverage = imageSource(coverage).name;
         source.key += " covered by " + source.coverage;
     }
-    slot.texture = textures_.texture(source, colorSpace, how);
+    slot.texture = textures_.texture(source, colorSpace, sampler);
     int channel = 0;
     if (from.Get(AI_MATKEY_UVWSRC(type, 0), channel) == aiReturn_SUCCESS) {
         slot.texCoord = channel == 1 ? 1 : 0;
     }
     aiUVTransform transform;
     if (from.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == aiReturn_SUCCESS) {
-        // The formats count v upwards, and aiProcess_FlipUVs has already turned the sign of the
+        // v increases upwards in these formats, and aiProcess_FlipUVs has already negated the
         // translation: v' = 1 - (scale * (1 - v) + offset).
         slot.scale = {transform.mScaling.x, transform.mScaling.y};
         slot.offset = {transform.mTranslation.x,
@@ -260,14 +260,14 @@ TextureSlot AssimpMaterials::slot(const aiMaterial& from, int kind, ColorSpace c
     return slot;
 }
 
-// Authoring programs write paths of their own machine; then a file of that name beside the scene is
-// meant.
+// Authoring programs write absolute paths; then the file with that name in the scene's folder is
+// used.
 ImageSource AssimpMaterials::imageSource(std::string path) {
     ImageSource source;
     if (const aiTexture* embedded = file_.GetEmbeddedTexture(path.c_str())) {
         source.name = path;
         source.key = "embedded " + path;
-        if (embedded->mHeight == 0) {  // still compressed; mWidth counts bytes
+        if (embedded->mHeight == 0) {  // compressed; mWidth is the size in bytes
             source.embedded = {reinterpret_cast<const unsigned char*>(embedded->pcData),
                                embedded->mWidth};
         }

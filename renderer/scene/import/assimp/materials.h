@@ -1,4 +1,4 @@
-// Materials of the older formats (OBJ/MTL, COLLADA, FBX, 3DS, PLY, STL) -> glTF's words.
+// Materials of OBJ/MTL, COLLADA, FBX, 3DS, PLY and STL -> glTF materials.
 #pragma once
 
 #include "scene/import/textures/texture_store.h"
@@ -10,13 +10,13 @@ struct aiScene;
 
 namespace clerestory {
 
-// How a highlight exponent of Blinn and Phong reads as perceptual roughness: GGX's alpha is
-// sqrt(2 / (exponent + 2)) (Walter et al. 2007), and roughness is its root.
+// The perceptual roughness for a specular exponent of Blinn or Phong: GGX's alpha is
+// sqrt(2 / (exponent + 2)) (Walter et al. 2007), and roughness is its square root.
 float roughnessFromExponent(float exponent);
 
 class AssimpMaterials {
 public:
-    // `extension` is the file's, lower case. All must outlive the object.
+    // `extension` is the file's, lower case. All arguments must outlive the object.
     AssimpMaterials(const aiScene& file, const std::string& extension, const SceneFolder& folder,
                     TextureStore& textures, Scene& scene)
         : file_(file),
@@ -25,11 +25,11 @@ public:
           textures_(textures),
           scene_(scene) {}
 
-    void read();  // one Material for each of the file's, in its order
+    void read();  // one Material for each of the file's, in the same order
 
-    // When the scene has its meshes: MTL has no word for thickness, so glass with an index of
-    // refraction is as thick as the largest mesh of it, and thin where that is a sheet.
-    void giveGlassThickness();
+    // Call after the meshes were added. MTL has no thickness: glass with an index of refraction
+    // gets the smallest extent of its largest mesh, which is 0 for a flat sheet.
+    void setGlassThickness();
 
 private:
     Material material(const aiMaterial& from);

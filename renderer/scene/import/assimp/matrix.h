@@ -1,4 +1,4 @@
-// Assimp's matrices, which are written by rows, as ours.
+// Conversion of Assimp's row-major matrices.
 #pragma once
 
 #include <assimp/matrix4x4.h>

@@ -26,22 +26,22 @@ namespace {
 
 using Reason = ImportError::Reason;
 
-constexpr float kCreaseDegrees = 45.0f;  // sharper edges stay edges where normals are made
+constexpr float kCreaseDegrees = 45.0f;  // sharper edges stay sharp in generated normals
 constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_GenSmoothNormals |
                             aiProcess_JoinIdenticalVertices | aiProcess_SortByPType |
                             aiProcess_ValidateDataStructure | aiProcess_FlipUVs;
 
-// Only the reader of this extension stays: Assimp would look into the file and choose another one.
+// Removes all other readers: Assimp would choose one by the file's content.
 void keepOnlyReader(Assimp::Importer& importer, const std::string& extension) {
-    const Assimp::BaseImporter* kept = importer.GetImporter(extension.c_str());
+    const Assimp::BaseImporter* selected = importer.GetImporter(extension.c_str());
     for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
         Assimp::BaseImporter* reader = importer.GetImporter(i);
-        if (reader && reader != kept) {
+        if (reader && reader != selected) {
             importer.UnregisterLoader(reader);
-            delete reader;  // unregistering gives it to us
+            delete reader;  // owned by the caller after it was unregistered
         }
     }
-    if (!kept) {
+    if (!selected) {
         throw ImportError(Reason::unsupported, "there is no reader for ." + extension);
     }
 }
@@ -51,7 +51,7 @@ glm::dvec3 vector(const aiVector3D& v) {
 }
 
 // A frame at `position` whose -Z looks along `direction`.
-glm::dmat4 looking(const glm::dvec3& position, glm::dvec3 direction, glm::dvec3 up) {
+glm::dmat4 frameAlong(const glm::dvec3& position, glm::dvec3 direction, glm::dvec3 up) {
     const double length = glm::length(direction);
     direction = length > 0.0 && std::isfinite(length) ? direction / length : glm::dvec3(0, 0, -1);
     glm::dvec3 right = glm::cross(direction, up);
@@ -72,13 +72,13 @@ float linearChannel(float c) {  // IEC 61966-2-1
     return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
 }
 
-// FBX counts in centimetres times a factor of its own, and Assimp leaves that to us; of COLLADA it
-// has taken care, and the others do not say.
+// FBX has a unit in centimetres, which Assimp does not apply. Assimp applies the unit of COLLADA;
+// the other formats have none.
 double metresPerUnit(const aiScene& file) {
     float centimetres = 100.0f;
-    const bool said = file.mMetaData && file.mMetaData->Get("UnitScaleFactor", centimetres);
-    const bool sane = said && centimetres > 1e-6f && centimetres < 1e6f;
-    return sane ? static_cast<double>(centimetres) / 100.0 : 1.0;
+    const bool present = file.mMetaData && file.mMetaData->Get("UnitScaleFactor", centimetres);
+    const bool valid = present && centimetres > 1e-6f && centimetres < 1e6f;
+    return valid ? static_cast<double>(centimetres) / 100.0 : 1.0;
 }
 
 glm::dmat4 scaled(const glm::dmat4& matrix, double factor) {
@@ -101,12 +101,12 @@ public:
         AssimpMaterials materials(file_, extension, folder, textures, scene_);
         materials.read();
         readNodes();
-        motion_.readClips();
+        animations_.readClips();
         for (unsigned i = 0; i < file_.mNumMeshes; ++i) {
             meshes_.push_back(add(*file_.mMeshes[i]));
         }
-        materials.giveGlassThickness();
-        hangMeshes();
+        materials.setGlassThickness();
+        addInstances();
         finishMotion(scene_);
         readCameras();
         readLights();
@@ -149,15 +149,15 @@ private:
                 draft.indices.insert(draft.indices.end(), face.mIndices, face.mIndices + 3);
             }
         }
-        if (!motion_.moves(from)) return addMesh(scene_, std::move(draft));
+        if (!animations_.moves(from)) return addMesh(scene_, std::move(draft));
         draft.deforms = true;
         std::vector<std::uint32_t> sources;
         const Index mesh = addMesh(scene_, std::move(draft), sources);
-        if (mesh != kNone) motion_.addDeformation(from, sources);
+        if (mesh != kNone) animations_.addDeformation(from, sources);
         return mesh;
     }
 
-    // OBJ and PLY carry the colours of a screen, the others carry light.
+    // Vertex colours are sRGB in OBJ and PLY, linear in other formats.
     glm::vec4 color(const aiColor4D& c) const {
         return colorsAreSrgb_
                    ? glm::vec4(linearChannel(c.r), linearChannel(c.g), linearChannel(c.b), c.a)
@@ -176,7 +176,7 @@ private:
             }
             if (!inReach(local)) {
                 scene_.warnings.push_back({"nonFiniteTransform", from->mName.C_Str(),
-                                           "a transform that is not of numbers was left out"});
+                                           "a transform with non-finite numbers was ignored"});
                 local = glm::dmat4(1.0);
             }
             const Index node = addCheckedNode(from->mName.C_Str(), local, parent);
@@ -193,21 +193,21 @@ private:
         }
     }
 
-    // A mesh whose bones move stands where they are, not where its node is; one whose bones stand
-    // still stands in its bind pose at its own node.
-    void hangMeshes() {
+    // An animated skinned mesh is placed by its bones and not by its node. One whose bones are not
+    // animated is drawn at its node in its bind pose.
+    void addInstances() {
         for (const auto& [node, number] : meshAt_) {
             const Index mesh = meshes_.at(number);
             if (mesh == kNone) continue;
             const Index deformation = scene_.meshes[mesh].deformation;
-            Index place = node;
+            Index parent = node;
             if (deformation != kNone) {
                 const Skin& skin = scene_.skins[scene_.deformations[deformation].skin];
                 const glm::dvec3 origin = skinOrigin(scene_, skin.joints.front());
-                place = addCheckedNode(scene_.nodes[node].name + " (skinned)",
-                                       glm::translate(glm::dmat4(1.0), origin), kNone);
+                parent = addCheckedNode(scene_.nodes[node].name + " (skinned)",
+                                        glm::translate(glm::dmat4(1.0), origin), kNone);
             }
-            addInstance(scene_, place, mesh);
+            addInstance(scene_, parent, mesh);
         }
     }
 
@@ -219,16 +219,16 @@ private:
         return addNode(scene_, name, local, parent);
     }
 
-    // A node for what Assimp ties to another one by name.
+    // A node for a camera or a light, which Assimp attaches to another node by name.
     Index frameNode(const aiString& name, const aiVector3D& position, const aiVector3D& direction,
                     const aiVector3D& up) {
         const auto parent = nodeNamed_.find(name.C_Str());
-        glm::dmat4 frame = looking(vector(position), vector(direction), vector(up));
+        glm::dmat4 frame = frameAlong(vector(position), vector(direction), vector(up));
         return addCheckedNode(name.C_Str(), inReach(frame) ? frame : glm::dmat4(1.0),
                               parent == nodeNamed_.end() ? kNone : parent->second);
     }
 
-    // Near and far planes of these formats are defaults more often than choices; ours are fitted.
+    // The clipping planes of these formats are mostly defaults; ours are fitted to the scene.
     void readCameras() {
         for (unsigned i = 0; i < file_.mNumCameras; ++i) {
             const aiCamera& from = *file_.mCameras[i];
@@ -239,12 +239,12 @@ private:
             const double half = static_cast<double>(from.mHorizontalFOV) / 2.0;
             camera.yfov = 2.0 * std::atan(std::tan(half) / aspect);
             camera.yHalfHeight = static_cast<double>(from.mOrthographicWidth) / aspect;
-            const bool sound = camera.orthographic
+            const bool valid = camera.orthographic
                                    ? std::isfinite(camera.yHalfHeight) && camera.yHalfHeight > 0.0
                                    : camera.yfov > 0.0 && camera.yfov < std::numbers::pi;
-            if (!sound) {
+            if (!valid) {
                 scene_.warnings.push_back(
-                    {"badCamera", camera.name, "a camera that sees nothing was dropped"});
+                    {"badCamera", camera.name, "a camera with an empty view was ignored"});
                 continue;
             }
             camera.yfov = camera.orthographic ? Camera{}.yfov : camera.yfov;
@@ -258,8 +258,9 @@ private:
         for (unsigned i = 0; i < file_.mNumLights; ++i) {
             const aiLight& from = *file_.mLights[i];
             if (from.mType == aiLightSource_AMBIENT || from.mType == aiLightSource_UNDEFINED) {
-                scene_.warnings.push_back({"unsupportedLight", from.mName.C_Str(),
-                                           "an ambient light was dropped; the environment is one"});
+                scene_.warnings.push_back(
+                    {"unsupportedLight", from.mName.C_Str(),
+                     "an ambient light was ignored; the environment map lights the scene"});
                 continue;
             }
             Light light;
@@ -269,13 +270,13 @@ private:
                                                                  : LightKind::point;
             const aiColor3D& c = from.mColorDiffuse;
             const glm::dvec3 intensity = intensityPerColor(from) * glm::dvec3(c.r, c.g, c.b);
-            constexpr double kBrightest = 1e9;  // keeps products finite in float
+            constexpr double kMaxIntensity = 1e9;  // keeps products finite in float
             for (int k = 0; k < 3; ++k) {
-                const bool sound = std::isfinite(intensity[k]);
+                const bool valid = std::isfinite(intensity[k]);
                 light.intensity[k] =
-                    static_cast<float>(sound ? std::clamp(intensity[k], 0.0, kBrightest) : 0.0);
+                    static_cast<float>(valid ? std::clamp(intensity[k], 0.0, kMaxIntensity) : 0.0);
             }
-            if (light.kind == LightKind::spot) {  // Assimp's angles are those of whole cones
+            if (light.kind == LightKind::spot) {  // Assimp has full angles
                 light.outerConeAngle = halfCone(from.mAngleOuterCone);
                 light.innerConeAngle =
                     std::min(halfCone(from.mAngleInnerCone), light.outerConeAngle);
@@ -285,18 +286,18 @@ private:
         }
     }
 
-    // These formats say how bright a white surface that faces the light becomes, and how that falls
-    // with distance; ours says intensity. The two agree at half the scene's diagonal (everywhere,
-    // where the file falls off by the square): intensity = pi * colour * d^2 / attenuation(d). A
-    // colour far above white is a power in watts instead, as Blender writes it into FBX.
+    // These formats specify the brightness of a white surface that faces the light, and its
+    // falloff; glTF specifies intensity. The two are equal at half the scene's diagonal (everywhere
+    // for a quadratic falloff): intensity = pi * colour * d^2 / attenuation(d). A colour far above
+    // white is a power in watts, as Blender exports it to FBX.
     double intensityPerColor(const aiLight& light) const {
         constexpr double kPi = std::numbers::pi;
-        constexpr float kFarAboveWhite = 10.0f;
+        constexpr float kMinWatts = 10.0f;
         const aiColor3D& color = light.mColorDiffuse;
         if (light.mType == aiLightSource_DIRECTIONAL) {
             return kPi;
         }
-        if (std::max({color.r, color.g, color.b}) > kFarAboveWhite) {
+        if (std::max({color.r, color.g, color.b}) > kMinWatts) {
             return 1.0 / (4.0 * kPi);
         }
         const auto diagonal = static_cast<double>(worldBounds(scene_, restPose(scene_)).diagonal());
@@ -321,7 +322,7 @@ private:
     std::vector<Index> meshes_;
     std::vector<std::pair<Index, unsigned>> meshAt_;  // node, and the file's mesh at it
     std::map<std::string, Index> nodeNamed_;
-    AssimpMotion motion_{file_, scene_, nodeNamed_, metresPerUnit_};
+    AssimpAnimations animations_{file_, scene_, nodeNamed_, metresPerUnit_};
     std::uint64_t triangles_ = 0;
 };
 
@@ -331,16 +332,16 @@ Scene assimpScene(const std::string& file, const std::string& extension, const S
                   const ImportLimits& limits, const ProgressCallback& progress) {
     Assimp::Importer importer;
     keepOnlyReader(importer, extension);
-    importer.SetIOHandler(new AssimpFolder(folder));  // the importer deletes it
+    importer.SetIOHandler(new AssimpFileSystem(folder));  // the importer deletes it
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kCreaseDegrees);
     const aiScene* scene = importer.ReadFile(file, kSteps);
     if (!scene || !scene->mRootNode) {
-        const std::string words = importer.GetErrorString();
-        if (words.find("bad_alloc") != std::string::npos) {
+        const std::string message = importer.GetErrorString();
+        if (message.find("bad_alloc") != std::string::npos) {
             throw std::bad_alloc();
         }
         throw ImportError(Reason::malformed,
-                          words.empty() ? "the file holds no scene" : cleanText(words));
+                          message.empty() ? "the file has no scene" : cleanText(message));
     }
     if (progress) {
         progress({"meshes", 0.2});

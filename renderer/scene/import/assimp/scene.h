@@ -7,8 +7,8 @@
 
 namespace clerestory {
 
-// `file` lies in `folder`; `extension` is its own, lower case, and alone chooses the reader. The
-// title is left to the caller. Throws ImportError. May crash: Assimp 5.2.5 does on hostile files.
+// `file` is in `folder`. `extension` is the file's, lower case; it selects the reader. Does not set
+// the title. Throws ImportError. May crash: Assimp 5.2.5 does on hostile files.
 Scene assimpScene(const std::string& file, const std::string& extension, const SceneFolder& folder,
                   const ImportLimits& limits, const ProgressCallback& progress);
 

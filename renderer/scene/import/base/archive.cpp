@@ -31,16 +31,16 @@ Reading opened(const std::string& bytes) {
     Reading in(archive_read_new());
     if (!in) throw std::bad_alloc();
     archive_read_support_format_zip_seekable(
-        in.get());  // by its directory: one that is cut has none
+        in.get());  // needs the directory at the end: fails for truncated archives
     archive_read_support_format_tar(in.get());
     archive_read_support_filter_gzip(in.get());
     if (archive_read_open_memory(in.get(), bytes.data(), bytes.size()) != ARCHIVE_OK) {
-        refuse(Reason::malformed, "the archive is no .zip and no .tar");
+        refuse(Reason::malformed, "the archive is neither .zip nor .tar");
     }
     return in;
 }
 
-// The entry's path, part by part. Throws where it is not a plain one below the archive.
+// The parts of an entry's path. Throws unless it is a relative path within the archive.
 std::vector<std::string_view> partsOf(std::string_view name) {
     const auto bad = [&](const char* what) {
         refuse(Reason::malformed, "the archive has a file whose name " + std::string(what) + ": '" +
@@ -59,7 +59,7 @@ std::vector<std::string_view> partsOf(std::string_view name) {
         if (part == "..") bad("leads out of it");
         if (!part.empty() && part != ".") parts.push_back(part);
     }
-    if (parts.size() > kMaxFolders) bad("lies too deep");
+    if (parts.size() > kMaxFolders) bad("is nested too deep");
     return parts;
 }
 
@@ -69,22 +69,22 @@ std::string joined(const std::vector<std::string_view>& parts) {
     return name;
 }
 
-// What some systems put beside everybody's files.
-bool isLitter(const std::vector<std::string_view>& parts) {
+// Metadata that macOS adds to archives.
+bool isSystemFile(const std::vector<std::string_view>& parts) {
     return parts.front() == "__MACOSX" || parts.back().starts_with("._") ||
            parts.back() == ".DS_Store";
 }
 
-std::string contentOf(struct archive* in, std::uint64_t most, const std::string& name) {
+std::string contentOf(struct archive* in, std::uint64_t maxBytes, const std::string& name) {
     std::string content;
     char piece[65536];
     for (;;) {
         const la_ssize_t got = archive_read_data(in, piece, sizeof piece);
         if (got == 0) return content;
         if (got < 0) refuse(Reason::malformed, "the archive is damaged or encrypted");
-        if (content.size() + static_cast<std::size_t>(got) > most) {
+        if (content.size() + static_cast<std::size_t>(got) > maxBytes) {
             refuse(Reason::limit,
-                   "'" + cleanText(name) + "' is larger than a scene's files may be");
+                   "'" + cleanText(name) + "' exceeds the size limit for scene files");
         }
         content.append(piece, static_cast<std::size_t>(got));
     }
@@ -93,7 +93,7 @@ std::string contentOf(struct archive* in, std::uint64_t most, const std::string&
 Files unpacked(const std::string& bytes, const ImportLimits& limits) {
     const Reading in = opened(bytes);
     Files files;
-    std::uint64_t left = 4 * limits.fileBytes, entries = 0;  // as SceneFolder has it of a disk
+    std::uint64_t left = 4 * limits.fileBytes, entries = 0;  // as in SceneFolder
     for (;;) {
         struct archive_entry* entry = nullptr;
         const int status = archive_read_next_header(in.get(), &entry);
@@ -101,27 +101,27 @@ Files unpacked(const std::string& bytes, const ImportLimits& limits) {
         if (status != ARCHIVE_OK && status != ARCHIVE_WARN) {
             refuse(Reason::malformed, "the archive is damaged");
         }
-        // Folders count, too: an archive of nothing else is no smaller work.
-        if (++entries > limits.maxFiles) refuse(Reason::limit, "the archive holds too many files");
+        // Folders count, too: they take the same time.
+        if (++entries > limits.maxFiles) refuse(Reason::limit, "the archive has too many files");
         const char* utf8 = archive_entry_pathname_utf8(entry);
         const char* name = utf8 ? utf8 : archive_entry_pathname(entry);
         const auto parts = partsOf(name ? name : "");
         const bool link = archive_entry_hardlink(entry) || archive_entry_symlink(entry);
         const auto type = archive_entry_filetype(entry);
         if (link || (type != AE_IFREG && type != AE_IFDIR)) {
-            refuse(Reason::malformed, "the archive holds a link or a device");
+            refuse(Reason::malformed, "the archive has a link or a device");
         }
-        if (type == AE_IFDIR || parts.empty() || isLitter(parts)) continue;
+        if (type == AE_IFDIR || parts.empty() || isSystemFile(parts)) continue;
         const std::string path = joined(parts);
         std::string content = contentOf(in.get(), std::min(limits.fileBytes, left), path);
         left -= content.size();
         if (!files.emplace(path, std::move(content)).second) {
-            refuse(Reason::malformed, "the archive holds '" + cleanText(path) + "' twice");
+            refuse(Reason::malformed, "the archive has '" + cleanText(path) + "' twice");
         }
     }
 }
 
-// 0: no scene; of several in one folder those of the smallest number count.
+// 0: not a scene. Of several scenes in one folder those with the lowest rank are considered.
 int rankOf(const std::string& path) {
     std::string extension = path.substr(std::min(path.rfind('.'), path.size() - 1));
     std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -141,10 +141,10 @@ std::string scenePath(const Files& files) {
         if (best.empty()) leastSoFar = key;
         if (key == leastSoFar) best.push_back(path);
     }
-    if (best.empty()) refuse(Reason::unsupported, "the archive holds no .glb, .gltf or .obj");
+    if (best.empty()) refuse(Reason::unsupported, "the archive has no .glb, .gltf or .obj");
     if (best.size() > 1) {
-        refuse(Reason::unsupported, "the archive holds more than one scene: '" +
-                                        cleanText(best[0]) + "', '" + cleanText(best[1]) + "'");
+        refuse(Reason::unsupported, "the archive has more than one scene: '" + cleanText(best[0]) +
+                                        "', '" + cleanText(best[1]) + "'");
     }
     return best.front();
 }

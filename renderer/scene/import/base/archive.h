@@ -1,5 +1,5 @@
-// A scene and its files in one: a .zip or a .tar. Unpacked in memory only, in the importing
-// process, so that nothing in it can name a place on a disk.
+// A scene and its files in a .zip or .tar archive. Unpacked in memory, in the importing process:
+// nothing in it can refer to a path on disk.
 #pragma once
 
 #include "scene/import/base/types.h"
@@ -13,12 +13,12 @@ bool isArchive(const std::string& extension);  // lower case, without the dot
 
 struct UnpackedScene {
     std::string name;                          // of the scene file, relative to its folder
-    std::map<std::string, std::string> files;  // of that folder and below it, by relative path
+    std::map<std::string, std::string> files;  // in and below that folder, by relative path
 };
 
-// The one scene file (.glb, .gltf, .obj) that lies least deep, and what lies in its folder. Throws
-// ImportError: links, devices, names that lead out, doubled names, too many or too large files, no
-// scene or more than one.
+// Finds the scene file (.glb, .gltf, .obj) with the fewest parent folders, and the files in its
+// folder. Throws ImportError for links, devices, names that lead out of the archive, duplicate
+// names, too many or too large files, no scene or several.
 UnpackedScene unpackedScene(const std::string& archive, const ImportLimits& limits);
 
 }  // namespace clerestory

@@ -29,7 +29,7 @@ bool clampTo(glm::vec<N, float>& value, const FactorRange& range) {
     return changed;
 }
 
-// The length of the UTF-8 sequence that starts here, 0 when it is none (RFC 3629).
+// The length of the UTF-8 sequence at `at`; 0 if it is invalid (RFC 3629).
 std::size_t sequenceLength(const std::string& text, std::size_t at) {
     const auto byte = [&](std::size_t i) -> unsigned {
         return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
@@ -57,8 +57,8 @@ std::size_t sequenceLength(const std::string& text, std::size_t at) {
     return 0;
 }
 
-// A matrix that flattens space has no inverse. Relative to the longest column, so that tiny scenes
-// are not taken for flat ones.
+// Whether the matrix has no inverse, relative to its longest column, so that tiny scenes are not
+// singular.
 bool singular(const glm::dmat4& m) {
     double longest = 0.0;
     for (int column = 0; column < 3; ++column) {
@@ -71,14 +71,14 @@ bool singular(const glm::dmat4& m) {
              std::abs(determinant) > kFlat * longest * longest * longest);
 }
 
-// A transform that flattens space into a plane (a scale of 0 along one axis, which modellers write
-// for mirrors and decals) gets the least thickness that leaves it an inverse; far below what makes
-// a flat part. Its front is where a positive determinant has it. Whether it was one.
+// Changes a transform that maps space to a plane (a scale of 0 along one axis, which exporters
+// write for mirrors and decals) so that it has an inverse, with a thickness far below the tolerance
+// of flat parts and a positive determinant. Returns whether the transform was changed.
 bool thickened(glm::dmat4& m) {
     const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
     const double longest = std::max({glm::length(x), glm::length(y), glm::length(z)});
     if (!(longest > 1e-30 && longest < 1e30)) return false;
-    // The longest cross product of two columns stands on the plane that is left.
+    // The longest cross product of two columns is the normal of the plane.
     const glm::dmat3 cofactors(glm::cross(y, z), glm::cross(z, x), glm::cross(x, y));
     int across = 0;
     for (int i = 1; i < 3; ++i) {
@@ -88,17 +88,18 @@ bool thickened(glm::dmat4& m) {
     const double area = glm::length(cofactors[across]);
     if (!(area > kFlat * longest * longest)) return false;  // a line or a point
     const glm::dvec3 normal = cofactors[across] / area;
-    // The direction that is lost: at right angles to all rows.
+    // The null space: perpendicular to all rows.
     const glm::dmat3 rows = glm::transpose(glm::dmat3(m));
-    glm::dvec3 lost(0.0);
+    glm::dvec3 nullDirection(0.0);
     for (int i = 0; i < 3; ++i) {
         const glm::dvec3 c = glm::cross(rows[(i + 1) % 3], rows[(i + 2) % 3]);
-        if (glm::length(c) > glm::length(lost)) lost = c;
+        if (glm::length(c) > glm::length(nullDirection)) nullDirection = c;
     }
-    lost = glm::normalize(lost);
-    glm::dmat3 thick = glm::dmat3(m) + glm::outerProduct(kThickness * longest * normal, lost);
+    nullDirection = glm::normalize(nullDirection);
+    glm::dmat3 thick =
+        glm::dmat3(m) + glm::outerProduct(kThickness * longest * normal, nullDirection);
     if (glm::determinant(thick) < 0.0) {
-        thick = glm::dmat3(m) - glm::outerProduct(kThickness * longest * normal, lost);
+        thick = glm::dmat3(m) - glm::outerProduct(kThickness * longest * normal, nullDirection);
     }
     for (int i = 0; i < 3; ++i) m[i] = glm::dvec4(thick[i], 0.0);
     return true;
@@ -120,11 +121,10 @@ void dropSingularInstances(Scene& scene) {
     });
     for (std::size_t i = 0; i < dropped.size(); ++i) {
         if (dropped[i] > 0) {
-            scene.warnings.push_back(
-                {"singularTransform", scene.nodes[i].name,
-                 "a transform that leaves a line or a point of the mesh; it is not "
-                 "drawn",
-                 dropped[i]});
+            scene.warnings.push_back({"singularTransform", scene.nodes[i].name,
+                                      "the transform maps the mesh to a line or a point; it is not "
+                                      "drawn",
+                                      dropped[i]});
         }
     }
 }
@@ -205,21 +205,21 @@ void finishScene(Scene& scene) {
     thickenFlatNodes(scene);
     dropSingularInstances(scene);
     if (scene.instances.empty()) {
-        std::string why = "the file holds no triangles to draw";
-        if (!scene.warnings.empty()) {  // what became of those it may have had
+        std::string message = "the file has no triangles to draw";
+        if (!scene.warnings.empty()) {  // the likely reason
             const ImportWarning& first = scene.warnings.front();
-            why += ": " + (first.subject.empty() ? "" : first.subject + ": ") + first.message;
+            message += ": " + (first.subject.empty() ? "" : first.subject + ": ") + first.message;
         }
-        throw ImportError(Reason::malformed, why);
+        throw ImportError(Reason::malformed, message);
     }
     if (scene.warnings.size() > kMaxWarnings) {
         const std::uint64_t more = scene.warnings.size() - kMaxWarnings;
         scene.warnings.resize(kMaxWarnings);
-        scene.warnings.push_back({"moreWarnings", "", "further warnings were left out", more});
+        scene.warnings.push_back({"moreWarnings", "", "further warnings were omitted", more});
     }
     cleanTexts(scene);
     if (const auto problems = sceneProblems(scene); !problems.empty()) {
-        throw ImportError(Reason::malformed, "the scene is not sound: " + problems.front());
+        throw ImportError(Reason::malformed, "the scene is invalid: " + problems.front());
     }
     updateContentHash(scene);
 }

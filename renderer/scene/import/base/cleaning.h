@@ -1,5 +1,5 @@
-// What both importers leave to one place: numbers back in their ranges, texts that are UTF-8, nodes
-// that flatten what they carry, limits of the whole scene.
+// Final processing of imported scenes: clamps numbers to their ranges, makes texts valid UTF-8,
+// handles singular transforms, enforces limits.
 #pragma once
 
 #include "scene/import/base/types.h"
@@ -9,17 +9,17 @@
 
 namespace clerestory {
 
-// Every factor finite and within what scene/material.h promises; warns when something was changed.
+// Clamps every factor to the range in the material's field table. Adds a warning if one changed.
 void cleanMaterial(Material& material, Scene& scene);
 
-// Valid UTF-8 without control characters, at most 200 bytes; what is wrong becomes '?'.
+// Valid UTF-8 without control characters, at most 200 bytes. Invalid bytes become '?'.
 std::string cleanText(const std::string& text);
 
-// Takes `triangles` from what the scene may have; throws ImportError when it has too many.
+// Adds `triangles` to `total`. Throws ImportError above the limit.
 void countTriangles(std::uint64_t& total, std::uint64_t triangles, const ImportLimits& limits);
 
-// The last step: singular instances dropped, texts cleaned, the hash set. Throws ImportError when
-// there is nothing to draw or the scene is not sound.
+// The last step: removes singular instances, cleans texts, sets the hash. Throws ImportError if
+// there is nothing to draw or the scene is invalid.
 void finishScene(Scene& scene);
 
 }  // namespace clerestory

@@ -38,11 +38,11 @@ Transform partsOf(const glm::dmat4& matrix) {
     return t;
 }
 
-std::string uniqueClipName(std::set<std::string>& names, const std::string& wanted,
+std::string uniqueClipName(std::set<std::string>& names, const std::string& requestedName,
                            std::size_t number) {
-    std::string name = cleanText(wanted);
+    std::string name = cleanText(requestedName);
     if (name.empty()) name = "clip " + std::to_string(number + 1);
-    // With room for the number within what cleanText() leaves.
+    // Leaves room for the number within the length limit of cleanText().
     if (names.contains(name)) {
         name = cleanText(name.substr(0, 150) + " " + std::to_string(number + 1));
     }
@@ -52,7 +52,7 @@ std::string uniqueClipName(std::set<std::string>& names, const std::string& want
 
 Index addMovingNode(Scene& scene, Index node, const Transform& rest) {
     if (!inReach(matrixOf(rest))) return kNone;
-    // What vanishes at rest comes back: it must not be taken for something broken.
+    // A node that is hidden at rest must not be removed as singular.
     if (rest.scale.x * rest.scale.y * rest.scale.z == 0.0) {
         scene.nodes[node].parentFromLocal = matrixOf(rest);
     }
@@ -62,11 +62,11 @@ Index addMovingNode(Scene& scene, Index node, const Transform& rest) {
 
 void addClip(Scene& scene, Clip clip, std::uint64_t dropped) {
     if (dropped > 0) {
-        scene.warnings.push_back(
-            {"badAnimation", clip.name,
-             "channels that move nothing of the scene, or whose keys are out of order or not "
-             "numbers, were left out",
-             dropped});
+        scene.warnings.push_back({"badAnimation", clip.name,
+                                  "channels without a target in the scene, or with keys that are "
+                                  "unsorted or not finite, "
+                                  "were skipped",
+                                  dropped});
     }
     for (const Track& t : clip.tracks) {
         clip.duration = std::max(clip.duration, double{t.times.back()});

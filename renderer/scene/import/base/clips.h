@@ -1,4 +1,4 @@
-// What the readers of animations share, whatever the format.
+// Helpers for reading animations of any format.
 #pragma once
 
 #include "scene/scene.h"
@@ -8,27 +8,27 @@
 
 namespace clerestory {
 
-// Where a node is at rest.
+// The node's rest transform.
 glm::dmat4 worldFromNode(const Scene& scene, Index node);
 
-// Where the root stands that a skinned mesh hangs on: near its first joint, in whole kilometres. So
-// vertices keep their precision far from the origin, and nothing changes near it.
+// The position of a skinned mesh's root: that of the first joint, rounded to kilometres. Vertices
+// far from the world's origin keep their precision; near the origin the root is at 0.
 glm::dvec3 skinOrigin(const Scene& scene, Index firstJoint);
 
-// A matrix taken apart; what it shears is lost.
+// Decomposes a matrix. Shear is lost.
 Transform partsOf(const glm::dmat4& matrix);
 
-// `wanted` without what terminals and pages stumble over, or "clip N" where nothing is left, and
-// told apart from `names`, to which it is added. number: of the clip in its file, from 0.
-std::string uniqueClipName(std::set<std::string>& names, const std::string& wanted,
+// `requestedName` after cleanText(), or "clip N" if that is empty; made unique among `names` and
+// added to them. number: the clip's index in the file.
+std::string uniqueClipName(std::set<std::string>& names, const std::string& requestedName,
                            std::size_t number);
 
-// The node among Scene::movingNodes; it must not be there yet. kNone where `rest` holds numbers too
-// large to move.
+// Appends the node to Scene::movingNodes, which must not contain it, and returns the index. kNone
+// if numbers in `rest` are too large.
 Index addMovingNode(Scene& scene, Index node, const Transform& rest);
 
-// Adds the clip, as long as its last key, unless it has no tracks. dropped: channels that were left
-// out of it; they are a warning.
+// Adds the clip unless it has no tracks; its duration is the time of the last key. dropped: the
+// number of channels that were skipped, for a warning.
 void addClip(Scene& scene, Clip clip, std::uint64_t dropped);
 
 }  // namespace clerestory

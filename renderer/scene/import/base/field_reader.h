@@ -1,6 +1,6 @@
-// JSON -> any struct with a field table. One visitor reads them all: each wrong field becomes a
-// FieldError with its JSON Pointer, and the walk goes on, so that somebody learns of all mistakes
-// at once. What is wrong leaves its member as it was.
+// JSON -> any struct with a field table (scene/fields.h). Each invalid field adds a FieldError with
+// its JSON Pointer; reading continues, so that all errors are reported at once. The member of an
+// invalid field keeps its value.
 #pragma once
 
 #include "scene/field_values.h"
@@ -15,7 +15,7 @@
 
 namespace clerestory {
 
-// RFC 6901. Long names are cut: the document should not carry the client's bytes back.
+// RFC 6901. Long names are truncated, because they come from the client.
 inline std::string joinedPointer(const std::string& pointer, std::string_view name) {
     std::string text = pointer + "/";
     for (const char c : name.substr(0, 64)) {
@@ -77,7 +77,7 @@ private:
         errors_.push_back({std::move(pointer), std::move(detail), std::move(allowed)});
     }
 
-    // An optional member is filled only by a sound value.
+    // An optional member is set by a valid value only.
     template <class T, class K>
     void optionalMember(const nlohmann::json& value, std::optional<T>& target, const K& kind,
                         const std::string& pointer) {
@@ -108,7 +108,7 @@ private:
         }
     }
 
-    // Checked as a double, so that narrowing can lose nothing.
+    // Checked as double, before narrowing.
     template <class T>
     std::optional<double> number(const nlohmann::json& value, const Range& range,
                                  const std::string& pointer) {
@@ -217,19 +217,19 @@ private:
     template <class S>
     void member(const nlohmann::json& value, std::vector<S>& target, const NestedList& list,
                 const std::string& pointer) {
-        elements(value, target, list.most, Nested{}, pointer);
+        elements(value, target, list.maxItems, Nested{}, pointer);
     }
 
     template <class S>
     void member(const nlohmann::json& value, std::vector<S>& target, const NestedPresetList& list,
                 const std::string& pointer) {
-        elements(value, target, list.most, NestedPreset{}, pointer);
+        elements(value, target, list.maxItems, NestedPreset{}, pointer);
     }
 
     template <class... S>
     void member(const nlohmann::json& value, std::vector<std::variant<S...>>& target,
                 const NestedUnionList& list, const std::string& pointer) {
-        elements(value, target, list.most, list, pointer);
+        elements(value, target, list.maxItems, list, pointer);
     }
 
     template <class... S>
@@ -259,11 +259,11 @@ private:
     }
 
     template <class S, class K>
-    void elements(const nlohmann::json& value, std::vector<S>& target, std::size_t most,
+    void elements(const nlohmann::json& value, std::vector<S>& target, std::size_t maxItems,
                   const K& kind, const std::string& pointer) {
-        const std::string allowed = "a list of at most " + std::to_string(most);
+        const std::string allowed = "a list of at most " + std::to_string(maxItems);
         if (!value.is_array()) return refuse(pointer, typed(value), allowed);
-        if (value.size() > most) {
+        if (value.size() > maxItems) {
             return refuse(pointer, "has " + std::to_string(value.size()) + " elements", allowed);
         }
         target.assign(value.size(), S{});

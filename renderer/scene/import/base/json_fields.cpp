@@ -8,10 +8,10 @@
 namespace clerestory {
 namespace {
 
-constexpr int kMaxDepth = 64;  // glTF itself needs 8; extras may nest a little deeper
+constexpr int kMaxDepth = 64;  // glTF needs 8; extras may need more
 
-[[noreturn]] void wrongType(const char* key, const char* wanted) {
-    malformed("\"" + std::string(key) + "\" is not " + wanted);
+[[noreturn]] void wrongType(const char* key, const char* expected) {
+    malformed("\"" + std::string(key) + "\" is not " + expected);
 }
 
 const Json* member(const Json& parent, const char* key) {
@@ -28,7 +28,7 @@ void malformed(const std::string& message) {
 Json parsedFile(std::string_view text) {
     const auto shallow = [](int depth, Json::parse_event_t, Json&) {
         if (depth > kMaxDepth) {
-            malformed("the JSON nests too deeply");
+            malformed("the JSON is nested too deeply");
         }
         return true;
     };
@@ -57,7 +57,7 @@ double number(const Json& parent, const char* key, double fallback) {
 float real(const Json& parent, const char* key, float fallback) {
     const double value = number(parent, key, static_cast<double>(fallback));
     if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
-        wrongType(key, "a number that float can hold");
+        wrongType(key, "a number in the range of float");
     }
     return static_cast<float>(value);
 }
@@ -73,7 +73,7 @@ bool flag(const Json& parent, const char* key, bool fallback) {
 std::string text(const Json& parent, const char* key) {
     const Json* value = member(parent, key);
     if (value && !value->is_string()) {
-        wrongType(key, "a text");
+        wrongType(key, "a string");
     }
     return value ? value->get<std::string>() : std::string();
 }
@@ -127,7 +127,7 @@ const Json* extension(const Json& parent, const char* name) {
 const Json& element(const Json& list, std::size_t i, const char* what) {
     if (i >= list.size() || !list[i].is_object()) {
         malformed(i == kNone ? "an index into " + std::string(what) + " is missing"
-                             : "there is no number " + std::to_string(i) + " in " + what);
+                             : std::string(what) + " has no element " + std::to_string(i));
     }
     return list[i];
 }

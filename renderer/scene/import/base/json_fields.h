@@ -1,5 +1,5 @@
-// Typed reading of a JSON object that nobody has checked: absent gives the default, a wrong type or
-// a number that float cannot hold is an ImportError that names the key.
+// Typed access to members of an unchecked JSON object. An absent member has the default; a wrong
+// type, or a number outside the range of float, is an ImportError with the key.
 #pragma once
 
 #include "scene/material.h"
@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 
 [[noreturn]] void malformed(const std::string& message);
 
-// Throws ImportError when the text is no JSON or nests deeper than a scene ever does.
+// Throws ImportError if the text is not JSON, is not an object or nests more than 64 levels.
 Json parsedFile(std::string_view text);
 
 double number(const Json& object, const char* key, double fallback);
@@ -26,10 +26,10 @@ std::string text(const Json& object, const char* key);
 Index indexAt(const Json& object, const char* key);
 std::uint64_t wholeNumber(const Json& object, const char* key, std::uint64_t fallback);
 
-// The member when it is an object (array), an empty one when it is absent.
+// The member, or an empty object (array) if it is absent.
 const Json& object(const Json& parent, const char* key);
 const Json& array(const Json& parent, const char* key);
-// parent.extensions[name], or nothing.
+// parent.extensions[name], or null.
 const Json* extension(const Json& parent, const char* name);
 // array[i], which must be an object.
 const Json& element(const Json& list, std::size_t i, const char* what);
@@ -43,12 +43,12 @@ glm::vec<N, double> numbers(const Json& parent, const char* key,
     }
     glm::vec<N, double> result(0.0);
     for (int i = 0; i < N; ++i) {
-        const auto place = static_cast<std::size_t>(i);
-        if (list.size() != std::size_t{N} || !list[place].is_number()) {
+        const auto index = static_cast<std::size_t>(i);
+        if (list.size() != std::size_t{N} || !list[index].is_number()) {
             malformed("\"" + std::string(key) + "\" is not a list of " + std::to_string(N) +
                       " numbers");
         }
-        result[i] = list[place].get<double>();
+        result[i] = list[index].get<double>();
     }
     return result;
 }

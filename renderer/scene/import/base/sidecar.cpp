@@ -39,7 +39,7 @@ struct EnvironmentFields {
 template <class V>
 void fields(EnvironmentFields& e, V&& visit) {
     visit("map", e.map, Text{128}, "the map that lights the scene unless a request names one");
-    visit("rotation", e.rotation, Rotation{}, "world from map, unless a request says another");
+    visit("rotation", e.rotation, Rotation{}, "world from map, unless a request has another");
 }
 
 struct SideFile {
@@ -55,7 +55,7 @@ void fields(SideFile& s, V&& visit) {
     visit("environment", s.environment, Nested{}, "light from all around");
 }
 
-// What a glTF material may say of itself.
+// The fields that are allowed in a glTF material's extras.
 struct MaterialNotes {
     MaterialOverride fields;
 };
@@ -71,20 +71,20 @@ void fields(MaterialNotes& n, V&& visit) {
     });
 }
 
-void warn(Scene& scene, const char* code, const std::string& place,
+void warn(Scene& scene, const char* code, const std::string& location,
           const std::vector<FieldError>& errors) {
     for (const FieldError& e : errors) {
         const std::string allowed = e.allowed.empty() ? "" : "; allowed: " + e.allowed;
-        scene.warnings.push_back({code, place + e.pointer, e.detail + allowed});
+        scene.warnings.push_back({code, location + e.pointer, e.detail + allowed});
     }
 }
 
 void addProbe(Scene& scene, const ProbeFields& from, Index node, const char* code,
-              const std::string& place) {
-    const auto refuse = [&](const char* what) { scene.warnings.push_back({code, place, what}); };
-    if (from.name.empty()) return refuse("a probe without a name was left out");
+              const std::string& location) {
+    const auto refuse = [&](const char* what) { scene.warnings.push_back({code, location, what}); };
+    if (from.name.empty()) return refuse("a probe without a name was ignored");
     for (const Probe& probe : scene.probes) {
-        if (probe.name == from.name) return refuse("a second probe of the same name was left out");
+        if (probe.name == from.name) return refuse("a second probe of the same name was ignored");
     }
     if (from.node) {
         const auto found = std::find_if(scene.nodes.begin(), scene.nodes.end(),
@@ -126,7 +126,7 @@ bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& mo
     for (std::size_t i = 0; i < side.probes.size(); ++i) {
         addProbe(scene, side.probes[i], kNone, kSideFile, name + "/probes/" + std::to_string(i));
     }
-    // What an override's names get wrong makes it choose nothing; a bad rotation or probe goes.
+    // An override with an unknown name selects nothing; an invalid rotation or probe is removed.
     for (const FieldError& e : problems(scene, side.overrides)) errors.push_back(e);
     for (MaterialOverride& o : side.overrides) {
         const auto wrong = problems(scene, {o}, "");
@@ -143,20 +143,20 @@ bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& mo
         scene.environmentRotation = glm::normalize(glm::dquat((*q)[3], (*q)[0], (*q)[1], (*q)[2]));
     }
     warn(scene, kSideFile, name, errors);
-    dressForGood(scene, side.overrides);
+    applyOverrides(scene, side.overrides);
     return true;
 }
 
 void readMaterialExtras(const Json& extras, Material& material, Scene& scene) {
     if (!extras.is_object()) return;
-    Json known = Json::object();  // others write notes into extras, too
+    Json known = Json::object();  // other programs use extras, too
     MaterialNotes notes;
     fields(notes, [&](const char* name, auto&, const auto&, const char*) {
         if (const auto found = extras.find(name); found != extras.end()) known[name] = *found;
     });
     std::vector<FieldError> errors;
     FieldReader(errors).object(known, notes, "");
-    notes.fields.material = material.name;  // it chooses itself
+    notes.fields.material = material.name;  // selects this material
     for (const FieldError& e : problems(Scene{}, {notes.fields}, "")) {
         if (e.pointer == "/0/environmentRotation") {
             errors.push_back({"/environmentRotation", e.detail, e.allowed});
@@ -174,10 +174,10 @@ void readNodeExtras(const Json& extras, Index node, Scene& scene) {
     ProbeFields probe{.name = scene.nodes[node].name};
     std::vector<FieldError> errors;
     FieldReader(errors).object(*found, probe, "/probe");
-    const std::string place = scene.nodes[node].name;
-    probe.node.reset();  // it stands where it is written
-    warn(scene, kExtras, place, errors);
-    addProbe(scene, probe, node, kExtras, place);
+    const std::string location = scene.nodes[node].name;
+    probe.node.reset();  // it is attached to the node that contains it
+    warn(scene, kExtras, location, errors);
+    addProbe(scene, probe, node, kExtras, location);
 }
 
 bool dropUnknownProbes(Scene& scene) {

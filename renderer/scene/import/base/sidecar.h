@@ -1,6 +1,6 @@
-// What a scene's owner says beside the model: MODEL.clerestory.json with material overrides and
-// placed probes, and the same words in a glTF file's extras. Whatever is wrong in it is a warning
-// that names the place; the model never suffers.
+// The sidecar file of a scene, MODEL.clerestory.json, with material overrides and probes; and the
+// same fields in the extras of a glTF file. Every error in them is a warning with a JSON Pointer;
+// the scene is imported without the invalid field.
 #pragma once
 
 #include "scene/import/base/json_fields.h"
@@ -11,21 +11,22 @@
 
 namespace clerestory {
 
-// The side file's name for a model's: "hall.gltf" -> "hall.clerestory.json".
+// The sidecar's name for a model's name: "hall.gltf" -> "hall.clerestory.json".
 std::string sidecarName(const std::string& modelName);
 
-// Reads it, if it is there, and applies it for good to a sound scene, which it may leave in need of
-// finishScene(). Returns whether it was there.
+// Reads the sidecar, if it exists, and applies it to a valid scene, which then needs finishScene()
+// again. Returns whether it exists.
 bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& modelName);
 
-// A glTF material's extras: reflection, probe, environmentMap, environmentRotation. Others' notes
-// are left alone.
+// A glTF material's extras: reflection, probe, environmentMap, environmentRotation, mapBlur. Other
+// members are ignored.
 void readMaterialExtras(const Json& extras, Material& material, Scene& scene);
 
-// A glTF node's extras: "probe", an object as in the side file, at this node.
+// A glTF node's extras: "probe", an object as in the sidecar, attached to this node.
 void readNodeExtras(const Json& extras, Index node, Scene& scene);
 
-// Materials that name a probe which is not there lose it, with a warning. Whether there were any.
+// Removes references of materials to unknown probes, with a warning. Returns whether there were
+// any.
 bool dropUnknownProbes(Scene& scene);
 
 }  // namespace clerestory

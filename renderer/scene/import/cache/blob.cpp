@@ -105,7 +105,8 @@ void serialize(A& a, Probe& p) {
 }
 template <class A>
 void serialize(A& a, Track& c) {
-    a(c.moved, AnimatedProperty::weights), a(c.target), a(c.between, Interpolation::cubicSpline);
+    a(c.property, AnimatedProperty::weights), a(c.target),
+        a(c.interpolation, Interpolation::cubicSpline);
     a(c.times), a(c.values);
 }
 template <class A>
@@ -210,7 +211,7 @@ public:
     explicit Reader(std::span<const std::byte> left) : left_(left) {}
 
     void bytes(void* to, std::size_t count) {
-        if (count > left_.size()) throw BlobError("the scene blob is cut short");
+        if (count > left_.size()) throw BlobError("the scene blob is truncated");
         if (count > 0) std::memcpy(to, left_.data(), count);
         left_ = left_.subspan(count);
     }
@@ -233,7 +234,7 @@ public:
         std::underlying_type_t<E> number = 0;
         bytes(&number, sizeof number);
         if (number > static_cast<std::underlying_type_t<E>>(last)) {
-            throw BlobError("the scene blob holds an unknown enumerator");
+            throw BlobError("the scene blob has an unknown enumerator");
         }
         value = static_cast<E>(number);
     }
@@ -256,8 +257,8 @@ public:
                 list.assign(from, from + count);
                 left_ = left_.subspan(count);
             } else {
-                // Vertices and indices stay where they are now if the driver may read a little
-                // past their end; see gl::kSharedMemoryTail.
+                // The driver uses vertices and indices in place if it may read a little beyond
+                // their end; see gl::kSharedMemoryTail.
                 constexpr std::size_t kTail = 64;
                 list.reserve(count + (kTail + sizeof(T) - 1) / sizeof(T));
                 list.resize(count);
@@ -270,11 +271,11 @@ public:
     }
 
 private:
-    // A count of things that take at least itemBytes each, so that memory stays within the blob's.
+    // A count of items of at least itemBytes each, so that memory is bounded by the blob's size.
     std::size_t length(std::size_t itemBytes) {
         std::uint64_t count = 0;
         bytes(&count, sizeof count);
-        if (count > left_.size() / itemBytes) throw BlobError("the scene blob is cut short");
+        if (count > left_.size() / itemBytes) throw BlobError("the scene blob is truncated");
         return static_cast<std::size_t>(count);
     }
 
@@ -287,8 +288,9 @@ void writeScene(const Scene& scene, const BlobSink& sink) {
     Writer writer(sink);
     const Header header;
     writer.bytes(&header, sizeof header);
-    serialize(writer,
-              const_cast<Scene&>(scene));  // the list is shared with reading; writing only looks
+    serialize(
+        writer,
+        const_cast<Scene&>(scene));  // the list is shared with reading; writing does not modify it
     const std::uint64_t checksum = writer.checksum();
     sink(&checksum, sizeof checksum);
 }
@@ -298,7 +300,7 @@ Scene readScene(std::span<const std::byte> blob) {
     std::uint64_t checksum = 0;
     if (blob.size() < sizeof expected + sizeof checksum ||
         std::memcmp(blob.data(), &expected, sizeof expected) != 0) {
-        throw BlobError("this is no scene blob of this version");
+        throw BlobError("not a scene blob of this version");
     }
     const std::size_t covered = blob.size() - sizeof checksum;
     std::memcpy(&checksum, blob.data() + covered, sizeof checksum);
@@ -324,25 +326,25 @@ void writeEnvironment(const EnvironmentMap& map, const BlobSink& sink) {
 
 EnvironmentMap readEnvironment(std::span<const std::byte> blob) {
     EnvironmentHeader header, expected;
-    if (blob.size() < sizeof header) throw BlobError("the environment map is cut short");
+    if (blob.size() < sizeof header) throw BlobError("the environment map is truncated");
     std::memcpy(&header, blob.data(), sizeof header);
     expected.faceSize = header.faceSize;
     if (std::memcmp(&header, &expected, sizeof header) != 0 || header.faceSize == 0 ||
         header.faceSize > kMaxImportedFace) {
-        throw BlobError("this is no environment map of this version");
+        throw BlobError("not an environment map of this version");
     }
     EnvironmentMap map;
     map.faceSize = header.faceSize;
     const std::size_t texels = std::size_t{6} * map.faceSize * map.faceSize;
     if (blob.size() != sizeof header + texels * sizeof(glm::vec3)) {
-        throw BlobError("the environment map has not the texels that it says");
+        throw BlobError("the environment map has a wrong number of texels");
     }
     map.texels.resize(texels);
     std::memcpy(map.texels.data(), blob.data() + sizeof header, texels * sizeof(glm::vec3));
     for (const glm::vec3& t : map.texels) {
         for (int c = 0; c < 3; ++c) {
             if (!(t[c] >= 0.0f && t[c] <= 65504.0f)) {
-                throw BlobError("the environment map holds what is no light");
+                throw BlobError("the environment map has invalid texels");
             }
         }
     }

@@ -10,7 +10,7 @@
 namespace clerestory {
 namespace {
 
-// Of all channels together; a small file could ask for one long list many times.
+// Of all channels together: a small file could refer to one long accessor many times.
 constexpr std::uint64_t kMaxNumbers = 64'000'000;
 
 }  // namespace
@@ -19,7 +19,7 @@ std::vector<Index> indexList(const Json& parent, const char* key) {
     std::vector<Index> result;
     for (const Json& value : array(parent, key)) {
         if (!value.is_number_unsigned() || value.get<std::uint64_t>() >= kNone) {
-            malformed("\"" + std::string(key) + "\" holds something that is no index");
+            malformed("\"" + std::string(key) + "\" has an element that is not an index");
         }
         result.push_back(value.get<Index>());
     }
@@ -67,7 +67,7 @@ GltfSkin gltfSkin(GltfDocument& document, const Json& skin, const std::vector<In
     return result;
 }
 
-void GltfMotion::readClips() {
+void GltfAnimations::readClips() {
     const Json& animations = array(document_.json(), "animations");
     for (std::size_t i = 0; i < animations.size(); ++i) {
         readClip(element(animations, i, "animations"), i);
@@ -75,7 +75,7 @@ void GltfMotion::readClips() {
     nodeMoves_ = nodesThatMove(scene_);
 }
 
-void GltfMotion::readClip(const Json& animation, std::size_t number) {
+void GltfAnimations::readClip(const Json& animation, std::size_t number) {
     Clip clip{.name = uniqueClipName(names_, text(animation, "name"), number)};
     std::uint64_t dropped = 0;
     movedByClip_.clear();
@@ -91,41 +91,40 @@ void GltfMotion::readClip(const Json& animation, std::size_t number) {
     addClip(scene_, std::move(clip), dropped);
 }
 
-bool GltfMotion::addTrack(const Json& animation, const Json& json, Clip& clip) {
+bool GltfAnimations::addTrack(const Json& animation, const Json& json, Clip& clip) {
     const Json& sampler =
         element(array(animation, "samplers"), indexAt(json, "sampler"), "samplers");
-    const std::string word = text(sampler, "interpolation");
-    Track track{.between = word == "STEP"          ? Interpolation::step
-                           : word == "CUBICSPLINE" ? Interpolation::cubicSpline
-                                                   : Interpolation::linear};
-    // Everything that is read is thrown away again when the target is none.
+    const std::string interpolation = text(sampler, "interpolation");
+    Track track{.interpolation = interpolation == "STEP"          ? Interpolation::step
+                                 : interpolation == "CUBICSPLINE" ? Interpolation::cubicSpline
+                                                                  : Interpolation::linear};
     const Numbers times = document_.floats(indexAt(sampler, "input"));
     Numbers values = document_.floats(indexAt(sampler, "output"));
     numbers_ += times.values.size() + values.values.size();
     if (numbers_ > kMaxNumbers) {
-        throw ImportError(ImportError::Reason::limit, "the animations hold too many numbers");
+        throw ImportError(ImportError::Reason::limit, "the animations have too many numbers");
     }
     track.times = times.values;
     track.values = std::move(values.values);
     const std::string path = text(object(json, "target"), "path");
-    track.moved = path == "rotation"  ? AnimatedProperty::rotation
-                  : path == "scale"   ? AnimatedProperty::scale
-                  : path == "weights" ? AnimatedProperty::weights
-                                      : AnimatedProperty::translation;
-    const bool known = path == "translation" || track.moved != AnimatedProperty::translation;
+    track.property = path == "rotation"  ? AnimatedProperty::rotation
+                     : path == "scale"   ? AnimatedProperty::scale
+                     : path == "weights" ? AnimatedProperty::weights
+                                         : AnimatedProperty::translation;
+    const bool known = path == "translation" || track.property != AnimatedProperty::translation;
     if (!known || times.components != 1) return false;
     track.target = 0;
-    if (!sound(track, 1)) return false;  // before anything is made for it
+    if (!isValid(track, 1)) return false;  // before targets are added to the scene
     if (!setTarget(object(json, "target"), track)) return false;
-    if (!movedByClip_.insert({track.moved, track.target}).second) return false;
+    if (!movedByClip_.insert({track.property, track.target}).second) return false;
     clip.tracks.push_back(std::move(track));
     return true;
 }
 
-bool GltfMotion::setTarget(const Json& target, Track& track) {
+bool GltfAnimations::setTarget(const Json& target, Track& track) {
     const Index node = indexAt(target, "node");
     if (node >= nodeOf_.size() || nodeOf_[node] == kNone) return false;
-    if (track.moved != AnimatedProperty::weights) {
+    if (track.property != AnimatedProperty::weights) {
         track.target = movingNode(node);
         return track.target != kNone;
     }
@@ -135,7 +134,7 @@ bool GltfMotion::setTarget(const Json& target, Track& track) {
            track.components() == scene_.morphWeights[track.target].rest.size();
 }
 
-Index GltfMotion::movingNode(Index gltfNode) {
+Index GltfAnimations::movingNode(Index gltfNode) {
     const Index node = nodeOf_[gltfNode];
     if (const auto known = movingAt_.find(node); known != movingAt_.end()) return known->second;
     const Transform rest = transformOf(document_.item("nodes", gltfNode));
@@ -144,12 +143,12 @@ Index GltfMotion::movingNode(Index gltfNode) {
     return added;
 }
 
-Index GltfMotion::weightsOf(Index gltfNode) const {
+Index GltfAnimations::weightsOf(Index gltfNode) const {
     const auto known = weightsAt_.find(nodeOf_[gltfNode]);
     return known == weightsAt_.end() ? kNone : known->second;
 }
 
-Index GltfMotion::morphWeights(Index gltfNode) {
+Index GltfAnimations::morphWeights(Index gltfNode) {
     const Json& json = document_.item("nodes", gltfNode);
     const Json& mesh = document_.item("meshes", indexAt(json, "mesh"));
     std::size_t targets = 0;
@@ -166,25 +165,25 @@ Index GltfMotion::morphWeights(Index gltfNode) {
             weights.rest[i] = static_cast<float>(weight);
         }
     }
-    const Index place = static_cast<Index>(scene_.morphWeights.size());
+    const Index index = static_cast<Index>(scene_.morphWeights.size());
     scene_.morphWeights.push_back(std::move(weights));
-    return weightsAt_[nodeOf_[gltfNode]] = place;
+    return weightsAt_[nodeOf_[gltfNode]] = index;
 }
 
-bool GltfMotion::moves(const Json& skin) const {
+bool GltfAnimations::moves(const Json& skin) const {
     const std::vector<Index> joints = indexList(skin, "joints");
     return std::any_of(joints.begin(), joints.end(), [&](Index joint) {
         return joint < nodeOf_.size() && nodeOf_[joint] != kNone && nodeMoves_[nodeOf_[joint]];
     });
 }
 
-Index GltfMotion::addSkin(const Json& json) {
+Index GltfAnimations::addSkin(const Json& json) {
     GltfSkin read = gltfSkin(document_, json, nodeOf_);
-    // A joint that is not in the scene moves nothing: its vertices stay where the mesh has them.
+    // A joint outside the scene does not move its vertices.
     for (std::size_t i = 0; i < read.joints.size(); ++i) {
         if (read.joints[i] != kNone) continue;
-        if (stillNode_ == kNone) stillNode_ = addNode(scene_, "");
-        read.joints[i] = stillNode_;
+        if (staticNode_ == kNone) staticNode_ = addNode(scene_, "");
+        read.joints[i] = staticNode_;
     }
     scene_.skins.push_back({std::move(read.joints), std::move(read.jointFromMesh)});
     return static_cast<Index>(scene_.skins.size() - 1);

@@ -8,7 +8,7 @@
 namespace clerestory {
 namespace {
 
-// An accessor without a buffer view is all zeros and costs no file, so its length needs a limit.
+// An accessor without a buffer view has no bytes in the file, so its length needs a limit.
 constexpr std::uint64_t kMaxElements = 1u << 25;
 
 std::uint32_t littleEndian(const std::string& bytes, std::size_t at) {
@@ -32,7 +32,7 @@ std::string base64Decoded(std::string_view text) {
     std::string bytes;
     bytes.reserve(text.size() * 3 / 4);
     std::uint32_t bits = 0;
-    int held = 0;
+    int bitCount = 0;
     for (const char c : text) {
         const int digit = base64Digit(c);
         if (digit < 0) {
@@ -40,10 +40,10 @@ std::string base64Decoded(std::string_view text) {
             malformed("a data URI is not base64");
         }
         bits = bits << 6 | static_cast<std::uint32_t>(digit);
-        held += 6;
-        if (held >= 8) {
-            held -= 8;
-            bytes += static_cast<char>(bits >> held & 0xff);
+        bitCount += 6;
+        if (bitCount >= 8) {
+            bitCount -= 8;
+            bytes += static_cast<char>(bits >> bitCount & 0xff);
         }
     }
     return bytes;
@@ -92,8 +92,8 @@ std::size_t componentBytes(std::uint64_t type) {
     }
 }
 
-// Zero where integers are plain numbers; glTF 2.0, 3.6.2.2.
-double normalisedOne(std::uint64_t type, bool normalized) {
+// The integer that represents 1; 0 if integers are not normalised. glTF 2.0, 3.6.2.2.
+double normalizedOne(std::uint64_t type, bool normalized) {
     if (!normalized) return 0.0;
     switch (type) {
         case kByte:
@@ -111,13 +111,13 @@ double normalisedOne(std::uint64_t type, bool normalized) {
 
 }  // namespace
 
-// How the numbers of an accessor lie in their bytes.
+// The memory layout of an accessor.
 struct GltfDocument::Layout {
     std::uint64_t count = 0;
     std::uint64_t type = 0;
     std::size_t components = 0;
-    std::size_t rows = 0;         // components that lie together
-    std::size_t columnBytes = 0;  // matrix columns start at multiples of four
+    std::size_t rows = 0;         // components of one column
+    std::size_t columnBytes = 0;  // matrix columns are aligned to four bytes
     std::size_t elementBytes = 0;
     double one = 0.0;
 };
@@ -129,7 +129,7 @@ GltfDocument::GltfDocument(std::string file, const SceneFolder& folder) : folder
     }
     constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
     if (file.size() < 20 || littleEndian(file, 4) != 2 || littleEndian(file, 16) != kJsonChunk) {
-        malformed("the .glb header is not one of glTF 2.0");
+        malformed("the .glb header is not that of glTF 2.0");
     }
     const std::size_t jsonBytes = littleEndian(file, 12);
     if (jsonBytes > file.size() - 20) {
@@ -140,7 +140,7 @@ GltfDocument::GltfDocument(std::string file, const SceneFolder& folder) : folder
     if (next + 8 <= file.size() && littleEndian(file, next + 4) == kBinaryChunk) {
         const std::size_t bytes = littleEndian(file, next);
         if (bytes > file.size() - next - 8) {
-            malformed("the .glb file ends within its binary part");
+            malformed("the .glb file ends within its binary chunk");
         }
         file.erase(0, next + 8);
         file.resize(bytes);
@@ -163,11 +163,11 @@ ByteSpan GltfDocument::dataUri(const std::string& uri) {
         !std::string_view(uri).substr(0, comma).ends_with(";base64")) {
         malformed("a data URI is not base64");
     }
-    const auto [place, isNew] = dataUris_.try_emplace(uri);
+    const auto [entry, isNew] = dataUris_.try_emplace(uri);
     if (isNew) {
-        place->second = base64Decoded(std::string_view(uri).substr(comma + 1));
+        entry->second = base64Decoded(std::string_view(uri).substr(comma + 1));
     }
-    return {reinterpret_cast<const unsigned char*>(place->second.data()), place->second.size()};
+    return {reinterpret_cast<const unsigned char*>(entry->second.data()), entry->second.size()};
 }
 
 const std::string& GltfDocument::buffer(Index i) {
@@ -190,13 +190,13 @@ const std::string& GltfDocument::buffer(Index i) {
             bytes = folder_.read(percentDecoded(uri));
         } catch (const ImportError& error) {
             if (error.reason() == ImportError::Reason::notFound) {
-                malformed(error.what());  // the scene is there, a part of it is not
+                malformed(error.what());  // the scene exists, a part of it does not
             }
             throw;
         }
     }
     if (wholeNumber(description, "byteLength", 0) > bytes.size()) {
-        malformed("buffer " + std::to_string(i) + " is shorter than it says");
+        malformed("buffer " + std::to_string(i) + " is shorter than its byteLength");
     }
     return buffers_[i] = std::move(bytes);
 }
@@ -207,7 +207,7 @@ ByteSpan GltfDocument::bufferView(Index i) {
     const std::uint64_t offset = wholeNumber(view, "byteOffset", 0);
     const std::uint64_t length = wholeNumber(view, "byteLength", 0);
     if (offset > bytes.size() || length > bytes.size() - offset) {
-        malformed("buffer view " + std::to_string(i) + " leaves its buffer");
+        malformed("buffer view " + std::to_string(i) + " exceeds its buffer");
     }
     return {reinterpret_cast<const unsigned char*>(bytes.data()) + offset, length};
 }
@@ -232,11 +232,11 @@ GltfDocument::Layout GltfDocument::layout(const Json& accessor) const {
     const std::size_t column = rows * componentBytes(layout.type);
     layout.columnBytes = columns > 1 ? (column + 3) / 4 * 4 : column;
     layout.elementBytes = layout.columnBytes * columns;
-    layout.one = normalisedOne(layout.type, flag(accessor, "normalized", false));
+    layout.one = normalizedOne(layout.type, flag(accessor, "normalized", false));
     return layout;
 }
 
-// Elements one after the other into `out`, then the sparse ones over them.
+// Copies all elements to `out`, then the sparse ones.
 template <class Out, class Convert>
 void GltfDocument::read(Index index_, std::vector<Out>& out, const Convert& convert) {
     const Json& accessor = item("accessors", index_);
@@ -245,12 +245,12 @@ void GltfDocument::read(Index index_, std::vector<Out>& out, const Convert& conv
     out.assign(at.count * at.components, Out{});
     const auto copyElement = [&](const unsigned char* from, std::uint64_t to) {
         for (std::size_t c = 0; c < at.components; ++c) {
-            const std::size_t place = c / at.rows * at.columnBytes + c % at.rows * size;
-            out[to * at.components + c] = convert(component(from + place, at.type), at.one);
+            const std::size_t offset = c / at.rows * at.columnBytes + c % at.rows * size;
+            out[to * at.components + c] = convert(component(from + offset, at.type), at.one);
         }
     };
     const auto outside = [&] {
-        malformed("accessor " + std::to_string(index_) + " leaves its buffer view");
+        malformed("accessor " + std::to_string(index_) + " exceeds its buffer view");
     };
     if (const Index viewIndex = indexAt(accessor, "bufferView");
         viewIndex != kNone && at.count > 0) {
@@ -268,29 +268,29 @@ void GltfDocument::read(Index index_, std::vector<Out>& out, const Convert& conv
     }
     if (accessor.contains("sparse")) {
         const Json& sparse = object(accessor, "sparse");
-        const Json& places = object(sparse, "indices");
+        const Json& indices = object(sparse, "indices");
         const Json& values = object(sparse, "values");
         const std::uint64_t replaced = wholeNumber(sparse, "count", 0);
-        const std::uint64_t placeType = wholeNumber(places, "componentType", 0);
-        const std::size_t placeBytes = componentBytes(placeType);
-        const ByteSpan placeSpan = bufferView(indexAt(places, "bufferView"));
+        const std::uint64_t indexType = wholeNumber(indices, "componentType", 0);
+        const std::size_t indexBytes = componentBytes(indexType);
+        const ByteSpan indexSpan = bufferView(indexAt(indices, "bufferView"));
         const ByteSpan valueSpan = bufferView(indexAt(values, "bufferView"));
-        const std::uint64_t placeOffset = wholeNumber(places, "byteOffset", 0);
+        const std::uint64_t indexOffset = wholeNumber(indices, "byteOffset", 0);
         const std::uint64_t valueOffset = wholeNumber(values, "byteOffset", 0);
-        if (replaced > at.count || placeOffset > placeSpan.size() ||
-            replaced * placeBytes > placeSpan.size() - placeOffset ||
+        if (replaced > at.count || indexOffset > indexSpan.size() ||
+            replaced * indexBytes > indexSpan.size() - indexOffset ||
             valueOffset > valueSpan.size() ||
             replaced * at.elementBytes > valueSpan.size() - valueOffset) {
             outside();
         }
         for (std::uint64_t i = 0; i < replaced; ++i) {
-            const double place =
-                component(placeSpan.data() + placeOffset + i * placeBytes, placeType);
-            if (!(place >= 0.0 && place < static_cast<double>(at.count))) {
+            const double index =
+                component(indexSpan.data() + indexOffset + i * indexBytes, indexType);
+            if (!(index >= 0.0 && index < static_cast<double>(at.count))) {
                 outside();
             }
             copyElement(valueSpan.data() + valueOffset + i * at.elementBytes,
-                        static_cast<std::uint64_t>(place));
+                        static_cast<std::uint64_t>(index));
         }
     }
 }
@@ -307,7 +307,7 @@ Numbers GltfDocument::floats(Index accessor) {
 std::vector<std::uint32_t> GltfDocument::integers(Index accessor) {
     std::vector<std::uint32_t> result;
     read(accessor, result, [](double value, double) {
-        // Anything else than a whole number in range becomes an index that no vertex has.
+        // Other values become an index that is out of range.
         return value >= 0.0 && value < 4294967295.0 ? static_cast<std::uint32_t>(value) : kNone;
     });
     return result;

@@ -1,8 +1,7 @@
-// A .gltf or .glb file opened: its JSON, and its binary parts as numbers.
+// A .gltf or .glb file: its JSON and its accessors as numbers.
 //
-// glTF is read by ourselves from end to end and not through Assimp 5.2.5, which loses or changes
-// too much of it: emissive strength, specular, all but one skin of a mesh, camera angles, quantised
-// attributes, interpolation.
+// glTF is not read through Assimp 5.2.5, which loses or changes emissive strength, specular, all
+// but one skin of a mesh, camera angles, quantised attributes and interpolation.
 #pragma once
 
 #include "scene/import/base/json_fields.h"
@@ -32,14 +31,14 @@ public:
     GltfDocument(std::string file, const SceneFolder& folder);
 
     const Json& json() const { return json_; }
-    const Json& item(const char* list, Index i) const;  // json[list][i], checked
+    const Json& item(const char* list, Index i) const;  // json[list][i]; throws ImportError
 
-    // An accessor as floats (normalised integers decoded, sparse applied) or as whole numbers.
+    // An accessor as floats (normalised integers decoded, sparse values applied) or as integers.
     Numbers floats(Index accessor);
     std::vector<std::uint32_t> integers(Index accessor);
 
     ByteSpan bufferView(Index view);
-    // The content of a data URI, kept by the document; empty when it is not one we can read.
+    // The content of a base64 data URI; the document owns the bytes. Throws ImportError for others.
     ByteSpan dataUri(const std::string& uri);
 
 private:

@@ -45,7 +45,7 @@ glm::vec3 color(const Json& parent, const char* key, double fallback) {
 void GltfMaterials::read() {
     for (const Json& json : array(document_.json(), "materials")) {
         if (!json.is_object()) {
-            malformed("\"materials\" holds something that is no material");
+            malformed("\"materials\" has an element that is not an object");
         }
         scene_.materials.push_back(material(json));
         cleanMaterial(scene_.materials.back(), scene_);
@@ -72,22 +72,22 @@ Material GltfMaterials::material(const Json& json) {
                                     : AlphaMode::opaque;
     m.alphaCutoff = real(json, "alphaCutoff", 0.5f);
     m.doubleSided = flag(json, "doubleSided", false);
-    constexpr std::size_t kMaxExtras = 16384;  // bytes; notes are short
+    constexpr std::size_t kMaxExtras = 16384;  // bytes
     if (json.contains("extras")) {
         m.extras = json["extras"].dump(-1, ' ', false, Json::error_handler_t::replace);
         if (m.extras.size() > kMaxExtras) m.extras.clear();
         readMaterialExtras(json["extras"], m, scene_);
     }
     readExtensions(json, m);
-    // glTF's default for metallic is 1, and no light passes through a metal: who asks for
-    // transmission and leaves metallic out means a dielectric.
+    // glTF's default for metallic is 1, and metals do not transmit. A material with transmission
+    // and without metallic is meant as a dielectric.
     const Json& surface = object(json, "pbrMetallicRoughness");
     if (m.transmission > 0.0f && m.metallic == 1.0f && !surface.contains("metallicFactor") &&
         !m.metallicRoughnessTexture.present()) {
         m.metallic = 0.0f;
         scene_.warnings.push_back(
             {"transmissiveMetal", m.name,
-             "it transmits light and leaves metallic at its default of 1; it is drawn as glass"});
+             "it has transmission and the default metallic of 1; it is drawn as glass"});
     }
     return m;
 }
@@ -100,7 +100,7 @@ void GltfMaterials::readMetallicRoughness(const Json& json, Material& m) {
     m.metallicRoughnessTexture = slot(json, "metallicRoughnessTexture", ColorSpace::linear);
 }
 
-// The older model, factors only: a bright specular colour means a metal of that colour.
+// Converts the factors: a bright specular colour over a dark diffuse one is a metal.
 void GltfMaterials::readSpecularGlossiness(const Json& json, Material& m) {
     const glm::vec3 specular = color(json, "specularFactor", 1.0);
     const float brightest = std::max({specular.x, specular.y, specular.z});
@@ -174,14 +174,14 @@ TextureSlot GltfMaterials::slot(const Json& parent, const char* key, ColorSpace 
 
 Index GltfMaterials::texture(Index gltfTexture, ColorSpace colorSpace) {
     const Json& json = document_.item("textures", gltfTexture);
-    Texture how;
-    if (const Index sampler = indexAt(json, "sampler"); sampler != kNone) {
-        how = sampling(document_.item("samplers", sampler));
+    Texture sampler;
+    if (const Index index = indexAt(json, "sampler"); index != kNone) {
+        sampler = sampling(document_.item("samplers", index));
     }
     Index source = indexAt(json, "source");
     for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {
         if (const Json* other = extension(json, name); other && source == kNone) {
-            source = indexAt(*other, "source");  // the decoder will say that it cannot read it
+            source = indexAt(*other, "source");  // the decoder reports that it is not supported
         }
     }
     if (source == kNone) {
@@ -189,8 +189,8 @@ Index GltfMaterials::texture(Index gltfTexture, ColorSpace colorSpace) {
         return kNone;
     }
     try {
-        return textures_.texture(imageSource(source), colorSpace, how);
-    } catch (const ImportError& error) {  // a picture is never worth the whole scene
+        return textures_.texture(imageSource(source), colorSpace, sampler);
+    } catch (const ImportError& error) {  // the scene is imported without the texture
         scene_.warnings.push_back(
             {"brokenTexture", "image " + std::to_string(source), error.what()});
         return kNone;

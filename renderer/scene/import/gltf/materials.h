@@ -1,4 +1,4 @@
-// glTF 2.0 materials with their KHR_materials_* extensions, straight from the JSON.
+// glTF 2.0 materials with the KHR_materials_* extensions, read from the JSON.
 #pragma once
 
 #include "scene/import/gltf/document.h"
@@ -11,7 +11,7 @@ public:
     GltfMaterials(GltfDocument& document, TextureStore& textures, Scene& scene)
         : document_(document), textures_(textures), scene_(scene) {}
 
-    // One Material for each of the file's, in its order; one more, glTF's default, stands last.
+    // Appends one Material for each of the file's, in order, and glTF's default material.
     void read();
 
 private:

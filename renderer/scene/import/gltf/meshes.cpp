@@ -10,13 +10,13 @@
 namespace clerestory {
 namespace {
 
-glm::vec3 threeOf(const Numbers& numbers, std::size_t i) {
+glm::vec3 vec3At(const Numbers& numbers, std::size_t i) {
     const float* v = numbers.at(i);
     return {v[0], v[1], v[2]};
 }
 
-// glTF 2.0, 3.7.2.1: without normals every triangle is flat, so no two of them share a vertex.
-// Returns which vertex each was.
+// glTF 2.0, 3.7.2.1: without normals triangles are flat and share no vertices. Returns the old
+// index of each vertex.
 std::vector<std::uint32_t> separateTriangles(MeshDraft& draft) {
     std::vector<Vertex> vertices;
     std::vector<std::uint32_t> sources;
@@ -27,7 +27,7 @@ std::vector<std::uint32_t> separateTriangles(MeshDraft& draft) {
             sources.push_back(i);
             i = static_cast<std::uint32_t>(vertices.size() - 1);
         } else {
-            i = kNone;  // addMesh() counts it
+            i = kNone;  // addMesh() reports it
         }
     }
     draft.vertices = std::move(vertices);
@@ -58,7 +58,7 @@ std::vector<Index> GltfMeshes::posedMeshes(Index gltfMesh, const RestPose& pose)
 }
 
 std::vector<Index> GltfMeshes::deformingMeshes(Index gltfMesh, const RestPose& pose,
-                                               const Movers& movers) {
+                                               const MeshAnimation& animation) {
     const Json& mesh = document_.item("meshes", gltfMesh);
     const Json& primitives = array(mesh, "primitives");
     std::string name = text(mesh, "name");
@@ -68,7 +68,7 @@ std::vector<Index> GltfMeshes::deformingMeshes(Index gltfMesh, const RestPose& p
     std::vector<Index> result;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
         const std::string part = primitives.size() > 1 ? " " + std::to_string(i) : "";
-        const Index added = add(element(primitives, i, "primitives"), name + part, pose, movers);
+        const Index added = add(element(primitives, i, "primitives"), name + part, pose, animation);
         if (added != kNone) {
             result.push_back(added);
         }
@@ -84,12 +84,12 @@ Numbers GltfMeshes::attribute(const Json& attributes, const char* key, std::size
     }
     Numbers numbers = document_.floats(accessor);
     const std::string what = key;
-    const std::size_t least = what.starts_with("TEXCOORD")                       ? 2
-                              : what == "TANGENT" || what.starts_with("WEIGHTS") ? 4
-                                                                                 : 3;
-    if (numbers.count() != count || numbers.components < least) {
+    const std::size_t minComponents = what.starts_with("TEXCOORD")                       ? 2
+                                      : what == "TANGENT" || what.starts_with("WEIGHTS") ? 4
+                                                                                         : 3;
+    if (numbers.count() != count || numbers.components < minComponents) {
         scene_.warnings.push_back(
-            {"badAttribute", name, what + " does not fit the positions and was dropped"});
+            {"badAttribute", name, what + " does not match the positions and was ignored"});
         return {};
     }
     return numbers;
@@ -119,7 +119,8 @@ std::vector<std::uint32_t> GltfMeshes::triangles(const Json& primitive, std::siz
     std::vector<std::uint32_t> list;
     countTriangles(triangles_, corners.size(), limits_);
     for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
-        const std::size_t odd = mode == kStrip ? i % 2 : 0;  // every second one is turned round
+        const std::size_t odd =
+            mode == kStrip ? i % 2 : 0;  // every second triangle has the opposite winding
         const std::size_t first = mode == kFan ? 0 : i;
         list.insert(list.end(), {corners[first], corners[i + 1 + odd], corners[i + 2 - odd]});
     }
@@ -127,7 +128,7 @@ std::vector<std::uint32_t> GltfMeshes::triangles(const Json& primitive, std::siz
 }
 
 Index GltfMeshes::add(const Json& primitive, const std::string& name, const RestPose& pose,
-                      const Movers& movers) {
+                      const MeshAnimation& animation) {
     const Json& attributes = object(primitive, "attributes");
     const Index positionAccessor = indexAt(attributes, "POSITION");
     if (positionAccessor == kNone) {
@@ -136,7 +137,7 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
     }
     const Numbers positions = document_.floats(positionAccessor);
     if (positions.components != 3) {
-        malformed("positions are not of three numbers");
+        malformed("positions do not have three components");
     }
     const std::size_t count = positions.count();
     MeshDraft draft;
@@ -157,13 +158,13 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
     draft.vertices.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
         Vertex& v = draft.vertices[i];
-        v.position = threeOf(positions, i);
-        if (draft.hasNormals) v.normal = threeOf(normals, i);
-        if (draft.hasTangents) v.tangent = {threeOf(tangents, i), tangents.at(i)[3]};
+        v.position = vec3At(positions, i);
+        if (draft.hasNormals) v.normal = vec3At(normals, i);
+        if (draft.hasTangents) v.tangent = {vec3At(tangents, i), tangents.at(i)[3]};
         if (draft.hasTexCoords) v.texCoord0 = {texCoords0.at(i)[0], texCoords0.at(i)[1]};
         if (texCoords1.count() > 0) v.texCoord1 = {texCoords1.at(i)[0], texCoords1.at(i)[1]};
         if (colors.count() > 0) {
-            v.color = {threeOf(colors, i), colors.components > 3 ? colors.at(i)[3] : 1.0f};
+            v.color = {vec3At(colors, i), colors.components > 3 ? colors.at(i)[3] : 1.0f};
         }
     }
     morph(primitive, pose, draft);
@@ -175,27 +176,27 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
     if (draft.material == kNone) {
         draft.material = defaultMaterial_;
     } else if (draft.material >= defaultMaterial_) {
-        malformed("there is no material number " + std::to_string(draft.material));
+        malformed("there is no material with index " + std::to_string(draft.material));
     }
-    if (!movers.any()) return addMesh(scene_, std::move(draft));
+    if (!animation.any()) return addMesh(scene_, std::move(draft));
     draft.deforms = true;
     std::vector<std::uint32_t> sources;
     const Index mesh = addMesh(scene_, std::move(draft), sources);
     if (mesh == kNone) return kNone;
     for (std::uint32_t& source : sources) source = fileVertexOf[source];
-    addDeformation(primitive, count, sources, movers, flatNormals);
+    addDeformation(primitive, count, sources, animation, flatNormals);
     return mesh;
 }
 
-// Of the mesh that was added last.
+// For the last mesh of the scene.
 void GltfMeshes::addDeformation(const Json& primitive, std::size_t fileVertices,
                                 const std::vector<std::uint32_t>& fileVertexOf,
-                                const Movers& movers, bool flatNormals) {
+                                const MeshAnimation& animation, bool flatNormals) {
     const std::size_t count = fileVertexOf.size();
     Deformation d{.mesh = static_cast<Index>(scene_.meshes.size() - 1),
                   .firstVertex = static_cast<std::uint32_t>(scene_.vertices.size() - count),
-                  .skin = movers.skin,
-                  .weights = movers.weights,
+                  .skin = animation.skin,
+                  .weights = animation.weights,
                   .flatNormals = flatNormals};
     for (std::size_t i = 0; i < count; ++i) {
         const Vertex& v = scene_.vertices[d.firstVertex + i];
@@ -229,7 +230,8 @@ void GltfMeshes::addInfluences(const Json& attributes, std::size_t fileVertices,
     }
     if (sets.empty()) {
         scene_.warnings.push_back(
-            {"badAttribute", name, "joints and weights do not fit; the first joint moves all"});
+            {"badAttribute", name,
+             "joints and weights do not match; the first joint moves all vertices"});
     }
     d.perVertex = 4 * static_cast<std::uint32_t>(std::max<std::size_t>(1, sets.size()));
     for (const std::uint32_t v : fileVertexOf) {
@@ -256,21 +258,21 @@ void GltfMeshes::addTargets(const Json& primitive, std::size_t fileVertices,
                             const std::vector<std::uint32_t>& fileVertexOf, Deformation& d) {
     const Json& targets = array(primitive, "targets");
     const std::string& name = scene_.meshes.back().name;
-    const std::size_t most = scene_.morphWeights[d.weights].rest.size();
+    const std::size_t maxTargets = scene_.morphWeights[d.weights].rest.size();
     d.firstDelta.push_back(0);
-    for (std::size_t t = 0; t < std::min(targets.size(), most); ++t) {
+    for (std::size_t t = 0; t < std::min(targets.size(), maxTargets); ++t) {
         const Json& target = element(targets, t, "targets");
         const Numbers positions = attribute(target, "POSITION", fileVertices, name);
         const Numbers normals = attribute(target, "NORMAL", fileVertices, name);
-        // Of a target, a tangent has three numbers: its side does not move.
+        // A target's tangent has three components: the handedness is not morphed.
         const Index tangentAccessor = indexAt(target, "TANGENT");
         Numbers tangents = tangentAccessor == kNone ? Numbers{} : document_.floats(tangentAccessor);
         if (tangents.components != 3 || tangents.count() != fileVertices) tangents = {};
         const auto at = [](const Numbers& from, std::size_t i) {
-            const glm::vec3 v = from.count() > 0 ? threeOf(from, i) : glm::vec3(0.0f);
-            const bool held =
+            const glm::vec3 v = from.count() > 0 ? vec3At(from, i) : glm::vec3(0.0f);
+            const bool inRange =
                 std::abs(v.x) <= kMaxKey && std::abs(v.y) <= kMaxKey && std::abs(v.z) <= kMaxKey;
-            return held ? v : glm::vec3(0.0f);
+            return inRange ? v : glm::vec3(0.0f);
         };
         for (std::uint32_t i = 0; i < fileVertexOf.size(); ++i) {
             const std::uint32_t v = fileVertexOf[i];
@@ -297,19 +299,20 @@ void GltfMeshes::morph(const Json& primitive, const RestPose& pose, MeshDraft& d
         const Numbers normals = attribute(target, "NORMAL", count, draft.name);
         for (std::size_t i = 0; i < count; ++i) {
             Vertex& v = draft.vertices[i];
-            if (positions.count() > 0) v.position += weight * threeOf(positions, i);
-            if (normals.count() > 0) v.normal += weight * threeOf(normals, i);
+            if (positions.count() > 0) v.position += weight * vec3At(positions, i);
+            if (normals.count() > 0) v.normal += weight * vec3At(normals, i);
         }
     }
     if (draft.hasNormals && !pose.morphWeights.empty()) {
         for (Vertex& v : draft.vertices) {
             const float length = glm::length(v.normal);
-            v.normal = length > 0.0f ? v.normal / length : glm::vec3(0.0f);  // addMesh() mends zero
+            v.normal =
+                length > 0.0f ? v.normal / length : glm::vec3(0.0f);  // addMesh() replaces zero
         }
     }
 }
 
-// Linear blend skinning, once and for the pose of the file: glTF 2.0, 3.7.3.
+// Linear blend skinning in the rest pose: glTF 2.0, 3.7.3.
 void GltfMeshes::skin(const Json& attributes, const RestPose& pose, MeshDraft& draft) {
     if (pose.fromBind.empty()) {
         return;
@@ -320,15 +323,16 @@ void GltfMeshes::skin(const Json& attributes, const RestPose& pose, MeshDraft& d
     if (const Index accessor = indexAt(attributes, "JOINTS_0"); accessor != kNone) {
         joints = document_.integers(accessor);
     }
-    const bool sound = weights.components == 4 && joints.size() == 4 * count;
-    if (!sound) {
-        scene_.warnings.push_back({"badAttribute", draft.name,
-                                   "joints and weights do not fit; the first joint moves all"});
+    const bool valid = weights.components == 4 && joints.size() == 4 * count;
+    if (!valid) {
+        scene_.warnings.push_back(
+            {"badAttribute", draft.name,
+             "joints and weights do not match; the first joint moves all vertices"});
     }
     for (std::size_t i = 0; i < count; ++i) {
         glm::dmat4 fromBind(0.0);
         double sum = 0.0;
-        for (std::size_t k = 0; sound && k < 4; ++k) {
+        for (std::size_t k = 0; valid && k < 4; ++k) {
             const std::uint32_t joint = joints[4 * i + k];
             const auto weight = static_cast<double>(weights.at(i)[k]);
             if (weight > 0.0 && joint < pose.fromBind.size()) {
@@ -339,16 +343,17 @@ void GltfMeshes::skin(const Json& attributes, const RestPose& pose, MeshDraft& d
         fromBind = sum > 0.0 ? fromBind / sum : pose.fromBind.front();
         Vertex& v = draft.vertices[i];
         v.position = glm::vec3(fromBind * glm::dvec4(glm::dvec3(v.position), 1.0));
-        const glm::dmat3 turn(fromBind);
-        // The cofactor matrix is the inverse transpose without its division.
-        const glm::dmat3 cofactor(glm::cross(turn[1], turn[2]), glm::cross(turn[2], turn[0]),
-                                  glm::cross(turn[0], turn[1]));
+        const glm::dmat3 linear(fromBind);
+        // The cofactor matrix: the inverse transpose times the determinant.
+        const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]),
+                                  glm::cross(linear[2], linear[0]),
+                                  glm::cross(linear[0], linear[1]));
         const auto unit = [](const glm::dvec3& direction) {
             const double length = glm::length(direction);
             return length > 0.0 ? glm::vec3(direction / length) : glm::vec3(0.0f);
         };
         v.normal = unit(cofactor * glm::dvec3(v.normal));
-        v.tangent = {unit(turn * glm::dvec3(glm::vec3(v.tangent))), v.tangent.w};
+        v.tangent = {unit(linear * glm::dvec3(glm::vec3(v.tangent))), v.tangent.w};
     }
 }
 

@@ -1,4 +1,4 @@
-// glTF 2.0 primitives -> meshes of the scene, in their bind pose where they are skinned or morphed.
+// glTF 2.0 primitives -> meshes of the scene.
 #pragma once
 
 #include "scene/import/base/types.h"
@@ -10,15 +10,15 @@
 
 namespace clerestory {
 
-// How a skinned or morphed mesh stands at rest. Empty: as the primitive is written.
+// The rest pose of a skinned or morphed mesh. Empty: as in the primitive.
 struct RestPose {
-    // Per joint: its node's transform, relative to where the mesh will stand, * its inverse bind.
+    // For each joint: its transform relative to the mesh's node, times its inverse bind matrix.
     std::vector<glm::dmat4> fromBind;
     std::vector<double> morphWeights;
 };
 
-// What moves a mesh, as places in the scene's lists.
-struct Movers {
+// What animates a mesh: indices in Scene::skins and Scene::morphWeights.
+struct MeshAnimation {
     Index skin = kNone;
     Index weights = kNone;
     bool any() const { return skin != kNone || weights != kNone; }
@@ -26,22 +26,23 @@ struct Movers {
 
 class GltfMeshes {
 public:
-    // The scene's last material must be glTF's default one.
+    // The scene's last material must be glTF's default material.
     GltfMeshes(GltfDocument& document, Scene& scene, const ImportLimits& limits);
 
-    // One scene mesh for each primitive with triangles; made once.
+    // One mesh for each primitive with triangles; made once and shared.
     const std::vector<Index>& meshes(Index gltfMesh);
-    // The same in a pose of its own, so never shared.
+    // The same in a given pose; not shared.
     std::vector<Index> posedMeshes(Index gltfMesh, const RestPose& pose);
-    // The same, with a Deformation each. Their vertices are not at rest before finishMotion().
-    std::vector<Index> deformingMeshes(Index gltfMesh, const RestPose& pose, const Movers& movers);
+    // The same, with a Deformation each. finishMotion() sets their rest pose.
+    std::vector<Index> deformingMeshes(Index gltfMesh, const RestPose& pose,
+                                       const MeshAnimation& animation);
 
 private:
     Index add(const Json& primitive, const std::string& name, const RestPose& pose,
-              const Movers& movers);
+              const MeshAnimation& animation);
     void addDeformation(const Json& primitive, std::size_t fileVertices,
-                        const std::vector<std::uint32_t>& fileVertexOf, const Movers& movers,
-                        bool flatNormals);
+                        const std::vector<std::uint32_t>& fileVertexOf,
+                        const MeshAnimation& animation, bool flatNormals);
     void addInfluences(const Json& attributes, std::size_t fileVertices,
                        const std::vector<std::uint32_t>& fileVertexOf, Deformation& deformation);
     void addTargets(const Json& primitive, std::size_t fileVertices,

@@ -1,4 +1,4 @@
-// The node tree, and what hangs on it: meshes, lights, cameras.
+// The node tree with its meshes, lights and cameras.
 #include "scene/import/gltf/scene.h"
 
 #include "scene/import/base/cleaning.h"
@@ -22,7 +22,8 @@ using Reason = ImportError::Reason;
 
 constexpr double kPi = std::numbers::pi;
 
-glm::dmat4 placed(const glm::dvec3& translation, const glm::dvec4& xyzw, const glm::dvec3& scale) {
+glm::dmat4 composed(const glm::dvec3& translation, const glm::dvec4& xyzw,
+                    const glm::dvec3& scale) {
     const double length = glm::length(xyzw);
     const glm::dvec4 q = length > 0.0 ? xyzw / length : glm::dvec4(0.0, 0.0, 0.0, 1.0);
     glm::dmat4 matrix = glm::mat4_cast(glm::dquat(q.w, q.x, q.y, q.z));
@@ -36,17 +37,17 @@ glm::dmat4 placed(const glm::dvec3& translation, const glm::dvec4& xyzw, const g
 glm::dmat4 parentFromLocal(const Json& node) {
     const Json& list = array(node, "matrix");
     if (list.empty()) {
-        return placed(numbers<3>(node, "translation", glm::dvec3(0.0)),
-                      numbers<4>(node, "rotation", glm::dvec4(0.0, 0.0, 0.0, 1.0)),
-                      numbers<3>(node, "scale", glm::dvec3(1.0)));
+        return composed(numbers<3>(node, "translation", glm::dvec3(0.0)),
+                        numbers<4>(node, "rotation", glm::dvec4(0.0, 0.0, 0.0, 1.0)),
+                        numbers<3>(node, "scale", glm::dvec3(1.0)));
     }
     glm::dmat4 matrix(0.0);
     for (int i = 0; i < 16; ++i) {
-        const auto place = static_cast<std::size_t>(i);
-        if (list.size() != 16 || !list[place].is_number()) {
+        const auto index = static_cast<std::size_t>(i);
+        if (list.size() != 16 || !list[index].is_number()) {
             malformed("\"matrix\" is not a list of 16 numbers");
         }
-        matrix[i / 4][i % 4] = list[place].get<double>();
+        matrix[i / 4][i % 4] = list[index].get<double>();
     }
     matrix[0].w = matrix[1].w = matrix[2].w = 0.0;  // glTF allows no perspective here
     matrix[3].w = 1.0;
@@ -63,11 +64,11 @@ public:
         GltfMaterials(document_, textures_, scene_).read();
         report(progress, "meshes", 0.1);
         readNodes();
-        motion_.readClips();
+        animations_.readClips();
         pose_ = restPose(scene_);
         GltfMeshes meshes(document_, scene_, limits_);
         for (const auto& [gltfNode, node] : visited_) {
-            hangOn(gltfNode, node, meshes);
+            addContent(gltfNode, node, meshes);
         }
         finishMotion(scene_);
         report(progress, "textures", 0.3);
@@ -96,19 +97,19 @@ private:
         named("extensionsRequired", [&](const std::string& name) {
             if (gltfSupport(name) == Support::refused) {
                 throw ImportError(Reason::unsupported,
-                                  "the file needs the glTF extension " + cleanText(name));
+                                  "the file requires the glTF extension " + cleanText(name));
             }
         });
         named("extensionsUsed", [&](const std::string& name) {
             const Support support = gltfSupport(name);
             if (support == Support::ignored || support == Support::refused) {
                 scene_.warnings.push_back(
-                    {"unsupportedExtension", name, "this glTF extension is not read"});
+                    {"unsupportedExtension", name, "this glTF extension is not supported"});
             }
         });
     }
 
-    // The scene's roots; without a scene, every node that is nobody's child.
+    // The root nodes of the scene; without a scene, all nodes without a parent.
     std::vector<Index> roots() const {
         const Json& json = document_.json();
         std::vector<Index> roots;
@@ -129,8 +130,8 @@ private:
         return indexList(document_.item("scenes", chosen), "nodes");
     }
 
-    // Depth first, parents before children. glTF's nodes are a forest: one that is reached twice is
-    // an error, which also ends cycles and graphs that would multiply.
+    // Depth first, parents before children. glTF nodes form trees: a node that is reached twice is
+    // an error, which also rejects cycles and exponential graphs.
     void readNodes() {
         struct Visit {
             Index gltfNode;
@@ -166,7 +167,7 @@ private:
         return addNode(scene_, std::move(name), local, parent);
     }
 
-    void hangOn(Index gltfNode, Index node, GltfMeshes& meshes) {
+    void addContent(Index gltfNode, Index node, GltfMeshes& meshes) {
         const Json& json = document_.item("nodes", gltfNode);
         if (json.contains("extras")) readNodeExtras(json["extras"], node, scene_);
         if (const Index mesh = indexAt(json, "mesh"); mesh != kNone) {
@@ -186,37 +187,38 @@ private:
     void addInstances(Index gltfNode, Index node, Index mesh, GltfMeshes& meshes) {
         const Json& json = document_.item("nodes", gltfNode);
         const Json& gltfMesh = document_.item("meshes", mesh);
-        Movers movers{.weights = motion_.weightsOf(gltfNode)};
+        MeshAnimation animation{.weights = animations_.weightsOf(gltfNode)};
         RestPose pose;
         const Json& weights =
             json.contains("weights") ? array(json, "weights") : array(gltfMesh, "weights");
         for (const Json& weight : weights) {
-            if (movers.weights != kNone) break;
+            if (animation.weights != kNone) break;
             pose.morphWeights.push_back(weight.is_number() ? weight.get<double>() : 0.0);
         }
         const bool morphed = std::any_of(pose.morphWeights.begin(), pose.morphWeights.end(),
                                          [](double weight) { return weight != 0.0; });
         const Index skin = indexAt(json, "skin");
         if (skin != kNone) {
-            // A skinned mesh stands where its joints are, not where its node is.
+            // A skinned mesh is placed by its joints and not by its node.
             const Json& skinJson = document_.item("skins", skin);
             const glm::dvec3 origin = originOf(json, skinJson);
-            if (motion_.moves(skinJson) || movers.any())
-                movers.skin = motion_.addSkin(skinJson);
+            if (animations_.moves(skinJson) || animation.any())
+                animation.skin = animations_.addSkin(skinJson);
             else
                 pose.fromBind = fromBind(skinJson, origin);
             node = addCheckedNode(text(json, "name") + " (skinned)",
                                   glm::translate(glm::dmat4(1.0), origin), kNone);
         }
-        const std::vector<Index> parts = movers.any() ? meshes.deformingMeshes(mesh, pose, movers)
+        const std::vector<Index> parts = animation.any()
+                                             ? meshes.deformingMeshes(mesh, pose, animation)
                                          : skin != kNone || morphed ? meshes.posedMeshes(mesh, pose)
                                                                     : meshes.meshes(mesh);
-        for (const Index place : copies(json, node)) {
+        for (const Index copy : copies(json, node)) {
             for (const Index part : parts) {
                 if (scene_.instances.size() >= 4 * limits_.maxNodes) {
                     throw ImportError(Reason::limit, "the scene has too many instances");
                 }
-                addInstance(scene_, place, part);
+                addInstance(scene_, copy, part);
             }
         }
     }
@@ -243,21 +245,22 @@ private:
         const std::size_t count =
             std::max({translations.count(), rotations.count(), scales.count()});
         for (std::size_t i = 0; i < count; ++i) {
-            const auto three = [&](const Numbers& from, double otherwise) {
+            const auto three = [&](const Numbers& from, double fallback) {
                 return i < from.count() ? glm::dvec3(from.at(i)[0], from.at(i)[1], from.at(i)[2])
-                                        : glm::dvec3(otherwise);
+                                        : glm::dvec3(fallback);
             };
             const glm::dvec4 rotation = i < rotations.count()
                                             ? glm::dvec4(rotations.at(i)[0], rotations.at(i)[1],
                                                          rotations.at(i)[2], rotations.at(i)[3])
                                             : glm::dvec4(0.0, 0.0, 0.0, 1.0);
             nodes.push_back(addCheckedNode(
-                "", placed(three(translations, 0.0), rotation, three(scales, 1.0)), node));
+                "", composed(three(translations, 0.0), rotation, three(scales, 1.0)), node));
         }
         return nodes;
     }
 
-    // Of a mesh with copies the world's: they are placed about that.
+    // The root position of a skinned mesh; 0 for an instanced mesh, whose instances are relative to
+    // it.
     glm::dvec3 originOf(const Json& node, const Json& skin) {
         const std::vector<Index> joints = indexList(skin, "joints");
         if (extension(node, "EXT_mesh_gpu_instancing") || joints.empty()) return glm::dvec3(0.0);
@@ -265,7 +268,7 @@ private:
         return skinOrigin(scene_, first < nodeOf_.size() ? nodeOf_[first] : kNone);
     }
 
-    // Every joint's transform from the bind pose, relative to `origin`.
+    // The transform of every joint from the bind pose, relative to `origin`.
     std::vector<glm::dmat4> fromBind(const Json& json, const glm::dvec3& origin) {
         const GltfSkin skin = gltfSkin(document_, json, nodeOf_);
         std::vector<glm::dmat4> matrices;
@@ -288,12 +291,12 @@ private:
         camera.zfar = number(lens, "zfar", 0.0);  // absent is infinite, and so is 0 here
         camera.yfov = number(lens, "yfov", camera.yfov);
         camera.yHalfHeight = std::abs(number(lens, "ymag", 1.0));
-        const bool sound = camera.znear >= 0.0 &&
+        const bool valid = camera.znear >= 0.0 &&
                            (camera.zfar == 0.0 || camera.zfar > camera.znear) &&
                            camera.yfov > 0.0 && camera.yfov < kPi && camera.yHalfHeight > 0.0;
-        if (!sound) {
+        if (!valid) {
             scene_.warnings.push_back(
-                {"badCamera", camera.name, "a camera that sees nothing was dropped"});
+                {"badCamera", camera.name, "a camera with an empty view was ignored"});
             return;
         }
         scene_.cameras.push_back(camera);
@@ -308,8 +311,8 @@ private:
                      : type == "spot"      ? LightKind::spot
                                            : LightKind::point;
         const glm::vec3 color(numbers<3>(json, "color", glm::dvec3(1.0)));
-        constexpr float kBrightest = 1e9f;  // keeps products finite in float
-        light.intensity = glm::clamp(color * real(json, "intensity", 1.0f), 0.0f, kBrightest);
+        constexpr float kMaxIntensity = 1e9f;  // keeps products finite in float
+        light.intensity = glm::clamp(color * real(json, "intensity", 1.0f), 0.0f, kMaxIntensity);
         light.range = std::max(real(json, "range", 0.0f), 0.0f);
         const Json& spot = object(json, "spot");
         light.outerConeAngle = std::clamp(real(spot, "outerConeAngle", light.outerConeAngle), 1e-3f,
@@ -325,7 +328,7 @@ private:
     Scene scene_;
     std::vector<Index> nodeOf_;                     // by glTF node
     std::vector<std::pair<Index, Index>> visited_;  // glTF node, scene node
-    GltfMotion motion_{document_, scene_, nodeOf_};
+    GltfAnimations animations_{document_, scene_, nodeOf_};
     Pose pose_;
 };
 

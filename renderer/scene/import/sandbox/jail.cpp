@@ -19,8 +19,8 @@ bool jailed = false;
 
 }  // namespace
 
-// Asked by a leak checker at the end of a process: it needs /proc, which no jail has, and would
-// call every import a crash.
+// Called by LeakSanitizer at exit. The leak check needs /proc, which is not accessible in the jail,
+// and would make every import fail.
 extern "C" int __lsan_is_turned_off() {
     return jailed ? 1 : 0;
 }
@@ -34,8 +34,8 @@ int landlockAbi() {
     return abi > 0 ? static_cast<int>(abi) : 0;
 }
 
-// Every right over files that the first ABI knows, and those of later ones that this kernel has.
-std::uint64_t everyRight(int abi) {
+// All file access rights of this ABI version.
+std::uint64_t allRights(int abi) {
     constexpr std::uint64_t kRefer = 1ull << 13, kTruncate = 1ull << 14,
                             kDeviceControl = 1ull << 15;
     std::uint64_t rights = (1ull << 13) - 1;
@@ -45,9 +45,9 @@ std::uint64_t everyRight(int abi) {
     return rights;
 }
 
-bool fenceFiles(const std::filesystem::path& folder, int abi) {
+bool restrictFiles(const std::filesystem::path& folder, int abi) {
     landlock_ruleset_attr all{};
-    all.handled_access_fs = everyRight(abi);
+    all.handled_access_fs = allRights(abi);
     const int rules = static_cast<int>(
         syscall(SYS_landlock_create_ruleset, &all, sizeof all.handled_access_fs, 0));
     if (rules < 0) return false;
@@ -63,7 +63,7 @@ bool fenceFiles(const std::filesystem::path& folder, int abi) {
     return made;
 }
 
-// Files that are found and read; memory; time; threads of our own; and an end.
+// For reading files, memory, time, threads and exit.
 constexpr int kAllowed[] = {SCMP_SYS(read),
                             SCMP_SYS(pread64),
                             SCMP_SYS(readv),
@@ -132,12 +132,12 @@ constexpr int kAllowed[] = {SCMP_SYS(read),
                             SCMP_SYS(exit),
                             SCMP_SYS(exit_group)};
 
-bool filterCalls() {
+bool filterSystemCalls() {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
     if (!filter) return false;
     bool made = true;
     for (const int call : kAllowed) {
-        // A number that this machine's processor does not have is no loss.
+        // Calls that this architecture does not have are skipped.
         const int added = seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 0);
         made = made && (added == 0 || added == -EDOM || added == -EINVAL);
     }
@@ -157,9 +157,9 @@ JailSupport enterJail(const std::filesystem::path& folder) {
     JailSupport got;
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return got;
     const int abi = landlockAbi();
-    if (abi > 0 && fenceFiles(folder, abi)) got.landlock = abi;
+    if (abi > 0 && restrictFiles(folder, abi)) got.landlock = abi;
     jailed = true;
-    if (!kSanitized) got.systemCallFilter = filterCalls();
+    if (!kSanitized) got.systemCallFilter = filterSystemCalls();
     return got;
 }
 

@@ -1,21 +1,21 @@
-// What a process that reads strangers' files may still do: read below one folder, compute, and
-// write into what it has open already.
+// Confines a process that reads untrusted files: it can read files below one folder, compute, and
+// write to descriptors that are already open.
 #pragma once
 
 #include <filesystem>
 
 namespace clerestory {
 
-// What the kernel here can enforce; 0 and false where it cannot.
+// What this kernel can enforce.
 struct JailSupport {
-    int landlock = 0;               // its ABI: files
-    bool systemCallFilter = false;  // seccomp: everything else
+    int landlock = 0;               // ABI version for file access; 0: not available
+    bool systemCallFilter = false;  // seccomp
 };
 JailSupport jailSupport();
 
-// Confines this process and all its threads to come, for good. Files: only those below `folder` can
-// be opened, and only for reading. System calls: those that reading and computing take; others fail
-// with "operation not permitted". Best effort: what the kernel lacks is left out, and told.
+// Confines this process and its future threads permanently. Only files below `folder` can be
+// opened, for reading. System calls that are not needed for reading and computing fail with EPERM.
+// Best effort: returns what could be enforced.
 JailSupport enterJail(const std::filesystem::path& folder);
 
 }  // namespace clerestory

@@ -43,14 +43,14 @@ private:
 };
 
 [[noreturn]] void failed(const char* what) {
-    throw std::runtime_error(std::string("the import process: ") + what + " failed");
+    throw std::runtime_error(std::string("import process: ") + what + " failed");
 }
 
 // A duplicate above the descriptors that the child sees, so that dup2() overwrites none in use.
 Descriptor duplicatedHigh(int descriptor) {
     const Descriptor original(descriptor);
     Descriptor high(descriptor < 0 ? -1 : fcntl(descriptor, F_DUPFD_CLOEXEC, 16));
-    if (high.value() < 0) failed("a descriptor");
+    if (high.value() < 0) failed("duplicating a descriptor");
     return high;
 }
 
@@ -100,7 +100,7 @@ public:
     Child& operator=(const Child&) = delete;
 
     void kill() { ::kill(id_, SIGKILL); }
-    // The status for waitpid's macros.
+    // Returns the status for the macros of waitpid().
     int wait() {
         int status = 0;
         while (waitpid(id_, &status, 0) < 0) {
@@ -129,12 +129,12 @@ private:
 };
 
 // Reads the child's lines until it closes its end of the pipe. Returns false at the deadline.
-class Listener {
+class ProgressReader {
 public:
-    Listener(const Descriptor& pipe, const ProgressCallback& progress)
+    ProgressReader(const Descriptor& pipe, const ProgressCallback& progress)
         : pipe_(pipe), progress_(progress) {}
 
-    bool listenUntil(Clock::time_point deadline) {
+    bool readUntil(Clock::time_point deadline) {
         for (;;) {
             const auto left =
                 std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
@@ -142,7 +142,7 @@ public:
             pollfd event{pipe_.value(), POLLIN, 0};
             const int ready = poll(
                 &event, 1, static_cast<int>(std::min<std::int64_t>(left.count() + 1, 1'000'000)));
-            if (ready < 0 && errno != EINTR) failed("listening to it");
+            if (ready < 0 && errno != EINTR) failed("reading from it");
             if (ready <= 0) continue;
             char bytes[4096];
             const ssize_t got = read(pipe_.value(), bytes, sizeof bytes);
@@ -177,15 +177,16 @@ private:
     std::vector<FileDependency> dependencies_;
 };
 
-[[noreturn]] void explain(int status, const std::optional<ImportError>& error) {
+[[noreturn]] void throwFailure(int status, const std::optional<ImportError>& error) {
     if (WIFEXITED(status) && WEXITSTATUS(status) == kChildRefused && error) {
         throw ImportError(*error);
     }
     if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
-        // The kernel ends a process over its processor time by either; so does one out of memory.
-        throw ImportError(Reason::timedOut, "the import took too much time and was stopped");
+        // The kernel sends either signal at the CPU limit; SIGKILL also when memory is exhausted.
+        throw ImportError(Reason::timedOut,
+                          "the import used too much processor time and was stopped");
     }
-    throw ImportError(Reason::crashed, "the import crashed on this file; it is probably malformed");
+    throw ImportError(Reason::crashed, "the import crashed; the file is probably malformed");
 }
 
 class Mapping {
@@ -193,7 +194,8 @@ public:
     explicit Mapping(const Descriptor& file)
         : size_(sizeOf(file)),
           bytes_(mmap(nullptr, size_, PROT_READ, MAP_PRIVATE | MAP_POPULATE, file.value(), 0)) {
-        if (bytes_ == MAP_FAILED) throw ImportError(Reason::memory, "no memory for what was read");
+        if (bytes_ == MAP_FAILED)
+            throw ImportError(Reason::memory, "not enough memory for the result");
     }
     ~Mapping() { munmap(bytes_, size_); }
     Mapping(const Mapping&) = delete;
@@ -203,7 +205,7 @@ public:
 private:
     static std::size_t sizeOf(const Descriptor& file) {
         struct stat about {};
-        if (fstat(file.value(), &about) != 0) failed("looking at what was read");
+        if (fstat(file.value(), &about) != 0) failed("inspecting the result");
         return static_cast<std::size_t>(about.st_size);
     }
 
@@ -219,29 +221,29 @@ ChildResult runImportChild(const std::filesystem::path& file, const char* kind,
     const Clock::time_point deadline = Clock::now() + limits.wallClock;
     Descriptor result = duplicatedHigh(memfd_create(kind, MFD_CLOEXEC | MFD_ALLOW_SEALING));
     int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) failed("a pipe");
+    if (pipe2(ends, O_CLOEXEC) != 0) failed("creating a pipe");
     const Descriptor readEnd(ends[0]);
     Descriptor writeEnd = duplicatedHigh(ends[1]);
 
     Child child(program.empty() ? "/proc/self/exe" : program, file, kind, limits, result, writeEnd);
-    writeEnd.reset();  // so that the child's end is the last one
-    Listener listener(readEnd, progress);
-    const bool closed = listener.listenUntil(deadline);
+    writeEnd.reset();  // so that only the child has the write end
+    ProgressReader reader(readEnd, progress);
+    const bool closed = reader.readUntil(deadline);
     const std::optional<int> status = closed ? child.waitUntil(deadline) : std::nullopt;
     if (!status) {
         throw ImportError(Reason::timedOut, "the import took too long and was stopped");
     }
     if (!WIFEXITED(*status) || WEXITSTATUS(*status) != 0) {
-        explain(*status, listener.error());
+        throwFailure(*status, reader.error());
     }
     // Sealed, so that the bytes cannot change between the check and the use.
     struct stat about {};
     if (fcntl(result.value(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW) != 0 ||
         fstat(result.value(), &about) != 0 || about.st_size <= 0) {
-        throw ImportError(Reason::crashed, "the import handed over nothing");
+        throw ImportError(Reason::crashed, "the import returned no result");
     }
     const auto mapping = std::make_shared<const Mapping>(result);
-    return {mapping, mapping->bytes(), listener.takeDependencies()};
+    return {mapping, mapping->bytes(), reader.takeDependencies()};
 }
 
 }  // namespace clerestory

@@ -16,7 +16,7 @@
 
 namespace clerestory {
 
-// What the child wrote, sealed so that nobody can change it, and the files that it looked for.
+// The child's output, sealed against modification, and the files that it looked for.
 struct ChildResult {
     std::shared_ptr<const void> owner;  // of `bytes`
     std::span<const std::byte> bytes;

@@ -1,5 +1,5 @@
-// Whether this build carries a sanitizer, which reserves terabytes of addresses and makes system
-// calls of its own: limits on either would be its end.
+// Whether this build uses a sanitizer, which reserves terabytes of address space and makes
+// additional system calls, and fails if either is limited.
 #pragma once
 
 namespace clerestory {

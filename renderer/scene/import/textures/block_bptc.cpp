@@ -1,5 +1,5 @@
-// BC6H and BC7 (ARB_texture_compression_bptc): several gradients in one block, and a pattern that
-// says which texel lies on which.
+// BC6H and BC7 (ARB_texture_compression_bptc): up to three gradients in one block (subsets), and a
+// partition of the texels among them.
 #include "scene/import/textures/block_decoder.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 using Block = std::span<const unsigned char>;
 
-// Bits from the lowest of the first byte on.
+// Reads bits, starting with the lowest bit of the first byte.
 class BitReader {
 public:
     explicit BitReader(Block block) : block_(block) {}
@@ -30,7 +30,7 @@ private:
     int at_ = 0;
 };
 
-// Which of two gradients a texel lies on: a bit each, the first texel lowest.
+// Partitions into two subsets: one bit for each texel, the first texel lowest.
 constexpr std::array<std::uint16_t, 64> kPairs{
     0xCCCC, 0x8888, 0xEEEE, 0xECC8, 0xC880, 0xFEEC, 0xFEC8, 0xEC80, 0xC800, 0xFFEC, 0xFE80,
     0xE800, 0xFFE8, 0xFF00, 0xFFF0, 0xF000, 0xF710, 0x008E, 0x7100, 0x08CE, 0x008C, 0x7310,
@@ -39,7 +39,7 @@ constexpr std::array<std::uint16_t, 64> kPairs{
     0x6996, 0xC33C, 0x9966, 0x0660, 0x0272, 0x04E4, 0x4E40, 0x2720, 0xC936, 0x936C, 0x39C6,
     0x639C, 0x9336, 0x9CC6, 0x817E, 0xE718, 0xCCF0, 0x0FCC, 0x7744, 0xEE22};
 
-// Which of three: two bits each.
+// Partitions into three subsets: two bits for each texel.
 constexpr std::array<std::uint32_t, 64> kTriples{
     0xAA685050, 0x6A5A5040, 0x5A5A4200, 0x5450A0A8, 0xA5A50000, 0xA0A05050, 0x5555A0A0, 0x5A5A5050,
     0xAA550000, 0xAA555500, 0xAAAA5500, 0x90909090, 0x94949494, 0xA4A4A4A4, 0xA9A59450, 0x2A0A4250,
@@ -50,7 +50,7 @@ constexpr std::array<std::uint32_t, 64> kTriples{
     0xAA444444, 0x54A854A8, 0x95809580, 0x96969600, 0xA85454A8, 0x80959580, 0xAA141414, 0x96960000,
     0xAAAA1414, 0xA05050A0, 0xA0A5A5A0, 0x96000000, 0x40804080, 0xA9A8A9A8, 0xAAAAAA44, 0x2A4A5254};
 
-// The texel of the second and of the third gradient whose index has one bit less.
+// Anchor texels of the second and third subset, whose index has one bit less.
 constexpr std::array<std::uint8_t, 64> kAnchorOfPair{
     15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 2,  8, 2, 2, 8,
     8,  15, 2,  8,  2,  2,  8,  8,  2,  2,  15, 15, 6,  8,  2,  8,  15, 15, 2, 8, 2, 2,
@@ -77,7 +77,8 @@ int between(int a, int b, int weight) {
     return ((64 - weight) * a + weight * b + 32) >> 6;
 }
 
-// The gradient of each texel, and whether its index lacks the uppermost bit, which is then 0.
+// The subset of each texel, and whether it is an anchor: its index lacks the highest bit, which is
+// 0.
 struct Pattern {
     int gradients = 1;
     int number = 0;
@@ -99,7 +100,7 @@ struct Pattern {
 
 struct Bc7Mode {
     int gradients, patternBits, rotationBits, selectorBits, colorBits, alphaBits;
-    bool ownLastBits, sharedLastBits;  // of each end; of both ends of a gradient
+    bool ownLastBits, sharedLastBits;  // of each endpoint; of both endpoints of a subset
     int indexBits, secondIndexBits;
 };
 constexpr std::array<Bc7Mode, 8> kBc7Modes{{{3, 4, 0, 0, 4, 0, true, false, 3, 0},
@@ -127,7 +128,7 @@ BlockTexels decodedBc7(Block block) {
     read(number + 1);
     const Pattern pattern{mode.gradients, read(mode.patternBits)};
     const int rotation = read(mode.rotationBits), selector = read(mode.selectorBits);
-    std::array<glm::ivec4, 6> ends{};  // two for each gradient
+    std::array<glm::ivec4, 6> ends{};  // two for each subset
     const auto count = static_cast<std::size_t>(2 * mode.gradients);
     for (int c = 0; c < 4; ++c) {
         for (std::size_t e = 0; e < count; ++e) {
@@ -178,11 +179,12 @@ BlockTexels decodedBc7(Block block) {
 
 namespace {
 
-// Where the bits of the ends lie: the first end whole, the others as differences to it where the
-// mode says so. A field is "channel and end", then its bits from the last one read down to the
-// first: "rw9-0" reads bits 0 to 9 of red of end w; "gy4" reads one bit; "rw10-15" reads 15 first.
+// The layout of the endpoints: the first one complete, the others as differences to it in some
+// modes. A field is channel and endpoint, then its bits from the last one read to the first one:
+// "rw9-0" reads bits 0 to 9 of red of endpoint w; "gy4" reads one bit; "rw10-15" reads bit 15
+// first.
 struct Bc6hMode {
-    int number, bits;  // of the mode field, which stands first
+    int number, bits;  // of the mode field, which is first
     bool differs;
     int endBits;
     std::array<int, 3> differenceBits;
@@ -293,7 +295,7 @@ int signExtended(int value, int bits) {
     return (value ^ sign) - sign;
 }
 
-// To sixteen bits, evenly.
+// Expands to sixteen bits.
 int unquantised(int x, int bits, bool isSigned) {
     if (!isSigned) {
         if (bits >= 15 || x == 0) return x;
@@ -320,7 +322,7 @@ float valueOfHalf(int bits) {
     return bits & 0x8000 ? -size : size;
 }
 
-// The end of the interpolation: so that no infinity comes out.
+// Final scaling: the result is finite.
 float finished(int x, bool isSigned) {
     if (!isSigned) return valueOfHalf((x * 31) >> 6);
     return x < 0 ? valueOfHalf(0x8000 | ((-x * 31) >> 5)) : valueOfHalf((x * 31) >> 5);

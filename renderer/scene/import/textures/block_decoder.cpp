@@ -14,7 +14,7 @@ glm::vec3 light(const Color& c) {
     return glm::vec3(glm::clamp(c, 0, 255)) / 255.0f;
 }
 
-// Numbers of few bits to eight, by repeating their upper bits.
+// Expands to eight bits by repeating the upper bits.
 int from4(int x) {
     return x * 17;
 }
@@ -32,7 +32,7 @@ Color from565(int c) {
     return {from5(c >> 11), from6((c >> 5) & 63), from5(c & 31)};
 }
 
-// ETC2's bytes are one number, the first byte on top.
+// ETC2 blocks are big-endian.
 class Bits {
 public:
     explicit Bits(Block block) {
@@ -54,7 +54,7 @@ int signed3(int x) {
     return x < 4 ? x : x - 8;
 }
 
-// The two bits of a texel; texels are counted down the columns.
+// The two bits of a texel; texels are in column order.
 int indexOf(const Bits& bits, int x, int y) {
     const int texel = 4 * x + y;
     return 2 * bits(16 + texel, 16 + texel) + bits(texel, texel);
@@ -105,7 +105,7 @@ BlockTexels modeH(const Bits& b, bool transparent) {
     return painted(b, {first + d, first - d, second + d, second - d}, transparent);
 }
 
-// Two halves, side by side or on top of each other, each a colour with four brightnesses.
+// Two halves, next to or above each other, each a base colour with four modifiers.
 BlockTexels halves(const Bits& b, const std::array<Color, 2>& base, bool transparent) {
     const bool stacked = b(32, 32) == 1;
     const std::array<int, 2> table{b(39, 37), b(36, 34)};
@@ -158,13 +158,13 @@ BlockTexels decodedEtc2(Block block, bool punchthrough) {
     const Bits b(block);
     const bool flag = b(33, 33) == 1;
     const bool transparent = punchthrough && !flag;
-    if (!flag && !punchthrough) {  // each half has a colour of its own
+    if (!flag && !punchthrough) {  // individual mode: each half has a base colour
         return halves(b,
                       {Color(from4(b(63, 60)), from4(b(55, 52)), from4(b(47, 44))),
                        Color(from4(b(59, 56)), from4(b(51, 48)), from4(b(43, 40)))},
                       false);
     }
-    // The second as a difference; one that overflows says that the block is of another kind.
+    // Differential mode: an overflow selects another mode.
     const Color first(b(63, 59), b(55, 51), b(47, 43));
     const Color second = first + Color(signed3(b(58, 56)), signed3(b(50, 48)), signed3(b(42, 40)));
     const auto overflows = [](int x) { return x < 0 || x > 31; };

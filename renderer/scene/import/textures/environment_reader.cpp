@@ -26,16 +26,16 @@ std::string environmentExtension(const std::filesystem::path& file) {
 }
 
 // Finite, not negative, at most the largest half float.
-glm::vec3 sound(const glm::vec3& texel) {
+glm::vec3 cleaned(const glm::vec3& texel) {
     constexpr float kLargestHalf = 65504.0f;
-    glm::vec3 kept(0.0f);
+    glm::vec3 result(0.0f);
     for (int c = 0; c < 3; ++c) {
-        kept[c] = std::isnan(texel[c]) ? 0.0f : std::clamp(texel[c], 0.0f, kLargestHalf);
+        result[c] = std::isnan(texel[c]) ? 0.0f : std::clamp(texel[c], 0.0f, kLargestHalf);
     }
-    return kept;
+    return result;
 }
 
-// Half the edge, each texel the mean of four.
+// Half the edge length; each texel is the mean of four.
 RadianceCube halved(const RadianceCube& from) {
     RadianceCube to{.faceSize = from.faceSize / 2, .texels = {}};
     to.texels.reserve(from.texels.size() / 4);
@@ -51,7 +51,7 @@ RadianceCube halved(const RadianceCube& from) {
 }
 
 EnvironmentMap mapOf(RadianceCube cube) {
-    for (glm::vec3& texel : cube.texels) texel = sound(texel);
+    for (glm::vec3& texel : cube.texels) texel = cleaned(texel);
     while (cube.faceSize > kMaxImportedFace) {
         if (cube.faceSize % 2 == 1) {
             throw ImportError(Reason::limit, "faces of " + std::to_string(cube.faceSize) +
@@ -75,7 +75,7 @@ RadianceCube sixImages(const std::filesystem::path& path, const ImportLimits& li
             return folder.has(face + extension);
         });
         if (kind == kKinds.end()) {
-            throw ImportError(Reason::notFound, "the folder has no picture named " + face);
+            throw ImportError(Reason::notFound, "the folder has no image named " + face);
         }
         const RadianceImage image =
             decodedRadiance(bytesOf(folder.read(face + *kind)), limits.maxImagePixels / 6);
@@ -83,7 +83,7 @@ RadianceCube sixImages(const std::filesystem::path& path, const ImportLimits& li
         if (image.width != cube.faceSize || image.height != cube.faceSize) {
             throw ImportError(
                 Reason::malformed,
-                "the six pictures must be square and of one size; " + face + " is not");
+                "the six images must be square and of equal size; " + face + " is not");
         }
         cube.texels.insert(cube.texels.end(), image.texels.begin(), image.texels.end());
     }
@@ -103,7 +103,7 @@ EnvironmentMap readEnvironmentFile(const std::filesystem::path& fileOrFolder,
     if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
         throw ImportError(Reason::unsupported,
                           "an environment map is a .hdr, .exr, .ktx or .ktx2 file, or a folder of "
-                          "six pictures");
+                          "six images");
     }
     const SceneFolder folder(fileOrFolder.parent_path(), limits.fileBytes);
     const std::string file = folder.read(fileOrFolder.filename().string());

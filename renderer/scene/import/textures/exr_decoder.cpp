@@ -1,4 +1,5 @@
-// OpenEXR pictures, by tinyexr: behind checks of its header, and in the import's process only.
+// OpenEXR images, decoded by tinyexr after checks of the header. Runs in the import's child
+// process.
 #include "scene/import/base/types.h"
 #include "scene/import/textures/image_decoder.h"
 
@@ -13,7 +14,7 @@ namespace {
 
 using Reason = ImportError::Reason;
 
-// Planes of a picture that are decoded though only three are used.
+// Largest number of channels: tinyexr decodes all of them.
 constexpr int kMaxChannels = 16;
 
 struct ExrHeader : EXRHeader {
@@ -23,21 +24,21 @@ struct ExrHeader : EXRHeader {
     ExrHeader& operator=(const ExrHeader&) = delete;
 };
 
-// tinyexr's messages are its own to free.
+// A message that tinyexr allocates and frees.
 struct Message {
     const char* text = nullptr;
     ~Message() { FreeEXRErrorMessage(text); }
 };
 
 [[noreturn]] void broken() {
-    throw ImportError(Reason::malformed, "the .exr picture is broken");
+    throw ImportError(Reason::malformed, "the .exr image is damaged");
 }
 
 void checkHeader(std::span<const unsigned char> file, std::uint64_t maxPixels) {
     EXRVersion version{};
     if (ParseEXRVersionFromMemory(&version, file.data(), file.size()) != TINYEXR_SUCCESS) broken();
     if (version.multipart || version.non_image) {
-        throw ImportError(Reason::unsupported, ".exr pictures of several parts are not read");
+        throw ImportError(Reason::unsupported, "multi-part .exr images are not supported");
     }
     ExrHeader header;
     Message message;
@@ -51,10 +52,10 @@ void checkHeader(std::span<const unsigned char> file, std::uint64_t maxPixels) {
     if (width <= 0 || height <= 0 || header.num_channels <= 0) broken();
     if (header.num_channels > kMaxChannels || width > INT32_MAX || height > INT32_MAX ||
         static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > maxPixels) {
-        throw ImportError(Reason::limit, "the .exr picture of " + std::to_string(width) + " x " +
+        throw ImportError(Reason::limit, "the .exr image of " + std::to_string(width) + " x " +
                                              std::to_string(height) + " pixels and " +
                                              std::to_string(header.num_channels) +
-                                             " channels is over the limit");
+                                             " channels exceeds the limit");
     }
 }
 
@@ -73,8 +74,8 @@ RadianceImage decodedExr(std::span<const unsigned char> file, std::uint64_t maxP
     if (LoadEXRFromMemory(&rgba, &width, &height, file.data(), file.size(), &message.text) !=
         TINYEXR_SUCCESS) {
         throw ImportError(Reason::malformed,
-                          "the .exr picture could not be read: it needs channels R, G and B, "
-                          "without compression or as RLE, ZIP or PIZ");
+                          "the .exr image could not be read: it needs channels R, G and B, "
+                          "uncompressed or compressed with RLE, ZIP or PIZ");
     }
     const std::unique_ptr<float, void (*)(void*)> owned(rgba, std::free);
     if (!rgba || width <= 0 || height <= 0) broken();

@@ -7,7 +7,7 @@
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
 #define STBI_NO_STDIO
-#define STBI_ONLY_JPEG  // the rare kinds that TurboJPEG refuses
+#define STBI_ONLY_JPEG  // for variants that TurboJPEG does not support
 #define STBI_ONLY_PNG
 #define STBI_ONLY_BMP
 #define STBI_ONLY_TGA
@@ -38,34 +38,34 @@ bool startsWith(Bytes file, std::string_view magic, std::size_t at = 0) {
            std::memcmp(file.data() + at, magic.data(), magic.size()) == 0;
 }
 
-void refuseUnreadableKinds(Bytes file) {
+void rejectUnsupportedFormats(Bytes file) {
     if (file.size() > INT_MAX) {
-        throw ImportError(Reason::limit, "the picture file is too large");
+        throw ImportError(Reason::limit, "the image file is too large");
     }
     if (startsWith(file, "RIFF") && startsWith(file, "WEBP", 8)) {
-        throw ImportError(Reason::unsupported, "WebP pictures are not supported");
+        throw ImportError(Reason::unsupported, "WebP images are not supported");
     }
     if (startsWith(file, "\xABKTX")) {
-        throw ImportError(Reason::unsupported, "KTX2 pictures are not supported");
+        throw ImportError(Reason::unsupported, "KTX2 images are not supported");
     }
 }
 
 void checkSize(int width, int height, std::uint64_t maxPixels) {
     if (width <= 0 || height <= 0) {
-        throw ImportError(Reason::malformed, "the picture has no pixels");
+        throw ImportError(Reason::malformed, "the image has no pixels");
     }
     if (static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > maxPixels) {
-        throw ImportError(Reason::limit, "the picture of " + std::to_string(width) + " x " +
-                                             std::to_string(height) + " pixels is over the limit");
+        throw ImportError(Reason::limit, "the image of " + std::to_string(width) + " x " +
+                                             std::to_string(height) + " pixels exceeds the limit");
     }
 }
 
-// Takes the pixels from the scene's allowance, or refuses.
+// Subtracts the pixels from the scene's remaining allowance. Throws ImportError if it is too small.
 void spend(std::atomic<std::uint64_t>& pixelsLeft, std::uint64_t pixels) {
     std::uint64_t left = pixelsLeft.load();
     do {
         if (left < pixels) {
-            throw ImportError(Reason::limit, "the scene's pictures have too many pixels together");
+            throw ImportError(Reason::limit, "the scene's images have too many pixels in total");
         }
     } while (!pixelsLeft.compare_exchange_weak(left, left - pixels));
 }
@@ -79,7 +79,7 @@ TextureImage sized(int width, int height) {
     return image;
 }
 
-// Nothing when TurboJPEG cannot read it: CMYK, for example.
+// Nothing if TurboJPEG does not support the variant, for example CMYK.
 std::optional<TextureImage> decodedByTurboJpeg(Bytes file, std::uint64_t maxPixels,
                                                std::atomic<std::uint64_t>& pixelsLeft) {
     const std::unique_ptr<void, int (*)(tjhandle)> decoder(tjInitDecompress(), tjDestroy);
@@ -99,7 +99,7 @@ std::optional<TextureImage> decodedByTurboJpeg(Bytes file, std::uint64_t maxPixe
     TextureImage image = sized(width, height);
     const int failed = tjDecompress2(decoder.get(), file.data(), file.size(), image.texels.data(),
                                      width, 0, height, TJPF_RGBA, 0);
-    // A warning (a file that ends early) leaves a usable picture.
+    // After a warning (a truncated file) the image is usable.
     if (failed != 0 && tjGetErrorCode(decoder.get()) == TJERR_FATAL) {
         return std::nullopt;
     }
@@ -113,14 +113,14 @@ TextureImage decodedByStb(Bytes file, std::uint64_t maxPixels,
     int height = 0;
     int channels = 0;
     if (!stbi_info_from_memory(file.data(), length, &width, &height, &channels)) {
-        throw ImportError(Reason::malformed, "the picture is broken or of an unknown kind");
+        throw ImportError(Reason::malformed, "the image is damaged or of an unknown format");
     }
     checkSize(width, height, maxPixels);
     spend(pixelsLeft, static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
     const std::unique_ptr<stbi_uc, StbDeleter> pixels(
         stbi_load_from_memory(file.data(), length, &width, &height, &channels, 4));
     if (!pixels) {
-        throw ImportError(Reason::malformed, "the picture is broken");
+        throw ImportError(Reason::malformed, "the image is damaged");
     }
     TextureImage image = sized(width, height);
     std::memcpy(image.texels.data(), pixels.get(), image.texels.size());
@@ -136,7 +136,7 @@ float linearFromCode(int code) {  // IEC 61966-2-1
 
 TextureImage decodedImage(Bytes file, std::uint64_t maxPixels,
                           std::atomic<std::uint64_t>& pixelsLeft) {
-    refuseUnreadableKinds(file);
+    rejectUnsupportedFormats(file);
     if (startsWith(file, "\xFF\xD8")) {
         if (auto image = decodedByTurboJpeg(file, maxPixels, pixelsLeft)) {
             return std::move(*image);
@@ -147,7 +147,7 @@ TextureImage decodedImage(Bytes file, std::uint64_t maxPixels,
 
 RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
     RadianceImage radiance;
-    refuseUnreadableKinds(file);
+    rejectUnsupportedFormats(file);
     if (isExr(file)) return decodedExr(file, maxPixels);
     const int length = static_cast<int>(file.size());
     if (!stbi_is_hdr_from_memory(file.data(), length)) {
@@ -169,13 +169,13 @@ RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
     int height = 0;
     int channels = 0;
     if (!stbi_info_from_memory(file.data(), length, &width, &height, &channels)) {
-        throw ImportError(Reason::malformed, "the .hdr picture is broken");
+        throw ImportError(Reason::malformed, "the .hdr image is damaged");
     }
     checkSize(width, height, maxPixels);
     const std::unique_ptr<float, StbDeleter> pixels(
         stbi_loadf_from_memory(file.data(), length, &width, &height, &channels, 3));
     if (!pixels) {
-        throw ImportError(Reason::malformed, "the .hdr picture is broken");
+        throw ImportError(Reason::malformed, "the .hdr image is damaged");
     }
     radiance.width = static_cast<std::uint32_t>(width);
     radiance.height = static_cast<std::uint32_t>(height);

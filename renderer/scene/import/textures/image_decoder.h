@@ -1,5 +1,5 @@
-// Bytes of a picture file -> pixels. Asks for the size first, so that a small file cannot make a
-// large one.
+// Image files -> texels. Checks the size in the header first: a small file can declare a huge
+// image.
 #pragma once
 
 #include "scene/material.h"
@@ -13,9 +13,9 @@
 
 namespace clerestory {
 
-// Level 0 only; name and colour space are left to the caller. Throws ImportError: unsupported for a
-// format that we do not read, limit when it has over maxPixels or more than is left of the scene's
-// allowance `pixelsLeft`, malformed otherwise.
+// Level 0 only; does not set name and colour space. Throws ImportError: unsupported for other
+// formats, limit if the image has more than maxPixels or more than pixelsLeft, the scene's
+// remaining allowance; malformed otherwise.
 TextureImage decodedImage(std::span<const unsigned char> file, std::uint64_t maxPixels,
                           std::atomic<std::uint64_t>& pixelsLeft);
 
@@ -28,7 +28,7 @@ struct RadianceImage {
 bool isExr(std::span<const unsigned char> file);
 RadianceImage decodedExr(std::span<const unsigned char> file, std::uint64_t maxPixels);
 
-// .hdr and .exr as they are, 8-bit pictures decoded from sRGB.
+// .hdr and .exr without conversion; 8-bit images converted from sRGB.
 RadianceImage decodedRadiance(std::span<const unsigned char> file, std::uint64_t maxPixels);
 
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-// The two containers: where the faces lie, and in which format.
+// The two container formats: offsets and texel formats of the faces.
 #include "scene/import/textures/ktx_cube.h"
 
 #include "scene/import/base/types.h"
@@ -27,7 +27,7 @@ bool opensWith(Bytes file, std::string_view magic) {
     throw ImportError(Reason::malformed, std::string("the KTX file ") + what);
 }
 
-// So many bytes from there on, if the file has them.
+// `count` bytes at `offset`. Throws ImportError if the file is shorter.
 Bytes part(Bytes file, std::uint64_t offset, std::uint64_t count) {
     if (offset > file.size() || count > file.size() - offset) malformedKtx("is cut short");
     return file.subspan(static_cast<std::size_t>(offset), static_cast<std::size_t>(count));
@@ -53,10 +53,10 @@ struct Faces {
 void requireCube(std::uint32_t width, std::uint32_t height, std::uint32_t depth,
                  std::uint32_t layers, std::uint32_t faces) {
     if (faces != 6) {
-        throw ImportError(Reason::unsupported, "the KTX file holds no cube map: it has " +
+        throw ImportError(Reason::unsupported, "the KTX file has no cube map: it has " +
                                                    std::to_string(faces) + " faces");
     }
-    if (layers > 0) throw ImportError(Reason::unsupported, "arrays of cube maps are not read");
+    if (layers > 0) throw ImportError(Reason::unsupported, "arrays of cube maps are not supported");
     if (width == 0 || width != height || depth > 1) malformedKtx("has faces that are not square");
 }
 
@@ -64,11 +64,11 @@ void requirePixels(std::uint32_t size, std::uint64_t maxPixels) {
     constexpr std::uint32_t kLargestEdge = 1u << 16;  // so that the product is a 64-bit number
     if (size > kLargestEdge || 6ull * size * size > maxPixels) {
         throw ImportError(Reason::limit, "the cube map of " + std::to_string(size) +
-                                             " texels an edge is over the limit");
+                                             " texels an edge exceeds the limit");
     }
 }
 
-// Keys and values, each pair with its length before it. Rows that begin below are said there.
+// Key-value data: each pair is preceded by its length. KTXorientation has the direction of rows.
 bool startsBelow(Bytes pairs) {
     while (pairs.size() >= 4) {
         const auto length = numberAt<std::uint32_t>(pairs, 0);
@@ -92,7 +92,7 @@ Faces facesOfKtx1(Bytes file, std::uint64_t maxPixels) {
     const auto [endianness, type, typeSize, layout, internal, baseInternal, width, height, depth,
                 layers, faces, levels, pairBytes] = header;
     if (endianness != kSameEndianness) {
-        throw ImportError(Reason::unsupported, "big-endian KTX files are not read");
+        throw ImportError(Reason::unsupported, "big-endian KTX files are not supported");
     }
     requireCube(width, height, depth, layers, faces);
     requirePixels(width, maxPixels);
@@ -103,7 +103,7 @@ Faces facesOfKtx1(Bytes file, std::uint64_t maxPixels) {
     result.faceStride = (result.faceBytes + 3) / 4 * 4;
     const std::uint64_t first = 64ull + pairBytes;
     if (numberAt<std::uint32_t>(file, first) != result.faceBytes) {
-        malformedKtx("says another size of a face than its format has");
+        malformedKtx("has another size of a face than its format requires");
     }
     result.bytes = part(file, first + 4, 5 * result.faceStride + result.faceBytes);
     return result;
@@ -120,7 +120,7 @@ Faces facesOfKtx2(Bytes file, std::uint64_t maxPixels) {
                           "KTX2 supercompression (" +
                               (compression < kNames.size() ? std::string(kNames[compression])
                                                            : std::to_string(compression)) +
-                              ") is not read");
+                              ") is not supported");
     }
     requireCube(width, height, depth, layers, faces);
     requirePixels(width, maxPixels);
@@ -130,7 +130,7 @@ Faces facesOfKtx2(Bytes file, std::uint64_t maxPixels) {
     const auto offset = numberAt<std::uint64_t>(file, 80);
     const auto bytes = numberAt<std::uint64_t>(file, 88);
     if (bytes != 6 * result.faceBytes) {
-        malformedKtx("says another size of its level than its format has");
+        malformedKtx("has another size of its level than its format requires");
     }
     result.bytes = part(file, offset, bytes);
     return result;
@@ -143,7 +143,7 @@ bool isKtx(Bytes file) {
 }
 
 RadianceCube decodedKtxCube(Bytes file, std::uint64_t maxPixels) {
-    if (!isKtx(file)) malformedKtx("does not begin as one");
+    if (!isKtx(file)) malformedKtx("has no KTX signature");
     const Faces faces =
         opensWith(file, kMagic1) ? facesOfKtx1(file, maxPixels) : facesOfKtx2(file, maxPixels);
     RadianceCube cube{.faceSize = faces.size, .texels = {}};

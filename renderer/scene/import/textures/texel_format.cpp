@@ -16,7 +16,7 @@ using Bytes = std::span<const unsigned char>;
 struct Known {
     std::uint32_t number;
     const char* name;
-    std::optional<TexelFormat> format;  // none: known, but not read
+    std::optional<TexelFormat> format;  // none: known, but not supported
 };
 
 TexelFormat plain(TexelKind kind, std::uint32_t channels, bool blueFirst = false,
@@ -131,10 +131,10 @@ std::string hexadecimal(std::uint32_t number) {
 }
 
 TexelFormat found(const std::vector<Known>& all, std::uint32_t number,
-                  const std::string& otherwise) {
+                  const std::string& fallback) {
     const auto known =
         std::find_if(all.begin(), all.end(), [&](const Known& k) { return k.number == number; });
-    if (known == all.end()) refuse(otherwise);
+    if (known == all.end()) refuse(fallback);
     if (!known->format) refuse(known->name);
     return *known->format;
 }
@@ -149,7 +149,7 @@ float floatFromHalf(std::uint32_t bits) {
     return bits & 0x8000 ? -size : size;
 }
 
-// Five bits of exponent, no sign, so many of fraction.
+// Unsigned float with a 5-bit exponent.
 float fromSmallFloat(std::uint32_t bits, int fractionBits) {
     return floatFromHalf(bits << (10 - fractionBits));
 }
@@ -213,7 +213,7 @@ glm::vec3 fromPacked(TexelKind kind, const unsigned char* at) {
     const glm::vec3 parts(static_cast<float>(bits & mask),
                           static_cast<float>((bits >> width) & mask),
                           static_cast<float>((bits >> (2 * width)) & mask));
-    // Exponents count from 15, fractions have nine bits.
+    // The exponent bias is 15; fractions have nine bits.
     return shared ? parts * std::ldexp(1.0f, static_cast<int>(bits >> 27) - 24) : parts / 1023.0f;
 }
 

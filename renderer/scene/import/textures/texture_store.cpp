@@ -19,8 +19,8 @@ bool sameSampling(const Texture& a, const Texture& b) {
            a.magnify == b.magnify && a.minify == b.minify && a.useLevels == b.useLevels;
 }
 
-// Lays `coverage` over the picture as its alpha; sizes may differ.
-void cover(TextureImage& image, const TextureImage& coverage) {
+// Sets the image's alpha from `coverage`; sizes may differ.
+void setCoverage(TextureImage& image, const TextureImage& coverage) {
     for (std::uint32_t y = 0; y < image.height; ++y) {
         for (std::uint32_t x = 0; x < image.width; ++x) {
             const std::size_t row = std::uint64_t{y} * coverage.height / image.height;
@@ -35,13 +35,13 @@ void cover(TextureImage& image, const TextureImage& coverage) {
 
 Index TextureStore::texture(const ImageSource& source, ColorSpace colorSpace,
                             const Texture& sampling) {
-    const auto [place, isNew] =
+    const auto [entry, isNew] =
         requestOf_.try_emplace({source.key, colorSpace}, static_cast<Index>(requests_.size()));
     if (isNew) {
         requests_.push_back({source, colorSpace});
     }
     Texture texture = sampling;
-    texture.image = place->second;
+    texture.image = entry->second;
     const auto known = std::find_if(textures_.begin(), textures_.end(), [&](const Texture& other) {
         return sameSampling(other, texture);
     });
@@ -78,7 +78,7 @@ void TextureStore::finish(Scene& scene, const ProgressCallback& progress) {
                         ? decoded(source.name)
                         : decodedImage(source.embedded, limits_.maxImagePixels, pixelsLeft);
                 if (!source.coverage.empty()) {
-                    cover(image, decoded(source.coverage));
+                    setCoverage(image, decoded(source.coverage));
                 }
                 image.name = source.name;
                 image.colorSpace = requests_[i].colorSpace;

@@ -1,4 +1,5 @@
-// Pictures that materials ask for, decoded once per colour space on several threads.
+// Collects the textures of all materials and decodes each image once per colour space, on several
+// threads.
 #pragma once
 
 #include "scene/import/base/scene_folder.h"
@@ -14,12 +15,12 @@
 
 namespace clerestory {
 
-// Where a picture's bytes are: a file of the scene's folder, or memory that outlives the store.
+// The bytes of an image: a file in the scene's folder, or memory that outlives the store.
 struct ImageSource {
-    std::string name;  // for people, and the file's name when `embedded` is empty
-    std::string key;   // tells pictures apart
+    std::string name;  // for messages; the file's name if `embedded` is empty
+    std::string key;   // identifies the image
     std::span<const unsigned char> embedded;
-    std::string coverage = {};  // a file whose brightness becomes the picture's alpha; may be empty
+    std::string coverage = {};  // a file whose brightness is the image's alpha; may be empty
 };
 
 class TextureStore {
@@ -27,12 +28,12 @@ public:
     TextureStore(const SceneFolder& folder, const ImportLimits& limits)
         : folder_(folder), limits_(limits) {}
 
-    // `sampling.image` is ignored. The index is good for material slots until finish().
+    // `sampling.image` is ignored. The index is valid for material slots; finish() replaces it.
     Index texture(const ImageSource& source, ColorSpace colorSpace, const Texture& sampling);
 
-    // Decodes everything into scene.images and scene.textures, in the order of asking. A picture
-    // that is missing or broken is a warning, and the slots that wanted it become empty, so that
-    // the material's factors stand alone.
+    // Decodes all images into scene.images and scene.textures, in the order of the requests. A
+    // missing or damaged image adds a warning, and its slots become empty, so that only the
+    // material's factors apply.
     void finish(Scene& scene, const ProgressCallback& progress);
 
 private:

@@ -1,11 +1,11 @@
-// Noise from integer hashes only, so that no library's sine enters a texel.
-#include "scene/builtin/pictures.h"
+// Noise from integer hashes only: the texels do not depend on the math library.
+#include "scene/builtin/textures.h"
 
 #include "scene/image_levels.h"
 
 #include <cmath>
 
-namespace clerestory::pictures {
+namespace clerestory::textures {
 
 float hash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
     std::uint32_t h = x * 0x9e3779b1u ^ y * 0x85ebca77u ^ seed * 0xc2b2ae3du;
@@ -61,4 +61,4 @@ Index addConstant(Scene& scene, std::string name, float value) {
                [&](float, float) { return glm::vec4(glm::vec3(value), 1.0f); });
 }
 
-}  // namespace clerestory::pictures
+}  // namespace clerestory::textures
