@@ -78,7 +78,7 @@ struct Renderer::State {
           limits({.maxSamples = identity.maxSamples,
                   .maxAnisotropy = identity.maxAnisotropy,
                   .software = identity.software,
-                  .traces = GpuTracer::offered()}),
+                  .rayTracing = GpuTracer::offered()}),
           mostSamples(options.mostSamples),
           whenReset(options.whenReset) {
         context.firstUse().whenCompiling = options.whenCompiling;
@@ -227,7 +227,7 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
         }
     }
     const auto clips = clipsNamed(*held, request.clip);
-    if (!clips) errors.push_back(noSuchClip(*held));
+    if (!clips) errors.push_back(unknownClip(*held));
     if (!errors.empty()) throw InvalidRequest(std::move(errors));
     for (const Material& material : held->materials) hasEnvironment(material.environmentMap);
     return {held, generation, environments.at(name), poseOf(held, *clips, request.time)};

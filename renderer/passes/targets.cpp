@@ -157,10 +157,10 @@ Target& TargetPool::acquire(const TargetSpec& spec) {
         if (!same) continue;
         entry.taken = true;
         entry.lastFrame = frame_;
-        entry.circumstances = spec.circumstances;
+        entry.inputsHash = spec.inputsHash;
         return *entry.target;
     }
-    entries_.push_back({std::make_unique<Target>(spec), true, false, spec.circumstances, frame_});
+    entries_.push_back({std::make_unique<Target>(spec), true, false, spec.inputsHash, frame_});
     return *entries_.back().target;
 }
 
@@ -177,7 +177,7 @@ ResidentMaps TargetPool::residentMaps() const {
         if (!entry.resident) continue;
         const std::uint64_t key = entry.target->spec().residentKey;
         maps.keys.insert(key);
-        if (entry.circumstances != 0) maps.keyUnder[entry.circumstances] = key;
+        if (entry.inputsHash != 0) maps.keyOfInputs[entry.inputsHash] = key;
     }
     return maps;
 }

@@ -68,7 +68,7 @@ private:
         std::unique_ptr<Target> target;
         bool taken = false;
         bool resident = false;
-        std::uint64_t circumstances = 0;  // of the last plan that asked for it
+        std::uint64_t inputsHash = 0;  // of the last plan that asked for it
         std::uint64_t lastFrame = 0;
     };
     std::vector<Entry> entries_;

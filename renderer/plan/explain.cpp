@@ -5,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-// By effect: what no surface needs, what is switched off, what is not in view.
+// For each effect: no surface needs it, it is switched off, or none of its surfaces is in view.
 void explainEffects(FramePlan& plan, const Stage& stage, const SeenView& seen) {
     const auto skip = [&](const char* name, Effect effect, const char* reason) {
         plan.skipped.push_back({name, effect, reason});
@@ -17,14 +17,14 @@ void explainEffects(FramePlan& plan, const Stage& stage, const SeenView& seen) {
         return std::any_of(seen.surfaces.begin(), seen.surfaces.end(),
                            [&](const SeenSurface& s) { return is(*s.surface); });
     };
-    const auto explain = [&](const char* name, Effect effect, bool on, const char* none,
-                             const char* unseen, auto&& is) {
+    const auto explain = [&](const char* name, Effect effect, bool on, const char* absent,
+                             const char* outsideView, auto&& is) {
         if (!anywhere(is))
-            skip(name, effect, none);
+            skip(name, effect, absent);
         else if (!on)
             skip(name, effect, "switched off");
         else if (!inView(is))
-            skip(name, effect, unseen);
+            skip(name, effect, outsideView);
     };
     const Effects& on = stage.settings.effects;
     explain("emission", Effect::emission, on.emission, "the scene has no emissive material",
@@ -47,8 +47,8 @@ void explainView(FramePlan& plan, const Stage& stage, const SeenView& seen) {
         skip("clusters", std::to_string(seen.culled) + " of " + std::to_string(seen.clusters) +
                              " clusters are outside the view");
     }
-    if (seen.mostLights > kMaxLightsPerDraw) {
-        skip("lights", std::to_string(seen.mostLights) + " lights reach one draw; the strongest " +
+    if (seen.maxLights > kMaxLightsPerDraw) {
+        skip("lights", std::to_string(seen.maxLights) + " lights reach one draw; the strongest " +
                            std::to_string(kMaxLightsPerDraw) + " are used");
     }
     if (!stage.settings.skyVisible) skip("sky", "the request hides the environment");

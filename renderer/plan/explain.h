@@ -1,11 +1,12 @@
-// The reasons for what a frame leaves out as a whole; each effect records those of single objects.
+// Reasons why a frame omits an effect, the sky or its light. Each effect records the reasons for
+// single objects itself.
 #pragma once
 
 #include "plan/visibility/draws.h"
 
 namespace clerestory {
 
-// Appends to plan.skipped. `seen`: what the root view shows.
+// Appends to plan.skipped. `seen`: the surfaces in the root view.
 void explainOmissions(FramePlan& plan, const Stage& stage, const SeenView& seen);
 
 }  // namespace clerestory

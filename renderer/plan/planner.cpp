@@ -21,7 +21,7 @@ bool hasFloatOutput(const FrameRequest& request) {
     return request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
 }
 
-// What the root view draws into.
+// The target of the root view.
 TargetSpec mainTarget(const FrameRequest& request, const DeviceLimits& limits) {
     const bool color = request.output.channel == Channel::color;
     const std::uint32_t samples =
@@ -30,7 +30,7 @@ TargetSpec mainTarget(const FrameRequest& request, const DeviceLimits& limits) {
             .format = hasFloatOutput(request) ? Format::rgba32f : Format::rgba16f,
             .width = request.width,
             .height = request.height,
-            .samples = std::bit_floor(samples),  // drivers offer powers of two
+            .samples = std::bit_floor(samples),  // drivers support powers of two
             .depth = true};
 }
 
@@ -55,7 +55,7 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     return plan;
 }
 
-// The same decisions as for a frame of colour, without its passes.
+// Adds the decisions of a colour frame to the plan, without its passes.
 SeenView seenInColor(const FrameContext& context, const Stage& stage, const ViewTask& root,
                      FramePlan& plan) {
     FramePlan inColor = plan;
@@ -67,8 +67,8 @@ SeenView seenInColor(const FrameContext& context, const Stage& stage, const View
     return seen;
 }
 
-void planNumbers(const FrameContext& context, const FrameRequest& request, const Stage& stage,
-                 const ViewTask& root, FramePlan& plan) {
+void planChannelFrame(const FrameContext& context, const FrameRequest& request, const Stage& stage,
+                      const ViewTask& root, FramePlan& plan) {
     const SeenView seen = plan.channel == Channel::through ? seenInColor(context, stage, root, plan)
                                                            : seenFrom(stage, root.view);
     planChannel(plan, root.view, seen, root.target);
@@ -76,8 +76,8 @@ void planNumbers(const FrameContext& context, const FrameRequest& request, const
     explainFilters(plan, request.filters);
 }
 
-void planColor(const FrameContext& context, const FrameRequest& request, const Stage& stage,
-               const ViewTask& root, FramePlan& plan) {
+void planColorFrame(const FrameContext& context, const FrameRequest& request, const Stage& stage,
+                    const ViewTask& root, FramePlan& plan) {
     PlanBuilder builder(plan);
     ViewContext views(context, stage, builder);
     const SeenView seen = planView(views, root);
@@ -87,7 +87,8 @@ void planColor(const FrameContext& context, const FrameRequest& request, const S
     const TargetId picture = planFilters(plan, request.filters, root.target, exposureFactor);
     if (hasFloatOutput(request)) {
         plan.output = picture;
-        plan.skipped.push_back({"toneMap", Effect::base, "the request asks for linear radiance"});
+        plan.skipped.push_back(
+            {"toneMap", Effect::base, "the output format holds linear radiance"});
     } else {
         planDisplay(plan, request, picture, exposureFactor);
     }
@@ -95,11 +96,11 @@ void planColor(const FrameContext& context, const FrameRequest& request, const S
 
 }  // namespace
 
-FieldError noSuchClip(const Scene& scene) {
+FieldError unknownClip(const Scene& scene) {
     std::string names;
     for (const Clip& clip : scene.clips) names += (names.empty() ? "one of: " : ", ") + clip.name;
     return {"/clip", "the scene has no animation of this name",
-            names.empty() ? "none: nothing in the scene moves" : names};
+            names.empty() ? "none: the scene has no animations" : names};
 }
 
 FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
@@ -127,9 +128,9 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
                         .mirrorsLeft = request.accuracy.generations,
                         .probeGeneration = request.accuracy.generations};
     if (plan.channel == Channel::color) {
-        planColor(context, request, stage, root, plan);
+        planColorFrame(context, request, stage, root, plan);
     } else {
-        planNumbers(context, request, stage, root, plan);
+        planChannelFrame(context, request, stage, root, plan);
     }
     return plan;
 }

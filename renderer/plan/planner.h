@@ -1,4 +1,4 @@
-// The one place that decides: scene + request + maps already resident -> FramePlan. Pure.
+// Plans a frame: scene, request and resident maps -> FramePlan. Pure; needs no OpenGL.
 #pragma once
 
 #include "plan/graph/frame_context.h"
@@ -6,15 +6,15 @@
 
 namespace clerestory {
 
-// What there is to say when a request names a clip that the scene does not have.
-FieldError noSuchClip(const Scene& scene);
+// The error for a request that names a clip that the scene does not have; lists those that it has.
+FieldError unknownClip(const Scene& scene);
 
-// Pure: equal arguments, equal plans.
+// Equal arguments give equal plans.
 //
 //     FramePlan plan = planFrame({.scene = scene, .pose = pose, ...}, request);
 //
-// Throws InvalidRequest when the request names a camera that the scene does not have, or a view
-// that cannot be drawn.
+// Throws InvalidRequest if problems(request) is not empty, or if the request names a camera that
+// the scene does not have.
 FramePlan planFrame(const FrameContext& context, const FrameRequest& request);
 
 }  // namespace clerestory

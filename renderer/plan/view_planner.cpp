@@ -18,23 +18,23 @@ std::string format(const char* pattern, double value) {
     return text;
 }
 
-// The surfaces that the view omits. In a cube these include moving objects behind a wall of the
-// view, so that the cube stays valid whatever happens where it cannot see.
+// The surfaces that the view omits. A captured view also omits occluded moving objects, so that
+// their motion does not invalidate the cube.
 std::vector<std::size_t> hiddenFrom(const ViewContext& context, const ViewTask& task) {
     const Stage& stage = context.stage;
     std::vector<std::size_t> hidden = task.hidden;
     if (context.moves.empty() || !task.captured) return hidden;
-    std::vector<Wall> walls = wallsOf(stage, task.view);
-    std::erase_if(walls, [&](const Wall& wall) {
-        return std::binary_search(hidden.begin(), hidden.end(), wall.surface);
+    std::vector<Occluder> occluders = occludersOf(stage, task.view);
+    std::erase_if(occluders, [&](const Occluder& occluder) {
+        return std::binary_search(hidden.begin(), hidden.end(), occluder.surface);
     });
-    for (std::size_t i = 0; i < stage.surfaces.size() && !walls.empty(); ++i) {
+    for (std::size_t i = 0; i < stage.surfaces.size() && !occluders.empty(); ++i) {
         const Instance& instance = stage.scene.instances[stage.surfaces[i].instance];
         if (!context.moves[stage.surfaces[i].instance]) continue;
         const Bounds box =
             transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
                         eyeFromLocal(task.view, stage.pose.worldFromNode[instance.node]));
-        if (hiding(walls, task.view, box) != nullptr) hidden.push_back(i);
+        if (findOccluder(occluders, task.view, box) != nullptr) hidden.push_back(i);
     }
     std::sort(hidden.begin(), hidden.end());
     return hidden;
@@ -44,7 +44,7 @@ std::vector<std::size_t> hiddenFrom(const ViewContext& context, const ViewTask& 
 
 SeenView planView(ViewContext& context, const ViewTask& task) {
     const Stage& stage = context.stage;
-    if (task.generation == 0) context.walls = wallsOf(stage, task.view);
+    if (task.generation == 0) context.occluders = occludersOf(stage, task.view);
     SeenView seen = seenFrom(stage, task.view, hiddenFrom(context, task));
     DrawScene drawn{.purpose = task.purpose,
                     .face = task.face,

@@ -10,7 +10,7 @@
 namespace clerestory {
 namespace {
 
-// Whether an edge is a power of two is part of what llvmpipe compiles for.
+// llvmpipe compiles different code for edges that are powers of two.
 std::uint32_t smallEdge(std::uint32_t edge) {
     return std::has_single_bit(edge) ? std::min(edge, 8u) : std::min(edge, 12u);
 }
@@ -18,9 +18,10 @@ std::uint32_t smallEdge(std::uint32_t edge) {
 TargetSpec smallTarget(TargetSpec spec) {
     spec.width = smallEdge(spec.width);
     spec.height = smallEdge(spec.height);
-    const auto most = static_cast<std::uint32_t>(std::bit_width(std::max(spec.width, spec.height)));
-    spec.levels = std::min(spec.levels, most);
-    spec.residentKey = spec.circumstances = 0;
+    const auto maxLevels =
+        static_cast<std::uint32_t>(std::bit_width(std::max(spec.width, spec.height)));
+    spec.levels = std::min(spec.levels, maxLevels);
+    spec.residentKey = spec.inputsHash = 0;
     return spec;
 }
 
@@ -60,7 +61,7 @@ private:
             std::get<DrawScene>(passes_.back().work).sky = true;
         }
         for (const Draw& draw : work.opaqueDraws) {
-            // A nearer view may draw depth first where this one does not.
+            // A view from closer by may have a depth prepass when this one has none.
             if (!(draw.features & FEATURE_MASK)) {
                 Draw depth = draw;
                 depth.features &= FEATURE_DOUBLE_SIDED;
@@ -97,8 +98,8 @@ private:
         }
     }
 
-    // A draw whose program was not seen yet: into the last pass, where that is one of the same
-    // kind and program, or into one of its own, made from `bare`.
+    // Adds a draw whose program is new: to the last pass if that has the same type and program,
+    // otherwise to a new pass made from `bare`.
     template <class Work>
     void add(const Pass& pass, const Work& bare, std::vector<Draw> Work::*list, const Draw& draw,
              DrawStage stage) {

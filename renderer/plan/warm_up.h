@@ -1,16 +1,16 @@
-// A plan's programs without its pictures: what to draw so that a driver compiles everything the
-// plan will use.
+// Warming up: a small plan whose execution makes the driver compile every program that a frame
+// uses.
 //
-//     for (const FramePlan plan = warmUpPlan(planFrame(...)); ...)  // draw each pass once
+//     const FramePlan warmUp = warmUpPlan(planFrame(...));  // execute each pass once
 #pragma once
 
 #include "plan/graph/frame_plan.h"
 
 namespace clerestory {
 
-// Small targets; every combination of program, material and pass once, each program in a pass of
-// its own. Passes stay in their order. What they draw is of no use, except that environment maps
-// are prefiltered as the plan does it, and stay resident.
+// Draws every combination of program, material and pass type of `plan` once, into targets of a few
+// pixels; each program has a separate pass. Passes keep their order. Only prefiltered environment
+// maps are useful results: they have their full size and stay resident.
 FramePlan warmUpPlan(const FramePlan& plan);
 
 }  // namespace clerestory

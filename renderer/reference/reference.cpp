@@ -28,7 +28,7 @@ void check(const ReferenceRequest& r) {
     if (std::vector<FieldError> errors = problems(r.scene, r.frame.overrides); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
     }
-    if (!clipsNamed(r.scene, r.frame.clip)) throw InvalidRequest({noSuchClip(r.scene)});
+    if (!clipsNamed(r.scene, r.frame.clip)) throw InvalidRequest({unknownClip(r.scene)});
     if (r.samples < 2 || r.samples > kMaxReferenceSamples) {
         throw std::invalid_argument("samples must be 2 to " + std::to_string(kMaxReferenceSamples));
     }

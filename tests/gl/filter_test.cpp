@@ -347,7 +347,7 @@ TEST_F(Filters, DoNotApplyToDataChannels) {
         EXPECT_EQ(filtered.plan.passes.size(), 1u);
         EXPECT_THAT(filtered.plan.skipped,
                     testing::Contains(testing::Field(
-                        &Skipped::reason, "the request asks for numbers instead of colour")));
+                        &Skipped::reason, "the request selects a data channel instead of colour")));
     }
 }
 

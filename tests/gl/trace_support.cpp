@@ -71,7 +71,7 @@ FramePlan Workbench::plan(const FrameRequest& request) const {
                       .environment = environment_,
                       .maps = {},
                       .resident = {},
-                      .limits = {.traces = true}},
+                      .limits = {.rayTracing = true}},
                      request);
 }
 

@@ -56,7 +56,7 @@ TEST(MovingScenes, AnUnknownClipIsRejectedWithTheExistingNames) {
     }
     const json problem =
         problemOf(postJson(client, "/v1/frames", smallFrame(R"("clip": "x")")), 422);
-    EXPECT_EQ(problem["errors"][0]["allowed"], "none: nothing in the scene moves");
+    EXPECT_EQ(problem["errors"][0]["allowed"], "none: the scene has no animations");
 }
 
 }  // namespace

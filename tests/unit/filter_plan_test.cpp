@@ -101,7 +101,7 @@ TEST(FilterPlan, DataChannelsAreNotFiltered) {
     const FramePlan plan = planOf(boxScene(), request);
     EXPECT_TRUE(filterKinds(plan).empty());
     EXPECT_THAT(plan.skipped,
-                Contains(Field(&Skipped::reason, HasSubstr("numbers instead of colour"))));
+                Contains(Field(&Skipped::reason, HasSubstr("data channel instead of colour"))));
 }
 
 }  // namespace

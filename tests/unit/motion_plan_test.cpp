@@ -166,8 +166,8 @@ TEST(Motion, CullingFollowsMovement) {
 TEST(Motion, UnknownNamesListTheValidOnes) {
     Scene scene = boxScene();
     letMove(scene, 0, {1, 0, 0});
-    EXPECT_EQ(noSuchClip(scene).pointer, "/clip");
-    EXPECT_EQ(noSuchClip(scene).allowed, "one of: go 0");
+    EXPECT_EQ(unknownClip(scene).pointer, "/clip");
+    EXPECT_EQ(unknownClip(scene).allowed, "one of: go 0");
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ TEST(Work, BudgetsAreExactToTheSample) {
     FrameRequest request = plainRequest();
     EXPECT_NO_THROW(requireAffordable(request, kPixels));
     EXPECT_THROW(requireAffordable(request, kPixels - 1), InvalidRequest);
-    EXPECT_LE(leastShadedSamples(request), all);
+    EXPECT_LE(minShadedSamples(request), all);
 }
 
 TEST(Work, RejectionsNameTheResponsibleKnobs) {

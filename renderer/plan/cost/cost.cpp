@@ -1,4 +1,3 @@
-// Constants as measured; see the header.
 #include "plan/cost/cost.h"
 
 #include <algorithm>
@@ -8,17 +7,17 @@ namespace clerestory {
 namespace {
 
 struct Constants {
-    double view;      // ms for each child view
-    double triangle;  // ms a triangle drawn
-    double pixel;     // ms a pixel shaded
-    double trace;     // ms for a frame that traces at all
-    double ray;       // ms a ray
+    double view;      // ms per child view
+    double triangle;  // ms per triangle drawn
+    double pixel;     // ms per pixel shaded
+    double trace;     // ms per frame that traces any ray
+    double ray;       // ms per ray segment
 };
 // Sponza and the chapel: 77 to 105 ms for 224,000 triangles over 921,600 pixels; cube faces of 256,
-// 512 and 1024 in 59, 126 and 360 ms. Rays with their hits shaded, in the chapel: the brass figure
+// 512 and 1024 in 59, 126 and 360 ms. Rays including shading of hits, in the chapel: brass figure
 // (1.3 % of the frame) 29 ms, its floor (12 %) 160 ms, a glass ball of 5,700 pixels 45 ms.
 constexpr Constants kSoftware{0.6, 1.6e-4, 4.5e-5, 8.0, 1.6e-3};
-// Not measured here: a GPU of a few TFLOP/s draws some 1e9 triangles and 1e10 pixels a second.
+// Not measured: a GPU of a few TFLOP/s draws about 1e9 triangles and 1e10 pixels per second.
 constexpr Constants kHardware{0.05, 1e-6, 1e-7, 0.05, 2e-6};
 
 // Cost of copying a pixel, relative to shading one.
@@ -37,7 +36,7 @@ double milliseconds(const Work& work) {
 std::size_t cheapest(std::span<const Candidate> candidates, double tolerance) {
     std::size_t best = 0;
     const auto rank = [&](const Candidate& c) {
-        // What is good enough goes by its price, what is not by its error, after all that is.
+        // Accurate candidates first, by time; then the others, by error.
         const bool enough = c.error <= tolerance;
         return std::pair(enough ? 0.0 : c.error, enough ? c.milliseconds : 0.0);
     };
@@ -59,29 +58,31 @@ double toleranceOf(Preset preset) {
     return 6e-3;
 }
 
-// Square roots of relMSE on curved mirrors, as measured against the truth at 480x270 with the ways
-// forced (docs/accuracy.md); of the scenes in the open, geometric means. Blur hides what is wrong.
+// Square roots of relMSE over curved mirrors, measured against the reference at 480x270 with each
+// method requested (docs/accuracy.md); for the first three scenes, geometric means. Roughness hides
+// errors.
 //                  environment   probe   traced
 //   teapots             1.95      0.95    0.44
 //   orbiting-cubes      1.45      1.27    0.16
 //   six-walls           0.69      0.15    0.15
 //   Sponza, inside      3.9       2.0     1.1
-// Indoors a map shows the sky, which is many times as bright as what stands there.
+// Indoors an environment map shows the sky, which is many times as bright as the room.
 double environmentError(double roughness, double enclosed) {
     const double e = std::clamp(enclosed, 0.0, 1.0);
     return (1.25 - 0.6 * std::clamp(roughness, 0.0, 1.0)) * (1.0 + 3.0 * e * e * e * e);
 }
-// Sponza's urns, one mesh along the whole court, see with a cube in its middle what stands
-// elsewhere.
+// Sponza's urns are one mesh along the whole court; a cube in its middle shows other surroundings
+// than those of each urn.
 double probeError(double roughness, double apart) {
     const double a = std::clamp(apart, 0.0, 1.0);
     return (0.55 - 0.3 * std::clamp(roughness, 0.0, 1.0)) * std::min(1.0 + 5.5 * a, 4.0);
 }
-// Rays are followed along the middle of the lobe.
+// One ray is traced along the centre of the lobe.
 double tracedError(double roughness) {
     return 0.2 + 0.9 * std::max(0.0, roughness - 0.1);
 }
-// Measured beside rays: chapel 0.24 and 0.21, meadow 0.18 and 0.24, orbiting-cubes 0.16 and 0.17.
+// Measured together with rays: chapel 0.24 and 0.21, meadow 0.18 and 0.24, orbiting-cubes 0.16 and
+// 0.17.
 double mirrorError(double roughness) {
     return 0.9 * tracedError(roughness);
 }
@@ -89,7 +90,7 @@ double mirrorError(double roughness) {
 double glassEnvironmentError() {
     return 2.7;
 }
-// A pane shows what is straight behind it; only its reflection is approximate.
+// A pane does not displace what is behind it; only its reflection is approximate.
 double backdropError(bool solid, bool backFaces) {
     if (!solid) return 0.06;
     return backFaces ? 2.2 : 2.7;
@@ -98,7 +99,7 @@ double glassRaySegments(bool solid, std::uint32_t bounces) {
     return solid ? std::min(4.0, 1.0 + bounces) : 2.0;
 }
 
-// In a scene that moves, the next frame shows another moment, and most cubes see that.
+// In an animated scene the next frame shows another time, which invalidates most cubes.
 double framesPerCapture(bool sceneMoves) {
     return sceneMoves ? 1.0 : 16.0;
 }

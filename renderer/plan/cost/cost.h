@@ -1,10 +1,10 @@
-// What each way of serving a reflector or a piece of glass takes and gets wrong, and which one to
-// take: as a database plans a query.
+// Cost model: predicted time and error of each method for a reflector or a piece of glass, and the
+// choice between methods. All constants of the model are here and in cost.cpp.
 //
-// Milliseconds are those of one reference machine (two cores, Mesa 22.3 llvmpipe) or of a small
-// GPU: their ratios decide, and a decision must not depend on how busy a machine is, nor on what
-// happens to be resident: the same request gives the same bytes. Errors are relative RMSE on the
-// pixels of the effect (accuracy.md, section 1).
+// Milliseconds are those of a reference machine (two cores, Mesa 22.3 llvmpipe) or of a small GPU.
+// Only their ratios matter. Predictions depend neither on the load of the machine nor on resident
+// maps, so that equal requests give equal bytes. Errors are relative RMSE over the pixels of the
+// effect (docs/accuracy.md).
 #pragma once
 
 #include "plan/graph/decision.h"
@@ -14,61 +14,62 @@
 
 namespace clerestory {
 
-// What a way would have to do.
+// The work that a method adds to a frame.
 struct Work {
-    double triangles = 0.0;  // drawn in child views
-    double pixels = 0.0;     // shaded in child views
-    double views = 0.0;
-    double copiedPixels = 0.0;  // copied, not shaded
-    double rayPixels = 0.0;     // pixels of the parent view that follow rays
-    double rays = 0.0;          // for each of them
-    double frames = 1.0;        // frames that share the work
+    double triangles = 0.0;     // drawn in child views
+    double pixels = 0.0;        // shaded in child views
+    double views = 0.0;         // child views
+    double copiedPixels = 0.0;  // copied without shading
+    double rayPixels = 0.0;     // pixels of the parent view that trace rays
+    double rays = 0.0;          // ray segments per such pixel
+    double frames = 1.0;        // frames that share the drawn work
     bool software = true;
 };
 double milliseconds(const Work& work);
 
-// The cheapest candidate whose error is at most `tolerance` (relative, on the surface's pixels);
-// where none is that good, the one with the least error. Ties go to the first. candidates is not
-// empty.
+// Returns the index of the cheapest candidate whose error is at most `tolerance` (relative RMSE
+// over the pixels of the surface); if there is none, of the one with the smallest error. The first
+// wins a tie. `candidates` must not be empty.
 std::size_t cheapest(std::span<const Candidate> candidates, double tolerance);
 
-// What a surface weighs is its share of the frame's light, about: what it reflects or lets through
-// (0..1, at the angle it is seen at) times its share of the frame. Lighter ones are not worth a
-// view or a ray, even when the request asks for it.
+// The weight of a surface estimates its fraction of the light of the frame: reflectance or
+// transmittance at the viewing angle (0..1) times covered fraction of the frame. Below this weight
+// a surface gets neither a view nor rays, even if the request names the method.
 inline constexpr double kMinWeight = 4e-4;
 
-// Error that a preset accepts of a surface: relative error times weight.
+// Error of a surface that a preset accepts: relative RMSE times weight.
 double toleranceOf(Preset preset);
 
-// Relative RMSE of a curved mirror's pixels, by roughness: the environment map alone, a captured
-// cube, rays through the mesh. enclosed: share of its surroundings that is not sky; see
-// enclosure.h. apart: how far the mirror reaches from the cube's centre, in radii of the scene.
+// Relative RMSE of the pixels of a curved mirror of this roughness (0..1) with the environment map
+// only, with a captured cube, with rays. enclosed: fraction of the directions around it that
+// geometry blocks, 0..1; see enclosure.h. apart: distance of the surface from the cube's centre,
+// 0..1; see apartFromCenter().
 double environmentError(double roughness, double enclosed = 0.0);
 double probeError(double roughness, double apart = 0.0);
 double tracedError(double roughness);
-// The same of a flat mirror's own picture.
+// The same of a flat mirror with a mirrored view.
 double mirrorError(double roughness);
 
-// Relative RMSE of the pixels of glass: against the environment map, against a copy of what was
-// drawn behind it. solid: a body, not a pane; backFaces: its far side is drawn.
+// Relative RMSE of the pixels of glass over the environment map, and over a copy of the picture
+// behind it. solid: a body, not a pane; backFaces: exit points come from its back faces.
 double glassEnvironmentError();
 double backdropError(bool solid, bool backFaces);
-// Segments of a ray through a piece of glass, as counted in Work::rays.
+// Number of segments of a ray through a piece of glass, for Work::rays.
 double glassRaySegments(bool solid, std::uint32_t bounces);
 
-// Number of frames over which the cost of a captured cube is spread. It does not depend on what is
-// resident: otherwise one request could give two pictures.
+// Number of frames that share the cost of a captured cube. It does not depend on resident maps:
+// otherwise one request could give two different pictures.
 double framesPerCapture(bool sceneMoves);
 
-// Weight of a captured face in its frame. It does not depend on the view that shows its owner.
+// Weight of a face of a captured cube. It does not depend on the view that shows the cube.
 inline constexpr double kCaptureWeight = 0.03;
 
-// Layers of opaque surface above which drawing depth first pays (measured on the software
-// rasteriser: Sponza 198 -> 127 ms at some five layers; nothing gained at one).
+// Layers of opaque surfaces above which a depth prepass saves time (software rasteriser: Sponza,
+// five layers, 198 -> 127 ms; no gain with one layer).
 inline constexpr double kPrepassOverdraw = 1.2;
-// Share of the picture that a cluster's box must cover for each of its triangles to be drawn depth
-// first; 23 pixels of 1280x720. Finer ones hide less than drawing them twice costs (Sponza's court:
-// 217 -> 207 ms of processor time, between a quarter and four times this share the same).
+// Fraction of the picture that the box of a cluster must cover, per triangle, for the depth prepass
+// to include it; 23 pixels of 1280x720. Smaller triangles cost more to draw twice than they save
+// (Sponza's court: 217 -> 207 ms of processor time; the same from a quarter to four times this).
 inline constexpr double kOccluderShare = 2.5e-5;
 
 }  // namespace clerestory

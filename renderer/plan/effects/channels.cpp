@@ -11,11 +11,11 @@ void labelThrough(SeenView& seen) {
         else if (s.features & (FEATURE_PROBE | FEATURE_TRACED_REFLECTION))
             s.through = throughCubeOrRays;
         else if (s.features & FEATURE_MIRROR)
-            s.through = throughFirstMirror + s.reflection;  // pictures of flat mirrors come first
+            s.through = throughFirstMirror + s.reflection;  // mirrored views come first
         else
             s.through =
                 s.surface->reflector == Reflector::none ? throughDirect : throughEnvironment;
-        // Numbers are not reflected, and need no rays.
+        // Channels are not reflected and need no rays.
         s.reflection = kNoReflection;
         s.features &= ~(FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
     }
@@ -27,7 +27,7 @@ void planChannel(FramePlan& plan, const View& view, const SeenView& seen, Target
     for (const DrawLists::Behind& item : draws.through) work.draws.push_back(item.draw);
     plan.passes.push_back({.name = "channel",
                            .target = target,
-                           .reason = "the request asks for numbers instead of colour",
+                           .reason = "the request selects a data channel instead of colour",
                            .work = std::move(work)});
 }
 

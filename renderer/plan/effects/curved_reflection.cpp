@@ -3,7 +3,6 @@
 #include "plan/effects/environment_map.h"
 #include "plan/effects/method_choice.h"
 #include "plan/effects/probe_capture.h"
-#include "plan/effects/surroundings.h"
 #include "plan/graph/features.h"
 
 #include <algorithm>
@@ -11,11 +10,11 @@
 namespace clerestory {
 namespace {
 
-// Smoother than this a map's own blur is right; see reflection.glsl.
+// Below this roughness one lookup in a blurred level is accurate; see reflection.glsl.
 constexpr float kRoughLobe = 0.2f;
 
-// The surface reflects the stored map that its material names, rotated as the material says. False
-// when no such map is loaded.
+// Makes the surface reflect the stored map that its material names, with the material's rotation.
+// Returns false if the map is not loaded.
 bool reflectStoredMap(ViewContext& context, const ViewTask& task, SeenSurface& s,
                       DrawScene& drawn) {
     const Material& material = context.stage.material(*s.surface);
@@ -51,7 +50,7 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .frames = framesPerCapture(!context.moves.empty()),
                        .software = limits.software}),
          probeError(roughness, apart)}};
-    if (limits.traces && !task.captured) {  // a captured face shows the generation before
+    if (limits.rayTracing && !task.captured) {  // captured faces show the previous generation
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = s.share * task.width * task.height,
                                             .rays = 1.0,
@@ -61,12 +60,12 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
     return candidates;
 }
 
-// The surface reflects the cube captured for it.
+// Makes the surface reflect the cube that is captured for it.
 void reflectCapturedCube(ViewContext& context, const ViewTask& task, SeenSurface& s,
                          const CapturePoint& point, DrawScene& drawn) {
     ReflectedPicture picture{.target = capturedCube(context, point, task.probeGeneration),
                              .center = point.center};
-    // The box that the cube is taken to see: the scene's, with room for the owner itself.
+    // Box for parallax correction: that of the scene, at least as large as the owner.
     picture.proxyMin =
         glm::min(glm::dvec3(context.sceneBounds.min) - point.center, glm::dvec3(-point.radius));
     picture.proxyMax =
@@ -102,13 +101,13 @@ void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView&
         }
         const double weight = reflectanceSeen(s.surface->reflectance, 0.5) * s.share;
         if (task.weight * weight < kMinWeight) {
-            omit("too weak or too small to be seen");
+            omit("weight below the visible minimum");
             continue;
         }
-        if (task.probeGeneration == 0) continue;  // a first generation shows the fallback
+        if (task.probeGeneration == 0) continue;  // the environment map
         std::optional<Method> forced =
             requestedMethod(stage.settings.accuracy.curved, Method::probe);
-        // Requested by name, or by a blur, which only a cube can have.
+        // The material names a probe, or a blur, which only a cube supports.
         if (point.placed || point.blur.changes()) forced = Method::probe;
         const Method method = chooseMethod(
             context, task, {point.name, Effect::environmentReflection, s.share, weight, forced},
@@ -127,7 +126,7 @@ void planRoughReflections(const ViewContext& context, const ViewTask& task, Seen
         const bool hasPicture = s.features & (FEATURE_MIRROR | FEATURE_TRACED_REFLECTION);
         const bool mirrors = s.surface->reflector != Reflector::none ||
                              s.surface->reason == ReflectorReason::roughMetal;
-        // The factor is the upper bound of what a texture varies.
+        // The factor is the upper bound of textured roughness.
         const bool rough = context.stage.material(*s.surface).roughness > kRoughLobe;
         if (mirrors && rough && !hasPicture) s.features |= FEATURE_MAP_SAMPLES;
     }

@@ -1,5 +1,5 @@
-// Curved mirrors of a view: rendered by the environment map, a captured cube or rays; and rough
-// metals, which add up several directions of a map.
+// Curved mirrors of a view, with the environment map, a captured cube or rays; and rough metals,
+// which average several directions of a map.
 #pragma once
 
 #include "plan/effects/view_context.h"
@@ -11,7 +11,8 @@ namespace clerestory {
 void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView& seen,
                            DrawScene& drawn);
 
-// Marks rough metals that mirror a map, of any kind. Captured faces are blurred themselves.
+// Marks rough metals that reflect a map, so that they average several directions. Does nothing in
+// captured views, which are blurred anyway.
 void planRoughReflections(const ViewContext& context, const ViewTask& task, SeenView& seen);
 
 }  // namespace clerestory

@@ -23,7 +23,7 @@ void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance
     toneMapping.edgeFilterFollows = request.accuracy.edgeFilter;
     plan.passes.push_back({.name = "toneMap",
                            .target = plan.output,
-                           .reason = "radiance becomes display colour",
+                           .reason = "converts radiance to display colour",
                            .work = toneMapping});
     if (!request.accuracy.edgeFilter) {
         plan.skipped.push_back({"edgeFilter", Effect::base, "not requested at this accuracy"});

@@ -6,8 +6,8 @@
 
 namespace clerestory {
 
-// Adds the passes, and sets plan.output. radiance: the target that holds the picture.
-// exposureFactor: multiplies it.
+// Adds the passes and sets plan.output. `radiance` holds the finished picture, which is multiplied
+// by exposureFactor.
 void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance,
                  float exposureFactor);
 

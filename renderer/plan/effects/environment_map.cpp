@@ -86,7 +86,7 @@ TargetId addBlur(ViewContext& context, const std::string& name, const MapBlur& b
                              .effect = Effect::environmentReflection,
                              .generation = generation,
                              .target = result,
-                             .reason = "filtered samples read it blurred",
+                             .reason = "prefiltering reads blurred levels",
                              .work = BuildLevels{}});
     return result;
 }

@@ -5,14 +5,14 @@
 
 namespace clerestory {
 
-// The prefiltered map that lights the scene; kNoTarget when its intensity is 0.
+// Returns the prefiltered map that lights the scene; kNoTarget if its intensity is 0.
 TargetId environmentTarget(ViewContext& context);
 
-// A prefiltered map of any name; adds its passes unless it is resident.
+// Returns the prefiltered, optionally blurred map; adds its passes unless it is resident.
 TargetId mapTarget(ViewContext& context, const EnvironmentMap& map, const MapBlur& blur = {});
 
-// Adds the passes that blur `source`, a captured cube, or, where that is kNoTarget, the stored
-// `map`. Returns the target that holds the result with all its levels.
+// Adds the passes that blur the captured cube `source`, or the stored `map` if `source` is
+// kNoTarget. faceSize: texels. Returns the target with the result and all its levels.
 TargetId addBlur(ViewContext& context, const std::string& name, const MapBlur& blur,
                  std::uint32_t faceSize, std::uint32_t generation, TargetId source,
                  const std::string& map = {});

@@ -1,5 +1,5 @@
-// A filter reads the picture and writes another. Two of those take turns, so that eight filters
-// need no more memory than two.
+// A filter reads one picture and writes another. Filters alternate between two targets, so that
+// eight filters need as much memory as two.
 #include "plan/effects/filters.h"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ public:
         Twirl work;
         work.turn = static_cast<float>(filter.amount / plan_.height);
         work.radius = static_cast<float>(filter.radius.value_or(corner));
-        addStep(name, work, "turns the picture about its centre");
+        addStep(name, work, "rotates pixels about the centre of the picture");
     }
 
     void add(const std::string& name, const ConvolveFilter& filter) {
@@ -38,8 +38,8 @@ public:
         addStep(name, work, "weighs each pixel with its neighbours");
     }
 
-    // Level k of a pyramid spreads light over about 2^k pixels. All levels that `radius` reaches
-    // weigh the same, the last one as far as it is reached, so that a glow grows evenly with it.
+    // Level k of a pyramid spreads light over about 2^k pixels. All levels up to `radius` have the
+    // same weight, the last one a part of it, so that a glow grows continuously with the radius.
     void add(const std::string& name, const GlowFilter& filter) {
         const double octaves = std::log2(filter.radius);
         const auto levels = static_cast<std::uint32_t>(std::ceil(octaves));
@@ -57,25 +57,25 @@ public:
                 addTarget(name + ":" + std::to_string(level + 1), width, height);
             if (level == 0) {
                 addPass(name, target, GlowBright{{picture_}, threshold},
-                        "what is brighter than the threshold");
+                        "extracts light above the threshold");
             } else {
-                addPass(name, target, GlowDown{{pyramid.back()}}, "spreads it twice as wide");
+                addPass(name, target, GlowDown{{pyramid.back()}}, "halves the size");
             }
             pyramid.push_back(target);
         }
-        double wider = 0.0;  // weight of all levels below
+        double wider = 0.0;  // weight of all smaller levels
         for (std::uint32_t level = levels - 1; level > 0; --level) {
             wider += weight(level);
             const double share = wider / (wider + weight(level - 1));
             addPass(name, pyramid[level - 1], GlowUp{{pyramid[level]}, static_cast<float>(share)},
-                    "adds up what is spread");
+                    "adds the next smaller level");
         }
         Glow work;
         work.spread = pyramid.front();
         work.threshold = threshold;
-        // Below an octave the rest stays where it is.
+        // Less than an octave spreads a part of the light only.
         work.share = static_cast<float>(filter.strength * std::min(1.0, octaves));
-        addStep(name, work, "spreads what is bright");
+        addStep(name, work, "adds the spread light");
     }
 
 private:
@@ -95,10 +95,10 @@ private:
                                 .work = std::move(work)});
     }
 
-    // A pass from the picture to the next; `work` reads the picture.
+    // Adds a pass that reads the picture and makes its target the new picture.
     template <class Work>
     void addStep(const std::string& name, Work work, const char* reason) {
-        TargetId& free = turns_[0] == picture_ ? turns_[1] : turns_[0];
+        TargetId& free = targets_[0] == picture_ ? targets_[1] : targets_[0];
         if (free == kNoTarget) free = addTarget("picture:" + name, plan_.width, plan_.height);
         work.source = picture_;
         picture_ = free;
@@ -108,7 +108,7 @@ private:
     FramePlan& plan_;
     TargetId picture_;
     float exposureFactor_;
-    TargetId turns_[2] = {kNoTarget, kNoTarget};
+    TargetId targets_[2] = {kNoTarget, kNoTarget};
 };
 
 }  // namespace
@@ -129,7 +129,7 @@ TargetId planFilters(FramePlan& plan, const std::vector<FilterRequest>& filters,
 void explainFilters(FramePlan& plan, const std::vector<FilterRequest>& filters) {
     for (std::size_t i = 0; i < filters.size(); ++i) {
         plan.skipped.push_back({nameOf(i, filters[i]), Effect::filters,
-                                "the request asks for numbers instead of colour"});
+                                "the request selects a data channel instead of colour"});
     }
 }
 

@@ -1,5 +1,7 @@
 #include "plan/effects/method_choice.h"
 
+#include "plan/visibility/enclosure.h"
+
 #include <algorithm>
 #include <bit>
 #include <cstdio>
@@ -27,7 +29,7 @@ Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
     });
     if (forced != candidates.end()) {
         chosen = static_cast<std::size_t>(forced - candidates.begin());
-        reason += ", as the request asks";
+        reason += ", named by the request";
     } else {
         reason += format(", %.1f ms predicted", candidates[chosen].milliseconds) +
                   format(", error %.2f", candidates[chosen].error) +
@@ -55,12 +57,12 @@ void skip(ViewContext& context, const ViewTask& task, std::string name, Effect e
 bool skipIfOccluded(ViewContext& context, const ViewTask& task, const std::string& name,
                     Effect effect, const Bounds& box) {
     if (task.generation > 0) return false;
-    const Wall* wall = hiding(context.walls, task.view, box);
-    if (wall != nullptr) {
-        const Surface& surface = context.stage.surfaces[wall->surface];
+    const Occluder* occluder = findOccluder(context.occluders, task.view, box);
+    if (occluder != nullptr) {
+        const Surface& surface = context.stage.surfaces[occluder->surface];
         skip(context, task, name, effect, "hidden behind " + nameOf(context.stage.scene, surface));
     }
-    return wall != nullptr;
+    return occluder != nullptr;
 }
 
 std::string objectName(const Scene& scene, const Surface& surface) {
@@ -85,14 +87,14 @@ std::string percentOfFrame(double share) {
     return format("%.1f %% of the frame", 100.0 * share);
 }
 
-// The last level is 2 or 3 pixels wide: at roughness 0.5 a lobe covers half of a picture, and blur
-// that stopped short of it would depend on the size of the picture.
+// The last level is 2 or 3 pixels wide: at roughness 0.5 a lobe covers half of a picture, and with
+// fewer levels its blur would depend on the size of the picture.
 std::uint32_t pictureLevels(std::uint32_t width, std::uint32_t height) {
     const auto full = static_cast<std::uint32_t>(std::bit_width(std::min(width, height)));
     return full > 1 ? full - 1 : 1;
 }
 
-// Down to faces of 4 texels: fewer hold no more than the harmonics do.
+// Down to faces of 4 texels: smaller ones add nothing to the spherical harmonics.
 std::uint32_t roughnessLevels(std::uint32_t faceSize) {
     const auto full = static_cast<std::uint32_t>(std::bit_width(faceSize));
     return full > 3 ? full - 2 : 1;
@@ -101,6 +103,12 @@ std::uint32_t roughnessLevels(std::uint32_t faceSize) {
 double reflectanceSeen(double reflectance, double cosine) {
     const double edge = 1.0 - std::clamp(cosine, 0.0, 1.0);
     return reflectance + (1.0 - reflectance) * edge * edge * edge * edge * edge;
+}
+
+double enclosureAt(ViewContext& context, const ViewTask& task, const Bounds& box) {
+    if (task.generation > 0) return 0.0;
+    if (context.opaqueBoxes.empty()) context.opaqueBoxes = opaqueBoxes(context.stage, task.view);
+    return enclosure(context.opaqueBoxes, glm::dvec3(box.center()));
 }
 
 }  // namespace clerestory

@@ -1,5 +1,5 @@
-// Choosing how a reflector or a piece of glass is rendered, and reporting what was left out. Used
-// by every effect.
+// The choice of a method for a reflector or a piece of glass, and reports of what was left out.
+// Shared by the effects.
 #pragma once
 
 #include "plan/cost/cost.h"
@@ -9,60 +9,66 @@
 
 namespace clerestory {
 
-// Surfaces smoother than this show sharp pictures: their blur is narrower than a pixel of a common
-// frame.
+// Below this roughness reflections are sharp: the blur is narrower than a pixel of a typical frame.
 inline constexpr double kSharpRoughness = 0.02;
 
 // A surface, or surfaces that share one picture, for which a method is chosen.
 struct Subject {
     std::string name;
     Effect effect;
-    double share = 0.0;            // of the view's picture, 0..1
-    double weight = 0.0;           // of the view's light; see kMinWeight
-    std::optional<Method> forced;  // the request names it
+    double share = 0.0;            // fraction of the view's picture, 0..1
+    double weight = 0.0;           // of the surface in the view, 0..1; see kMinWeight
+    std::optional<Method> forced;  // named by the request
 };
-// Returns the candidate's method, and records the decision when the view is the root.
+// Returns the chosen method. Records the decision if the view is the root.
 Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
                     std::span<const Candidate> candidates);
 
-// Records why something is left out of the root view. Child views are not reported: their passes
-// show what they draw.
+// Records why something is left out of the root view. Does nothing for child views.
 void skip(ViewContext& context, const ViewTask& task, std::string name, Effect effect,
           std::string reason);
 
-// True when a wall of the root view hides all of the box (relative to the eye); records it.
+// Returns true if an occluder hides the whole box (relative to the eye), and records it. Root view
+// only; false for child views.
 bool skipIfOccluded(ViewContext& context, const ViewTask& task, const std::string& name,
                     Effect effect, const Bounds& box);
 
-// The method that a field of Accuracy names; `own` is that of the enumeration's own kind: a
-// mirrored view, a captured cube, a backdrop. None where the planner chooses.
-template <class Word>
-std::optional<Method> requestedMethod(Word word, Method own) {
-    switch (word) {
-        case Word::automatic:
+// The method for a value of PlanarMethod, CurvedMethod or GlassMethod; none for automatic.
+// `specific` is the method that only this enumeration has: mirrored view, captured cube or
+// backdrop.
+template <class Requested>
+std::optional<Method> requestedMethod(Requested requested, Method specific) {
+    switch (requested) {
+        case Requested::automatic:
             return std::nullopt;
-        case Word::environment:
+        case Requested::environment:
             return Method::environment;
-        case Word::traced:
+        case Requested::traced:
             return Method::traced;
         default:
-            return own;
+            return specific;
     }
 }
 
-// The name of a surface's object for people: its node's, its mesh's, or its number; of a flat part
-// with the part's number.
+// Display name of the object of a surface: that of its node, of its mesh, or its number. nameOf()
+// appends the number of the flat part.
 std::string objectName(const Scene& scene, const Surface& surface);
 std::string nameOf(const Scene& scene, const Surface& surface);
 
 // "12.3 % of the frame"
 std::string percentOfFrame(double share);
 
-// Levels of a picture that is read blurred, and of a prefiltered cube.
+// Number of levels of a picture that is read blurred, and of a prefiltered cube. Sizes in texels.
 std::uint32_t pictureLevels(std::uint32_t width, std::uint32_t height);
 std::uint32_t roughnessLevels(std::uint32_t faceSize);
 
-// Reflectance at the angle of view, 0..1 (Schlick). cosine: of the angle to the normal.
+// Reflectance at the viewing angle, 0..1 (Schlick 1994). reflectance: at normal incidence, 0..1;
+// cosine: of the angle to the normal.
 double reflectanceSeen(double reflectance, double cosine);
+
+// Fraction of the directions from the centre of the box that geometry blocks, 0..1; see
+// enclosure.h. The box is relative to the eye of the root view. 0 in child views, where it would
+// have to be computed for each of them.
+double enclosureAt(ViewContext& context, const ViewTask& task, const Bounds& box);
 
 }  // namespace clerestory

@@ -1,7 +1,6 @@
 #include "plan/effects/planar_reflection.h"
 
 #include "plan/effects/method_choice.h"
-#include "plan/effects/surroundings.h"
 #include "plan/graph/features.h"
 #include "plan/visibility/mirror.h"
 #include "plan/visibility/visibility.h"
@@ -12,13 +11,13 @@
 namespace clerestory {
 namespace {
 
-// Two mirrors share a picture when their planes differ by less than this: the cosine of a
-// thousandth of a degree, and a share of the distance to the eye.
+// Mirrors share a picture if their planes differ by less than this: cosine of a thousandth of a
+// degree; difference of the distances to the eye relative to their sum.
 constexpr double kSameNormal = 1.0 - 1.5e-10;
 constexpr double kSameOffset = 1e-5;
 
-// The two sides of one sheet (a slab of glass, a board) share a picture when what the farther one
-// mirrors would stand at most this many pixels beside it.
+// The two sides of a thin sheet (a slab of glass, a board) share a picture if the reflections in
+// the farther one are displaced by at most this many pixels.
 double sheetPixels(Preset preset) {
     switch (preset) {
         case Preset::draft:
@@ -31,21 +30,20 @@ double sheetPixels(Preset preset) {
     return 1.0;
 }
 
-// Pictures that one view has drawn, the strongest first; a mirrored view, which shows less, has
-// fewer.
+// Maximum number of mirrored views of one view, and of one mirrored view.
 constexpr std::size_t kMaxMirrors = 8;
 constexpr std::size_t kMaxMirrorsMirrored = 3;
 
-// Pixels beyond a rough mirror's edge that its blur may ask for: a lobe's tail of 5 alpha radians
-// (erratum P9), at most this share of the picture.
+// The picture of a rough mirror extends beyond its edge by the tail of the lobe, 5 alpha radians
+// (erratum P9), and at most by this fraction of the picture.
 constexpr double kMaxGuard = 0.25;
 
-// Pictures of rough mirrors are whole squares of so many pixels: their blur does not depend on
-// where their borders lie.
+// Borders of pictures of rough mirrors are multiples of this number of pixels, so that their blur
+// does not depend on the exact borders.
 constexpr double kRoughSquare = 32.0;
 
-// Pixels that a lobe spreads over what stands far behind the mirror (erratum R4), above which half
-// as many pixels along an edge show the same but for what touches the mirror.
+// Width of the lobe in pixels, for objects far behind the mirror (erratum R4), above which a
+// picture of half the size looks the same except for objects that touch the mirror.
 constexpr double kCoarseBlur = 24.0;
 
 double pixelsPerSlope(const View& view, std::uint32_t height) {
@@ -54,19 +52,19 @@ double pixelsPerSlope(const View& view, std::uint32_t height) {
 
 // Flat mirrors that lie in one plane and face the view share one picture.
 struct MirrorGroup {
-    Plane plane;                       // world, its front towards the eye
-    double height = 0.0;               // of the eye above it, metres
-    double roughness = 0.0;            // of the roughest, 0..1
-    double share = 0.0, weight = 0.0;  // of the view; see kMinWeight
+    Plane plane;                       // world; its front faces the eye
+    double height = 0.0;               // of the eye above the plane, metres
+    double roughness = 0.0;            // of the roughest surface, 0..1
+    double share = 0.0, weight = 0.0;  // in the view, 0..1; see kMinWeight
     std::string name;
     Index instance = 0;    // of its first surface
-    bool flipped = false;  // all of it is seen from the back of two-sided parts
-    bool sheet = false;    // holds both sides of something thin
+    bool flipped = false;  // only backs of two-sided surfaces are visible
+    bool sheet = false;    // contains both sides of a thin sheet
     ScreenBox covered;
     std::vector<std::size_t> seen;  // into SeenView::surfaces
 };
 
-// The plane of a flat mirror with its front towards the eye; none, with the reason, where the view
+// The plane of a flat mirror with its front towards the eye; or none, with the reason, if the view
 // shows no reflection in it.
 struct FacingPlane {
     std::optional<Plane> plane;  // world
@@ -78,7 +76,7 @@ FacingPlane facingPlane(const Stage& stage, const ViewTask& task, const SeenSurf
     const FlatPart& part = stage.scene.flatParts[s.surface->flatPart];
     const Instance& instance = stage.scene.instances[s.surface->instance];
     FacingPlane facing{.plane = transformed(part.plane(), stage.pose.worldFromNode[instance.node])};
-    if (!facing.plane) return {.omitted = "its transform leaves no plane"};
+    if (!facing.plane) return {.omitted = "degenerate transform"};
     facing.height = eyeHeight(*facing.plane, task.view);
     facing.flipped = facing.height < 0.0;
     if (facing.flipped && stage.material(*s.surface).doubleSided) {
@@ -92,7 +90,7 @@ FacingPlane facingPlane(const Stage& stage, const ViewTask& task, const SeenSurf
     return facing;
 }
 
-// The group that shares a picture with the surface; a new one where there is none.
+// Returns the group that shares a picture with the surface; a new one if there is none.
 MirrorGroup& groupFor(std::vector<MirrorGroup>& groups, const Stage& stage, const ViewTask& task,
                       const SeenSurface& s, const FacingPlane& facing) {
     const double slope = pixelsPerSlope(task.view, task.height);
@@ -141,7 +139,7 @@ std::vector<MirrorGroup> visibleMirrors(ViewContext& context, const ViewTask& ta
             continue;
         }
         MirrorGroup& group = groupFor(groups, stage, task, s, facing);
-        // The side that faces the eye is the one whose reflection is strong.
+        // The side that faces the eye has the stronger reflection.
         if (group.seen.empty() || (group.flipped && !facing.flipped)) {
             group.plane = *facing.plane;
             group.height = facing.height;
@@ -162,27 +160,27 @@ std::vector<MirrorGroup> visibleMirrors(ViewContext& context, const ViewTask& ta
     return groups;
 }
 
-// The part of the view's picture that the group needs, and the view that draws it.
+// The part of the view's picture that a group needs, and the mirrored view that draws it.
 struct MirrorPicture {
     PixelRect rect;  // of the view
     View view;
     std::uint32_t width = 0, height = 0;  // texels
-    double scale = 1.0;                   // texels for each pixel of the view, along an edge
+    double scale = 1.0;                   // texels per pixel of the view along an edge
     double pixelsPerSlope = 0.0;          // of the view
-    bool rough = false;                   // read blurred
-    bool coarse = false;                  // drawn at half size, because it is blurred
+    bool rough = false;                   // surfaces read it blurred
+    bool coarse = false;                  // half size, because the blur is wide
 };
 MirrorPicture pictureOf(const MirrorGroup& group, const ViewTask& task, const Accuracy& a) {
     MirrorPicture picture{.pixelsPerSlope = pixelsPerSlope(task.view, task.height),
                           .rough = group.roughness > kSharpRoughness};
-    // Whole pixels of the view, so that at scale 1 both pictures have their centres in common.
+    // Whole pixels of the view, so that at scale 1 the pixel centres of both pictures coincide.
     const double alpha = group.roughness * group.roughness;
     const double slope = picture.pixelsPerSlope;
     const double guard =
         picture.rough ? std::min(5.0 * alpha * slope, kMaxGuard * std::max(task.width, task.height))
                       : 0.0;
     const PixelRect touched = pixelRect(group.covered, task.width, task.height, guard);
-    picture.rect = picture.rough ? ofWholeSquares(touched, kRoughSquare) : touched;
+    picture.rect = picture.rough ? alignedToGrid(touched, kRoughSquare) : touched;
     picture.view =
         mirroredView(cropped(task.view, picture.rect, task.width, task.height), group.plane);
     picture.coarse = a.preset != Preset::fine && 4.898979486 * alpha * slope > kCoarseBlur;
@@ -207,7 +205,7 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .views = 1.0,
                        .software = limits.software}),
          mirrorError(group.roughness)}};
-    if (limits.traces) {
+    if (limits.rayTracing) {
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = group.share * task.width * task.height,
                                             .rays = 1.0,
@@ -230,15 +228,15 @@ TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGro
     planView(context, {.purpose = DrawScene::Purpose::mirror,
                        .name = group.name,
                        .effect = Effect::planarReflection,
-                       .reason = "visible, facing, " + percentOfFrame(group.share) +
+                       .reason = "visible and facing the view, " + percentOfFrame(group.share) +
                                  (group.sheet ? "; for both sides of a sheet" : "") +
-                                 (picture.coarse ? "; at half size, as it is blurred" : ""),
+                                 (picture.coarse ? "; half size because of its blur" : ""),
                        .view = picture.view,
                        .width = picture.width,
                        .height = picture.height,
                        .target = target,
                        .generation = task.generation + 1,
-                       // What it reflects, in the part of the view that it covers.
+                       // Mean reflectance times the part of the view that it covers.
                        .weight = task.weight * group.covered.share() *
                                  std::min(1.0, group.weight / std::max(group.share, 1e-9)),
                        .captured = task.captured,
@@ -250,7 +248,7 @@ TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGro
                                  .effect = Effect::planarReflection,
                                  .generation = task.generation + 1,
                                  .target = target,
-                                 .reason = "a rough mirror reads its picture blurred",
+                                 .reason = "a rough mirror reads blurred levels",
                                  .work = BuildLevels{}});
     }
     return target;
@@ -261,12 +259,13 @@ void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawS
                const MirrorGroup& group) {
     const Accuracy& a = context.stage.settings.accuracy;
     if (task.mirrorsLeft == 0) {
-        skip(context, task, group.name, Effect::planarReflection, "no generation is left for it");
+        skip(context, task, group.name, Effect::planarReflection,
+             "maximum number of generations reached");
         return;
     }
     if (task.weight * group.weight < kMinWeight) {
         skip(context, task, group.name, Effect::planarReflection,
-             "too weak or too small to be seen");
+             "weight below the visible minimum");
         return;
     }
     std::vector<std::size_t> hidden;
@@ -316,7 +315,7 @@ void planPlanarReflections(ViewContext& context, const ViewTask& task, SeenView&
     const std::size_t limit = task.generation == 0 ? kMaxMirrors : kMaxMirrorsMirrored;
     for (std::size_t i = limit; i < strongest.size(); ++i) {
         skip(context, task, strongest[i]->name, Effect::planarReflection,
-             "weaker than the " + std::to_string(limit) + " mirrors that have a picture");
+             "weaker than the " + std::to_string(limit) + " mirrors with a mirrored view");
     }
     strongest.resize(std::min(limit, strongest.size()));
     for (const MirrorGroup& group : groups) {

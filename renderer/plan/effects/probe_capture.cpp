@@ -12,11 +12,11 @@
 namespace clerestory {
 namespace {
 
-// A capture's near plane, as a share of its owner's radius (erratum C3).
+// Near plane of a capture, relative to the radius of its owner (erratum C3).
 constexpr double kNearShare = 1e-3;
 
-// Texels along a face for a lobe of this roughness: a texel as wide as the lobe is 1 / (sqrt(6)
-// alpha) of a face's edge (erratum R1); this many make up one.
+// Texels along the edge of a face for a given roughness: kTexelsPerLobe across the width of the
+// lobe, which is sqrt(6) alpha of an edge (erratum R1).
 constexpr double kTexelsPerLobe = 8.0;
 constexpr std::uint32_t kMinTexels = 32;
 std::uint32_t texelsFor(double roughness) {
@@ -25,9 +25,9 @@ std::uint32_t texelsFor(double roughness) {
     return std::bit_ceil(std::max(kMinTexels, static_cast<std::uint32_t>(texels)));
 }
 
-// Everything that the planning of a cube reads: where it is the same, so is the key of the cube.
-std::uint64_t circumstancesOf(const ViewContext& context, const CapturePoint& point,
-                              std::uint32_t generation) {
+// Hash of everything that the planning of a cube reads: if it is equal, so is the cube's key.
+std::uint64_t hashOfInputs(const ViewContext& context, const CapturePoint& point,
+                           std::uint32_t generation) {
     const Stage& stage = context.stage;
     PlanHash hash;
     hash.add(stage.scene.contentHash);
@@ -37,7 +37,7 @@ std::uint64_t circumstancesOf(const ViewContext& context, const CapturePoint& po
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
     hash.add(hashOf(captureSettings(stage.settings)));
     hash.add(context.frame.limits.software);
-    hash.add(context.frame.limits.traces);
+    hash.add(context.frame.limits.rayTracing);
     hash.add(point.placed);
     hash.add(point.id);
     hash.add(point.resolution);
@@ -47,14 +47,14 @@ std::uint64_t circumstancesOf(const ViewContext& context, const CapturePoint& po
     return hash.value();
 }
 
-// Adds the passes that draw the cube into `spec`. Returns its target; none, and adds nothing, when
-// a cube of the same content is resident, whose key is then in spec.residentKey.
+// Adds the passes that draw the cube. Returns its target; if a cube of the same content is
+// resident, adds nothing and returns none. Sets spec.residentKey.
 std::optional<TargetId> drawCube(ViewContext& context, const CapturePoint& point,
                                  std::uint32_t generation, TargetSpec& spec) {
     PlanBuilder& builder = context.builder;
     PlanBuilder::Transaction capture(builder);
     TargetSpec capturedSpec = spec;
-    capturedSpec.circumstances = 0;
+    capturedSpec.inputsHash = 0;
     capturedSpec.name += ":capture";
     capturedSpec.levels = static_cast<std::uint32_t>(std::bit_width(point.resolution));
     capturedSpec.depth = true;
@@ -88,7 +88,7 @@ std::optional<TargetId> drawCube(ViewContext& context, const CapturePoint& point
                          .effect = Effect::environmentReflection,
                          .generation = generation,
                          .target = captured,
-                         .reason = "filtered samples read it blurred",
+                         .reason = "prefiltering reads blurred levels",
                          .work = BuildLevels{}});
     }
     const TargetId target = builder.addTarget(spec);
@@ -97,7 +97,7 @@ std::optional<TargetId> drawCube(ViewContext& context, const CapturePoint& point
          .effect = Effect::environmentReflection,
          .generation = generation,
          .target = target,
-         .reason = "a lobe for each roughness",
+         .reason = "one level per roughness",
          .work = PrefilterCube{filtered, context.stage.settings.accuracy.probeSamples}});
     spec.residentKey =
         hashOfPasses(builder.plan(), capture.ownPasses(), context.stage, context.frame.environment);
@@ -143,7 +143,7 @@ CapturePoint capturePointOf(const Stage& stage, const Surface& surface) {
     point.blur = requested;
     point.radius = 0.5 * double(box.diagonal());
     point.znear = kNearShare * point.radius;
-    double roughness = surface.roughness;  // of the smoothest that reads the cube
+    double roughness = surface.roughness;  // of the smoothest surface that reads the cube
     for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
         const Surface& part = stage.surfaces[i];
         if (part.instance != surface.instance) continue;
@@ -156,12 +156,12 @@ CapturePoint capturePointOf(const Stage& stage, const Surface& surface) {
     return point;
 }
 
-// Of one body its radius, against the scene's. An object with little area for its box is many
-// bodies, all of which are away from the middle.
+// For a compact body, its radius relative to that of the scene, squared. An object with a small
+// area for its box consists of many bodies, which are all away from the centre.
 double apartFromCenter(const ViewContext& context, const Surface& surface,
                        const CapturePoint& point) {
     const Stage& stage = context.stage;
-    constexpr double kOneBody = 0.05;  // of its box's area; a ball has half of it
+    constexpr double kOneBody = 0.05;  // of the area of its box; a ball has half of it
     const Instance& instance = stage.scene.instances[surface.instance];
     const glm::dvec3 e(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]).extent());
     const double boxArea = 2.0 * (e.x * e.y + e.y * e.z + e.z * e.x);
@@ -189,11 +189,11 @@ TargetId capturedCube(ViewContext& context, const CapturePoint& point, std::uint
                     .width = point.resolution,
                     .height = point.resolution,
                     .levels = roughnessLevels(point.resolution),
-                    .circumstances = circumstancesOf(context, point, generation)};
+                    .inputsHash = hashOfInputs(context, point, generation)};
     const ResidentMaps& resident = context.frame.resident;
     std::optional<TargetId> target;
-    const auto known = resident.keyUnder.find(spec.circumstances);
-    if (known != resident.keyUnder.end() && resident.keys.contains(known->second)) {
+    const auto known = resident.keyOfInputs.find(spec.inputsHash);
+    if (known != resident.keyOfInputs.end() && resident.keys.contains(known->second)) {
         spec.residentKey = known->second;
     } else {
         target = drawCube(context, point, generation, spec);

@@ -1,4 +1,4 @@
-// Cubes captured from a point of the scene: where from, how large, and the passes that draw them.
+// Captured cubes: position, size, passes and residency.
 #pragma once
 
 #include "plan/effects/view_context.h"
@@ -7,29 +7,30 @@
 
 namespace clerestory {
 
-// Where a cube is captured from: the middle of its owner, which it does not show, or a probe that
-// was placed in the scene.
+// Position and parameters of a captured cube: the centre of its owner, which the cube does not
+// show, or a probe that the scene defines.
 struct CapturePoint {
     std::string name;
     glm::dvec3 center{0.0};  // world
-    double radius = 0.0;     // of the owner; of a placed probe, half its size; metres
-    double znear = 0.0;
+    double radius = 0.0;     // metres; of the owner, or half the size of a placed probe
+    double znear = 0.0;      // metres
     std::optional<double> zfar;
-    std::uint32_t resolution = 0;  // texels along a face
+    std::uint32_t resolution = 0;  // texels along an edge of a face
     MapBlur blur;
-    bool placed = false;
-    Index id = 0;                     // the owner's instance, or the index in Scene::probes
-    std::vector<std::size_t> hidden;  // surfaces of the stage that the cube does not show
+    bool placed = false;              // a probe of the scene
+    Index id = 0;                     // index of Scene::probes, or the owner's instance
+    std::vector<std::size_t> hidden;  // omitted surfaces, indices of Stage::surfaces; sorted
 };
+// The capture point of a curved mirror.
 CapturePoint capturePointOf(const Stage& stage, const Surface& surface);
 
-// How far the mirror reaches from the cube's centre, 0..1, in radii of the scene; see probeError().
+// How far the surface of a mirror is from its cube's centre, 0..1; see probeError().
 double apartFromCenter(const ViewContext& context, const Surface& surface,
                        const CapturePoint& point);
 
-// The prefiltered cube of that point. In generation k it shows the cubes of generation k - 1. Adds
-// its passes unless a cube that is still valid is resident: the key of a cube is the hash of the
-// passes that would draw it.
+// Returns the prefiltered cube of the point. In generation k it shows the cubes of generation k
+// - 1. Adds its passes unless a valid cube is resident: the key of a cube is the hash of the passes
+// that draw it.
 TargetId capturedCube(ViewContext& context, const CapturePoint& point, std::uint32_t generation);
 
 }  // namespace clerestory

@@ -11,22 +11,22 @@
 namespace clerestory {
 namespace {
 
-// Layers of glass behind glass that one view keeps apart; nearer glass shares the last one.
+// Maximum number of layers of glass behind glass in a view; nearer glass shares the last one.
 constexpr std::size_t kMaxGlassLayers = 4;
 
-// Of the whole object that the surface is a part of, relative to the eye.
+// Bounds of the whole instance that the surface belongs to, relative to the eye.
 Bounds objectBounds(const Stage& stage, const View& view, const SeenSurface& seen) {
     const Instance& instance = stage.scene.instances[seen.surface->instance];
     return transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
                        eyeFromLocal(view, stage.pose.worldFromNode[instance.node]));
 }
 
-// Consecutive surfaces of one instance (its flat sides, and the rest): one piece of glass.
+// One piece of glass: the consecutive surfaces of one instance (flat parts and the rest).
 struct GlassBody {
-    std::size_t first = 0, end = 0;  // into SeenView::surfaces
+    std::size_t first = 0, end = 0;  // range of SeenView::surfaces
     Bounds box;                      // relative to the eye
-    double share = 0.0;              // of the picture, 0..1
-    double roughness = 0.0;          // of the roughest, 0..1
+    double share = 0.0;              // fraction of the picture, 0..1
+    double roughness = 0.0;          // of the roughest surface, 0..1
 };
 GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
     GlassBody body{.first = first, .end = first};
@@ -54,7 +54,7 @@ std::vector<Candidate> candidatesFor(const ViewContext& context, const ViewTask&
                        .copiedPixels = double(task.width) * task.height,
                        .software = limits.software}),
          backdropError(solid, a.backFaces)}};
-    if (limits.traces && !task.captured) {  // a captured face is small and blurred
+    if (limits.rayTracing && !task.captured) {  // captured faces are small and blurred
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = pixels,
                                             .rays = glassRaySegments(solid, a.bounces),
@@ -84,8 +84,8 @@ Features featuresOf(const Material& material, Method method) {
     }
 }
 
-// Draws the far sides of a layer's solids where the request has them; marks the draws that read
-// them.
+// Adds a pass for the back faces of the solid glass of a layer if the request enables it, and marks
+// the draws that read it. Returns its target, or none.
 TargetId addBackFaces(ViewContext& context, const ViewTask& task, std::vector<Draw>& glass,
                       const std::string& layer) {
     DrawBackFaces work{.view = task.view};
@@ -108,7 +108,7 @@ TargetId addBackFaces(ViewContext& context, const ViewTask& task, std::vector<Dr
                              .effect = Effect::refraction,
                              .generation = task.generation,
                              .target = target,
-                             .reason = "where solid glass ends, layer " + layer,
+                             .reason = "exit points of solid glass, layer " + layer,
                              .work = std::move(work)});
     return target;
 }
@@ -137,7 +137,7 @@ void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen
                          candidatesFor(context, task, body, solid));
         Features features = featuresOf(stage.material(surface), method);
         if (solid) features |= FEATURE_SOLID;
-        // An eye inside a body sees its far faces from their backs.
+        // From inside a body the eye sees the backs of its faces.
         if (solid && distanceTo(objectBounds(stage, task.view, seen.surfaces[first])) == 0.0) {
             features |= FEATURE_DOUBLE_SIDED;
         }
@@ -148,9 +148,10 @@ void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen
     }
 }
 
-// Far to near: each layer is seen against a copy of everything behind it. Glass that does not
-// overlap the layer's other glass joins it; blended draws follow the glass behind them. Clear panes
-// are ordered by cluster: all windows of a car are one mesh, and one is seen through another.
+// Layers are drawn far to near, each over a copy of everything behind it. Glass joins a layer if it
+// does not overlap the other glass in it; blended draws follow the glass behind them. Clear panes
+// are ordered by cluster, because all windows of a car are one mesh and one is visible through
+// another.
 void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& seen,
                     const DrawScene& behind, std::span<const DrawLists::Behind> through) {
     struct Layer {
@@ -159,8 +160,8 @@ void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& 
         std::vector<Draw> glassDraws, blendedDraws;
     };
     std::vector<Layer> layers;
-    std::map<std::size_t, std::size_t> layerOf;  // of a surface
-    std::map<Index, std::size_t> layerOfBody;    // the sides of one body are not behind each other
+    std::map<std::size_t, std::size_t> layerOf;  // by index of SeenView::surfaces
+    std::map<Index, std::size_t> layerOfBody;    // by instance: one layer for all sides of a body
     const auto joins = [](const Layer& layer, const ScreenBox& box) {
         return layer.blendedDraws.empty() &&
                std::none_of(layer.boxes.begin(), layer.boxes.end(),
@@ -175,7 +176,7 @@ void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& 
         if (surface.glass == Glass::solid && layerOfBody.contains(surface.instance)) {
             layerOf[item.seen] = layerOfBody[surface.instance];
         }
-        // Rough panes that were ordered by cluster would be blurred with their neighbours.
+        // Rough panes are not ordered by cluster: their blur would include their neighbours.
         const bool rough = surface.roughness > kSharpRoughness;
         const bool apart = surface.glass == Glass::pane && !rough;
         if (apart || !layerOf.contains(item.seen)) {
@@ -203,8 +204,8 @@ void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& 
                                  .effect = Effect::refraction,
                                  .generation = task.generation,
                                  .target = backdrop,
-                                 .reason = layer.rough ? "what lies behind rough glass, layer " + of
-                                                       : "what lies behind glass, layer " + of,
+                                 .reason = layer.rough ? "background of rough glass, layer " + of
+                                                       : "background of glass, layer " + of,
                                  .work = CopyBackdrop{task.target, task.face}});
         const TargetId backFaces = addBackFaces(context, task, layer.glassDraws, of);
         context.builder.addPass({.name = task.name + ":glass",

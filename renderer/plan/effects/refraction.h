@@ -1,16 +1,16 @@
-// Glass of a view: how each piece is rendered, and the passes of the layers behind which something
-// is seen.
+// Glass of a view, over the environment map or a backdrop or with rays, and the passes of its
+// layers.
 #pragma once
 
 #include "plan/effects/view_context.h"
 
 namespace clerestory {
 
-// Chooses a method for every piece of glass that the view shows and marks its surfaces.
+// Chooses a method for every piece of glass in the view and marks its surfaces.
 void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen);
 
-// Adds the passes of glass over a backdrop, and of what is blended in front of it. `behind` is the
-// view's pass without glass; `through` starts with glass and is sorted far to near.
+// Adds the passes of glass over a backdrop and of blended surfaces in front of it. `behind` is the
+// pass of the view without glass; `through` starts with glass and is sorted far to near.
 void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& seen,
                     const DrawScene& behind, std::span<const DrawLists::Behind> through);
 

@@ -1,9 +1,9 @@
-// A frame is a tree of views: the root is the client's camera, and a mirror, a curved reflector or
-// a piece of glass that a view shows may need a child view. planView() adds the passes of one view
-// and, before them, those of its children. Pure.
+// A frame is a tree of views. The root is the requested camera; flat mirrors and captured cubes
+// that a view shows may need child views. planView() adds the passes of one view, after those of
+// its children. Pure.
 //
-// Each effect is a file of effects/ with free functions over a ViewContext and a ViewTask; they
-// decide what its surfaces show in this view and add the passes for it.
+// Each effect is a file in effects/ with free functions of a ViewContext and a ViewTask, which
+// choose a method for each surface in the view and add its passes.
 #pragma once
 
 #include "plan/graph/frame_context.h"
@@ -13,23 +13,23 @@
 
 namespace clerestory {
 
-// What all views of a frame share.
+// State that all views of a frame share.
 struct ViewContext {
-    // The arguments must outlive the context.
+    // The arguments must outlive this object.
     ViewContext(const FrameContext& frame, const Stage& stage, PlanBuilder& builder);
 
     const FrameContext& frame;
     const Stage& stage;
     PlanBuilder& builder;
 
-    std::vector<bool> moves;  // of each instance; empty when nothing does
-    Bounds sceneBounds;       // world, at any time
+    std::vector<bool> moves;  // one for each instance; empty if none moves
+    Bounds sceneBounds;       // world, over all times
     std::uint64_t sceneTriangles = 0;
-    std::vector<Wall> walls;          // of the root view
-    std::vector<Bounds> opaqueBoxes;  // of all clusters, relative to the root's eye; on first use
+    std::vector<Occluder> occluders;  // of the root view
+    std::vector<Bounds> opaqueBoxes;  // see enclosureAt(); filled on first use
 };
 
-// One view to plan, and the target of its picture.
+// A view to plan, and the target of its picture.
 struct ViewTask {
     DrawScene::Purpose purpose = DrawScene::Purpose::surface;
     std::string name = "surface";
@@ -40,14 +40,14 @@ struct ViewTask {
     TargetId target = kNoTarget;
     std::uint32_t face = 0;             // of a cube target
     std::uint32_t generation = 0;       // 0: the root
-    double weight = 1.0;                // of the view in the frame; see kMinWeight
-    bool captured = false;              // a face of a captured cube, or a mirrored view in one
+    double weight = 1.0;                // of the view in the frame, 0..1; see kMinWeight
+    bool captured = false;              // face of a captured cube, or mirrored view in one
     std::uint32_t mirrorsLeft = 0;      // nested mirrored views that may still be added
     std::uint32_t probeGeneration = 0;  // of the captured cubes that this view shows; 0: none
-    std::vector<std::size_t> hidden;    // surfaces of the stage that the view omits; sorted
+    std::vector<std::size_t> hidden;    // omitted surfaces, indices of Stage::surfaces; sorted
 };
 
-// Adds the passes of the view and of its children. Returns what it shows.
+// Adds the passes of the view and of its children. Returns the surfaces that it shows.
 SeenView planView(ViewContext& context, const ViewTask& task);
 
 }  // namespace clerestory

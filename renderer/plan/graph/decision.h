@@ -1,4 +1,4 @@
-// The techniques among which the planner chooses, and a record of each choice.
+// The methods among which the planner chooses, and the record of a choice.
 #pragma once
 
 #include "plan/graph/effect.h"
@@ -8,13 +8,13 @@
 
 namespace clerestory {
 
-// How a reflector or a piece of glass is served.
+// Source of the light that a reflector or a piece of glass shows.
 enum class Method {
-    environment,  // by the environment map
-    probe,        // by a captured cube
-    mirror,       // by a picture from the mirrored eye
-    backdrop,     // glass: by a copy of what was drawn behind it
-    traced,       // by rays through the mesh
+    environment,  // environment map
+    probe,        // captured cube
+    mirror,       // mirrored view
+    backdrop,     // glass: a copy of the picture behind it
+    traced,       // ray tracing through the mesh
 };
 struct Candidate {
     Method method = Method::environment;
@@ -22,12 +22,12 @@ struct Candidate {
     double error = 0.0;         // predicted relative RMSE on the surface's pixels
     bool operator==(const Candidate&) const = default;
 };
-// A decision of the planner: what there was to choose from, and what was taken.
+// A choice between methods: the candidates, and the one that was taken.
 struct Decision {
     std::string name;
     Effect effect = Effect::base;
     std::uint32_t generation = 0;
-    double share = 0.0;  // of the frame that it covers, about
+    double share = 0.0;  // estimated fraction of the frame that it covers, 0..1
     Method taken = Method::environment;
     std::vector<Candidate> candidates;
     std::string reason;

@@ -1,5 +1,5 @@
-// What a pass that draws the scene consists of: a view, lights, draws, and the pictures that
-// surfaces mirror.
+// The parts of a pass that draws the scene: a view, lights, draws, and the pictures that surfaces
+// reflect. World units are metres; directions and positions are in world space unless stated.
 #pragma once
 
 #include "plan/graph/target.h"
@@ -11,23 +11,22 @@
 
 namespace clerestory {
 
-// A place the scene is drawn from. Double, because the shaders work relative to the eye:
-// they never see a world coordinate, so a scene far from the origin keeps its precision.
+// A camera of any kind. Double precision: shaders work relative to the eye and never receive a
+// world coordinate, so that a scene far from the origin keeps its precision.
 struct View {
-    glm::dmat4 viewFromWorld{1.0};  // rigid (mirrored: times one reflection)
+    glm::dmat4 viewFromWorld{1.0};  // rigid; of a mirrored view, times one reflection
     // Depth is reversed: 1 at znear, 0 at zfar or infinity, w > 0 in front. See gl::clipConvention.
     glm::dmat4 clipFromView{1.0};
     glm::dvec3 eye{0.0};  // world
     bool orthographic = false;
-    bool mirrored = false;  // left-handed: front faces turn clockwise
+    bool mirrored = false;  // left-handed: front faces are clockwise
     double znear = 0.1;
-    // Nothing on the far side of it is drawn: kept are points p with dot(xyz, p) + w >= 0, where p
-    // is relative to the eye, in the world's axes.
+    // Only points p with dot(xyz, p) + w >= 0 are drawn; p is relative to the eye, in world axes.
     std::optional<glm::dvec4> clipPlane;
     bool operator==(const View&) const = default;
 };
 
-// A light as the shaders see it: placed in the world. Draw::lights holds indices of these.
+// A light with its world transform applied. Draw::lights holds indices of these.
 struct PlacedLight {
     LightKind kind = LightKind::point;
     glm::dvec3 position{0.0};
@@ -50,13 +49,13 @@ struct LightList {
     bool operator==(const LightList&) const = default;
 };
 
-// What a surface is seen as, in the channel of that name; 0 is where nothing is.
+// Values of the channel `through`; 0 is the background.
 enum Through : std::uint32_t {
     throughDirect = 1,
     throughGlass = 2,
-    throughCubeOrRays = 3,    // a mirror, served by a captured cube or by rays
-    throughEnvironment = 4,   // a mirror that shows no more than an environment map
-    throughFirstMirror = 16,  // and those after it: the mirrored pictures in the plan's order
+    throughCubeOrRays = 3,    // a mirror drawn from a captured cube or by ray tracing
+    throughEnvironment = 4,   // a mirror that shows the environment map only
+    throughFirstMirror = 16,  // + k: the plan's k-th mirrored view
 };
 
 inline constexpr std::uint32_t kNoReflection = 0xffffffffu;
@@ -67,27 +66,28 @@ struct Draw {
     std::uint32_t indexCount = 0;
     Features features = 0;
     std::uint32_t reflection = kNoReflection;  // into the pass's reflections
-    std::uint32_t through = 0;                 // what that channel writes; see Through
+    std::uint32_t through = 0;                 // value of the channel `through`; see Through
     LightList lights;
     bool operator==(const Draw&) const = default;
 };
-// Whether its shader follows rays.
+// Returns true if the shader of the draw traces rays.
 bool followsRays(const Draw& draw);
 
-// Light that a surface mirrors from a picture drawn for it, instead of from the environment map.
+// A picture that a surface reflects instead of the environment map of the plan.
 struct ReflectedPicture {
     TargetId target = kNoTarget;
-    // A flat mirror's picture is a part of the view's, seen from the mirrored eye: a pixel of the
-    // view at p (its centre, from the lower left) lies at scale * (p - origin) in the target.
+    // The picture of a flat mirror is a part of the view's picture, drawn from the mirrored eye:
+    // the pixel of the view with its centre at p (from the lower left) is at scale * (p - origin)
+    // in the target.
     glm::dvec2 origin{0.0};
     double scale = 1.0;
-    double pixelsPerSlope = 1.0;  // of the target, at the picture's centre
+    double pixelsPerSlope = 1.0;  // pixels of the target per unit of x / z, at the picture's centre
     glm::dvec3 normal{0.0};       // of the mirror, world, towards the eye
-    std::uint32_t samples = 1;    // directions that a rough mirror adds up
-    // A probe's cube has the environment map's axes.
+    std::uint32_t samples = 1;    // directions averaged in a rough mirror
+    // Of a captured cube, which has the axes of the environment map.
     glm::dvec3 center{0.0};                   // world
-    glm::dvec3 proxyMin{0.0}, proxyMax{0.0};  // box it was drawn in; world, about its centre
-    glm::dmat3 ownFromMap{1.0};  // of a stored map: its own axes from those of the plan's map
+    glm::dvec3 proxyMin{0.0}, proxyMax{0.0};  // box for parallax correction, relative to center
+    glm::dmat3 ownFromMap{1.0};  // of a stored map: its axes from those of the plan's map
     bool operator==(const ReflectedPicture&) const = default;
 };
 

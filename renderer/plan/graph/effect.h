@@ -1,4 +1,4 @@
-// Which switch of a request a pass, a decision or an omission belongs to.
+// The switch of a request to which a pass, a decision or an omission belongs.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The feature bits of shaders/include/features.glsl as C++ constants.
+// The feature bits of shaders/include/features.glsl as C++ constants; see Draw::features.
 #pragma once
 
 namespace clerestory {

@@ -1,4 +1,4 @@
-// What a frame is planned from, apart from the request.
+// Everything except the request on which a plan depends.
 #pragma once
 
 #include "scene/environment.h"
@@ -12,29 +12,29 @@
 
 namespace clerestory {
 
-// What the renderer at hand can do, found out once by gl/context.
+// Capabilities of the device on which plans are executed; see gl/context.h.
 struct DeviceLimits {
     std::uint32_t maxSamples = 4;
     std::uint32_t maxAnisotropy = 16;
     bool software = true;
-    bool traces = true;  // rays through the mesh are offered
+    bool rayTracing = true;  // rays through the mesh are supported
     bool operator==(const DeviceLimits&) const = default;
 };
 
-// The maps the GPU holds: their keys (TargetSpec::residentKey), and under which circumstances
-// (TargetSpec::circumstances) each was last found to be the right one.
+// The maps that are resident on the GPU: their keys (TargetSpec::residentKey), and the key that the
+// planner last derived from each set of inputs (TargetSpec::inputsHash).
 struct ResidentMaps {
     std::set<std::uint64_t> keys;
-    std::map<std::uint64_t, std::uint64_t> keyUnder = {};
+    std::map<std::uint64_t, std::uint64_t> keyOfInputs = {};
 };
 
-// Every map that is loaded, by name: materials may refer to one.
+// All loaded maps by name. Materials refer to them.
 using EnvironmentMaps = std::map<std::string, std::shared_ptr<const EnvironmentMap>>;
 
-// What a frame is planned in: everything that is not the request.
+// The members must outlive the context.
 struct FrameContext {
     const Scene& scene;
-    const Pose& pose;  // of the request's moment
+    const Pose& pose;  // at the time of the request
     const EnvironmentMap& environment;
     const EnvironmentMaps& maps;
     const ResidentMaps& resident;

@@ -1,4 +1,3 @@
-// Counting and printing plans.
 #include "plan/graph/frame_plan.h"
 
 #include <sstream>

@@ -1,5 +1,5 @@
-// What will be done for one frame, before doing it: targets, passes, draws, and a reason for
-// everything done and everything left out. Plain values; comparable, printable, no OpenGL.
+// The plan of a frame: targets, passes and draws in order, with a reason for each pass and for
+// everything that was left out. Plain values that can be compared and printed; no OpenGL.
 #pragma once
 
 #include "plan/graph/decision.h"
@@ -14,9 +14,10 @@
 
 namespace clerestory {
 
-// The fields of a request that the size of a frame comes from; see Pass::knobs.
+// The fields of a request that determine the size of a frame; see Pass::knobs().
 inline constexpr std::string_view kKnobsOfTheFrame = "/width, /height, /accuracy/samples";
 
+// Something that the plan leaves out, with the reason.
 struct Skipped {
     std::string name;
     Effect effect = Effect::base;
@@ -35,10 +36,10 @@ struct FramePlan {
     std::vector<Skipped> skipped;
     std::vector<Decision> decisions;
     std::vector<PlacedLight> lights;
-    std::vector<Material> materials;  // the frame's own; their indices follow those of the scene's
+    std::vector<Material> materials;  // overridden ones; indices follow those of Scene::materials
     TargetId output = kNoTarget;
 
-    // Read by the passes: everything of the request that reaches the GPU as a number.
+    // Values that the passes send to the GPU.
     std::uint32_t width = 0, height = 0;
     Channel channel = Channel::color;
     std::uint32_t anisotropy = 1;
@@ -46,20 +47,20 @@ struct FramePlan {
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
     std::uint32_t curvedSamples = 0;
-    std::optional<RayScene> rays;  // where some draw follows rays
-    double perMetre = 1.0;  // 1 / diagonal of the scene: pictures keep distances as shares of it
+    std::optional<RayScene> rays;  // present if a draw traces rays
+    double perMetre = 1.0;         // 1 / diagonal of the scene; pictures store distances times this
 
     bool operator==(const FramePlan&) const = default;
 };
 
-// The frame's own view, as requested: of the last pass that draws the scene for the output. Null
-// for a plan without one.
+// The requested view: that of the last pass that draws the scene into the output. Null if the plan
+// has none.
 const View* frameView(const FramePlan& plan);
 
 PlanTotals totals(const Pass& pass);
 PlanTotals totals(const FramePlan& plan);
 
-// One line a pass and one a thing left out; for people and for test messages.
+// One line per pass, per omission and per decision; for logs and test messages.
 std::string toText(const FramePlan& plan);
 
 }  // namespace clerestory

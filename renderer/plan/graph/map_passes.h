@@ -1,5 +1,5 @@
-// Passes that make cubes ready to be mirrored: blur, levels, a lobe for each roughness. See
-// graph/pass.h for what every pass type says.
+// Passes that prepare cubes for reflection: Gaussian blur, mip levels, prefiltering by roughness.
+// graph/pass.h describes the members that every pass type has.
 #pragma once
 
 #include "plan/graph/target.h"
@@ -15,10 +15,10 @@ namespace clerestory {
 struct FramePlan;
 struct Stage;
 
-// A stored environment map into a resident cube.
+// Prefilters a stored environment map into a resident cube.
 struct PrefilterMap {
     std::string map;
-    std::uint32_t samples = 64;  // directions for each texel
+    std::uint32_t samples = 64;  // directions per texel
 
     std::string_view kind() const { return "environment"; }
     std::vector<TargetId> reads() const { return {}; }
@@ -28,10 +28,10 @@ struct PrefilterMap {
     bool operator==(const PrefilterMap&) const = default;
 };
 
-// A captured or blurred cube into a resident one.
+// Prefilters a captured or blurred cube into a resident one.
 struct PrefilterCube {
     TargetId source = kNoTarget;
-    std::uint32_t samples = 32;  // directions for each texel
+    std::uint32_t samples = 32;  // directions per texel
 
     std::string_view kind() const { return "prefilter"; }
     std::vector<TargetId> reads() const { return {source}; }
@@ -41,12 +41,12 @@ struct PrefilterCube {
     bool operator==(const PrefilterCube&) const = default;
 };
 
-// One of the three turns of a Gaussian blur: about one axis of the cube.
+// One of the three passes of a Gaussian blur: by rotations about one axis of the cube.
 struct BlurCube {
-    TargetId source = kNoTarget;  // a cube; or, without one,
-    std::string map;              // a stored map
-    MapBlur blur;                 // of all three turns together
-    std::uint32_t axis = 0;       // 0 to 2
+    TargetId source = kNoTarget;  // a cube, or none: the stored map
+    std::string map;
+    MapBlur blur;            // of the three passes together
+    std::uint32_t axis = 0;  // 0 to 2
 
     std::string_view kind() const { return "gaussian"; }
     std::vector<TargetId> reads() const;
@@ -56,7 +56,7 @@ struct BlurCube {
     bool operator==(const BlurCube&) const = default;
 };
 
-// Averages the target into its smaller levels.
+// Averages the first level of the target into its smaller levels.
 struct BuildLevels {
     std::string_view kind() const { return "levels"; }
     std::vector<TargetId> reads() const { return {}; }

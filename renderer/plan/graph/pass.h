@@ -1,14 +1,13 @@
-// One step of a frame: what every pass has, and the work of its own type.
+// One step of a frame: a header, and the data of its type.
 //
 // A pass type is a plain struct with
-//   kind()                          the word that the API, timings and tests use
+//   kind()                          its name in the API, in timings and in tests
 //   reads()                         targets of earlier passes that it reads
-//   knobs()                         fields of a request that its work comes from: "/a, /b"
-//   shadedSamples(target, plan)     what it costs; see work.h
-//   addTo(hash, stage)              everything that its picture depends on, reads() apart
-// and, where it draws the scene, `view` and drawLists(), and where it reads a stored environment
-// map, `map`. A new one is added to PassWork, and gets an
-// execute() in passes/; nothing else changes.
+//   knobs()                         fields of a request that determine its cost: "/a, /b"
+//   shadedSamples(target, plan)     its cost; see work.h
+//   addTo(hash, stage)              hashes every member except the targets of reads()
+// and, if it draws the scene, `view` and drawLists(); if it reads a stored environment map, `map`.
+// A new type is added to PassWork and needs an execute() in passes/.
 #pragma once
 
 #include "plan/graph/effect.h"
@@ -27,7 +26,7 @@ using PassWork = std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels
 struct Pass {
     std::string name;
     Effect effect = Effect::base;
-    std::uint32_t generation = 0;  // 0: of the requested view; k: k reflections behind it
+    std::uint32_t generation = 0;  // 0: the requested view; k: seen through k reflections
     TargetId target = kNoTarget;
     std::string reason;
     PassWork work;
@@ -35,13 +34,13 @@ struct Pass {
     std::string_view kind() const;
     std::vector<TargetId> reads() const;
     std::string_view knobs() const;
-    const View* view() const;                              // null: draws no scene
-    std::string_view map() const;                          // stored map that it reads; or empty
+    const View* view() const;                              // null: does not draw the scene
+    std::string_view map() const;                          // stored map that it reads, or empty
     std::vector<std::span<const Draw>> drawLists() const;  // in drawing order
     bool operator==(const Pass&) const = default;
 };
 
-// Whether some draw follows rays.
+// Returns true if a draw of the pass traces rays.
 bool followsRays(const Pass& pass);
 
 }  // namespace clerestory

@@ -1,5 +1,5 @@
-// Full-screen passes over a finished picture: the filters that a request asks for, the tone curve,
-// the smoothing of edges. See graph/pass.h for what every pass type says.
+// Full-screen passes over a finished picture: requested filters, tone mapping, edge filter.
+// graph/pass.h describes the members that every pass type has.
 #pragma once
 
 #include "plan/graph/target.h"
@@ -15,8 +15,8 @@ namespace clerestory {
 struct FramePlan;
 struct Stage;
 
-// Their common part: each pixel of the target is shaded once, from one picture. No captured map
-// depends on them.
+// Common part: shades each pixel of the target once and reads one picture. No captured map depends
+// on these passes, so that they have nothing to hash.
 struct PicturePass {
     TargetId source = kNoTarget;
 
@@ -27,47 +27,47 @@ struct PicturePass {
     bool operator==(const PicturePass&) const = default;
 };
 
-// Turns a picture about its centre.
+// Rotates each pixel about the centre by an angle that depends on its distance.
 struct Twirl : PicturePass {
     float turn = 0.0f;    // radians per pixel of distance from the centre
-    float radius = 0.0f;  // pixels; farther out nothing turns
+    float radius = 0.0f;  // pixels; nothing changes beyond it
     std::string_view kind() const { return "twirl"; }
     bool operator==(const Twirl&) const = default;
 };
 
-// Weighs each pixel with its eight neighbours.
+// Convolves the picture with a 3 x 3 kernel.
 struct Convolve : PicturePass {
     std::array<float, 9> kernel{};  // row by row, first row on top
-    bool repeat = false;            // beyond a border lies the opposite one
+    bool repeat = false;            // true: beyond a border continues the opposite side
     std::string_view kind() const { return "convolve"; }
     bool operator==(const Convolve&) const = default;
 };
 
-// What is bright in a picture, half as large.
+// Extracts what is brighter than the threshold, at half the size.
 struct GlowBright : PicturePass {
     float threshold = 0.0f;  // radiance
     std::string_view kind() const { return "glowBright"; }
     bool operator==(const GlowBright&) const = default;
 };
 
-// The same half as large again.
+// Halves the size of the picture.
 struct GlowDown : PicturePass {
     std::string_view kind() const { return "glowDown"; }
     bool operator==(const GlowDown&) const = default;
 };
 
-// Adds a wider spread to the next narrower one.
+// Adds a smaller picture of the pyramid to the next larger one.
 struct GlowUp : PicturePass {
-    float share = 0.0f;  // of the wider one
+    float share = 0.0f;  // weight of the smaller picture, 0..1
     std::string_view kind() const { return "glowUp"; }
     bool operator==(const GlowUp&) const = default;
 };
 
-// Puts spread light back into the picture it came from.
+// Adds the spread light to the picture.
 struct Glow : PicturePass {
     TargetId spread = kNoTarget;
     float threshold = 0.0f;  // radiance
-    float share = 0.0f;      // of what is brighter, that spreads
+    float share = 0.0f;      // fraction of the light above the threshold that spreads, 0..1
     std::string_view kind() const { return "glow"; }
     std::vector<TargetId> reads() const { return {source, spread}; }
     bool operator==(const Glow&) const = default;
@@ -77,13 +77,13 @@ struct Glow : PicturePass {
 struct ToneMapping : PicturePass {
     ToneMap curve = ToneMap::neutral;
     float exposureFactor = 1.0f;
-    bool edgeFilterFollows = false;  // which reads brightness from alpha
+    bool edgeFilterFollows = false;  // then alpha holds the brightness that it reads
     std::string_view kind() const { return "toneMap"; }
     std::string_view knobs() const;
     bool operator==(const ToneMapping&) const = default;
 };
 
-// Smooths edges of the display colour.
+// Smooths edges in the display colour.
 struct EdgeFilter : PicturePass {
     std::string_view kind() const { return "edgeFilter"; }
     std::string_view knobs() const;

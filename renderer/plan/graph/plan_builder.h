@@ -1,5 +1,5 @@
-// Writes a plan: targets, passes, decisions, and what was left out. What was added since a
-// transaction began is taken back unless the transaction is committed.
+// Builds a plan: targets, passes, decisions and omissions. A transaction removes everything that
+// was added since it began, unless it is committed.
 //
 //     PlanBuilder builder(plan);
 //     PlanBuilder::Transaction capture(builder);
@@ -30,8 +30,7 @@ public:
     void addDecision(Decision decision);
     void skip(std::string name, Effect effect, std::string reason);
 
-    // Targets that several views read, by a key of the caller's choice that identifies them within
-    // the frame.
+    // Targets that several views read, by a key that identifies them within the frame.
     std::optional<TargetId> shared(std::uint64_t key) const;
     void share(std::uint64_t key, TargetId target);
 
@@ -41,25 +40,23 @@ private:
     FramePlan& plan_;
     std::map<std::uint64_t, TargetId> shared_;
     std::vector<std::uint64_t> sharedInOrder_;
-    // The passes [first, end) of maps that have a key of their own; ascending and disjoint.
+    // The passes [first, end) of committed transactions; ascending and disjoint.
     std::vector<std::pair<std::size_t, std::size_t>> keyedPasses_;
 };
 
-// The passes of one map. Transactions nest like scopes.
+// The passes of one map. Transactions nest.
 class PlanBuilder::Transaction {
 public:
     explicit Transaction(PlanBuilder& builder);
-    ~Transaction();  // takes back everything added since, unless committed
+    ~Transaction();  // rolls back unless committed
     Transaction(const Transaction&) = delete;
     Transaction& operator=(const Transaction&) = delete;
 
-    // The passes added since, by their index in the plan, without those of nested committed
-    // transactions: whether a map that these passes read had to be drawn, and for whom, does not
-    // count.
+    // Indices of the passes added since, without those of nested committed transactions: the key of
+    // a map must not depend on whether the maps that it reads had to be drawn.
     std::vector<std::size_t> ownPasses() const;
 
-    // Keeps everything. `target` holds the finished map, whose content is identified by
-    // `residentKey`.
+    // Keeps everything. `residentKey` identifies the content of the finished map in `target`.
     void commit(TargetId target, std::uint64_t residentKey);
 
 private:

@@ -1,4 +1,4 @@
-// Hashes what a plan will draw: the content of a map is known by the passes that make it.
+// Hashes of passes: the content of a map is identified by the passes that draw it.
 #pragma once
 
 #include "plan/graph/frame_plan.h"
@@ -10,11 +10,11 @@
 
 namespace clerestory {
 
-// 0 for a scene that wears its own.
+// 0 if the frame overrides no material.
 std::uint64_t hashOf(const MaterialBindings& materials);
 
-// Of everything that decides the pixels of those of plan.passes: what is drawn, where it stands, of
-// what it is made, in which light, into how many texels. Equal hashes, equal pictures.
+// Hashes everything that determines the pixels of the given passes of `plan` (indices into
+// plan.passes): geometry, transforms, materials, lights, targets. Equal hashes mean equal pictures.
 std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> passes,
                            const Stage& stage, const EnvironmentMap& environment);
 

@@ -1,5 +1,5 @@
-// What rays meet in one frame, beyond meshes and materials themselves: decided once by the planner,
-// read by whatever traces.
+// Properties of instances and materials that ray tracing needs in a frame, in addition to meshes
+// and materials. The planner determines them; every tracer reads them.
 #pragma once
 
 #include "plan/graph/draw.h"
@@ -10,13 +10,13 @@
 namespace clerestory {
 
 struct RayScene {
-    // Of each instance of the scene.
+    // One for each instance of the scene.
     struct InstanceProperties {
-        Glass glass = Glass::none;         // a thin sheet is a pane, whatever its material says
-        std::vector<std::uint8_t> lights;  // that can reach it, into FramePlan::lights
+        Glass glass = Glass::none;
+        std::vector<std::uint8_t> lights;  // lights that reach it; indices of FramePlan::lights
         bool operator==(const InstanceProperties&) const = default;
     };
-    // Of each material: the scene's, then FramePlan::materials.
+    // One for each of Scene::materials, then for each of FramePlan::materials.
     struct MaterialProperties {
         bool mirrorsWhereFlat = false, mirrorsWhereCurved = false;
         bool operator==(const MaterialProperties&) const = default;
@@ -24,8 +24,8 @@ struct RayScene {
     std::vector<InstanceProperties> instances;
     std::vector<MaterialProperties> materials;
     std::vector<Index> materialOfInstance;  // as in MaterialBindings
-    Features hitFeatures = 0;               // all that shading any hit may need
-    std::uint32_t bounces = 0;              // turns of a ray
+    Features hitFeatures = 0;               // union of the features of all surfaces
+    std::uint32_t bounces = 0;              // maximum of reflections and refractions of a ray
     bool operator==(const RayScene&) const = default;
 };
 

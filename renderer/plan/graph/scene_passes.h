@@ -1,7 +1,5 @@
-// Passes that draw the scene from one view.
-//
-// Every pass type says its kind (the word that the API uses), the targets it reads, what it costs
-// and what its picture depends on; see graph/pass.h.
+// Passes that draw the scene from one view. graph/pass.h describes the members that every pass type
+// has.
 #pragma once
 
 #include "plan/graph/draw.h"
@@ -17,18 +15,18 @@ namespace clerestory {
 struct FramePlan;
 struct Stage;
 
-// Depth, opaque, masked, the sky where nothing was drawn, then what is blended.
+// Draws depth, opaque and masked surfaces, the sky behind them, then blended surfaces.
 struct DrawScene {
     enum class Purpose { surface, mirror, capture };
-    Purpose purpose = Purpose::surface;  // the requested view, a mirrored one, a cube's face
+    Purpose purpose = Purpose::surface;  // requested view, mirrored view, face of a cube
     std::uint32_t face = 0;              // of a cube target
     View view;
-    std::string map;                   // that lights the view or is its sky; empty: neither
-    TargetId environment = kNoTarget;  // that map, prefiltered: what lights the draws
+    std::string map;                   // environment map of the lighting and the sky; may be empty
+    TargetId environment = kNoTarget;  // the prefiltered map that lights the draws
     bool sky = false;
     std::vector<ReflectedPicture> reflections;
-    // In drawing order. depthDraws are those of the opaque draws, not masked, that hide much of the
-    // others; empty when a depth prepass would not pay.
+    // In drawing order. depthDraws are the opaque draws that occlude most of the others; empty
+    // without a depth prepass.
     std::vector<Draw> depthDraws;
     std::vector<Draw> opaqueDraws;   // masked ones last
     std::vector<Draw> blendedDraws;  // far to near
@@ -44,14 +42,14 @@ struct DrawScene {
     bool operator==(const DrawScene&) const = default;
 };
 
-// A layer of glass over what its backdrop holds, then what is blended over it.
+// Draws a layer of glass over its backdrop, then blended surfaces in front of it.
 struct DrawGlass {
     std::uint32_t face = 0;  // of a cube target
     View view;
-    std::string map;                   // as of DrawScene
-    TargetId environment = kNoTarget;  // as of DrawScene
-    TargetId backdrop = kNoTarget;     // what the glass is seen against
-    TargetId backFaces = kNoTarget;    // where solid glass ends; or none
+    std::string map;                   // as in DrawScene
+    TargetId environment = kNoTarget;  // as in DrawScene
+    TargetId backdrop = kNoTarget;     // picture behind the glass
+    TargetId backFaces = kNoTarget;    // exit points of solid glass, or none
     std::vector<ReflectedPicture> reflections;
     std::vector<Draw> glassDraws;
     std::vector<Draw> blendedDraws;  // far to near
@@ -65,7 +63,7 @@ struct DrawGlass {
     bool operator==(const DrawGlass&) const = default;
 };
 
-// The far sides of solid glass, as normals and distances.
+// Draws the back faces of solid glass, as normals and distances.
 struct DrawBackFaces {
     View view;
     std::vector<Draw> draws;
@@ -79,7 +77,7 @@ struct DrawBackFaces {
     bool operator==(const DrawBackFaces&) const = default;
 };
 
-// Depth, normals or numbers instead of colour; which is FramePlan::channel.
+// Draws depth, normals or identifiers instead of colour, as FramePlan::channel says.
 struct DrawChannel {
     View view;
     std::vector<Draw> draws;
@@ -93,7 +91,7 @@ struct DrawChannel {
     bool operator==(const DrawChannel&) const = default;
 };
 
-// Copies what was drawn so far, which glass is then seen against, with all levels of the target.
+// Copies the picture drawn so far as the background of glass, and builds all levels of the target.
 struct CopyBackdrop {
     TargetId source = kNoTarget;
     std::uint32_t face = 0;  // of a cube source

@@ -1,4 +1,5 @@
-// The scene as one frame shows it, for all of its views.
+// The scene of a frame with its pose, settings and materials resolved; shared by all views. The
+// members must outlive it.
 #pragma once
 
 #include "plan/graph/draw.h"

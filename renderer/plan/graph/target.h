@@ -1,4 +1,4 @@
-// What passes draw into and read: a picture or a cube of a size and format.
+// Description of a picture or cube that passes draw into and read.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace clerestory {
 
-using TargetId = std::uint32_t;  // into FramePlan::targets
+using TargetId = std::uint32_t;  // index of FramePlan::targets
 inline constexpr TargetId kNoTarget = 0xffffffffu;
 
 enum class TargetKind { plane, cube };
@@ -23,14 +23,14 @@ struct TargetSpec {
     std::uint32_t levels = 1;
     std::uint32_t samples = 1;
     bool depth = false;
-    std::uint64_t residentKey = 0;  // not 0: its content outlives the frame under this key
-    // Hash of everything the planner looked at to find that key: where it is the same, so is the
-    // key, and nothing has to be planned to know it.
-    std::uint64_t circumstances = 0;
+    std::uint64_t residentKey = 0;  // not 0: the content outlives the frame and has this key
+    // Hash of everything from which the planner derives residentKey: if it is equal, so is the key,
+    // and the passes need not be planned to find it. 0: none.
+    std::uint64_t inputsHash = 0;
     bool operator==(const TargetSpec&) const = default;
 };
 
-// Texels of the target, or of its first level alone, over all faces of a cube or one of them.
+// Number of texels of the given faces (of a cube) and levels.
 enum class Faces { one, all };
 enum class Levels { first, all };
 std::uint64_t texelsOf(const TargetSpec& target, Faces faces, Levels levels);

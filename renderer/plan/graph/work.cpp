@@ -1,4 +1,3 @@
-// Counting, and telling which knobs it comes from.
 #include "plan/graph/work.h"
 
 #include <algorithm>
@@ -7,7 +6,7 @@
 namespace clerestory {
 namespace {
 
-// "/a, /b" -> the pointers.
+// Calls act for each JSON Pointer of "/a, /b".
 void forEachPointer(std::string_view knobs, auto act) {
     while (!knobs.empty()) {
         const std::size_t end = std::min(knobs.find(", "), knobs.size());
@@ -16,18 +15,18 @@ void forEachPointer(std::string_view knobs, auto act) {
     }
 }
 
-// By knobs; the dearest first.
+// shares: samples and the knobs that determine them. The errors are in descending order of cost.
 [[noreturn]] void refuse(std::vector<std::pair<std::uint64_t, std::string>> shares,
-                         std::uint64_t most) {
+                         std::uint64_t maxSamples) {
     std::uint64_t all = 0;
     for (const auto& [samples, knobs] : shares) all += samples;
     std::sort(shares.rbegin(), shares.rend());
     const std::string allowed =
-        "at most " + std::to_string(most) + " samples in all passes of a frame together";
+        "at most " + std::to_string(maxSamples) + " samples in all passes of a frame together";
     std::vector<FieldError> errors;
     for (const auto& [samples, knobs] : shares) {
-        const std::string part = "has a part in " + std::to_string(samples) + " of the frame's " +
-                                 std::to_string(all) + " samples";
+        const std::string part = "contributes to " + std::to_string(samples) + " of the " +
+                                 std::to_string(all) + " samples of the frame";
         forEachPointer(knobs, [&](const std::string& pointer) {
             errors.push_back({pointer, part, allowed});
         });
@@ -50,24 +49,24 @@ std::uint64_t shadedSamples(const FramePlan& plan) {
     return sum;
 }
 
-std::uint64_t leastShadedSamples(const FrameRequest& request) {
+std::uint64_t minShadedSamples(const FrameRequest& request) {
     return std::uint64_t{request.width} * request.height;
 }
 
-void requireAffordable(const FrameRequest& request, std::uint64_t most) {
-    const std::uint64_t least = leastShadedSamples(request);
-    if (most != 0 && least > most) refuse({{least, "/width, /height"}}, most);
+void requireAffordable(const FrameRequest& request, std::uint64_t maxSamples) {
+    const std::uint64_t samples = minShadedSamples(request);
+    if (maxSamples != 0 && samples > maxSamples) refuse({{samples, "/width, /height"}}, maxSamples);
 }
 
-void requireAffordable(const FramePlan& plan, std::uint64_t most) {
-    if (most == 0 || shadedSamples(plan) <= most) return;
+void requireAffordable(const FramePlan& plan, std::uint64_t maxSamples) {
+    if (maxSamples == 0 || shadedSamples(plan) <= maxSamples) return;
     std::map<std::string, std::uint64_t> byKnobs;
     for (const Pass& pass : plan.passes) {
         byKnobs[std::string(pass.knobs())] += shadedSamples(plan, pass);
     }
     std::vector<std::pair<std::uint64_t, std::string>> shares;
     for (const auto& [knobs, samples] : byKnobs) shares.emplace_back(samples, knobs);
-    refuse(std::move(shares), most);
+    refuse(std::move(shares), maxSamples);
 }
 
 }  // namespace clerestory

@@ -1,26 +1,26 @@
-// How much a frame shades, and refusing what is more than somebody allows: pixels x samples over
-// all passes of the plan.
+// The number of samples that a frame shades, summed over all passes of its plan, and the check
+// against a limit.
 //
-// Does not: predict milliseconds; that is plan/cost/cost.h.
+// Does not predict milliseconds; see plan/cost/cost.h.
 #pragma once
 
 #include "plan/graph/frame_plan.h"
 
 namespace clerestory {
 
-// Samples that a pass shades: texels of what it draws into, times the samples of each; of a map the
-// directions that each texel adds up; where rays are followed or a rough mirror adds up directions,
-// as if every pixel did so.
+// Samples that a pass shades: texels of its target times samples per texel, or times the directions
+// per texel of a map. If a draw traces rays or averages directions, every pixel counts as if it
+// did.
 std::uint64_t shadedSamples(const FramePlan& plan, const Pass& pass);
 std::uint64_t shadedSamples(const FramePlan& plan);
 
-// What every plan of the request shades, whatever the scene.
-std::uint64_t leastShadedSamples(const FrameRequest& request);
+// Lower bound of the samples of any plan for the request, for any scene.
+std::uint64_t minShadedSamples(const FrameRequest& request);
 
-// Throw InvalidRequest, which names the knobs that take most and what is allowed, when it is more
-// than `most` samples; 0: any. A plan's maps that are resident cost nothing, so what is refused
-// cold may be drawn when somebody else has had them drawn.
-void requireAffordable(const FrameRequest& request, std::uint64_t most);
-void requireAffordable(const FramePlan& plan, std::uint64_t most);
+// Throw InvalidRequest, which names the fields with the largest cost and the limit, if there are
+// more than `maxSamples` samples; 0: no limit. Resident maps cost nothing, so a request can be
+// rejected before its maps are resident and accepted afterwards.
+void requireAffordable(const FrameRequest& request, std::uint64_t maxSamples);
+void requireAffordable(const FramePlan& plan, std::uint64_t maxSamples);
 
 }  // namespace clerestory

@@ -1,4 +1,3 @@
-// Guesses that are each too high, and the least of them.
 #include "plan/visibility/coverage.h"
 
 #include <algorithm>
@@ -10,9 +9,9 @@
 namespace clerestory {
 namespace {
 
-constexpr int kCells = 64;  // along an edge of what all rectangles reach; bits of a row
+constexpr int kCells = 64;  // along each axis of the grid; bits of a row
 
-// Cells of `low` to `high` that an interval touches: the first and one behind the last.
+// The half-open range of cells of [low, high] that an interval touches.
 std::array<int, 2> cellsOf(double from, double to, double low, double high) {
     const auto cell = [&](double v) {
         return std::clamp((v - low) / (high - low), 0.0, 1.0) * kCells;
@@ -49,17 +48,17 @@ double unionShare(std::span<const ScreenBox> boxes) {
 double areaShare(const View& view, const Bounds& box, double area,
                  const std::optional<Plane>& plane) {
     if (box.empty()) return 0.0;
-    // An area of 1 that faces the eye at depth 1 covers this much of a picture of 2 x 2.
+    // Fraction of the picture that an area of 1 facing the eye at depth 1 covers.
     const double perArea = 0.25 * std::abs(view.clipFromView[0][0] * view.clipFromView[1][1]);
     const glm::dvec3 forward = -glm::transpose(glm::dmat3(view.viewFromWorld))[2];
     const double half = glm::dot(glm::abs(forward), 0.5 * glm::dvec3(box.extent()));
     const double nearest = glm::dot(forward, glm::dvec3(box.center())) - half;
-    constexpr double kFacing = 0.5;  // of all of a closed surface
+    constexpr double kFacing = 0.5;  // fraction of a closed surface that faces the eye
     if (view.orthographic) {
         return perArea * area * (plane ? std::abs(glm::dot(plane->normal, forward)) : kFacing);
     }
     if (!(nearest > 0.0)) return 2.0;  // reaches behind the eye
-    // Onto the plane at depth 1, an element dA at P with normal n comes as dA (n . P) / depth^3.
+    // An element dA at P with normal n projects to dA (n . P) / depth^3 on the plane at depth 1.
     return plane ? perArea * area * std::abs(plane->offset) / (nearest * nearest * nearest)
                  : perArea * area * kFacing / (nearest * nearest);
 }

@@ -1,5 +1,5 @@
-// How much of the picture a surface covers, from what is known of it without looking at its
-// triangles: the rectangles of its clusters, and its area.
+// Estimates of the fraction of the picture that a surface covers, from the bounding rectangles of
+// its clusters and its area, without its triangles.
 #pragma once
 
 #include "plan/visibility/visibility.h"
@@ -10,25 +10,26 @@
 
 namespace clerestory {
 
-// A box's rectangle on screen covers more than the surface in it does.
+// Typical fraction of the bounding rectangle of a cluster that its surface covers.
 inline constexpr double kBoxFill = 0.4;
 
-// Share of the picture, 0..1, that rectangles cover together; what several cover counts once. At
-// each rectangle's edges up to a 64th of what all of them reach is counted too much.
+// Fraction of the picture, 0..1, that the union of rectangles covers. It is computed on a grid of
+// 64 cells per axis over the bounds of all rectangles and never too small.
 double unionShare(std::span<const ScreenBox> boxes);
 
-// The most that a surface of `area` (square metres) covers of the picture when nothing of it is
-// nearer than its box is; above 1 where that says nothing. plane: relative to the eye, of a flat
-// surface; any other is taken to be closed, so that half of it at most faces the eye.
+// Upper bound of the fraction of the picture that a surface of `area` (square metres) inside `box`
+// (relative to the eye) covers; above 1 if the area gives no bound. plane: of a flat surface,
+// relative to the eye; any other surface is assumed to be closed, so that at most half of it faces
+// the eye.
 double areaShare(const View& view, const Bounds& box, double area,
                  const std::optional<Plane>& plane);
 
-// Square metres of a surface after a transform. normal: mesh space, of a flat surface; the area of
-// any other grows with the mean of the transform's scales.
+// Area of a surface after a transform, square metres. normal: of a flat surface, in mesh space;
+// other surfaces are scaled by the geometric mean of the scales of the transform.
 double transformedArea(const glm::dmat4& worldFromMesh, double area,
                        const std::optional<glm::dvec3>& normal);
 
-// The least of the three guesses, 0..1.
+// The smallest of the three estimates, 0..1. Boxes are relative to the eye.
 double shareOf(const View& view, std::span<const ScreenBox> clusters, const Bounds& box,
                double area, const std::optional<Plane>& plane);
 

@@ -1,4 +1,3 @@
-// Culling, classing and ordering of draws.
 #include "plan/visibility/draws.h"
 
 #include "plan/cost/cost.h"
@@ -12,7 +11,7 @@
 namespace clerestory {
 namespace {
 
-// What a material has where its file says nothing: a textured surface, as a rule.
+// Most textured materials have default factors; their shader variant omits them.
 bool hasDefaultNumbers(const Material& m) {
     const Material none;
     return m.metallic == none.metallic && m.roughness == none.roughness &&
@@ -99,7 +98,7 @@ Features programFeatures(Features f, Features ofAll, Features ofGlass) {
 struct OrderedDraw {
     Draw draw;
     double distance;  // from the eye to the nearest point of its box, metres
-    double share;     // of the picture, that its box covers
+    double share;     // fraction of the picture that its box covers
 };
 
 bool continues(const Draw& before, const Draw& next) {
@@ -119,7 +118,7 @@ std::vector<Draw> merged(const std::vector<OrderedDraw>& draws) {
     return result;
 }
 
-// Ties are broken by the place in the scene, so that order never depends on the sort.
+// Index and instance break ties, so that the order does not depend on the sort algorithm.
 bool nearer(const OrderedDraw& a, const OrderedDraw& b) {
     return std::tie(a.distance, a.draw.firstIndex, a.draw.instance) <
            std::tie(b.distance, b.draw.firstIndex, b.draw.instance);
@@ -145,11 +144,11 @@ std::vector<Draw> depthDraws(std::vector<OrderedDraw> draws) {
     return merged(draws);
 }
 
-// Small clusters that follow each other (the sides of a box) are culled and drawn as one. Moves
-// `cluster` behind the last of them.
+// Joins consecutive small clusters (the sides of a box), which are culled and drawn together.
+// Advances `cluster` past the last of them.
 constexpr std::uint32_t kSmallDraw = 256;  // triangles
-Cluster drawnTogether(const Stage& stage, const Mesh& mesh, std::uint32_t& cluster,
-                      std::uint32_t end) {
+Cluster joinedClusters(const Stage& stage, const Mesh& mesh, std::uint32_t& cluster,
+                       std::uint32_t end) {
     const Scene& scene = stage.scene;
     const auto box = [&] { return boundsOf(scene, stage.pose, mesh, cluster - mesh.firstCluster); };
     Cluster sum = scene.clusters[cluster];
@@ -163,8 +162,8 @@ Cluster drawnTogether(const Stage& stage, const Mesh& mesh, std::uint32_t& clust
     return sum;
 }
 
-// Of many small things in one mesh: each cluster has its part of the area, by its triangles, and
-// its own distance.
+// For meshes of many small objects: each cluster has a part of the area in proportion to its
+// triangles, and its own distance.
 double shareOfClusters(const Stage& stage, const View& view, const SeenSurface& seen, double area) {
     const Surface& surface = *seen.surface;
     double indices = 0.0;
@@ -185,7 +184,7 @@ double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
     if (surface.flatPart == kNone) {
         const double area = transformedArea(toEye, surface.area, std::nullopt);
         const double whole = shareOf(view, rects, seen.box, area, std::nullopt);
-        // A piece of glass is what rays and backdrops were measured with, all of it.
+        // The constants for rays and backdrops were measured with whole pieces of glass.
         if (surface.glass != Glass::none) return whole;
         return std::min(whole, shareOfClusters(stage, view, seen, area));
     }
@@ -194,7 +193,7 @@ double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
     return shareOf(view, rects, seen.box, area, transformed(part.plane(), toEye));
 }
 
-// What rays through glass read.
+// Features that rays through the glass of the scene need.
 Features featuresOfGlass(const Stage& stage) {
     Features all = 0;
     for (const Surface& surface : stage.surfaces) {
@@ -202,7 +201,7 @@ Features featuresOfGlass(const Stage& stage) {
         const Material& material = stage.material(surface);
         all |= FEATURE_GLASS;
         addTexture(all, material.transmissionTexture, FEATURE_TRANSMISSION_MAP);
-        // A body is as thick as rays find it.
+        // Rays measure the thickness of solid glass.
         const bool thick = surface.glass == Glass::pane && material.thickness > 0.0f;
         if (thick) addTexture(all, material.thicknessTexture, FEATURE_THICKNESS_MAP);
     }
@@ -215,7 +214,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
     SeenView result;
     const Scene& scene = stage.scene;
     const Frustum frustum = frustumOf(view);
-    Index measured = kNone;  // the instance whose whole box was tested last
+    Index testedInstance = kNone;  // whose bounds were tested last
     bool instanceOutside = false;
     glm::dmat4 toEye(1.0);
     std::vector<ScreenBox> rects;  // of the surface's clusters
@@ -229,8 +228,8 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
         if (surface.glass != Glass::none) result.glassFeatures |= glassTextures(material);
         if (std::binary_search(hidden.begin(), hidden.end(), i)) continue;
         result.clusters += surface.clusterCount;
-        if (measured != surface.instance) {
-            measured = surface.instance;
+        if (testedInstance != surface.instance) {
+            testedInstance = surface.instance;
             toEye = eyeFromLocal(view, stage.pose.worldFromNode[instance.node]);
             instanceOutside = outside(frustum, transformed(boundsOf(stage.pose, mesh), toEye));
         }
@@ -244,7 +243,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
         const std::uint32_t end = surface.firstCluster + surface.clusterCount;
         for (std::uint32_t c = surface.firstCluster; c < end;) {
             const std::uint32_t first = c;
-            const Cluster cluster = drawnTogether(stage, mesh, c, end);
+            const Cluster cluster = joinedClusters(stage, mesh, c, end);
             const Bounds box = transformed(cluster.bounds, toEye);
             if (outside(frustum, box) || clippedAway(view, box)) {
                 result.culled += c - first;
@@ -257,7 +256,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             if (!material.unlit) {
                 std::uint32_t reaching = 0;
                 part.lights = lightsReaching(stage.lights, view.eye, box, reaching);
-                result.mostLights = std::max(result.mostLights, reaching);
+                result.maxLights = std::max(result.maxLights, reaching);
             }
             if (opaque) result.overdraw += kBoxFill * share;
             rects.push_back(rect);
@@ -267,8 +266,9 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             result.anyLit |= !material.unlit;
             result.anyEmissive |= (seen.features & FEATURE_EMISSION) != 0;
         }
-        const bool served = surface.glass != Glass::none || surface.reflector != Reflector::none;
-        if (served) seen.share = shareIn(stage, view, toEye, seen, rects);
+        const bool needsEffect =
+            surface.glass != Glass::none || surface.reflector != Reflector::none;
+        if (needsEffect) seen.share = shareIn(stage, view, toEye, seen, rects);
         if (!seen.clusters.empty()) result.surfaces.push_back(std::move(seen));
     }
     return result;
@@ -283,7 +283,7 @@ Features featuresOfAll(const Stage& stage) {
                                 stage.scene.meshes[stage.scene.instances[i].mesh],
                                 stage.settings.effects);
     }
-    all &= ~FEATURE_DEFAULT_NUMBERS;  // of each hit's material; rays read the numbers
+    all &= ~FEATURE_DEFAULT_NUMBERS;  // rays read the factors of each hit's material
     return stage.settings.effects.refraction ? all | featuresOfGlass(stage) : all;
 }
 
@@ -316,7 +316,7 @@ DrawLists drawLists(const SeenView& view) {
     std::sort(masked.begin(), masked.end(), nearer);
     opaque.insert(opaque.end(), masked.begin(), masked.end());
     lists.opaque = merged(opaque);
-    // An eye within several boxes (panes at an angle) goes by their middles.
+    // If the eye is inside several boxes (panes at an angle), their centres determine the order.
     const auto key = [&](const DrawLists::Behind& b) {
         const double middle = glm::length(glm::dvec3(view.surfaces[b.seen].box.center()));
         return std::tuple(-b.distance, -middle, b.draw.firstIndex, b.draw.instance);

@@ -1,4 +1,4 @@
-// From the surfaces of a scene to the draws of one view: culled, classed, ordered.
+// From the surfaces of a scene to the draws of one view: culling, shader features, order.
 #pragma once
 
 #include "plan/graph/stage.h"
@@ -8,55 +8,55 @@
 
 namespace clerestory {
 
-// A cluster of a surface in the view.
+// A cluster of a surface in the view frustum.
 struct SeenCluster {
     std::uint32_t firstIndex = 0, indexCount = 0;
     double distance = 0.0;  // from the eye to the nearest point of its box, metres
-    double share = 0.0;     // of the picture, that its box covers
+    double share = 0.0;     // fraction of the picture that its box covers, 0..1
     LightList lights;
-    Bounds box;  // relative to the eye, the world's axes
+    Bounds box;  // relative to the eye, world axes
 };
 
-// A surface of which something may be in the view, and how it will be drawn there.
+// A surface that may be visible in the view, and how it is drawn there.
 struct SeenSurface {
     const Surface* surface = nullptr;
-    Bounds box;          // of its clusters in view, relative to the eye, the world's axes
-    double share = 0.0;  // of the picture, about (coverage.h); 0 for what needs no effect
+    Bounds box;          // of its clusters in view, relative to the eye, world axes
+    double share = 0.0;  // estimated fraction of the picture (coverage.h); 0 if it needs no effect
     std::vector<SeenCluster> clusters;
     Features features = 0;
     std::uint32_t reflection = kNoReflection;
     std::uint32_t through = 0;  // see Draw::through
-    bool overBackdrop = false;  // glass that is drawn over a picture of what lies behind it
+    bool overBackdrop = false;  // glass that is drawn over a copy of the picture behind it
 };
 
 struct SeenView {
     std::vector<SeenSurface> surfaces;
     std::uint64_t clusters = 0, culled = 0;
-    double overdraw = 0.0;         // predicted layers of opaque surface over the whole picture
-    std::uint32_t mostLights = 0;  // the most that reach one draw, before the limit
+    double overdraw = 0.0;        // predicted layers of opaque surfaces, mean over the picture
+    std::uint32_t maxLights = 0;  // maximum number that reach one draw, before the limit
     bool anyLit = false, anyEmissive = false;
     std::uint64_t triangles = 0;
-    // Of all surfaces of the scene and of all its glass, in view or not: their programs share them.
+    // Union over all surfaces, and over all glass, of the scene; their programs share them.
     Features sharedFeatures = 0, glassFeatures = 0;
 };
 
-// `hidden`: surfaces that this view does not show (a mirror in its own picture, a probe's owner),
-// by their place in Stage::surfaces, sorted.
+// Returns the surfaces in the view frustum and in front of the clip plane. `hidden`: surfaces to
+// omit (a mirror from its own picture, the owner of a cube); sorted indices of Stage::surfaces.
 SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden = {});
 
-// What a shader needs that may meet any surface of the scene.
+// Union of the features of all surfaces, for shaders whose rays may hit any of them.
 Features featuresOfAll(const Stage& stage);
 
 struct DrawLists {
-    std::vector<Draw> depth;   // what hides much for its cost, near to far: for a depth prepass
-    std::vector<Draw> opaque;  // near to far, or by state when `depth` will be used; masked last
-    // Far to near, each with its distance: blended draws and glass over a backdrop.
+    std::vector<Draw> depth;   // depth prepass: large occluders, near to far; may be empty
+    std::vector<Draw> opaque;  // near to far, or by state with a depth prepass; masked last
+    // Blended draws and glass over a backdrop, far to near.
     struct Behind {
-        double distance;
+        double distance;  // metres
         bool glass;
-        std::size_t seen;  // into SeenView::surfaces
+        std::size_t seen;  // index of SeenView::surfaces
         Draw draw;
-        Bounds box;  // of the draw, relative to the eye, the world's axes
+        Bounds box;  // of the draw, relative to the eye, world axes
     };
     std::vector<Behind> through;
 };

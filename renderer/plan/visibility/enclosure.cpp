@@ -1,12 +1,14 @@
 #include "plan/visibility/enclosure.h"
 
+#include "plan/visibility/visibility.h"
+
 #include <algorithm>
 #include <limits>
 
 namespace clerestory {
 namespace {
 
-bool meets(const Bounds& box, const glm::dvec3& from, const glm::dvec3& direction) {
+bool intersects(const Bounds& box, const glm::dvec3& from, const glm::dvec3& direction) {
     double near = 0.0, far = std::numeric_limits<double>::infinity();
     bool inside = true;
     for (int i = 0; i < 3; ++i) {
@@ -24,8 +26,8 @@ bool meets(const Bounds& box, const glm::dvec3& from, const glm::dvec3& directio
 
 }  // namespace
 
-double enclosure(std::span<const Bounds> boxes, const glm::dvec3& place) {
-    int closed = 0, all = 0;
+double enclosure(std::span<const Bounds> boxes, const glm::dvec3& position) {
+    int blocked = 0, all = 0;
     for (int x = -1; x <= 1; ++x) {
         for (int y = -1; y <= 1; ++y) {
             for (int z = -1; z <= 1; ++z) {
@@ -33,13 +35,29 @@ double enclosure(std::span<const Bounds> boxes, const glm::dvec3& place) {
                 if (along != 1 && along != 3) continue;
                 ++all;
                 const glm::dvec3 direction(x, y, z);
-                closed += std::any_of(boxes.begin(), boxes.end(), [&](const Bounds& box) {
-                    return meets(box, place, direction);
+                blocked += std::any_of(boxes.begin(), boxes.end(), [&](const Bounds& box) {
+                    return intersects(box, position, direction);
                 });
             }
         }
     }
-    return double(closed) / all;
+    return double(blocked) / all;
+}
+
+std::vector<Bounds> opaqueBoxes(const Stage& stage, const View& view) {
+    std::vector<Bounds> boxes;
+    for (const Surface& surface : stage.surfaces) {
+        if (surface.glass != Glass::none) continue;
+        const Instance& instance = stage.scene.instances[surface.instance];
+        const glm::dmat4 eyeFromMesh = eyeFromLocal(view, stage.pose.worldFromNode[instance.node]);
+        const Mesh& mesh = stage.scene.meshes[instance.mesh];
+        const std::uint32_t first = surface.firstCluster - mesh.firstCluster;
+        for (std::uint32_t c = 0; c < surface.clusterCount; ++c) {
+            const Bounds& cluster = boundsOf(stage.scene, stage.pose, mesh, first + c);
+            boxes.push_back(transformed(cluster, eyeFromMesh));
+        }
+    }
+    return boxes;
 }
 
 }  // namespace clerestory

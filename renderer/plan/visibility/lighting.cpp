@@ -1,4 +1,3 @@
-// Lights of a frame and of a draw.
 #include "plan/visibility/lighting.h"
 
 #include <algorithm>
@@ -12,7 +11,7 @@ float brightest(const glm::vec3& c) {
     return std::max({c.x, c.y, c.z});
 }
 
-// Irradiance at the box's nearest point, at most; 0 when the light cannot reach the box.
+// Upper bound of the irradiance in the box; 0 if the light cannot reach it.
 double strengthAt(const PlacedLight& light, const glm::dvec3& eye, const Bounds& box) {
     if (light.kind == LightKind::directional) return brightest(light.intensity);
     const glm::dvec3 position = light.position - eye;
@@ -20,8 +19,8 @@ double strengthAt(const PlacedLight& light, const glm::dvec3& eye, const Bounds&
     const double distance = glm::length(nearest - position);
     if (light.range > 0.0f && distance >= light.range) return 0.0;
     if (light.kind == LightKind::spot) {
-        // The box's sphere against the cone: outside when the sphere's centre is farther from the
-        // axis than the cone's half angle plus the angle under which the sphere is seen.
+        // Bounding sphere against cone: outside if the angle from the axis to the centre exceeds
+        // the half angle of the cone plus the angular radius of the sphere.
         const glm::dvec3 toCenter = glm::dvec3(box.center()) - position;
         const double radius = 0.5 * box.diagonal(), length = glm::length(toCenter);
         if (length > radius) {
@@ -31,7 +30,7 @@ double strengthAt(const PlacedLight& light, const glm::dvec3& eye, const Bounds&
             if (angle > std::acos(std::clamp<double>(light.cosOuter, -1.0, 1.0)) + 1e-6) return 0.0;
         }
     }
-    constexpr double kNearest = 1e-4;  // squared metres; keeps a lamp inside the box finite
+    constexpr double kNearest = 1e-4;  // square metres; finite for a light inside the box
     return brightest(light.intensity) / std::max(kNearest, distance * distance);
 }
 

@@ -1,22 +1,22 @@
-// Which lights a frame has, and which of them reach a given draw.
+// The lights of a frame, and those that reach a box. Light indices refer to FramePlan::lights.
 #pragma once
 
 #include "plan/graph/frame_plan.h"
 
 namespace clerestory {
 
-// The scene's lights placed in the world, then the environment's sun. At most kMaxLights; lights
-// that give nothing are left out.
+// The lights of the scene in world space, then the sun of the environment. At most kMaxLights;
+// lights of zero intensity are left out.
 std::vector<PlacedLight> placedLights(const Scene& scene, const Pose& pose,
                                       const EnvironmentMap& environment,
                                       const glm::dmat3& worldFromMap, float environmentIntensity);
 
-// The lights that can reach a box (relative to the eye, world axes), the strongest
-// kMaxLightsPerDraw of them, in the order of `lights`. `reaching` counts all that could.
+// The strongest kMaxLightsPerDraw lights that can reach the box (relative to the eye, world axes),
+// in the order of `lights`. `reaching` receives the number of all lights that can reach it.
 LightList lightsReaching(const std::vector<PlacedLight>& lights, const glm::dvec3& eye,
                          const Bounds& box, std::uint32_t& reaching);
 
-// All of them, however many.
+// All lights that can reach the box, without a limit.
 std::vector<std::uint8_t> allLightsReaching(const std::vector<PlacedLight>& lights,
                                             const glm::dvec3& eye, const Bounds& box);
 

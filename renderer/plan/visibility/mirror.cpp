@@ -1,4 +1,3 @@
-// Mirrored, cropped and cube-face views.
 #include "plan/visibility/mirror.h"
 
 #include "plan/visibility/view.h"
@@ -25,7 +24,7 @@ double eyeHeight(const Plane& plane, const View& view) {
 
 bool edgeOn(double eyeHeight, const View& view, std::uint32_t pictureHeight) {
     if (view.orthographic) return eyeHeight == 0.0;
-    // One pixel as a slope; nothing nearer than znear is seen.
+    // Slope of one pixel; nothing nearer than znear is visible.
     const double pixel = 2.0 / (pictureHeight * std::abs(view.clipFromView[1][1]));
     return eyeHeight < view.znear * pixel;
 }
@@ -37,7 +36,7 @@ View mirroredView(const View& view, const Plane& plane) {
     mirrored.viewFromWorld = view.viewFromWorld * householder(plane);
     mirrored.eye = view.eye - 2.0 * height * n;
     mirrored.mirrored = !view.mirrored;
-    // Relative to the mirrored eye, which stands `height` behind the plane.
+    // Relative to the mirrored eye, which is `height` behind the plane.
     mirrored.clipPlane = glm::dvec4(n, -height);
     return mirrored;
 }
@@ -49,7 +48,7 @@ PixelRect pixelRect(const ScreenBox& box, std::uint32_t width, std::uint32_t hei
     return {low.x, low.y, std::max(1.0, high.x - low.x), std::max(1.0, high.y - low.y)};
 }
 
-PixelRect ofWholeSquares(const PixelRect& rect, double edge) {
+PixelRect alignedToGrid(const PixelRect& rect, double edge) {
     const glm::dvec2 low = edge * glm::floor(glm::dvec2(rect.x, rect.y) / edge);
     const glm::dvec2 high =
         edge * glm::ceil(glm::dvec2(rect.x + rect.width, rect.y + rect.height) / edge);
@@ -73,7 +72,7 @@ View cropped(const View& view, const PixelRect& part, std::uint32_t width, std::
 
 std::array<View, 6> cubeFaceViews(const glm::dvec3& center, double znear,
                                   const glm::dmat3& worldFromCube) {
-    // Each face's outward normal, and where its s and t grow.
+    // Outward normal of each face, and the directions of increasing s and t.
     static const glm::dvec3 axes[6][3] = {
         {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
         {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
@@ -86,7 +85,7 @@ std::array<View, 6> cubeFaceViews(const glm::dvec3& center, double znear,
         View& view = views[face];
         view.viewFromWorld = glm::dmat4(glm::transpose(worldFromView));
         view.viewFromWorld[3] = glm::dvec4(-(glm::transpose(worldFromView) * center), 1.0);
-        // Written, not computed: a focal length of exactly 1 joins the faces (erratum C5).
+        // Not from tan(): the focal length must be exactly 1, or seams appear (erratum C5).
         glm::dmat4 clip(0.0);
         clip[0][0] = clip[1][1] = 1.0;
         clip[2][3] = -1.0;

@@ -1,5 +1,4 @@
-// Formulae about cameras. Projections are derived in place: with the camera looking down -Z,
-// w = -Z, so a pixel's x is fx X / w + cx.
+// With the camera looking along -Z, w = -Z, and the x coordinate of a pixel is fx X / w + cx.
 #include "plan/visibility/view.h"
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -15,8 +14,8 @@ glm::dmat4 rigid(const glm::dmat3& rotation, const glm::dvec3& translation) {
     return m;
 }
 
-// One rotation, whatever form it came in: as a quaternion on a grid of 2^-30 (a billionth of a
-// radian, a millionth of a pixel), with w >= 0.
+// The rotation as a quaternion with w >= 0, rounded to a grid of 2^-30 (a billionth of a radian, a
+// millionth of a pixel), so that all forms of a rotation give the same bits.
 glm::dmat3 canonicalRotation(const glm::dmat3& rotation) {
     glm::dquat q = glm::normalize(glm::quat_cast(rotation));
     const double sign = q.w < 0.0 ? -1.0 : 1.0;
@@ -26,7 +25,7 @@ glm::dmat3 canonicalRotation(const glm::dmat3& rotation) {
     return glm::mat3_cast(glm::normalize(q));
 }
 
-// Gram-Schmidt; a rotation given with a client's rounding becomes an exact one.
+// Gram-Schmidt: removes a client's rounding from a rotation.
 glm::dmat3 orthonormal(const glm::dmat3& m) {
     const glm::dvec3 z = glm::normalize(m[2]);
     const glm::dvec3 y = glm::normalize(m[1] - glm::dot(m[1], z) * z);
@@ -46,7 +45,7 @@ PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose
         if (c.name == name) {
             PlacedCamera placed;
             const glm::dmat4& m = pose.worldFromNode[c.node];
-            // A camera's own scale is no part of its view (glTF 2.0, section 3.10).
+            // The scale of a camera node does not affect the view (glTF 2.0, section 3.10).
             placed.worldFromCamera = rigid(orthonormal(glm::dmat3(m)), glm::dvec3(m[3]));
             placed.yfov = c.yfov;
             if (c.orthographic) placed.orthographicHalfHeight = c.yHalfHeight;
@@ -74,7 +73,7 @@ PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose
     return placed;
 }
 
-// Reversed depth resolves 1e-7 of the distance wherever the near plane lies, so it may be close.
+// The near plane may be close: reversed depth resolves 1e-7 of the distance for any near plane.
 constexpr double kNearPerDiagonal = 1e-4;
 
 }  // namespace
@@ -82,7 +81,7 @@ constexpr double kNearPerDiagonal = 1e-4;
 glm::dmat4 worldFromLookAt(const glm::dvec3& position, const glm::dvec3& target,
                            const glm::dvec3& up) {
     const glm::dvec3 back = glm::normalize(position - target);
-    // Sine of the angle below which `up` says nothing about the picture's up.
+    // Sine of the angle to the line of sight below which `up` is ignored.
     constexpr double kParallel = 1e-9;
     glm::dvec3 right(0.0);
     for (const glm::dvec3& candidate :
@@ -151,7 +150,7 @@ View withFar(const View& view, double zfar) {
 }
 
 glm::dmat4 perspective(double yfov, double aspect, double znear, std::optional<double> zfar) {
-    // The lens of a picture two units wide and high, centred.
+    // Intrinsics of a centred picture of 2 x 2 units.
     const double f = 1.0 / std::tan(0.5 * yfov);
     return perspective(Intrinsics{f / aspect, f, 1.0, 1.0, PixelCenter::half}, 2, 2, znear, zfar);
 }

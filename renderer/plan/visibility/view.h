@@ -1,4 +1,4 @@
-// Formulae about cameras: from a request to a View, projections, frusta.
+// Camera formulae: from a request to a View, projections. Angles in radians, distances in metres.
 // Clip space has reversed depth in 0..1 (1 near, 0 far or infinite), w > 0 in front of the eye.
 #pragma once
 
@@ -8,30 +8,30 @@
 
 namespace clerestory {
 
-// The view a request asks for. Throws InvalidRequest when it names a camera the scene lacks.
-// The rotation is rounded to 2^-30, so that the look-at, quaternion and matrix forms of one pose
-// give the same bits.
+// The requested view of a frame of width x height pixels. Throws InvalidRequest if the request
+// names a camera that the scene does not have. The rotation is rounded to 2^-30, so that the
+// look-at, quaternion and matrix forms of one pose give the same bits.
 View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
                    std::uint32_t width, std::uint32_t height);
 
-inline constexpr double kDefaultYfov = 0.9;  // radians, where neither request nor scene says
+inline constexpr double kDefaultYfov = 0.9;  // radians; if neither request nor scene has one
 
-// World from camera, of a pose that the request itself gives; none for a camera of the scene's and
-// for the default view. The request has no problems().
+// World from camera for a pose in the request; none for a camera of the scene and for the default
+// view. Requires that problems() of the request is empty.
 std::optional<glm::dmat4> worldFromPose(const CameraRequest& camera);
 
-// World from camera, looking from position to target. Never NaN: an `up` along the line of sight
-// is replaced by -Z (or +Y when that lies along it too).
+// World from camera, looking from position to target. Never NaN: an `up` parallel to the line of
+// sight is replaced by -Z, or by +Y if -Z is parallel too.
 glm::dmat4 worldFromLookAt(const glm::dvec3& position, const glm::dvec3& target,
                            const glm::dvec3& up);
 
-// yfov in radians, the whole vertical angle; no zfar: infinite.
+// yfov: the whole vertical angle, radians; without zfar the far plane is infinite.
 glm::dmat4 perspective(double yfov, double aspect, double znear, std::optional<double> zfar);
 glm::dmat4 perspective(const Intrinsics& lens, std::uint32_t width, std::uint32_t height,
                        double znear, std::optional<double> zfar);
-// The inverse: the lens of a perspective view, with pixelCenter half.
+// The inverse: the intrinsics of a perspective projection, with pixelCenter half.
 Intrinsics lensOf(const glm::dmat4& clipFromView, std::uint32_t width, std::uint32_t height);
-// The same view with another far end (znear < zfar); perspective views only.
+// The same view with another far plane; znear < zfar. Perspective views only.
 View withFar(const View& view, double zfar);
 glm::dmat4 orthographic(double halfWidth, double halfHeight, double znear, double zfar);
 

@@ -1,4 +1,3 @@
-// Conservative visibility tests.
 #include "plan/visibility/visibility.h"
 
 #include <algorithm>
@@ -21,14 +20,14 @@ void addCorner(ScreenBox& box, const glm::dvec4& corner) {
     box.high = glm::max(box.high, ndc);
 }
 
-// A side of a box after clipping: four corners and one more for each plane; were they no longer
-// convex by rounding, half as many more for each, which is below 32.
+// A side of a box after clipping by up to five planes: four corners and one more per plane. If
+// rounding makes it concave, each plane adds at most half as many, which stays below 32.
 struct Polygon {
     std::array<glm::dvec4, 32> corners;
     std::size_t count = 0;
 };
 
-// What remains where dot(plane, corner) >= 0 (Sutherland and Hodgman 1974).
+// The part with dot(plane, corner) >= 0 (Sutherland and Hodgman 1974).
 Polygon clipped(const Polygon& polygon, const glm::dvec4& plane) {
     Polygon kept;
     for (std::size_t i = 0; i < polygon.count; ++i) {
@@ -36,7 +35,7 @@ Polygon clipped(const Polygon& polygon, const glm::dvec4& plane) {
         const glm::dvec4& b = polygon.corners[(i + 1) % polygon.count];
         const double da = glm::dot(plane, a), db = glm::dot(plane, b);
         if (da >= 0.0) kept.corners[kept.count++] = a;
-        // Of opposite signs, so the divisor is not 0.
+        // Opposite signs: the divisor is not 0.
         if ((da > 0.0 && db < 0.0) || (da < 0.0 && db > 0.0)) {
             kept.corners[kept.count++] = a + (b - a) * (da / (da - db));
         }
@@ -44,13 +43,14 @@ Polygon clipped(const Polygon& polygon, const glm::dvec4& plane) {
     return kept;
 }
 
-// Of a box that reaches the plane of the eye, like a floor under it: cut at the near plane and at
-// the picture's edges. A line of sight that meets the box leaves it through one of its sides.
+// For a box that crosses the plane of the eye, such as a floor below it: its sides are clipped at
+// the near plane and at the edges of the picture. A line of sight that enters the box leaves it
+// through one of its sides.
 ScreenBox clippedScreenBox(const std::array<glm::dvec4, 8>& corners) {
-    // In the order around each side; corner bits are x, y, z.
+    // Corners in order around each side; the bits of an index are x, y, z.
     constexpr std::array<std::array<std::size_t, 4>, 6> kSides{
         {{0, 2, 6, 4}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 5, 7, 6}}};
-    // The near plane, w >= z, comes first: what it leaves has w above 0.
+    // The near plane, w >= z, comes first: after it w is positive.
     constexpr std::array<glm::dvec4, 5> kPlanes{glm::dvec4(0, 0, -1, 1), glm::dvec4(1, 0, 0, 1),
                                                 glm::dvec4(-1, 0, 0, 1), glm::dvec4(0, 1, 0, 1),
                                                 glm::dvec4(0, -1, 0, 1)};
@@ -63,7 +63,7 @@ ScreenBox clippedScreenBox(const std::array<glm::dvec4, 8>& corners) {
             if (polygon.corners[i].w > 0.0) addCorner(covered, polygon.corners[i]);
         }
     }
-    // Rounding leaves what was cut at an edge of the picture beside it.
+    // Rounding moves corners that were clipped at an edge of the picture off that edge.
     constexpr double kRounding = 1e-9;
     const auto snapped = [](double v) {
         return 1.0 - std::abs(v) < kRounding ? std::copysign(1.0, v) : v;

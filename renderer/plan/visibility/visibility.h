@@ -1,5 +1,6 @@
-// What a view can see: frusta against boxes, and how much of the picture a box covers.
-// Boxes here are relative to the eye (world axes), so that distance from the origin costs nothing.
+// Conservative visibility tests of boxes against frusta and clip planes, and rectangles that boxes
+// cover. Boxes are relative to the eye (world axes), so that the distance from the origin does not
+// cost precision.
 #pragma once
 
 #include "plan/graph/frame_plan.h"
@@ -15,12 +16,12 @@ struct Frustum {
 
 Frustum frustumOf(const View& view);
 
-// True when the whole box lies behind one plane. A box may be called visible that is not; never
-// the other way round.
+// Returns true if the whole box is behind one plane of the frustum. Never true for a visible box;
+// may be false for an invisible one.
 bool outside(const Frustum& frustum, const Bounds& box);
 
-// True when none of the box reaches in front of the view's clip plane, but for what float boxes
-// cannot say: what only touches a mirror's plane is not in the mirror.
+// Returns true if no part of the box is in front of the view's clip plane, within the precision of
+// float boxes: an object that only touches a mirror's plane is not visible in the mirror.
 bool clippedAway(const View& view, const Bounds& box);
 
 // A rectangle on screen: -1..1 is the whole picture, y upwards.
@@ -31,19 +32,19 @@ struct ScreenBox {
         return low.x < other.high.x && other.low.x < high.x && low.y < other.high.y &&
                other.low.y < high.y;
     }
-    double share() const {  // of the picture
+    double share() const {  // fraction of the picture, 0..1
         return empty() ? 0.0 : 0.25 * (high.x - low.x) * (high.y - low.y);
     }
 };
 
-// What the box can cover of the picture; of a box that reaches behind the eye, what is beyond the
-// near plane.
+// The rectangle of the picture that the box covers at most. A box that extends behind the eye is
+// clipped at the near plane.
 ScreenBox screenBox(const View& view, const Bounds& box);
 
-// From the eye to the nearest point of the box; 0 inside.
+// Distance from the eye to the nearest point of the box, metres; 0 if the eye is inside.
 double distanceTo(const Bounds& box);
 
-// Moves a place of the world to the eye: eye-relative world axes.
+// The transform to positions relative to the eye, world axes.
 glm::dmat4 eyeFromLocal(const View& view, const glm::dmat4& worldFromLocal);
 
 }  // namespace clerestory
