@@ -16,8 +16,7 @@ TargetId mapTarget(ViewContext& context, const EnvironmentMap& map, const MapBlu
     PlanHash identity;
     identity.add(std::string_view("stored map"));
     identity.add(std::string_view(map.name));
-    identity.add(blur.size);
-    identity.add(blur.stdev);
+    addBlur(identity, blur);
     PlanBuilder& builder = context.builder;
     if (const auto target = builder.shared(identity.value())) return *target;
     const Accuracy& a = context.stage.settings.accuracy;
@@ -25,10 +24,7 @@ TargetId mapTarget(ViewContext& context, const EnvironmentMap& map, const MapBlu
     hash.add(map.contentHash);
     hash.add(a.environmentSize);
     hash.add(blur.changes() ? a.probeSamples : a.environmentSamples);
-    if (blur.changes()) {
-        hash.add(blur.size);
-        hash.add(blur.stdev);
-    }
+    if (blur.changes()) addBlur(hash, blur);
     const std::string name = "environment:" + map.name;
     const TargetId target = builder.addTarget({.name = name,
                                                .kind = TargetKind::cube,

@@ -41,8 +41,7 @@ std::uint64_t hashOfInputs(const ViewContext& context, const CapturePoint& point
     hash.add(point.placed);
     hash.add(point.id);
     hash.add(point.resolution);
-    hash.add(point.blur.size);
-    hash.add(point.blur.stdev);
+    addBlur(hash, point.blur);
     hash.add(generation);
     return hash.value();
 }
@@ -179,8 +178,7 @@ TargetId capturedCube(ViewContext& context, const CapturePoint& point, std::uint
     identity.add(point.placed);
     identity.add(point.id);
     identity.add(generation);
-    identity.add(point.blur.size);
-    identity.add(point.blur.stdev);
+    addBlur(identity, point.blur);
     if (const auto target = builder.shared(identity.value())) return *target;
 
     TargetSpec spec{.name = point.name,

@@ -10,13 +10,20 @@ constexpr std::string_view kKnobsOfCubes =
 
 }  // namespace
 
+void addBlur(PlanHash& hash, const MapBlur& blur) {
+    const auto& [size, stdev] = blur;
+    hash.add(size);
+    hash.add(stdev);
+}
+
 std::string_view PrefilterMap::knobs() const {
     return "/accuracy/environmentSize, /accuracy/environmentSamples";
 }
 std::uint64_t PrefilterMap::shadedSamples(const TargetSpec& target, const FramePlan&) const {
     return texelsOf(target, Faces::all, Levels::all) * samples;
 }
-void PrefilterMap::addTo(PlanHash& hash, const Stage&) const {
+void addTo(PlanHash& hash, const PrefilterMap& work, const Stage&) {
+    const auto& [map, samples] = work;
     hash.add(map);
     hash.add(samples);
 }
@@ -27,7 +34,8 @@ std::string_view PrefilterCube::knobs() const {
 std::uint64_t PrefilterCube::shadedSamples(const TargetSpec& target, const FramePlan&) const {
     return texelsOf(target, Faces::all, Levels::all) * samples;
 }
-void PrefilterCube::addTo(PlanHash& hash, const Stage&) const {
+void addTo(PlanHash& hash, const PrefilterCube& work, const Stage&) {
+    const auto& [source, samples] = work;  // reads(): source
     hash.add(samples);
 }
 
@@ -40,10 +48,10 @@ std::string_view BlurCube::knobs() const {
 std::uint64_t BlurCube::shadedSamples(const TargetSpec& target, const FramePlan&) const {
     return texelsOf(target, Faces::all, Levels::first);
 }
-void BlurCube::addTo(PlanHash& hash, const Stage&) const {
+void addTo(PlanHash& hash, const BlurCube& work, const Stage&) {
+    const auto& [source, map, blur, axis] = work;  // reads(): source
     hash.add(map);
-    hash.add(blur.size);
-    hash.add(blur.stdev);
+    addBlur(hash, blur);
     hash.add(axis);
 }
 
@@ -53,6 +61,6 @@ std::string_view BuildLevels::knobs() const {
 std::uint64_t BuildLevels::shadedSamples(const TargetSpec& target, const FramePlan&) const {
     return texelsOf(target, target.kind == TargetKind::cube ? Faces::all : Faces::one, Levels::all);
 }
-void BuildLevels::addTo(PlanHash&, const Stage&) const {}
+void addTo(PlanHash&, const BuildLevels&, const Stage&) {}
 
 }  // namespace clerestory

@@ -15,6 +15,9 @@ namespace clerestory {
 struct FramePlan;
 struct Stage;
 
+// Hashes every member.
+void addBlur(PlanHash& hash, const MapBlur& blur);
+
 // Prefilters a stored environment map into a resident cube.
 struct PrefilterMap {
     std::string map;
@@ -24,7 +27,7 @@ struct PrefilterMap {
     std::vector<TargetId> reads() const { return {}; }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const PrefilterMap& work, const Stage& stage);
     bool operator==(const PrefilterMap&) const = default;
 };
 
@@ -37,7 +40,7 @@ struct PrefilterCube {
     std::vector<TargetId> reads() const { return {source}; }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const PrefilterCube& work, const Stage& stage);
     bool operator==(const PrefilterCube&) const = default;
 };
 
@@ -52,7 +55,7 @@ struct BlurCube {
     std::vector<TargetId> reads() const;
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const BlurCube& work, const Stage& stage);
     bool operator==(const BlurCube&) const = default;
 };
 
@@ -62,7 +65,7 @@ struct BuildLevels {
     std::vector<TargetId> reads() const { return {}; }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const BuildLevels& work, const Stage& stage);
     bool operator==(const BuildLevels&) const = default;
 };
 

@@ -5,7 +5,9 @@
 //   reads()                         targets of earlier passes that it reads
 //   knobs()                         fields of a request that determine its cost: "/a, /b"
 //   shadedSamples(target, plan)     its cost; see work.h
-//   addTo(hash, stage)              hashes every member except the targets of reads()
+//   addTo(hash, work, stage)        hashes every member except the targets of reads(). It binds all
+//                                   members by name, so that a new member does not compile before
+//                                   addTo() handles it
 // and, if it draws the scene, `view` and drawLists(); if it reads a stored environment map, `map`.
 // A new type is added to PassWork and needs an execute() in passes/.
 #pragma once

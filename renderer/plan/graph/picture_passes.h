@@ -23,7 +23,7 @@ struct PicturePass {
     std::vector<TargetId> reads() const { return {source}; }
     std::string_view knobs() const { return "/filters"; }
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash&, const Stage&) const {}
+    friend void addTo(PlanHash&, const PicturePass&, const Stage&) {}
     bool operator==(const PicturePass&) const = default;
 };
 

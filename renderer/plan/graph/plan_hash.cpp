@@ -1,15 +1,19 @@
-// What a map's pixels depend on.
 #include "plan/graph/plan_hash.h"
 
 namespace clerestory {
 namespace {
 
+// Hashes everything except the name and the identity of the content.
 void addTarget(PlanHash& hash, const TargetSpec& target) {
-    hash.add(target.format);
-    hash.add(target.width);
-    hash.add(target.height);
-    hash.add(target.levels);
-    hash.add(target.samples);
+    const auto& [name, kind, format, width, height, levels, samples, depth, residentKey,
+                 inputsHash] = target;
+    hash.add(kind);
+    hash.add(format);
+    hash.add(width);
+    hash.add(height);
+    hash.add(levels);
+    hash.add(samples);
+    hash.add(depth);
 }
 
 }  // namespace
@@ -34,10 +38,10 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
     for (const std::size_t i : passes) {
         const Pass& pass = plan.passes[i];
         hash.add(pass.kind());
-        std::visit([&](const auto& work) { work.addTo(hash, stage); }, pass.work);
+        std::visit([&](const auto& work) { addTo(hash, work, stage); }, pass.work);
         addTarget(hash, plan.targets[pass.target]);
         for (const TargetId read : pass.reads()) {
-            // A map that outlives the frame is known by its key, others by the passes above.
+            // The key identifies a map that outlives the frame; the passes above identify others.
             hash.add(plan.targets[read].residentKey);
             addTarget(hash, plan.targets[read]);
         }

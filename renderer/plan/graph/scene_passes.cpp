@@ -5,66 +5,77 @@
 #include "plan/graph/stage.h"
 
 #include <algorithm>
+#include <initializer_list>
 
 namespace clerestory {
 namespace {
 
-// ---- what a picture depends on -----------------------------------------------------------------
+// ---- hashes: each function binds all members, so that none can be forgotten ------------------
 
 void addView(PlanHash& hash, const View& view) {
-    hash.add(view.viewFromWorld);
-    hash.add(view.clipFromView);
-    hash.add(view.eye);
-    hash.add(view.clipPlane.value_or(glm::dvec4(0.0)));
+    const auto& [viewFromWorld, clipFromView, eye, orthographic, mirrored, znear, clipPlane] = view;
+    hash.add(viewFromWorld);
+    hash.add(clipFromView);
+    hash.add(eye);
+    hash.add(orthographic);
+    hash.add(mirrored);
+    hash.add(znear);
+    hash.add(clipPlane.value_or(glm::dvec4(0.0)));
 }
 
 void addLight(PlanHash& hash, const PlacedLight& light) {
-    hash.add(light.kind);
-    hash.add(light.position);
-    hash.add(light.toLight);
-    hash.add(light.intensity);
-    hash.add(light.range);
-    hash.add(light.cosInner);
-    hash.add(light.cosOuter);
+    const auto& [kind, position, toLight, intensity, range, cosInner, cosOuter] = light;
+    hash.add(kind);
+    hash.add(position);
+    hash.add(toLight);
+    hash.add(intensity);
+    hash.add(range);
+    hash.add(cosInner);
+    hash.add(cosOuter);
 }
 
 void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
     hash.add(draws.size());
     for (const Draw& draw : draws) {
-        const Instance& instance = stage.scene.instances[draw.instance];
-        hash.add(draw.instance);
-        hash.add(draw.material);
-        hash.add(draw.firstIndex);
-        hash.add(draw.indexCount);
-        hash.add(draw.features);
-        hash.add(draw.reflection);
-        hash.add(stage.pose.worldFromNode[instance.node]);
-        if (const auto* mesh = deformedMesh(stage.pose, stage.scene.meshes[instance.mesh])) {
+        const auto& [instance, material, firstIndex, indexCount, features, reflection, through,
+                     lights] = draw;
+        hash.add(instance);
+        hash.add(material);
+        hash.add(firstIndex);
+        hash.add(indexCount);
+        hash.add(features);
+        hash.add(reflection);
+        hash.add(through);
+        const Instance& placed = stage.scene.instances[instance];
+        hash.add(stage.pose.worldFromNode[placed.node]);
+        if (const auto* mesh = deformedMesh(stage.pose, stage.scene.meshes[placed.mesh])) {
             hash.add(mesh->hash);
         }
-        hash.add(draw.lights.count);
-        for (std::uint32_t i = 0; i < draw.lights.count; ++i) {
-            addLight(hash, stage.lights[draw.lights.indices[i]]);
+        hash.add(lights.count);
+        for (std::uint32_t i = 0; i < lights.count; ++i) {
+            addLight(hash, stage.lights[lights.indices[i]]);
         }
     }
 }
 
 void addReflections(PlanHash& hash, const std::vector<ReflectedPicture>& reflections) {
-    for (const ReflectedPicture& r : reflections) {
-        hash.add(r.origin);
-        hash.add(r.scale);
-        hash.add(r.pixelsPerSlope);
-        hash.add(r.samples);
-        hash.add(r.center);
-        hash.add(r.proxyMin);
-        hash.add(r.proxyMax);
-        hash.add(r.normal);
-        hash.add(r.ownFromMap);
+    for (const ReflectedPicture& picture : reflections) {
+        const auto& [target, origin, scale, pixelsPerSlope, normal, samples, center, proxyMin,
+                     proxyMax, ownFromMap] = picture;  // reads(): target
+        hash.add(origin);
+        hash.add(scale);
+        hash.add(pixelsPerSlope);
+        hash.add(normal);
+        hash.add(samples);
+        hash.add(center);
+        hash.add(proxyMin);
+        hash.add(proxyMax);
+        hash.add(ownFromMap);
     }
 }
 
-// A ray may meet whatever there is.
-void addWhatRaysMeet(PlanHash& hash, const Stage& stage) {
+// Rays may hit any surface of the scene.
+void addRayScene(PlanHash& hash, const Stage& stage) {
     for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
     for (const PlacedLight& light : stage.lights) addLight(hash, light);
@@ -80,22 +91,20 @@ bool anyDraw(const Lists& lists, auto&& is) {
     });
 }
 
-template <class Work>
-void addDrawnView(PlanHash& hash, const Work& work, const Stage& stage) {
-    if (anyDraw(work.drawLists(), [](const Draw& d) { return followsRays(d); })) {
-        addWhatRaysMeet(hash, stage);
-    }
-    addView(hash, work.view);
-    for (const std::span<const Draw> draws : work.drawLists()) addDraws(hash, draws, stage);
+void addDrawnView(PlanHash& hash, const View& view,
+                  std::initializer_list<std::span<const Draw>> lists, const Stage& stage) {
+    if (anyDraw(lists, [](const Draw& d) { return followsRays(d); })) addRayScene(hash, stage);
+    addView(hash, view);
+    for (const std::span<const Draw> draws : lists) addDraws(hash, draws, stage);
 }
 
-// ---- what it costs -----------------------------------------------------------------------------
+// ---- cost ------------------------------------------------------------------------------------
 
 std::uint64_t samplesOf(const TargetSpec& target) {
     return texelsOf(target, Faces::one, Levels::first) * std::max(1u, target.samples);
 }
 
-// As if every pixel followed rays, or added up directions, where some draw does.
+// If a draw traces rays or averages directions, every pixel counts as if it did.
 template <class Work>
 std::uint64_t litSamples(const Work& work, const TargetSpec& target, const FramePlan& plan) {
     std::uint64_t directions = 1;
@@ -152,11 +161,13 @@ std::string_view DrawScene::knobs() const {
 std::uint64_t DrawScene::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
     return litSamples(*this, target, plan);
 }
-void DrawScene::addTo(PlanHash& hash, const Stage& stage) const {
+void addTo(PlanHash& hash, const DrawScene& work, const Stage& stage) {
+    const auto& [purpose, face, view, map, environment, sky, reflections, depthDraws, opaqueDraws,
+                 blendedDraws] = work;  // reads(): environment; hashOfPasses(): map
     hash.add(purpose);
     hash.add(face);
     hash.add(sky);
-    addDrawnView(hash, *this, stage);
+    addDrawnView(hash, view, {depthDraws, opaqueDraws, blendedDraws}, stage);
     addReflections(hash, reflections);
 }
 
@@ -174,9 +185,11 @@ std::string_view DrawGlass::knobs() const {
 std::uint64_t DrawGlass::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
     return litSamples(*this, target, plan);
 }
-void DrawGlass::addTo(PlanHash& hash, const Stage& stage) const {
+void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage) {
+    const auto& [face, view, map, environment, backdrop, backFaces, reflections, glassDraws,
+                 blendedDraws] = work;  // others: reads(), and map in hashOfPasses()
     hash.add(face);
-    addDrawnView(hash, *this, stage);
+    addDrawnView(hash, view, {glassDraws, blendedDraws}, stage);
     addReflections(hash, reflections);
 }
 
@@ -186,8 +199,9 @@ std::string_view DrawBackFaces::knobs() const {
 std::uint64_t DrawBackFaces::shadedSamples(const TargetSpec& target, const FramePlan&) const {
     return samplesOf(target);
 }
-void DrawBackFaces::addTo(PlanHash& hash, const Stage& stage) const {
-    addDrawnView(hash, *this, stage);
+void addTo(PlanHash& hash, const DrawBackFaces& work, const Stage& stage) {
+    const auto& [view, draws] = work;
+    addDrawnView(hash, view, {draws}, stage);
 }
 
 std::string_view DrawChannel::knobs() const {
@@ -196,8 +210,9 @@ std::string_view DrawChannel::knobs() const {
 std::uint64_t DrawChannel::shadedSamples(const TargetSpec& target, const FramePlan&) const {
     return samplesOf(target);
 }
-void DrawChannel::addTo(PlanHash& hash, const Stage& stage) const {
-    addDrawnView(hash, *this, stage);
+void addTo(PlanHash& hash, const DrawChannel& work, const Stage& stage) {
+    const auto& [view, draws] = work;
+    addDrawnView(hash, view, {draws}, stage);
 }
 
 std::string_view CopyBackdrop::knobs() const {
@@ -206,7 +221,8 @@ std::string_view CopyBackdrop::knobs() const {
 std::uint64_t CopyBackdrop::shadedSamples(const TargetSpec& target, const FramePlan&) const {
     return samplesOf(target);
 }
-void CopyBackdrop::addTo(PlanHash& hash, const Stage&) const {
+void addTo(PlanHash& hash, const CopyBackdrop& work, const Stage&) {
+    const auto& [source, face] = work;  // reads(): source
     hash.add(face);
 }
 

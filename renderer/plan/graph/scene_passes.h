@@ -38,7 +38,7 @@ struct DrawScene {
     }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const DrawScene& work, const Stage& stage);
     bool operator==(const DrawScene&) const = default;
 };
 
@@ -59,7 +59,7 @@ struct DrawGlass {
     std::vector<std::span<const Draw>> drawLists() const { return {glassDraws, blendedDraws}; }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage);
     bool operator==(const DrawGlass&) const = default;
 };
 
@@ -73,7 +73,7 @@ struct DrawBackFaces {
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const DrawBackFaces& work, const Stage& stage);
     bool operator==(const DrawBackFaces&) const = default;
 };
 
@@ -87,7 +87,7 @@ struct DrawChannel {
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const DrawChannel& work, const Stage& stage);
     bool operator==(const DrawChannel&) const = default;
 };
 
@@ -100,7 +100,7 @@ struct CopyBackdrop {
     std::vector<TargetId> reads() const { return {source}; }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
-    void addTo(PlanHash& hash, const Stage& stage) const;
+    friend void addTo(PlanHash& hash, const CopyBackdrop& work, const Stage& stage);
     bool operator==(const CopyBackdrop&) const = default;
 };
 
