@@ -79,7 +79,7 @@ std::vector<AccuracyScene> scenesOf(const Options& options) {
     return chosen;
 }
 
-// What happened to a scene, on standard error: the run takes minutes.
+// Reports progress per scene on standard error, because the run takes minutes.
 void tell(const AccuracyScene& scene, const Measured& measured, double milliseconds) {
     std::fprintf(stderr, "%s: %zu rows, truth %.1f s, all %.1f s, load average %.1f\n",
                  scene.name.c_str(), measured.points.size(), 1e-3 * measured.truthMs,

@@ -14,7 +14,7 @@ std::vector<std::size_t> lowerHull(const std::vector<CostAndError>& points) {
         if (p.milliseconds != q.milliseconds) return p.milliseconds < q.milliseconds;
         return p.error != q.error ? p.error < q.error : a < b;
     });
-    // How far the way from a over b to c turns left in the logarithms.
+    // The left turn of the path a, b, c in logarithmic coordinates; negative: right.
     const auto turn = [&](std::size_t a, std::size_t b, std::size_t c) {
         const double abx = std::log(points[b].milliseconds / points[a].milliseconds),
                      aby = std::log(points[b].error / points[a].error),

@@ -5,8 +5,8 @@
 
 namespace clerestory::bench {
 
-// What the milliseconds of tables and pictures are. On a machine that others use too, processor
-// time of all threads says more than the wall clock.
+// The clock behind the milliseconds of tables and diagrams. On a shared machine, processor
+// time of all threads is more meaningful than wall clock time.
 enum class Clock { wall, processor };
 const char* words(Clock clock);
 

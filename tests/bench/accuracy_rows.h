@@ -5,8 +5,8 @@
 
 namespace clerestory::bench {
 
-// What csvOf() wrote. Throws std::runtime_error for a row that is short or has no number where one
-// belongs.
+// Reads the output of csvOf(). Throws std::runtime_error for a row with missing fields or invalid
+// numbers.
 Points pointsFrom(const std::string& csv);
 
 }  // namespace clerestory::bench

@@ -21,7 +21,7 @@ struct AccuracyScene {
     std::vector<MaterialOverride> overrides;
 };
 
-// Those of the short form.
+// The settings for --short.
 std::vector<AccuracyScene> builtinAccuracyScenes();
 
 // All built-in ones, and those of `shared` that are there.

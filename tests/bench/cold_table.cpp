@@ -49,7 +49,7 @@ std::string both(const Pair<T>& runs, int digits,
     return one(runs.cold) + " / " + one(runs.filled);
 }
 
-// Of all runs together: "409 x 3, **504 x 2**".
+// A summary of all runs: "409 x 3, **504 x 2**".
 std::string answers(const std::map<int, int>& counts) {
     std::string text;
     for (const auto& [status, count] : counts) {
@@ -103,7 +103,7 @@ std::string processorModel() {
     return "processor unknown";
 }
 
-// What `clerestory scenes` lists.
+// The scenes that `clerestory scenes` lists.
 std::vector<std::string> builtins(const std::string& program, const CacheFolders& folders) {
     const std::string list = folders.file("scenes");
     if (awaitEnd(startProgram({program, "scenes"}, {}, list)).status != 0) {

@@ -29,7 +29,8 @@ const std::vector<Setting> kSettings = {{"base", kNone},
                                         {"environmentReflection", {false, false, false, true}},
                                         {"all four", {}}};
 
-// What the planner expects of the ways it took in the requested view: of maps a frame's share.
+// The predicted cost of the chosen techniques in the requested view; maps count with a frame's
+// share.
 double predictedMilliseconds(const FramePlan& plan) {
     double sum = 0.0;
     for (const Decision& d : plan.decisions) {
@@ -146,9 +147,9 @@ void printKinds(const char* title, const std::vector<Series>& all) {
     }
 }
 
-// What the planner expected each effect to add, against what it added. Prices are those of one
-// reference machine with two cores of its own, so it is the spread of the ratios that tells.
-// Measured is processor time over the cores, which other programs disturb least.
+// The predicted and the measured cost of each effect. Predictions are for a reference machine with
+// two dedicated cores, so the spread of the ratios matters. Measured is processor time divided by
+// the cores, which other programs disturb least.
 void printPredictions(const char* title, const std::vector<Series>& all) {
     std::printf(
         "\n%s\n\n| effects | predicted ms | measured ms | measured / predicted "

@@ -49,8 +49,8 @@ bool contains(const std::string& text, const char* part) {
     return text.find(part) != std::string::npos;
 }
 
-// Of one mapping. The allocator's further heaps begin at multiples of 64 MB; what is larger than
-// its threshold (textures, targets, vertices, as a rule) has mappings of its own.
+// The kind of one mapping. The allocator's further heaps start at multiples of 64 MB; blocks above
+// its threshold (usually textures, targets, vertices) have their own mappings.
 Kind kindOf(unsigned long long begin, unsigned long long end, const std::string& name) {
     constexpr unsigned long long kHeap = 64ull << 20, kLarge = 1ull << 20;
     if (contains(name, "libLLVM")) return llvm;

@@ -34,7 +34,7 @@ constexpr Way kWays[] = {
 
 constexpr double kDistinct = 1.25, kSame = 1.05;
 
-// Of the ways that were taken, by the squares of their errors; nothing where none was this way.
+// Root mean square error of the chosen techniques; nothing if none was chosen.
 std::optional<double> expectedError(const FramePlan& plan, const Way& way) {
     double squares = 0.0, share = 0.0;
     bool taken = false;

@@ -21,7 +21,7 @@ TEST_P(Predictions, RankTechniquesAsMeasured) {
     EnvironmentMaps maps;
     maps[scene.environment] =
         std::make_shared<const EnvironmentMap>(*builtinEnvironment(scene.environment));
-    // Of a lamp that a mirror shows in a hundredth of a pixel, 64 paths find a third or nothing,
+    // If a mirror shows a lamp in a hundredth of a pixel, 64 paths find a third of it or nothing,
     // and one such pixel then outweighs the picture.
     const auto truth = traceReference({.scene = scene,
                                        .frame = frame,

@@ -17,7 +17,7 @@ struct Holdings {
     std::size_t bytes = 0;  // resident
     std::size_t descriptors = 0, threads = 0;
 };
-// Of a server and its render workers together.
+// Sums over a server and its render workers.
 Holdings holdingsOf(pid_t server);
 
 }  // namespace clerestory::bench

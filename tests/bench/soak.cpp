@@ -115,8 +115,8 @@ std::string words(const char* format, double a, double b, double c) {
 int main(int argc, char** argv) {
     const long wanted = argc > 1 ? std::atol(argv[1]) : 86'400;
     const long width = argc > 2 ? std::atol(argv[2]) : 160;  // of the smallest, pixels
-    // How busy the machine is must not matter: no frame is refused for what others take of it.
-    // What the allocator keeps for each thread would count as allocated, and fills up for long.
+    // Load from other programs must not cause rejections.
+    // Per-thread caches of the allocator would count as allocated, and fill slowly.
     const ServerProcess server({"--queue-seconds", "3600"}, [] {
         ::setenv("GLIBC_TUNABLES", "glibc.malloc.tcache_count=0", 1);
     });

@@ -23,15 +23,15 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Of all threads of this process. On a machine that others use too it says more than the wall
-// clock.
+// Processor time of all threads of this process. On a shared machine it is more meaningful than the
+// wall clock.
 inline double processorMilliseconds() {
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
 }
 
-// How many threads of the whole machine wanted a core in the last minute, on average.
+// Mean number of runnable threads of the machine in the last minute.
 inline double loadAverage() {
     double load = 0.0;
     getloadavg(&load, 1);

@@ -11,7 +11,7 @@
 namespace clerestory::test {
 namespace {
 
-// Of the one thread that draws.
+// State of the drawing thread.
 thread_local std::uint64_t calls = 0, allocations = 0;
 thread_local std::uint64_t failingCall = 0, failingAllocation = 0;  // 0: none
 thread_local bool happened = false;

@@ -17,7 +17,7 @@ void failAt(Fault fault, std::uint64_t n);
 void resetGpu(bool wasReset);
 // Ends it. Whether it has happened.
 bool endFault();
-// How many there were since failAt().
+// The number of calls since failAt().
 std::uint64_t counted(Fault fault);
 
 }  // namespace clerestory::test

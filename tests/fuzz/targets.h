@@ -25,11 +25,11 @@ void fuzzHttp(Bytes bytes);
 // The JSON reader: a checked request or a refusal in plain words, never another exception.
 void fuzzJson(Bytes bytes);
 
-// What lies between the header and the checksum of a scene's blob: a scene, sound or found unsound,
-// or a refusal.
+// The bytes between the header and the checksum of a scene's blob: a valid scene, a scene with
+// problems, or a rejection.
 void fuzzBlob(Bytes bytes);
 
-// What mutations begin with: mutations of nothing would hardly become any of it.
+// Seeds for mutations; random bytes would rarely reach the same code.
 std::vector<std::string> httpSeeds();
 std::vector<std::string> jsonSeeds();
 std::vector<std::string> blobSeeds();

@@ -15,7 +15,7 @@ public:
     std::string text;
 };
 
-// What a server would understand of the bytes: the requests, and how it ends.
+// The server's interpretation of the bytes: the requests, and the final state.
 struct Understood {
     std::vector<std::string> heads, bodies;
     RequestReader::State end = RequestReader::State::idle;

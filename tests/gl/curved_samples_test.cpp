@@ -24,8 +24,8 @@ glm::vec3 evening(const glm::dvec3& d) {
     return glm::vec3(float(0.05 + 2.0 * up * up + 3.0 * std::pow(patch, 16.0)));
 }
 
-// What a white rough metal (normal +Z) shows of the evening: the lobe's mean, as a map of one
-// colour keeps its colour. Walter (2007), Heitz (2014); over half vectors.
+// The radiance of a white rough metal (normal +Z) under the evening map: the normalised mean over
+// the lobe. Walter (2007), Heitz (2014); over half vectors.
 double lobeMean(const glm::dvec3& v, double roughness) {
     const double alpha = roughness * roughness, a2 = alpha * alpha;
     const auto root = [&](double c) { return std::sqrt(a2 + (1.0 - a2) * c * c); };

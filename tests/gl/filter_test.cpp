@@ -278,7 +278,7 @@ TEST_F(Filters, RunInTheOrderOfTheRequest) {
     EXPECT_GT(
         greatestDifference(drawn(r, {twirl(3), convolve(KernelName::embossNorthWest)}), other),
         0.05);
-    // As many as there may be: two pictures take turns.
+    // The maximum number of filters: two targets alternate.
     Picture smooth = plain;
     std::vector<FilterRequest> many;
     while (many.size() < kMaxFilters) {

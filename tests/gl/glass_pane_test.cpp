@@ -67,7 +67,7 @@ double thickPaneError(GlassMethod method, double tilt, bool wall) {
     const Image image = renderer().render(r).image;
     const glm::dvec3 normal(tilted(0, tilt)[2]);
 
-    // Where the ray through (x, y) crosses the lamp's plane.
+    // The intersection of the ray through (x, y) with the lamp's plane.
     const auto arrives = [&](double x, double y) {
         const Ray ray = sight(r, x, y);
         const double cosine = -glm::dot(ray.direction, normal);

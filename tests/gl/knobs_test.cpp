@@ -38,7 +38,7 @@ struct Gallery {
               glm::translate(glm::dmat4(1.0), center));
         return s;
     }
-    // What a ray within the room meets; `margin`: how far from an edge between two colours.
+    // The hit of a ray inside the room; `margin`: distance from an edge between two colours.
     glm::vec3 radianceAlong(const Ray& ray, double& margin) const {
         const glm::vec3 wall =
             Room{}.radianceAt(leavesBox(ray, glm::dvec3(-kRoom), glm::dvec3(kRoom)), margin);

@@ -218,8 +218,8 @@ TEST_F(LightOnSurfaces, HighlightsMatchTheirFormula) {
 
 namespace {
 
-// What a smooth black or white dielectric shows of a white sky and a lamp, far below which the eye
-// stands: the middle is seen at 3.6 degrees from grazing.
+// A smooth black or white dielectric under a white sky and a light that is far above the eye: the
+// centre is seen at 3.6 degrees from grazing.
 glm::vec3 seenAtGrazing(float specular, float base, float roughness, const char* environment) {
     Scene scene;
     place(scene, quad(4.0f, addMaterial(scene, {.baseColor = glm::vec4(glm::vec3(base), 1),
@@ -248,7 +248,8 @@ TEST_F(LightOnSurfaces, ASpecularFactorWeighsTheDielectricLobeAtEveryAngle) {
             ASSERT_GT(whole.x, 0.1f) << environment << roughness;
             EXPECT_NEAR(half.x / whole.x, 0.5f, 5e-3f) << environment << roughness;
         }
-        // What the lobe leaves is the diffuse light's: white stays white, less the lamp's.
+        // The remainder of the lobe is diffuse: white stays white, without the light's
+        // contribution.
         for (const float specular : {0.0f, 0.3f, 1.0f}) {
             const float seen = seenAtGrazing(specular, 1.0f, roughness, "white").x -
                                seenAtGrazing(specular, 1.0f, roughness, "black").x;

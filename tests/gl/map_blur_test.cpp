@@ -88,7 +88,7 @@ double weightBetween(const glm::dvec3& to, const glm::dvec3& from, double fromAn
     return far > 5.0 ? 0.0 : fromAngle * std::exp(-0.5 * far * far);
 }
 
-// What every texel is to divide its sum by.
+// The divisor for every texel's sum.
 std::vector<double> weightsAround(double stdev) {
     std::vector<glm::dvec3> directions;
     for (std::size_t i = 0; i < std::size_t{6} * kSize * kSize; ++i) {

@@ -117,7 +117,7 @@ TEST_F(MirrorTruth, ObjectsThroughAMirrorShowTheFrontHalfOnly) {
     sheet.baseColorTexture.texture = addTexture2x2(
         scene, {glm::u8vec4(255, 0, 0, 255), {0, 255, 0, 255}, {255, 0, 0, 255}, {0, 255, 0, 255}},
         Wrap::clampToEdge);
-    // Its x, red to green, runs along z through the mirror.
+    // Its x axis, red to green, is along z through the mirror.
     glm::dmat4 across(1.0);
     across[0] = {0, 0, 1, 0};
     across[2] = {-1, 0, 0, 0};

@@ -121,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(Mirrors, MirrorInProbe, ::testing::Bool(), [](const aut
     return each.param ? "BelowTheBall" : "BesideTheBall";
 });
 
-// What is drawn for it: a mirrored view for each face that sees the mirror's front, none for a
+// The passes: a mirrored view for each face that sees the mirror's front, none for a
 // probe behind it, and nothing in the second frame.
 TEST_F(MirrorsInProbes, AreDrawnOncePerFaceThatSeesTheirFront) {
     for (const bool behind : {false, true}) {

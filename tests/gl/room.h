@@ -15,7 +15,8 @@ inline constexpr double kRoom = 3.0;  // half of its edge, metres; around the or
 struct Room {
     std::optional<glm::vec3> everywhere;
 
-    // Of a point on a wall; `margin`: its distance from the nearest edge between two squares.
+    // The colour of a point on a wall; `margin`: its distance from the nearest edge between two
+    // squares.
     glm::vec3 radianceAt(const glm::dvec3& p, double& margin) const {
         int axis = 0;
         for (int i = 1; i < 3; ++i) {

@@ -39,7 +39,7 @@ inline std::optional<double> meetsBall(const Ray& ray, const glm::dvec3& center,
     return along - std::sqrt(inside);
 }
 
-// Where a ray from within the box leaves it.
+// The exit point of a ray that starts inside the box.
 inline glm::dvec3 leavesBox(const Ray& ray, const glm::dvec3& low, const glm::dvec3& high) {
     double nearest = 1e300;
     for (int i = 0; i < 3; ++i) {
@@ -55,7 +55,7 @@ inline double greatestDifference(const glm::vec3& a, const glm::vec3& b) {
     return std::max({d.x, d.y, d.z});
 }
 
-// Of all pixels of two pictures of one size.
+// Statistics over all pixels of two images of one size.
 inline double greatestDifference(const Image& a, const Image& b) {
     double greatest = 0.0;
     for (std::uint32_t y = 0; y < a.height; ++y) {

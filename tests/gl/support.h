@@ -26,7 +26,7 @@ MeshDraft quad(float half, Index material);
 // Around the origin, normals outwards, `rows` by 2 `rows` patches.
 MeshDraft sphere(float radius, std::uint32_t rows, Index material);
 
-// Of a smooth or rough metal that returns `reflectance` of what it mirrors.
+// A smooth or rough metal of this reflectance.
 Material mirrorMetal(float reflectance = 1.0f, float roughness = 0.0f);
 // Clear, thin-walled until it is given a thickness.
 Material clearGlass(float ior = 1.5f, float roughness = 0.0f);

@@ -35,7 +35,7 @@ FrameRequest gallery() {
     return r;
 }
 
-// What each id is seen as; fails where one id has two answers.
+// The technique of each id; fails if one id has two.
 std::map<float, float> seenAs(FrameRequest r) {
     r.output.channel = Channel::objectId;
     const Image ids = renderer().render(r).image;

@@ -10,7 +10,7 @@
 namespace clerestory::test {
 namespace {
 
-// What channel.frag writes, of what the ray through the pixel meets.
+// The values that channel.frag writes for the hit of the ray through the pixel.
 constexpr const char* kTracedChannel = R"(
 #include "include/block_macros.glsl"
 #include "include/features.glsl"

@@ -189,7 +189,7 @@ Scene things(const HitCase& c, const glm::dmat4& world) {
     Light lamp{.kind = c.light, .intensity = glm::vec3(4.0f, 3.5f, 3.0f), .outerConeAngle = 0.6f};
     if (c.light == LightKind::directional) lamp.intensity *= 0.3f;
     glm::dmat4 stand = moved(0.4, 0.9, 1.6);
-    // Its own -Z looks at the middle.
+    // Its -Z axis points to the centre.
     const glm::dvec3 from(stand[3]), back = glm::normalize(from);
     const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back));
     stand[0] = glm::dvec4(right, 0.0);

@@ -157,7 +157,7 @@ double fresnelOnce(double cosine, double ior) {
     return 0.5 * (s * s + p * p);
 }
 
-// Where a ray first meets the ball of radius 1 about the origin.
+// The first intersection of a ray with the ball of radius 1 around the origin.
 std::optional<glm::dvec3> onBall(const glm::dvec3& eye, const glm::dvec3& d) {
     const double b = glm::dot(eye, d), c = glm::dot(eye, eye) - 1.0, root = b * b - c;
     if (root < 0.0) return std::nullopt;
@@ -235,8 +235,8 @@ TEST(TracedLight, GlassBallsRefractBySnell) {
             const double theta = std::acos(cosine), inner = std::asin(std::sin(theta) / kIor);
             ASSERT_NEAR(std::acos(std::min(1.0, glm::dot(out, d))), 2.0 * (theta - inner), 1e-6);
 
-            // What turns back at the exit is counted as if it left there, as glass over a backdrop
-            // has it.
+            // Light reflected internally at the exit counts as if it left there, as for glass over
+            // a backdrop.
             const double through = 1.0 - fresnelOnce(cosine, kIor);
             const glm::vec3 c = color(image, x, y) / static_cast<float>(through);
             const glm::dvec3 there((double{c.x} - 0.5) * 2.0 * kHalf,

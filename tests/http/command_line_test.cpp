@@ -108,7 +108,7 @@ TEST(CommandLine, PrintsLibrariesAndTheirVersions) {
         EXPECT_THAT(outcome.output,
                     testing::ContainsRegex(std::string("\n  ") + name + " [0-9]+[.]"));
     }
-    // What /v1/renderer says: with Mesa, its version.
+    // The renderer string of /v1/renderer: with Mesa, its version.
     EXPECT_THAT(outcome.output, testing::ContainsRegex("\n  OpenGL [4-9][.][0-9]"));
     // X2: what is known of them is written down, with a date and what guards against each.
     EXPECT_THAT(outcome.output, HasSubstr("SECURITY.md"));
@@ -163,7 +163,7 @@ TEST(CommandLine, AMissingMapInASideFileIsAWarning) {
     EXPECT_EQ(traced.exitCode, 0) << traced.output;
     EXPECT_THAT(traced.output, HasSubstr(warning));
 
-    // What a request names must be there.
+    // Names in a request must exist.
     EXPECT_EQ(run("render " + view + "--set environment.map=not-at-hand -o x.npy").exitCode, 2);
 
     std::filesystem::remove(side);

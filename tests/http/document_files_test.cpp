@@ -49,7 +49,7 @@ std::vector<fs::path> documents() {
     return list;
 }
 
-// As GitHub makes them of headings.
+// Anchors as GitHub derives them from headings.
 std::string anchorOf(std::string heading) {
     std::string anchor;
     for (const char c : heading) {
@@ -153,7 +153,7 @@ json reduced(json body) {
     return body;
 }
 
-// What curl is given with -d.
+// The argument of curl's -d.
 TEST(DocumentFiles, PostedRequestsAreAccepted) {
     static const std::regex command(
         R"(curl [^\n]*localhost:8080(/v1/[a-z]+)[^']*-H 'Content-Type: application/json'[^']*-d '([^']*)')");

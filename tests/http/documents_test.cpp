@@ -98,7 +98,7 @@ TEST(Documents, FiltersAreATaggedUnion) {
     EXPECT_EQ(kernel[1]["minItems"], 9);
 }
 
-// What of `value` the schema does not describe, or describes otherwise; by JSON Pointer.
+// The parts of `value` that do not match the schema, by JSON Pointer.
 void compare(const json& document, json schema, const json& value, const std::string& pointer,
              std::vector<std::string>& wrong) {
     if (schema.contains("$ref")) {
@@ -106,7 +106,7 @@ void compare(const json& document, json schema, const json& value, const std::st
     }
     for (const char* either : {"oneOf", "anyOf"}) {
         if (!schema.contains(either)) continue;
-        // What is wrong by the alternative that fits best.
+        // The errors of the best matching alternative.
         std::vector<std::string> least(1000);
         for (const json& alternative : schema[either]) {
             std::vector<std::string> found;

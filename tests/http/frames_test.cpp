@@ -244,7 +244,7 @@ TEST(Frames, HealthChecksEveryFloatTargetOnRequest) {
     EXPECT_FALSE(json::parse(partsOf(*unasked)[1].second).contains("health"));
 }
 
-// What a ball in the middle of six walls of one colour each looks at is those six colours.
+// The environment of a ball between six walls of one colour each consists of those six colours.
 TEST(Frames, MapsShowTheEnvironmentOfTheMirrors) {
     auto client = sharedServer().client();
     const std::string request = smallFrame(

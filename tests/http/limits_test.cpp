@@ -26,7 +26,7 @@ struct Place {
                     return outer(json{{name, std::move(value)}});
                 }};
     }
-    // Of that many equal elements; the first is named.
+    // A list of that many equal elements; the error names the first.
     Place element(std::size_t count) const {
         return {pointer + "/0",
                 [outer = body, count](json value) { return outer(json(count, std::move(value))); }};
@@ -104,7 +104,7 @@ void walk(const json& schema, const Place& outside, int& pairs) {
     }
 }
 
-// Of the schema's types, all branches together.
+// The union of the types of all branches of the schema.
 std::set<std::string> typesOf(const json& schema) {
     std::set<std::string> types;
     for (const json& one : schema.value("oneOf", json::array())) types.merge(typesOf(one));

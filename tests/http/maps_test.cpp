@@ -149,7 +149,7 @@ TEST(Maps, AMissingMapGivesTheDefaultSkyAndAWarning) {
 }
 
 TEST(Maps, ABlurAppearsInThePlanAndInTheImage) {
-    // Where the wide eye sees the edge between two colours.
+    // The pixel at which the wide view shows the edge between two colours.
     const std::string none = "[0, 0.3826834323650898, 0, 0.9238795325112867]";
     const Seen sharp = seen("mirror", kAhead, ownMap(none));
     const Seen soft =

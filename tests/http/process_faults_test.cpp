@@ -38,7 +38,7 @@ std::int64_t stride(std::int64_t usually) {
     return std::string_view(wanted) == "all" ? 1 : std::max(1l, std::strtol(wanted, nullptr, 10));
 }
 
-// What is to fail, in a file that the processes map too.
+// The requested faults, in a file that the processes map too.
 class SharedFaults {
 public:
     explicit SharedFaults(const char* role) {
@@ -134,7 +134,7 @@ TEST_F(ProcessFault, AGpuResetEndsTheRendererAndLosesNothing) {
     }
 }
 
-// What became of a frame for each point at which an allocation failed.
+// The outcome of a frame for each allocation that failed.
 std::map<int, int> failEach(const ServerProcess& server, SharedFaults& faults, std::int64_t step) {
     const std::string right = pictureSoon(server.port());
     EXPECT_FALSE(right.empty());
@@ -176,8 +176,8 @@ TEST_F(ProcessFault, AllocationFailuresInARendererAreHandled) {
     tell("the renderer's process", outcomes);
 }
 
-// What the next renderer answers when an allocation fails while it starts: the n-th of at least so
-// many bytes.
+// The response of the next renderer if the n-th allocation of at least this many bytes fails while
+// it starts.
 void failStart(const ServerProcess& server, SharedFaults& faults, const std::string& right,
                std::int64_t n, std::size_t leastBytes) {
     ASSERT_TRUE(standbyWaits(server.port()));

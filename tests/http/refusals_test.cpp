@@ -283,7 +283,7 @@ TEST(Refusals, OversizedAndMistypedBodies) {
     problemOf(client.Get("/" + std::string(2000, 'x')), 414);
 }
 
-// What no client library sends.
+// Requests that no client library sends.
 std::string rawAnswer(int port, const std::string& request) {
     const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in address{};

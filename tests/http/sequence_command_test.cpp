@@ -50,7 +50,7 @@ TEST_F(SequenceCommand, AnInterruptedSequenceResumes) {
     EXPECT_EQ(json::parse(manifest)["frames"].size(), 4u);
     EXPECT_TRUE(fs::exists(folder / "000003.objectId.npy"));
 
-    // As a run leaves it that was ended in frame 1: two frames lack their last file.
+    // The state after a run that ended in frame 1: two frames lack their last file.
     fs::remove(folder / "000001.json");
     fs::remove(folder / "000001.objectId.npy");
     fs::remove(folder / "000002.json");

@@ -225,7 +225,7 @@ TEST(Sequences, ATrainingSetFitsIntoOneSequence) {
     ASSERT_EQ(result->status, 200) << result->body;
     EXPECT_EQ(filesOfTar(result->body).front().first, "003999.jpg");
 
-    // What all frames have in common counts in every one.
+    // Common fields apply to every frame.
     body["common"]["overrides"] = json::array();
     body["frames"] = json(25'000, json::object());
     for (int i = 0; i < 64; ++i) {
@@ -258,7 +258,7 @@ TEST(Sequences, OtherFramesAreServedMeanwhileAndDisconnectingEndsTheSequence) {
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
     reader.join();
     EXPECT_GE(taken, 100'000u);
-    // Its frames stop: soon the renderer is drawing none.
+    // Its frames stop: the renderer becomes idle.
     const auto drawn = [&] {
         return server.backend().queue().run(std::chrono::seconds(10), [](Renderer& renderer) {
             return renderer.counters().frames;

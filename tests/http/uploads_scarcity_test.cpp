@@ -197,7 +197,7 @@ protected:
 TEST_F(UploadsOfWorkers, AnUploadThatCrashesRenderersIsAbandoned) {
     auto client = this->client();
     const std::string id = idOf(send(client, triangleGlb()));
-    // As it looks after three renderers that began to load it and never came back.
+    // The state after three renderers that began to load it and ended.
     std::ofstream(folderOfThisTest() / id / "tries") << "...";
     killWorker(server);
     json problem;

@@ -80,7 +80,7 @@ TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
 
 TEST_F(WorkerServer, ClientDeadlinesAreForwarded) {
     auto client = this->client();
-    // What is compiled costs this one no time.
+    // Shaders are already compiled here.
     ASSERT_EQ(postJson(client, "/v1/frames", smallFrame(R"("accuracy": {"samples": 8})"))->status,
               200);
     while (client.Get("/readyz")->status != 200) {

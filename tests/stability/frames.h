@@ -17,7 +17,7 @@ Image drawn(const FrameRequest& request);
 
 // The greatest difference of two pictures over all samples.
 double mostApart(const Image& a, const Image& b);
-// Of pictures whose white is 1, decibels; 200 when equal.
+// PSNR in decibels of images whose white is 1; 200 if equal.
 double decibelsApart(const Image& a, const Image& b);
 
 // Means over squares of `edge` pixels: hard edges fall between pixels otherwise, and a picture that

@@ -2,7 +2,7 @@
 // truth than a cheaper one. CLERESTORY_LADDER="N SEED" sets the number of scenes
 // (scripts/fuzz-requests); a failure names the seed that shows it alone.
 //
-// What is not asked, and why:
+// Comparisons that are not made, and why:
 //  - Flat mirrors: a picture against rays. Neither is above the other: a picture shows the three
 //    strongest mirrors in it; rays show all, but none that returns less than 5 %.
 //  - Solid glass: the environment map compared with a backdrop. Neither represents where
@@ -31,7 +31,7 @@ namespace {
 
 constexpr std::uint32_t kSquare = 8;     // pixels of a frame along one of the truth
 constexpr std::uint32_t kSamples = 256;  // paths a pixel
-// Of the truth: in a small ball the scene is small, and rays sample what a cube averages.
+// Noise of the reference: a small ball shows a small scene, where rays sample and a cube averages.
 constexpr std::uint32_t kMinPixels = 40;
 // 8 x 8 samples resolve an edge's coverage of a pixel to a sixteenth: its square, of a picture that
 // is all edges.

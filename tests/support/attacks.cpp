@@ -27,7 +27,7 @@ std::string text(const char* format, double value) {
     return buffer;
 }
 
-// So that a crowd fits into this process.
+// Raises the limit so that a crowd fits into this process.
 void raiseDescriptors() {
     rlimit files{};
     getrlimit(RLIMIT_NOFILE, &files);

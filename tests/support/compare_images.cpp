@@ -19,7 +19,7 @@ double sampleOf(const Image& image, std::size_t i) {
     return image.type == PixelType::float32 ? double(image.floats()[i]) : image.bytes()[i] / 255.0;
 }
 
-// What a display shows of a float; bytes as they are.
+// Floats as displayed; bytes unchanged.
 std::uint8_t shown(const Image& image, std::size_t i) {
     if (image.type == PixelType::srgb8) return image.bytes()[i];
     const double x = sampleOf(image, i);

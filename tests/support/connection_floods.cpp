@@ -16,7 +16,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// What other protocols begin with, and requests that are nearly ours.
+// The first bytes of other protocols, and almost valid requests.
 std::vector<std::string> beginnings() {
     return {std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", 11),
             "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
@@ -49,7 +49,7 @@ std::string number(double value) {
     return std::to_string(static_cast<long>(value));
 }
 
-// As many descriptors as this process may have, up to that many.
+// Raises the number of descriptors to this limit, or to the process's maximum.
 std::size_t raised(std::size_t wanted) {
     rlimit files{wanted, wanted};
     if (setrlimit(RLIMIT_NOFILE, &files) != 0) {

@@ -54,7 +54,7 @@ bool fails(std::size_t bytes) {
     return true;
 }
 
-// What stands behind this, found when it is first called; dlsym() allocates nothing.
+// The replaced function, looked up at the first call; dlsym() does not allocate.
 template <class Function>
 void find(Function*& real, const char* name) {
     if (!real) real = reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));

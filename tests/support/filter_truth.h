@@ -18,7 +18,7 @@ struct Picture {
     std::vector<glm::dvec3> pixels;
 
     Picture(int w, int h) : width(w), height(h), pixels(static_cast<std::size_t>(w) * h) {}
-    // Of a float image with three channels.
+    // A float image with three channels.
     explicit Picture(const Image& image);
     glm::dvec3& at(int x, int y) { return pixels[static_cast<std::size_t>(y) * width + x]; }
     const glm::dvec3& at(int x, int y) const {

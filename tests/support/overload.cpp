@@ -90,7 +90,7 @@ double serviceMs(int port) {
     return times[times.size() / 2];
 }
 
-// Of all threads of a process, since it began.
+// Processor time of all threads of a process since its start.
 double processorSeconds(pid_t id) {
     std::ifstream file("/proc/" + std::to_string(id) + "/stat");
     std::string text{std::istreambuf_iterator<char>(file), {}};

@@ -27,8 +27,8 @@ struct Overload {
     double serviceMs = 0.0;  // of one frame alone
     std::vector<Shot> frames, health;
     double seconds = 0.0;  // until the last answer
-    // Of all processors' time meanwhile: what these clients took, on the same machine, and what the
-    // process took that they reach.
+    // Fractions of the time of all processors: by these clients, on the same machine, and by the
+    // server process.
     double clientShare = 0.0, frontShare = 0.0;
 
     // Frames done, of those that could be done one after the other in the time that it took.

@@ -7,8 +7,8 @@
 
 namespace clerestory::test {
 
-// So many triangles in the plane z = 0, whose vertices the seed moves; another seed, another
-// content.
+// `count` triangles in the plane z = 0, with vertices displaced by the seed; seeds give different
+// contents.
 std::string triangleGlb(unsigned seed = 0, unsigned triangles = 1);
 // The same as a .gltf with an embedded buffer, or with a buffer file of that name next to it.
 std::string triangleGltf(const std::string& bufferUri = "");

@@ -21,7 +21,7 @@ struct Triangle {
     glm::dvec3 a, e1, e2;
 };
 
-// As the scene has it, not as the hierarchy does; relative to the origin of the rays.
+// From the scene, not from the hierarchy; relative to the origin of the rays.
 inline std::vector<Triangle> trianglesOf(const Scene& scene, const glm::dvec3& origin) {
     const Pose pose = poseAt(scene, 0.0);
     std::vector<Triangle> result;

@@ -11,8 +11,8 @@
 namespace clerestory::test {
 namespace {
 
-// What a ray meets first, by Moeller and Trumbore 1997; the instances of the chapel's shell stand
-// untransformed.
+// The first hit of a ray, by Moeller and Trumbore 1997; the instances of the chapel's shell are not
+// transformed.
 struct Hit {
     float distance = std::numeric_limits<float>::infinity();
     bool front = false;

@@ -26,7 +26,7 @@ FramePlan planWith(std::vector<FilterRequest> filters, OutputFormat format = Out
     return planOf(boxScene(), request);
 }
 
-// Those of the filters, and the rest in between as one.
+// The passes of the filters; other passes between them are one entry.
 std::vector<std::string_view> filterKinds(const FramePlan& plan) {
     std::vector<std::string_view> kinds;
     for (const Pass& pass : plan.passes) {

@@ -143,7 +143,7 @@ Triple seenAt(const Plane& plane, int x, int y, double perDegree) {
     return {lightness, 5.0 * lightness * (t[0] - t[1]), 2.0 * lightness * (t[1] - t[2])};
 }
 
-// How much of an edge, and of a point, there is at a pixel.
+// The edge and point features at a pixel.
 std::array<double, 2> featuresAt(const Plane& plane, int x, int y, double perDegree) {
     const double sd = 0.5 * 0.082 * perDegree;
     const int radius = int(std::ceil(3.0 * sd));

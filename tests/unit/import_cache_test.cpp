@@ -16,7 +16,7 @@ class ImportCache : public testing::Test {
 protected:
     ImportCache() { start(); }
 
-    // As a new process finds it.
+    // The state that a new process finds.
     void start(std::uint64_t mostBytes = 1 << 30, const std::string& version = "1") {
         options.cache = std::make_shared<SceneCache>(SceneCacheOptions{
             .folder = cache(),

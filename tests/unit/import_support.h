@@ -48,7 +48,7 @@ inline std::filesystem::path sharedScene(const std::string& name) {
     return std::filesystem::path(CLERESTORY_SHARED_SCENES) / name;
 }
 
-// What the import of a file that must fail says, and why.
+// The error of importing a file that must fail.
 inline ImportError refusal(const std::filesystem::path& file, const ImportOptions& options = {}) {
     try {
         importScene(file, options);

@@ -64,7 +64,7 @@ TEST(Householder, IsItsOwnInverseAndMirrorsSpace) {
     for (double scale = 1e-3; scale <= 1e3; scale *= 10.0) {
         for (int i = 0; i < 200; ++i) {
             const dvec3 point = random.point(scale), n = random.direction();
-            // As a scaled mirror gives it.
+            // The result of a scaled mirror.
             const dmat4 worldFromLocal{dmat3(scale)};
             const std::optional<Plane> plane =
                 transformed(planeThrough(point / scale, n), worldFromLocal);
@@ -119,7 +119,7 @@ TEST(MirroredView, EqualsThePlainViewOfTheMirroredScene) {
         // A point of the mirror itself stays on its pixel.
         const dvec3 onMirror = point - plane.distance(point) * plane.normal;
         EXPECT_LT(glm::length(clip(mirrored, onMirror) - clip(view, onMirror)), 1e-11);
-        // What lies before the plane is kept and what lies behind is not.
+        // Points before the plane are kept and points behind it are clipped.
         const double kept = glm::dot(*mirrored.clipPlane, dvec4(point - mirrored.eye, 1.0));
         EXPECT_NEAR(kept, plane.distance(point), 1e-11);
     }

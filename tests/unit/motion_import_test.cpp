@@ -15,7 +15,7 @@ using test::forEachTriangle;
 using test::GltfTruth;
 using test::TruthTriangle;
 
-// Of all triangles, weighted by area: what no order of triangles changes.
+// Area-weighted sums over all triangles, independent of their order.
 struct Moments {
     double area = 0.0;
     glm::dvec3 middle{0.0};  // area * centroid
@@ -193,7 +193,7 @@ TEST(AnimatedFiles, ABlobPreservesAnimations) {
     for (std::size_t i = 0; i < a.deformed.size(); ++i) {
         EXPECT_EQ(a.deformed[i]->hash, b.deformed[i]->hash);
     }
-    // Its morphs and its bones are both there.
+    // It has both morph targets and bones.
     EXPECT_FALSE(scene.morphWeights.empty());
     EXPECT_FALSE(scene.skins.empty());
 }

@@ -281,7 +281,7 @@ TEST(Absorption, LimitCases) {
 TEST(Pane, RaysLeaveParallelWithAnOffset) {
     for (const double index : kIndices) {
         for (double degrees = 0.0; degrees < 89.9; degrees += 0.5) {
-            // What the floats say: near grazing and an index of 1 their last bits count.
+            // The value in float: near grazing and index 1 its last bits matter.
             const float ior = float(index);
             const vec3 ray(downwards(degrees));
             const dvec3 in = glm::normalize(dvec3(ray));

@@ -77,7 +77,8 @@ double angle(const dvec3& a, const dvec3& b) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-// What stands on a wall of the room, seen from the probe and by the reflected ray from elsewhere.
+// A point on a wall of the room, seen from the probe and by the reflected ray from another
+// position.
 TEST(BoxParallax, IsExactInABoxRoom) {
     const dvec3 low(-1.0, -0.4, -3.0), high(2.0, 1.5, 0.7);
     std::mt19937 random(2);

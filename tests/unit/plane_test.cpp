@@ -56,7 +56,7 @@ TEST(Plane, TransformsWithItsPoints) {  // P1
             EXPECT_LE(std::abs(world->distance(p)),
                       4e-6 * (glm::length(p) + std::abs(world->offset)));
         }
-        // What was in front stays in front, also through a mirroring matrix.
+        // Points in front stay in front, also after a mirroring transform.
         const glm::dvec3 before(m * glm::dvec4(foot + plane.normal, 1.0));
         EXPECT_GT(world->distance(before), 0.0);
     }

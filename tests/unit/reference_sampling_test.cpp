@@ -117,7 +117,7 @@ TEST(ReferenceSampling, BlackEnvironmentsHaveDensityZero) {
 }
 
 TEST(ReferenceSampling, SamplesAreStratified) {
-    // Of 256 points every elementary interval of area 1/256 holds one.
+    // Every elementary interval of area 1/256 contains one of 256 points.
     for (int shape = 0; shape <= 8; ++shape) {
         const int columns = 1 << shape, rows = 256 / columns;
         std::vector<int> hits(256);

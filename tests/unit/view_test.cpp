@@ -24,7 +24,7 @@ glm::dvec3 ndc(const View& view, const glm::dvec3& world) {
     return glm::dvec3(clip) / clip.w;
 }
 
-// Where a world point lands, pixels from the left and top edges of the picture.
+// The projection of a world point, pixels from the left and top edges of the image.
 glm::dvec2 pixel(const View& view, const glm::dvec3& world) {
     const glm::dvec3 n = ndc(view, world);
     return {(0.5 + 0.5 * n.x) * kWidth, (0.5 - 0.5 * n.y) * kHeight};

@@ -67,7 +67,7 @@ inline std::vector<Pass> passesOf(const FramePlan& plan, std::string_view kind) 
 inline std::size_t count(const FramePlan& plan, std::string_view kind) {
     return passesOf(plan, kind).size();
 }
-// What the passes of one type draw, in the plan's order.
+// The draws of the passes of one type, in the plan's order.
 template <class Work>
 std::vector<Work> worksOf(const FramePlan& plan) {
     std::vector<Work> works;

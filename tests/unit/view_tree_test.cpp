@@ -278,8 +278,7 @@ TEST(ViewTree, AGlassTableNeedsFewBackdrops) {
     request.width = 640;
     request.height = 400;
     const FramePlan plan = planOf(glassTable(0.03f), request);
-    // Of the two slabs and what two of the legs' sides are worth; each of them with what a mirror
-    // in it is worth.
+    // The two slabs and the cost of two of the legs' sides; each with the cost of a mirror in it.
     EXPECT_LE(count(plan, "mirror"), 10u) << toText(plan);
     EXPECT_LE(plan.passes.size(), 40u) << toText(plan);
     const auto of = [&](const std::string& words) {

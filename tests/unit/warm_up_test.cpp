@@ -8,7 +8,7 @@
 namespace clerestory::test {
 namespace {
 
-// What is shaded, then what is blended.
+// Shaded draws, then blended ones.
 std::vector<std::span<const Draw>> shadedLists(const Pass& pass) {
     auto lists = pass.drawLists();
     if (std::holds_alternative<DrawScene>(pass.work)) lists.erase(lists.begin());
