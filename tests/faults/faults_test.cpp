@@ -143,7 +143,7 @@ TEST(Faults, EveryDriverCallDuringUpload) {
 TEST(Faults, AResetOfTheGpuIsReportedAndNothingIsDrawnAfterIt) {
     int told = 0;
     Renderer own({.whenReset = [&] { ++told; }});
-    if (!own.identity().tellsOfResets) GTEST_SKIP() << "this driver does not tell of resets";
+    if (!own.identity().tellsOfResets) GTEST_SKIP() << "this driver does not report resets";
     Scene scene = everything();
     scene.id = "everything";
     own.addScene(std::move(scene));
@@ -155,7 +155,7 @@ TEST(Faults, AResetOfTheGpuIsReportedAndNothingIsDrawnAfterIt) {
     EXPECT_EQ(told, 1);
     EXPECT_THROW(own.render(r), RenderFailed);
     resetGpu(false);
-    EXPECT_EQ(own.render(r).image.data, right) << "it was told, and not so";
+    EXPECT_EQ(own.render(r).image.data, right) << "it was reported differently";
 }
 
 }  // namespace

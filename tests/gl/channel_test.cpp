@@ -42,7 +42,7 @@ TEST_F(Channels, DepthIsMetresAlongTheViewDirection) {
         EXPECT_NEAR(number(image, 16, y), expected, 1e-5 * expected) << y;
     }
     EXPECT_NEAR(number(image, 44, 32), 3.0f, 1e-5f);
-    EXPECT_EQ(number(image, 32, 1), 0.0f) << "where nothing is";
+    EXPECT_EQ(number(image, 32, 1), 0.0f) << "background";
 }
 
 TEST_F(Channels, NormalsAreUnitAndInWorldSpace) {

@@ -161,7 +161,7 @@ TEST_F(Counts, MapsBeyondTheMemoryBudgetAreReleased) {
     EXPECT_EQ(facesDrawn(1), 0) << "two have room";
     for (std::uint32_t samples = 2; samples <= 9; ++samples) facesDrawn(samples);
     EXPECT_EQ(facesDrawn(9), 0) << "the last is there";
-    EXPECT_EQ(facesDrawn(1, &again), 6) << "the first gave way";
+    EXPECT_EQ(facesDrawn(1, &again), 6) << "the first was evicted";
     EXPECT_EQ(again.data, first.data);
 }
 

@@ -122,7 +122,7 @@ void expectNoHistory(const FrameRequest& base) {
         EXPECT_TRUE(sameBytes(renderer().render(other.request).image, first)) << other.what;
         different += !sameBytes(first, expected);
     }
-    EXPECT_GT(different, 20) << "what is changed should show";
+    EXPECT_GT(different, 20) << "the change must be visible";
 }
 
 FrameRequest small(const char* id) {

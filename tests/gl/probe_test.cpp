@@ -327,7 +327,8 @@ TEST_F(Probes, AreDrawnOnceAsPlanned) {
         EXPECT_EQ(faces(drawn.plan), frame == 0 || frame == 3 ? 24 : 0) << frame;
         if (frame == 2) {
             EXPECT_EQ(drawn.image.data, last.data) << "the same request, the same bytes";
-            EXPECT_EQ(after.texturesMade, before.texturesMade) << "a steady frame makes nothing";
+            EXPECT_EQ(after.texturesMade, before.texturesMade)
+                << "a steady frame creates no objects";
             EXPECT_EQ(after.framebuffersMade, before.framebuffersMade);
         }
         last = drawn.image;

@@ -77,7 +77,7 @@ TEST_F(ThroughChannel, MirrorsWithoutAMirroredViewShowTheEnvironmentMap) {
     r.accuracy.curved = CurvedMethod::environment;
     r.accuracy.glass = GlassMethod::environment;
     const Answers plain{{0, 0}, {1, 4}, {2, 4}, {3, 4}, {4, 2}, {5, 1}, {6, 4}};
-    EXPECT_EQ(seenAs(r), plain) << "glass is glass, however it is served";
+    EXPECT_EQ(seenAs(r), plain) << "glass is glass with every technique";
     r = gallery();
     r.effects.planarReflection = false;
     r.effects.environmentReflection = false;

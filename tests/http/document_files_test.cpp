@@ -82,7 +82,7 @@ std::string withPart(const std::string& document, const std::string& part,
     const std::string begin = "<!-- generated from the importer's list: " + part + " -->\n";
     const std::size_t from = document.find(begin), to = document.find("<!-- end of " + part);
     if (from == std::string::npos || to == std::string::npos) {
-        ADD_FAILURE() << "no place for " << part;
+        ADD_FAILURE() << "no position for " << part;
         return document;
     }
     return document.substr(0, from) + begin + content + document.substr(to);

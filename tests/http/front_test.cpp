@@ -247,7 +247,7 @@ TEST(Front, AStreamWaitsForItsReader) {
     const int ahead = server.streamed;
     EXPECT_LT(ahead, 200) << "64 MB would be 1,000 pieces";
     std::string all = client.receive(0.05);
-    EXPECT_TRUE(soon([&] { return server.streamed > ahead; })) << "it goes on as it is read";
+    EXPECT_TRUE(soon([&] { return server.streamed > ahead; })) << "it continues as it is read";
 }
 
 TEST(Front, AStreamThatIsNotReadEnds) {
@@ -278,7 +278,7 @@ TEST(Front, CompleteResponsesHoldNoWorkerWhileSent) {
     // Two workers and six clients that read nothing: the next client is still answered immediately.
     std::this_thread::sleep_for(milliseconds(100));
     EXPECT_EQ(bodyOf(ask(server.port(), get("/a"), 30)), "GET /a ");
-    EXPECT_TRUE(soon([&] { return server.counters().stalled == 6; })) << "given up in the end";
+    EXPECT_TRUE(soon([&] { return server.counters().stalled == 6; })) << "closed in the end";
 }
 
 TEST(Front, AReaderAtTheMinimumRateReceivesEverything) {

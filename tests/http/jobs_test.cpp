@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A result that can be told from others.
+// A result that differs from others.
 JobResult resultOf(double number) {
     return {.value = Curve{.points = {}, .relMseNoise = number}, .pictures = {}};
 }

@@ -100,7 +100,7 @@ TEST(Load, AFullQueueRejectsImmediatelyWithRetryAfter) {
     EXPECT_EQ(server.backend().queue().depth(), 2u);
     problemOf(refused, 503);
     EXPECT_GE(std::stoi(refused->get_header_value("Retry-After")), 1);
-    EXPECT_EQ(client.Get("/healthz")->status, 200) << "alive all the same";
+    EXPECT_EQ(client.Get("/healthz")->status, 200) << "still alive";
     problemOf(client.Get("/readyz"), 503);
     hold.reset();
     for (std::thread& thread : waiting) thread.join();

@@ -118,7 +118,7 @@ TEST_F(ProcessFault, AGpuResetEndsTheRendererAndLosesNothing) {
     ASSERT_TRUE(server.waitUntilReady());
     const std::string renderer = ask(server.port(), get("/v1/renderer"));
     if (renderer.find("\"tellsOfResets\":true") == std::string::npos) {
-        GTEST_SKIP() << "this driver does not tell of resets";
+        GTEST_SKIP() << "this driver does not report resets";
     }
     const std::string before = ask(server.port(), frame(), 60.0);
     ASSERT_EQ(statusOf(before), 200) << before;

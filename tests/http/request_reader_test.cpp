@@ -138,7 +138,7 @@ TEST(RequestReader, OtherProtocolsAreDetectedByTheirFirstByte) {
     EXPECT_EQ(statusAfter("\x16"), 400);
     EXPECT_EQ(statusAfter("{"), 400);
     EXPECT_EQ(statusAfter("\r\n\r\n"), 0) << "blank lines before a request are ignored";
-    EXPECT_EQ(statusAfter("\r\n\r\n\r\n\r\n\r\n"), 400) << "but not for ever";
+    EXPECT_EQ(statusAfter("\r\n\r\n\r\n\r\n\r\n"), 400) << "but not forever";
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ TEST(UploadedArchives, AreDiscardedWhenTheClientDisconnects) {
             EXPECT_FALSE(tar->add("a", "", "b") && tar->add("b", "", "c"));
             EXPECT_FALSE(ended && tar->end());
         }
-        EXPECT_EQ(refused, 1) << "nothing more is said to who has left";
+        EXPECT_EQ(refused, 1) << "nothing is sent after the disconnect";
     };
     // In the head of the first file, in its content, and so in the second.
     for (const std::size_t after : {0, 512, 1024, 1536}) {
@@ -124,7 +124,8 @@ TEST(Sequences, MatricesAreReported) {
     for (int i = 0; i < 16; ++i) {
         EXPECT_NEAR(camera["cameraToWorld"][i].get<double>(), asked[i].get<double>(), 1e-8);
     }
-    EXPECT_EQ(camera["cameraToWorld"][13], 1.25) << "the eye comes back with its very bits";
+    EXPECT_EQ(camera["cameraToWorld"][13], 1.25)
+        << "the eye is returned with the same bits";
     EXPECT_EQ(camera["intrinsics"]["pixelCenter"], "half");
     EXPECT_NEAR(camera["intrinsics"]["cx"].get<double>(), 30.5, 1e-9);
     EXPECT_NEAR(camera["intrinsics"]["cy"].get<double>(), 20.5, 1e-9);

@@ -24,7 +24,7 @@ TEST(Uploads, AFullStoreReturns507) {
     EXPECT_EQ(send(client, triangleGlb(2))->status, 201);
     const json problem = problemOf(send(client, triangleGlb(3)), 507);
     EXPECT_THAT(problem["detail"].get<std::string>(), HasSubstr("DELETE"));
-    EXPECT_EQ(send(client, triangleGlb(1))->status, 200) << "what is there needs no room";
+    EXPECT_EQ(send(client, triangleGlb(1))->status, 200) << "existing content needs no space";
     EXPECT_EQ(client.Delete("/v1/scenes/" + first)->status, 204);
     EXPECT_EQ(send(client, triangleGlb(3))->status, 201);
 }

@@ -87,7 +87,7 @@ TEST(BvhStress, NoRayLeavesAClosedBall) {
             const glm::vec3 inside(0.6 * scale * unit(random));
             for (const glm::vec3& from : {inside, glm::vec3(0.0f)}) {
                 const auto hit = nearestHit(bvh, from, target - from, 0.0f, kFar);
-                ASSERT_TRUE(hit) << "slipped through at scale " << scale;
+                ASSERT_TRUE(hit) << "missed at scale " << scale;
                 EXPECT_NEAR(hit->distance, 1.0, 2e-4);
             }
         }
@@ -96,7 +96,7 @@ TEST(BvhStress, NoRayLeavesAClosedBall) {
             const glm::vec3 from(300.0 * scale * unit(random));
             const glm::vec3 target = targets[static_cast<std::size_t>(i) * 3 % targets.size()];
             const auto hit = nearestHit(bvh, from, 0.9f * target - from, 0.0f, kFar);
-            ASSERT_TRUE(hit) << "slipped through from far at scale " << scale;
+            ASSERT_TRUE(hit) << "missed from far away at scale " << scale;
             EXPECT_LT(hit->distance, 1.0);
         }
     }

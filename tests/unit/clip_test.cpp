@@ -105,7 +105,7 @@ TEST(Clip, InvalidClipsAreDetected) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const Track good = moves(Interpolation::linear, {0, 1}, {0, 0, 0, 1, 1, 1});
     EXPECT_TRUE(isValid(good, 1));
-    EXPECT_FALSE(isValid(good, 0)) << "nothing there to move";
+    EXPECT_FALSE(isValid(good, 0)) << "nothing moves";
     const auto changed = [&](auto&& change) {
         Track t = good;
         change(t);
@@ -126,7 +126,7 @@ TEST(Clip, InvalidClipsAreDetected) {
 TEST(Clip, RepeatsAfterItsEnd) {
     const Clip clip{.name = "c", .duration = 2.0};
     EXPECT_EQ(localTime(clip, 1.5), 1.5);
-    EXPECT_EQ(localTime(clip, 2.0), 2.0) << "its end can be seen";
+    EXPECT_EQ(localTime(clip, 2.0), 2.0) << "its end is detectable";
     EXPECT_EQ(localTime(clip, 2.5), 0.5);
     EXPECT_EQ(localTime(clip, 1e6 + 0.25), 0.25);
     EXPECT_EQ(localTime(clip, -3.0), 0.0);
@@ -269,7 +269,7 @@ TEST(Deformation, MorphTargetsApplyBeforeJoints) {
     EXPECT_TRUE(near(boundsOf(scene, pose, scene.meshes[0], 0).max, {0, 1, 2}));
     EXPECT_NE(pose.deformed[0]->hash, restPose(scene).deformed[0]->hash);
     EXPECT_EQ(poseAt(scene, 0.0).deformed[0]->hash, restPose(scene).deformed[0]->hash);
-    EXPECT_GE(scene.reach.max.z, 1.5f) << "where it goes counts for how large the scene is";
+    EXPECT_GE(scene.reach.max.z, 1.5f) << "its whole motion is part of the bounds";
     EXPECT_EQ(worldBounds(scene, restPose(scene)).max.z, 0.0f);
 }
 

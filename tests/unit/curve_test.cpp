@@ -48,7 +48,7 @@ TEST(Budget, UnattainableBudgetsTakeTheNearestPoint) {
     const Curve curve = curveOf();
     EXPECT_EQ(choose(curve, within(5, {})).point, 0u) << "the cheapest";
     EXPECT_EQ(choose(curve, within({}, 0.01)).point, 4u) << "the truest";
-    EXPECT_EQ(choose(curve, within(45, 0.01)).point, 2u) << "time comes first";
+    EXPECT_EQ(choose(curve, within(45, 0.01)).point, 2u) << "time takes precedence";
     EXPECT_EQ(choose(curve, within(5, 0.01)).point, 0u);
     for (const Accuracy& missed :
          {within(5, {}), within({}, 0.01), within(45, 0.01), within(5, 0.01)}) {

@@ -74,7 +74,7 @@ TEST(ImageCompare, NonFiniteSamplesAlwaysFail) {
         broken.floats()[2] = bad;
         EXPECT_FALSE(imagesMatch(broken, floats(2, 2, 1.0f), anything));
         EXPECT_FALSE(imagesMatch(floats(2, 2, 1.0f), broken, anything));
-        EXPECT_FALSE(imagesMatch(broken, broken, anything)) << "two equal faults are two faults";
+        EXPECT_FALSE(imagesMatch(broken, broken, anything)) << "equal faults are listed separately";
         const Difference d = difference(broken, floats(2, 2, 1.0f), 0.0);
         EXPECT_EQ(d.nonFinite, 1u);
         EXPECT_EQ(d.worstX, 0u);

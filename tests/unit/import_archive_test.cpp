@@ -109,7 +109,7 @@ TEST(ImportArchive, ArchiveBombsAreLimitedBeforeUnpacking) {
     options.limits.maxFiles = 16;
     const auto limited = [&](const std::vector<PackedFile>& files) {
         const std::string bytes = packed(Packing::zip, files);
-        EXPECT_LT(bytes.size(), 64u << 10) << "small on the wire";
+        EXPECT_LT(bytes.size(), 64u << 10) << "small responses";
         return std::string(nameOf(refusal(folder.write("a.zip", bytes), options).reason()));
     };
     const PackedFile scene{"s.gltf", triangleGltf()};

@@ -44,7 +44,7 @@ TEST(SceneBlob, RoundTripPreservesEverything) {
     EXPECT_EQ(back.images.at(0).mean, scene.images.at(0).mean);
     EXPECT_EQ(back.images.at(0).texels, scene.images.at(0).texels);
     updateContentHash(back);
-    EXPECT_EQ(back.contentHash, scene.contentHash) << "something of the picture was lost";
+    EXPECT_EQ(back.contentHash, scene.contentHash) << "the content changed";
     EXPECT_EQ(blobOf(back), blobOf(scene));
 }
 

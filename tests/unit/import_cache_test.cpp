@@ -134,7 +134,7 @@ TEST_F(ImportCache, TruncationAndChangedBytesAreDetected) {
     EXPECT_TRUE(foundIn(whole));
     foundIn(whole.substr(0, 100));
     importScene(scene, options);
-    EXPECT_TRUE(isKept(scene)) << "and it is mended";
+    EXPECT_TRUE(isKept(scene)) << "and it is repaired";
 }
 
 TEST_F(ImportCache, TheOldestAreEvicted) {

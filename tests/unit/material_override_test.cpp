@@ -69,7 +69,7 @@ TEST(Overrides, ChooseByMaterialByNodeAndByBoth) {
     EXPECT_THAT(with({of({}, {}, 0.5)}), ElementsAre(1, 1, 1));
     EXPECT_THAT(with({of("stone", {}, 0.5), of({}, "group", 0.25)}),
                 ElementsAre(0.5f, 0.25f, 0.25f))
-        << "the later one wins";
+        << "the later one takes precedence";
     EXPECT_THAT(with({of({}, "group", 0.25), of("stone", {}, 0.5)}),
                 ElementsAre(0.5f, 0.5f, 0.25f));
 }

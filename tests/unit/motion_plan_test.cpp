@@ -77,7 +77,7 @@ TEST(Motion, CubesDrawnEveryFrameAreCosted) {
     const double still = price(scene);
     letMove(scene, 3, {-1.5, 0.5, 2.5});
     EXPECT_GT(still, 0.0);
-    EXPECT_NEAR(price(scene) / still, 16.0, 1e-9) << "a cube of what stands still lasts";
+    EXPECT_NEAR(price(scene) / still, 16.0, 1e-9) << "a cube of static objects stays resident";
 }
 
 TEST(Motion, ObjectsEnteringTheViewAreDrawn) {

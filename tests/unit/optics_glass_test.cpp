@@ -287,7 +287,7 @@ TEST(Pane, RaysLeaveParallelWithAnOffset) {
             const dvec3 in = glm::normalize(dvec3(ray));
             const glsl::Crossing c = glsl::throughPane(ray, kUp, ior, 0.1f);
             EXPECT_EQ(c.direction, ray);
-            EXPECT_NEAR(c.offset.y, -0.1f, 1e-6f) << "the exit lies on the other face";
+            EXPECT_NEAR(c.offset.y, -0.1f, 1e-6f) << "the exit is on the other face";
             EXPECT_NEAR(glm::length(c.offset) / c.path, 1.0f, 1e-6f);
             // Geometry in double: where the bent ray crosses the second face, seen along the ray.
             const double sine = in.x / ior, cosine = std::sqrt(1.0 - sine * sine);

@@ -55,7 +55,7 @@ TEST_F(SideFile, ChangesMaterialsPermanently) {
         {"node": "hall", "material": "paint", "reflection": "mirror"}]})");
     EXPECT_EQ(of(scene, 0).roughness, 0.1f);
     EXPECT_EQ(of(scene, 0).baseColor, glm::vec4(0.2f, 0.3f, 0.4f, 1.0f));
-    EXPECT_EQ(of(scene, 0).ior, 1.3f) << "a node's name chooses what hangs below it";
+    EXPECT_EQ(of(scene, 0).ior, 1.3f) << "a node's name selects its subtree";
     EXPECT_EQ(of(scene, 0).reflection, Reflection::automatic);
     EXPECT_EQ(of(scene, 1).roughness, 0.8f);
     EXPECT_EQ(of(scene, 1).reflection, Reflection::mirror);

@@ -71,7 +71,7 @@ TEST(ViewTree, OnlyRoughMetalSumsDirectionsOnRequest) {
     r.accuracy.curvedSamples = 16;
     EXPECT_EQ(sampledIn(planOf(scene, r)),
               (std::set<std::string>{"surface rough", "surface rougher"}));
-    EXPECT_EQ(probeKeys(planOf(scene, r)), keys) << "captured faces stay what they were";
+    EXPECT_EQ(probeKeys(planOf(scene, r)), keys) << "captured faces are unchanged";
     r.effects.environmentReflection = false;
     EXPECT_TRUE(sampledIn(planOf(scene, r)).empty());
 }
@@ -90,7 +90,7 @@ TEST(ViewTree, CubeKeysHashTheirContent) {
     FrameRequest elsewhere = request;
     elsewhere.camera.position = glm::dvec3(2, 3, 7);
     elsewhere.width = 320;
-    EXPECT_EQ(keysOf(before, elsewhere), keys) << "who looks does not matter";
+    EXPECT_EQ(keysOf(before, elsewhere), keys) << "independent of the viewer";
     elsewhere = request;
     elsewhere.exposure = 2.0;
     elsewhere.toneMap = ToneMap::aces;

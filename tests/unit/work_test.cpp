@@ -55,7 +55,7 @@ TEST(Work, IsPixelsTimesSamplesOverAllPasses) {
     request.accuracy.samples = 4;
     EXPECT_EQ(samplesOf(planOf(boxScene(), request), "surface"), 4 * kPixels);
     EXPECT_EQ(shadedSamples(planOf(boxScene(), request, allOf(plan))), (4 + 1 + 1) * kPixels)
-        << "what is resident costs nothing";
+        << "resident maps cost nothing";
 }
 
 TEST(Work, MapWorkGrowsWithItsKnobs) {
