@@ -16,13 +16,13 @@ namespace clerestory::test {
 // Small and quiet: a free port, six-walls first, then what the test changes.
 Config testConfig();
 
-// Kept alive, patient.
+// With keep-alive and long timeouts.
 httplib::Client clientOf(Server& server);
 
-// Of a server with render workers.
+// Requires a server with render workers.
 Supervisor& supervisorOf(Server& server);
-// Of a server with render workers: returns when a second one stands; ends the one that answers and
-// returns when another does.
+// Require a server with render workers. Wait for the standby; kill the active worker and wait for
+// its replacement.
 void awaitStandby(Server& server);
 void killWorker(Server& server);
 
