@@ -67,11 +67,11 @@ std::vector<Triangle> validTriangles(Scene& scene, const MeshDraft& draft) {
         else
             valid.push_back(t);
     }
-    warn(scene, draft, "indexOutOfRange",
-         "triangles that name a vertex that does not exist were dropped", outOfRange);
-    warn(scene, draft, "nonFiniteVertices",
-         "triangles with a position that is not a number were dropped", nonFinite);
-    warn(scene, draft, "degenerateTriangles", "triangles without area were dropped", flat);
+    warn(scene, draft, "indexOutOfRange", "triangles with an index out of range were removed",
+         outOfRange);
+    warn(scene, draft, "nonFiniteVertices", "triangles with a non-finite position were removed",
+         nonFinite);
+    warn(scene, draft, "degenerateTriangles", "triangles without area were removed", flat);
     return valid;
 }
 
@@ -112,7 +112,7 @@ void makeNormals(Scene& scene, MeshDraft& draft, const std::vector<Triangle>& tr
     }
     if (count == 0) return;
     if (draft.hasNormals) {
-        warn(scene, draft, "badNormals", "normals of no length or not a number were made anew",
+        warn(scene, draft, "badNormals", "normals of length zero or not finite were recomputed",
              count);
     }
     std::vector<glm::dvec3> sums(draft.vertices.size(), glm::dvec3(0.0));
@@ -298,7 +298,7 @@ Index addMesh(Scene& scene, MeshDraft draft) {
 Index addMesh(Scene& scene, MeshDraft draft, std::vector<std::uint32_t>& sources) {
     std::vector<Triangle> triangles = validTriangles(scene, draft);
     if (triangles.empty()) {
-        warn(scene, draft, "emptyMesh", "no triangle is left; the mesh was dropped", 1);
+        warn(scene, draft, "emptyMesh", "the mesh has no valid triangles and was removed", 1);
         return kNone;
     }
     sources = compact(draft.vertices, triangles);
