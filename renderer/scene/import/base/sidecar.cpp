@@ -22,13 +22,16 @@ struct ProbeFields {
 
 template <class V>
 void fields(ProbeFields& p, V&& visit) {
-    visit("name", p.name, Text{128}, "what materials call it");
-    visit("node", p.node, Text{256}, "the node it moves with; none: the world");
-    visit("position", p.position, Range{-1e9, 1e9}, "its middle, in the node's space, metres");
-    visit("size", p.size, Range{1e-9, 1e9}, "edge of its imaginary cube, metres");
-    visit("resolution", p.resolution, Range{0, 4096}, "edge of a face, texels; 0: the request's");
-    visit("zfar", p.zfar, Range{0, 1e12}, "farthest it sees, metres; 0: infinite");
-    visit("blur", p.blur, Nested{}, "Gaussian blur of what it captured");
+    visit("name", p.name, Text{128}, "unique name, for materials");
+    visit("node", p.node, Text{256}, "parent node; none: the world");
+    visit("position", p.position, Range{-1e9, 1e9},
+          "of the cube's centre, in the node's space, metres");
+    visit("size", p.size, Range{1e-9, 1e9},
+          "edge of the cube, metres; half of it is the near distance");
+    visit("resolution", p.resolution, Range{0, 4096},
+          "edge of a face, texels; 0: as in the request");
+    visit("zfar", p.zfar, Range{0, 1e12}, "far distance, metres; 0: infinite");
+    visit("blur", p.blur, Nested{}, "Gaussian blur of the captured map");
 }
 
 struct EnvironmentFields {
@@ -38,30 +41,30 @@ struct EnvironmentFields {
 
 template <class V>
 void fields(EnvironmentFields& e, V&& visit) {
-    visit("map", e.map, Text{128}, "the map that lights the scene unless a request names one");
+    visit("map", e.map, Text{128}, "environment map of requests that name none");
     visit("rotation", e.rotation, Rotation{}, "world from map, unless a request has another");
 }
 
-struct SideFile {
+struct Sidecar {
     std::vector<MaterialOverride> overrides;
     std::vector<ProbeFields> probes;
     EnvironmentFields environment;
 };
 
 template <class V>
-void fields(SideFile& s, V&& visit) {
-    visit("overrides", s.overrides, NestedList{1000}, "as in a request, but for good");
-    visit("probes", s.probes, NestedList{100}, "placed probes");
-    visit("environment", s.environment, Nested{}, "light from all around");
+void fields(Sidecar& s, V&& visit) {
+    visit("overrides", s.overrides, NestedList{1000}, "material overrides, as in a request");
+    visit("probes", s.probes, NestedList{100}, "probes");
+    visit("environment", s.environment, Nested{}, "default environment");
 }
 
 // The fields that are allowed in a glTF material's extras.
-struct MaterialNotes {
+struct MaterialExtras {
     MaterialOverride fields;
 };
 
 template <class V>
-void fields(MaterialNotes& n, V&& visit) {
+void fields(MaterialExtras& n, V&& visit) {
     fields(n.fields, [&](const char* name, auto& member, const auto& kind, const char* words) {
         const std::string_view word = name;
         if (word == "reflection" || word == "probe" || word == "environmentMap" ||
@@ -101,8 +104,8 @@ void addProbe(Scene& scene, const ProbeFields& from, Index node, const char* cod
                             .blur = from.blur});
 }
 
-constexpr const char* kSideFile = "sideFile";
-constexpr const char* kExtras = "badExtras";
+constexpr const char* kSidecarCode = "sideFile";
+constexpr const char* kExtrasCode = "badExtras";
 
 }  // namespace
 
@@ -117,18 +120,19 @@ bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& mo
     try {
         json = parsedFile(folder.read(name));
     } catch (const ImportError& error) {
-        scene.warnings.push_back({kSideFile, name, error.what()});
+        scene.warnings.push_back({kSidecarCode, name, error.what()});
         return true;
     }
-    SideFile side;
+    Sidecar sidecar;
     std::vector<FieldError> errors;
-    FieldReader(errors).object(json, side, "");
-    for (std::size_t i = 0; i < side.probes.size(); ++i) {
-        addProbe(scene, side.probes[i], kNone, kSideFile, name + "/probes/" + std::to_string(i));
+    FieldReader(errors).object(json, sidecar, "");
+    for (std::size_t i = 0; i < sidecar.probes.size(); ++i) {
+        addProbe(scene, sidecar.probes[i], kNone, kSidecarCode,
+                 name + "/probes/" + std::to_string(i));
     }
     // An override with an unknown name selects nothing; an invalid rotation or probe is removed.
-    for (const FieldError& e : problems(scene, side.overrides)) errors.push_back(e);
-    for (MaterialOverride& o : side.overrides) {
+    for (const FieldError& e : problems(scene, sidecar.overrides)) errors.push_back(e);
+    for (MaterialOverride& o : sidecar.overrides) {
         const auto wrong = problems(scene, {o}, "");
         const auto names = [&](const char* field) {
             return std::any_of(wrong.begin(), wrong.end(), [&](const FieldError& e) {
@@ -138,33 +142,33 @@ bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& mo
         if (names("environmentRotation")) o.environmentRotation.reset();
         if (names("probe")) o.probe.reset();
     }
-    if (side.environment.map) scene.environment = *side.environment.map;
-    if (const auto& q = side.environment.rotation) {
+    if (sidecar.environment.map) scene.environment = *sidecar.environment.map;
+    if (const auto& q = sidecar.environment.rotation) {
         scene.environmentRotation = glm::normalize(glm::dquat((*q)[3], (*q)[0], (*q)[1], (*q)[2]));
     }
-    warn(scene, kSideFile, name, errors);
-    applyOverrides(scene, side.overrides);
+    warn(scene, kSidecarCode, name, errors);
+    applyOverrides(scene, sidecar.overrides);
     return true;
 }
 
 void readMaterialExtras(const Json& extras, Material& material, Scene& scene) {
     if (!extras.is_object()) return;
     Json known = Json::object();  // other programs use extras, too
-    MaterialNotes notes;
-    fields(notes, [&](const char* name, auto&, const auto&, const char*) {
+    MaterialExtras extrasFields;
+    fields(extrasFields, [&](const char* name, auto&, const auto&, const char*) {
         if (const auto found = extras.find(name); found != extras.end()) known[name] = *found;
     });
     std::vector<FieldError> errors;
-    FieldReader(errors).object(known, notes, "");
-    notes.fields.material = material.name;  // selects this material
-    for (const FieldError& e : problems(Scene{}, {notes.fields}, "")) {
+    FieldReader(errors).object(known, extrasFields, "");
+    extrasFields.fields.material = material.name;  // selects this material
+    for (const FieldError& e : problems(Scene{}, {extrasFields.fields}, "")) {
         if (e.pointer == "/0/environmentRotation") {
             errors.push_back({"/environmentRotation", e.detail, e.allowed});
-            notes.fields.environmentRotation.reset();
+            extrasFields.fields.environmentRotation.reset();
         }
     }
-    warn(scene, kExtras, material.name, errors);
-    apply(scene, notes.fields, material);
+    warn(scene, kExtrasCode, material.name, errors);
+    apply(scene, extrasFields.fields, material);
 }
 
 void readNodeExtras(const Json& extras, Index node, Scene& scene) {
@@ -176,8 +180,8 @@ void readNodeExtras(const Json& extras, Index node, Scene& scene) {
     FieldReader(errors).object(*found, probe, "/probe");
     const std::string location = scene.nodes[node].name;
     probe.node.reset();  // it is attached to the node that contains it
-    warn(scene, kExtras, location, errors);
-    addProbe(scene, probe, node, kExtras, location);
+    warn(scene, kExtrasCode, location, errors);
+    addProbe(scene, probe, node, kExtrasCode, location);
 }
 
 bool dropUnknownProbes(Scene& scene) {
