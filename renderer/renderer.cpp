@@ -1,4 +1,3 @@
-// The facade: keeps scenes and maps by name, plans, executes.
 #include "renderer.h"
 
 #include "gl/buffer.h"
@@ -51,13 +50,14 @@ RendererIdentity identityOf(const gl::Capabilities& c) {
             .maxTextureSize = c.maxTextureSize};
 }
 
-// Moves the list where it has no room for `tail` bytes past its end, or wastes an eighth.
+// Reallocates the list unless it has capacity for `tail` bytes past its end and wastes less than an
+// eighth.
 template <class T>
 void fit(std::vector<T>& list, std::size_t tail) {
-    const std::size_t least = list.size() + (tail + sizeof(T) - 1) / sizeof(T);
-    if (list.capacity() >= least && list.capacity() <= least + least / 8) return;
+    const std::size_t minCapacity = list.size() + (tail + sizeof(T) - 1) / sizeof(T);
+    if (list.capacity() >= minCapacity && list.capacity() <= minCapacity + minCapacity / 8) return;
     std::vector<T> fitted;
-    fitted.reserve(least);
+    fitted.reserve(minCapacity);
     fitted.insert(fitted.end(), list.begin(), list.end());
     list = std::move(fitted);
 }
@@ -78,20 +78,20 @@ struct Renderer::State {
           limits({.maxSamples = identity.maxSamples,
                   .maxAnisotropy = identity.maxAnisotropy,
                   .software = identity.software,
-                  .rayTracing = GpuTracer::offered()}),
-          mostSamples(options.mostSamples),
-          whenReset(options.whenReset) {
-        context.firstUse().whenCompiling = options.whenCompiling;
+                  .rayTracing = GpuTracer::supported()}),
+          maxShadedSamples(options.maxShadedSamples),
+          onReset(options.onReset) {
+        context.firstUse().whenCompiling = options.onCompiling;
     }
 
-    // What a request names, found; throws InvalidRequest naming what is not there.
+    // The objects that a request names. subjectOf() throws InvalidRequest for unknown ones.
     struct Subject {
         std::shared_ptr<const Scene> scene;
         std::uint64_t generation;
         std::shared_ptr<const EnvironmentMap> environment;
         std::shared_ptr<const Pose> pose;
     };
-    // Moved vertices are made once for all views, passes and frames of a moment.
+    // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
     Subject subjectOf(const FrameRequest& request) const;
@@ -112,7 +112,7 @@ struct Renderer::State {
     ExecutionInput inputOf(const Subject& subject, const FramePlan& plan) const {
         return {plan, *subject.scene, *subject.pose, *subject.environment, environments};
     }
-    // Throw RenderFailed, and nothing else.
+    // These throw RenderFailed only.
     Execution execute(const Subject& subject, const FramePlan& plan, Readback readback) {
         Execution execution;
         guarded([&] { execution = executor.run(inputOf(subject, plan), readback); });
@@ -137,24 +137,24 @@ struct Renderer::State {
     // Throws RenderFailed when the GPU was reset.
     void requireContext() const {
         if (!context.lost()) return;
-        if (whenReset) whenReset();
+        if (onReset) onReset();
         throw RenderFailed("the GPU was reset");
     }
     Frame frame(const FrameRequest& request, Readback readback);
 
-    gl::Context context;  // before, and so outliving, everything that holds GL objects
+    gl::Context context;  // the first member: outlives everything that holds OpenGL objects
     RendererIdentity identity;
     DeviceLimits limits;
-    std::uint64_t mostSamples;
-    std::function<void()> whenReset;
+    std::uint64_t maxShadedSamples;
+    std::function<void()> onReset;
     struct Loaded {
         std::shared_ptr<const Scene> scene;
         std::uint64_t generation = 0;
     };
     std::map<std::string, Loaded> scenes;
-    std::uint64_t generations = 0;         // of all scenes together
-    mutable EnvironmentMaps environments;  // built-in ones are made when first named
-    std::string firstScene;                // what a request without a scene means
+    std::uint64_t generations = 0;         // calls of addScene()
+    mutable EnvironmentMaps environments;  // built-in maps are created on first use
+    std::string firstScene;                // scene of requests that name none
     Executor executor;
     std::uint64_t frames = 0;
     struct Moment {
@@ -256,7 +256,7 @@ void Renderer::addScene(Scene added) {
         throw;
     }
     if (state_->firstScene.empty()) state_->firstScene = scene->id;
-    // `= {}` would keep the memory.
+    // `= {}` would not free the memory.
     for (TextureImage& image : scene->images) std::vector<std::uint8_t>().swap(image.texels);
     state_->scenes[scene->id] = {scene, ++state_->generations};
 }
@@ -296,7 +296,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback) {
     frame.plan = plan(subject, request);
     frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 
-    requireAffordable(frame.plan, mostSamples);
+    requireAffordable(frame.plan, maxShadedSamples);
 
     const gl::CompileCounters before = context.firstUse().counters();
     Execution execution = execute(subject, frame.plan, readback);
@@ -317,9 +317,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback) {
         frame.health.push_back(
             {frame.plan.targets[i].name, counts.texels, counts.nonFinite, counts.negative});
     }
-    for (MapPicture& map : execution.maps) {
-        frame.maps.push_back({std::move(map.target), std::move(map.picture)});
-    }
+    frame.maps = std::move(execution.maps);
     ++frames;
     return frame;
 }
@@ -375,14 +373,14 @@ std::vector<FrameRequest> firstFramesOf(const Scene& scene) {
     standard.scene = scene.id;
     FrameRequest draft = standard;
     draft.accuracy = accuracyOf(Preset::draft);
-    FrameRequest afar = standard;
+    FrameRequest distant = standard;
     const Bounds bounds = worldBounds(scene, poseAt(scene, {}, 0.0));
     if (bounds.empty()) return {standard, draft};
     const glm::dvec3 center(bounds.center());
     const double distance = 2.0 * std::max(1e-3, static_cast<double>(bounds.diagonal()));
-    afar.camera.position = center + glm::dvec3(0.0, 0.3, 1.0) * distance;
-    afar.camera.target = center;
-    return {standard, draft, afar};
+    distant.camera.position = center + glm::dvec3(0.0, 0.3, 1.0) * distance;
+    distant.camera.target = center;
+    return {standard, draft, distant};
 }
 
 void endDriver() {

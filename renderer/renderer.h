@@ -1,7 +1,7 @@
-// The facade of the renderer: scenes and environment maps in, frames out.
+// The facade of the renderer: it holds scenes and environment maps, plans frames and draws them.
 //
-// All of it belongs to the one thread that made it. Does not: open windows, speak HTTP or JSON,
-// start threads, read scene files.
+// Every member must be called on the thread that created the renderer. Does not open windows, speak
+// HTTP or JSON, start threads, or read scene files.
 #pragma once
 
 #include "image/image.h"
@@ -26,25 +26,25 @@ enum class Backend { automatic, software, hardware };
 struct RendererOptions {
     Backend backend = Backend::automatic;
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
-    // That a frame may shade, as plan/graph/work.h counts them; 0: any.
-    std::uint64_t mostSamples = 0;
-    // Called on the renderer's thread by a frame, or a scene, that finds the GPU was reset, as far
-    // as the driver tells; it may end the process. Without it every frame fails from then on.
-    std::function<void()> whenReset;
+    // Maximum number of samples that a frame shades (plan/graph/work.h); 0: no limit.
+    std::uint64_t maxShadedSamples = 0;
+    // Called on the renderer's thread when a frame or an upload detects that the GPU was reset, if
+    // the driver reports resets; may end the process. After a reset every frame fails.
+    std::function<void()> onReset;
     // Called on the renderer's thread with true before and with false after the driver compiles
-    // something for a frame.
-    std::function<void(bool begins)> whenCompiling;
+    // code for a frame.
+    std::function<void(bool begins)> onCompiling;
 };
 
-// What was found, as the driver says it.
+// The driver and its capabilities.
 struct RendererIdentity {
     std::string vendor, renderer, version, shadingLanguage;
     std::string platform;  // "surfaceless", "device" or "pbuffer"
     bool software = false;
-    bool clipControl = false;          // reversed depth at full precision
-    bool timerQueriesTrusted = false;  // their clock agreed with a wall clock at start
-    bool tellsOfResets = false;        // of the GPU
-    bool readsClientMemory = false;    // vertices and indices are held once, not twice
+    bool clipControl = false;          // reversed depth has full precision
+    bool timerQueriesTrusted = false;  // their clock agreed with the wall clock at start
+    bool tellsOfResets = false;        // the driver reports resets of the GPU
+    bool readsClientMemory = false;    // vertices and indices are not copied
     std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
 };
 
@@ -53,18 +53,12 @@ struct PassTime {
     double milliseconds = 0.0;
 };
 
-// What must not be in a picture, counted over all levels and faces of one float target.
+// Counts of invalid texels over all levels and faces of a float target.
 struct TargetHealth {
     std::string target;           // its name in the plan
-    std::uint64_t texels = 0;     // looked at
+    std::uint64_t texels = 0;     // checked
     std::uint64_t nonFinite = 0;  // with a NaN or an infinity
-    std::uint64_t negative = 0;   // of the others: with negative light
-};
-
-// What a frame's mirrors look at; see passes/map_pictures.h for how it lies.
-struct FrameMap {
-    std::string target;  // its name in the plan
-    Image picture;       // float32, 3 channels, linear radiance
+    std::uint64_t negative = 0;   // finite, with negative light
 };
 
 struct Frame {
@@ -73,31 +67,31 @@ struct Frame {
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     double planMs = 0.0;
     double readbackMs = 0.0;
-    double compileMs = 0.0;      // of planning to readback, what compiling took
+    double compileMs = 0.0;      // time of compilation within the frame
     std::uint64_t compiled = 0;  // programs and pipelines; see RendererCounters
-    std::uint64_t mapBytes = 0;  // kept for this scene and read by this frame
-    // Which addScene() of this renderer, from 1, the scene came from that was drawn.
+    std::uint64_t mapBytes = 0;  // resident data that the frame uses
+    // Number of the addScene() call of this renderer, from 1, that added the scene.
     std::uint64_t sceneGeneration = 0;
     std::vector<TargetHealth> health;  // Readback::health
-    std::vector<FrameMap> maps;        // Readback::maps
+    std::vector<MapPicture> maps;      // Readback::maps
 };
 
-// Objects made and work asked of OpenGL since start; tests hold plans against these.
+// Objects created and work submitted to OpenGL since start.
 struct RendererCounters {
     std::uint64_t frames = 0, drawCalls = 0, triangles = 0;
-    std::uint64_t meshesMoved = 0;  // whose vertices were uploaded anew, because they deform
+    std::uint64_t meshesMoved = 0;  // uploads of deformed meshes
     std::uint64_t texturesMade = 0, framebuffersMade = 0, programsMade = 0, buffersMade = 0;
     std::uint64_t bytesShared = 0;  // of vertices and indices that the driver reads without a copy
-    // Combinations of program, fixed state and target format drawn for the first time, and what
-    // compiling programs and combinations took.
+    // Combinations of program, fixed state and target format that were drawn for the first time,
+    // and the time for compiling programs and combinations.
     std::uint64_t pipelinesMade = 0;
     double compileMilliseconds = 0.0;
 };
 
-// What is left to compile of what some frames will draw; see Renderer::beginWarmUp.
+// Progress of compiling the programs of some frames in advance; see Renderer::beginWarmUp().
 class WarmUp {
 public:
-    std::size_t done() const { return done_; }  // passes, about one for each program
+    std::size_t done() const { return done_; }  // in passes, about one for each program
     std::size_t total() const;
 
 private:
@@ -107,9 +101,8 @@ private:
     std::size_t done_ = 0;
 };
 
-// The driver, or the memory, failed in the middle of a frame. What the frame had made was let go:
-// the next one is drawn as if this one had never been; but for a GPU that was reset, with which all
-// is gone.
+// The driver failed or memory was exhausted during a frame. Everything that the frame created was
+// released, and later frames are not affected, unless the GPU was reset, which loses all content.
 class RenderFailed : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
@@ -117,7 +110,7 @@ public:
 
 class Renderer {
 public:
-    // Throws std::runtime_error with one clear line when there is no usable driver.
+    // Throws std::runtime_error with a one-line message if there is no usable driver.
     explicit Renderer(const RendererOptions& options);
     ~Renderer();
     Renderer(const Renderer&) = delete;
@@ -125,44 +118,46 @@ public:
 
     const RendererIdentity& identity() const;
 
-    // Both replace what had the same id or name. A scene is uploaded at once, and the pixels of its
-    // textures live on the GPU alone from then on; a map is uploaded when first drawn.
+    // Adding replaces a scene of the same id or a map of the same name. A scene is uploaded
+    // immediately, and its texels in main memory are freed; a map is uploaded when it is first
+    // drawn. addScene() throws if the driver fails, RenderFailed if the GPU was reset.
     void addScene(Scene scene);
     void removeScene(const std::string& id);
     bool hasScene(const std::string& id) const;
     void addEnvironment(std::shared_ptr<const EnvironmentMap> map);
     std::vector<std::string> environmentNames() const;
 
-    // Throw InvalidRequest when the request names a scene, camera or map that is not there.
+    // Throws InvalidRequest if problems(request) is not empty or the request names an unknown
+    // scene, camera, clip or map.
     FramePlan plan(const FrameRequest& request) const;
-    // The same picture, byte for byte, whatever is brought back beside it; Readback::health takes
-    // about as long again. May throw RenderFailed, and InvalidRequest, before anything is made,
-    // when the plan shades more than RendererOptions allow.
+    // Draws a frame. Its bytes depend neither on earlier frames nor on `readback`; Readback::health
+    // doubles the time. Throws InvalidRequest as plan() does and if the plan exceeds
+    // RendererOptions::maxShadedSamples, before anything is drawn; RenderFailed if the driver
+    // fails.
     Frame render(const FrameRequest& request, Readback readback = Readback::picture);
 
-    // Lets go of every map that outlives its frame, prefiltered environment maps and captured
-    // cubes: the next frame draws anew what it needs of them. The same request gives the same
-    // bytes.
+    // Releases all resident maps (prefiltered environment maps and captured cubes). Later frames
+    // draw them again and have the same bytes.
     void forgetMaps();
 
-    // Frees the driver's tables for compiling shaders (7 MB). The next program that is made fills
-    // them again, in some milliseconds.
+    // Frees the driver's tables for compiling shaders (7 MB). The next program fills them again
+    // within milliseconds.
     void releaseCompiler();
 
-    // Draws what these frames will, so small that compilation is all it costs, so that the real
-    // ones wait for nothing. In steps, so that frames come in between:
+    // Compiles the programs of these frames in advance by drawing them into small targets, in steps
+    // between which frames can be drawn:
     //
     //     WarmUp warmUp = renderer.beginWarmUp(firstFramesOf("chapel"));
     //     while (renderer.advance(warmUp)) {}
     //
     // Throws InvalidRequest as plan() does.
     WarmUp beginWarmUp(const std::vector<FrameRequest>& frames) const;
-    // False when nothing is left, or the scene is no longer there. May throw RenderFailed.
-    // `fromTheEnd` takes the last steps first.
+    // Performs one step. Returns false if no step is left or the scene was removed. May throw
+    // RenderFailed. `fromTheEnd`: last steps first.
     bool advance(WarmUp& warmUp, bool fromTheEnd = false);
 
     RendererCounters counters() const;
-    std::vector<std::string> driverMessages() const;  // empty means health
+    std::vector<std::string> driverMessages() const;  // empty without debugOutput or errors
 
 private:
     friend class WarmUp;
@@ -170,12 +165,12 @@ private:
     std::unique_ptr<State> state_;
 };
 
-// At the end of a process, when no Renderer is left: ends the driver, which otherwise drops the
-// compiled shaders that it has not yet written to its cache. A Renderer made later starts it again.
+// Shuts down the driver when no Renderer exists, so that it writes pending compiled shaders to its
+// cache. Call it at the end of a process; a later Renderer starts the driver again.
 void endDriver();
 
-// The frames that a client most likely asks for first: the default view at two accuracies, and all
-// of the scene from afar.
+// Likely first requests of a client: the default view at two presets, and the whole scene from a
+// distance.
 std::vector<FrameRequest> firstFramesOf(const Scene& scene);
 
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-// The uniform blocks and numbers of shaders/include as C++.
+// The uniform blocks and binding numbers of shaders/include as C++ types and macros.
 #pragma once
 
 #include <glm/glm.hpp>

@@ -1,5 +1,5 @@
-// Per-draw data. Transforms are made in double relative to the eye and only then narrowed, so the
-// shaders never see a coordinate of the world.
+// Transforms are computed in double precision relative to the eye and then converted to float, so
+// that shaders never receive a world coordinate.
 #include "passes/draw_stream.h"
 
 #include "passes/blocks.h"
@@ -14,23 +14,23 @@ glm::dmat3 cofactors(const glm::dmat3& m) {
     return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
 }
 
-// Turns normals as the inverse transpose does, defined for singular matrices as well. Scaled so
-// that its greatest entry is 1: a float holds it whatever the scale of the scene.
+// Transforms normals as the inverse transpose does, and is defined for singular matrices too.
+// Scaled so that its largest entry is 1, which a float represents for any scale of the scene.
 glm::dmat3 normalMatrix(const glm::dmat3& m) {
-    double greatest = 0.0;
+    double largest = 0.0;
     for (int i = 0; i < 3; ++i) {
-        greatest = std::max({greatest, std::abs(m[i].x), std::abs(m[i].y), std::abs(m[i].z)});
+        largest = std::max({largest, std::abs(m[i].x), std::abs(m[i].y), std::abs(m[i].z)});
     }
-    if (!(greatest > 0.0)) return glm::dmat3(1.0);
-    const glm::dmat3 unit = m / greatest;
+    if (!(largest > 0.0)) return glm::dmat3(1.0);
+    const glm::dmat3 unit = m / largest;
     glm::dmat3 normals = cofactors(unit);
     if (glm::determinant(unit) < 0.0) normals = -normals;
-    greatest = 0.0;
+    largest = 0.0;
     for (int i = 0; i < 3; ++i) {
-        greatest = std::max(
-            {greatest, std::abs(normals[i].x), std::abs(normals[i].y), std::abs(normals[i].z)});
+        largest = std::max(
+            {largest, std::abs(normals[i].x), std::abs(normals[i].y), std::abs(normals[i].z)});
     }
-    return greatest > 0.0 ? normals / greatest : glm::dmat3(1.0);
+    return largest > 0.0 ? normals / largest : glm::dmat3(1.0);
 }
 
 glm::vec4 row(const glm::dmat3& m, int i, double w) {
@@ -49,7 +49,7 @@ void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const g
     rows.emplace_back(placed ? position : toLight, placed ? 1.0f : 0.0f);
     const bool limited = placed && light.range > 0.0f;
     rows.emplace_back(light.intensity, limited ? 1.0f / (light.range * light.range) : 0.0f);
-    // spotAttenuation() as a line in the cosine; without a cone it is 1 everywhere.
+    // spotAttenuation() as a linear function of the cosine; without a cone it is 1.
     const float width = std::max(light.cosInner - light.cosOuter, kMinSpotConeWidth);
     rows.push_back(spot ? glm::vec4(toLight, -light.cosOuter) / width : glm::vec4(0, 0, 0, 1));
 }
@@ -76,21 +76,21 @@ void DrawStream::setHarmonics(const std::array<glm::vec3, 9>& harmonics, float i
     }
 }
 
-const DrawStream::Placed& DrawStream::placed(std::uint32_t instance) {
+const DrawStream::InstanceData& DrawStream::instanceData(std::uint32_t instance) {
     const auto [it, isNew] = instances_.try_emplace(instance);
-    Placed& p = it->second;
-    if (!isNew) return p;
+    InstanceData& data = it->second;
+    if (!isNew) return data;
     const glm::dmat4& worldFromModel = pose_->worldFromNode[scene_->instances[instance].node];
     const glm::dmat3 linear = axesFromWorld_ * glm::dmat3(worldFromModel);
     const glm::dvec3 translation = axesFromWorld_ * (glm::dvec3(worldFromModel[3]) - view_->eye);
     const glm::dmat3 normals = normalMatrix(linear);
     for (int i = 0; i < 3; ++i) {
-        p.record.eyeFromModel[i] = row(linear, i, translation[i]);
-        p.record.normalFromModel[i] = row(normals, i, 0.0);
+        data.record.eyeFromModel[i] = row(linear, i, translation[i]);
+        data.record.normalFromModel[i] = row(normals, i, 0.0);
     }
-    p.record.normalFromModel[2].w = static_cast<float>(instance + 1);
-    p.mirrored = glm::determinant(linear) < 0.0;
-    return p;
+    data.record.normalFromModel[2].w = static_cast<float>(instance + 1);
+    data.mirrored = glm::determinant(linear) < 0.0;
+    return data;
 }
 
 std::uint32_t DrawStream::firstLight(const std::vector<std::uint8_t>& list) {
@@ -106,7 +106,7 @@ std::uint32_t DrawStream::firstLight(const std::vector<std::uint8_t>& list) {
 std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
     const auto first = static_cast<std::uint32_t>(recordData_.size());
     for (const Draw& draw : draws) {
-        DrawRecord record = placed(draw.instance).record;
+        DrawRecord record = instanceData(draw.instance).record;
         record.normalFromModel[0].w = static_cast<float>(firstLight(
             {draw.lights.indices.begin(), draw.lights.indices.begin() + draw.lights.count}));
         record.normalFromModel[1].w = static_cast<float>(draw.lights.count);

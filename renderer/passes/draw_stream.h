@@ -1,5 +1,5 @@
-// What changes from draw to draw, gathered for a whole pass and uploaded at once: transforms
-// relative to the eye, and the light: the environment's diffuse one and the lists of lamps.
+// Per-draw data of a pass, collected and uploaded together: transforms relative to the eye, lists
+// of lights, and the diffuse harmonics of the environment.
 #pragma once
 
 #include "gl/buffer.h"
@@ -13,7 +13,7 @@
 
 namespace clerestory {
 
-// Per-instance vertex attributes of one draw.
+// Vertex attributes with divisor 1 of one draw.
 struct DrawRecord {
     glm::vec4 eyeFromModel[3];  // rows
     glm::vec4
@@ -26,28 +26,29 @@ public:
     const gl::Buffer& records() const { return records_; }
     const gl::BufferTexture& lights() const { return lightTexture_; }
 
-    // Starts anew for a view. Axes of eye space: those of the world, turned by `axesFromWorld`.
+    // Clears the stream for a view. Eye space has its origin at the eye and its axes are those of
+    // the world, rotated by `axesFromWorld`. The arguments must outlive the stream's use.
     void begin(const Scene& scene, const Pose& pose, const View& view,
                const glm::dmat3& axesFromWorld, const std::vector<PlacedLight>& lights);
-    // The environment's diffuse light in eye space's axes; without a call it is dark.
+    // Sets the diffuse light of the environment, in the axes of eye space; zero without a call.
     void setHarmonics(const std::array<glm::vec3, 9>& harmonics, float intensity);
-    // Returns the place of the first draw's record; the others follow it.
+    // Returns the index of the first draw's record; the others follow it.
     std::uint32_t add(const std::vector<Draw>& draws);
-    // For rays, which may meet any instance: where it stands, and a list of lights of any length,
-    // of which the first one's number is returned.
-    const DrawRecord& place(std::uint32_t instance) { return placed(instance).record; }
-    bool mirrored(std::uint32_t instance) { return placed(instance).mirrored; }
+    // For ray tracing, which may hit any instance. firstLight() adds a list of lights of any length
+    // and returns the index of its first entry.
+    const DrawRecord& record(std::uint32_t instance) { return instanceData(instance).record; }
+    bool mirrored(std::uint32_t instance) { return instanceData(instance).mirrored; }
     std::uint32_t firstLight(const std::vector<std::uint8_t>& list);
     void upload();
 
     gl::Facing facing(const Draw& draw, bool doubleSided) const;
 
 private:
-    struct Placed {
+    struct InstanceData {
         DrawRecord record;
         bool mirrored = false;
     };
-    const Placed& placed(std::uint32_t instance);
+    const InstanceData& instanceData(std::uint32_t instance);
 
     gl::Buffer records_, lightRows_;
     gl::BufferTexture lightTexture_{lightRows_};
@@ -57,7 +58,7 @@ private:
     const View* view_ = nullptr;
     glm::dmat3 axesFromWorld_{1.0};
     const std::vector<PlacedLight>* lights_ = nullptr;
-    std::map<std::uint32_t, Placed> instances_;
+    std::map<std::uint32_t, InstanceData> instances_;
     std::map<std::vector<std::uint8_t>, std::uint32_t> lists_;
     std::vector<DrawRecord> recordData_;
     std::vector<glm::vec4> lightData_;

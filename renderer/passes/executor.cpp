@@ -1,4 +1,3 @@
-// Running a plan's passes and taking the picture away.
 #include "passes/executor.h"
 
 #include "gl/api.h"
@@ -15,7 +14,7 @@ double millisecondsSince(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// Maps kept uploaded; what is rarely asked for is uploaded again.
+// Environment maps that stay uploaded.
 constexpr std::size_t kMaxMaps = 4;
 
 std::uint32_t channelsOf(Channel channel) {
@@ -63,7 +62,7 @@ GpuTracer& Executor::tracerOf(const Scene& scene, const FramePlan& plan, const P
 }
 
 void Executor::forget(const Scene& scene) {
-    glFinish();  // a frame that failed may have left work that reads the scene's own memory
+    glFinish();  // pending work of a failed frame may still read the scene's memory
     tracers_.erase(&scene);
     scenes_.erase(&scene);
 }
@@ -72,7 +71,7 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
     const gl::Framebuffer& source = output.readable();
     const std::uint32_t width = source.width(), height = source.height();
     if (output.spec().format == Format::srgba8) {
-        // The toneMap pass has put the top row first.
+        // The tone mapping pass stores the top row first.
         Image image = makeImage(width, height, 4, PixelType::srgb8);
         source.readBytes(image.data);
         return image;
@@ -81,7 +80,7 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
     source.readFloats(rgba);
     Image image = makeImage(width, height, channelsOf(plan.channel), PixelType::float32);
     float* out = image.floats();
-    for (std::uint32_t y = height; y-- > 0;) {  // OpenGL's first row is the lowest
+    for (std::uint32_t y = height; y-- > 0;) {  // OpenGL's first row is the bottom one
         const float* in = rgba.data() + std::size_t{4} * width * y;
         for (std::uint32_t x = 0; x < width; ++x, in += 4) {
             out = std::copy(in, in + image.channels, out);
@@ -94,7 +93,7 @@ std::vector<Target*> Executor::begin(const FramePlan& plan) {
     targets_.beginFrame();
     if (!plan.materials.empty()) {
         resources_.frameMaterials.assign(plan.materials);
-        resources_.frameMaterials.bind(0);  // no range of an earlier, longer list stays bound
+        resources_.frameMaterials.bind(0);  // unbinds ranges of an earlier, longer list
     }
     std::vector<Target*> targets;
     for (const TargetSpec& spec : plan.targets) targets.push_back(&targets_.acquire(spec));
@@ -135,7 +134,7 @@ Execution Executor::run(const ExecutionInput& input, Readback readback) {
     for (const Pass& pass : input.plan.passes) {
         const Clock::time_point start = Clock::now();
         runPass(input, pass, targets);
-        glFinish();  // so that the wall clock tells this pass's time
+        glFinish();  // so that the wall clock measures this pass
         result.passMilliseconds.push_back(millisecondsSince(start));
     }
     const Clock::time_point start = Clock::now();
@@ -148,7 +147,7 @@ Execution Executor::run(const ExecutionInput& input, Readback readback) {
     if (const auto tracer = tracers_.find(&input.scene); tracer != tracers_.end()) {
         result.mapBytes += tracer->second.bytes();
     }
-    if (readback == Readback::health) result.health = examined(input.plan, targets);
+    if (readback == Readback::health) result.health = countInvalidTexels(input.plan, targets);
     if (readback == Readback::maps) result.maps = mapPictures(input.plan, targets);
     targets_.endFrame();
     return result;

@@ -1,9 +1,7 @@
-// Carries plans out, top to bottom. Decides nothing.
+// Executes plans, pass by pass. Makes no decisions. One per renderer, on the thread of its context.
 #pragma once
 
 #include "image/image.h"
-#include "passes/health.h"
-#include "passes/map_pictures.h"
 #include "passes/passes.h"
 #include "passes/readback.h"
 
@@ -12,10 +10,10 @@
 
 namespace clerestory {
 
-// A plan and what it was planned for.
+// A plan and the values from which it was made.
 struct ExecutionInput {
     const FramePlan& plan;
-    const Scene& scene;  // was uploaded
+    const Scene& scene;  // uploaded
     const Pose& pose;
     const EnvironmentMap& environment;
     const EnvironmentMaps& maps;
@@ -25,7 +23,7 @@ struct Execution {
     Image image;
     std::vector<double> passMilliseconds;  // one for each of plan.passes
     double readbackMilliseconds = 0.0;
-    std::uint64_t mapBytes = 0;  // that outlive the frame and that it read: cubes, the rays' tables
+    std::uint64_t mapBytes = 0;  // resident data that the frame uses: cubes, tables for ray tracing
     std::vector<TexelCounts> health;  // Readback::health: one for each of plan.targets
     std::vector<MapPicture> maps;     // Readback::maps
 };
@@ -33,16 +31,17 @@ struct Execution {
 class Executor {
 public:
     Execution run(const ExecutionInput& input, Readback readback = Readback::picture);
-    // One pass of a plan, for what the driver compiles for it; what it draws is of no use.
+    // Executes one pass of a plan so that the driver compiles it; the picture is not used.
     void runAlone(const ExecutionInput& input, std::size_t pass);
     // Resident maps, for the planner.
     ResidentMaps residentMaps() const { return targets_.residentMaps(); }
-    // A scene is uploaded before it is drawn; forgetting frees what was uploaded.
+    // A scene must be uploaded before it is drawn; forget() frees its GPU memory. upload() throws
+    // if the driver fails.
     void upload(const std::shared_ptr<const Scene>& scene);
     void forget(const Scene& scene);
     void forgetMaps() { targets_.forgetResident(); }
-    // After a frame that failed somewhere within: lets go of everything but the scenes, whose
-    // content was complete when they were uploaded. The next frame makes what it needs.
+    // After a failed frame: releases everything except uploaded scenes, which are complete. The
+    // next frame recreates what it needs.
     void recover();
     const DrawCounters& counters() const { return resources_.counters; }
 
@@ -57,7 +56,7 @@ private:
     PassResources resources_;
     TargetPool targets_;
     std::map<const Scene*, GpuScene> scenes_;
-    std::map<const Scene*, GpuTracer> tracers_;  // of scenes that a plan has traced
+    std::map<const Scene*, GpuTracer> tracers_;  // of scenes that a plan traced rays in
     struct UploadedMap {
         std::uint64_t contentHash;
         GpuEnvironment environment;

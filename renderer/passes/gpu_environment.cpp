@@ -1,5 +1,4 @@
-// Uploading an environment map. Levels are made here: a driver's first glGenerateMipmap generates
-// code for 50 to 145 ms.
+// Levels are computed on the processor: the first glGenerateMipmap of a driver takes 50 to 145 ms.
 #include "passes/gpu_environment.h"
 
 #include <algorithm>

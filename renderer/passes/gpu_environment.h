@@ -1,5 +1,5 @@
-// An environment map as it was given: a cube at its own resolution with levels averaged here, and
-// its nine harmonics. What the sky shows and the environment pass reads.
+// An uploaded environment map: a cube at its original resolution with averaged levels, and its nine
+// diffuse harmonics. The sky shows it and prefiltering reads it.
 #pragma once
 
 #include "gl/texture.h"
@@ -16,7 +16,7 @@ struct GpuEnvironment {
     std::array<glm::vec3, 9> harmonics;
 };
 
-// Half as large along each edge, rounded down: each texel is the mean of the four it covers.
+// Halves the edge of a face, rounded down; each texel is the mean of the four that it covers.
 std::vector<glm::vec3> halvedFace(const std::vector<glm::vec3>& face, std::uint32_t size);
 
 }  // namespace clerestory

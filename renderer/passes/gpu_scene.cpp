@@ -4,7 +4,6 @@
 #include "gl/context.h"
 #include "passes/blocks.h"
 #include "passes/draw_stream.h"
-#include "passes/material_block.h"
 #include "plan/graph/features.h"
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 #include "gl/buffer.h"
 #include "gl/texture.h"
 #include "gl/vertex_array.h"
+#include "passes/blocks.h"
 #include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
 
@@ -22,6 +23,9 @@ public:
 private:
     std::map<gl::SamplerDescription, gl::Sampler> samplers_;
 };
+
+// The uniform block of a material; tables for ray tracing have the same layout.
+blocks::MaterialBlock materialBlock(const Material& material);
 
 // The blocks of materials, each at a multiple of the driver's alignment.
 class MaterialBlocks {

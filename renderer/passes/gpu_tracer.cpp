@@ -1,10 +1,8 @@
-// Filling the traced tier's buffers.
 #include "passes/gpu_tracer.h"
 
 #include "gl/api.h"
 #include "passes/draw_stream.h"
 #include "passes/gpu_scene.h"
-#include "passes/material_block.h"
 #include "passes/traced_texels.h"
 #include "scene/material_bindings.h"
 
@@ -40,7 +38,8 @@ float flagsOf(const Scene& scene, const Material& m,
     return static_cast<float>(flags);
 }
 
-// As MaterialBlock, with the flags and each slot's texture (from 1, 0 for none) in spare places.
+// A MaterialBlock with the flags and the texture of each slot (1 + index, 0: none) in unused
+// components.
 void appendMaterial(std::vector<glm::vec4>& rows, const Scene& scene, const Material& m,
                     const RayScene::MaterialProperties& properties) {
     blocks::MaterialBlock block = materialBlock(m);
@@ -70,8 +69,8 @@ int flagOf(Glass glass) {
 
 }  // namespace
 
-bool GpuTracer::offered() {
-    // Three corners of a triangle share no vertex at worst.
+bool GpuTracer::supported() {
+    // In the worst case triangles share no vertices.
     constexpr std::uint64_t kMaxTexels =
         std::max<std::uint64_t>(kMaxTracedTexels, 3 * TRACE_VERTEX_PAIRS * kMaxBvhTriangles);
     GLint units = 0, texels = 0;
@@ -112,12 +111,12 @@ void GpuTracer::buildHierarchy(const FramePlan& plan, const Pose& pose, bool mat
     const Scene& scene = scene_.scene();
     const MaterialBindings materials = materialsOf(plan);
     if (scene.clips.empty()) return uploadHierarchy(buildBvh(scene, pose, materials));
-    if (materialsChanged) still_ = buildStill(scene, pose, materials);
-    uploadHierarchy(joined(still_, buildMoving(scene, pose, materials, still_)));
+    if (materialsChanged) static_ = buildStill(scene, pose, materials);
+    uploadHierarchy(joined(static_, buildMoving(scene, pose, materials, static_)));
 }
 
 void GpuTracer::uploadHierarchy(Bvh bvh) {
-    // One that no ray meets: no buffer is empty.
+    // Buffers must not be empty: adds a node that no ray hits.
     if (bvh.nodes.empty()) bvh.nodes.push_back({glm::vec3(1.0f), 0.0f, glm::vec3(-1.0f), -1.0f});
     if (bvh.triangles.empty()) bvh.triangles.emplace_back();
     origin_ = bvh.origin;
@@ -140,17 +139,17 @@ void GpuTracer::fillMaterials(const FramePlan& plan) {
     tableBytes_ = bytesOf(rows).size();
 }
 
-void GpuTracer::addPlaces(DrawStream& draws) {
+void GpuTracer::addInstances(DrawStream& draws) {
     const Scene& scene = scene_.scene();
     std::vector<glm::vec4> rows;
     rows.reserve(TRACE_INSTANCE_ROWS * scene.instances.size());
     for (Index i = 0; i < scene.instances.size(); ++i) {
-        const DrawRecord& place = draws.place(i);
+        const DrawRecord& record = draws.record(i);
         const std::vector<std::uint8_t>& lights = rays_.instances[i].lights;
         const Index material = rays_.materialOfInstance.empty() ? scene.instances[i].material
                                                                 : rays_.materialOfInstance[i];
-        for (int row = 0; row < 3; ++row) rows.push_back(place.normalFromModel[row]);
-        for (int row = 0; row < 3; ++row) rows.push_back(place.eyeFromModel[row]);
+        for (int row = 0; row < 3; ++row) rows.push_back(record.normalFromModel[row]);
+        for (int row = 0; row < 3; ++row) rows.push_back(record.eyeFromModel[row]);
         glm::vec4* instance = rows.data() + rows.size() - TRACE_INSTANCE_ROWS;
         instance[0].w = static_cast<float>(material);
         instance[1].w = static_cast<float>(draws.firstLight(lights));

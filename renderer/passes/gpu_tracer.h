@@ -1,6 +1,6 @@
-// What rays need on the GPU: the hierarchy over the scene as it stands, its vertices by number, and
-// tables of instances, materials and texels, all as texture buffers. Made when a plan first traces,
-// freed with the scene.
+// GPU data for ray tracing through a scene, as texture buffers: bounding volume hierarchy,
+// vertices, and tables of instances, materials and texels. Created by the first plan that traces
+// rays, freed with the scene.
 #pragma once
 
 #include "gl/buffer.h"
@@ -17,20 +17,20 @@ class GpuScene;
 
 class GpuTracer {
 public:
-    // Whether the driver at hand has the texture units and the buffer textures for it, for any
+    // Returns true if the driver has enough texture units and large enough buffer textures for any
     // scene of up to kMaxBvhTriangles.
-    static bool offered();
+    static bool supported();
 
-    // Uploads what no frame changes. `scene` must outlive it.
+    // Uploads the data that no frame changes. `scene` must outlive this object.
     explicit GpuTracer(const GpuScene& scene);
 
-    // Follows the pose and the plan's materials and rays (plan.rays is set); does nothing for what
-    // has not changed.
+    // Updates the data that changed with the pose or with the plan's materials and rays. Requires
+    // plan.rays.
     void prepare(const FramePlan& plan, const Pose& pose);
-    // For one pass, between DrawStream::begin() and its upload(): where everything stands in the
-    // pass's eye space, and which lights reach it.
-    void addPlaces(DrawStream& draws);
-    // Buffers and block, for rays from a view whose eye stands here (world).
+    // Fills the table of instances for one pass: transforms to its eye space, and lights. Call it
+    // between DrawStream::begin() and upload().
+    void addInstances(DrawStream& draws);
+    // Binds the buffers and the uniform block for rays from a view; eye: world.
     void bind(const FramePlan& plan, const glm::dvec3& eye);
 
     std::uint64_t bytes() const;
@@ -50,13 +50,13 @@ private:
         texelTexture_{texels_, gl::BufferFormat::rgba8};
     gl::BufferTexture vertexTexture_, indexTexture_;
 
-    // What the buffers hold.
+    // Content of the buffers.
     glm::dvec3 origin_{0.0};
     std::size_t nodeCount_ = 0, materialCount_ = 0;
     bool built_ = false;
-    Bvh still_;  // of a scene in which something moves: the part that does not
+    Bvh static_;  // of an animated scene: the part that does not move
     std::vector<glm::dmat4> worldFromNode_;
-    std::vector<std::uint64_t> deformed_;  // hashes; as Pose::deformed
+    std::vector<std::uint64_t> deformed_;  // hashes of Pose::deformed
     std::vector<Material> ownMaterials_;
     RayScene rays_;
 };

@@ -1,5 +1,5 @@
-// How each type of pass is carried out. A pass applies its state whole, trusts nothing that an
-// earlier one left, and reads only the plan: never the request.
+// Execution of each pass type. A pass sets all OpenGL state that it uses, relies on nothing that an
+// earlier pass left, and reads only the plan, never the request.
 #pragma once
 
 #include "passes/draw_stream.h"
@@ -16,7 +16,7 @@ struct DrawCounters {
     std::uint64_t meshesMoved = 0;               // see GpuScene::follow()
 };
 
-// What passes share from frame to frame.
+// Objects that passes share from frame to frame.
 struct PassResources {
     PassResources();
 
@@ -27,19 +27,19 @@ struct PassResources {
     gl::Buffer viewBlock, reflectionBlock, prefilterBlock, filterBlock;
     gl::VertexArray noVertices;
     gl::Texture environmentBrdf;
-    gl::Texture darkness;  // a black cube, where a plan asks for no environment
+    gl::Texture darkness;  // a black cube, for plans without an environment
     DrawCounters counters;
 };
 
-// What a pass is about.
+// The pass to execute, its plan and the objects that it reads.
 struct PassInput {
     const FramePlan& plan;
     const Pass& pass;
     const std::vector<Target*>& targets;  // as plan.targets
     const GpuScene* scene = nullptr;
     const Pose& pose;
-    const GpuEnvironment* environment = nullptr;  // where the pass needs the map itself
-    GpuTracer* tracer = nullptr;                  // where some draw follows rays
+    const GpuEnvironment* environment = nullptr;  // if the pass reads the stored map
+    GpuTracer* tracer = nullptr;                  // if a draw traces rays
 
     const Target& target() const { return *targets[pass.target]; }
     const Target& read(TargetId id) const { return *targets[id]; }
@@ -63,7 +63,7 @@ void execute(PassResources& resources, const PassInput& input, const Glow& work)
 void execute(PassResources& resources, const PassInput& input, const ToneMapping& work);
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work);
 
-// How a pass sees the scene: what drawAll() and the blocks need.
+// The view of a pass that draws the scene, for drawAll() and the uniform blocks.
 struct PassView {
     const View& view;
     std::span<const ReflectedPicture> reflections = {};
@@ -71,24 +71,25 @@ struct PassView {
     TargetId backdrop = kNoTarget;
 };
 
-// Fills and binds the view's block, eye space turned by `axesFromWorld` (see blocks.glsl).
+// Fills and binds the uniform block of the view; eye space is rotated by `axesFromWorld` (see
+// blocks.glsl).
 void bindView(PassResources& resources, const PassInput& input, const PassView& view,
               const glm::dmat3& axesFromWorld);
 
-// Fills the blocks of the pass's reflections, which drawAll() binds draw by draw.
+// Fills the uniform blocks of the pass's reflections; drawAll() binds one for each draw.
 void uploadReflections(PassResources& resources, const PassInput& input, const PassView& view,
                        const glm::dmat3& axesFromWorld);
-// The map that lights the pass, for draws that have no reflection of their own.
+// Binds the map that lights the pass, for draws without a reflected picture.
 void bindEnvironment(PassResources& resources, const PassInput& input, TargetId environment);
 
-// Draws in order from the records that begin at `firstRecord`, with programs of one kind.
+// Draws in order, with the records that begin at `firstRecord` and programs of one kind.
 struct DrawProgram {
     const char* vertex;
     const char* fragment;
-    Features relevant = ~0u;  // features that this kind of program knows
+    Features relevant = ~0u;  // features that this kind of program supports
     int variant = 0;
-    bool materials = true;   // binds them; programs are made for VIEW bits (features.glsl)
-    bool backFaces = false;  // draws what is otherwise culled, and nothing else
+    bool materials = true;   // binds materials; programs depend on VIEW bits (features.glsl)
+    bool backFaces = false;  // draws only what is otherwise culled
 };
 // Gives every sampler slot one state; see settle_samplers.frag. Shades no pixel, whatever the state
 // and the vertex array at hand.

@@ -1,15 +1,94 @@
-// Passes that move pictures about without drawing the scene.
+// Full-screen passes over a finished picture: requested filters, tone mapping, edge filter.
+#include "passes/blocks.h"
 #include "passes/passes.h"
 
 namespace clerestory {
+namespace {
 
-void execute(PassResources&, const PassInput& input, const CopyBackdrop& work) {
-    input.read(work.source).readable(work.face).resolveInto(input.target().drawn());
-    input.target().makeLevels();
+int variantOf(ToneMap curve) {
+    switch (curve) {
+        case ToneMap::neutral:
+            return TONE_MAP_NEUTRAL;
+        case ToneMap::aces:
+            return TONE_MAP_ACES;
+        case ToneMap::linear:
+            return TONE_MAP_LINEAR;
+    }
+    return TONE_MAP_NEUTRAL;
 }
 
-void execute(PassResources&, const PassInput& input, const BuildLevels&) {
-    input.target().makeLevels();
+void setBlock(PassResources& resources, const blocks::FilterBlock& block) {
+    resources.filterBlock.assign(blocks::bytesOf(block));
+    resources.filterBlock.bindUniform(BINDING_FILTER);
+}
+
+void setParameters(PassResources& resources, float x, float y = 0.0f) {
+    blocks::FilterBlock block{};
+    block.parameters = {x, y, 0.0f, 0.0f};
+    setBlock(resources, block);
+}
+
+// Draws the source of the pass into its target with parameters that were set before.
+void drawFilter(PassResources& resources, const PassInput& input, const PicturePass& work,
+                const char* shader, int variant = 0, const gl::State& state = {}) {
+    gl::apply(state);
+    gl::apply(gl::Facing{.cullBack = false});
+    input.target().drawn().bind();
+    input.read(work.source).texture().bind(UNIT_SOURCE);
+    resources.samplers.sampler({}).bind(UNIT_SOURCE);
+    resources.shaders.program({"fullscreen.vert", shader, 0, variant}).use();
+    resources.noVertices.bind();
+    gl::drawTriangle();
+}
+
+}  // namespace
+
+void execute(PassResources& resources, const PassInput& input, const Twirl& work) {
+    setParameters(resources, work.turn, work.radius);
+    drawFilter(resources, input, work, "twirl.frag");
+}
+
+void execute(PassResources& resources, const PassInput& input, const Convolve& work) {
+    blocks::FilterBlock block{};
+    block.parameters.x = work.repeat ? 1.0f : 0.0f;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) {
+            block.kernel[row][column] = work.kernel[static_cast<std::size_t>(3 * row + column)];
+        }
+    }
+    setBlock(resources, block);
+    drawFilter(resources, input, work, "convolve.frag");
+}
+
+void execute(PassResources& resources, const PassInput& input, const GlowBright& work) {
+    setParameters(resources, work.threshold);
+    drawFilter(resources, input, work, "glow_bright.frag");
+}
+
+void execute(PassResources& resources, const PassInput& input, const GlowDown& work) {
+    drawFilter(resources, input, work, "glow_down.frag");
+}
+
+void execute(PassResources& resources, const PassInput& input, const GlowUp& work) {
+    setParameters(resources, work.share);
+    drawFilter(resources, input, work, "glow_up.frag", 0,
+               {.blending = gl::Blending::premultiplied});
+}
+
+void execute(PassResources& resources, const PassInput& input, const Glow& work) {
+    setParameters(resources, work.threshold, work.share);
+    input.read(work.spread).texture().bind(UNIT_SPREAD);
+    resources.samplers.sampler({}).bind(UNIT_SPREAD);
+    drawFilter(resources, input, work, "glow.frag");
+}
+
+void execute(PassResources& resources, const PassInput& input, const ToneMapping& work) {
+    setParameters(resources, work.exposureFactor, work.edgeFilterFollows ? 1.0f : 0.0f);
+    drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve));
+}
+
+void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work) {
+    drawFilter(resources, input, work, "edge_filter.frag");
 }
 
 }  // namespace clerestory

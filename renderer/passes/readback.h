@@ -1,12 +1,44 @@
-// What a frame brings back beside its picture.
+// Results that a frame can read back in addition to its picture: counts of invalid texels, and the
+// pictures that its mirrors show.
 #pragma once
+
+#include "image/image.h"
+#include "plan/graph/frame_plan.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
 
 namespace clerestory {
 
+class Target;
+
 enum class Readback {
-    picture,  // nothing
-    health,   // counts of texels that are not sound, of every float target of the plan
-    maps,     // the mirrored views and cubes that the frame reads
+    picture,  // the picture only
+    health,   // counts of invalid texels of every float target of the plan
+    maps,     // the mirrored views and cubes that the requested view reads
 };
+
+struct TexelCounts {
+    std::uint64_t texels = 0;     // of all levels and faces
+    std::uint64_t nonFinite = 0;  // with a NaN or an infinity in a channel
+    std::uint64_t negative = 0;   // finite, with a negative channel, in targets that hold light
+};
+
+// Reads back and checks all targets: one result for each of plan.targets, all 0 for targets that
+// are not float. Slow. Negative values count only where a target holds light, not directions.
+std::vector<TexelCounts> countInvalidTexels(const FramePlan& plan,
+                                            const std::vector<Target*>& targets);
+
+struct MapPicture {
+    std::string target;  // its name in the plan
+    // float32, 3 channels, linear radiance. Of a flat mirror: its mirrored view. Of a cube: its six
+    // faces, +X -X +Y in the first row and -Y +Z -Z in the second, in OpenGL's orientation.
+    Image picture;
+};
+
+// One for every mirrored view and every cube that the requested view reads, in that order; cubes at
+// the first level of at most 256 texels per edge. Call it after the plan was executed.
+std::vector<MapPicture> mapPictures(const FramePlan& plan, const std::vector<Target*>& targets);
 
 }  // namespace clerestory

@@ -1,4 +1,3 @@
-// Making, sharing and letting go of targets.
 #include "passes/targets.h"
 
 #include <algorithm>
@@ -6,7 +5,7 @@
 namespace clerestory {
 namespace {
 
-// Bytes kept between frames; the frame at hand may use more.
+// Bytes that stay allocated between frames; the current frame may use more.
 constexpr std::uint64_t kTransientBudget = 256ull << 20;
 constexpr std::uint64_t kResidentBudget = 128ull << 20;
 
@@ -34,10 +33,10 @@ std::uint64_t texelBytes(Format format) {
     return 16;
 }
 
-bool fits(const TargetSpec& have, const TargetSpec& want) {
-    TargetSpec renamed = have;
-    renamed.name = want.name;
-    return renamed == want;  // of neither kept: their keys are 0
+bool matches(const TargetSpec& existing, const TargetSpec& requested) {
+    TargetSpec renamed = existing;
+    renamed.name = requested.name;
+    return renamed == requested;  // neither is resident: their keys are 0
 }
 
 }  // namespace
@@ -69,7 +68,7 @@ Target::Target(const TargetSpec& spec)
         half.height = 2 * std::max(1u, spec.height >> level);
         half.levels = 1;
         const bool needed = odd(spec.width) || odd(spec.height);
-        between_.push_back(needed ? std::make_unique<Between>(half) : nullptr);
+        intermediates_.push_back(needed ? std::make_unique<Intermediate>(half) : nullptr);
     }
     if (spec.kind == TargetKind::cube) {
         for (std::uint32_t i = 0; i < 6 * spec.levels; ++i) {
@@ -113,15 +112,15 @@ void Target::makeLevels() const {
     }
 }
 
-Target::Between::Between(const gl::TextureDescription& description)
+Target::Intermediate::Intermediate(const gl::TextureDescription& description)
     : texture(description),
       drawn({.color = &texture, .width = description.width, .height = description.height}) {}
 
 void Target::halve(const gl::Framebuffer& from, const gl::Framebuffer& to,
                    std::uint32_t level) const {
-    const Between* between = between_[level].get();
-    if (between) from.scaleInto(between->drawn);
-    (between ? between->drawn : from).scaleInto(to);
+    const Intermediate* intermediate = intermediates_[level].get();
+    if (intermediate) from.scaleInto(intermediate->drawn);
+    (intermediate ? intermediate->drawn : from).scaleInto(to);
 }
 
 void Target::resolve() const {
@@ -132,10 +131,10 @@ std::uint64_t Target::bytes() const {
     const std::uint64_t texels =
         std::uint64_t{spec_.width} * spec_.height * (spec_.kind == TargetKind::cube ? 6 : 1);
     const std::uint64_t color = texelBytes(spec_.format), depth = spec_.depth ? 4 : 0;
-    // The smaller ones are a third of the first together; what stands between odd ones, at most
-    // as much as all.
-    const bool odd = std::any_of(between_.begin(), between_.end(),
-                                 [](const auto& between) { return between != nullptr; });
+    // The smaller levels together are a third of the first; intermediate pictures are at most as
+    // large as all levels.
+    const bool odd = std::any_of(intermediates_.begin(), intermediates_.end(),
+                                 [](const auto& picture) { return picture != nullptr; });
     const std::uint64_t levels = spec_.levels > 1 ? texels * color * (odd ? 5 : 1) / 3 : 0;
     const std::uint64_t multisampled = spec_.samples > 1 ? texels * color * spec_.samples : 0;
     return texels * color + levels + multisampled + texels * depth * spec_.samples;
@@ -144,7 +143,7 @@ std::uint64_t Target::bytes() const {
 void TargetPool::beginFrame() {
     ++frame_;
     for (Entry& entry : entries_) entry.taken = false;
-    // A resident target whose pass never ended holds nothing.
+    // A resident target whose pass failed has no valid content.
     std::erase_if(entries_,
                   [](const Entry& e) { return e.target->spec().residentKey != 0 && !e.resident; });
 }
@@ -153,7 +152,7 @@ Target& TargetPool::acquire(const TargetSpec& spec) {
     for (Entry& entry : entries_) {
         const bool same = spec.residentKey != 0
                               ? entry.target->spec().residentKey == spec.residentKey
-                              : !entry.taken && fits(entry.target->spec(), spec);
+                              : !entry.taken && matches(entry.target->spec(), spec);
         if (!same) continue;
         entry.taken = true;
         entry.lastFrame = frame_;

@@ -1,4 +1,5 @@
-// What passes draw into, kept from frame to frame: a steady frame makes none.
+// The targets that passes draw into. They are reused from frame to frame: a frame like the previous
+// one creates none.
 #pragma once
 
 #include "gl/framebuffer.h"
@@ -17,26 +18,26 @@ public:
 
     const TargetSpec& spec() const { return spec_; }
     const gl::Texture& texture() const { return color_; }
-    // To draw into: level 0 (of a cube, one face); multisampled when the spec says so.
+    // For drawing: level 0 (of a cube, of one face); multisampled if the spec says so.
     const gl::Framebuffer& drawn(std::uint32_t face = 0) const { return drawn_[face]; }
     const gl::Framebuffer& face(std::uint32_t level, std::uint32_t face) const {
         return drawn_[level * 6 + face];
     }
-    // To read back; the same as drawn() where nothing is multisampled.
+    // For reading; the same as drawn() without multisampling.
     const gl::Framebuffer& readable(std::uint32_t face = 0, std::uint32_t level = 0) const {
         if (spec_.kind == TargetKind::cube) return this->face(level, face);
         return level == 0 && resolved_ ? *resolved_ : drawn_[level];
     }
     void resolve() const;
-    // Averages level 0 into the smaller ones. Every texel counts the same, also of odd edges.
+    // Averages level 0 into the smaller levels. All texels have equal weight, even for odd edges.
     void makeLevels() const;
     std::uint64_t bytes() const;
 
 private:
-    // Between an odd level and the next: a bilinear copy to half of an odd edge would leave out
-    // every other texel in the middle of the picture. Twice the next level's size.
-    struct Between {
-        explicit Between(const gl::TextureDescription& description);
+    // Intermediate picture between a level with an odd edge and the next level, twice the size of
+    // the latter: a bilinear copy to half of an odd edge would omit texels.
+    struct Intermediate {
+        explicit Intermediate(const gl::TextureDescription& description);
         gl::Texture texture;
         gl::Framebuffer drawn;
     };
@@ -47,20 +48,21 @@ private:
     std::optional<gl::Renderbuffer> colorSamples_, depth_;
     std::vector<gl::Framebuffer> drawn_;
     std::optional<gl::Framebuffer> resolved_;
-    std::vector<std::unique_ptr<Between>> between_;  // before each level; null where edges are even
+    std::vector<std::unique_ptr<Intermediate>> intermediates_;  // per level; null for even edges
 };
 
 class TargetPool {
 public:
-    // Everything that is not resident may be given out again.
+    // Makes all targets that are not resident available.
     void beginFrame();
-    // A target of this description that nobody else has in this frame; or the resident one.
+    // Returns the resident target of that key, or a target of this description that is not used yet
+    // in this frame; creates it if there is none.
     Target& acquire(const TargetSpec& spec);
-    // Its content is now what its key promises.
+    // Marks the content as complete, so that later frames can use it by its key.
     void markResident(const Target& target);
     ResidentMaps residentMaps() const;
     void forgetResident();
-    // Lets go of what was used longest ago, down to the budgets.
+    // Deletes the least recently used targets beyond the memory budgets.
     void endFrame();
 
 private:
@@ -68,7 +70,7 @@ private:
         std::unique_ptr<Target> target;
         bool taken = false;
         bool resident = false;
-        std::uint64_t inputsHash = 0;  // of the last plan that asked for it
+        std::uint64_t inputsHash = 0;  // of the last plan that used it
         std::uint64_t lastFrame = 0;
     };
     std::vector<Entry> entries_;

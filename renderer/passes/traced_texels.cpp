@@ -1,4 +1,3 @@
-// Reading a scene's pictures back and laying them out.
 #include "passes/traced_texels.h"
 
 #include "passes/blocks.h"

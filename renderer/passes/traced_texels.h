@@ -1,5 +1,5 @@
-// All pictures of a scene in one list of texels, each with its levels, for hits of rays: nobody can
-// bind a texture for a surface that is only known once a ray has met it.
+// All images of a scene with their levels as one list of texels, for ray tracing: the texture of a
+// hit is not known in advance, so that it cannot be bound.
 #pragma once
 
 #include "gl/texture.h"
@@ -11,12 +11,12 @@
 namespace clerestory {
 
 struct TracedTexels {
-    // RGBA, 8 bits each. What a picture keeps in sRGB is kept here as its square root, which a
-    // shader takes back with one multiplication; half a step of 8 bits is lost on the way.
+    // RGBA, 8 bits each. sRGB images are stored as square roots of linear values, which a shader
+    // decodes with one multiplication; this costs half a step of 8 bits.
     std::vector<std::byte> bytes;
-    // TRACE_TEXTURE_ROWS for each of Scene::textures: levels, wrapping of u and v (Wrap), 1 if
-    // magnified smoothly + 2 if a square root; then for each level: number of its first texel,
-    // divided by 4096 and the rest; width; height.
+    // TRACE_TEXTURE_ROWS for each of Scene::textures. First row: number of levels, wrapping of u
+    // and v (Wrap), 1 for bilinear magnification + 2 for square roots. One row per level: index of
+    // its first texel as quotient and remainder of 4096, width, height.
     std::vector<glm::vec4> rows;
 };
 

@@ -69,7 +69,7 @@ void addExplanation(Answer& answer, const Frame& frame, const FrameRequest& requ
     if (!frame.health.empty()) json["health"] = healthJson(frame.health);
     ExplainedFrame explained{
         .type = answer.type, .picture = std::move(answer.body), .plan = jsonText(json)};
-    for (const FrameMap& map : frame.maps) {
+    for (const MapPicture& map : frame.maps) {
         explained.maps.push_back({map.target, mapJpeg(map.picture, request)});
     }
     putExplained(answer, explained, "clerestory-" + etag.substr(1, etag.size() - 2));

@@ -26,7 +26,7 @@ LocalBackend::LocalBackend(const LocalBackendOptions& options)
       budgets_(jobs_, jobResources_, options.curves),
       comparisons_(jobs_, jobResources_),
       frames_({queue_, library_, budgets_, metrics_, canary_},
-              {options.limits.deadlineSeconds, options.renderer.mostSamples}),
+              {options.limits.deadlineSeconds, options.renderer.maxShadedSamples}),
       jobs_(kMaxJobs) {
     addRoutes(routes_, FrameRoutes{frames_, options.signedLinks});
     addRoutes(routes_, JobRoutes{frames_, jobs_, comparisons_});

@@ -49,7 +49,7 @@ void addServe(CLI::App& app, CommandLine& line) {
     Config& config = line.config;
     CLI::App* serve = app.add_subcommand("serve", "Serve frames over HTTP");
     config.singleProcess = false;
-    config.renderer.mostSamples = kMaxSamplesServed;
+    config.renderer.maxShadedSamples = kMaxSamplesServed;
     serve->callback([&line] { line.command = Command::serve; });
     serve->add_option("--port", config.http.port, "port; 0 selects a free one")
         ->check(CLI::Range(0, 65535).description(""))

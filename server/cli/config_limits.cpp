@@ -48,7 +48,7 @@ void addLimitFlags(CLI::App& serve, Config& config) {
         ->type_name("SECONDS")
         ->group("Limits")
         ->capture_default_str();
-    addCount(serve, "--max-work", config.renderer.mostSamples, 0, 1e15,
+    addCount(serve, "--max-work", config.renderer.maxShadedSamples, 0, 1e15,
              "samples that one frame may shade: pixels x samples over all passes; 0: no limit");
     addCount(serve, "--threads", config.http.threads, 4, 4096,
              "concurrent request handlers, in addition to those that wait for a frame");

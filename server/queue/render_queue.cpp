@@ -182,7 +182,7 @@ void RenderQueue::serve(const RendererOptions& options) {
     std::unique_ptr<Renderer> renderer;
     try {
         RendererOptions own = options;
-        own.whenCompiling = [this](bool begins) { compiling(begins); };
+        own.onCompiling = [this](bool begins) { compiling(begins); };
         renderer = std::make_unique<Renderer>(own);
         made_.set_value(renderer->identity());
     } catch (...) {

@@ -63,8 +63,8 @@ void CompileAhead::run(RendererOptions options, Scene scene,
                        const std::vector<FrameRequest>& frames,
                        const std::function<bool()>& proceed) {
     try {
-        options.whenReset = nullptr;
-        options.whenCompiling = nullptr;
+        options.onReset = nullptr;
+        options.onCompiling = nullptr;
         Renderer renderer(options);
         for (const auto& map : maps) renderer.addEnvironment(map);
         for (TextureImage& image : scene.images) makeSmall(image);

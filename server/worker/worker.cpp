@@ -165,7 +165,7 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
         confine(options.memoryBytes);
         endWithoutMemory();
         LocalBackendOptions own = given;
-        own.renderer.whenReset = [] {
+        own.renderer.onReset = [] {
             logCritical({"the GPU was reset: this renderer ends"});
             std::_Exit(4);
         };

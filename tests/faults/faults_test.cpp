@@ -142,7 +142,7 @@ TEST(Faults, EveryDriverCallDuringUpload) {
 // G5. What ends the process in a worker is counted here.
 TEST(Faults, AResetOfTheGpuIsReportedAndNothingIsDrawnAfterIt) {
     int told = 0;
-    Renderer own({.whenReset = [&] { ++told; }});
+    Renderer own({.onReset = [&] { ++told; }});
     if (!own.identity().tellsOfResets) GTEST_SKIP() << "this driver does not report resets";
     Scene scene = everything();
     scene.id = "everything";

@@ -1,7 +1,7 @@
 // The Gaussian blur of cubes: kernel, energy, edges, and the materials and probes that request it.
 #include "support.h"
 
-#include "passes/blur_turns.h"
+#include "passes/cube_samples.h"
 #include "passes/passes.h"
 
 #include <gmock/gmock.h>
@@ -108,7 +108,7 @@ std::vector<double> weightsAround(double stdev) {
 TEST(BlurTurns, AreANormalisedGaussian) {
     for (const auto& [size, stdev] : {std::pair(1u, 0.5), std::pair(4u, 2.0), std::pair(64u, 21.0),
                                       std::pair(3u, 64.0), std::pair(2u, 0.01)}) {
-        const auto turns = blurTurns({size, stdev}, 256);
+        const auto turns = blurRotations({size, stdev}, 256);
         EXPECT_EQ(turns.size(), 4 * size + 1);
         double sum = 0.0, least = 1.0;
         for (const glm::vec4& t : turns) {

@@ -93,7 +93,7 @@ Image Workbench::traced(const FramePlan& plan, int rounds, double* milliseconds)
         .plan = plan, .pass = pass, .targets = targets, .scene = gpuScene_.get(), .pose = pose_};
     tracer_->prepare(plan, pose_);
     resources_.draws.begin(*scene_, pose_, view, glm::dmat3(1.0), plan.lights);
-    tracer_->addPlaces(resources_.draws);
+    tracer_->addInstances(resources_.draws);
     resources_.draws.upload();
     bindView(resources_, input, {.view = view}, glm::dmat3(1.0));
     tracer_->bind(plan, view.eye);

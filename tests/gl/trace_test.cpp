@@ -64,7 +64,7 @@ std::optional<Scene> shared(const std::string& path) {
 
 TEST(Traced, IsAvailable) {
     workbench();
-    EXPECT_TRUE(GpuTracer::offered());
+    EXPECT_TRUE(GpuTracer::supported());
 }
 
 TEST(Traced, PrimaryRaysSeeTheSixWallsAsDrawn) {

@@ -231,13 +231,13 @@ TEST(Work, TheSampleLimitIsExact) {
     const json plan = json::parse(postJson(planClient, "/v1/plans", body)->body);
     const auto samples = plan.at("totals").at("samples").get<std::uint64_t>();
     Config config = testConfig();
-    config.renderer.mostSamples = samples;
+    config.renderer.maxShadedSamples = samples;
     {
         TestServer server(config);
         auto client = server.client();
         EXPECT_EQ(postJson(client, "/v1/frames", body)->status, 200);
     }
-    config.renderer.mostSamples = samples - 1;
+    config.renderer.maxShadedSamples = samples - 1;
     TestServer server(config);
     server.awaitReady();
     auto client = server.client();

@@ -1,8 +1,7 @@
-// Prefilters an environment map: level k of the target holds the light that a GGX lobe of roughness
-// k / (levels - 1) gathers about each direction.
+// Passes over cubes. Prefiltering: level k of the target holds the radiance that a GGX lobe of
+// roughness k / (levels - 1) around each direction gathers.
 #include "passes/blocks.h"
-#include "passes/blur_turns.h"
-#include "passes/environment_samples.h"
+#include "passes/cube_samples.h"
 #include "passes/passes.h"
 
 #include <algorithm>
@@ -10,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-// OpenGL 4.3, table 8.18: each face's normal, and where its s and t grow.
+// OpenGL 4.3, table 8.18: normal of each face, and directions of increasing s and t.
 constexpr glm::vec3 kFaceAxes[6][3] = {
     {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
     {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
@@ -21,7 +20,7 @@ const gl::SamplerDescription kSmoothSource{.levels = gl::LevelFilter::linear};
 
 void setFace(blocks::PrefilterBlock& block, std::uint32_t face, float texels) {
     for (int axis = 0; axis < 3; ++axis) {
-        // w: from the target's pixels to -1..1, before 1 is taken away.
+        // w: scale from pixels of the target to 0..2, from which the shader subtracts 1.
         block.faceAxes[axis] = glm::vec4(kFaceAxes[face][axis], 2.0f / texels);
     }
 }
@@ -67,10 +66,10 @@ void execute(PassResources& resources, const PassInput& input, const BlurCube& w
     resources.samplers.sampler({}).bind(UNIT_SOURCE);
     resources.shaders.program({"fullscreen.vert", "map_blur.frag"}).use();
     resources.noVertices.bind();
-    const std::vector<glm::vec4> turns = blurTurns(work.blur, spec.width);
+    const std::vector<glm::vec4> rotations = blurRotations(work.blur, spec.width);
     blocks::PrefilterBlock block{};
-    block.counts = {static_cast<int>(turns.size()), static_cast<int>(work.axis), 0, 0};
-    std::copy(turns.begin(), turns.end(), block.samples);
+    block.counts = {static_cast<int>(rotations.size()), static_cast<int>(work.axis), 0, 0};
+    std::copy(rotations.begin(), rotations.end(), block.samples);
     for (std::uint32_t face = 0; face < 6; ++face) {
         setFace(block, face, static_cast<float>(spec.width));
         resources.prefilterBlock.assign(blocks::bytesOf(block));
@@ -86,6 +85,10 @@ void execute(PassResources& resources, const PassInput& input, const PrefilterMa
 
 void execute(PassResources& resources, const PassInput& input, const PrefilterCube& work) {
     prefilter(resources, input, input.read(work.source).texture(), work.samples);
+}
+
+void execute(PassResources&, const PassInput& input, const BuildLevels&) {
+    input.target().makeLevels();
 }
 
 }  // namespace clerestory

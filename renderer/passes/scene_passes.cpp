@@ -1,5 +1,4 @@
-// The scene from one view: depth first where the plan says so, opaque, masked, the sky where
-// nothing was drawn, then what is blended, far to near. And layers of glass over their backdrop.
+// Passes that draw the scene from one view, and the copy of a picture as a backdrop of glass.
 #include "passes/blocks.h"
 #include "passes/passes.h"
 #include "plan/graph/features.h"
@@ -10,8 +9,7 @@ namespace clerestory {
 namespace {
 
 constexpr DrawProgram kDepth{"depth.vert", "depth.frag", 0, 0, false};
-// Whether a draw is double-sided only decides what is culled: the shader turns each normal towards
-// the eye.
+// Double-sided draws differ only in culling: the shader orients each normal towards the eye.
 constexpr DrawProgram kSurface{"surface.vert", "surface.frag",
                                static_cast<Features>(~FEATURE_DOUBLE_SIDED)};
 
@@ -35,7 +33,7 @@ void beginView(PassResources& resources, const PassInput& input, const PassView&
 
 void bindPass(PassResources& resources, const PassInput& input, const PassView& view,
               std::uint32_t face) {
-    if (input.tracer) input.tracer->addPlaces(resources.draws);
+    if (input.tracer) input.tracer->addInstances(resources.draws);
     resources.draws.upload();
     bindView(resources, input, view, input.plan.mapFromWorld);
     uploadReflections(resources, input, view, input.plan.mapFromWorld);
@@ -49,7 +47,8 @@ void bindPass(PassResources& resources, const PassInput& input, const PassView& 
 }
 
 void drawSky(PassResources& resources, const PassInput& input) {
-    gl::apply(gl::State{.depthTest = gl::DepthTest::equal});  // where depth is still the far end
+    gl::apply(
+        gl::State{.depthTest = gl::DepthTest::equal});  // where depth is that of the far plane
     gl::apply(gl::Facing{.cullBack = false});
     input.environment->source.bind(UNIT_SOURCE);
     resources.samplers.sampler(kOneLevel).bind(UNIT_SOURCE);
@@ -64,6 +63,25 @@ void drawBlended(PassResources& resources, const PassInput& input, const PassVie
                         .blending = gl::Blending::premultiplied,
                         .clip = view.view.clipPlane.has_value()});
     drawAll(resources, input, view, draws, records, kSurface);
+}
+
+// Features that matter to the programs of channels.
+constexpr Features kGeometry = FEATURE_MASK | FEATURE_DOUBLE_SIDED;
+constexpr Features kCoverage = FEATURE_BASE_COLOR_MAP | FEATURE_VERTEX_COLOR |
+                               FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
+
+int channelVariant(Channel channel) {
+    switch (channel) {
+        case Channel::normal:
+            return CHANNEL_NORMAL;
+        case Channel::objectId:
+        case Channel::through:
+            return CHANNEL_NUMBER;
+        case Channel::depth:
+        case Channel::color:
+            break;
+    }
+    return CHANNEL_DEPTH;
 }
 
 }  // namespace
@@ -92,8 +110,8 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
 
     gl::apply(state);
     drawAll(resources, input, view, work.depthDraws, depthRecords, kDepth);
-    // What was drawn depth first passes where it is nearest: bit for bit, see eye_position.glsl.
-    // The same without a prepass, because another depth test is other code for some drivers.
+    // Depths of the prepass are equal bit for bit; see eye_position.glsl. Without a prepass the
+    // depth test is the same, because some drivers compile different code for another one.
     state.colorWrite = true;
     state.depthTest = gl::DepthTest::nearerOrEqual;
     gl::apply(state);
@@ -149,6 +167,29 @@ void execute(PassResources& resources, const PassInput& input, const DrawGlass& 
     drawAll(resources, input, view, work.glassDraws, glassRecords, kSurface);
     drawBlended(resources, input, view, work.blendedDraws, blendedRecords);
     input.target().resolve();
+}
+
+void execute(PassResources& resources, const PassInput& input, const DrawChannel& work) {
+    const glm::dmat3 worldAxes(1.0);
+    const PassView view{.view = work.view};
+    resources.draws.begin(input.scene->scene(), input.pose, work.view, worldAxes,
+                          input.plan.lights);
+    const std::uint32_t records = resources.draws.add(work.draws);
+    resources.draws.upload();
+    bindView(resources, input, view, worldAxes);
+
+    input.target().drawn().bind();
+    gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true});
+    gl::clearColorAndDepth();
+    const DrawProgram program{"surface.vert", "channel.frag", kGeometry | kCoverage,
+                              channelVariant(input.plan.channel)};
+    drawAll(resources, input, view, work.draws, records, program);
+    input.target().resolve();
+}
+
+void execute(PassResources&, const PassInput& input, const CopyBackdrop& work) {
+    input.read(work.source).readable(work.face).resolveInto(input.target().drawn());
+    input.target().makeLevels();
 }
 
 }  // namespace clerestory
