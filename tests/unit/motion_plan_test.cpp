@@ -1,6 +1,6 @@
 // Effects of moving objects on plans: maps that cannot see them stay resident, bounds follow them,
 // and static objects cost what they did.
-#include "view_tree_support.h"
+#include "view_planner_support.h"
 
 namespace clerestory::test {
 namespace {

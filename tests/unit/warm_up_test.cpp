@@ -1,7 +1,7 @@
 // Warm-up plans contain every program of their source plan and little else.
 #include "plan/warm_up.h"
 #include "plan/graph/features.h"
-#include "view_tree_support.h"
+#include "view_planner_support.h"
 
 #include <bit>
 

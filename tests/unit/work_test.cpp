@@ -1,7 +1,7 @@
 // R3: the samples that a frame shades, counted by hand, and the rejection of frames above the
 // limit.
 #include "plan/graph/work.h"
-#include "view_tree_support.h"
+#include "view_planner_support.h"
 
 #include <gtest/gtest.h>
 

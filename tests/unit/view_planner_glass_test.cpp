@@ -1,5 +1,5 @@
 // Passes of glass: layers, backdrops, bodies, and blended surfaces between them.
-#include "view_tree_support.h"
+#include "view_planner_support.h"
 
 #include "plan/graph/features.h"
 #include "scene/builtin/shapes.h"
@@ -22,7 +22,7 @@ Scene paneScene(std::vector<glm::dmat4> places, float roughness = 0.0f) {
     return scene;
 }
 
-TEST(ViewTree, PanesInARowHaveABackdropEach) {
+TEST(ViewPlanner, PanesInARowHaveABackdropEach) {
     for (std::size_t panes = 1; panes <= 4; ++panes) {
         std::vector<glm::dmat4> places;
         for (std::size_t i = 0; i < panes; ++i) places.push_back(at(0, 0, -double(i)));
@@ -37,7 +37,7 @@ TEST(ViewTree, PanesInARowHaveABackdropEach) {
     }
 }
 
-TEST(ViewTree, PanesSideBySideShareABackdrop) {
+TEST(ViewPlanner, PanesSideBySideShareABackdrop) {
     const FramePlan plan = planOf(paneScene({at(-1.5, 0, 0), at(1.5, 0, 0), at(0, 2.5, 0.1)}),
                                   forced(lookingFrom({0, 0, 6})));
     EXPECT_EQ(count(plan, "backdrop"), 1u) << toText(plan);
@@ -45,7 +45,7 @@ TEST(ViewTree, PanesSideBySideShareABackdrop) {
     EXPECT_EQ(worksOf<DrawGlass>(plan)[0].glassDraws.size(), 3u);
 }
 
-TEST(ViewTree, SixPanesInARowShareTheNearestLayer) {
+TEST(ViewPlanner, SixPanesInARowShareTheNearestLayer) {
     std::vector<glm::dmat4> places;
     for (int i = 0; i < 6; ++i) places.push_back(at(0, 0, -0.5 * i));
     const FramePlan plan = planOf(paneScene(places), forced(lookingFrom({0, 0, 5})));
@@ -57,8 +57,8 @@ TEST(ViewTree, SixPanesInARowShareTheNearestLayer) {
     EXPECT_EQ(count(plan, "glass"), 4u);
 }
 
-TEST(ViewTree, PanesAtEyeHeightAreOrderedByTheirCentres) {
-    // At an angle, so that the eye is in the box of either.
+TEST(ViewPlanner, PanesAtEyeHeightAreOrderedByTheirCentres) {
+    // At an angle, so that the eye is inside both boxes.
     const auto turned = [](double z) {
         return glm::scale(glm::rotate(at(0, 0, z), glm::radians(60.0), glm::dvec3(0, 1, 0)),
                           glm::dvec3(5.0));
@@ -73,8 +73,8 @@ TEST(ViewTree, PanesAtEyeHeightAreOrderedByTheirCentres) {
     }
 }
 
-// The windscreen and the rear window of a car: one mesh, and one is seen through the other.
-TEST(ViewTree, PanesOfOneMeshBehindEachOtherHaveABackdropEach) {
+// The windscreen and the rear window of a car are one mesh; one is visible through the other.
+TEST(ViewPlanner, PanesOfOneMeshBehindEachOtherHaveABackdropEach) {
     for (const float roughness : {0.0f, 0.4f}) {
         Scene scene;
         Material glass = clearGlass(roughness);
@@ -103,7 +103,7 @@ TEST(ViewTree, PanesOfOneMeshBehindEachOtherHaveABackdropEach) {
     }
 }
 
-TEST(ViewTree, SidesOfAGlassBodyShareABackdrop) {
+TEST(ViewPlanner, SidesOfAGlassBodyShareABackdrop) {
     Scene scene;
     Material body = clearGlass();
     body.thickness = 1.0f;
@@ -114,13 +114,13 @@ TEST(ViewTree, SidesOfAGlassBodyShareABackdrop) {
         ASSERT_EQ(count(plan, "glass"), 1u) << toText(plan);
         const DrawGlass glass = worksOf<DrawGlass>(plan).at(0);
         for (const Draw& draw : glass.glassDraws) {
-            // An eye within sees the sides from their backs.
+            // From inside, the eye sees the backs of the sides.
             EXPECT_EQ((draw.features & FEATURE_DOUBLE_SIDED) != 0, eye == glm::dvec3(0, 0, 0));
         }
     }
 }
 
-TEST(ViewTree, BlendedSurfacesAreDrawnBetweenTheGlassBehindAndInFrontOfThem) {
+TEST(ViewPlanner, BlendedSurfacesAreDrawnBetweenTheGlassBehindAndInFrontOfThem) {
     Scene scene = paneScene({at(0, 0, 0), at(0, 0, -2)});
     Material veil = dullGrey();
     veil.alphaMode = AlphaMode::blend;
@@ -137,7 +137,7 @@ TEST(ViewTree, BlendedSurfacesAreDrawnBetweenTheGlassBehindAndInFrontOfThem) {
     EXPECT_THAT(glass[1].blendedDraws, only(before));
 }
 
-TEST(ViewTree, OnlyRoughGlassHasABlurredBackdrop) {
+TEST(ViewPlanner, OnlyRoughGlassHasABlurredBackdrop) {
     const auto levels = [](float roughness) {
         const FramePlan plan =
             planOf(paneScene({at(0, 0, 0)}, roughness), forced(lookingFrom({0, 0, 5})));
@@ -147,7 +147,7 @@ TEST(ViewTree, OnlyRoughGlassHasABlurredBackdrop) {
     EXPECT_GT(levels(0.4f), 1u);
 }
 
-TEST(ViewTree, WithRefractionOffTheDrawsAreThoseOfASceneWithoutTransmission) {
+TEST(ViewPlanner, WithRefractionOffTheDrawsAreThoseOfASceneWithoutTransmission) {
     FrameRequest request = forced(lookingFrom({0, 0, 5}));
     request.effects.refraction = false;
     Scene glass = paneScene({at(0, 0, 0), at(1, 0, -2)});

@@ -1,6 +1,6 @@
 // Passes of flat mirrors, and the choice of techniques.
 #include "plan/cost/cost.h"
-#include "view_tree_support.h"
+#include "view_planner_support.h"
 
 #include "plan/graph/features.h"
 
@@ -16,9 +16,9 @@ using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// ---- nothing for nothing -----------------------------------------------------------------------
+// ---- scenes without reflectors -----------------------------------------------------------------
 
-TEST(ViewTree, ASceneWithoutReflectorsHasNoPassAndNoTargetForThem) {
+TEST(ViewPlanner, ASceneWithoutReflectorsHasNoPassAndNoTargetForThem) {
     const FramePlan plan = planOf(boxScene(dullGrey()), lookingFrom({0, 0, 5}));
     EXPECT_EQ(effectPasses(plan), 0u) << toText(plan);
     std::vector<std::string> names;
@@ -30,7 +30,7 @@ TEST(ViewTree, ASceneWithoutReflectorsHasNoPassAndNoTargetForThem) {
     EXPECT_THAT(plan.skipped, skippedAs("glass", "the scene has no transmissive material"));
 }
 
-TEST(ViewTree, AlphaAloneIsNotGlass) {
+TEST(ViewPlanner, AlphaAloneIsNotGlass) {
     Material veil = dullGrey();
     veil.alphaMode = AlphaMode::blend;
     veil.baseColor.w = 0.3f;
@@ -41,7 +41,7 @@ TEST(ViewTree, AlphaAloneIsNotGlass) {
 
 // ---- flat mirrors ------------------------------------------------------------------------------
 
-TEST(ViewTree, AMirrorInViewAddsOnePassBeforeTheViewThatReadsIt) {
+TEST(ViewPlanner, AMirrorInViewAddsOnePassBeforeTheViewThatReadsIt) {
     const FramePlan plan = planOf(mirrorScene(), forced(lookingFrom({0.3, 0.2, 5})));
     ASSERT_EQ(count(plan, "mirror"), 1u) << toText(plan);
     const Pass mirror = passesOf(plan, "mirror")[0];
@@ -53,7 +53,7 @@ TEST(ViewTree, AMirrorInViewAddsOnePassBeforeTheViewThatReadsIt) {
     EXPECT_THAT(mirror.reason, HasSubstr("visible and facing"));
 }
 
-TEST(ViewTree, AMirroredViewTurnsTheWindingAndIsClippedAtTheMirror) {
+TEST(ViewPlanner, AMirroredViewTurnsTheWindingAndIsClippedAtTheMirror) {
     const FramePlan plan = planOf(mirrorScene(), forced(lookingFrom({0.3, 0.2, 5})));
     const View view = *passesOf(plan, "mirror").at(0).view();
     EXPECT_TRUE(view.mirrored);
@@ -61,7 +61,7 @@ TEST(ViewTree, AMirroredViewTurnsTheWindingAndIsClippedAtTheMirror) {
     EXPECT_LT(glm::determinant(glm::dmat3(view.viewFromWorld)), 0.0);
     EXPECT_NEAR(view.eye.z, -5.0, 1e-12);
     ASSERT_TRUE(view.clipPlane.has_value());
-    // Kept is what lies in front of the mirror: z >= 0.
+    // The half-space in front of the mirror remains: z >= 0.
     const glm::dvec4 clip = *view.clipPlane;
     EXPECT_GT(glm::dot(glm::dvec3(clip), glm::dvec3(0, 0, 1e-6) - view.eye) + clip.w, 0.0);
     EXPECT_LT(glm::dot(glm::dvec3(clip), glm::dvec3(0, 0, -1e-6) - view.eye) + clip.w, 0.0);
@@ -71,7 +71,7 @@ TEST(ViewTree, AMirroredViewTurnsTheWindingAndIsClippedAtTheMirror) {
     }
 }
 
-TEST(ViewTree, AMirrorInAMirrorTurnsTheWindingBack) {
+TEST(ViewPlanner, AMirrorInAMirrorTurnsTheWindingBack) {
     Scene scene = mirrorScene();
     placeAt(scene, scene.instances[0].mesh, turnedRound(0, 0, 9));
     const FramePlan plan = planOf(scene, forced(lookingFrom({0.3, 0.2, 5})));
@@ -88,7 +88,7 @@ struct UnseenMirror {
     glm::dvec3 eye, target;
 };
 
-TEST(ViewTree, InvisibleMirrorsAddNoPass) {
+TEST(ViewPlanner, InvisibleMirrorsAddNoPass) {
     const char* mirrorName = "mirror:node";
     const UnseenMirror cases[] = {
         {"behind the camera", "mirrors", "no flat mirror in view", {0, 0, 5}, {0, 0, 9}},
@@ -104,7 +104,7 @@ TEST(ViewTree, InvisibleMirrorsAddNoPass) {
     }
 }
 
-TEST(ViewTree, MirrorsBelowTheEyeAreEdgeOnOnlyBelowOnePixel) {
+TEST(ViewPlanner, MirrorsBelowTheEyeAreEdgeOnOnlyBelowOnePixel) {
     // A floor around the eye, so large that its box is a part of the picture at any height.
     Scene scene;
     placeAt(scene, addSquareMesh(scene, "floor", addMaterial(scene, mirror())),
@@ -123,7 +123,7 @@ TEST(ViewTree, MirrorsBelowTheEyeAreEdgeOnOnlyBelowOnePixel) {
     }
 }
 
-TEST(ViewTree, ObjectsBehindAMirrorAddNoPass) {
+TEST(ViewPlanner, ObjectsBehindAMirrorAddNoPass) {
     Scene scene = mirrorScene();
     // Another mirror, a ball and a box behind the first one's plane, and one in the plane.
     placeAt(scene, scene.instances[0].mesh, at(0, 1.5, -0.5), "behind");
@@ -139,14 +139,14 @@ TEST(ViewTree, ObjectsBehindAMirrorAddNoPass) {
     }
 }
 
-TEST(ViewTree, ATwoSidedMirrorIsSeenFromItsBack) {
+TEST(ViewPlanner, ATwoSidedMirrorIsSeenFromItsBack) {
     Material sheet = mirror();
     sheet.doubleSided = true;
     const FramePlan plan = planOf(mirrorScene(sheet), forced(lookingFrom({0, 0, -5})));
     EXPECT_EQ(count(plan, "mirror"), 1u) << toText(plan);
 }
 
-TEST(ViewTree, SwitchedOffMirrorsAddNoPassAndAReason) {
+TEST(ViewPlanner, SwitchedOffMirrorsAddNoPassAndAReason) {
     FrameRequest request = forced(lookingFrom({0, 0, 5}));
     request.effects.planarReflection = false;
     const FramePlan plan = planOf(mirrorScene(), request);
@@ -159,15 +159,15 @@ TEST(ViewTree, SwitchedOffMirrorsAddNoPassAndAReason) {
     EXPECT_EQ(rootOf(plan), rootOf(planOf(without, request))) << "as a scene without mirrors";
 }
 
-TEST(ViewTree, ImperceptibleMirrorsAddNoPassEvenIfRequested) {
-    // A polished floor of water's index, straight ahead, a thousandth of the picture.
+TEST(ViewPlanner, ImperceptibleMirrorsAddNoPassEvenIfRequested) {
+    // A polished floor with the index of water, a thousandth of the picture.
     Material water{.name = "water", .metallic = 0.0f, .roughness = 0.0f, .ior = 1.02f};
     const FramePlan plan = planOf(mirrorScene(water), forced(lookingFrom({0, 0, 20})));
     EXPECT_EQ(effectPasses(plan), 0u);
     EXPECT_THAT(plan.skipped, skippedAs("mirror:node", "weight below the visible minimum"));
 }
 
-TEST(ViewTree, MirrorsInOnePlaneShareOnePicture) {
+TEST(ViewPlanner, MirrorsInOnePlaneShareOnePicture) {
     Scene scene = mirrorScene();
     const Index square = scene.instances[0].mesh;
     placeAt(scene, square, at(2.5, 0, 0));
@@ -179,7 +179,7 @@ TEST(ViewTree, MirrorsInOnePlaneShareOnePicture) {
     EXPECT_EQ(count(planOf(scene, request), "mirror"), 2u);
 }
 
-TEST(ViewTree, FacingMirrorsFollowTheRequestedGenerations) {
+TEST(ViewPlanner, FacingMirrorsFollowTheRequestedGenerations) {
     Scene scene;
     const Index square = addSquareMesh(scene, "mirror", addMaterial(scene, mirror()));
     placeAt(scene, square, at(0, 0, -1));
@@ -195,8 +195,8 @@ TEST(ViewTree, FacingMirrorsFollowTheRequestedGenerations) {
     }
 }
 
-TEST(ViewTree, WideViewsBetweenFacingMirrorsFollowBothDirections) {
-    // Both mirrors in view from between them: each way its own chain, so 2 g passes.
+TEST(ViewPlanner, WideViewsBetweenFacingMirrorsFollowBothDirections) {
+    // Both mirrors are in view from between them, each with a chain of views: 2 g passes.
     Scene scene;
     const Index square = addSquareMesh(scene, "mirror", addMaterial(scene, mirror()));
     const auto wall = [&](double x, double turn) {
@@ -213,7 +213,7 @@ TEST(ViewTree, WideViewsBetweenFacingMirrorsFollowBothDirections) {
     }
 }
 
-TEST(ViewTree, ARoughMirrorHasLevelsAndASharpOneHasNone) {
+TEST(ViewPlanner, ARoughMirrorHasLevelsAndASharpOneHasNone) {
     const FrameRequest request = forced(lookingFrom({0, 0, 5}));
     const FramePlan sharp = planOf(mirrorScene(), request);
     EXPECT_EQ(count(sharp, "levels"), 0u);
@@ -222,7 +222,7 @@ TEST(ViewTree, ARoughMirrorHasLevelsAndASharpOneHasNone) {
     EXPECT_GT(rough.targets[passesOf(rough, "levels")[0].target].levels, 1u);
 }
 
-TEST(ViewTree, MirroredViewsAreLimitedToTheVisiblePart) {
+TEST(ViewPlanner, MirroredViewsAreLimitedToTheVisiblePart) {
     FrameRequest request = forced(lookingFrom({0, 0, 8}));
     const auto target = [&] {
         const FramePlan plan = planOf(mirrorScene(), request);
@@ -235,7 +235,7 @@ TEST(ViewTree, MirroredViewsAreLimitedToTheVisiblePart) {
     EXPECT_NEAR(target().width, 0.5 * whole.width, 1.0);
 }
 
-TEST(ViewTree, AnOverrideMakesAMatteFloorAMirror) {
+TEST(ViewPlanner, AnOverrideMakesAMatteFloorAMirror) {
     const Scene scene = mirrorScene(dullGrey());
     FrameRequest request = lookingFrom({0, 0, 5});
     EXPECT_EQ(effectPasses(planOf(scene, request)), 0u);
@@ -273,7 +273,7 @@ Scene glassTable(float thickness) {
     return scene;
 }
 
-TEST(ViewTree, AGlassTableNeedsFewBackdrops) {
+TEST(ViewPlanner, AGlassTableNeedsFewBackdrops) {
     FrameRequest request = lookingFrom({3, 3, 4}, {0, 0.7, 0});
     request.width = 640;
     request.height = 400;
@@ -300,7 +300,7 @@ TEST(ViewTree, AGlassTableNeedsFewBackdrops) {
     EXPECT_EQ(glass, 2);
 }
 
-TEST(ViewTree, DistantSidesHaveSeparateBackdrops) {
+TEST(ViewPlanner, DistantSidesHaveSeparateBackdrops) {
     FrameRequest request = forced(lookingFrom({3, 3, 4}, {0, 0.7, 0}));
     const auto sheets = [&](float thickness) {
         const FramePlan plan = planOf(glassTable(thickness), request);
@@ -312,7 +312,7 @@ TEST(ViewTree, DistantSidesHaveSeparateBackdrops) {
     EXPECT_EQ(sheets(0.6f), 0);
 }
 
-TEST(ViewTree, TheStrongestMirrorsAreDrawnAndTheOthersReported) {
+TEST(ViewPlanner, TheStrongestMirrorsAreDrawnAndTheOthersReported) {
     Scene scene;
     const Index square = addSquareMesh(scene, "mirror", addMaterial(scene, mirror()));
     // Twelve squares in a row, each a little farther away.
@@ -329,7 +329,7 @@ TEST(ViewTree, TheStrongestMirrorsAreDrawnAndTheOthersReported) {
 
 // ---- decisions ---------------------------------------------------------------------------------
 
-TEST(ViewTree, RequestedTechniquesAreUsedAndCandidatesListed) {
+TEST(ViewPlanner, RequestedTechniquesAreUsedAndCandidatesListed) {
     Scene scene = mirrorScene();
     placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 3), "ball");
     placeAt(scene, addSquareMesh(scene, "pane", addMaterial(scene, clearGlass())), at(0, 0, 4),
@@ -350,25 +350,28 @@ TEST(ViewTree, RequestedTechniquesAreUsedAndCandidatesListed) {
         }
         return taken;
     };
-    for (const auto& [asked, method] : {std::pair(PlanarMethod::environment, Method::environment),
-                                        {PlanarMethod::mirror, Method::mirror}}) {
-        request.accuracy.planar = asked;
+    for (const auto& [requested, method] :
+         {std::pair(PlanarMethod::environment, Method::environment),
+          {PlanarMethod::mirror, Method::mirror}}) {
+        request.accuracy.planar = requested;
         EXPECT_THAT(takenBy("mirror:"), ElementsAre(method));
     }
-    for (const auto& [asked, method] : {std::pair(CurvedMethod::environment, Method::environment),
-                                        {CurvedMethod::probe, Method::probe}}) {
-        request.accuracy.curved = asked;
+    for (const auto& [requested, method] :
+         {std::pair(CurvedMethod::environment, Method::environment),
+          {CurvedMethod::probe, Method::probe}}) {
+        request.accuracy.curved = requested;
         EXPECT_THAT(takenBy("probe:"), ElementsAre(method));
     }
-    for (const auto& [asked, method] : {std::pair(GlassMethod::environment, Method::environment),
-                                        {GlassMethod::backdrop, Method::backdrop}}) {
-        request.accuracy.glass = asked;
+    for (const auto& [requested, method] :
+         {std::pair(GlassMethod::environment, Method::environment),
+          {GlassMethod::backdrop, Method::backdrop}}) {
+        request.accuracy.glass = requested;
         EXPECT_THAT(takenBy("glass:"), ElementsAre(method));
     }
 }
 
 // The predicted cost of a technique is compared with the passes that it causes.
-TEST(ViewTree, CostsMatchTheResultingWork) {
+TEST(ViewPlanner, CostsMatchTheResultingWork) {
     Scene scene = mirrorScene();
     placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 3), "ball");
     FrameRequest request = forced(lookingFrom({0, 0, 9}));
@@ -381,8 +384,8 @@ TEST(ViewTree, CostsMatchTheResultingWork) {
                                         [&](const Candidate& c) { return c.method == d.taken; });
         Work work{.software = DeviceLimits{}.software};
         for (const Pass& pass : plan.passes) {
-            const bool asked = pass.kind() == "mirror" || pass.kind() == "capture";
-            if (!asked || pass.name != d.name || pass.generation != 1) continue;
+            const bool relevant = pass.kind() == "mirror" || pass.kind() == "capture";
+            if (!relevant || pass.name != d.name || pass.generation != 1) continue;
             const TargetSpec& target = plan.targets[pass.target];
             work.triangles += static_cast<double>(totals(pass).triangles);
             work.pixels += double(target.width) * target.height;
@@ -403,7 +406,7 @@ TEST(ViewTree, CostsMatchTheResultingWork) {
     EXPECT_EQ(probes, 1);
 }
 
-TEST(ViewTree, StricterPresetsNeverChooseAWorseTechnique) {
+TEST(ViewPlanner, StricterPresetsNeverChooseAWorseTechnique) {
     const auto errors = [](Preset preset) {
         Scene scene = mirrorScene();
         placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 3));
@@ -426,7 +429,7 @@ TEST(ViewTree, StricterPresetsNeverChooseAWorseTechnique) {
     }
 }
 
-TEST(ViewTree, EqualRequestsGiveEqualPlansForAnyContent) {
+TEST(ViewPlanner, EqualRequestsGiveEqualPlansForAnyContent) {
     Scene scene = ballScene();
     placeAt(scene, addSquareMesh(scene, "pane", addMaterial(scene, clearGlass(0.3f))), at(0, 0, 3),
             "pane");

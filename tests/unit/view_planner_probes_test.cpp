@@ -1,13 +1,13 @@
 // Passes of curved mirrors: captured cubes, their keys, their generations.
 #include "plan/graph/features.h"
-#include "view_tree_support.h"
+#include "view_planner_support.h"
 
 #include <set>
 
 namespace clerestory::test {
 namespace {
 
-TEST(ViewTree, TwoCurvedMirrorsAndTwoGenerationsAre24FaceViewsTheFirstGenerationFirst) {
+TEST(ViewPlanner, TwoCurvedMirrorsAndTwoGenerationsAre24FaceViewsTheFirstGenerationFirst) {
     const FramePlan plan = planOf(ballScene(), forced(lookingFrom({0, 1, 6})));
     const std::vector<Pass> faces = passesOf(plan, "capture");
     ASSERT_EQ(faces.size(), 24u) << toText(plan);
@@ -27,7 +27,7 @@ TEST(ViewTree, TwoCurvedMirrorsAndTwoGenerationsAre24FaceViewsTheFirstGeneration
     }
 }
 
-TEST(ViewTree, ResidentCubesAreNotRedrawnForOtherViews) {
+TEST(ViewPlanner, ResidentCubesAreNotRedrawnForOtherViews) {
     const Scene scene = ballScene();
     const FramePlan first = planOf(scene, forced(lookingFrom({0, 1, 6})));
     const FramePlan second = planOf(scene, forced(lookingFrom({1, 2, 5})), allOf(first));
@@ -42,7 +42,7 @@ TEST(ViewTree, ResidentCubesAreNotRedrawnForOtherViews) {
     }
 }
 
-TEST(ViewTree, OnlyRoughMetalSumsDirectionsOnRequest) {
+TEST(ViewPlanner, OnlyRoughMetalSumsDirectionsOnRequest) {
     Scene scene;
     const auto ball = [&](const char* name, Material material, double x) {
         placeAt(scene, addBallMesh(scene, name, addMaterial(scene, std::move(material))),
@@ -76,7 +76,7 @@ TEST(ViewTree, OnlyRoughMetalSumsDirectionsOnRequest) {
     EXPECT_TRUE(sampledIn(planOf(scene, r)).empty());
 }
 
-TEST(ViewTree, CubeKeysHashTheirContent) {
+TEST(ViewPlanner, CubeKeysHashTheirContent) {
     const Scene scene = ballScene();
     FrameRequest request = forced(lookingFrom({0, 1, 6}));
     request.accuracy.generations = 1;
@@ -104,7 +104,7 @@ TEST(ViewTree, CubeKeysHashTheirContent) {
     }
 }
 
-TEST(ViewTree, EveryKnobThatChangesACubesTexelsChangesItsKey) {
+TEST(ViewPlanner, EveryKnobThatChangesACubesTexelsChangesItsKey) {
     const Scene scene = ballScene();
     const FrameRequest plain = forced(lookingFrom({0, 1, 6}));
     const auto changed = [&](auto&& change) {
@@ -132,8 +132,8 @@ TEST(ViewTree, EveryKnobThatChangesACubesTexelsChangesItsKey) {
     }));
 }
 
-// A cube sees all around it, to infinity: it sees everything except its owner.
-TEST(ViewTree, CubesDependOnTheirCapturePoint) {
+// A cube shows all directions up to infinity, and everything except its owner.
+TEST(ViewPlanner, CubesDependOnTheirCapturePoint) {
     Scene scene;
     placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, mirror())), at(0, 0, 0), "ball");
     placeAt(scene, addBoxMesh(scene, "box", addMaterial(scene, dullGrey())), at(0, 0, -3), "box");
@@ -148,7 +148,7 @@ TEST(ViewTree, CubesDependOnTheirCapturePoint) {
     EXPECT_NE(keysAt(at(0, 0, 0)), keysAt(at(0, 0, 0.01)));
 }
 
-TEST(ViewTree, ACurvedMirrorOutOfViewOrSwitchedOffIsNotCaptured) {
+TEST(ViewPlanner, ACurvedMirrorOutOfViewOrSwitchedOffIsNotCaptured) {
     const FramePlan away = planOf(ballScene(), forced(lookingFrom({0, 1, 6}, {0, 1, 9})));
     EXPECT_EQ(effectPasses(away), 0u);
     EXPECT_THAT(away.skipped, skippedAs("probes", "no curved mirror in view"));
@@ -162,7 +162,7 @@ TEST(ViewTree, ACurvedMirrorOutOfViewOrSwitchedOffIsNotCaptured) {
     EXPECT_THAT(plan.skipped, skippedAs("probes", "switched off"));
 }
 
-TEST(ViewTree, InstanceOrderDoesNotMatter) {
+TEST(ViewPlanner, InstanceOrderDoesNotMatter) {
     const auto scene = [](std::vector<int> order) {
         Scene s;
         const Index ball = addBallMesh(s, "ball", addMaterial(s, mirror()));
