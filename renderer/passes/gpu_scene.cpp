@@ -1,4 +1,3 @@
-// Uploading a scene.
 #include "passes/gpu_scene.h"
 
 #include "gl/context.h"
@@ -23,8 +22,8 @@ constexpr std::array<unsigned, MATERIAL_SLOTS> kSlotUnits = {
     UNIT_BASE_COLOR, UNIT_METALLIC_ROUGHNESS, UNIT_NORMAL,   UNIT_OCCLUSION,
     UNIT_EMISSIVE,   UNIT_TRANSMISSION,       UNIT_THICKNESS};
 
-// KHR_texture_transform: scaled, then turned, then moved. The picture's v points down, so a
-// counter-clockwise turn has its minus sign in the second row.
+// KHR_texture_transform: scale, then rotation, then offset. v points down, so that the minus sign
+// of a counter-clockwise rotation is in the second row.
 void setTexCoordRows(const TextureSlot& slot, glm::vec4* rows) {
     const float c = std::cos(slot.rotation), s = std::sin(slot.rotation);
     const auto set = static_cast<float>(slot.texCoord);
@@ -110,8 +109,8 @@ gl::Wrapping wrappingOf(Wrap wrap) {
     return gl::Wrapping::repeat;
 }
 
-// Without anisotropy, maps that hold numbers take the nearest level: blending two costs twice the
-// fetch on a processor (Sponza at 1280x720: 6 of 113 ms) and shows in colours only.
+// Without anisotropy, data textures use the nearest level: blending two levels costs twice the
+// fetches on a processor (Sponza at 1280x720: 6 of 113 ms) and is visible in colour textures only.
 gl::SamplerDescription samplerOf(const Texture& t, bool holdsColor, std::uint32_t anisotropy) {
     const bool smooth = t.minify == Filter::linear;
     const bool blended = smooth && (holdsColor || anisotropy > 1);

@@ -1,4 +1,4 @@
-// A scene's vertices, textures and materials as OpenGL objects.
+// Vertices, textures and materials of a scene as OpenGL objects.
 #pragma once
 
 #include "gl/buffer.h"
@@ -15,7 +15,7 @@
 
 namespace clerestory {
 
-// One sampler for each way of sampling.
+// Creates one sampler object per description.
 class SamplerCache {
 public:
     const gl::Sampler& sampler(const gl::SamplerDescription& description);
@@ -45,14 +45,15 @@ struct FrameMaterials {
 
 class GpuScene {
 public:
-    // Uploads everything; what never changes of `scene` is read where it lies, see
-    // gl::Buffer::sharing(). `drawRecords` feeds the per-draw attributes and must outlive this.
+    // Uploads everything; constant vertices may be read from the memory of `scene`, see
+    // gl::Buffer::sharing(). `drawRecords` holds the per-draw attributes and must outlive this
+    // object.
     GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords);
 
-    // Uploads the vertices of what deforms where they are not those of the last time. Returns of
-    // how many meshes.
+    // Uploads the vertices of deformed meshes that changed since the last call. Returns the number
+    // of these meshes.
     std::uint64_t follow(const Pose& pose);
-    // Whose vertices the buffer holds is no longer known.
+    // Makes the next follow() upload all deformed meshes.
     void forgetPose() { deformed_.clear(); }
 
     const Scene& scene() const { return *scene_; }
@@ -78,7 +79,7 @@ private:
         Texture sampledAs;
     };
     std::map<std::size_t, White> whites_;
-    std::vector<std::uint64_t> deformed_;  // hashes of what the buffer holds; as Pose::deformed
+    std::vector<std::uint64_t> deformed_;  // hashes of the uploaded Pose::deformed
 };
 
 }  // namespace clerestory

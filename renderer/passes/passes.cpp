@@ -1,4 +1,4 @@
-// What several kinds of pass share: the view's numbers, and the loop over draws.
+// Shared by several pass types: the uniform block of a view, and the loop over draws.
 #include "passes/passes.h"
 
 #include "gl/context.h"
@@ -16,8 +16,8 @@ namespace {
 // As kBrdfSize in lighting.glsl.
 constexpr std::uint32_t kBrdfSize = 32;
 
-// Enough to be worth the tiles' upkeep, few enough that filling starts soon: Sponza's court at
-// 1280x720 takes 101 ms in such portions, 113 as one.
+// Large enough to amortise binning into tiles, small enough that rasterisation starts early:
+// Sponza's court at 1280x720 takes 101 ms in batches of this size, 113 ms as one batch.
 constexpr std::uint32_t kTrianglesPerSubmission = 32'000;
 
 gl::Texture brdfTexture() {
@@ -57,8 +57,8 @@ void setSkyDirections(const View& view, const glm::dmat3& eyeFromView, glm::vec4
     directions[2] = glm::vec4(glm::vec3(eyeFromPicture[1]), 0.0f);
 }
 
-// A loop over lamps and numbers out of uniform blocks cost every pixel time that views without them
-// need not spend.
+// Loops over lights and reads of uniform blocks cost time per pixel; programs for views without
+// them omit both.
 std::uint32_t viewBits(const PassInput& input, const View& view) {
     const std::vector<PlacedLight>& lights = input.plan.lights;
     std::uint32_t bits = 0;
@@ -136,7 +136,7 @@ void uploadReflections(PassResources& resources, const PassInput& input, const P
         std::memcpy(bytes.data() + i * reflectionStride(), &block, sizeof block);
     }
     resources.reflectionBlock.assign(bytes);
-    // An earlier pass may have left a range bound that the new content no longer reaches.
+    // The range that an earlier pass bound may be beyond the end of the new content.
     resources.reflectionBlock.bindUniform(BINDING_REFLECTION, 0, sizeof(blocks::ReflectionBlock));
 }
 
@@ -175,7 +175,7 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         const Draw& draw = draws[i];
         const Features features = draw.features & program.relevant;
         if (boundFeatures != features) {
-            // What rays may meet is known from the plan; see hit.glsl.
+            // The plan knows the features of all hits; see hit.glsl.
             const bool rays = features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
             const int variant =
                 rays ? static_cast<int>(input.plan.rays->hitFeatures) : program.variant;

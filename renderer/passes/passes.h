@@ -82,6 +82,10 @@ void uploadReflections(PassResources& resources, const PassInput& input, const P
 // Binds the map that lights the pass, for draws without a reflected picture.
 void bindEnvironment(PassResources& resources, const PassInput& input, TargetId environment);
 
+// Binds one sampler state in every slot; see settle_samplers.frag. Shades no pixel, for any current
+// OpenGL state and vertex array.
+void settleSamplers(PassResources& resources);
+
 // Draws in order, with the records that begin at `firstRecord` and programs of one kind.
 struct DrawProgram {
     const char* vertex;
@@ -91,9 +95,6 @@ struct DrawProgram {
     bool materials = true;   // binds materials; programs depend on VIEW bits (features.glsl)
     bool backFaces = false;  // draws only what is otherwise culled
 };
-// Gives every sampler slot one state; see settle_samplers.frag. Shades no pixel, whatever the state
-// and the vertex array at hand.
-void settleSamplers(PassResources& resources);
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program);
 

@@ -1,4 +1,5 @@
-// Putting sources together. Each file is included once; #line keeps the compiler's messages true.
+// Assembles sources. Each file is included once; #line directives keep the positions in compiler
+// messages correct.
 #include "passes/shader_library.h"
 
 #include "embedded_embeddedShaders.h"

@@ -1,4 +1,4 @@
-// Programs by the files they are made of and the features they have; compiled at first use.
+// Shader programs by source files and features; compiled on first use.
 #pragma once
 
 #include "gl/program.h"
@@ -53,10 +53,10 @@ private:
     CompilingProgram compiling_;
 };
 
-// A shader file with its includes in place. Throws std::runtime_error for a file that is not there.
+// Returns a shader file with its includes expanded. Throws std::runtime_error for an unknown file.
 std::string shaderSource(const std::string& file, Features features, int variant,
                          std::uint32_t view = 0);
-// The same for a text that is no file, of which only the includes are.
+// The same for a source text.
 std::string withIncludes(const std::string& text, Features features, int variant,
                          std::uint32_t view = 0);
 

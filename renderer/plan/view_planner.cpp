@@ -1,4 +1,4 @@
-// One view: what it shows, what each effect makes of it, and its passes.
+// Plans one view: visible surfaces, a method for each by the effects, and the passes.
 #include "plan/effects/view_context.h"
 
 #include "plan/effects/curved_reflection.h"

@@ -1,6 +1,6 @@
-// What of a request decides how any view of its frame is drawn, whichever place it is seen from.
-// Mirrored views and captured cubes receive this and nothing else of the request, so a captured map
-// can depend on nothing that its key leaves out.
+// The part of a request that determines how any view of its frame is drawn. Mirrored views and
+// captured cubes receive this and nothing else of the request, so that a captured map cannot depend
+// on a setting that its key omits.
 //
 //     const ViewSettings settings = viewSettings(request, scene, maxAnisotropy);
 //     hashOf(captureSettings(settings));  // a part of a captured cube's key

@@ -67,7 +67,7 @@ void addTexture(Features& features, const TextureSlot& slot, Features bit) {
     if (slot.texCoord == 1) features |= FEATURE_SECOND_TEXCOORD;
 }
 
-// What glass of this material samples.
+// Texture features of glass of this material.
 Features glassTextures(const Material& m) {
     Features features = 0;
     addTexture(features, m.metallicRoughnessTexture, FEATURE_METALLIC_ROUGHNESS_MAP);
@@ -76,9 +76,9 @@ Features glassTextures(const Material& m) {
     return features;
 }
 
-// Features of some surfaces that all others share, because they cost less than a program for each
-// combination of them. A material without such a texture samples white; one that emits nothing adds
-// 0.
+// If one surface of the scene has these features, all surfaces get them: that costs less than a
+// program for each combination. Materials without the texture sample white; without emission they
+// add 0.
 constexpr Features kShared = FEATURE_OCCLUSION_MAP | FEATURE_EMISSION;
 
 // The features of a draw's program. `ofAll`, `ofGlass`: those that all surfaces and all glass
@@ -87,7 +87,7 @@ Features programFeatures(Features f, Features ofAll, Features ofGlass) {
     if (f & FEATURE_UNLIT) return f;
     f |= ofAll;
     if (!(f & (FEATURE_GLASS | FEATURE_TRACED_GLASS))) return f;
-    f &= ~FEATURE_OCCLUSION_MAP;  // of diffuse light, which glass does not occlude
+    f &= ~FEATURE_OCCLUSION_MAP;  // occludes diffuse light only, which glass does not have
     // Normal maps without other numbers are shaded differently; see surface.frag.
     if (!(f & FEATURE_NORMAL_MAP)) f &= ~FEATURE_DEFAULT_NUMBERS;
     // Such a normal map holds another material's metallic and roughness.
