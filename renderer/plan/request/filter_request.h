@@ -2,7 +2,7 @@
 // of the request, after the scene is drawn and before tone mapping.
 //
 // A new filter needs a struct with kType and fields() here, an overload of reasonToLeaveOut(), and
-// its passes in plan/effects/filters.cpp.
+// its passes; CONTRIBUTING.md lists the steps.
 #pragma once
 
 #include "scene/fields.h"
@@ -17,7 +17,6 @@
 
 namespace clerestory {
 
-enum class FilterType { twirl, convolve, glow };
 enum class KernelName {
     sharpen,
     box,
