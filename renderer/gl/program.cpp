@@ -3,7 +3,9 @@
 
 #include "gl/context.h"
 
+#include <cstddef>
 #include <stdexcept>
+#include <vector>
 
 namespace clerestory::gl {
 namespace {
@@ -23,6 +25,16 @@ Name compiled(GLenum stage, const std::string& name, const std::string& source) 
     throw std::runtime_error("shader " + name + " does not compile: " + log);
 }
 
+void replaceByBinary(GLuint program) {
+    GLint size = 0;
+    glGetProgramiv(program, GL_PROGRAM_BINARY_LENGTH, &size);
+    if (size <= 0) return;  // the driver has no cache, and no binaries
+    std::vector<std::byte> binary(static_cast<std::size_t>(size));
+    GLenum format = 0;
+    glGetProgramBinary(program, size, &size, &format, binary.data());
+    glProgramBinary(program, format, binary.data(), size);
+}
+
 Name linked(const ProgramDescription& d) {
     const GLuint fragment = compiled(GL_FRAGMENT_SHADER, d.name, d.fragmentSource);
     const GLuint program = glCreateProgram();
@@ -32,6 +44,10 @@ Name linked(const ProgramDescription& d) {
     glDeleteShader(fragment);
     GLint ok = 0, length = 0;
     glGetProgramiv(program, GL_LINK_STATUS, &ok);
+    if (ok && d.loadBinary && Context::current().capabilities().software) {
+        replaceByBinary(program);
+        glGetProgramiv(program, GL_LINK_STATUS, &ok);
+    }
     if (!ok) {
         glGetProgramiv(program, GL_INFO_LOG_LENGTH, &length);
         std::string log(static_cast<std::size_t>(length), ' ');

@@ -9,8 +9,8 @@ namespace clerestory::gl {
 
 class VertexShader {
 public:
-    // `name` is for error messages. Throws std::runtime_error with the driver's log when it does not
-    // compile.
+    // `name` is for error messages. Throws std::runtime_error with the driver's log when it does
+    // not compile.
     VertexShader(const std::string& name, const std::string& source);
     VertexShader(VertexShader&&) = default;
     ~VertexShader();
@@ -24,6 +24,11 @@ struct ProgramDescription {
     std::string name;  // for debuggers and error messages
     const VertexShader& vertex;
     std::string fragmentSource;
+    // For a program with nested loops: llvmpipe compiles other code for it when it was linked than
+    // when it came from the driver's cache, so that the next process would compile it again. With
+    // this, a linked program is replaced by its own binary, which is what the cache holds. Other
+    // drivers ignore it.
+    bool loadBinary = false;
 };
 
 class Program {

@@ -102,7 +102,8 @@ const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
         {.name = key.fragment + " features " + std::to_string(key.features) + " variant " +
                  std::to_string(key.variant) + " view " + std::to_string(key.view),
          .vertex = vertexShader(key.vertex),
-         .fragmentSource = shaderSource(key.fragment, key.features, key.variant, key.view)});
+         .fragmentSource = shaderSource(key.fragment, key.features, key.variant, key.view),
+         .loadBinary = (key.features & kFeaturesOfRays) != 0});
     return programs_.emplace(key, std::move(made)).first->second;
 }
 
