@@ -2,10 +2,11 @@
 import { $, element, fillSelect } from "./dom.js";
 import { controlOf, fieldsOfType, labelOf, newOfType, positionFor, sliderSteps, typesOf, valueAt } from "./schema.js";
 
-// Shows the description of a field while the pointer is over it or it has the focus.
-function withHint(row, description) {
+// Shows the description of a field and its unit while the pointer is over it or it has the focus.
+function withHint(row, { description, "x-unit": unit }) {
   if (!description) return row;
-  const show = () => { $("hint").textContent = `${description[0].toUpperCase()}${description.slice(1)}.`; };
+  const text = `${description[0].toUpperCase()}${description.slice(1)}${unit ? `, in ${unit}` : ""}.`;
+  const show = () => { $("hint").textContent = text; };
   row.addEventListener("pointerenter", show);
   row.addEventListener("focusin", show);
   return row;
@@ -83,7 +84,7 @@ export function controlFor(name, schema, value, changed, { none } = {}) {
   const row = element("div", { className: `field ${control.kind}` },
                       element("label", { htmlFor: id, title: schema.description ?? "" }, label), ...inputs);
   row.dataset.field = name;
-  return withHint(row, schema.description);
+  return withHint(row, schema);
 }
 
 // A control for each field in `parent`. `values` is updated on every change. nones: the name of "omitted", by field.

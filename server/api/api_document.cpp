@@ -106,6 +106,8 @@ public:
     std::string section(const std::string& name, const ordered_json& schema, bool request) {
         std::string out = "### " + name + "\n\n";
         if (!schema.contains("properties")) return out + typeText(schema) + "\n\n";
+        const auto [first, isNew] = first_.emplace(schema["properties"].dump(), name);
+        if (!isNew) return out + "Fields as `" + first->second + "`.\n\n";
         out += request ? "| Field | Type and range | Default | Unit | Description "
                          "|\n|---|---|---|---|---|\n"
                        : "| Field | Type | Present | Description |\n|---|---|---|---|\n";
@@ -130,14 +132,15 @@ private:
             }
             out += " | " + escaped(schema.value("description", ""));
             const ordered_json* nested = fieldsIn(schema, path);
-            const auto [first, isNew] = first_.emplace(nested ? nested->dump() : path, path);
+            const auto [first, isNew] =
+                first_.emplace(nested ? (*nested)["properties"].dump() : path, path);
             if (nested && !isNew) out += " (fields as `" + first->second + "`)";
             out += " |\n";
             if (nested && isNew) addRows(out, *nested, path + ".", request);
         }
     }
 
-    std::map<std::string, std::string> first_;  // an object's schema -> its path
+    std::map<std::string, std::string> first_;  // an object's properties -> its path
 };
 
 std::string mediaTypes(const ordered_json& content) {
