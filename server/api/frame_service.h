@@ -55,7 +55,7 @@ public:
     std::shared_ptr<const Scene> requireScene(const std::string& id);
     // Throws as requireScene(); 409 also while the curve of a budget is measured.
     Resolved resolve(FrameRequest request);
-    // Throws InvalidRequest if the request asks for more samples than the limit.
+    // Throws InvalidRequest if the frame needs more samples than the limit.
     void requireAffordable(const FrameRequest& request) const;
     // A strong entity tag of the frame.
     std::string etagOf(const Resolved& resolved) const;

@@ -42,7 +42,7 @@ struct RequestMetrics::Families {
             .Register(registry);
     prometheus::Gauge& logDropped = BuildGauge()
                                         .Name("clerestory_log_lines_dropped")
-                                        .Help("Lines of the log that nobody took in time")
+                                        .Help("Dropped lines of the log")
                                         .Register(registry)
                                         .Add({});
     prometheus::Family<prometheus::Gauge>& workers =
