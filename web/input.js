@@ -20,7 +20,7 @@ export class InputHandler {
 
   constructor({ stage, session, moved, reducedMotion, focus, reset, play }) {
     Object.assign(this, { stage, session, moved, reducedMotion, focus, reset, play });
-    this.#flight = new Flight(seconds(), { glides: !reducedMotion() });
+    this.#flight = new Flight(seconds(), { inertia: !reducedMotion() });
     this.#listenToPointers();
     this.#listenToKeys();
   }
@@ -114,7 +114,7 @@ export class InputHandler {
   #changeFlight(change) {
     if (!this.session.scene) return;
     this.#fly();
-    this.#flight.glides = !this.reducedMotion();
+    this.#flight.inertia = !this.reducedMotion();
     change();
     this.#loop();
   }

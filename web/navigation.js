@@ -63,10 +63,10 @@ export class Flight {
   #pressed = new Set();
   velocity = [0, 0, 0];  // metres per second, world space
 
-  // speed: metres per second while a key is held. glides: whether the camera slows down gradually after release.
-  constructor(seconds, { glides = true } = {}) {
+  // speed: metres per second while a key is held. inertia: whether the camera slows down gradually after release.
+  constructor(seconds, { inertia = true } = {}) {
     this.#start = seconds;
-    this.glides = glides;
+    this.inertia = inertia;
     this.speed = 1;
   }
 
@@ -95,7 +95,7 @@ export class Flight {
   }
   release(code) {
     this.#pressed.delete(code);
-    if (!this.glides && !this.#pressed.size) this.velocity = [0, 0, 0];
+    if (!this.inertia && !this.#pressed.size) this.velocity = [0, 0, 0];
   }
   releaseAll() {
     for (const code of [...this.#pressed]) this.release(code);

@@ -75,8 +75,8 @@ test("interpolation matches both ends and takes the shorter rotation", () => {
 // ---- flight -----------------------------------------------------------------------------------
 
 // Keys at their moments, frames at a rate; the camera two seconds later.
-function flown(rate, { events = [[0.1, "press", "KeyW"], [0.6, "press", "KeyD"], [0.9, "release", "KeyW"], [1.1, "release", "KeyD"]], glides = true } = {}) {
-  const flight = new Flight(0, { glides });
+function flown(rate, { events = [[0.1, "press", "KeyW"], [0.6, "press", "KeyD"], [0.9, "release", "KeyW"], [1.1, "release", "KeyD"]], inertia = true } = {}) {
+  const flight = new Flight(0, { inertia });
   flight.speed = 4;
   let camera = fromLookAt({ position: [0, 1, 5], target: [0, 1, 0], yfov: 1 });
   const moments = [...events.map(([at, act, code]) => [at, () => flight[act](code)]),
@@ -124,7 +124,7 @@ test("diagonals are not faster, opposite keys cancel", () => {
 });
 
 test("with reduced motion the camera stops at release", () => {
-  const until = (seconds) => flown(60, { glides: false, events: [[0.1, "press", "KeyW"], [0.5, "release", "KeyW"], [seconds, "release", "KeyW"]] });
+  const until = (seconds) => flown(60, { inertia: false, events: [[0.1, "press", "KeyW"], [0.5, "release", "KeyW"], [seconds, "release", "KeyW"]] });
   near(positionOf(until(0.6)), positionOf(until(1.9)));
   assert.ok(Math.abs(positionOf(flown(60, { events: [[0.1, "press", "KeyW"], [0.5, "release", "KeyW"]] }))[2] - positionOf(until(1))[2]) > 0.1);
 });

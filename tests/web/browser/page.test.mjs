@@ -232,7 +232,7 @@ visit("the view can be shared as a live view", {}, async (v, page) => {
   assert.deepEqual(view.camera, v.frames.at(-1).camera);
 });
 
-visit("where motion is unwelcome nothing glides, and every frame is a full one", { reducedMotion: "reduce" }, async (v, page) => {
+visit("with reduced motion nothing is animated, and every frame is a full one", { reducedMotion: "reduce" }, async (v, page) => {
   const full = v.frames[0];
   await page.dblclick("#stage");
   await v.settled();
