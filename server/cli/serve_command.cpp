@@ -33,7 +33,7 @@ int runServe(const CommandLine& line) {
 
     int signal = 0;
     sigwait(&signals, &signal);
-    logInfo({"stopping: running frames finish"});
+    logInfo({"stopping: waiting for running frames"});
     // A second signal terminates the program immediately.
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     server.stop();
