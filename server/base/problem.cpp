@@ -26,7 +26,7 @@ Problem badRequest(std::string detail) {
 }
 
 Problem notHttp() {
-    return badRequest("This is not an HTTP/1.1 request.");
+    return badRequest("The request is not valid HTTP/1.1.");
 }
 
 Problem unauthorized() {
