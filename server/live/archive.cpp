@@ -38,7 +38,7 @@ private:
     static la_ssize_t write(struct archive*, void* self, const void* bytes, std::size_t size) {
         auto* tar = static_cast<Tar*>(self);
         // Once the client has left nothing is written, not even the end that free() adds.
-        // libarchive is not told: after a failure its free() forgets 33 bytes (3.6.2).
+        // libarchive is not notified: after a failure its free() forgets 33 bytes (3.6.2).
         if (!tar->left_) {
             tar->left_ = !tar->sink_({static_cast<const char*>(bytes), size});
         }

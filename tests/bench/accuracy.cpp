@@ -104,7 +104,7 @@ int hold(const std::string& file, const Points& points, const std::string& rende
     std::printf("%d errors compared with the record, %d not in it\n", result.held, result.missing);
     for (const std::string& line : result.exceeded) std::printf("grew: %s\n", line.c_str());
     if (renderer.find("llvmpipe") == std::string::npos) {
-        std::printf("not llvmpipe but %s: told only\n", renderer.c_str());
+        std::printf("not llvmpipe but %s: reported only\n", renderer.c_str());
         return 0;
     }
     return result.exceeded.empty() ? 0 : 1;

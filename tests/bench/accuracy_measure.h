@@ -9,8 +9,8 @@ namespace clerestory::bench {
 struct MeasureOptions {
     std::uint32_t width = 320, height = 180;
     std::uint32_t samples = 128;  // paths a pixel of the truth
-    int rounds = 3;               // the settings take turns, so that what else the machine does
-    int framesPerRound = 5;       // meets them all
+    int rounds = 3;               // settings alternate, so that other load on the machine
+    int framesPerRound = 5;       // affects all equally
 };
 
 struct Measured {

@@ -141,18 +141,18 @@ TEST(Faults, EveryDriverCallDuringUpload) {
 
 // G5. What ends the process in a worker is counted here.
 TEST(Faults, AResetOfTheGpuIsReportedAndNothingIsDrawnAfterIt) {
-    int told = 0;
-    Renderer own({.onReset = [&] { ++told; }});
+    int resets = 0;
+    Renderer own({.onReset = [&] { ++resets; }});
     if (!own.identity().tellsOfResets) GTEST_SKIP() << "this driver does not report resets";
     Scene scene = everything();
     scene.id = "everything";
     own.addScene(std::move(scene));
     FrameRequest r = everythingRequest();
     const std::vector<std::byte> right = own.render(r).image.data;
-    EXPECT_EQ(told, 0);
+    EXPECT_EQ(resets, 0);
     resetGpu(true);
     EXPECT_THROW(own.render(r), RenderFailed);
-    EXPECT_EQ(told, 1);
+    EXPECT_EQ(resets, 1);
     EXPECT_THROW(own.render(r), RenderFailed);
     resetGpu(false);
     EXPECT_EQ(own.render(r).image.data, right) << "it was reported differently";

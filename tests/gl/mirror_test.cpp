@@ -152,11 +152,11 @@ TEST_F(Mirrors, HiddenBehindAWallCostNothing) {
         const bool drawn = std::any_of(plan.passes.begin(), plan.passes.end(),
                                        [](const Pass& pass) { return pass.kind() == "mirror"; });
         EXPECT_EQ(drawn, aside > 0.0);
-        const bool told =
+        const bool reported =
             std::any_of(plan.skipped.begin(), plan.skipped.end(), [](const Skipped& skipped) {
                 return skipped.reason.find("hidden behind") != std::string::npos;
             });
-        EXPECT_EQ(told, aside == 0.0);
+        EXPECT_EQ(reported, aside == 0.0);
     }
 }
 

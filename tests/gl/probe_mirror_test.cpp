@@ -118,7 +118,7 @@ TEST_P(MirrorInProbe, EqualsAnOrdinaryCamera) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Mirrors, MirrorInProbe, ::testing::Bool(), [](const auto& each) {
-    return each.param ? "BelowTheBall" : "BesideTheBall";
+    return each.param ? "BelowTheBall" : "NextToTheBall";
 });
 
 // The passes: a mirrored view for each face that sees the mirror's front, none for a

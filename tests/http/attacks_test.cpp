@@ -197,7 +197,7 @@ TEST(Access, ATokenIsNeverLoggedOrReturned) {
     static const std::string log = folder + "/log";
     std::ofstream(file) << token << "\n";
     std::filesystem::permissions(file, std::filesystem::perms::owner_all);
-    std::string told;  // all that the server says
+    std::string output;  // all responses of the server
     int asked = 0;
     {
         ServerProcess server(
@@ -229,7 +229,7 @@ TEST(Access, ATokenIsNeverLoggedOrReturned) {
                                                 "/v1/frames?width=16",
                                                 "/v1/jobs/x"};
         const auto say = [&](const std::string& request) {
-            told += ask(server.port(), request, 10.0);
+            output += ask(server.port(), request, 10.0);
             ++asked;
         };
         for (const std::string& header : headers) {
@@ -244,15 +244,15 @@ TEST(Access, ATokenIsNeverLoggedOrReturned) {
                 say(post(path, "{" + body, more));
             }
         }
-        told += ask(server.port(), get("/metrics", headers.front() + "Connection: close\r\n"));
-        EXPECT_NE(told.find("clerestory_requests_total"), std::string::npos);
+        output += ask(server.port(), get("/metrics", headers.front() + "Connection: close\r\n"));
+        EXPECT_NE(output.find("clerestory_requests_total"), std::string::npos);
         server.end(SIGTERM);
     }
     std::ifstream stream(log);
     const std::string lines{std::istreambuf_iterator<char>(stream), {}};
     EXPECT_GT(std::count(lines.begin(), lines.end(), '\n'), asked / 2) << "it does log";
     EXPECT_EQ(lines.find(token), std::string::npos);
-    EXPECT_EQ(told.find(token), std::string::npos);
+    EXPECT_EQ(output.find(token), std::string::npos);
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ protected:
         EXPECT_EQ(answer.status, 202);
         return json::parse(answer.body).at("id");
     }
-    json told(const std::string& id) {
+    json jobOf(const std::string& id) {
         const Answer answer = ask("GET", "/v1/jobs/" + id);
         EXPECT_EQ(answer.status, 200);
         return answer.status == 200 ? json::parse(answer.body) : json{{"state", ""}};
@@ -74,7 +74,7 @@ protected:
 TEST_F(JobJournalTest, AJobRestartsInTheNextRendererWithItsId) {
     const std::string id = post(), other = post();
     renderers.end();
-    for (const std::string& one : {id, other, id}) EXPECT_EQ(told(one).at("state"), "running");
+    for (const std::string& one : {id, other, id}) EXPECT_EQ(jobOf(one).at("state"), "running");
     EXPECT_EQ(renderers.begun(), 4) << "each started again";
 }
 
@@ -82,10 +82,10 @@ TEST_F(JobJournalTest, AJobThatCrashesRenderersFails) {
     const std::string id = post();
     for (int run = 1; run < JobJournal::kMaxRuns; ++run) {
         renderers.end();
-        EXPECT_EQ(told(id).at("state"), "running");
+        EXPECT_EQ(jobOf(id).at("state"), "running");
     }
     renderers.end();
-    const json job = told(id);
+    const json job = jobOf(id);
     EXPECT_EQ(job.at("state"), "failed");
     EXPECT_THAT(job.at("failure").get<std::string>(), testing::HasSubstr("Post it again"));
     EXPECT_EQ(renderers.begun(), JobJournal::kMaxRuns);
@@ -95,13 +95,13 @@ TEST_F(JobJournalTest, AJobWaitsUntilTheRendererIsReady) {
     const std::string id = post();
     renderers.end();
     renderers.refuseWith(stillLoading("It is loading."));
-    EXPECT_EQ(told(id).at("state"), "queued");
-    EXPECT_EQ(told(id).at("state"), "queued");
+    EXPECT_EQ(jobOf(id).at("state"), "queued");
+    EXPECT_EQ(jobOf(id).at("state"), "queued");
     renderers.refuseWith(std::nullopt);
-    EXPECT_EQ(told(id).at("state"), "running");
+    EXPECT_EQ(jobOf(id).at("state"), "running");
     renderers.end();
     renderers.refuseWith(invalidFields({}));
-    EXPECT_EQ(told(id).at("state"), "failed");
+    EXPECT_EQ(jobOf(id).at("state"), "failed");
 }
 
 TEST_F(JobJournalTest, JobsEvictedByTheSameRendererAreNotFound) {

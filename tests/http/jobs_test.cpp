@@ -54,12 +54,12 @@ struct BlockingWork {
 
 TEST(Jobs, AResultIsStoredUnderItsId) {
     Jobs jobs(2);
-    std::string told;
+    std::string observedId;
     const JobStatus started = jobs.start([&](const std::string& id) {
-        told = id;
+        observedId = id;
         return saying(42);
     });
-    EXPECT_EQ(started.id, told);
+    EXPECT_EQ(started.id, observedId);
     EXPECT_EQ(started.id.size(), 32u);
     const JobStatus status = ended(jobs, started.id);
     EXPECT_EQ(status.state, JobState::done);
@@ -130,18 +130,18 @@ TEST(Jobs, OldResultsAreEvicted) {
 
 TEST(Jobs, StoppingCancelsRunningJobs) {
     BlockingWork gate;
-    bool told = false;
+    bool cancelled = false;
     {
         Jobs jobs(2);
         jobs.start(simply([&](const JobControl& control) {
             gate.entered.set_value();
             while (control.proceed(0.0)) std::this_thread::sleep_for(1ms);
-            told = true;
+            cancelled = true;
             return JobResult{};
         }));
         gate.entered.get_future().wait();
     }
-    EXPECT_TRUE(told);
+    EXPECT_TRUE(cancelled);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ TestServer& server() {
                     R"({"overrides": [{"material": "mirror", "metallic": 1, "roughness": 0,
                         "baseColor": [1, 1, 1]}]})");
         writtenFile("turned.obj", kMirror);
-        // A quarter about +Y, for good: what the map has at +Z stands at +X.
+        // A permanent quarter turn about +Y: the map's +Z appears at +X.
         writtenFile(
             "turned.clerestory.json",
             R"({"environment": {"map": "six-colours", "rotation": [0, 1.5707963267948966, 0]},

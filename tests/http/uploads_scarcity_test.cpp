@@ -211,7 +211,7 @@ TEST_F(UploadsOfWorkers, AnUploadThatCrashesRenderersIsAbandoned) {
         }
     }
     EXPECT_EQ(problem["reason"], "crashed");
-    EXPECT_EQ(problemOf(send(client, triangleGlb()), 422)["reason"], "crashed") << "for good";
+    EXPECT_EQ(problemOf(send(client, triangleGlb()), 422)["reason"], "crashed") << "permanently";
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
 }
 

@@ -53,18 +53,18 @@ Figure drip(const Target& target, const std::string& name, const std::string& be
         worst = answer < 0 ? 1e9 : std::max(worst, answer);
         std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
-    int told = 0;
+    int rejected = 0;
     for (RawClient& client : crowd) {
         const double left = limit + target.grace - secondsSince(start);
-        told += statusOf(client.answer(std::max(left, 0.1))) == 408;
+        rejected += statusOf(client.answer(std::max(left, 0.1))) == 408;
     }
     return {.row = "C1",
             .what = std::to_string(count) + " " + name,
-            .figure = "others " + text("%.0f ms", worst) + " at worst; " + std::to_string(told) +
-                      " of " + std::to_string(count) + " told 408 within " +
-                      text("%.1f s", limit + target.grace),
-            .bar = "others answered; all told 408 and closed",
-            .held = worst < 1e9 && told == count,
+            .figure = "others " + text("%.0f ms", worst) + " at worst; " +
+                      std::to_string(rejected) + " of " + std::to_string(count) +
+                      " received 408 within " + text("%.1f s", limit + target.grace),
+            .bar = "others answered; all received 408 and were closed",
+            .held = worst < 1e9 && rejected == count,
             .timely = worst < 1000.0};
 }
 

@@ -106,10 +106,10 @@ TEST(Curve, EachSettingIsComparedAtTheReducedSize) {
         }
         return result;
     };
-    double told = 0.0;
+    double reported = 0.0;
     const auto curve = measureCurve(frame, trace, draw, [&](double share) {
-        EXPECT_GE(share, told);
-        told = share;
+        EXPECT_GE(share, reported);
+        reported = share;
         return true;
     });
     ASSERT_TRUE(curve);

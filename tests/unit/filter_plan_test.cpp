@@ -61,7 +61,7 @@ TEST(FilterPlan, EachFilterReadsThePreviousResult) {
         written.insert(picture);
     }
     EXPECT_EQ(plan.output, picture);
-    EXPECT_EQ(written.size(), 2u) << "two pictures take turns";
+    EXPECT_EQ(written.size(), 2u) << "two targets alternate";
 }
 
 TEST(FilterPlan, TheGlowPyramidReachesItsRadius) {

@@ -273,8 +273,9 @@ TEST(Flip, UniformColoursGiveTheirMappedDistance) {
                 0.95 * std::pow(apart, 0.7) / (0.4 * greatest), 1e-4);
 }
 
-// A white picture against one that is black in its left half. Beside the edge the sight's bell
-// covers `lit` of white, and the edge detector has all its positive weights on one side.
+// A white image compared with one whose left half is black. Next to the edge the contrast
+// sensitivity kernel covers `lit` of white, and the edge detector has all positive weights on one
+// side.
 TEST(Flip, EdgesRaiseTheColourDifference) {
     const auto halves = [](auto x, auto) { return Color(x < 40 ? 0.0f : 1.0f); };
     for (const double sharpness : {kPixelsPerDegree, 30.0}) {
