@@ -21,7 +21,7 @@ bool isPreset(const Accuracy& accuracy) {
     return accuracy == accuracyOf(accuracy.preset);
 }
 
-struct Clocked {
+struct TimedFrame {
     std::vector<double> wall, processor;
 };
 
@@ -85,8 +85,8 @@ public:
         });
     }
 
-    std::vector<Clocked> clocked(const std::vector<Accuracy>& settings) {
-        std::vector<Clocked> all(settings.size());
+    std::vector<TimedFrame> clocked(const std::vector<Accuracy>& settings) {
+        std::vector<TimedFrame> all(settings.size());
         for (int round = 0; round < options_.rounds; ++round) {
             for (std::size_t s = 0; s < settings.size(); ++s) {
                 // Draws the maps that the others' have pushed out.
@@ -125,7 +125,7 @@ Measured measureAccuracy(const AccuracyScene& scene, const std::vector<Accuracy>
     const std::vector<Accuracy> kept = subject.thatDiffer(settings);
     const ReferenceRender truth = subject.truth();
     const Comparison comparison = subject.compared(kept, truth);
-    const std::vector<Clocked> clocks = subject.clocked(kept);
+    const std::vector<TimedFrame> clocks = subject.clocked(kept);
 
     Measured measured{.truthMs = truth.milliseconds,
                       .renderer = subject.identity().renderer + ", " + subject.identity().version,

@@ -90,7 +90,7 @@ void fairness(Bars& bars, double seconds) {
 }
 
 void endings(Bars& bars, int times) {
-    const Endings e = endUnderLoad(times, {"--scene", "six-walls"});
+    const ShutdownCounts e = endUnderLoad(times, {"--scene", "six-walls"});
     bars.add({"U1", "SIGTERM under load x " + std::to_string(times),
               std::to_string(e.broken) + " broken of " + std::to_string(e.answered + e.refused) +
                   ", " + std::to_string(e.cleanExits) + " exits with 0, slowest " +

@@ -8,12 +8,12 @@
 namespace clerestory::bench {
 namespace {
 
-struct Way {
+struct TechniqueError {
     Effect effect;
     Method method;
     void (*take)(Accuracy&);
 };
-constexpr Way kWays[] = {
+constexpr TechniqueError kWays[] = {
     {Effect::planarReflection, Method::environment,
      [](Accuracy& a) { a.planar = PlanarMethod::environment; }},
     {Effect::planarReflection, Method::mirror,
@@ -35,7 +35,7 @@ constexpr Way kWays[] = {
 constexpr double kDistinct = 1.25, kSame = 1.05;
 
 // Root mean square error of the chosen techniques; nothing if none was chosen.
-std::optional<double> expectedError(const FramePlan& plan, const Way& way) {
+std::optional<double> expectedError(const FramePlan& plan, const TechniqueError& way) {
     double squares = 0.0, share = 0.0;
     bool taken = false;
     for (const Decision& d : plan.decisions) {
@@ -65,7 +65,7 @@ std::vector<Prediction> measurePredictions(const FrameRequest& frame, const Refe
     masks.output = {.format = OutputFormat::npy, .channel = Channel::through};
     const Image through = draw(masks).image;
     std::vector<Prediction> predictions;
-    for (const Way& way : kWays) {
+    for (const TechniqueError& way : kWays) {
         const Mask mask = maskOf(through, way.effect);
         if (mask.pixels() == 0) continue;
         FrameRequest request = linear;

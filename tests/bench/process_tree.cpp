@@ -65,8 +65,8 @@ std::vector<pid_t> workersOf(pid_t server) {
     return list;
 }
 
-Holdings holdingsOf(pid_t server) {
-    Holdings sum;
+Resources holdingsOf(pid_t server) {
+    Resources sum;
     std::vector<pid_t> all = workersOf(server);
     all.push_back(server);
     for (const pid_t id : all) {

@@ -13,11 +13,11 @@ std::string commandLineOf(pid_t id);
 // The render workers of a server, the oldest first, which is the one that answers.
 std::vector<pid_t> workersOf(pid_t server);
 
-struct Holdings {
+struct Resources {
     std::size_t bytes = 0;  // resident
     std::size_t descriptors = 0, threads = 0;
 };
 // Sums over a server and its render workers.
-Holdings holdingsOf(pid_t server);
+Resources holdingsOf(pid_t server);
 
 }  // namespace clerestory::bench

@@ -19,8 +19,8 @@ namespace {
 
 using namespace clerestory::test;
 using clerestory::bench::Bars;
-using clerestory::bench::Holdings;
 using clerestory::bench::holdingsOf;
+using clerestory::bench::Resources;
 
 // The n-th request: every scene, size and way comes round again and again, through lenses and at
 // moments that do not repeat within 1,000 frames.
@@ -58,7 +58,7 @@ void awaitScenes(int port, long width) {
 // Memory of an idle server.
 struct Sample {
     double frames;
-    Holdings holdings;
+    Resources holdings;
     double server, worker;  // bytes allocated, of the worker that answers
 };
 
@@ -163,11 +163,11 @@ int main(int argc, char** argv) {
            [](const Sample& s) { return s.server + s.worker; });
     growth("resident memory of server, worker and standby, for each 1,000 frames",
            [](const Sample& s) { return static_cast<double>(s.holdings.bytes); });
-    const auto constant = [&](const char* what, std::size_t Holdings::*count) {
+    const auto constant = [&](const char* what, std::size_t Resources::*count) {
         const auto [low, high] = rangeOf([&](const Sample& s) { return s.holdings.*count; });
         row(what, std::to_string(low) + " to " + std::to_string(high), "constant", low == high);
     };
-    constant("descriptors", &Holdings::descriptors);
-    constant("threads", &Holdings::threads);
+    constant("descriptors", &Resources::descriptors);
+    constant("threads", &Resources::threads);
     return bars.end();
 }

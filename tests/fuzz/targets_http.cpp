@@ -16,15 +16,15 @@ public:
 };
 
 // The server's interpretation of the bytes: the requests, and the final state.
-struct Understood {
+struct ParsedRequests {
     std::vector<std::string> heads, bodies;
     RequestReader::State end = RequestReader::State::idle;
     int refusal = 0;
-    bool operator==(const Understood&) const = default;
+    bool operator==(const ParsedRequests&) const = default;
 };
 
-Understood understood(std::string_view bytes, std::size_t piece, const HttpLimits& limits) {
-    Understood all;
+ParsedRequests understood(std::string_view bytes, std::size_t piece, const HttpLimits& limits) {
+    ParsedRequests all;
     RequestReader reader(limits);
     while (!bytes.empty() && reader.state() != RequestReader::State::refused) {
         const std::size_t room = reader.room();
@@ -66,7 +66,7 @@ void fuzzHttp(Bytes input) {
     const std::string_view bytes(reinterpret_cast<const char*>(input.data()), input.size());
     const HttpLimits limits{
         .requestLine = 256, .path = 64, .headBytes = 1024, .headers = 8, .bodyBytes = 512};
-    const Understood whole = understood(bytes, 4096, limits);
+    const ParsedRequests whole = understood(bytes, 4096, limits);
     require(whole == understood(bytes, 1, limits), "byte by byte means the same");
     require(whole == understood(bytes, 7, limits), "piece by piece means the same");
     for (std::size_t i = 0; i < whole.heads.size(); ++i) {

@@ -25,7 +25,7 @@ struct Against {
 };
 
 // A ball in a room behind a free-standing emissive panel, which no proxy box represents.
-struct Gallery {
+struct PanelRoom {
     static constexpr double kRadius = 0.5, kPanel = 0.6, kPanelZ = 0.4;
     glm::dvec3 center{0.3, -0.2, -0.6};
     glm::vec3 glow{5.0f, 5.0f, 0.0f};
@@ -81,7 +81,7 @@ struct Gallery {
     }
 };
 
-FrameRequest ofTheBall(const Gallery& gallery, const std::string& id) {
+FrameRequest ofTheBall(const PanelRoom& gallery, const std::string& id) {
     FrameRequest r = request(gallery.scene(), id, {-1.2, 0.9, 2.7});
     r.camera.target = gallery.center;
     r.camera.yfov = 0.4;
@@ -94,7 +94,7 @@ FrameRequest ofTheBall(const Gallery& gallery, const std::string& id) {
 // C2. A direction alone puts everything at infinity, a box puts it on the walls, the cube's own
 // distances put it where it stands.
 TEST_F(Knobs, DepthParallaxPlacesObjectsInTheRoom) {
-    const Gallery gallery;
+    const PanelRoom gallery;
     FrameRequest r = ofTheBall(gallery, "parallax");
     std::map<Parallax, Against> by;
     for (const Parallax p : {Parallax::none, Parallax::box, Parallax::depth}) {
@@ -111,7 +111,7 @@ TEST_F(Knobs, DepthParallaxPlacesObjectsInTheRoom) {
 
 // C4.
 TEST_F(Knobs, LargerCubesShowEdgesMoreExactly) {
-    const Gallery gallery;
+    const PanelRoom gallery;
     FrameRequest r = ofTheBall(gallery, "sizes");
     r.accuracy.parallax = Parallax::depth;
     double before = 1.0;

@@ -44,16 +44,16 @@ int numberOf(Channel channel) {
 
 }  // namespace
 
-Workbench& workbench() {
-    static Workbench instance;
+PlanRunner& workbench() {
+    static PlanRunner instance;
     return instance;
 }
 
-Workbench::Workbench()
+PlanRunner::PlanRunner()
     : context_({.driver = gl::Driver::automatic, .debugOutput = true}),
       environment_(*builtinEnvironment("sky")) {}
 
-void Workbench::show(Scene scene) {
+void PlanRunner::show(Scene scene) {
     context_.makeCurrent();
     tracer_.reset();
     gpuScene_.reset();
@@ -65,7 +65,7 @@ void Workbench::show(Scene scene) {
     gpuScene_ = std::make_unique<GpuScene>(scene_, resources_.draws.records());
 }
 
-FramePlan Workbench::plan(const FrameRequest& request) const {
+FramePlan PlanRunner::plan(const FrameRequest& request) const {
     return planFrame({.scene = *scene_,
                       .pose = pose_,
                       .environment = environment_,
@@ -75,14 +75,14 @@ FramePlan Workbench::plan(const FrameRequest& request) const {
                      request);
 }
 
-Image Workbench::run(const FramePlan& plan) {
+Image PlanRunner::run(const FramePlan& plan) {
     context_.makeCurrent();
     Execution done = executor_.run({plan, *scene_, pose_, environment_, {}});
     passMilliseconds_ = std::move(done.passMilliseconds);
     return std::move(done.image);
 }
 
-Image Workbench::traced(const FramePlan& plan, int rounds, double* milliseconds) {
+Image PlanRunner::traced(const FramePlan& plan, int rounds, double* milliseconds) {
     context_.makeCurrent();
     if (!tracer_) tracer_ = std::make_unique<GpuTracer>(*gpuScene_);
     const Pass& pass = plan.passes.at(0);

@@ -11,9 +11,9 @@
 
 namespace clerestory::test {
 
-class Workbench {
+class PlanRunner {
 public:
-    Workbench();
+    PlanRunner();
 
     // Uploads it, and reads its texture sizes from it later.
     void show(Scene scene);
@@ -41,6 +41,6 @@ private:
 };
 
 // One for all tests of a program.
-Workbench& workbench();
+PlanRunner& workbench();
 
 }  // namespace clerestory::test

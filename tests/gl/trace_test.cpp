@@ -43,7 +43,7 @@ double shareOver(const Image& a, const Image& b, double bound) {
 }
 
 void expectRaysSeeWhatIsDrawn(Scene scene) {
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     for (const Channel channel : {Channel::depth, Channel::objectId, Channel::normal}) {
         const FramePlan plan = bench.plan(looking(bench.scene(), channel));

@@ -22,7 +22,7 @@ FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target, double yfov) 
 }
 
 Image picture(Scene scene, const FrameRequest& r) {
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     return bench.run(bench.plan(r));
 }
@@ -126,7 +126,7 @@ TEST(TracedGlass, ThicknessTexturesApplyInReflections) {
     place(withMirror, quad(0.9f, addMaterial(withMirror, mirrorMetal())), turned);
 
     FrameRequest direct = shot({0, 0, 2}, {0, 0, -0.5}, 0.9);
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     for (const GlassMethod method : {GlassMethod::backdrop, GlassMethod::traced}) {
         direct.accuracy.glass = method;

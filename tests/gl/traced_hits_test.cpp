@@ -227,7 +227,7 @@ void expectTheSameInDrawnAndTracedMirrors(const HitCase& c) {
     turned[0][0] = turned[2][2] = -1.0;
     Material perfect{.metallic = 1.0f, .roughness = 0.0f};
     place(scene, quad(0.9f, addMaterial(scene, perfect)), turned);
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     FrameRequest r = shot({0, 0, 2}, {0.1, 0.05, 3.2});
     r.accuracy.planar = PlanarMethod::mirror;
@@ -250,7 +250,7 @@ TEST_P(TracedHits, LookEqualInTracedAndDrawnMirrors) {
 
 TEST_P(TracedHits, AreUnchangedBehindIndexOneGlass) {
     const FrameRequest r = shot({0, 0, 2.5}, {0, 0, 0});
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(things(GetParam(), glm::dmat4(1.0)));
     const Image expected = bench.run(bench.plan(r));
     Scene scene = things(GetParam(), glm::dmat4(1.0));
@@ -300,7 +300,7 @@ TEST(TracedGlass, ASheetWithThicknessIsAPane) {
         glm::dmat4 turned = moved(0.2, 0.1, 3.2);
         turned[0][0] = turned[2][2] = -1.0;
         place(scene, quad(0.9f, addMaterial(scene, mirrorMetal())), turned);
-        Workbench& bench = workbench();
+        PlanRunner& bench = workbench();
         bench.show(std::move(scene));
         FrameRequest r = shot({0, 0, 2}, {0.1, 0.05, 3.2});
         r.accuracy.planar = PlanarMethod::traced;

@@ -63,7 +63,7 @@ void expectUniform(const Image& image, float value, float bound) {
 }  // namespace
 
 TEST(TracedLight, APerfectMirrorVanishesInAUniformEnvironment) {
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     Scene scene = ballScene(mirrorMetal());
     // A second ball, so that paths turn more than once.
     place(scene, sphere(0.5f, 32, 0), moved(1.6, 0, 0));
@@ -79,7 +79,7 @@ TEST(TracedLight, APerfectMirrorVanishesInAUniformEnvironment) {
 
 TEST(TracedLight, GlassThatDoesNotAbsorbVanishesInAUniformEnvironment) {
     for (const float ior : {1.0f, 1.1f, 1.5f, 2.4f}) {
-        Workbench& bench = workbench();
+        PlanRunner& bench = workbench();
         bench.show(ballScene(glass(ior)));
         for (const std::uint32_t bounces : {1u, 2u, 6u}) {
             SCOPED_TRACE(ior);
@@ -93,14 +93,14 @@ TEST(TracedLight, GlassThatDoesNotAbsorbVanishesInAUniformEnvironment) {
 }
 
 TEST(TracedLight, EyesInsideGlassSeeRefractionOrTotalReflection) {
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(ballScene(glass(1.5f)));
     const FramePlan plan = bench.plan(shot({0.3, 0.2, 0.4}, {1, 0, 0}, 1.5));
     expectUniform(bench.run(plan), 1.0f, 2e-3f);
 }
 
 TEST(TracedLight, AbsorptionFollowsThePathThroughTheBall) {
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     Material m = glass(1.0f);
     m.attenuationColor = {0.5f, 0.25f, 1.0f};
     m.attenuationDistance = 1.0f;
@@ -171,7 +171,7 @@ TEST(TracedLight, MirrorBallsShowWallsAtTheirReflectedPositions) {
     scene.environment = "black";
     addWalls(scene, 5.0);
     place(scene, sphere(1.0f, 96, addMaterial(scene, mirrorMetal())));
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     const glm::dvec3 eye(0.3, 0.4, 3.5);
     FrameRequest r = shot(eye, eye - glm::dvec3(0, 0, 1));
@@ -215,7 +215,7 @@ TEST(TracedLight, GlassBallsRefractBySnell) {
     place(scene, std::move(wall), moved(0, 0, -kBehind));
     constexpr float kIor = 1.5f;
     place(scene, sphere(1.0f, 160, addMaterial(scene, glass(kIor))));
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     const glm::dvec3 eye(0, 0, 10);
     constexpr double kYfov = 0.22;
@@ -260,7 +260,7 @@ TEST(TracedLight, FourSamplesShowNoGridPattern) {
     Material tinted = glass(1.5f);
     tinted.baseColor = {0.3f, 0.3f, 0.3f, 1.0f};  // what enters twice is much darker
     place(scene, sphere(1.0f, 24, addMaterial(scene, tinted)));
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     FrameRequest r = shot({0.3, 0.4, 3.0}, {0, 0, 0});
     const Image one = bench.run(bench.plan(r));
@@ -301,7 +301,7 @@ TEST(TracedLight, HighlightsInCurvedMirrorsAreStable) {
               moved(1.9 * std::cos(angle), 1.9 * std::sin(angle), 0.8));
     }
     addLight(scene, {.kind = LightKind::point, .intensity = glm::vec3(20.0f)}, moved(0, 0.5, 6));
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     FrameRequest r = shot({0, 0, 6}, {0, 0, 0}, 0.33);  // the mirror alone
     const Image coarse = bench.run(bench.plan(r));
@@ -352,7 +352,7 @@ FrameRequest withMirror(Scene& scene) {
 void expectTracedMirrorAsDrawn(const char* name) {
     Scene scene = *makeBuiltinScene(name);
     FrameRequest r = withMirror(scene);
-    Workbench& bench = workbench();
+    PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     r.accuracy.generations = 1;
     const FramePlan traced = bench.plan(r);

@@ -101,7 +101,7 @@ TEST(Overload, FourfoldOverloadIsRejectedImmediatelyAndTheRestIsServed) {
         << "every request has a response";
     EXPECT_GT(refused, 0);
     EXPECT_GT(done, 0);
-    for (const Shot& shot : load.frames) EXPECT_TRUE(shot.status != 503 || shot.saysWhen);
+    for (const SentRequest& shot : load.frames) EXPECT_TRUE(shot.status != 503 || shot.saysWhen);
     EXPECT_EQ(countOf(load.health, 200), static_cast<int>(load.health.size()));
     std::cout << "one frame " << load.serviceMs << " ms; done " << done << " in 3 s, p99 "
               << percentile(load.frames, 200, 0.99) << " ms; refused " << refused << ", p99 "
@@ -125,7 +125,7 @@ TEST(Overload, AWellBehavedClientIsNotRejectedDuringAFlood) {
 
 // U1.
 TEST(Shutdown, UnderLoadAllResponsesAreComplete) {
-    const Endings endings = endUnderLoad(3, {"--scene", "six-walls"});
+    const ShutdownCounts endings = endUnderLoad(3, {"--scene", "six-walls"});
     EXPECT_EQ(endings.cleanExits, 3);
     EXPECT_EQ(endings.broken, 0);
     EXPECT_GT(endings.answered, 0);

@@ -11,74 +11,74 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// A line, a clock, and one who works it off; every piece takes as long as its kind says in ms.
-class Shop {
+// A queue with a simulated clock and one consumer; each frame takes `ms` milliseconds.
+class QueueSimulation {
 public:
-    explicit Shop(FairQueue::Limits limits) : line_(limits) {}
+    explicit QueueSimulation(FairQueue::Limits limits) : queue_(limits) {}
 
-    std::optional<FairQueue::Id> enter(const std::string& client, int ms, int patienceMs = 100000) {
-        const FairQueue::Added entry = line_.add(
-            {client, static_cast<std::uint64_t>(ms), now_ + milliseconds(patienceMs)}, now_);
-        for (const FairQueue::Id out : entry.evicted) pushedOut.push_back(clients_.at(out));
+    std::optional<FairQueue::Id> enter(const std::string& client, int ms, int timeoutMs = 100000) {
+        const FairQueue::Added entry = queue_.add(
+            {client, static_cast<std::uint64_t>(ms), now_ + milliseconds(timeoutMs)}, now_);
+        for (const FairQueue::Id out : entry.evicted) evicted.push_back(clients_.at(out));
         if (entry.id) {
             clients_[*entry.id] = client;
-            times_[*entry.id] = {ms, now_, now_ + milliseconds(patienceMs)};
+            times_[*entry.id] = {ms, now_, now_ + milliseconds(timeoutMs)};
         }
         return entry.id;
     }
 
     // The client that was served; empty if the queue is empty.
     std::string serve() {
-        const FairQueue::Next turn = line_.next(now_);
+        const FairQueue::Next turn = queue_.next(now_);
         late += static_cast<int>(turn.expired.size());
         if (!turn.id) return "";
         const Times& times = times_.at(*turn.id);
         waits[clients_.at(*turn.id)].push_back(
             std::chrono::duration<double>(now_ - times.entered).count());
-        begunLate += now_ >= times.deadline;
+        startedLate += now_ >= times.deadline;
         now_ += milliseconds(times.ms);
-        line_.finished(now_);
+        queue_.finished(now_);
         return clients_.at(*turn.id);
     }
 
-    void pass(int ms) { now_ += milliseconds(ms); }
-    FairQueue& line() { return line_; }
+    void advance(int ms) { now_ += milliseconds(ms); }
+    FairQueue& queue() { return queue_; }
 
-    std::vector<std::string> pushedOut;
-    std::map<std::string, std::vector<double>> waits;  // seconds in the line
-    int late = 0, begunLate = 0;
+    std::vector<std::string> evicted;
+    std::map<std::string, std::vector<double>> waits;  // seconds in the queue
+    int late = 0, startedLate = 0;
 
 private:
     struct Times {
         int ms = 0;
         Clock::time_point entered, deadline;
     };
-    FairQueue line_;
+    FairQueue queue_;
     Clock::time_point now_{};
     std::map<FairQueue::Id, std::string> clients_;
     std::map<FairQueue::Id, Times> times_;
 };
 
 TEST(FairQueue, TheNumberOfFramesIsBounded) {
-    Shop shop({.count = 4, .seconds = 100});
-    for (int i = 0; i < 4; ++i) EXPECT_TRUE(shop.enter("a", 10)) << i;
-    EXPECT_TRUE(shop.line().refuses("a"));
-    EXPECT_FALSE(shop.enter("a", 10));
-    EXPECT_EQ(shop.serve(), "a");
-    EXPECT_FALSE(shop.line().refuses("a"));
-    EXPECT_TRUE(shop.enter("a", 10));
+    QueueSimulation simulation({.count = 4, .seconds = 100});
+    for (int i = 0; i < 4; ++i) EXPECT_TRUE(simulation.enter("a", 10)) << i;
+    EXPECT_TRUE(simulation.queue().refuses("a"));
+    EXPECT_FALSE(simulation.enter("a", 10));
+    EXPECT_EQ(simulation.serve(), "a");
+    EXPECT_FALSE(simulation.queue().refuses("a"));
+    EXPECT_TRUE(simulation.enter("a", 10));
 }
 
 TEST(FairQueue, PredictedTimeIsBoundedButOneFrameIsAlwaysAccepted) {
-    Shop shop({.count = 100, .seconds = 1.0});
+    QueueSimulation simulation({.count = 100, .seconds = 1.0});
     for (int i = 0; i < 6; ++i) {  // learns that this kind takes 400 ms
-        ASSERT_TRUE(shop.enter("a", 400));
-        shop.serve();
+        ASSERT_TRUE(simulation.enter("a", 400));
+        simulation.serve();
     }
-    EXPECT_TRUE(shop.enter("a", 400));
-    EXPECT_TRUE(shop.enter("a", 400));
-    EXPECT_FALSE(shop.enter("a", 400));
-    Shop slow({.count = 100, .seconds = 1.0});
+    EXPECT_TRUE(simulation.enter("a", 400));
+    EXPECT_TRUE(simulation.enter("a", 400));
+    EXPECT_FALSE(simulation.enter("a", 400));
+    QueueSimulation slow({.count = 100, .seconds = 1.0});
     for (int i = 0; i < 6; ++i) {
         ASSERT_TRUE(slow.enter("a", 5000))
             << "one frame is always accepted, or predictions would never be corrected";
@@ -87,37 +87,37 @@ TEST(FairQueue, PredictedTimeIsBoundedButOneFrameIsAlwaysAccepted) {
 }
 
 TEST(FairQueue, ClientsAreServedInTurn) {
-    Shop shop({.count = 16, .seconds = 100});
-    for (int i = 0; i < 8; ++i) shop.enter("heavy", 100);
-    EXPECT_EQ(shop.serve(), "heavy");
-    shop.enter("light", 100);
-    EXPECT_EQ(shop.serve(), "light") << "clients without a frame come first";
-    EXPECT_EQ(shop.serve(), "heavy");
+    QueueSimulation simulation({.count = 16, .seconds = 100});
+    for (int i = 0; i < 8; ++i) simulation.enter("heavy", 100);
+    EXPECT_EQ(simulation.serve(), "heavy");
+    simulation.enter("light", 100);
+    EXPECT_EQ(simulation.serve(), "light") << "clients without a frame come first";
+    EXPECT_EQ(simulation.serve(), "heavy");
 }
 
 TEST(FairQueue, WhenFullTheHeaviestClientLosesItsFrame) {
-    Shop shop({.count = 4, .seconds = 100});
-    for (int i = 0; i < 4; ++i) shop.enter("heavy", 100);
-    EXPECT_FALSE(shop.line().refuses("light"));
-    EXPECT_TRUE(shop.enter("light", 100));
-    EXPECT_EQ(shop.pushedOut, std::vector<std::string>{"heavy"});
-    EXPECT_TRUE(shop.enter("light", 100));
-    EXPECT_FALSE(shop.enter("light", 100)) << "both hold the same now";
-    EXPECT_FALSE(shop.enter("heavy", 100));
+    QueueSimulation simulation({.count = 4, .seconds = 100});
+    for (int i = 0; i < 4; ++i) simulation.enter("heavy", 100);
+    EXPECT_FALSE(simulation.queue().refuses("light"));
+    EXPECT_TRUE(simulation.enter("light", 100));
+    EXPECT_EQ(simulation.evicted, std::vector<std::string>{"heavy"});
+    EXPECT_TRUE(simulation.enter("light", 100));
+    EXPECT_FALSE(simulation.enter("light", 100)) << "both hold the same now";
+    EXPECT_FALSE(simulation.enter("heavy", 100));
 }
 
 // L3 of the failure catalogue: one floods, three ask once in a while.
 TEST(FairQueue, AWellBehavedClientWaitsForAtMostOneFrameOfAFlood) {
     constexpr int kMs = 20;
-    Shop shop({.count = 16, .seconds = 2});
+    QueueSimulation simulation({.count = 16, .seconds = 2});
     for (int i = 0; i < 3000; ++i) {
-        while (shop.enter("heavy", kMs)) {
+        while (simulation.enter("heavy", kMs)) {
         }
-        if (i % 10 == 0) shop.enter("light" + std::to_string(i / 10 % 3), kMs);
-        shop.serve();
+        if (i % 10 == 0) simulation.enter("light" + std::to_string(i / 10 % 3), kMs);
+        simulation.serve();
     }
     for (const char* name : {"light0", "light1", "light2"}) {
-        auto& waits = shop.waits[name];
+        auto& waits = simulation.waits[name];
         EXPECT_EQ(waits.size(), 100u) << "none was refused";
         std::sort(waits.begin(), waits.end());
         EXPECT_LE(waits[98], 2 * kMs / 1000.0);
@@ -127,45 +127,46 @@ TEST(FairQueue, AWellBehavedClientWaitsForAtMostOneFrameOfAFlood) {
 // L4: for any sequence of events, no frame starts after its deadline.
 TEST(FairQueue, FramesPastTheirDeadlineDoNotStart) {
     std::mt19937 random(7);
-    Shop shop({.count = 16, .seconds = 100});
+    QueueSimulation simulation({.count = 16, .seconds = 100});
     int entered = 0;
     for (int i = 0; i < 20000; ++i) {
-        entered += shop.enter("client" + std::to_string(random() % 5),
+        entered += simulation
+                       .enter("client" + std::to_string(random() % 5),
                               5 + static_cast<int>(random() % 40), static_cast<int>(random() % 300))
                        .has_value();
-        if (random() % 3 == 0) shop.serve();
-        shop.pass(static_cast<int>(random() % 10));
+        if (random() % 3 == 0) simulation.serve();
+        simulation.advance(static_cast<int>(random() % 10));
     }
-    EXPECT_EQ(shop.begunLate, 0);
-    EXPECT_GT(shop.late, 0) << "some had to be dropped";
+    EXPECT_EQ(simulation.startedLate, 0);
+    EXPECT_GT(simulation.late, 0) << "some had to be dropped";
     EXPECT_GT(entered, 1000);
 }
 
 TEST(FairQueue, FramesThatCannotMeetTheirDeadlineAreRejectedImmediately) {
-    Shop shop({.count = 16, .seconds = 100});
+    QueueSimulation simulation({.count = 16, .seconds = 100});
     for (int i = 0; i < 6; ++i) {
-        shop.enter("a", 100);
-        shop.serve();
+        simulation.enter("a", 100);
+        simulation.serve();
     }
-    EXPECT_TRUE(shop.enter("a", 100));
-    EXPECT_TRUE(shop.enter("a", 100));
-    EXPECT_FALSE(shop.enter("a", 100, 150)) << "200 ms of its own wait before it";
-    EXPECT_FALSE(shop.enter("b", 100, 0));
+    EXPECT_TRUE(simulation.enter("a", 100));
+    EXPECT_TRUE(simulation.enter("a", 100));
+    EXPECT_FALSE(simulation.enter("a", 100, 150)) << "200 ms of its own wait before it";
+    EXPECT_FALSE(simulation.enter("b", 100, 0));
 }
 
 TEST(FairQueue, LeavingClientsFreeTheirPlace) {
-    Shop shop({.count = 2, .seconds = 100});
-    const auto first = shop.enter("a", 10);
-    shop.enter("a", 10);
-    EXPECT_FALSE(shop.enter("a", 10));
-    EXPECT_TRUE(shop.line().remove(*first));
-    EXPECT_FALSE(shop.line().remove(*first));
-    EXPECT_EQ(shop.line().waiting(), 1u);
-    EXPECT_TRUE(shop.enter("a", 10));
-    shop.serve();
-    shop.serve();
-    EXPECT_EQ(shop.serve(), "");
-    EXPECT_EQ(shop.line().waitingSeconds(), 0.0);
+    QueueSimulation simulation({.count = 2, .seconds = 100});
+    const auto first = simulation.enter("a", 10);
+    simulation.enter("a", 10);
+    EXPECT_FALSE(simulation.enter("a", 10));
+    EXPECT_TRUE(simulation.queue().remove(*first));
+    EXPECT_FALSE(simulation.queue().remove(*first));
+    EXPECT_EQ(simulation.queue().waiting(), 1u);
+    EXPECT_TRUE(simulation.enter("a", 10));
+    simulation.serve();
+    simulation.serve();
+    EXPECT_EQ(simulation.serve(), "");
+    EXPECT_EQ(simulation.queue().waitingSeconds(), 0.0);
 }
 
 }  // namespace

@@ -34,9 +34,9 @@ HttpLimits quickLimits() {
     return limits;
 }
 
-class ToyServer {
+class LocalHttpServer {
 public:
-    explicit ToyServer(const HttpLimits& limits = quickLimits(), std::size_t threads = 4)
+    explicit LocalHttpServer(const HttpLimits& limits = quickLimits(), std::size_t threads = 4)
         : front_({.port = 0, .threads = threads, .limits = limits},
                  {.quick = [](const Call& call) -> std::optional<Answer> {
                       if (call.path != "/quick") return std::nullopt;
@@ -53,7 +53,7 @@ public:
                             .linked = [](std::string_view) { return false; }}}) {
         thread_ = std::thread([this] { front_.serve(); });
     }
-    ~ToyServer() { stop(); }
+    ~LocalHttpServer() { stop(); }
     void stop() {
         if (!thread_.joinable()) return;
         release();
@@ -118,7 +118,7 @@ private:
 };
 
 TEST(Front, PipelinedRequestsAreAnsweredInOrder) {
-    ToyServer server;
+    LocalHttpServer server;
     RawClient client(server.port());
     client.send(get("/a") + get("/quick") + post("/b", "body") + get("/c?x=1"));
     for (const char* body : {"GET /a ", "quick", "POST /b body", "GET /c "}) {
@@ -139,14 +139,14 @@ TEST(Front, PipelinedRequestsAreAnsweredInOrder) {
 }
 
 TEST(Front, ForwardedHeadersOfUntrustedClientsAreIgnored) {
-    ToyServer server;
+    LocalHttpServer server;
     EXPECT_EQ(
         bodyOf(ask(server.port(), get("/client", "REMOTE_ADDR: 6.6.6.6\r\n"), 5, "127.0.0.9")),
         "127.0.0.9");
 }
 
 TEST(Front, ExceptionsDoNotLeakInternals) {
-    ToyServer server;
+    LocalHttpServer server;
     const std::string answer = ask(server.port(), get("/throw"));
     EXPECT_EQ(statusOf(answer), 500);
     EXPECT_EQ(answer.find("the inside"), std::string::npos);
@@ -154,7 +154,7 @@ TEST(Front, ExceptionsDoNotLeakInternals) {
 }
 
 TEST(Front, ExpectContinueIsAnswered) {
-    ToyServer server;
+    LocalHttpServer server;
     RawClient client(server.port());
     client.send(
         "POST /b HTTP/1.1\r\nHost: localhost\r\nContent-Length: 4\r\nExpect: 100-continue\r\n\r\n");
@@ -176,7 +176,7 @@ std::string largeHead(std::size_t size) {
 }
 
 TEST(Front, LargeBodiesHaveAMinimumRate) {
-    ToyServer server(limitsWithALargeRoute());
+    LocalHttpServer server(limitsWithALargeRoute());
     std::string body(3 << 20, 'x');
     body.back() = '!';
     RawClient client(server.port());
@@ -197,7 +197,7 @@ TEST(Front, LargeBodiesHaveAMinimumRate) {
 }
 
 TEST(Front, ConcurrentLargeBodiesAreBounded) {
-    ToyServer server(limitsWithALargeRoute());
+    LocalHttpServer server(limitsWithALargeRoute());
     RawClient first(server.port());
     const std::string body(4 << 20, 'x');
     ASSERT_TRUE(first.send(largeHead(body.size())));
@@ -214,7 +214,7 @@ TEST(Front, ConcurrentLargeBodiesAreBounded) {
 }
 
 TEST(Front, Http10ConnectionsAreClosedAfterTheResponse) {
-    ToyServer server;
+    LocalHttpServer server;
     RawClient client(server.port());
     client.send("GET /a HTTP/1.0\r\n\r\n");
     const std::string answer = client.receive(5);
@@ -227,7 +227,7 @@ TEST(Front, Http10ConnectionsAreClosedAfterTheResponse) {
 }
 
 TEST(Front, HeadResponsesHaveNoBody) {
-    ToyServer server;
+    LocalHttpServer server;
     RawClient client(server.port());
     client.send(
         "HEAD /quick HTTP/1.1\r\nHost: localhost\r\n\r\nHEAD /a HTTP/1.1\r\nHost: "
@@ -239,7 +239,7 @@ TEST(Front, HeadResponsesHaveNoBody) {
 }
 
 TEST(Front, AStreamWaitsForItsReader) {
-    ToyServer server;
+    LocalHttpServer server;
     RawClient client(server.port(), nullptr, 4096);
     client.send(get("/stream?n=1000"));
     ASSERT_TRUE(soon([&] { return server.streamed > 0; }));
@@ -251,7 +251,7 @@ TEST(Front, AStreamWaitsForItsReader) {
 }
 
 TEST(Front, AStreamThatIsNotReadEnds) {
-    ToyServer server;
+    LocalHttpServer server;
     RawClient client(server.port(), nullptr, 4096);
     client.send(get("/stream?n=1000000"));
     EXPECT_TRUE(soon([&] { return server.streamsDone == 1; }));
@@ -259,7 +259,7 @@ TEST(Front, AStreamThatIsNotReadEnds) {
 }
 
 TEST(Front, AStreamEndsWhenTheClientDisconnects) {
-    ToyServer server;
+    LocalHttpServer server;
     {
         RawClient client(server.port());
         client.send(get("/stream?n=1000000"));
@@ -269,7 +269,7 @@ TEST(Front, AStreamEndsWhenTheClientDisconnects) {
 }
 
 TEST(Front, CompleteResponsesHoldNoWorkerWhileSent) {
-    ToyServer server(quickLimits(), 2);
+    LocalHttpServer server(quickLimits(), 2);
     std::vector<RawClient> slow;
     for (int i = 0; i < 6; ++i) {
         slow.emplace_back(server.port(), nullptr, 4096);
@@ -284,7 +284,7 @@ TEST(Front, CompleteResponsesHoldNoWorkerWhileSent) {
 TEST(Front, AReaderAtTheMinimumRateReceivesEverything) {
     HttpLimits limits = quickLimits();
     if (kSanitized) limits.write = milliseconds(3000);  // its reader is slow beyond its pauses
-    ToyServer server(limits);
+    LocalHttpServer server(limits);
     RawClient client(server.port(), nullptr, 1 << 18);
     client.send(get("/big", "Connection: close\r\n"));
     std::string all;
@@ -299,7 +299,7 @@ TEST(Front, AReaderAtTheMinimumRateReceivesEverything) {
 }
 
 TEST(Front, HandlersLearnThatTheClientDisconnected) {
-    ToyServer server;
+    LocalHttpServer server;
     {
         RawClient closes(server.port()), resets(server.port()), halfCloses(server.port());
         closes.send(get("/wait"));
@@ -321,7 +321,7 @@ TEST(Front, TheLongestIdleConnectionIsClosed) {
     HttpLimits limits = quickLimits();
     limits.connections = 16;
     limits.idle = milliseconds(60000);
-    ToyServer server(limits);
+    LocalHttpServer server(limits);
     std::vector<RawClient> idle;
     for (int i = 0; i < 200; ++i) idle.emplace_back(server.port());
     EXPECT_EQ(bodyOf(ask(server.port(), get("/a"))), "GET /a ");
@@ -343,7 +343,7 @@ TEST(Front, TheLongestIdleConnectionIsClosed) {
 TEST(Front, RequestsAreRejectedWhenAllWorkersAreBusy) {
     HttpLimits limits = quickLimits();
     limits.connections = 3;
-    ToyServer server(limits);
+    LocalHttpServer server(limits);
     std::vector<RawClient> busy;
     for (int i = 0; i < 3; ++i) {
         busy.emplace_back(server.port());
@@ -358,7 +358,7 @@ TEST(Front, RequestsAreRejectedWhenAllWorkersAreBusy) {
 }
 
 TEST(Front, StoppingCompletesRunningAndPartlyReceivedRequests) {
-    ToyServer server;
+    LocalHttpServer server;
     RawClient running(server.port()), coming(server.port()), idle(server.port());
     running.send(get("/wait"));
     idle.send(get("/a"));
@@ -379,7 +379,7 @@ TEST(Front, StoppingCompletesRunningAndPartlyReceivedRequests) {
 
 // U2: a thousand interrupted calls a second.
 TEST(Front, SignalsInterruptNothing) {
-    ToyServer server;
+    LocalHttpServer server;
     struct sigaction action {};
     action.sa_handler = [](int) {};  // without SA_RESTART: calls end with EINTR
     sigaction(SIGALRM, &action, nullptr);

@@ -20,9 +20,9 @@ std::string viewFrom(double x) {
 }
 
 // A viewer that reads a stream until a condition holds.
-class Watcher {
+class StreamViewer {
 public:
-    Watcher(TestServer& server, const std::string& link) : client_(server.client()) {
+    StreamViewer(TestServer& server, const std::string& link) : client_(server.client()) {
         thread_ = std::thread([this, link] {
             client_.Get(
                 link,
@@ -37,7 +37,7 @@ public:
                 });
         });
     }
-    ~Watcher() { leave(); }
+    ~StreamViewer() { leave(); }
     void leave() {
         leaving_ = true;
         client_.stop();
@@ -92,7 +92,7 @@ TEST(Live, AStreamFollowsItsViewAndRepeatsTheLastFrame) {
     auto client = server.client();
     ASSERT_EQ(put(client, "desk", viewFrom(0)), 204);
     EXPECT_EQ(json::parse(client.Get("/v1/views/desk")->body), json::parse(viewFrom(0)));
-    Watcher watcher(server, "/v1/stream?view=desk&fps=60");
+    StreamViewer watcher(server, "/v1/stream?view=desk&fps=60");
     const auto still = watcher.pictures(2);
     EXPECT_EQ(watcher.type, "multipart/x-mixed-replace; boundary=frame");
     EXPECT_EQ(still[0], frameOf(client, viewFrom(0)));
@@ -112,9 +112,9 @@ TEST(Live, ManyViewersShareOneFrame) {
     };
     ASSERT_EQ(put(client, "stage", viewFrom(0)), 204);
     const auto before = drawn();
-    std::vector<std::unique_ptr<Watcher>> watchers;
+    std::vector<std::unique_ptr<StreamViewer>> watchers;
     for (int i = 0; i < 5; ++i) {
-        watchers.push_back(std::make_unique<Watcher>(server, "/v1/stream?view=stage"));
+        watchers.push_back(std::make_unique<StreamViewer>(server, "/v1/stream?view=stage"));
     }
     for (auto& watcher : watchers) watcher->pictures(2);
     EXPECT_EQ(drawn(), before + 1);
@@ -122,8 +122,8 @@ TEST(Live, ManyViewersShareOneFrame) {
 
 TEST(Live, EachLinkIsASeparateStream) {
     auto client = sharedServer().client();
-    Watcher watcher(sharedServer(),
-                    "/v1/stream?scene=six-walls&width=64&height=48&eye=0,1,2&target=0,1,0");
+    StreamViewer watcher(sharedServer(),
+                         "/v1/stream?scene=six-walls&width=64&height=48&eye=0,1,2&target=0,1,0");
     EXPECT_EQ(watcher.pictures(1)[0], frameOf(client, viewFrom(0)));
 }
 
@@ -148,7 +148,7 @@ TEST(Live, AViewThatCannotBeDrawnKeepsTheStreamOpen) {
     TestServer server;
     auto client = server.client();
     ASSERT_EQ(put(client, "v", viewFrom(0)), 204);
-    Watcher watcher(server, "/v1/stream?view=v&fps=60");
+    StreamViewer watcher(server, "/v1/stream?view=v&fps=60");
     const auto first = watcher.pictures(1);
     ASSERT_EQ(put(client, "v", smallFrame(R"("camera": {"name": "unknown"})")), 204);
     std::this_thread::sleep_for(300ms);
@@ -161,9 +161,10 @@ TEST(Live, AViewThatCannotBeDrawnKeepsTheStreamOpen) {
 
 TEST(Live, StreamsAreBoundedAndEndWithTheServer) {
     auto server = std::make_unique<TestServer>();
-    std::vector<std::unique_ptr<Watcher>> watchers;
+    std::vector<std::unique_ptr<StreamViewer>> watchers;
     for (int i = 0; i < 16; ++i) {
-        watchers.push_back(std::make_unique<Watcher>(*server, "/v1/stream?width=32&height=24"));
+        watchers.push_back(
+            std::make_unique<StreamViewer>(*server, "/v1/stream?width=32&height=24"));
     }
     for (auto& watcher : watchers) watcher->pictures(1);
     auto client = server->client();

@@ -35,13 +35,13 @@ struct Square {
 
 enum class Outcome { mended, drawn, refused };
 
-struct Odd {
+struct FaultyScene {
     const char* name;
     Outcome outcome;
     std::function<void(Square&)> data = [](Square&) {};
     std::function<void(json&)> document = [](json&) {};
 };
-std::ostream& operator<<(std::ostream& out, const Odd& odd) {
+std::ostream& operator<<(std::ostream& out, const FaultyScene& odd) {
     return out << odd.name;
 }
 
@@ -60,7 +60,7 @@ void addView(json& document, std::string& binary, const std::vector<T>& values, 
     binary.resize((binary.size() + 3) / 4 * 4);
 }
 
-std::string fileOf(const Odd& odd) {
+std::string fileOf(const FaultyScene& odd) {
     Square square;
     odd.data(square);
     json document = json::parse(R"({
@@ -94,7 +94,7 @@ auto withoutAttribute(const char* name) {
 const auto kAsIs = [](Square&) {};
 using enum Outcome;
 
-const std::vector<Odd> kOdd = {
+const std::vector<FaultyScene> kOdd = {
     {"no normals", mended, kAsIs, withoutAttribute("NORMAL")},
     {"normals of length 0", mended, [](Square& s) { s.normals.assign(12, 0.0f); }},
     {"normals of NaN", mended, [](Square& s) { s.normals.assign(12, kNan); }},
@@ -176,7 +176,7 @@ const std::vector<Odd> kOdd = {
      put("/animations", json::array({{{"channels", json::array()}, {"samplers", json::array()}}}))},
 };
 
-class MalformedScenes : public testing::TestWithParam<Odd> {
+class MalformedScenes : public testing::TestWithParam<FaultyScene> {
 protected:
     void SetUp() override {
         if (!server) server = std::make_unique<TestServer>(uploadConfig());
@@ -205,7 +205,7 @@ void expectFinite(const std::string& npy) {
 
 TEST_P(MalformedScenes, AreRepairedDrawnOrRejectedWithAReason) {
     auto client = server->client();
-    const Odd& odd = GetParam();
+    const FaultyScene& odd = GetParam();
     const auto sent = send(client, fileOf(odd), "model/gltf-binary");
     ASSERT_TRUE(sent);
     if (odd.outcome == refused) {
@@ -229,7 +229,7 @@ TEST_P(MalformedScenes, AreRepairedDrawnOrRejectedWithAReason) {
     EXPECT_TRUE(frame->body == right->body) << "the picture is not that of the sound square";
 }
 
-std::string nameOf(const testing::TestParamInfo<Odd>& odd) {
+std::string nameOf(const testing::TestParamInfo<FaultyScene>& odd) {
     std::string name;
     for (const char c : std::string(odd.param.name)) name += std::isalnum(c) ? c : '_';
     return name;

@@ -40,7 +40,7 @@ constexpr double kEdges = 1.0 / 256.0;
 constexpr double kThinThings = 0.01;
 
 // Two ways of serving one effect, the cheaper one first.
-struct Rung {
+struct TechniquePair {
     const char* name;
     Effect effect;
     bool smoothOnly, panesOnly;
@@ -79,7 +79,7 @@ void glassByRays(Accuracy& a) {
     a.glass = GlassMethod::traced;
 }
 
-constexpr Rung kRungs[] = {
+constexpr TechniquePair kRungs[] = {
     {"flat, map to picture", Effect::planarReflection, false, false, kEdges, flatByEnvironment,
      flatByPicture},
     {"flat, map to rays", Effect::planarReflection, true, false, kEdges, flatByEnvironment,
@@ -118,7 +118,7 @@ double errorOn(const Mask& mask, const Image& picture, const Image& truth) {
 
 // A frame from within the room that looks at one of its things. Whatever its effect is not asked
 // about is served by rays.
-FrameRequest randomLook(Chance& chance, const Scene& scene) {
+FrameRequest randomLook(RandomSource& chance, const Scene& scene) {
     FrameRequest r;
     r.scene = scene.id;
     r.width = 24 * kSquare;
@@ -158,7 +158,7 @@ protected:
     }
     // Writes the reference, the cheaper and the more expensive frame next to each other; returns
     // the path.
-    std::string kept(const Scene& scene, const FrameRequest& r, const Rung& rung,
+    std::string kept(const Scene& scene, const FrameRequest& r, const TechniquePair& rung,
                      std::uint64_t seed) {
         FrameRequest large = r;
         large.width *= kSquare;
@@ -199,14 +199,14 @@ TEST_F(RandomLadder, MoreExpensiveIsNeverWorse) {
     }
     std::map<std::string, int> climbed;
     for (std::uint64_t done = 0; done < count; ++done, ++seed) {
-        Chance chance(seed);
+        RandomSource chance(seed);
         const bool smooth = chance.is(0.7);
         const Scene scene = randomPlainScene(chance, "random ladder", smooth);
         const FrameRequest r = randomLook(chance, scene);
         renderer().addScene(scene);
         const Image through = renderer().render(maskRequest(r)).image;
         std::optional<ReferenceImage> truth;
-        for (const Rung& rung : kRungs) {
+        for (const TechniquePair& rung : kRungs) {
             const Mask mask = whole(maskOf(through, rung.effect), kSquare);
             if (mask.pixels() < kMinPixels) continue;
             if ((rung.smoothOnly && !smooth) || (rung.panesOnly && anySolid(scene))) continue;
@@ -227,7 +227,8 @@ TEST_F(RandomLadder, MoreExpensiveIsNeverWorse) {
             ++climbed[rung.name];
         }
     }
-    for (const Rung& rung : kRungs) EXPECT_TRUE(count < 100 || climbed[rung.name] > 1) << rung.name;
+    for (const TechniquePair& rung : kRungs)
+        EXPECT_TRUE(count < 100 || climbed[rung.name] > 1) << rung.name;
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ TEST_F(RandomRequests, AreFiniteReproducibleAndRaiseNoGlErrors) {
         std::istringstream(asked) >> count >> seed;
     }
     for (std::uint64_t done = 0; done < count; ++seed) {
-        Chance chance(seed);
+        RandomSource chance(seed);
         Scene scene = randomScene(chance, "random");
         ASSERT_EQ(sceneProblems(scene), std::vector<std::string>{}) << "seed " << seed;
         renderer().addScene(std::move(scene));

@@ -10,11 +10,11 @@ namespace clerestory::test {
 namespace {
 
 template <class T, std::size_t N>
-T oneOf(Chance& chance, const std::array<T, N>& values) {
+T oneOf(RandomSource& chance, const std::array<T, N>& values) {
     return values[chance.below(static_cast<std::uint32_t>(N))];
 }
 
-Material randomMaterial(Chance& chance) {
+Material randomMaterial(RandomSource& chance) {
     const std::array roughnesses{0.0f, 0.01f, 0.05f, 0.2f, 0.45f, 0.5f, 0.7f, 1.0f};
     Material m{.name = "material" + std::to_string(chance.below(6))};
     m.baseColor = glm::vec4(glm::vec3(chance.inBox(0.5) + 0.5), 1.0f);
@@ -42,7 +42,7 @@ Material randomMaterial(Chance& chance) {
     return m;
 }
 
-glm::dmat4 randomPlace(Chance& chance) {
+glm::dmat4 randomPlace(RandomSource& chance) {
     glm::dmat4 m = glm::translate(glm::dmat4(1.0), chance.inBox(1.2));
     m = glm::rotate(m, chance.real(0.0, 6.3), chance.direction());
     if (chance.is(0.2)) {
@@ -70,7 +70,7 @@ void addWalls(Scene& scene, double half, const Next& next) {
     }
 }
 
-void addRoom(Scene& scene, Chance& chance, double half) {
+void addRoom(Scene& scene, RandomSource& chance, double half) {
     addWalls(scene, half, [&] { return randomMaterial(chance); });
     for (int i = 0; i < 2; ++i) {  // in a corner, at the wall, or in it
         const double at = oneOf(chance, std::array{0.999, 0.5, 1.0, 1.001}) * half;
@@ -83,29 +83,29 @@ void addRoom(Scene& scene, Chance& chance, double half) {
 
 }  // namespace
 
-std::uint64_t Chance::bits() {
+std::uint64_t RandomSource::bits() {
     std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ull);
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
     return z ^ (z >> 31);
 }
-double Chance::real(double low, double high) {
+double RandomSource::real(double low, double high) {
     return low + (high - low) * double(bits() >> 11) * 0x1p-53;
 }
-std::uint32_t Chance::below(std::uint32_t end) {
+std::uint32_t RandomSource::below(std::uint32_t end) {
     return static_cast<std::uint32_t>(bits() % end);
 }
-glm::dvec3 Chance::inBox(double half) {
+glm::dvec3 RandomSource::inBox(double half) {
     const double x = real(-half, half), y = real(-half, half);
     return {x, y, real(-half, half)};
 }
-glm::dvec3 Chance::direction() {
+glm::dvec3 RandomSource::direction() {
     const double z = real(-1.0, 1.0), turn = real(0.0, 6.283185307179586);
     const double r = std::sqrt(std::max(0.0, 1.0 - z * z));
     return {r * std::cos(turn), r * std::sin(turn), z};
 }
 
-Scene randomScene(Chance& chance, const std::string& id) {
+Scene randomScene(RandomSource& chance, const std::string& id) {
     Scene scene;
     scene.id = id;
     scene.environment = oneOf(chance, std::array<const char*, 3>{"grey", "dusk", "black"});
@@ -140,7 +140,7 @@ Scene randomScene(Chance& chance, const std::string& id) {
     return scene;
 }
 
-Scene randomPlainScene(Chance& chance, const std::string& id, bool smooth) {
+Scene randomPlainScene(RandomSource& chance, const std::string& id, bool smooth) {
     Scene scene;
     scene.id = id;
     scene.environment = oneOf(chance, std::array<const char*, 2>{"grey", "dusk"});
@@ -186,7 +186,7 @@ Scene randomPlainScene(Chance& chance, const std::string& id, bool smooth) {
     return scene;
 }
 
-void randomCamera(Chance& chance, FrameRequest& request) {
+void randomCamera(RandomSource& chance, FrameRequest& request) {
     request.camera = {};
     const glm::dvec3 eye = chance.is(0.1)
                                ? chance.direction() * std::pow(10.0, chance.real(-6.0, 6.0))
@@ -200,7 +200,7 @@ void randomCamera(Chance& chance, FrameRequest& request) {
     if (chance.is(0.1)) request.camera.zfar = std::pow(10.0, chance.real(0.5, 6.0));
 }
 
-FrameRequest randomRequest(Chance& chance, const std::string& scene) {
+FrameRequest randomRequest(RandomSource& chance, const std::string& scene) {
     FrameRequest r;
     r.scene = scene;
     r.width = 1 + chance.below(24);

@@ -29,7 +29,7 @@ double secondsSince(Clock::time_point start) {
 }
 
 // A request that is under way.
-struct Flight {
+struct PendingRequest {
     RawClient client;
     double due = 0.0;  // seconds after the start
     std::string answer;
@@ -40,16 +40,16 @@ bool whole(const std::string& answer) {
     return statusOf(answer) > 0 && !length.empty() && bodyOf(answer).size() == std::stoul(length);
 }
 
-Shot shotOf(const std::string& answer, double milliseconds) {
+SentRequest shotOf(const std::string& answer, double milliseconds) {
     return {.status = whole(answer) ? statusOf(answer) : 0,
             .milliseconds = milliseconds,
             .saysWhen = !headerOf(answer, "Retry-After").empty()};
 }
 
 // One request after the other, with pauses.
-std::vector<Shot> inTurn(int port, const std::string& request, double seconds, double pauseMs,
-                         const char* from) {
-    std::vector<Shot> shots;
+std::vector<SentRequest> inTurn(int port, const std::string& request, double seconds,
+                                double pauseMs, const char* from) {
+    std::vector<SentRequest> shots;
     std::seed_seq seed(from, from + std::strlen(from));
     std::mt19937 chance(seed);
     const auto start = Clock::now();
@@ -64,13 +64,14 @@ std::vector<Shot> inTurn(int port, const std::string& request, double seconds, d
     return shots;
 }
 
-std::vector<Shot> wellBehaved(int port, double seconds, double pauseMs) {
-    std::vector<Shot> all;
+std::vector<SentRequest> wellBehaved(int port, double seconds, double pauseMs) {
+    std::vector<SentRequest> all;
     std::mutex mutex;
     std::vector<std::thread> threads;
     for (const char* from : {"127.0.0.11", "127.0.0.12", "127.0.0.13"}) {
         threads.emplace_back([&, from] {
-            const std::vector<Shot> shots = inTurn(port, slowFrame(), seconds, pauseMs, from);
+            const std::vector<SentRequest> shots =
+                inTurn(port, slowFrame(), seconds, pauseMs, from);
             const std::lock_guard lock(mutex);
             all.insert(all.end(), shots.begin(), shots.end());
         });
@@ -110,10 +111,10 @@ std::string slowFrame() {
                 "Connection: close\r\n");
 }
 
-std::vector<Shot> openLoop(int port, const std::string& request, double perSecond, double seconds,
-                           double patience, const char* from) {
-    std::vector<Flight> flights;
-    std::vector<Shot> shots;
+std::vector<SentRequest> openLoop(int port, const std::string& request, double perSecond,
+                                  double seconds, double patience, const char* from) {
+    std::vector<PendingRequest> flights;
+    std::vector<SentRequest> shots;
     const auto start = Clock::now();
     const int total = std::max(1, static_cast<int>(perSecond * seconds));
     int begun = 0;
@@ -121,7 +122,7 @@ std::vector<Shot> openLoop(int port, const std::string& request, double perSecon
     while (begun < total || !flights.empty()) {
         const double now = secondsSince(start);
         for (; begun < total && begun / perSecond <= now; ++begun) {
-            Flight flight{RawClient(port, from), begun / perSecond, ""};
+            PendingRequest flight{RawClient(port, from), begun / perSecond, ""};
             if (flight.client.connected() && flight.client.send(request)) {
                 flights.push_back(std::move(flight));
             } else {
@@ -129,12 +130,13 @@ std::vector<Shot> openLoop(int port, const std::string& request, double perSecon
             }
         }
         std::vector<pollfd> waits;
-        for (const Flight& flight : flights) waits.push_back({flight.client.socket(), POLLIN, 0});
+        for (const PendingRequest& flight : flights)
+            waits.push_back({flight.client.socket(), POLLIN, 0});
         const double next = begun < total ? begun / perSecond - secondsSince(start) : 0.1;
         ::poll(waits.data(), waits.size(), static_cast<int>(std::clamp(1000.0 * next, 0.0, 100.0)));
-        std::vector<Flight> still;
+        std::vector<PendingRequest> still;
         for (std::size_t i = 0; i < flights.size(); ++i) {
-            Flight& flight = flights[i];
+            PendingRequest& flight = flights[i];
             const bool late = secondsSince(start) > seconds + patience;
             if (waits[i].revents == 0 && !late) {
                 still.push_back(std::move(flight));
@@ -149,22 +151,23 @@ std::vector<Shot> openLoop(int port, const std::string& request, double perSecon
             }
         }
         flights.clear();
-        for (Flight& flight : still) flights.push_back(std::move(flight));
+        for (PendingRequest& flight : still) flights.push_back(std::move(flight));
     }
     return shots;
 }
 
-double percentile(const std::vector<Shot>& shots, int status, double share) {
+double percentile(const std::vector<SentRequest>& shots, int status, double share) {
     std::vector<double> times;
-    for (const Shot& shot : shots) {
+    for (const SentRequest& shot : shots) {
         if (shot.status == status) times.push_back(shot.milliseconds);
     }
     return clerestory::percentile(std::move(times), share);
 }
 
-int countOf(const std::vector<Shot>& shots, int status) {
-    return static_cast<int>(std::count_if(shots.begin(), shots.end(),
-                                          [&](const Shot& shot) { return shot.status == status; }));
+int countOf(const std::vector<SentRequest>& shots, int status) {
+    return static_cast<int>(std::count_if(shots.begin(), shots.end(), [&](const SentRequest& shot) {
+        return shot.status == status;
+    }));
 }
 
 double Overload::goodput() const {
@@ -207,8 +210,8 @@ Flood flood(const ServerProcess& server, double seconds) {
     return result;
 }
 
-Endings endUnderLoad(int times, const std::vector<std::string>& flags) {
-    Endings endings{.times = times};
+ShutdownCounts endUnderLoad(int times, const std::vector<std::string>& flags) {
+    ShutdownCounts endings{.times = times};
     for (int i = 0; i < times; ++i) {
         ServerProcess server(flags);
         if (server.port() == 0 || !server.waitUntilReady()) continue;

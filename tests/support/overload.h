@@ -8,7 +8,7 @@
 
 namespace clerestory::test {
 
-struct Shot {
+struct SentRequest {
     int status = 0;             // 0: no whole answer
     double milliseconds = 0.0;  // from when it should have been sent
     bool saysWhen = false;      // Retry-After
@@ -16,16 +16,16 @@ struct Shot {
 
 // Sends `perSecond` requests per second for `seconds`, each on its own connection, whatever the
 // responses back; waits for answers up to `patience` seconds after the last.
-std::vector<Shot> openLoop(int port, const std::string& request, double perSecond, double seconds,
-                           double patience, const char* from = nullptr);
+std::vector<SentRequest> openLoop(int port, const std::string& request, double perSecond,
+                                  double seconds, double patience, const char* from = nullptr);
 
 // Value below which that share of the milliseconds of shots of a status lies; 0 without any.
-double percentile(const std::vector<Shot>& shots, int status, double share);
-int countOf(const std::vector<Shot>& shots, int status);
+double percentile(const std::vector<SentRequest>& shots, int status, double share);
+int countOf(const std::vector<SentRequest>& shots, int status);
 
 struct Overload {
     double serviceMs = 0.0;  // of one frame alone
-    std::vector<Shot> frames, health;
+    std::vector<SentRequest> frames, health;
     double seconds = 0.0;  // until the last answer
     // Fractions of the time of all processors: by these clients, on the same machine, and by the
     // server process.
@@ -41,20 +41,20 @@ struct Overload {
 Overload overload(const ServerProcess& server, double factor, double seconds);
 
 struct Flood {
-    std::vector<Shot> alone, duringFlood;  // of three well-behaved clients
-    std::vector<Shot> flooder;
+    std::vector<SentRequest> alone, duringFlood;  // of three well-behaved clients
+    std::vector<SentRequest> flooder;
 };
 // L3.
 Flood flood(const ServerProcess& server, double seconds);
 
-struct Endings {
+struct ShutdownCounts {
     int times = 0, cleanExits = 0;
     int answered = 0, refused = 0, notReached = 0;
     int broken = 0;  // an answer that began and did not end, or none to a request before the signal
     double slowestExit = 0;  // seconds from the signal
 };
 // U1: SIGTERM while eight clients request frames.
-Endings endUnderLoad(int times, const std::vector<std::string>& flags = {});
+ShutdownCounts endUnderLoad(int times, const std::vector<std::string>& flags = {});
 
 // A frame that takes a while, as a request's bytes on a connection of its own.
 std::string slowFrame();

@@ -81,10 +81,10 @@ namespace {
 std::unique_ptr<TestServer> shared;
 
 // Ends the shared server while a failed expectation still counts.
-class EndOfTests : public testing::Environment {
+class SharedServerCleanup : public testing::Environment {
     void TearDown() override { shared.reset(); }
 };
-const auto* const kEndOfTests = testing::AddGlobalTestEnvironment(new EndOfTests);
+const auto* const kEndOfTests = testing::AddGlobalTestEnvironment(new SharedServerCleanup);
 
 }  // namespace
 

@@ -43,13 +43,13 @@ inline std::vector<Triangle> trianglesOf(const Scene& scene, const glm::dvec3& o
     return result;
 }
 
-struct Crossing {
+struct ExpectedHit {
     double distance = std::numeric_limits<double>::infinity();
     double sine = 1.0;    // of the angle between ray and plane
     double inside = 0.0;  // the least of the three weights
 };
 
-inline Crossing crossing(const Triangle& t, const glm::dvec3& o, const glm::dvec3& d) {
+inline ExpectedHit crossing(const Triangle& t, const glm::dvec3& o, const glm::dvec3& d) {
     const glm::dvec3 n = glm::cross(t.e1, t.e2), s = o - t.a, r = glm::cross(s, d);
     const double facing = -glm::dot(n, d);
     if (facing == 0.0) return {};
@@ -72,7 +72,7 @@ inline int expectSame(const Bvh& bvh, const std::vector<Triangle>& triangles,
         const double length = glm::length(d);
         double surely = std::numeric_limits<double>::infinity(), sine = 1.0;
         for (const Triangle& t : triangles) {
-            const Crossing c = crossing(t, o, d);
+            const ExpectedHit c = crossing(t, o, d);
             if (c.inside > 1e-4 && c.sine > 1e-3 && c.distance * length > 1e-5 * reach &&
                 c.distance < surely) {
                 surely = c.distance;

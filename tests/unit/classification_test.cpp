@@ -11,7 +11,7 @@ namespace {
 
 using testing::HasSubstr;
 
-struct Dressed {
+struct OverriddenScene {
     const char* name;
     std::function<void(Material&)> make;
     bool emitter;
@@ -19,7 +19,7 @@ struct Dressed {
     Reflector flat, curved;
     ReflectorReason reason;  // of the flat part
 };
-class OnABox : public testing::TestWithParam<Dressed> {};
+class OnABox : public testing::TestWithParam<OverriddenScene> {};
 
 Material dielectric(float roughness) {
     Material m;
@@ -55,57 +55,59 @@ constexpr auto kNo = Reflector::none, kFlat = Reflector::flat, kCurved = Reflect
 INSTANTIATE_TEST_SUITE_P(
     Materials, OnABox,
     testing::Values(
-        Dressed{"plain", [](Material&) {}, false, Glass::none, kNo, kNo,
-                ReflectorReason::roughDielectric},
-        Dressed{"metal", [](Material& m) { m.metallic = 1, m.roughness = 0.2f; }, false,
-                Glass::none, kFlat, kCurved, ReflectorReason::metal},
-        Dressed{"roughMetal", [](Material& m) { m.metallic = 1, m.roughness = 0.51f; }, false,
-                Glass::none, kNo, kNo, ReflectorReason::roughMetal},
-        Dressed{"polished", [](Material& m) { m.roughness = 0.3f; }, false, Glass::none, kFlat, kNo,
-                ReflectorReason::gloss},
-        Dressed{"polishedWithoutSpecular",
-                [](Material& m) { m.roughness = 0.3f, m.specular = 0.0f; }, false, Glass::none, kNo,
-                kNo, ReflectorReason::noSpecular},
-        Dressed{"polishedLeaf",
-                [](Material& m) { m.roughness = 0.1f, m.alphaMode = AlphaMode::mask; }, false,
-                Glass::none, kNo, kNo, ReflectorReason::alphaMasked},
-        Dressed{"asked", [](Material& m) { m.reflection = Reflection::mirror; }, false, Glass::none,
-                kFlat, kCurved, ReflectorReason::requested},
-        Dressed{
+        OverriddenScene{"plain", [](Material&) {}, false, Glass::none, kNo, kNo,
+                        ReflectorReason::roughDielectric},
+        OverriddenScene{"metal", [](Material& m) { m.metallic = 1, m.roughness = 0.2f; }, false,
+                        Glass::none, kFlat, kCurved, ReflectorReason::metal},
+        OverriddenScene{"roughMetal", [](Material& m) { m.metallic = 1, m.roughness = 0.51f; },
+                        false, Glass::none, kNo, kNo, ReflectorReason::roughMetal},
+        OverriddenScene{"polished", [](Material& m) { m.roughness = 0.3f; }, false, Glass::none,
+                        kFlat, kNo, ReflectorReason::gloss},
+        OverriddenScene{"polishedWithoutSpecular",
+                        [](Material& m) { m.roughness = 0.3f, m.specular = 0.0f; }, false,
+                        Glass::none, kNo, kNo, ReflectorReason::noSpecular},
+        OverriddenScene{"polishedLeaf",
+                        [](Material& m) { m.roughness = 0.1f, m.alphaMode = AlphaMode::mask; },
+                        false, Glass::none, kNo, kNo, ReflectorReason::alphaMasked},
+        OverriddenScene{"asked", [](Material& m) { m.reflection = Reflection::mirror; }, false,
+                        Glass::none, kFlat, kCurved, ReflectorReason::requested},
+        OverriddenScene{
             "refused",
             [](Material& m) { m.metallic = 1, m.roughness = 0, m.reflection = Reflection::none; },
             false, Glass::none, kNo, kNo, ReflectorReason::disabled},
-        Dressed{"unlitMirrorLampOfGlass",
-                [](Material& m) {
-                    m.unlit = true, m.metallic = 1, m.roughness = 0, m.emissive = glm::vec3(1);
-                    m.transmission = 1, m.reflection = Reflection::mirror;
-                },
-                false, Glass::none, kNo, kNo, ReflectorReason::unlit},
-        Dressed{"lamp",
-                [](Material& m) {
-                    m.emissive = {0, 2, 0};
-                },
-                true, Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
-        Dressed{"lampSwitchedOff",
-                [](Material& m) {
-                    m.emissive = {0, 2, 0}, m.emissiveStrength = 0;
-                },
-                false, Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
-        Dressed{"thinGlass", [](Material& m) { m.transmission = 1, m.roughness = 0; }, false,
-                Glass::pane, kFlat, kNo, ReflectorReason::gloss},
-        Dressed{"thickGlass",
-                [](Material& m) { m.transmission = 0.5f, m.thickness = 1, m.roughness = 0.4f; },
-                false, Glass::solid, kNo, kNo, ReflectorReason::roughDielectric},
-        Dressed{"metalLetsNothingThrough",
-                [](Material& m) { m.transmission = 1, m.metallic = 1, m.roughness = 0.9f; }, false,
-                Glass::none, kNo, kNo, ReflectorReason::roughMetal},
-        Dressed{"coverageIsNoGlass",  // erratum G6
-                [](Material& m) { m.alphaMode = AlphaMode::blend, m.baseColor.w = 0.1f; }, false,
-                Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
-        Dressed{"ownMap", [](Material& m) { m.environmentMap = "dusk"; }, false, Glass::none,
-                kCurved, kCurved, ReflectorReason::map},
-        Dressed{"ownProbe", [](Material& m) { m.probe = "middle"; }, false, Glass::none, kCurved,
-                kCurved, ReflectorReason::probe}),
+        OverriddenScene{"unlitMirrorLampOfGlass",
+                        [](Material& m) {
+                            m.unlit = true, m.metallic = 1, m.roughness = 0,
+                            m.emissive = glm::vec3(1);
+                            m.transmission = 1, m.reflection = Reflection::mirror;
+                        },
+                        false, Glass::none, kNo, kNo, ReflectorReason::unlit},
+        OverriddenScene{"lamp",
+                        [](Material& m) {
+                            m.emissive = {0, 2, 0};
+                        },
+                        true, Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
+        OverriddenScene{"lampSwitchedOff",
+                        [](Material& m) {
+                            m.emissive = {0, 2, 0}, m.emissiveStrength = 0;
+                        },
+                        false, Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
+        OverriddenScene{"thinGlass", [](Material& m) { m.transmission = 1, m.roughness = 0; },
+                        false, Glass::pane, kFlat, kNo, ReflectorReason::gloss},
+        OverriddenScene{
+            "thickGlass",
+            [](Material& m) { m.transmission = 0.5f, m.thickness = 1, m.roughness = 0.4f; }, false,
+            Glass::solid, kNo, kNo, ReflectorReason::roughDielectric},
+        OverriddenScene{"metalLetsNothingThrough",
+                        [](Material& m) { m.transmission = 1, m.metallic = 1, m.roughness = 0.9f; },
+                        false, Glass::none, kNo, kNo, ReflectorReason::roughMetal},
+        OverriddenScene{"coverageIsNoGlass",  // erratum G6
+                        [](Material& m) { m.alphaMode = AlphaMode::blend, m.baseColor.w = 0.1f; },
+                        false, Glass::none, kNo, kNo, ReflectorReason::roughDielectric},
+        OverriddenScene{"ownMap", [](Material& m) { m.environmentMap = "dusk"; }, false,
+                        Glass::none, kCurved, kCurved, ReflectorReason::map},
+        OverriddenScene{"ownProbe", [](Material& m) { m.probe = "middle"; }, false, Glass::none,
+                        kCurved, kCurved, ReflectorReason::probe}),
     [](const auto& row) { return row.param.name; });
 
 TEST(Classification, TexturesContributeTheirMean) {

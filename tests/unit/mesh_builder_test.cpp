@@ -34,14 +34,14 @@ Scene sceneOf(const MeshDraft& draft) {
     return scene;
 }
 
-struct Spoiled {
+struct DamagedMesh {
     const char* name;
     std::function<void(MeshDraft&)> spoil;
     const char* warning;  // its code, or null
     std::uint32_t triangles;
 };
 
-class MeshRepair : public testing::TestWithParam<Spoiled> {};
+class MeshRepair : public testing::TestWithParam<DamagedMesh> {};
 
 TEST_P(MeshRepair, RepairsTheMeshAndCountsRepairs) {
     MeshDraft draft = square();
@@ -65,67 +65,67 @@ TEST_P(MeshRepair, RepairsTheMeshAndCountsRepairs) {
 INSTANTIATE_TEST_SUITE_P(
     HardCases, MeshRepair,
     testing::Values(
-        Spoiled{"nothingWrong", [](MeshDraft&) {}, nullptr, 2},
-        Spoiled{"nanVertex", [](MeshDraft& d) { d.vertices[3].position.y = kNan; },
-                "nonFiniteVertices", 1},
-        Spoiled{"infiniteVertex", [](MeshDraft& d) { d.vertices[1].position.x = INFINITY; },
-                "nonFiniteVertices", 1},
-        Spoiled{"indexOutOfRange", [](MeshDraft& d) { d.indices[5] = 4000000000u; },
-                "indexOutOfRange", 1},
-        Spoiled{"halfATriangle", [](MeshDraft& d) { d.indices.pop_back(); }, nullptr, 1},
-        Spoiled{"sameVertexTwice", [](MeshDraft& d) { d.indices[4] = 0; }, "degenerateTriangles",
-                1},
-        Spoiled{"collinear",
-                [](MeshDraft& d) {
-                    d.vertices[3].position = {0.5f, 0.5f, 0};
-                },
-                "degenerateTriangles", 1},
-        Spoiled{"nothingLeft", [](MeshDraft& d) { d.indices.clear(); }, "emptyMesh", 0},
-        Spoiled{"tiny", [](MeshDraft& d) { d = square(1e-15f); }, nullptr, 2},
-        Spoiled{"huge", [](MeshDraft& d) { d = square(1e15f); }, nullptr, 2},
-        Spoiled{"nanNormals",
-                [](MeshDraft& d) {
-                    d.hasNormals = true;
-                    d.vertices[0].normal = glm::vec3(kNan);
-                },
-                "badNormals", 2},
-        Spoiled{"zeroNormals",
-                [](MeshDraft& d) {
-                    d.hasNormals = true;
-                    for (Vertex& v : d.vertices) v.normal = glm::vec3(0.0f);
-                },
-                "badNormals", 2},
-        Spoiled{"longNormals",
-                [](MeshDraft& d) {
-                    d.hasNormals = true;
-                    for (Vertex& v : d.vertices) v.normal = glm::vec3(0, 0, 100);
-                },
-                nullptr, 2},
-        Spoiled{"nanTexCoord", [](MeshDraft& d) { d.vertices[2].texCoord0.x = kNan; },
-                "badAttributes", 2},
-        Spoiled{"oneTexCoord",
-                [](MeshDraft& d) {
-                    for (Vertex& v : d.vertices) v.texCoord0 = {0, 0};
-                },
-                nullptr, 2},
-        Spoiled{"nanTangents",
-                [](MeshDraft& d) {
-                    d.hasTangents = true;
-                    for (Vertex& v : d.vertices) v.tangent = glm::vec4(kNan);
-                },
-                nullptr, 2},
-        Spoiled{"tangentAlongNormal",
-                [](MeshDraft& d) {
-                    d.hasTangents = true;
-                    for (Vertex& v : d.vertices) v.tangent = glm::vec4(0, 0, 1, 1);
-                },
-                nullptr, 2},
-        Spoiled{"unusedVertex",
-                [](MeshDraft& d) {
-                    d.vertices.emplace_back();
-                    d.vertices.back().position.x = kNan;
-                },
-                nullptr, 2}),
+        DamagedMesh{"nothingWrong", [](MeshDraft&) {}, nullptr, 2},
+        DamagedMesh{"nanVertex", [](MeshDraft& d) { d.vertices[3].position.y = kNan; },
+                    "nonFiniteVertices", 1},
+        DamagedMesh{"infiniteVertex", [](MeshDraft& d) { d.vertices[1].position.x = INFINITY; },
+                    "nonFiniteVertices", 1},
+        DamagedMesh{"indexOutOfRange", [](MeshDraft& d) { d.indices[5] = 4000000000u; },
+                    "indexOutOfRange", 1},
+        DamagedMesh{"halfATriangle", [](MeshDraft& d) { d.indices.pop_back(); }, nullptr, 1},
+        DamagedMesh{"sameVertexTwice", [](MeshDraft& d) { d.indices[4] = 0; },
+                    "degenerateTriangles", 1},
+        DamagedMesh{"collinear",
+                    [](MeshDraft& d) {
+                        d.vertices[3].position = {0.5f, 0.5f, 0};
+                    },
+                    "degenerateTriangles", 1},
+        DamagedMesh{"nothingLeft", [](MeshDraft& d) { d.indices.clear(); }, "emptyMesh", 0},
+        DamagedMesh{"tiny", [](MeshDraft& d) { d = square(1e-15f); }, nullptr, 2},
+        DamagedMesh{"huge", [](MeshDraft& d) { d = square(1e15f); }, nullptr, 2},
+        DamagedMesh{"nanNormals",
+                    [](MeshDraft& d) {
+                        d.hasNormals = true;
+                        d.vertices[0].normal = glm::vec3(kNan);
+                    },
+                    "badNormals", 2},
+        DamagedMesh{"zeroNormals",
+                    [](MeshDraft& d) {
+                        d.hasNormals = true;
+                        for (Vertex& v : d.vertices) v.normal = glm::vec3(0.0f);
+                    },
+                    "badNormals", 2},
+        DamagedMesh{"longNormals",
+                    [](MeshDraft& d) {
+                        d.hasNormals = true;
+                        for (Vertex& v : d.vertices) v.normal = glm::vec3(0, 0, 100);
+                    },
+                    nullptr, 2},
+        DamagedMesh{"nanTexCoord", [](MeshDraft& d) { d.vertices[2].texCoord0.x = kNan; },
+                    "badAttributes", 2},
+        DamagedMesh{"oneTexCoord",
+                    [](MeshDraft& d) {
+                        for (Vertex& v : d.vertices) v.texCoord0 = {0, 0};
+                    },
+                    nullptr, 2},
+        DamagedMesh{"nanTangents",
+                    [](MeshDraft& d) {
+                        d.hasTangents = true;
+                        for (Vertex& v : d.vertices) v.tangent = glm::vec4(kNan);
+                    },
+                    nullptr, 2},
+        DamagedMesh{"tangentAlongNormal",
+                    [](MeshDraft& d) {
+                        d.hasTangents = true;
+                        for (Vertex& v : d.vertices) v.tangent = glm::vec4(0, 0, 1, 1);
+                    },
+                    nullptr, 2},
+        DamagedMesh{"unusedVertex",
+                    [](MeshDraft& d) {
+                        d.vertices.emplace_back();
+                        d.vertices.back().position.x = kNan;
+                    },
+                    nullptr, 2}),
     [](const auto& row) { return row.param.name; });
 
 TEST(MeshBuilder, NormalsFollowWindingAndTangentsFollowTexture) {

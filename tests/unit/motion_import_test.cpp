@@ -16,7 +16,7 @@ using test::GltfTruth;
 using test::TruthTriangle;
 
 // Area-weighted sums over all triangles, independent of their order.
-struct Moments {
+struct AreaMoments {
     double area = 0.0;
     glm::dvec3 middle{0.0};  // area * centroid
     glm::dmat3 spread{0.0};  // area * centroid * centroid
@@ -38,15 +38,15 @@ struct Moments {
     }
 };
 
-Moments momentsOf(const Scene& scene, const Pose& pose) {
-    Moments moments;
+AreaMoments momentsOf(const Scene& scene, const Pose& pose) {
+    AreaMoments moments;
     forEachTriangle(scene, pose,
                     [&](glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) { moments.add(a, b, c); });
     return moments;
 }
 
-Moments momentsOf(const std::vector<TruthTriangle>& triangles) {
-    Moments moments;
+AreaMoments momentsOf(const std::vector<TruthTriangle>& triangles) {
+    AreaMoments moments;
     for (const TruthTriangle& t : triangles) {
         const auto point = [&](std::size_t i) { return glm::dvec3(t[i][0], t[i][1], t[i][2]); };
         moments.add(point(0), point(1), point(2));
@@ -57,7 +57,7 @@ Moments momentsOf(const std::vector<TruthTriangle>& triangles) {
 // Shares of the true pose's own size; vertices are floats, and matrices too in some files.
 constexpr double kFloats = 2e-5;
 
-void expectSame(const Moments& ours, const Moments& truth, const std::string& where) {
+void expectSame(const AreaMoments& ours, const AreaMoments& truth, const std::string& where) {
     const double size =
         glm::length(truth.high - truth.low) + glm::length(truth.middle) / truth.area;
     EXPECT_NEAR(ours.area, truth.area, 4 * kFloats * truth.area) << where;
@@ -123,7 +123,7 @@ TEST_P(Animated, MatchesTheFile) {
         // Between keys, at keys, before the first and at the end; many clips, fewer moments.
         std::vector<double> shares{0.0, 0.37, 1.0};
         if (scene.clips.size() < 4) shares.insert(shares.end(), {0.1, 0.5, 0.73, 0.999});
-        Moments first;
+        AreaMoments first;
         for (const double share : shares) {
             const double time = share * truth.duration(clip);
             const std::string where = scene.clips[clip].name + " at " + std::to_string(time);
@@ -143,7 +143,7 @@ TEST_P(Animated, MatchesTheFile) {
                 // A scale of 0 is a millionth with us.
                 EXPECT_LT(worst, 3e-6 * size + 2e-6) << where << " node " << scene.nodes[i].name;
             }
-            const Moments ours = momentsOf(scene, pose);
+            const AreaMoments ours = momentsOf(scene, pose);
             expectSame(ours, momentsOf(truth.triangles()), where);
             EXPECT_GT(leastMeanFacing(scene, pose), GetParam().facing) << where;
             if (share == 0.0) first = ours;

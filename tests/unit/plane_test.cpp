@@ -11,7 +11,7 @@
 namespace clerestory::test {
 namespace {
 
-class Dice {
+class RandomSource {
 public:
     double number(double low, double high) {
         return std::uniform_real_distribution<double>(low, high)(engine_);
@@ -32,7 +32,7 @@ glm::dvec3 someTangent(const glm::dvec3& n) {
 }
 
 TEST(Plane, TransformsWithItsPoints) {  // P1
-    Dice dice;
+    RandomSource dice;
     int mirrored = 0;
     for (int i = 0; i < 5000; ++i) {
         glm::dmat4 m = glm::translate(glm::dmat4(1.0), dice.number(0, 1e3) * dice.direction());
@@ -64,7 +64,7 @@ TEST(Plane, TransformsWithItsPoints) {  // P1
 }
 
 TEST(Plane, FlattenedMirrorsStayMirrors) {
-    Dice dice;
+    RandomSource dice;
     for (int i = 0; i < 100; ++i) {
         const glm::dmat4 turn = dice.rotation();
         const glm::dmat4 flat = turn * glm::scale(glm::dmat4(1.0), glm::dvec3(1, 1, 0));
@@ -76,7 +76,7 @@ TEST(Plane, FlattenedMirrorsStayMirrors) {
 }
 
 TEST(Plane, DegenerateTransformsAreRejected) {
-    Dice dice;
+    RandomSource dice;
     const auto through = [](const glm::dvec3& normal, const glm::dmat4& m) {
         return transformed({normal, 0.0}, m);
     };
@@ -95,7 +95,7 @@ TEST(Plane, DegenerateTransformsAreRejected) {
 }
 
 TEST(Plane, ModelOriginDoesNotMatter) {  // P2
-    Dice dice;
+    RandomSource dice;
     for (int i = 0; i < 100; ++i) {
         const glm::dvec3 moved = dice.number(0, 10) * dice.direction();
         const Plane here{dice.direction(), dice.number(-3, 3)};

@@ -115,13 +115,13 @@ TEST_F(SideFile, InvalidExtrasAreWarnings) {
     EXPECT_EQ(of(unknown, 1).probe, "");
 }
 
-struct Harmless {
+struct InvalidSideFileCase {
     const char* name;
     const char* file;
     const char* place;    // in a warning's subject
     const char* message;  // in its message
 };
-class InvalidSideFile : public SideFile, public testing::WithParamInterface<Harmless> {};
+class InvalidSideFile : public SideFile, public testing::WithParamInterface<InvalidSideFileCase> {};
 
 TEST_P(InvalidSideFile, IsAWarningWithItsLocation) {
     const Scene scene = load(GetParam().file);
@@ -141,33 +141,41 @@ TEST_P(InvalidSideFile, IsAWarningWithItsLocation) {
 INSTANTIATE_TEST_SUITE_P(
     Files, InvalidSideFile,
     testing::Values(
-        Harmless{"binary", "\xff\xfe\x00\x01", "hall.clerestory.json", "JSON"},
-        Harmless{"cutShort", R"({"overrides": [{)", "hall.clerestory.json", "JSON"},
-        Harmless{"deep", "[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[",
-                 "hall.clerestory.json", ""},
-        Harmless{"list", "[]", "hall.clerestory.json", ""},
-        Harmless{"unknownField", R"({"override": []})", "/override", "did you mean"},
-        Harmless{"noList", R"({"overrides": {}})", "/overrides", "is object"},
-        Harmless{"noObject", R"({"overrides": [7]})", "/overrides/0", "is number"},
-        Harmless{"outOfRange", R"({"overrides": [{"material": "stone", "roughness": 2}]})",
-                 "/overrides/0/roughness", "0 to 1"},
-        Harmless{"misspelt", R"({"overrides": [{"material": "stone", "roughnes": 0.1}]})",
-                 "/overrides/0/roughnes", "did you mean"},
-        Harmless{"nothingChosen", R"({"overrides": [{"roughness": 0.1}]})", "/overrides/0",
-                 "chooses nothing"},
-        Harmless{"noSuchMaterial", R"({"overrides": [{"material": "stome", "roughness": 0.1}]})",
-                 "/overrides/0/material", "did you mean \"stone\""},
-        Harmless{"noSuchNode", R"({"overrides": [{"node": "attic", "roughness": 0.1}]})",
-                 "/overrides/0/node", "ground"},
-        Harmless{"noSuchProbe", R"({"overrides": [{"material": "stone", "probe": "attic"}]})",
-                 "/overrides/0/probe", "ground"},
-        Harmless{"badRotation",
-                 R"({"overrides": [{"material": "stone", "environmentRotation": [0, 0, 0, 0]}]})",
-                 "/overrides/0/environmentRotation", "unit quaternion"},
-        Harmless{"namelessProbe", R"({"probes": [{"size": 1}]})", "/probes/0", "without a name"},
-        Harmless{"doubledProbe", R"({"probes": [{"name": "ground"}]})", "/probes/0", "second"},
-        Harmless{"probeWithoutNode", R"({"probes": [{"name": "a", "node": "attic"}]})", "/probes/0",
-                 "not in the scene"}),
+        InvalidSideFileCase{"binary", "\xff\xfe\x00\x01", "hall.clerestory.json", "JSON"},
+        InvalidSideFileCase{"cutShort", R"({"overrides": [{)", "hall.clerestory.json", "JSON"},
+        InvalidSideFileCase{"deep",
+                            "[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[",
+                            "hall.clerestory.json", ""},
+        InvalidSideFileCase{"list", "[]", "hall.clerestory.json", ""},
+        InvalidSideFileCase{"unknownField", R"({"override": []})", "/override", "did you mean"},
+        InvalidSideFileCase{"noList", R"({"overrides": {}})", "/overrides", "is object"},
+        InvalidSideFileCase{"noObject", R"({"overrides": [7]})", "/overrides/0", "is number"},
+        InvalidSideFileCase{"outOfRange",
+                            R"({"overrides": [{"material": "stone", "roughness": 2}]})",
+                            "/overrides/0/roughness", "0 to 1"},
+        InvalidSideFileCase{"misspelt",
+                            R"({"overrides": [{"material": "stone", "roughnes": 0.1}]})",
+                            "/overrides/0/roughnes", "did you mean"},
+        InvalidSideFileCase{"nothingChosen", R"({"overrides": [{"roughness": 0.1}]})",
+                            "/overrides/0", "chooses nothing"},
+        InvalidSideFileCase{"noSuchMaterial",
+                            R"({"overrides": [{"material": "stome", "roughness": 0.1}]})",
+                            "/overrides/0/material", "did you mean \"stone\""},
+        InvalidSideFileCase{"noSuchNode", R"({"overrides": [{"node": "attic", "roughness": 0.1}]})",
+                            "/overrides/0/node", "ground"},
+        InvalidSideFileCase{"noSuchProbe",
+                            R"({"overrides": [{"material": "stone", "probe": "attic"}]})",
+                            "/overrides/0/probe", "ground"},
+        InvalidSideFileCase{
+            "badRotation",
+            R"({"overrides": [{"material": "stone", "environmentRotation": [0, 0, 0, 0]}]})",
+            "/overrides/0/environmentRotation", "unit quaternion"},
+        InvalidSideFileCase{"namelessProbe", R"({"probes": [{"size": 1}]})", "/probes/0",
+                            "without a name"},
+        InvalidSideFileCase{"doubledProbe", R"({"probes": [{"name": "ground"}]})", "/probes/0",
+                            "second"},
+        InvalidSideFileCase{"probeWithoutNode", R"({"probes": [{"name": "a", "node": "attic"}]})",
+                            "/probes/0", "not in the scene"}),
     [](const auto& row) { return row.param.name; });
 
 TEST_F(SideFile, WorksWithOtherFormats) {
