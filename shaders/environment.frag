@@ -1,6 +1,6 @@
 // One face of one roughness level of a prefiltered environment map: the GGX lobe seen from its own
 // normal, summed over directions that C++ chose (the same for every texel but for the frame), each
-// read at the level whose texels are as large as the share of the lobe it stands for
+// read at the level whose texels are as large as the share of the lobe it represents
 // (Colbert and Krivanek, GPU Gems 3, chapter 20).
 #include "include/block_macros.glsl"
 #include "include/optics.glsl"

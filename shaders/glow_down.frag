@@ -1,5 +1,5 @@
 // A picture at half its size, rounded up: each texel is a sum of 4 by 4 with weights 1 3 3 1, which
-// is what four reads between texels come to. Every texel of the source counts the same in all.
+// equals the sum of four bilinear reads between texels. Every source texel has the same total weight.
 #include "include/filter_source.glsl"
 
 out vec4 color;

@@ -1,5 +1,5 @@
-// Turns the picture about its centre, by an angle that grows with the distance from it. No angle of
-// a pixel is asked for: that has none in the centre (erratum M2).
+// Rotates the image about its centre, by an angle that depends on the distance from it. Needs no polar
+// angle of a pixel, which is undefined in the centre (erratum M2).
 #include "include/filter_source.glsl"
 
 out vec4 color;

@@ -15,7 +15,7 @@ class Buffer {
 public:
     // Filled once, never changed.
     explicit Buffer(std::span<const std::byte> content);
-    // Filled anew, as a whole and in any size, by assign().
+    // Empty; assign() replaces the whole content, of any size.
     Buffer();
     Buffer(Buffer&&) = default;
     ~Buffer();

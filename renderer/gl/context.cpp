@@ -136,7 +136,8 @@ void Context::forgive() {
     constexpr int kMax = 100;  // a lost context answers with errors for ever
     for (int i = 0; i < kMax && glGetError() != GL_NO_ERROR; ++i) {
     }
-    // Groups that the failure left open. Ending one too many is an error, of which nobody hears.
+    // Closes groups that the failure left open. Popping one too many raises an error, which is
+    // discarded.
     for (int i = 0; i < kMax && glGetError() == GL_NO_ERROR; ++i) glPopDebugGroup();
 }
 
@@ -161,7 +162,7 @@ void Context::findCapabilities(const std::string& platform) {
     }
     // A graphics card would read such buffers over the bus, at each draw.
     c.readsClientMemory = c.software && hasExtension("GL_AMD_pinned_memory");
-    // The context may have been made without what was asked for.
+    // The context may not have the requested reset notification.
     c.tellsOfResets = resetStatus_ && integer(GL_RESET_NOTIFICATION_STRATEGY) ==
                                           static_cast<int>(GL_LOSE_CONTEXT_ON_RESET);
     if (!c.tellsOfResets) resetStatus_ = nullptr;

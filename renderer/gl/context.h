@@ -58,8 +58,8 @@ public:
     const std::vector<std::string>& messages() const { return messages_; }
     void addMessage(std::string message);
 
-    // Throws std::runtime_error when a call since the last time has failed: what was drawn is not
-    // what was asked for. A driver tells of it only when asked.
+    // Throws std::runtime_error if a call has failed since the last check: the frame is then
+    // incomplete. Drivers report errors only on request.
     void throwIfFailed();
     // Whether the GPU was reset, as far as the driver tells: nothing that this context holds is
     // there any more, and nothing can be drawn with it.

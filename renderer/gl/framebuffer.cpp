@@ -81,7 +81,7 @@ Framebuffer::Framebuffer(const FramebufferDescription& d)
         glDeleteFramebuffers(1, &name);
         throw std::runtime_error("a framebuffer of " + std::to_string(width_) + "x" +
                                  std::to_string(height_) + " is not complete (status " +
-                                 std::to_string(status) + "), probably for want of memory");
+                                 std::to_string(status) + "), probably for lack of memory");
     }
 }
 

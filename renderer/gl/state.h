@@ -36,8 +36,8 @@ void apply(const Facing& facing);
 void clearColorAndDepth();
 void clearDepth();
 
-// The plan's clip space has depth 0..1. Without clip control OpenGL wants -1..1: the only place
-// that knows.
+// The plan's clip space has depth 0..1. Without clip control OpenGL requires -1..1: only this
+// function converts.
 glm::dmat4 deviceClip(const glm::dmat4& clip, bool clipControl);
 
 // Shows up in frame debuggers around what it encloses.

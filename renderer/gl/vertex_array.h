@@ -31,8 +31,8 @@ private:
 
 // With the bound vertex array and program. `instance` chooses the per-instance attributes.
 void drawIndexed(std::uint32_t firstIndex, std::uint32_t indexCount, std::uint32_t instance);
-// Lets a software driver begin with what it was given: it sorts triangles into tiles on the calling
-// thread and fills tiles on others, but only those it was told to. Hardware begins by itself.
+// Makes a software driver start the submitted draws: it bins triangles into tiles on the calling
+// thread and rasterises tiles on others only after a flush. Hardware starts without it.
 void submitDraws();
 void drawTriangle();  // three vertices without attributes
 

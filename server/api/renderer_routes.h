@@ -9,7 +9,7 @@
 
 namespace clerestory {
 
-// Of GET /v1/renderer, beside those of the renderer.
+// For GET /v1/renderer, in addition to those of the renderer.
 struct ServerLimits {
     std::size_t bodyBytes = 0;
     std::size_t sequenceBytes = 0;

@@ -1,5 +1,5 @@
 // What a draw's shader variant can do, one bit each; compiled as GLSL and as C++.
-// The program is compiled with a constant FEATURES, so what is not asked for is not there.
+// The program is compiled with a constant FEATURES, so unused features are not compiled.
 
 const uint FEATURE_BASE_COLOR_MAP = 1u << 0;
 const uint FEATURE_METALLIC_ROUGHNESS_MAP = 1u << 1;

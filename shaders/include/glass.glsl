@@ -74,8 +74,8 @@ Refraction refractedOut(vec3 inside, vec3 backNormal, float ior) {
     return refracted(inside, against, 1.0f / clamp(ior, 1e-3f, 1e3f));
 }
 
-// Share that an interface sends back. specular: weight of the body's reflections, 0..1, which what is
-// totally reflected does not heed: it has nowhere else to go. eta, cosTheta: as fresnelDielectric().
+// Reflectance of an interface. specular: weight of the body's reflections, 0..1; not applied to total
+// internal reflection, where no light can be transmitted. eta, cosTheta: as fresnelDielectric().
 float fresnelOfBody(float cosTheta, float eta, float specular) {
     float c = clamp(cosTheta, 0.0f, 1.0f);
     float e = clamp(eta, 1e-3f, 1e3f);
@@ -97,7 +97,7 @@ float absorbedChannel(float color, float ratio) {
 vec3 absorption(vec3 color, float attenuationDistance, float path) {
     float ratio = 0.0f;
     if (attenuationDistance > 0.0f && path > 0.0f) {
-        // Where it bites, nothing but white is left. The divisor keeps 1e18 / 1e-38 finite.
+        // The limits apply only where every colour but white is absorbed; they keep 1e18 / 1e-38 finite.
         ratio = min(min(path, 1e18f) / max(attenuationDistance, 1e-18f), 1e6f);
     }
     return vec3(absorbedChannel(color.x, ratio), absorbedChannel(color.y, ratio),
@@ -114,7 +114,7 @@ struct GlassShares {
 };
 
 // A pane with all bounces between its faces (erratum G3). fresnel: of one face from outside;
-// clear: absorption() along one crossing. One Fresnel share stands for both polarisations, as in a
+// clear: absorption() along one crossing. One Fresnel coefficient represents both polarisations, as in a
 // path tracer without polarisation: at most 0.0222 from the polarised truth
 // (at 74 degrees, ior 1.5).
 GlassShares paneShares(float fresnel, vec3 clear) {

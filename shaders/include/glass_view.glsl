@@ -32,7 +32,7 @@ vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
     float lod = min(lobeLod(spread, view.picture.z * lobeReach(length(exit), beyond)), last);
     vec3 seen = textureLod(backdrop, there.xy, lod).rgb;
     // What a pane shows from beyond the picture's edge is next to what is seen there. A body bends
-    // rays too far for that. Held against traced paths with glass at the rim of five pictures, three
+    // rays too far for that. Compared with traced paths with glass at the rim of five pictures, three
     // of them indoors: the rim's colour in its place has 1.10 times the environment's relMSE (1.00
     // to 1.39), a fade from one to the other over a tenth of the picture 1.01 times.
     bool outside = has(FEATURE_SOLID) && (there.z <= 0.0f || there.x < 0.0f || there.y < 0.0f ||

@@ -22,7 +22,7 @@ vec3 eyeAxes(vec3 v) {
 }
 
 // All vectors have the axes of eye space; `place` alone is relative to the hierarchy's origin and
-// has the world's, as the walk wants it.
+// has the world's, as the traversal requires.
 struct HitPoint {
     MaterialPoint material;
     vec3 place;

@@ -162,7 +162,7 @@ vec3 environmentAlong(vec3 towards, float roughness) {
 }
 
 // Irradiance / pi of the environment, its intensity folded in. Out of the light table, because each
-// number of a uniform block costs a software rasteriser a check of its place, in every pixel anew:
+// number of a uniform block costs a software rasteriser a bounds check in every pixel:
 // 6 % of the processor time of Sponza's frame.
 vec3 diffuseAround(vec3 normal) {
     vec4 a = texelFetch(lightTable, 0), b = texelFetch(lightTable, 1);

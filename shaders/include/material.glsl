@@ -1,4 +1,4 @@
-// A material at a pixel: its factors times its textures. Only what FEATURES asks for is fetched.
+// A material at a pixel: its factors times its textures. Only values that FEATURES selects are fetched.
 
 #include "include/material_point.glsl"
 

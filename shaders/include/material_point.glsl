@@ -5,7 +5,7 @@ struct MaterialPoint {
     vec4 baseColor;  // w: coverage
     float metallic;
     float roughness;
-    vec3 dielectricF0;  // straight on, where it is not metal; weighed by `specular`
+    vec3 dielectricF0;  // at normal incidence, of the dielectric part; scaled by `specular`
     float specular;     // of the dielectric lobe at every angle (KHR_materials_specular)
     float grazing;      // what that lobe reflects edge-on
     vec3 normal;        // unit, bumps included, on the side that is seen

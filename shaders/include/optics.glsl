@@ -81,7 +81,7 @@ float fresnelDielectric(float cosTheta, float eta) {
     return clamp(0.5f * s * s * (1.0f + p * p), 0.0f, 1.0f);
 }
 
-// Reflectance straight on, from the index of refraction (1 and above), and back (erratum G1).
+// Reflectance at normal incidence, from the index of refraction (1 and above), and back (erratum G1).
 float f0FromIor(float ior) {
     float r = (ior - 1.0f) / (ior + 1.0f);
     return r * r;
@@ -153,8 +153,8 @@ float spotAttenuation(float cosAngle, float cosInner, float cosOuter) {
 
 // ---- environment light -------------------------------------------------------------------------
 
-// Where to look up environmentBrdfTable(size): columns are even in the root of n.v, as everything
-// happens at grazing; its first and last entries stand for 0 and 1; texels are read at their centres.
+// Where to look up environmentBrdfTable(size): columns are uniform in sqrt(n.v), because values
+// change most at grazing angles; its first and last entries represent 0 and 1; texels are read at their centres.
 vec2 environmentBrdfCoordinate(float nDotV, float roughness, float size) {
     vec2 p = vec2(sqrt(clamp(nDotV, 0.0f, 1.0f)), clamp(roughness, 0.0f, 1.0f));
     return (p * (size - 1.0f) + 0.5f) / size;

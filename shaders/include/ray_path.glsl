@@ -2,8 +2,9 @@
 // it meets is shaded as a pixel of it would be, and where nothing is, there is the environment.
 // After lighting.glsl, glass.glsl and hit.glsl.
 
-// A surface that mirrors the scene (scene/classification.h) sends rays on where it is smoother than
-// this and more than so much of the ray's light follows; else the environment is mirrored.
+// A surface that mirrors the scene (scene/classification.h) continues rays if it is smoother than
+// kTracedRoughness and reflects more than kMinMirrored of the ray's light; else it mirrors the
+// environment.
 const float kTracedRoughness = 0.3f;
 const float kMinMirrored = 0.05f;
 // Flat: the normal turns by less than this, radians, over the ray's length.
@@ -14,7 +15,7 @@ const int kMaxHoles = 12;
 // Slope of a pixel's cone from which on the environment is averaged over it.
 const float kWidePixel = 0.5f;
 
-// Slopes of the cone that a ray stands for: that of its pixel chooses levels of textures, that of
+// Slopes of the cone that a ray represents: that of its pixel chooses levels of textures, that of
 // rough surfaces those of the environment, too.
 struct RayCone {
     float width;  // metres, where the ray starts
@@ -23,13 +24,13 @@ struct RayCone {
 };
 
 vec3 environmentAtEnd(vec3 along, RayCone cone) {
-    // Half a cone's slope is the alpha of a mirror that has such a lobe. A pixel's is even, has no
-    // tails, and is told only where it is wide: glass and small round things, mirrored again.
+    // Half a cone's slope is the alpha of a mirror that has such a lobe. A pixel's footprint is uniform, without
+    // tails, and matters only where it is wide: glass and small round things, mirrored again.
     float alpha = 0.5f * cone.lobe + 0.25f * max(cone.pixel - kWidePixel, 0.0f);
     return environmentAlong(along, min(sqrt(alpha), 1.0f));
 }
 
-// The surface for a cone that meets it: a cone is told by its width, so its half vectors reach half of
+// The surface for a cone that hits it: a cone is given by its width, so its half vectors reach half of
 // what they turn by to every side. It covers more of what it meets at an angle: along the sight its
 // width over n.v, and where the surface turns away from it no more than what is left of a ball. Wider
 // ones see more than this surface.
