@@ -172,7 +172,7 @@ TEST(CallWire, AFrameOrderComesBackWithEveryBit) {
     FrameRequest& request = order.request;
     request = frameRequestFrom(nlohmann::json::parse(R"({
         "scene": "a", "width": 33, "time": 0.1, "clip": "",
-        "camera": {"position": [0.1, 1e-9, -3], "orientation": [0.1, 0.2, 0.3, 0.9],
+        "camera": {"position": [0.1, 1e-9, -3], "orientation": [0.1, 0.1, 0.7, 0.7],
                    "intrinsics": {"fx": 0.3, "pixelCenter": "integer"}},
         "accuracy": {"preset": "fine", "planarScale": 0.3, "parallax": "depth"},
         "effects": {"refraction": false},
