@@ -198,7 +198,11 @@ Answer getStream(const LiveRoutes& routes, const Call& call) {
     StreamRequest request = streamRequestFrom(routes.views, call);
     const auto stream = std::make_shared<Stream>(routes.frames, routes.slots.take(),
                                                  std::move(request), call.requestId);
-    stream->draw();  // before the status is sent, so that a problem has one
+    try {
+        stream->draw();  // before the status is sent, so that a problem has one
+    } catch (const RequestError& error) {
+        return firstFrameRefused(error.problem(), call);
+    }
     return {.type = "multipart/x-mixed-replace; boundary=frame",
             .headers = {{"Cache-Control", "no-store"}},
             .stream = [stream](const Sink& sink) {
@@ -212,6 +216,12 @@ Answer getStream(const LiveRoutes& routes, const Call& call) {
 }
 
 }  // namespace
+
+Answer firstFrameRefused(const Problem& problem, const Call& call) {
+    Answer answer = problemAnswer(problem, call.requestId);
+    answer.problem.reset();
+    return answer;
+}
 
 void addRoutes(Routes& routes, const LiveRoutes& components) {
     routes.add("/v1/sequences", "POST", components, postSequence);

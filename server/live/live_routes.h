@@ -17,4 +17,7 @@ void addRoutes(Routes& routes, const LiveRoutes& components);
 
 Answer postSequence(const LiveRoutes& routes, const Call& call);
 
+// The answer when the first frame cannot be drawn. The frame source has counted its problem.
+Answer firstFrameRefused(const Problem& problem, const Call& call);
+
 }  // namespace clerestory

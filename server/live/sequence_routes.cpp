@@ -79,7 +79,7 @@ Answer postSequence(const LiveRoutes& routes, const Call& call) {
     run->sequence = sequenceFrom(strictJson(call.body));
     // Most errors of the first frame are errors of every frame, and can still have a status.
     auto first = std::make_shared<Outcome>(run->frame(run->sequence.first));
-    if (first->problem) throw RequestError(*first->problem);
+    if (first->problem) return firstFrameRefused(*first->problem, call);
     Answer answer{.type = run->multipart ? kMultipartType : kTarType};
     answer.headers = {{"Cache-Control", "no-store"}};
     answer.stream = [run, first](const Sink& sink) {
