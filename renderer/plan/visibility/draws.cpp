@@ -82,7 +82,7 @@ Features glassTextures(const Material& m) {
 constexpr Features kShared = FEATURE_OCCLUSION_MAP | FEATURE_EMISSION;
 
 // The features of a draw's program. `ofAll`, `ofGlass`: those that all surfaces and all glass
-// share. TransmissionTest draws 8 programs instead of 24, the chapel 12 instead of 15.
+// share. TransmissionTest draws 8 programs instead of 22, the chapel 12 instead of 15.
 Features programFeatures(Features f, Features ofAll, Features ofGlass) {
     if (f & FEATURE_UNLIT) return f;
     f |= ofAll;
