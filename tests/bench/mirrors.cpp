@@ -43,7 +43,7 @@ Scene roomOf(int balls) {
         u[(side / 2 + (side % 2 == 0 ? 1 : 2)) % 3] = 2.0f * h;  // the front faces inwards
         v[(side / 2 + (side % 2 == 0 ? 2 : 1)) % 3] = 2.0f * h;
         shapes::addPatch(wall, corner, u, v);
-        shapes::place(scene, std::move(wall));
+        shapes::addToScene(scene, std::move(wall));
     }
     const Index lampNode = addNode(scene, "lamp", glm::translate(glm::dmat4(1.0), {0.0, 2.5, 0.0}));
     scene.lights.push_back({.name = "lamp", .node = lampNode, .intensity = glm::vec3(20.0f)});
@@ -53,7 +53,7 @@ Scene roomOf(int balls) {
         const glm::dvec3 at(kRing * std::sin(angle), 0.4 * (i % 2) - 0.2, kRing * std::cos(angle));
         MeshDraft ball = shapes::draft("ball " + std::to_string(i), silver);
         shapes::addSphere(ball, {}, kBall, kSegments);
-        shapes::place(scene, std::move(ball), glm::translate(glm::dmat4(1.0), at));
+        shapes::addToScene(scene, std::move(ball), glm::translate(glm::dmat4(1.0), at));
     }
     scene.defaultView = DefaultView{{0.0, 1.4, 2.9}, {0.0, -0.2, 0.0}, 1.2};
     updateContentHash(scene);
