@@ -327,8 +327,8 @@ std::vector<std::string> hostilePaths() {
         "../",    "..%2f",           "%2e%2e/",  "%2e%2e%2f", "..\\",     "..%5c", "....//", "..;/",
         "..%00/", "%252e%252e%252f", "..%c0%af", "%c0%ae/",   "..%u2215", "./../", "/../"};
     const std::vector<std::string> ends = {
-        "etc/passwd",     "etc/passwd%00.js", "proc/self/environ", "index.html/../x",
-        "CMakeCache.txt", "server/main.cpp",  "etc%2fpasswd"};
+        "etc/passwd",     "etc/passwd%00.js",    "proc/self/environ", "index.html/../x",
+        "CMakeCache.txt", "server/cli/main.cpp", "etc%2fpasswd"};
     const std::vector<std::string> begins = {"/", "/v1/scenes/", "/web/", "/v1/jobs/",
                                              "/v1/jobs/x/pictures/"};
     std::vector<std::string> paths;
