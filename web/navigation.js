@@ -72,7 +72,8 @@ export class Flight {
 
   // Moves the camera up to this time. Must be called before keys, speed or camera change.
   advance(camera, seconds) {
-    const until = Math.floor((seconds - this.#start) / kStep);
+    // The tolerance keeps a time at the end of a step from rounding to the step before.
+    const until = Math.floor((seconds - this.#start) / kStep + 1e-6);
     if (!this.moving) {
       this.#steps = Math.max(this.#steps, until);
       return camera;

@@ -184,7 +184,7 @@ Problem versionNotSupported() {
     return {.status = 505,
             .code = "versionNotSupported",
             .title = "HTTP version not supported",
-            .detail = "Only HTTP/1.1 is supported."};
+            .detail = "The supported version is HTTP/1.1."};
 }
 
 Problem clientLeft() {
