@@ -82,8 +82,14 @@ Image PlanRunner::run(const FramePlan& plan) {
     return std::move(done.image);
 }
 
-Image PlanRunner::traced(const FramePlan& plan, int rounds, double* milliseconds) {
+Image PlanRunner::traced(const FramePlan& planned, int rounds, double* milliseconds) {
     context_.makeCurrent();
+    FramePlan plan = planned;
+    if (!plan.rays) {  // a plan of numbers has none: its rays need no light and no glass
+        plan.rays.emplace();
+        plan.rays->instances.resize(scene_->instances.size());
+        plan.rays->materials.resize(scene_->materials.size() + plan.materials.size());
+    }
     if (!tracer_) tracer_ = std::make_unique<GpuTracer>(*gpuScene_);
     const Pass& pass = plan.passes.at(0);
     const View& view = *pass.view();

@@ -177,7 +177,7 @@ TEST(Maps, ABlurAppearsInThePlanAndInTheImage) {
 TEST(Maps, AnInvalidMapFilePrintsOneLine) {
     for (const auto& [name, content, words] :
          {std::tuple("bad.ktx2", std::string("\xABKTX 20\xBB\r\n\x1A\n", 12), "cut short"),
-          std::tuple("bad.exr", std::string("v/1\x01"), "broken")}) {
+          std::tuple("bad.exr", std::string("v/1\x01"), "damaged")}) {
         Config config = testConfig();
         config.scenes.environments = {writtenFile(name, content)};
         try {

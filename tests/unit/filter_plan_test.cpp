@@ -91,7 +91,7 @@ TEST(FilterPlan, IneffectiveFiltersAreOmittedWithAReason) {
     EXPECT_THAT(plan.skipped, skipped("filter1:twirl", "radius of 0"));
     EXPECT_THAT(plan.skipped, skipped("filter2:convolve", "identity"));
     EXPECT_THAT(plan.skipped, skipped("filter3:glow", "strength of 0"));
-    EXPECT_THAT(plan.skipped, skipped("filter4:glow", "at most a pixel"));
+    EXPECT_THAT(plan.skipped, skipped("filter4:glow", "at most one pixel"));
 }
 
 TEST(FilterPlan, DataChannelsAreNotFiltered) {

@@ -124,7 +124,7 @@ void change(T& value) {
         value = glm::dquat(0.0, 1.0, 0.0, 0.0);
     } else {
         value *= 0.5f;
-        value += T(0.25f);
+        value += T(0.3f);  // changes 0, 0.5 and 1
     }
 }
 
