@@ -34,22 +34,6 @@ gl::Driver driverOf(Backend backend) {
     return gl::Driver::automatic;
 }
 
-RendererIdentity identityOf(const gl::Capabilities& c) {
-    return {.vendor = c.vendor,
-            .renderer = c.renderer,
-            .version = c.version,
-            .shadingLanguage = c.shadingLanguage,
-            .platform = c.platform,
-            .software = c.software,
-            .clipControl = c.clipControl,
-            .timerQueriesTrusted = c.timerQueriesTrusted,
-            .tellsOfResets = c.tellsOfResets,
-            .readsClientMemory = c.readsClientMemory,
-            .maxSamples = c.maxSamples,
-            .maxAnisotropy = c.maxAnisotropy,
-            .maxTextureSize = c.maxTextureSize};
-}
-
 // Reallocates the list unless it has capacity for `tail` bytes past its end and wastes less than an
 // eighth.
 template <class T>
@@ -74,7 +58,7 @@ std::string keysOf(const Map& map) {
 struct Renderer::State {
     explicit State(const RendererOptions& options)
         : context({.driver = driverOf(options.backend), .debugOutput = options.debugOutput}),
-          identity(identityOf(context.capabilities())),
+          identity(context.capabilities()),
           limits({.maxSamples = identity.maxSamples,
                   .maxAnisotropy = identity.maxAnisotropy,
                   .software = identity.software,
@@ -143,7 +127,7 @@ struct Renderer::State {
     Frame frame(const FrameRequest& request, Readback readback);
 
     gl::Context context;  // the first member: outlives everything that holds OpenGL objects
-    RendererIdentity identity;
+    const RendererIdentity& identity;
     DeviceLimits limits;
     std::uint64_t maxShadedSamples;
     std::function<void()> onReset;

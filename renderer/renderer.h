@@ -4,6 +4,7 @@
 // HTTP or JSON, start threads, or read scene files.
 #pragma once
 
+#include "gl/capabilities.h"
 #include "image/image.h"
 #include "passes/readback.h"
 #include "plan/graph/frame_plan.h"
@@ -36,17 +37,7 @@ struct RendererOptions {
     std::function<void(bool begins)> onCompiling;
 };
 
-// The driver and its capabilities.
-struct RendererIdentity {
-    std::string vendor, renderer, version, shadingLanguage;
-    std::string platform;  // "surfaceless", "device" or "pbuffer"
-    bool software = false;
-    bool clipControl = false;          // reversed depth has full precision
-    bool timerQueriesTrusted = false;  // their clock agreed with the wall clock at start
-    bool tellsOfResets = false;        // the driver reports resets of the GPU
-    bool readsClientMemory = false;    // vertices and indices are not copied
-    std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
-};
+using RendererIdentity = gl::Capabilities;
 
 struct PassTime {
     std::string kind, name;

@@ -3,6 +3,7 @@
 // One thread owns it: the one that made it. Does not: choose what is drawn, or hold GL objects.
 #pragma once
 
+#include "gl/capabilities.h"
 #include "gl/first_use.h"
 
 #include <cstdint>
@@ -17,18 +18,6 @@ enum class Driver { automatic, software, hardware };
 struct ContextOptions {
     Driver driver = Driver::automatic;
     bool debugOutput = false;
-};
-
-struct Capabilities {
-    std::string vendor, renderer, version, shadingLanguage;
-    std::string platform;  // "surfaceless", "device" or "pbuffer"
-    bool software = false;
-    bool clipControl = false;
-    bool timerQueriesTrusted = false;
-    bool tellsOfResets = false;  // see Context::lost()
-    std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
-    std::uint32_t uniformAlignment = 256;  // bytes, of offsets into uniform buffers
-    bool readsClientMemory = false;        // a software driver reads buffers where they lie
 };
 
 // Objects made since the context was.

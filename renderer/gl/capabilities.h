@@ -1,0 +1,24 @@
+// What the driver at hand is and offers, found once when a context is made.
+//
+// The planner receives the few values that plans depend on: DeviceLimits
+// (plan/graph/frame_context.h).
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace clerestory::gl {
+
+struct Capabilities {
+    std::string vendor, renderer, version, shadingLanguage;  // as the driver reports them
+    std::string platform;                                    // "surfaceless", "device" or "pbuffer"
+    bool software = false;
+    bool clipControl = false;          // reversed depth has full precision
+    bool timerQueriesTrusted = false;  // their clock agreed with the wall clock at start
+    bool tellsOfResets = false;        // the driver reports resets of the GPU; see Context::lost()
+    bool readsClientMemory = false;    // vertices and indices are not copied
+    std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
+    std::uint32_t uniformAlignment = 256;  // bytes, of offsets into uniform buffers
+};
+
+}  // namespace clerestory::gl
