@@ -389,7 +389,6 @@ RendererCounters Renderer::counters() const {
             .programsMade = made.programs,
             .buffersMade = made.buffers,
             .bytesShared = made.bytesShared,
-
             .pipelinesMade = compiled.pipelines,
             .compileMilliseconds = compiled.milliseconds};
 }

@@ -3,20 +3,14 @@
 
 #include "plan/effects/curved_reflection.h"
 #include "plan/effects/environment_map.h"
+#include "plan/effects/method_choice.h"
 #include "plan/effects/planar_reflection.h"
 #include "plan/effects/refraction.h"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace clerestory {
 namespace {
-
-std::string format(const char* pattern, double value) {
-    char text[160];
-    std::snprintf(text, sizeof text, pattern, value);
-    return text;
-}
 
 // The surfaces that the view omits. A captured view also omits occluded moving objects, so that
 // their motion does not invalidate the cube.
@@ -74,7 +68,7 @@ SeenView planView(ViewContext& context, const ViewTask& task) {
          .effect = task.effect,
          .generation = task.generation,
          .target = task.target,
-         .reason = task.reason.empty() ? format(requested, seen.overdraw) : task.reason,
+         .reason = task.reason.empty() ? formatted(requested, seen.overdraw) : task.reason,
          .work = drawn});
     addGlassLayers(context, task, seen, drawn, {firstGlass, lists.through.end()});
     return seen;

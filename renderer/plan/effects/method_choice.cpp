@@ -7,15 +7,12 @@
 #include <cstdio>
 
 namespace clerestory {
-namespace {
 
-std::string format(const char* pattern, double value) {
+std::string formatted(const char* pattern, double value) {
     char text[160];
     std::snprintf(text, sizeof text, pattern, value);
     return text;
 }
-
-}  // namespace
 
 Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
                     std::span<const Candidate> candidates) {
@@ -31,9 +28,9 @@ Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
         chosen = static_cast<std::size_t>(forced - candidates.begin());
         reason += ", named by the request";
     } else {
-        reason += format(", %.1f ms predicted", candidates[chosen].milliseconds) +
-                  format(", error %.2f", candidates[chosen].error) +
-                  format(" where %.2f is enough", std::min(tolerance, 99.0));
+        reason += formatted(", %.1f ms predicted", candidates[chosen].milliseconds) +
+                  formatted(", error %.2f", candidates[chosen].error) +
+                  formatted(" where %.2f is enough", std::min(tolerance, 99.0));
     }
     if (task.generation == 0) {
         context.builder.addDecision({std::move(subject.name),
@@ -84,7 +81,7 @@ std::string nameOf(const Scene& scene, const Surface& surface) {
 }
 
 std::string percentOfFrame(double share) {
-    return format("%.1f %% of the frame", 100.0 * share);
+    return formatted("%.1f %% of the frame", 100.0 * share);
 }
 
 // The last level is 2 or 3 pixels wide: at roughness 0.5 a lobe covers half of a picture, and with

@@ -55,6 +55,9 @@ std::optional<Method> requestedMethod(Requested requested, Method specific) {
 std::string objectName(const Scene& scene, const Surface& surface);
 std::string nameOf(const Scene& scene, const Surface& surface);
 
+// One number in a text, such as formatted("%.1f ms predicted", 3.2); at most 159 characters.
+std::string formatted(const char* pattern, double value);
+
 // "12.3 % of the frame"
 std::string percentOfFrame(double share);
 
