@@ -67,6 +67,24 @@ TEST(FiltersOverHttp, WithoutEffectGiveTheBytesOfNoFilter) {
     }
 }
 
+// Each type has its own members: a missing one, a foreign one and an unknown type name the field.
+TEST(FiltersOverHttp, OfTheWrongShapeNameTheField) {
+    auto client = sharedServer().client();
+    for (const auto& [filters, pointer] : {
+             std::pair(R"([{"amount": 1}])", "/filters/0/type"),
+             std::pair(R"([{"type": "blur"}])", "/filters/0/type"),
+             std::pair(R"([{"type": "twirl"}])", "/filters/0/amount"),
+             std::pair(R"([{"type": "glow"}, {"type": "convolve"}])", "/filters/1/kernel"),
+             std::pair(R"([{"type": "glow", "amount": 1}])", "/filters/0/amount"),
+         }) {
+        const auto result =
+            postJson(client, "/v1/frames", smallFrame(R"("filters": )" + std::string(filters)));
+        const json problem = problemOf(result, 422);
+        ASSERT_EQ(problem.at("errors").size(), 1u) << problem;
+        EXPECT_EQ(problem.at("errors")[0].at("pointer"), pointer) << problem;
+    }
+}
+
 TEST(FiltersOverHttp, AppearInPlanHeadersAndETag) {
     const std::string glow = R"([{"type": "twirl", "amount": 0}, {"type": "glow", "radius": 4}])";
     const auto frame = frameWith(glow, "png");
