@@ -1,12 +1,15 @@
-// Errors of displayed images: PSNR, SSIM, FLIP, and the decibels that glTF viewers publish.
+// Images as displayed, and their errors: PSNR, SSIM, FLIP, and the decibels that glTF viewers
+// publish.
 //
-// All functions take sRGB-encoded images of one size, 8-bit or float32 (0..1, clamped), with 3 or 4
-// channels (alpha is ignored), and an optional mask of the pixels to average. Pixels that are not
-// finite in either image are not counted. Results are finite. Throw std::runtime_error if sizes or
-// channels do not match.
+// Functions that compare take sRGB-encoded images of one size, 8-bit or float32 (0..1, clamped),
+// with 3 or 4 channels (alpha is ignored), and an optional mask of the pixels to average. Pixels
+// that are not finite in either image are not counted. Results are finite. Throw std::runtime_error
+// if sizes or channels do not match.
 #pragma once
 
-#include "measures/mask.h"
+#include "image/image.h"
+#include "measures/measured_pixels.h"
+#include "plan/request/frame_request.h"
 
 namespace clerestory {
 
@@ -50,5 +53,13 @@ struct DisplayedErrors {
 DisplayedErrors displayedErrors(const Image& actual, const Image& reference,
                                 const Mask* mask = nullptr,
                                 double pixelsPerDegree = kPixelsPerDegree);
+
+// sRGB-encoded float32, 0..1, 3 channels, with the curves of the tone mapping pass; defined for any
+// input, also NaN. linear: float32, 3 or 4 channels (alpha is ignored). exposureFactor: multiplies
+// radiance, > 0. Throws std::runtime_error for other types.
+Image displayed(const Image& linear, ToneMap curve, float exposureFactor = 1.0f);
+
+// Rounded to 8 bits.
+Image quantised(const Image& displayed);
 
 }  // namespace clerestory

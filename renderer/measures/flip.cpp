@@ -1,7 +1,7 @@
 // FLIP (Andersson et al. 2020). Constants and names are those of the paper, with its section
 // numbers. Images are extended by their border pixels.
 #include "measures/displayed_errors.h"
-#include "measures/layers.h"
+#include "measures/measured_pixels.h"
 
 #include <glm/glm.hpp>
 

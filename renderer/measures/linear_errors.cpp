@@ -1,6 +1,6 @@
 #include "measures/linear_errors.h"
 
-#include "measures/layers.h"
+#include "measures/measured_pixels.h"
 
 #include <algorithm>
 #include <cmath>

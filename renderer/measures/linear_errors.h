@@ -2,7 +2,7 @@
 // which settings are judged.
 #pragma once
 
-#include "measures/mask.h"
+#include "measures/measured_pixels.h"
 
 #include <glm/glm.hpp>
 

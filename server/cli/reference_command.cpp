@@ -4,7 +4,7 @@
 #include "server/cli/commands.h"
 
 #include "image/encode.h"
-#include "measures/displayed.h"
+#include "measures/displayed_errors.h"
 #include "reference/reference.h"
 
 #include <cmath>

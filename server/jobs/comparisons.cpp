@@ -1,7 +1,7 @@
 #include "server/jobs/comparisons.h"
 
 #include "image/encode.h"
-#include "measures/displayed.h"
+#include "measures/displayed_errors.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // The server's self-description: schema, renderer, health, metrics, the web page.
 #include "tests/support/test_server.h"
 
-#include "comparison/comparison_request.h"
+#include "comparison/comparison.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

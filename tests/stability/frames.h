@@ -2,7 +2,7 @@
 // float targets are searched for non-finite and negative values.
 #pragma once
 
-#include "measures/mask.h"
+#include "measures/measured_pixels.h"
 #include "tests/gl/sight.h"
 #include "tests/stability/table.h"
 

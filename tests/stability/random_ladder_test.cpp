@@ -17,7 +17,7 @@
 #include "tests/stability/table.h"
 
 #include "image/encode.h"
-#include "measures/displayed.h"
+#include "measures/displayed_errors.h"
 #include "reference/reference.h"
 
 #include <cstdlib>
