@@ -1,7 +1,7 @@
 // Direct light: punctual lights, and, in mode `full`, emissive triangles and the environment,
 // sampled and weighted against BSDF sampling.
+#include "reference/bsdf.h"
 #include "reference/path.h"
-#include "reference/scattering.h"
 
 namespace clerestory::reference {
 namespace {

@@ -1,8 +1,8 @@
 // Scattering at glass, smooth or rough: both sides of a solid's surface, and panes with all
 // internal reflections. Where a sampled direction would hit another microfacet, a new microfacet is
 // sampled, so that no energy is lost.
+#include "reference/bsdf.h"
 #include "reference/path.h"
-#include "reference/scattering.h"
 
 namespace clerestory::reference {
 namespace {

@@ -1,7 +1,7 @@
 // The main loop, and scattering at opaque surfaces.
 #include "reference/path.h"
 
-#include "reference/scattering.h"
+#include "reference/bsdf.h"
 
 namespace clerestory::reference {
 namespace {

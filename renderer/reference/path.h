@@ -3,7 +3,6 @@
 #pragma once
 
 #include "reference/bsdf.h"
-#include "reference/environment_light.h"
 #include "reference/lights.h"
 #include "reference/reference.h"
 #include "reference/sampler.h"

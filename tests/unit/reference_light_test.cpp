@@ -1,8 +1,8 @@
 // Images of the reference path tracer whose radiance is known in closed form.
 #include "reference_support.h"
 
-#include "reference/scattering.h"
-#include "reference/vectors.h"
+#include "reference/bsdf.h"
+#include "reference/scene_geometry.h"
 
 namespace clerestory::test {
 namespace {

@@ -1,6 +1,6 @@
 // The reference's Fresnel equations, refraction and panes compared with textbook values.
-#include "reference/scattering.h"
-#include "reference/vectors.h"
+#include "reference/bsdf.h"
+#include "reference/scene_geometry.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,8 @@
 // The path tracer's sampling routines compared with their densities (Pearson's chi-square).
 #include "reference/bsdf.h"
-#include "reference/environment_light.h"
+#include "reference/lights.h"
 #include "reference/sampler.h"
-#include "reference/scattering.h"
-#include "reference/vectors.h"
+#include "reference/scene_geometry.h"
 
 #include <gtest/gtest.h>
 
