@@ -2,7 +2,6 @@
 
 #include "gl/buffer.h"
 #include "gl/context.h"
-#include "gl/display.h"
 #include "gl/program.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"

@@ -1,6 +1,6 @@
 #include "comparison/comparison.h"
 
-#include "image/encode.h"
+#include "image/image.h"
 #include "measures/displayed_errors.h"
 #include "measures/percentile.h"
 #include "scene/field_values.h"

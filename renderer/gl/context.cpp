@@ -2,7 +2,6 @@
 #include "gl/context.h"
 
 #include "gl/api.h"
-#include "gl/display.h"
 
 #include <EGL/egl.h>
 
@@ -78,6 +77,12 @@ void APIENTRY onMessage(GLenum source, GLenum type, GLuint id, GLenum severity, 
     auto* context = static_cast<Context*>(const_cast<void*>(user));
     context->addMessage(std::to_string(id) + ": " +
                         std::string(message, static_cast<std::size_t>(std::max(0, length))));
+}
+
+std::int64_t nanoseconds() {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(
+               std::chrono::steady_clock::now().time_since_epoch())
+        .count();
 }
 
 }  // namespace
@@ -179,6 +184,15 @@ void Context::findCapabilities(const std::string& platform) {
         c.maxAnisotropy =
             static_cast<std::uint32_t>(std::max(1, integer(kMaxTextureMaxAnisotropy)));
     }
+}
+
+FirstUse::Timed::Timed(FirstUse& use) : use_(use), begin_(nanoseconds()) {
+    if (use_.whenCompiling) use_.whenCompiling(true);
+}
+
+FirstUse::Timed::~Timed() {
+    use_.counters_.milliseconds += 1e-6 * static_cast<double>(nanoseconds() - begin_);
+    if (use_.whenCompiling) use_.whenCompiling(false);
 }
 
 }  // namespace clerestory::gl

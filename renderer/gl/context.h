@@ -1,17 +1,87 @@
-// A current OpenGL 4.3 core context without a window, and what was found out about it, once.
+// A current OpenGL 4.3 core context without a window, what was found out about it, and how drivers
+// are opened.
 //
-// One thread owns it: the one that made it. Does not: choose what is drawn, or hold GL objects.
+// One thread owns a context: the one that made it. Does not: choose what is drawn, or hold GL
+// objects.
 #pragma once
 
 #include "gl/capabilities.h"
-#include "gl/first_use.h"
 
 #include <cstdint>
+#include <functional>
+#include <optional>
+#include <set>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 namespace clerestory::gl {
+
+// Compilation as it happens: a driver compiles a program when it is linked, and again, without
+// being asked, inside the first draw with each combination of program, fixed state and target
+// format. llvmpipe takes 0.1 to 1 s for each. This watches both, so that the time is known for what
+// it is.
+
+struct CompileCounters {
+    std::uint64_t programs = 0;   // linked
+    std::uint64_t pipelines = 0;  // combinations that were drawn for the first time
+    double milliseconds = 0.0;    // that both took; a draw that found its code in a cache included
+};
+
+class FirstUse {
+public:
+    // Called on the context's thread with true before and with false after each compilation.
+    std::function<void(bool begins)> whenCompiling;
+
+    const CompileCounters& counters() const { return counters_; }
+
+    // What the next draw uses. `state` and `target`: any numbers that are equal for equal state.
+    void setProgram(std::uint32_t name) { set(program_, name); }
+    void setState(std::uint32_t state) { set(state_, state); }
+    void setTarget(std::uint32_t target) { set(target_, target); }
+
+    // Runs `call`, which links a program.
+    template <class Call>
+    auto link(Call&& call) {
+        ++counters_.programs;
+        const Timed timed(*this);
+        return call();
+    }
+    // Runs `call`, which draws; watches it if it is the first with this combination.
+    template <class Call>
+    void draw(Call&& call) {
+        if (known_) return call();
+        known_ = true;
+        if (!seen_.emplace(program_, state_, target_).second) return call();
+        ++counters_.pipelines;
+        const Timed timed(*this);
+        call();
+    }
+
+private:
+    class Timed {
+    public:
+        explicit Timed(FirstUse& use);
+        ~Timed();
+        Timed(const Timed&) = delete;
+        Timed& operator=(const Timed&) = delete;
+
+    private:
+        FirstUse& use_;
+        std::int64_t begin_;  // nanoseconds
+    };
+
+    void set(std::uint32_t& value, std::uint32_t to) {
+        known_ = known_ && value == to;
+        value = to;
+    }
+
+    std::uint32_t program_ = 0, state_ = 0, target_ = 0;
+    bool known_ = false;  // the combination at hand was drawn before
+    std::set<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> seen_;
+    CompileCounters counters_;
+};
 
 enum class Driver { automatic, software, hardware };
 
@@ -69,5 +139,23 @@ private:
     FirstUse firstUse_;
     std::vector<std::string> messages_;
 };
+
+// A context that was made and is current, not yet owned by a Context.
+struct OpenedContext {
+    void* display = nullptr;
+    void* context = nullptr;
+    void* surface = nullptr;  // only where a context needs one
+    std::string platform;
+};
+
+// Throws std::runtime_error with one clear line when no driver of the asked kind answers.
+OpenedContext openContext(const ContextOptions& options);
+void closeContext(const OpenedContext& opened);
+
+// Terminates every display that was opened. No context of the process may exist.
+void closeDisplays();
+
+// From GL_RENDERER.
+bool isSoftwareRenderer(const std::string& renderer);
 
 }  // namespace clerestory::gl

@@ -1,6 +1,6 @@
 // EGL: surfaceless, then the devices (a GPU without a display), then a pbuffer on the default
 // display. A software driver that answers first is kept only while no hardware is found.
-#include "gl/display.h"
+#include "gl/context.h"
 
 #include "gl/api.h"
 

@@ -1,4 +1,7 @@
-// Pixels in CPU memory, row by row; the first row is the top of the image.
+// Images in CPU memory, row by row with the top row first; and their files: JPEG, PNG, EXR and NPY.
+//
+// Encoding, and decoding of what tests and the importer need, are thread-safe: there is no shared
+// state. These functions throw std::runtime_error with the cause.
 #pragma once
 
 #include <cstddef>
@@ -37,5 +40,17 @@ void requireImage(const Image& image, const std::string& format, PixelType type,
 // kMaxDecodedPixels.
 inline constexpr std::uint64_t kMaxDecodedPixels = 1u << 26;
 void requireDecodable(const std::string& format, std::uint64_t width, std::uint64_t height);
+
+using Bytes = std::string;  // file content
+
+// srgb8 images of 3 or 4 channels; alpha is ignored. quality 1..100.
+Bytes encodeJpeg(const Image& image, int quality, bool subsample420);
+Bytes encodePng(const Image& image);  // srgb8, 1, 3 or 4 channels
+Bytes encodeNpy(const Image& image);  // float32, shape H x W x C (NPY version 1.0)
+Bytes encodeExr(const Image& image);  // float32; channels named Y, or R G B (A)
+
+Image decodeJpeg(std::string_view bytes);  // 3 channels
+Image decodePng(std::string_view bytes);   // 4 channels
+Image decodeNpy(std::string_view bytes);   // only files written by encodeNpy
 
 }  // namespace clerestory

@@ -3,7 +3,6 @@
 
 #include "gl/buffer.h"
 #include "gl/texture.h"
-#include "gl/vertex_array.h"
 #include "passes/blocks.h"
 #include "plan/graph/frame_plan.h"
 #include "scene/scene.h"

@@ -1,7 +1,7 @@
 // Encodes a frame to the bytes and media type of an answer; also used by the command line.
 #pragma once
 
-#include "image/encode.h"
+#include "image/image.h"
 #include "plan/request/frame_request.h"
 
 #include <string>

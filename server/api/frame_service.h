@@ -2,7 +2,7 @@
 // queue, encodes, counts. Knows no HTTP. Thread-safe.
 #pragma once
 
-#include "image/encode.h"
+#include "image/image.h"
 #include "renderer.h"
 #include "server/api/metrics.h"
 #include "server/jobs/budgets.h"

@@ -5,7 +5,7 @@
 #include "server/cli/commands.h"
 #include "server/jobs/job_work.h"
 
-#include "image/encode.h"
+#include "image/image.h"
 
 #include <nlohmann/json.hpp>
 

@@ -3,7 +3,7 @@
 #include "server/cli/command_input.h"
 #include "server/cli/commands.h"
 
-#include "image/encode.h"
+#include "image/image.h"
 #include "measures/displayed_errors.h"
 #include "reference/reference.h"
 

@@ -1,6 +1,6 @@
 #include "server/jobs/comparisons.h"
 
-#include "image/encode.h"
+#include "image/image.h"
 #include "measures/displayed_errors.h"
 
 #include <algorithm>

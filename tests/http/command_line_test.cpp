@@ -1,5 +1,5 @@
 // The program's command line.
-#include "image/encode.h"
+#include "image/image.h"
 #include "tests/support/program.h"
 #include "tests/support/server_process.h"
 

@@ -16,7 +16,7 @@
 #include "tests/stability/random_scenes.h"
 #include "tests/stability/table.h"
 
-#include "image/encode.h"
+#include "image/image.h"
 #include "measures/displayed_errors.h"
 #include "reference/reference.h"
 

@@ -1,6 +1,6 @@
 #include "tests/support/compare_images.h"
 
-#include "image/encode.h"
+#include "image/image.h"
 
 #include <algorithm>
 #include <cmath>

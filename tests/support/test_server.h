@@ -1,7 +1,7 @@
 // A server in the test's process on a free port.
 #pragma once
 
-#include "image/encode.h"
+#include "image/image.h"
 #include "server/backend/local_backend.h"
 #include "server/server.h"
 #include "server/worker/worker_backend.h"

@@ -1,7 +1,7 @@
 // Image comparison: known pairs with known results.
 #include "tests/support/compare_images.h"
 
-#include "image/encode.h"
+#include "image/image.h"
 
 #include <filesystem>
 #include <fstream>

@@ -1,6 +1,6 @@
 // Output of the encoders, read by other decoders where available, or compared byte by byte with the
 // formats' specifications.
-#include "image/encode.h"
+#include "image/image.h"
 #include "tests/support/compare_images.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Environment maps from every container give the same radiance in every direction; malicious files
 // are rejected.
-#include "image/encode.h"
+#include "image/image.h"
 #include "scene/import/textures/ktx_cube.h"
 #include "tests/support/ktx_files.h"
 #include "tests/unit/import_support.h"
