@@ -1,6 +1,6 @@
 // The program: reads the command line and runs one command. Failures become one line on stderr.
 #include "renderer.h"
-#include "scene/import/child.h"
+#include "scene/import/in_process.h"
 #include "server/base/log.h"
 #include "server/base/problem.h"
 #include "server/cli/commands.h"

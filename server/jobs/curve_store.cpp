@@ -1,7 +1,7 @@
 // A file: a line with the checksum of the rest, a line of figures, the key.
 #include "server/jobs/curve_store.h"
 
-#include "scene/import/cache/cache_file.h"
+#include "scene/import/cache/scene_cache.h"
 #include "server/base/content_hash.h"
 #include "server/base/log.h"
 

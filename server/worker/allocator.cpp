@@ -1,7 +1,7 @@
 // The allocator of the C library, which ends the process of a worker when a small allocation fails;
 // see endWithoutMemory(). Linked only into the program, so that every library and driver uses these
 // definitions.
-#include "scene/import/sandbox/sanitizer.h"
+#include "scene/import/sandbox/jail.h"
 #include "server/worker/confinement.h"
 
 #include <unistd.h>

@@ -1,6 +1,6 @@
 #include "server/worker/confinement.h"
 
-#include "scene/import/sandbox/sanitizer.h"
+#include "scene/import/sandbox/jail.h"
 #include "server/base/log.h"
 
 #include <seccomp.h>

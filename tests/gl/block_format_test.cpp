@@ -1,5 +1,5 @@
 // Compares the importer's block decoders with the driver's. Any bytes form a valid block.
-#include "scene/import/textures/block_decoder.h"
+#include "scene/import/textures/texel_format.h"
 #include "support.h"
 
 #include "gl/api.h"

@@ -1,5 +1,5 @@
 // The HTTP server alone, with test handlers: connections, streams, disconnects, shutdown.
-#include "scene/import/sandbox/sanitizer.h"
+#include "scene/import/sandbox/jail.h"
 #include "server/http/http_server.h"
 #include "tests/support/raw_client.h"
 

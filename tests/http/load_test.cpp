@@ -1,5 +1,5 @@
 // Many clients, full queues, deadlines, shutdown.
-#include "scene/import/sandbox/sanitizer.h"
+#include "scene/import/sandbox/jail.h"
 #include "server/base/resident.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/test_server.h"

@@ -1,7 +1,7 @@
 // G5, M2: GPU resets, and allocation failures one at a time in the renderer's process, with its
 // driver and all libraries, and in the server's. CLERESTORY_FAULTS=all injects every fault;
 // CLERESTORY_FAULTS=N one in N.
-#include "scene/import/sandbox/sanitizer.h"
+#include "scene/import/sandbox/jail.h"
 #include "tests/bench/process_tree.h"
 #include "tests/support/failing_process.h"
 #include "tests/support/raw_client.h"

@@ -1,5 +1,5 @@
 // The renderer in a separate process: the same bytes, and nothing lost when it ends.
-#include "scene/import/sandbox/sanitizer.h"
+#include "scene/import/sandbox/jail.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>

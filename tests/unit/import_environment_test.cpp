@@ -1,7 +1,7 @@
 // Environment maps from every container give the same radiance in every direction; malicious files
 // are rejected.
 #include "image/image.h"
-#include "scene/import/textures/ktx_cube.h"
+#include "scene/import/textures/environment_reader.h"
 #include "tests/support/ktx_files.h"
 #include "tests/unit/import_support.h"
 

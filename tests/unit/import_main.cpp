@@ -1,5 +1,5 @@
 // The test program is its own import child process, so that these tests need no server.
-#include "scene/import/child.h"
+#include "scene/import/in_process.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Whatever happens in the import process, the caller receives a Scene or an ImportError.
-#include "scene/import/sandbox/wire.h"
+#include "scene/import/sandbox/process.h"
 #include "tests/unit/import_support.h"
 
 #include <assimp/version.h>

@@ -8,8 +8,8 @@
 #pragma once
 
 #include "scene/environment.h"
+#include "scene/import/base/formats.h"
 #include "scene/import/base/types.h"
-#include "scene/import/formats.h"
 #include "scene/scene.h"
 
 #include <filesystem>

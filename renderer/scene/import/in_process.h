@@ -1,5 +1,6 @@
 // The import in the calling process, without a child process and without its protection: what the
-// child runs, and what tests and benchmarks call. May crash on hostile files.
+// child runs, and what tests and benchmarks call. May crash on hostile files. And the main function
+// of the child process.
 #pragma once
 
 #include "scene/environment.h"
@@ -22,5 +23,10 @@ Scene importSceneInProcess(const std::filesystem::path& file, const ImportLimits
 // The map has no name. Throws ImportError.
 EnvironmentMap loadEnvironmentInProcess(const std::filesystem::path& fileOrFolder,
                                         const ImportLimits& limits = {});
+
+// `clerestory import-child FILE --result-fd N --progress-fd M [--limits TEXT] [--as environment]`.
+// Sets the process's limits, enters the jail, imports FILE and writes the blob to the result
+// descriptor. Returns an exit code (sandbox/process.h).
+int importChildMain(int argc, char** argv);
 
 }  // namespace clerestory

@@ -1,7 +1,6 @@
-#include "scene/import/assimp/animations.h"
+#include "scene/import/assimp/parts.h"
 
-#include "scene/import/assimp/matrix.h"
-#include "scene/import/base/clips.h"
+#include "scene/import/base/imported_scene.h"
 #include "scene/mesh_builder.h"
 
 #include <assimp/scene.h>

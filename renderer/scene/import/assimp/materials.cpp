@@ -1,6 +1,6 @@
-#include "scene/import/assimp/materials.h"
+#include "scene/import/assimp/parts.h"
 
-#include "scene/import/base/cleaning.h"
+#include "scene/import/base/imported_scene.h"
 
 #include <assimp/material.h>
 #include <assimp/scene.h>

@@ -1,11 +1,8 @@
 #include "scene/import/assimp/scene.h"
 
-#include "scene/import/assimp/animations.h"
 #include "scene/import/assimp/file_system.h"
-#include "scene/import/assimp/materials.h"
-#include "scene/import/assimp/matrix.h"
-#include "scene/import/base/cleaning.h"
-#include "scene/import/base/clips.h"
+#include "scene/import/assimp/parts.h"
+#include "scene/import/base/imported_scene.h"
 #include "scene/mesh_builder.h"
 
 #include <assimp/BaseImporter.h>

@@ -1,6 +1,6 @@
 #include "scene/import/base/archive.h"
 
-#include "scene/import/base/cleaning.h"
+#include "scene/import/base/imported_scene.h"
 
 #include <archive.h>
 #include <archive_entry.h>

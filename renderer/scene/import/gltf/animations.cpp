@@ -1,6 +1,6 @@
-#include "scene/import/gltf/animations.h"
+#include "scene/import/gltf/parts.h"
 
-#include "scene/import/base/clips.h"
+#include "scene/import/base/imported_scene.h"
 #include "scene/import/base/types.h"
 #include "scene/mesh_builder.h"
 

@@ -1,6 +1,6 @@
-#include "scene/import/gltf/materials.h"
+#include "scene/import/gltf/parts.h"
 
-#include "scene/import/base/cleaning.h"
+#include "scene/import/base/imported_scene.h"
 #include "scene/import/base/sidecar.h"
 
 #include <algorithm>

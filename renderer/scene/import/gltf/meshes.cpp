@@ -1,6 +1,6 @@
-#include "scene/import/gltf/meshes.h"
+#include "scene/import/gltf/parts.h"
 
-#include "scene/import/base/cleaning.h"
+#include "scene/import/base/imported_scene.h"
 
 #include <algorithm>
 #include <cmath>

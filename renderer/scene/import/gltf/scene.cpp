@@ -1,13 +1,10 @@
 // The node tree with its meshes, lights and cameras.
 #include "scene/import/gltf/scene.h"
 
-#include "scene/import/base/cleaning.h"
-#include "scene/import/base/clips.h"
+#include "scene/import/base/formats.h"
+#include "scene/import/base/imported_scene.h"
 #include "scene/import/base/sidecar.h"
-#include "scene/import/gltf/animations.h"
-#include "scene/import/gltf/extensions.h"
-#include "scene/import/gltf/materials.h"
-#include "scene/import/gltf/meshes.h"
+#include "scene/import/gltf/parts.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 

@@ -1,7 +1,5 @@
 #include "scene/import/sandbox/jail.h"
 
-#include "scene/import/sandbox/sanitizer.h"
-
 #include <linux/landlock.h>
 #include <seccomp.h>
 

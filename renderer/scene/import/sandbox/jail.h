@@ -18,4 +18,12 @@ JailSupport jailSupport();
 // Best effort: returns what could be enforced.
 JailSupport enterJail(const std::filesystem::path& folder);
 
+// Whether this build uses a sanitizer, which reserves terabytes of address space and makes
+// additional system calls, and fails if either is limited.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
 }  // namespace clerestory

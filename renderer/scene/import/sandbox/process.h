@@ -1,5 +1,6 @@
 // Runs an import in a child process: starts it, reads its progress, stops it at the deadline and
-// takes its result.
+// takes its result; and the protocol with it: exit codes, and lines with progress, errors and file
+// dependencies.
 //
 // Does not: interpret the result (cache/blob.h), confine the child, which does that itself
 // (sandbox/jail.h).
@@ -11,10 +12,24 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace clerestory {
+
+inline constexpr int kChildRefused = 3;  // an error line has the reason
+inline constexpr int kChildBadUsage = 64;
+
+std::string progressLine(const ImportProgress& progress);
+std::string errorLine(ImportError::Reason reason, const std::string& message);
+std::string dependencyLine(const FileDependency& dependency);
+
+// Nothing for a line of another kind, or a malformed one. Texts are cleaned (cleanText()).
+std::optional<ImportProgress> readProgress(const std::string& line);
+std::optional<ImportError> readError(const std::string& line);
+std::optional<FileDependency> readDependency(const std::string& line);
 
 // The child's output, sealed against modification, and the files that it looked for.
 struct ChildResult {

@@ -1,6 +1,6 @@
 // BC6H and BC7 (ARB_texture_compression_bptc): up to three gradients in one block (subsets), and a
 // partition of the texels among them.
-#include "scene/import/textures/block_decoder.h"
+#include "scene/import/textures/texel_format.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,5 +1,5 @@
 // S3TC (EXT_texture_compression_s3tc) and ETC2 (OpenGL 4.3, appendix C).
-#include "scene/import/textures/block_decoder.h"
+#include "scene/import/textures/texel_format.h"
 
 #include <algorithm>
 #include <cstdint>
