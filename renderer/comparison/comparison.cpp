@@ -3,7 +3,7 @@
 #include "image/image.h"
 #include "measures/displayed_errors.h"
 #include "measures/percentile.h"
-#include "scene/field_values.h"
+#include "scene/fields.h"
 #include "scene/material_override.h"
 
 #include <algorithm>

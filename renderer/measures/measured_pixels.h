@@ -4,7 +4,7 @@
 
 #include "image/image.h"
 #include "plan/graph/frame_plan.h"
-#include "scene/material_bindings.h"
+#include "scene/scene.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // Sample directions of the passes over cubes: prefiltering by a GGX lobe, and Gaussian blur.
 #pragma once
 
-#include "scene/map_blur.h"
+#include "scene/material.h"
 
 #include <glm/glm.hpp>
 

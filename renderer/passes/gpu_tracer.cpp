@@ -4,7 +4,7 @@
 #include "passes/draw_stream.h"
 #include "passes/gpu_scene.h"
 #include "passes/traced_texels.h"
-#include "scene/material_bindings.h"
+#include "scene/scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "gl/context.h"
 #include "passes/blocks.h"
 #include "plan/graph/features.h"
-#include "scene/environment_brdf.h"
+#include "scene/environment.h"
 
 #include <algorithm>
 #include <cstring>

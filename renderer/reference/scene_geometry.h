@@ -4,7 +4,7 @@
 
 #include "plan/request/frame_request.h"
 #include "scene/classification.h"
-#include "scene/finite.h"
+#include "scene/geometry.h"
 
 #include <glm/glm.hpp>
 

@@ -8,7 +8,7 @@
 // Does not: shade, use OpenGL.
 #pragma once
 
-#include "scene/material_bindings.h"
+#include "scene/scene.h"
 
 #include <cstdint>
 #include <optional>

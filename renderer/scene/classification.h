@@ -4,7 +4,7 @@
 // Does not: decide what is drawn (plan), depend on views or effect switches.
 #pragma once
 
-#include "scene/material_bindings.h"
+#include "scene/scene.h"
 
 #include <string>
 #include <vector>

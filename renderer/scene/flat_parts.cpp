@@ -1,7 +1,7 @@
 // A histogram of normal direction and offset, weighted by area, gives candidates: from the largest
 // triangle of the fullest bin a plane is fitted repeatedly to all triangles in it. Positions are
 // relative to the mesh's centre, in a unit between half its diagonal and its diagonal.
-#include "scene/flat_parts.h"
+#include "scene/mesh_builder.h"
 
 #include <algorithm>
 #include <bit>

@@ -3,6 +3,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <cstdio>
 #include <new>
 
 namespace clerestory {
@@ -24,6 +25,18 @@ std::uint64_t hashOfBytes(std::span<const std::byte> bytes, std::uint64_t seed) 
 Hash128 hash128OfBytes(std::span<const std::byte> bytes) {
     const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
     return {hash.low64, hash.high64};
+}
+
+std::uint64_t hashOf(std::string_view text) {
+    return XXH3_64bits(text.data(), text.size());
+}
+
+std::string hashWordOf(std::string_view text) {
+    const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
+    char word[33];
+    std::snprintf(word, sizeof word, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                  static_cast<unsigned long long>(hash.low64));
+    return word;
 }
 
 ContentHash::ContentHash() {

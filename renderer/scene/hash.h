@@ -1,5 +1,5 @@
-// 64-bit hashes of plain values, not cryptographic. Values of different types hash differently, and
-// texts and lists include their length.
+// Hashes of plain values, not cryptographic: collisions can be constructed. Values of different
+// types hash differently, and texts and lists include their length.
 //
 // ContentHash is stable: its result identifies a scene on disk and between processes, so the order
 // of the calls must not change. PlanHash is faster for single numbers and used within a process
@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <vector>
@@ -25,6 +26,11 @@ struct Hash128 {
     std::uint64_t low = 0, high = 0;
 };
 Hash128 hash128OfBytes(std::span<const std::byte> bytes);
+
+// Hash of a text, equal in all processes.
+std::uint64_t hashOf(std::string_view text);
+// Its 128-bit hash as 32 hexadecimal digits.
+std::string hashWordOf(std::string_view text);
 
 // add() for composite values, by adding their numbers one after another to Derived::addNumber().
 template <class Derived>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "scene/fields.h"
-#include "scene/material_bindings.h"
-#include "scene/rotation.h"
+#include "scene/geometry.h"
+#include "scene/scene.h"
 
 #include <array>
 #include <concepts>

@@ -1,8 +1,6 @@
 // Repairs first, then normals and tangents, then clusters. The mesh is valid after every step.
 #include "scene/mesh_builder.h"
 
-#include "scene/flat_parts.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,7 +1,7 @@
 // The conditions for sampling clips and deforming meshes.
-#include "scene/motion_problems.h"
+#include "scene/animation.h"
 
-#include "scene/finite.h"
+#include "scene/geometry.h"
 
 #include <algorithm>
 #include <cmath>

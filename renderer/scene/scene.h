@@ -6,12 +6,9 @@
 // Does not: read files (scene/import), decide what is drawn (plan), use OpenGL.
 #pragma once
 
-#include "scene/animation/clip.h"
-#include "scene/animation/deformation.h"
-#include "scene/bounds.h"
+#include "scene/animation.h"
+#include "scene/geometry.h"
 #include "scene/material.h"
-#include "scene/plane.h"
-#include "scene/vertex.h"
 
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -231,5 +228,23 @@ std::vector<std::string> sceneProblems(const Scene& scene);
 void updateContentHash(Scene& scene);
 // Of all fields of the material's table.
 std::uint64_t contentHash(const Material& material);
+
+// The material of every instance in one frame: the scene's materials, and modified copies where a
+// request overrides them. A material index below scene.materials.size() refers to Scene::materials,
+// others to `own` after subtracting that size. The scene's materials are uploaded once, `own` for
+// each frame. Empty lists mean that nothing is overridden.
+struct MaterialBindings {
+    std::vector<Material> own;
+    std::vector<Index> materialOfInstance;  // empty: those of the scene
+
+    Index materialOf(const Scene& scene, Index instance) const {
+        return materialOfInstance.empty() ? scene.instances[instance].material
+                                          : materialOfInstance[instance];
+    }
+    const Material& material(const Scene& scene, Index index) const {
+        return index < scene.materials.size() ? scene.materials[index]
+                                              : own[index - scene.materials.size()];
+    }
+};
 
 }  // namespace clerestory

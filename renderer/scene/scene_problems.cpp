@@ -1,8 +1,8 @@
 // Validates a scene before the renderer uses it.
 #include "scene/scene.h"
 
-#include "scene/finite.h"
-#include "scene/motion_problems.h"
+#include "scene/animation.h"
+#include "scene/geometry.h"
 
 #include <algorithm>
 #include <cmath>

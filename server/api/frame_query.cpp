@@ -1,5 +1,5 @@
 // Query of a link -> body of a request, which the reader of bodies checks.
-#include "scene/field_values.h"
+#include "scene/fields.h"
 #include "scene/spelling.h"
 #include "server/api/frame_json.h"
 

@@ -1,5 +1,5 @@
 // The field tables as JSON Schema (2020-12).
-#include "scene/field_values.h"
+#include "scene/fields.h"
 #include "server/api/comparison_json.h"
 #include "server/api/frame_json.h"
 #include "server/api/sequence_request.h"

@@ -1,10 +1,10 @@
 #include "server/api/frame_service.h"
 
 #include "plan/graph/work.h"
+#include "scene/hash.h"
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
 #include "server/base/build_id.h"
-#include "server/base/content_hash.h"
 #include "server/base/log.h"
 
 #include <algorithm>

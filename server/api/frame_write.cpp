@@ -1,7 +1,7 @@
 // FrameRequest and FramePlan -> JSON.
 #include "plan/graph/work.h"
 #include "plan/visibility/view.h"
-#include "scene/field_values.h"
+#include "scene/fields.h"
 #include "server/api/frame_json.h"
 
 #include <nlohmann/json.hpp>

@@ -1,8 +1,8 @@
 // A file: a line with the checksum of the rest, a line of figures, the key.
 #include "server/jobs/curve_store.h"
 
+#include "scene/hash.h"
 #include "scene/import/cache/scene_cache.h"
-#include "server/base/content_hash.h"
 #include "server/base/log.h"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "server/scenes/shader_cache.h"
 
+#include "scene/hash.h"
 #include "server/base/build_id.h"
-#include "server/base/content_hash.h"
 #include "server/base/log.h"
 #include "server/scenes/cache_folder.h"
 

@@ -1,6 +1,6 @@
 #include "server/worker/quarantine.h"
 
-#include "server/base/content_hash.h"
+#include "scene/hash.h"
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 // if the number of face views does not grow as expected.
 #include "program.h"
 #include "renderer.h"
-#include "scene/builtin/shapes.h"
+#include "scene/builtin/modelling.h"
 #include "statistics.h"
 
 #include <unistd.h>

@@ -1,7 +1,7 @@
 // Lighting with known results: furnaces, single lights.
 #include "support.h"
 
-#include "scene/environment_brdf.h"
+#include "scene/environment.h"
 
 #include <cmath>
 

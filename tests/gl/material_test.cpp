@@ -1,5 +1,5 @@
 // Material properties: coverage, sidedness, textures.
-#include "scene/packed_normals.h"
+#include "scene/texture_images.h"
 #include "support.h"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 // placed in the scene.
 #include "support.h"
 
-#include "scene/builtin/small_scenes.h"
+#include "scene/builtin/builtin_scenes.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 

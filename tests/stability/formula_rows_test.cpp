@@ -1,8 +1,8 @@
 // Rows of the stability table that depend on formulae only: furnaces, grazing angles, roughness,
 // transforms of planes, the field of view, invalid meshes.
 #include "plan/request/frame_request.h"
-#include "scene/environment_brdf.h"
-#include "scene/plane.h"
+#include "scene/environment.h"
+#include "scene/geometry.h"
 #include "tests/stability/table.h"
 #include "tests/stability/twins.h"
 

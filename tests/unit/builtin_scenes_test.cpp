@@ -2,8 +2,7 @@
 // their descriptions list.
 #include "scene/builtin/builtin_scenes.h"
 
-#include "scene/builtin/shapes.h"
-#include "scene/builtin/small_scenes.h"
+#include "scene/builtin/modelling.h"
 
 #include <gmock/gmock.h>
 #include <glm/gtc/constants.hpp>

@@ -1,5 +1,5 @@
 // The chapel has no holes and no visible back faces: rays against its triangles.
-#include "scene/builtin/small_scenes.h"
+#include "scene/builtin/builtin_scenes.h"
 
 #include <gtest/gtest.h>
 

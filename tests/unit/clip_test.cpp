@@ -1,5 +1,5 @@
 // Key frames compared with arithmetic; scenes with hand-made clips.
-#include "scene/animation/clip.h"
+#include "scene/animation.h"
 #include "scene/scene.h"
 
 #include <gmock/gmock.h>

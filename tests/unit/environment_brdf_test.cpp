@@ -1,6 +1,6 @@
 // The split-sum table compared with a sum over 2^17 half vectors, which is a different integral,
 // and the white furnace.
-#include "scene/environment_brdf.h"
+#include "scene/environment.h"
 
 #include "optics_support.h"
 

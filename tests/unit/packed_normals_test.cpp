@@ -1,7 +1,6 @@
 // Packing metallic-roughness maps into normal maps: which are packed, and the precision of the
 // result.
-#include "scene/packed_normals.h"
-#include "scene/image_levels.h"
+#include "scene/texture_images.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Planes under transforms: errata P1 and P2.
-#include "scene/plane.h"
+#include "scene/geometry.h"
 
 #include <gtest/gtest.h>
 #include <glm/gtc/matrix_transform.hpp>

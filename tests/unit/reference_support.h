@@ -3,7 +3,7 @@
 
 #include "plan_scenes.h"
 #include "reference/reference.h"
-#include "scene/builtin/shapes.h"
+#include "scene/builtin/modelling.h"
 
 #include <gtest/gtest.h>
 

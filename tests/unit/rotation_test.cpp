@@ -1,5 +1,5 @@
 // One rotation in each of its forms.
-#include "scene/rotation.h"
+#include "scene/geometry.h"
 
 #include <gtest/gtest.h>
 #include <glm/glm.hpp>

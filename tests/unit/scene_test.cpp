@@ -1,7 +1,7 @@
 // Poses, bounds, identity, and the validation that finds every planted fault.
 #include "plan_scenes.h"
 
-#include "scene/image_levels.h"
+#include "scene/texture_images.h"
 
 #include <gmock/gmock.h>
 

@@ -2,7 +2,7 @@
 #include "view_planner_support.h"
 
 #include "plan/graph/features.h"
-#include "scene/builtin/shapes.h"
+#include "scene/builtin/modelling.h"
 
 #include <set>
 

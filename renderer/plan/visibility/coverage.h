@@ -3,7 +3,7 @@
 #pragma once
 
 #include "plan/visibility/visibility.h"
-#include "scene/plane.h"
+#include "scene/geometry.h"
 
 #include <optional>
 #include <span>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "plan/graph/stage.h"
-#include "scene/bounds.h"
+#include "scene/geometry.h"
 
 #include <span>
 #include <vector>

@@ -4,7 +4,7 @@
 
 #include "plan/graph/frame_plan.h"
 #include "plan/visibility/visibility.h"
-#include "scene/plane.h"
+#include "scene/geometry.h"
 
 #include <array>
 

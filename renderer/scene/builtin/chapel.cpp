@@ -1,6 +1,6 @@
 // The chapel: lights, cameras and construction.
+#include "scene/builtin/builtin_scenes.h"
 #include "scene/builtin/chapel_parts.h"
-#include "scene/builtin/small_scenes.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 

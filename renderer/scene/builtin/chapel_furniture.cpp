@@ -1,6 +1,6 @@
 // Furniture of the chapel: braziers, a brass bird, a glass ball, pews, the altar, chandeliers.
 #include "scene/builtin/chapel_parts.h"
-#include "scene/builtin/textures.h"
+#include "scene/builtin/modelling.h"
 
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>

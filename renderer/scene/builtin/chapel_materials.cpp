@@ -1,7 +1,7 @@
 // Materials of the chapel. Without indoor shadows, a constant occlusion map reduces the light of
 // the sky; vertex colours darken the corners.
 #include "scene/builtin/chapel_parts.h"
-#include "scene/builtin/textures.h"
+#include "scene/builtin/modelling.h"
 
 #include <glm/gtc/constants.hpp>
 

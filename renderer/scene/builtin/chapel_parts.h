@@ -2,7 +2,7 @@
 // the door at +kLength/2 to the altar at -kLength/2; +Y is up, the floor is y = 0. Metres.
 #pragma once
 
-#include "scene/builtin/shapes.h"
+#include "scene/builtin/modelling.h"
 
 namespace clerestory::chapel_parts {
 

@@ -3,8 +3,8 @@
 // The bind pose is standing, facing +X, with the feet at y = 0. It is also the rest pose, so
 // inverse bind matrices are translations.
 #include "scene/builtin/meadow_parts.h"
+#include "scene/builtin/modelling.h"
 #include "scene/builtin/motion.h"
-#include "scene/builtin/shapes.h"
 
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>

@@ -3,8 +3,8 @@
 // invalid field keeps its value.
 #pragma once
 
-#include "scene/field_values.h"
-#include "scene/rotation.h"
+#include "scene/fields.h"
+#include "scene/geometry.h"
 #include "scene/spelling.h"
 
 #include <nlohmann/json.hpp>

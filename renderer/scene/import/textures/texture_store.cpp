@@ -1,8 +1,7 @@
 #include "scene/import/textures/texture_store.h"
 
-#include "scene/image_levels.h"
 #include "scene/import/textures/image_decoder.h"
-#include "scene/packed_normals.h"
+#include "scene/texture_images.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,9 +1,12 @@
-// Geometry of built-in scenes. Functions append to a MeshDraft with unit normals, texture
-// coordinates in metres (materials scale them) and front faces that are counter-clockwise seen from
-// outside. Lengths in metres, angles in radians.
+// Geometry and procedural textures of built-in scenes, the same on every machine.
+//
+// Functions of `shapes` append to a MeshDraft with unit normals, texture coordinates in metres
+// (materials scale them) and front faces that are counter-clockwise seen from outside. Lengths in
+// metres, angles in radians.
 #pragma once
 
 #include "scene/mesh_builder.h"
+#include "scene/scene.h"
 
 #include <functional>
 #include <span>
@@ -56,3 +59,21 @@ std::vector<glm::vec3> smooth(std::span<const glm::vec3> through, int steps);
 void addToScene(Scene& scene, MeshDraft mesh, const glm::dmat4& worldFromMesh = glm::dmat4(1.0));
 
 }  // namespace clerestory::shapes
+
+namespace clerestory::textures {
+
+// Value noise of several octaves that repeats after `period` cells; x and y in 0..1; result 0..1.
+float noise(float x, float y, int period, int octaves, std::uint32_t seed);
+
+// A pseudo-random number in 0..1, a function of its arguments.
+float hash(std::uint32_t x, std::uint32_t y, std::uint32_t seed);
+
+// Evaluates `color` at texel centres (u, v in 0..1, v downwards) and builds the mip levels. `color`
+// is in the encoding of the texture: sRGB codes / 255 for ColorSpace::srgb.
+Index add(Scene& scene, std::string name, std::uint32_t width, std::uint32_t height,
+          ColorSpace space, const std::function<glm::vec4(float u, float v)>& color);
+
+// A texture of one value: an occlusion map that reduces a room's ambient light.
+Index addConstant(Scene& scene, std::string name, float value);
+
+}  // namespace clerestory::textures
