@@ -6,7 +6,6 @@
 #include "renderer.h"
 #include "server/api/metrics.h"
 #include "server/jobs/budgets.h"
-#include "server/queue/canary.h"
 #include "server/queue/render_queue.h"
 #include "server/scenes/scene_library.h"
 

@@ -3,7 +3,6 @@
 
 #include "server/api/metrics.h"
 #include "server/api/route_table.h"
-#include "server/queue/canary.h"
 #include "server/queue/render_queue.h"
 #include "server/scenes/scene_library.h"
 

@@ -9,7 +9,6 @@
 #include "server/jobs/budgets.h"
 #include "server/jobs/comparisons.h"
 #include "server/jobs/jobs.h"
-#include "server/queue/canary.h"
 #include "server/queue/render_queue.h"
 #include "server/scenes/scene_library.h"
 

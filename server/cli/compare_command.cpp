@@ -3,7 +3,7 @@
 #include "server/api/frame_json.h"
 #include "server/cli/command_input.h"
 #include "server/cli/commands.h"
-#include "server/jobs/job_work.h"
+#include "server/jobs/jobs.h"
 
 #include "image/image.h"
 

@@ -2,7 +2,7 @@
 
 #include "server/cli/config_limits.h"
 #include "server/cli/libraries.h"
-#include "server/jobs/curve_store.h"
+#include "server/jobs/budgets.h"
 #include "server/scenes/cache_folder.h"
 
 #include <CLI/CLI.hpp>

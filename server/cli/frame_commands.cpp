@@ -4,7 +4,7 @@
 #include "server/api/frame_json.h"
 #include "server/cli/command_input.h"
 #include "server/cli/commands.h"
-#include "server/jobs/job_work.h"
+#include "server/jobs/jobs.h"
 #include "server/scenes/compile_ahead.h"
 #include "server/scenes/scene_entries.h"
 #include "server/scenes/shader_cache.h"

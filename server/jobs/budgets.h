@@ -2,16 +2,36 @@
 // a curve that is measured once for each scene, as a job. Thread-safe.
 #pragma once
 
-#include "comparison/curve.h"
-#include "server/jobs/curve_store.h"
-#include "server/jobs/job_work.h"
+#include "server/jobs/jobs.h"
 
+#include "comparison/curve.h"
+
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 namespace clerestory {
+
+// Measured curves on the disk, so that a budget need not wait again after a worker or a server has
+// ended. A damaged or truncated file is ignored. Thread-safe; any number of processes may share a
+// folder.
+class CurveStore {
+public:
+    explicit CurveStore(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+    // key: all that a curve depends on, the program and the driver included.
+    std::optional<Curve> find(const std::string& key) const;
+    // Of ladder(). What cannot be kept is not kept. Curves that were used longest ago give way.
+    void keep(const std::string& key, const Curve& curve) const;
+
+private:
+    std::filesystem::path fileOf(const std::string& key) const;
+
+    const std::filesystem::path folder_;
+};
 
 class Budgets {
 public:

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "comparison/comparison.h"
-#include "server/jobs/job_work.h"
+#include "server/jobs/jobs.h"
 
 #include <functional>
 #include <list>

@@ -1,7 +1,12 @@
 // Work that takes longer than a request may: a bounded queue of jobs and the one thread that runs
-// them in order. Finished jobs are kept for a while, under ids that cannot be guessed.
+// them in order; and what jobs do again and again: trace a reference, and draw frames in turn with
+// clients. Finished jobs are kept for a while, under ids that cannot be guessed.
 #pragma once
 
+#include "server/queue/render_queue.h"
+#include "server/scenes/scene_library.h"
+
+#include "comparison/comparison.h"
 #include "comparison/curve.h"
 
 #include <atomic>
@@ -96,5 +101,31 @@ private:
     bool ending_ = false;
     std::thread thread_;
 };
+
+// What jobs use; the references must outlive them.
+struct JobResources {
+    RenderQueue& queue;
+    SceneLibrary& library;
+    // Everything that can change a byte of the request's frame, as text.
+    std::function<std::string(const Scene&, const FrameRequest&)> contentText;
+};
+
+// Thrown by drawInQueue() when the job is cancelled.
+struct JobCancelled {};
+
+// The path-traced reference of a frame whose scene was loaded. Null if `progress` returned false.
+// Throws InvalidRequest if the frame names an environment map that is not loaded.
+std::shared_ptr<const ReferenceRender> traceReference(SceneLibrary& library,
+                                                      const FrameRequest& frame, ReferenceMode mode,
+                                                      std::uint32_t samples, std::uint64_t seed,
+                                                      const std::function<bool(double)>& progress);
+
+// On the thread that owns the renderer.
+DrawnFrame drawTimed(Renderer& renderer, const FrameRequest& request);
+
+// Waits for its turn in the queue, where clients' frames can come between two frames of a job.
+// Throws JobCancelled.
+DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& request,
+                       const JobControl& control);
 
 }  // namespace clerestory

@@ -1,12 +1,15 @@
-// The thread that owns the Renderer, and the bounded, fair queue of the work for it.
+// The thread that owns the Renderer, the bounded, fair queue of the work for it, and a check that
+// the renderer still draws correctly.
 #pragma once
 
-#include "renderer.h"
 #include "server/base/cancellation_token.h"
 #include "server/base/clock.h"
 #include "server/base/problem.h"
 #include "server/queue/fair_queue.h"
 
+#include "renderer.h"
+
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <future>
@@ -151,6 +154,23 @@ private:
     std::promise<RendererIdentity> made_;
     std::shared_future<RendererIdentity> identity_;
     std::thread thread_;
+};
+
+// Checks that the renderer still draws correctly: a tiny frame with a known result.
+class Canary {
+public:
+    // Adds its scene to the renderer. `queue` must outlive this.
+    explicit Canary(RenderQueue& queue);
+
+    // Draws the frame, unless a frame was drawn, or a shader compiled, in the last seconds. Throws
+    // RequestError 503 if the frame fails or is wrong. Thread-safe.
+    void check();
+    // A client's frame was drawn: check() needs no frame for some seconds.
+    void frameWasDrawn();
+
+private:
+    RenderQueue& queue_;
+    std::atomic<std::int64_t> lastDrawn_{0};  // milliseconds of Clock; 0: never
 };
 
 }  // namespace clerestory

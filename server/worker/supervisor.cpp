@@ -3,6 +3,8 @@
 #include "server/base/log.h"
 #include "server/base/problem.h"
 
+#include "scene/hash.h"
+
 #include <algorithm>
 
 namespace clerestory {
@@ -34,6 +36,63 @@ Reply expect(WorkerReply reply) {
 }
 
 }  // namespace
+
+ExclusiveGate::Entry ExclusiveGate::enter() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return !alone_ && waitingAlone_ == 0; });
+    ++inside_;
+    return {*this, false};
+}
+
+ExclusiveGate::Entry ExclusiveGate::enterAlone() {
+    std::unique_lock lock(mutex_);
+    ++waitingAlone_;
+    changed_.wait(lock, [&] { return !alone_ && inside_ == 0; });
+    --waitingAlone_;
+    alone_ = true;
+    return {*this, true};
+}
+
+void ExclusiveGate::leave(bool alone) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (alone) {
+            alone_ = false;
+        } else {
+            --inside_;
+        }
+    }
+    changed_.notify_all();
+}
+
+std::uint64_t fingerprintOf(const WorkerRequest& request) {
+    if (const auto* call = std::get_if<Call>(&request)) {
+        std::string text = call->method + '\n' + call->path + '\n';
+        for (const auto& [name, value] : call->query) text += name + '=' + value + '\n';
+        text += '\n' + call->body;
+        return hashOf(text);
+    }
+    if (const auto* order = std::get_if<FrameOrder>(&request)) {
+        return hashOf(packed(FrameOrder{.request = order->request, .withPlan = order->withPlan}));
+    }
+    return hashOf(std::get<SceneQuery>(request).id);
+}
+
+void Quarantine::add(std::uint64_t fingerprint, Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    if (until_.size() >= kMax) {
+        until_.erase(
+            std::min_element(until_.begin(), until_.end(),
+                             [](const auto& a, const auto& b) { return a.second < b.second; }));
+    }
+    until_[fingerprint] = now + kLifetime;
+}
+
+bool Quarantine::contains(std::uint64_t fingerprint, Clock::time_point now) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = until_.find(fingerprint);
+    return found != until_.end() && now < found->second;
+}
 
 // Counts a frame from its request to its answer.
 class Supervisor::FrameInFlight {

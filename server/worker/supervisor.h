@@ -6,11 +6,62 @@
 // request runs; if it ends workers again, it is quarantined: refused for a while.
 #pragma once
 
-#include "server/worker/exclusive_gate.h"
-#include "server/worker/quarantine.h"
+#include "server/worker/messages.h"
 #include "server/worker/worker_process.h"
 
+#include <condition_variable>
+#include <mutex>
+#include <unordered_map>
+
 namespace clerestory {
+
+// A lock for many threads at once or for one alone. A thread that waits to be alone is not
+// overtaken by threads that come later.
+class ExclusiveGate {
+public:
+    class Entry {  // the lock is released when it ends
+    public:
+        ~Entry() { gate_.leave(alone_); }
+        Entry(const Entry&) = delete;
+        Entry& operator=(const Entry&) = delete;
+
+    private:
+        friend class ExclusiveGate;
+        Entry(ExclusiveGate& gate, bool alone) : gate_(gate), alone_(alone) {}
+        ExclusiveGate& gate_;
+        bool alone_;
+    };
+
+    // Both block until they may enter.
+    Entry enter();
+    Entry enterAlone();
+
+private:
+    void leave(bool alone);
+
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::size_t inside_ = 0;
+    std::size_t waitingAlone_ = 0;
+    bool alone_ = false;
+};
+
+// Equal for requests with equal content, from any client.
+std::uint64_t fingerprintOf(const WorkerRequest& request);
+
+// Requests that crashed workers, by fingerprint. Thread-safe.
+class Quarantine {
+public:
+    static constexpr std::chrono::minutes kLifetime{10};
+    static constexpr std::size_t kMax = 4096;  // then the oldest entry is removed
+
+    void add(std::uint64_t fingerprint, Clock::time_point now);
+    bool contains(std::uint64_t fingerprint, Clock::time_point now) const;
+
+private:
+    mutable std::mutex mutex_;
+    std::unordered_map<std::uint64_t, Clock::time_point> until_;
+};
 
 struct SupervisorOptions {
     WorkerProgram program;

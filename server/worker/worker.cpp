@@ -2,9 +2,8 @@
 
 #include "server/base/log.h"
 #include "server/base/worker_pool.h"
-#include "server/worker/call_wire.h"
 #include "server/worker/confinement.h"
-#include "server/worker/message_pipe.h"
+#include "server/worker/messages.h"
 
 #include <csignal>
 #include <cstdlib>

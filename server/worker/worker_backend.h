@@ -2,13 +2,79 @@
 #pragma once
 
 #include "server/api/backend.h"
-#include "server/worker/job_journal.h"
-#include "server/worker/overload_cache.h"
+#include "server/base/call.h"
+#include "server/base/clock.h"
+#include "server/base/problem.h"
 #include "server/worker/supervisor.h"
 
 #include <atomic>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <unordered_map>
 
 namespace clerestory {
+
+// The jobs that clients started, as the server remembers them. Jobs end with their worker process;
+// when a client requests a lost job, it is started again in the next worker, under the same id.
+// Thread-safe.
+class JobJournal {
+public:
+    using Ask = std::function<Answer(const Call&)>;
+
+    static constexpr int kMaxRuns = 3;           // of one job; each lost run ended with its worker
+    static constexpr std::size_t kMaxJobs = 32;  // remembered: more than a worker keeps
+
+    // Answers any call; `ask` answers it by a worker, whose number is in Answer::worker. Throws
+    // what `ask` throws.
+    Answer ask(const Call& call, const Ask& ask);
+
+private:
+    struct Job {
+        std::string id;
+        Call call;  // that started it
+        std::uint64_t worker = 0;
+        int runs = 1;
+    };
+    void add(const Call& call, const Answer& answer);
+    std::optional<Job> find(const std::string& id) const;
+    void remove(const std::string& id);
+    void countRun(const std::string& id, std::uint64_t worker);
+    std::optional<Answer> restart(const Job& job, const Ask& ask);
+
+    mutable std::mutex mutex_;
+    std::deque<Job> jobs_;  // oldest first
+};
+
+// Remembers for a moment that the render queue of the worker was full, so that the server can
+// refuse frames without asking the worker: under overload nearly all requests are refused, and the
+// worker needs the processor. Thread-safe; does not block.
+class OverloadCache {
+public:
+    // Frames that the worker finishes for its own use are noticed after this time.
+    static constexpr std::chrono::milliseconds kLifetime{100};
+
+    // Call begin() before a request that needs a place in the queue, and end() with its problem, if
+    // there was one. A refusal is remembered until another request ends, and only if none ended
+    // since its begin().
+    using Moment = std::uint64_t;
+    Moment begin() const;
+    void end(Moment begun, const std::string& client, const std::optional<Problem>& problem,
+             Clock::time_point now);
+
+    // The problem with which the client would be refused; empty if that is not certain.
+    std::optional<Problem> refusalFor(const std::string& client, Clock::time_point now) const;
+
+private:
+    struct Refusal {
+        Problem problem;
+        Clock::time_point until;
+    };
+    mutable std::mutex mutex_;
+    Moment moment_ = 0;
+    std::unordered_map<std::string, Refusal> refusals_;  // by client
+};
 
 class WorkerBackend final : public RenderBackend {
 public:

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "server/base/call.h"
-#include "server/worker/call_wire.h"
-#include "server/worker/message_pipe.h"
+#include "server/worker/messages.h"
 
 #include <atomic>
 #include <condition_variable>

@@ -1,7 +1,7 @@
 // Stored curves of budgets: found by another process and after a worker ended, and never used if a
 // file or what it belongs to has changed.
-#include "server/jobs/curve_store.h"
 #include "scene/import/sandbox/jail.h"
+#include "server/jobs/budgets.h"
 #include "tests/support/test_server.h"
 #include "tests/unit/import_support.h"
 

@@ -1,8 +1,7 @@
 // What the server process records of a renderer in another process: its jobs, and that its queue
 // was full. The renderer is a function here.
-#include "server/worker/job_journal.h"
 #include "server/api/job_routes.h"
-#include "server/worker/overload_cache.h"
+#include "server/worker/worker_backend.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,8 +1,7 @@
 // Workers that end while they work, any number of times: this program acts as the worker, and
 // crashes or stops on command.
 #include "server/worker/supervisor.h"
-#include "server/worker/call_wire.h"
-#include "server/worker/exclusive_gate.h"
+#include "server/worker/messages.h"
 #include "server/worker/worker.h"
 
 #include "server/api/frame_json.h"
