@@ -4,7 +4,7 @@
 
 #include "plan/request/frame_request.h"
 #include "server/base/call.h"
-#include "server/base/clock.h"
+#include "server/base/process.h"
 #include "server/scenes/scene_entries.h"
 
 #include <cstdint>

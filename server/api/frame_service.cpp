@@ -4,8 +4,8 @@
 #include "scene/hash.h"
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
-#include "server/base/build_id.h"
 #include "server/base/log.h"
+#include "server/base/process.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #include "server/api/metrics.h"
 
-#include "server/base/resident.h"
+#include "server/base/process.h"
 
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>

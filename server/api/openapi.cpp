@@ -4,7 +4,7 @@
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
 #include "server/api/sequence_request.h"
-#include "server/base/build_id.h"
+#include "server/base/process.h"
 
 #include <nlohmann/json.hpp>
 

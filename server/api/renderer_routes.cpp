@@ -3,7 +3,7 @@
 #include "scene/import/sandbox/jail.h"
 #include "server/api/frame_json.h"
 #include "server/api/scene_json.h"
-#include "server/base/build_id.h"
+#include "server/base/process.h"
 #include "server/scenes/shader_cache.h"
 
 #include <nlohmann/json.hpp>

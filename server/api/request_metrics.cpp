@@ -1,7 +1,7 @@
 #include "server/api/request_metrics.h"
 
 #include "server/base/log.h"
-#include "server/base/resident.h"
+#include "server/base/process.h"
 
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>

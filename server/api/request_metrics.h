@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/api/backend.h"
-#include "server/http/counters.h"
+#include "server/http/limits.h"
 
 #include <memory>
 #include <string>
@@ -20,7 +20,8 @@ public:
 
     // Prometheus text, version 0.0.4. Its names differ from those of Metrics::text(). `workers`:
     // empty where the renderer is in this process.
-    std::string text(const ConnectionCounters& front, const std::optional<WorkerStatus>& workers) const;
+    std::string text(const ConnectionCounters& front,
+                     const std::optional<WorkerStatus>& workers) const;
 
 private:
     struct Families;

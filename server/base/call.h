@@ -1,13 +1,13 @@
 // A request and its response as the routes see them: plain values without the HTTP library.
 #pragma once
 
-#include "server/base/cancellation_token.h"
-#include "server/base/clock.h"
 #include "server/base/problem.h"
+#include "server/base/process.h"
 
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +15,36 @@
 #include <vector>
 
 namespace clerestory {
+
+// Tells the work on a request that its client no longer waits for the answer. Thread-safe.
+class CancellationToken {
+public:
+    bool cancelled() const {
+        const std::lock_guard lock(mutex_);
+        return cancelled_;
+    }
+
+    // Calls the callback, if one is set. Only the first call has an effect.
+    void cancel() {
+        const std::lock_guard lock(mutex_);
+        if (cancelled_) return;
+        cancelled_ = true;
+        if (callback_) callback_();
+    }
+
+    // Replaces the callback for cancel(); null removes it. Calls it at once if the token is
+    // cancelled already. The callback must not use this token.
+    void onCancel(std::function<void()> callback) {
+        const std::lock_guard lock(mutex_);
+        callback_ = std::move(callback);
+        if (cancelled_ && callback_) callback_();
+    }
+
+private:
+    mutable std::mutex mutex_;
+    bool cancelled_ = false;
+    std::function<void()> callback_;
+};
 
 struct Call {
     std::string method;  // HEAD is passed as GET; its body is removed later

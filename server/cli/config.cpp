@@ -1,7 +1,5 @@
 #include "server/cli/config.h"
 
-#include "server/cli/config_limits.h"
-#include "server/cli/libraries.h"
 #include "server/jobs/budgets.h"
 #include "server/scenes/cache_folder.h"
 

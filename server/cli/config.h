@@ -1,4 +1,4 @@
-// The command line, parsed and checked.
+// The command line, parsed and checked; and the report of `--version`.
 #pragma once
 
 #include "server/config.h"
@@ -6,6 +6,12 @@
 #include "reference/reference.h"
 
 #include <optional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace clerestory {
 
@@ -56,5 +62,24 @@ struct CommandLine {
 
 // Returns the exit code if the program is done: help was printed, or an error message.
 std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line);
+
+// Flags of `clerestory serve` for limits, access, scenes and the renderer process.
+void addLimitFlags(CLI::App& serve, Config& config);
+void addAccessFlags(CLI::App& serve, Config& config);
+// Scenes: uploads, memory.
+void addSceneFlags(CLI::App& serve, Config& config);
+void addWorkerFlags(CLI::App& serve, Config& config);
+
+// A third-party library.
+struct LibraryVersion {
+    std::string name;
+    std::string built;  // version at compile time
+    std::string runs;   // version at run time; empty if it is linked statically or unknown
+};
+
+std::vector<LibraryVersion> libraryVersions();
+
+// "clerestory 0.1.0 build ..." and a line for each library.
+std::string versionReport();
 
 }  // namespace clerestory

@@ -1,4 +1,4 @@
-#include "server/cli/config_limits.h"
+#include "server/cli/config.h"
 
 #include <CLI/CLI.hpp>
 

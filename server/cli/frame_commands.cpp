@@ -2,7 +2,6 @@
 // server.
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
-#include "server/cli/command_input.h"
 #include "server/cli/commands.h"
 #include "server/jobs/jobs.h"
 #include "server/scenes/compile_ahead.h"

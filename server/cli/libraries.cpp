@@ -1,8 +1,8 @@
-#include "server/cli/libraries.h"
+#include "server/cli/config.h"
 
 #include "reference/embree.h"
 #include "renderer.h"
-#include "server/base/build_id.h"
+#include "server/base/process.h"
 
 #include <archive.h>
 #include <assimp/version.h>

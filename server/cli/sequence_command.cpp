@@ -1,8 +1,7 @@
 // `clerestory sequence`: renders a sequence as of POST /v1/sequences into a folder. Resumes an
 // interrupted run.
 #include "server/api/encode_answer.h"
-#include "server/base/build_id.h"
-#include "server/cli/command_input.h"
+#include "server/base/process.h"
 #include "server/cli/commands.h"
 #include "server/live/sequence_files.h"
 

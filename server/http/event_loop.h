@@ -5,17 +5,57 @@
 // Does not: know routes; block.
 #pragma once
 
-#include "server/http/counters.h"
-#include "server/http/deadlines.h"
+#include "server/base/process.h"
+#include "server/base/worker_pool.h"
 #include "server/http/exchange.h"
+#include "server/http/limits.h"
 #include "server/http/listener.h"
 #include "server/http/request_reader.h"
 #include "server/http/response_writer.h"
-#include "server/base/worker_pool.h"
 
+#include <cstdint>
+#include <optional>
+#include <set>
 #include <unordered_map>
+#include <utility>
 
 namespace clerestory {
+
+// Deadlines by id, in the order of time.
+class Deadlines {
+public:
+    using Id = std::uint64_t;
+
+    void set(Id id, Clock::time_point time) {
+        forget(id);
+        times_[id] = time;
+        order_.emplace(time, id);
+    }
+
+    // Sets the deadline unless the present one is earlier.
+    void shorten(Id id, Clock::time_point time) {
+        const auto found = times_.find(id);
+        if (found == times_.end() || found->second > time) set(id, time);
+    }
+
+    void forget(Id id) {
+        const auto found = times_.find(id);
+        if (found == times_.end()) return;
+        order_.erase({found->second, id});
+        times_.erase(found);
+    }
+
+    std::optional<Id> due(Clock::time_point now) const {
+        if (order_.empty() || order_.begin()->first > now) return std::nullopt;
+        return order_.begin()->second;
+    }
+
+    const std::set<std::pair<Clock::time_point, Id>>& inOrder() const { return order_; }
+
+private:
+    std::unordered_map<Id, Clock::time_point> times_;
+    std::set<std::pair<Clock::time_point, Id>> order_;
+};
 
 class EventLoop {
 public:

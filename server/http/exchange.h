@@ -3,7 +3,7 @@
 #pragma once
 
 #include "server/base/call.h"
-#include "server/http/request_head.h"
+#include "server/http/request_reader.h"
 
 #include <span>
 

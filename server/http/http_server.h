@@ -3,7 +3,6 @@
 #pragma once
 
 #include "server/http/access.h"
-#include "server/http/counters.h"
 #include "server/http/httplib_adapter.h"
 #include "server/http/limits.h"
 

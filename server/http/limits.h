@@ -1,8 +1,11 @@
-// Limits of the HTTP server that apply before routing: bytes, counts and times.
+// Limits of the HTTP server that apply before routing: bytes, counts and times; and its counts of
+// connections for the metrics.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -32,6 +35,18 @@ struct HttpLimits {
     std::vector<LargeBodies> large;
     // Of all bodies above bodyBytes together that are being received or handled.
     std::size_t largeBytes = 256 * 1024 * 1024;
+};
+
+// Any thread may read them.
+struct ConnectionCounters {
+    std::atomic<std::uint64_t> accepted{0};
+    std::atomic<std::uint64_t> open{0};      // now
+    std::atomic<std::uint64_t> evicted{0};   // closed in favour of newer ones
+    std::atomic<std::uint64_t> rejected{0};  // over the limit, and none could be evicted
+    std::atomic<std::uint64_t> acceptErrors{0};
+    std::atomic<std::uint64_t> timeouts{0};      // requests that were not received in time
+    std::atomic<std::uint64_t> stalled{0};       // responses that the client did not read
+    std::atomic<std::uint64_t> disconnected{0};  // before their response
 };
 
 }  // namespace clerestory

@@ -1,12 +1,194 @@
 #include "server/http/request_reader.h"
 
+#include <algorithm>
+#include <cctype>
+
 namespace clerestory {
 namespace {
+
+constexpr std::string_view kMethods[] = {"GET",   "HEAD",   "POST",   "PUT",
+                                         "PATCH", "DELETE", "OPTIONS"};
+
+bool sameName(std::string_view a, std::string_view b) {
+    return a.size() == b.size() &&
+           std::equal(a.begin(), a.end(), b.begin(), [](unsigned char x, unsigned char y) {
+               return std::tolower(x) == std::tolower(y);
+           });
+}
+
+bool isToken(std::string_view text) {
+    return !text.empty() && std::all_of(text.begin(), text.end(), isTokenByte);
+}
+
+std::string_view trimmed(std::string_view text) {
+    while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+    while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+    return text;
+}
+
+// Whether the comma-separated list contains the word.
+bool contains(std::string_view list, std::string_view word) {
+    while (!list.empty()) {
+        const std::size_t comma = std::min(list.find(','), list.size());
+        if (sameName(trimmed(list.substr(0, comma)), word)) return true;
+        list.remove_prefix(std::min(comma + 1, list.size()));
+    }
+    return false;
+}
+
+// Percent-encoding is complete, and no byte is invalid in a URI.
+bool isTarget(std::string_view text) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        if (c <= ' ' || c == 127 || c == '#') return false;
+        if (c != '%') continue;
+        if (i + 2 >= text.size() || !std::isxdigit(static_cast<unsigned char>(text[i + 1])) ||
+            !std::isxdigit(static_cast<unsigned char>(text[i + 2]))) {
+            return false;
+        }
+    }
+    return !text.empty() && text.front() == '/';
+}
+
+// Removes the next line from `text` and returns it without its CRLF.
+std::string_view nextLine(std::string_view& text) {
+    const std::size_t end = std::min(text.find("\r\n"), text.size());
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 2, text.size()));
+    return line;
+}
+
+std::optional<Problem> readRequestLine(std::string_view line, RequestHead& head,
+                                       const HttpLimits& limits) {
+    const std::size_t first = line.find(' '), last = line.rfind(' ');
+    if (first == std::string_view::npos || first == last) return notHttp();
+    const std::string_view method = line.substr(0, first), version = line.substr(last + 1);
+    const std::string_view target = line.substr(first + 1, last - first - 1);
+    if (!isToken(method) || !version.starts_with("HTTP/")) return notHttp();
+    head.method = method;
+    head.target = target;
+    if (version != "HTTP/1.1" && version != "HTTP/1.0") return versionNotSupported();
+    head.minorVersion = version.back() - '0';
+    if (std::find(std::begin(kMethods), std::end(kMethods), method) == std::end(kMethods)) {
+        return notImplemented();
+    }
+    if (line.size() > limits.requestLine || head.path().size() > limits.path) {
+        return uriTooLong(limits.path, limits.requestLine);
+    }
+    const bool any = method == "OPTIONS" && target == "*";
+    if (!any && !isTarget(target)) return badRequest("The target is not a path from / on.");
+    return std::nullopt;
+}
+
+std::optional<Problem> readHeaderLine(std::string_view line, RequestHead& head) {
+    const std::size_t colon = line.find(':');
+    // A name is a token up to its colon: no blank before it, and no line that goes on with another.
+    if (colon == std::string_view::npos || !isToken(line.substr(0, colon))) {
+        return badRequest("A header field is not of the form NAME: VALUE.");
+    }
+    const std::string_view value = trimmed(line.substr(colon + 1));
+    const bool plain = std::none_of(value.begin(), value.end(), [](unsigned char c) {
+        return (c < 32 && c != '\t') || c == 127;
+    });
+    if (!plain) return badRequest("A header field contains a control character.");
+    head.headers.emplace_back(line.substr(0, colon), value);
+    return std::nullopt;
+}
+
+std::size_t countOf(const RequestHead& head, std::string_view name) {
+    return static_cast<std::size_t>(
+        std::count_if(head.headers.begin(), head.headers.end(),
+                      [&](const auto& header) { return sameName(header.first, name); }));
+}
+
+// Headers that determine the length of the body; ambiguous ones are rejected.
+std::optional<Problem> readBodyHeaders(RequestHead& head, const HttpLimits& limits) {
+    const std::size_t lengths = countOf(head, "Content-Length");
+    if (countOf(head, "Transfer-Encoding") > 0) {
+        if (lengths > 0)
+            return badRequest("Content-Length and Transfer-Encoding exclude each other.");
+        return lengthRequired();
+    }
+    if (lengths > 0) {
+        const std::string_view text = head.header("Content-Length");
+        const bool digits =
+            !text.empty() &&
+            std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); });
+        if (lengths > 1 || !digits) return badRequest("Content-Length is not a number.");
+        const std::size_t maxBytes = bodyLimit(head, limits);
+        for (const char digit : text) {
+            head.contentLength = 10 * head.contentLength + static_cast<std::size_t>(digit - '0');
+            if (head.contentLength > maxBytes) return tooLarge(maxBytes);
+        }
+    }
+    const bool takesBody =
+        head.method != "GET" && head.method != "HEAD" && head.method != "OPTIONS";
+    if (!takesBody && head.contentLength > 0) {
+        return badRequest(head.method + " requests cannot have a body.");
+    }
+    if (lengths == 0 && takesBody && head.method != "DELETE") return lengthRequired();
+    const std::string_view encoding = head.header("Content-Encoding");
+    if (!encoding.empty() && !sameName(encoding, "identity")) return encodedBody();
+    const std::string_view expected = head.header("Expect");
+    if (expected.empty()) return std::nullopt;
+    if (!sameName(expected, "100-continue")) return expectationFailed();
+    head.expectsContinue = head.contentLength > 0 && head.minorVersion == 1;
+    return std::nullopt;
+}
 
 // Some clients send an extra CRLF after a body (RFC 9112 2.2).
 constexpr std::size_t kBlankLines = 4;
 
 }  // namespace
+
+bool isTokenByte(unsigned char c) {
+    return std::isalnum(c) ||
+           (c != 0 && std::string_view("!#$%&'*+-.^_`|~").find(static_cast<char>(c)) !=
+                          std::string_view::npos);
+}
+
+std::string_view RequestHead::header(std::string_view name) const {
+    for (const auto& [key, value] : headers) {
+        if (sameName(key, name)) return value;
+    }
+    return {};
+}
+
+std::string_view RequestHead::path() const {
+    return std::string_view(target).substr(0, target.find('?'));
+}
+
+std::size_t bodyLimit(const RequestHead& head, const HttpLimits& limits) {
+    for (const LargeBodies& route : limits.large) {
+        if (head.method == route.method && head.path() == route.path) return route.bytes;
+    }
+    return limits.bodyBytes;
+}
+
+HeadOutcome readHead(std::string_view text, const HttpLimits& limits) {
+    HeadOutcome outcome;
+    RequestHead& head = outcome.head;
+    outcome.problem = readRequestLine(nextLine(text), head, limits);
+    if (outcome.problem) return outcome;
+    while (!outcome.problem && !text.empty()) {
+        const std::string_view line = nextLine(text);
+        if (line.empty()) break;
+        outcome.problem = readHeaderLine(line, head);
+        if (!outcome.problem && head.headers.size() > limits.headers) {
+            outcome.problem = headTooLarge(limits.headBytes, limits.headers);
+        }
+    }
+    if (!outcome.problem) outcome.problem = readBodyHeaders(head, limits);
+    const std::size_t hosts = countOf(head, "Host");
+    if (!outcome.problem && (hosts > 1 || (hosts == 0 && head.minorVersion == 1))) {
+        outcome.problem = badRequest("A request requires exactly one Host header.");
+    }
+    head.keepAlive = head.minorVersion == 1;
+    for (const auto& [name, value] : head.headers) {
+        if (sameName(name, "Connection") && contains(value, "close")) head.keepAlive = false;
+    }
+    return outcome;
+}
 
 std::size_t RequestReader::room() const {
     switch (state_) {

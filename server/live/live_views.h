@@ -3,7 +3,7 @@
 #pragma once
 
 #include "plan/request/frame_request.h"
-#include "server/base/clock.h"
+#include "server/base/process.h"
 
 #include <condition_variable>
 #include <cstdint>

@@ -5,7 +5,7 @@
 // A value without threads and clock: the time is an argument.
 #pragma once
 
-#include "server/base/clock.h"
+#include "server/base/process.h"
 
 #include <cstdint>
 #include <deque>

@@ -1,7 +1,7 @@
 #include "server/queue/render_queue.h"
 
 #include "server/base/log.h"
-#include "server/base/resident.h"
+#include "server/base/process.h"
 
 #include <algorithm>
 #include <cmath>

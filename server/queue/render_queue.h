@@ -2,9 +2,9 @@
 // the renderer still draws correctly.
 #pragma once
 
-#include "server/base/cancellation_token.h"
-#include "server/base/clock.h"
+#include "server/base/call.h"
 #include "server/base/problem.h"
+#include "server/base/process.h"
 #include "server/queue/fair_queue.h"
 
 #include "renderer.h"

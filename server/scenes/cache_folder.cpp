@@ -1,8 +1,8 @@
 #include "server/scenes/cache_folder.h"
 
 #include "scene/import/cache/scene_cache.h"
-#include "server/base/build_id.h"
 #include "server/base/log.h"
+#include "server/base/process.h"
 
 #include <cstdlib>
 

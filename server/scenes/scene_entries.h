@@ -4,7 +4,7 @@
 #pragma once
 
 #include "scene/import/import.h"
-#include "server/base/clock.h"
+#include "server/base/process.h"
 #include "server/scenes/upload_store.h"
 
 #include <deque>

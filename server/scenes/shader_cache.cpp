@@ -1,8 +1,8 @@
 #include "server/scenes/shader_cache.h"
 
 #include "scene/hash.h"
-#include "server/base/build_id.h"
 #include "server/base/log.h"
+#include "server/base/process.h"
 #include "server/scenes/cache_folder.h"
 
 #include <cstdlib>

@@ -3,8 +3,8 @@
 
 #include "server/api/backend.h"
 #include "server/base/call.h"
-#include "server/base/clock.h"
 #include "server/base/problem.h"
+#include "server/base/process.h"
 #include "server/worker/supervisor.h"
 
 #include <atomic>

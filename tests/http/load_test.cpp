@@ -1,6 +1,6 @@
 // Many clients, full queues, deadlines, shutdown.
 #include "scene/import/sandbox/jail.h"
-#include "server/base/resident.h"
+#include "server/base/process.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/test_server.h"
 

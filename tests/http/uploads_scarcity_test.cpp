@@ -1,5 +1,5 @@
 // Uploads when space, memory, disk or renderers are exhausted.
-#include "server/base/resident.h"
+#include "server/base/process.h"
 #include "tests/http/uploads_support.h"
 #include "tests/support/server_process.h"
 

@@ -1,12 +1,20 @@
-// `clerestory compile`: fills the shader cache, so that the first frames of scenes need no
-// compilation.
-#include "server/cli/command_input.h"
+// Commands for those who run a server. `clerestory serve` runs it until SIGINT or SIGTERM;
+// `compile` fills the shader cache, so that the first frames of scenes need no compilation; `sign`
+// signs a link that is valid for a limited time.
 #include "server/cli/commands.h"
+
+#include "server/base/log.h"
+#include "server/http/access.h"
 #include "server/scenes/compile_ahead.h"
 #include "server/scenes/shader_cache.h"
+#include "server/server.h"
 
 #include "scene/builtin/builtin_scenes.h"
 
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
 #include <iostream>
 
 namespace clerestory {
@@ -42,6 +50,37 @@ void compileScene(const CommandLine& line, Renderer& renderer, const std::string
 
 }  // namespace
 
+int runServe(const CommandLine& line) {
+    // Blocked before any thread starts, so that only sigwait() below receives them.
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    std::signal(SIGHUP, SIG_IGN);  // closing the terminal does not stop the server
+
+    logWithoutWaiting();
+    setLogLevel(line.config.logLevel);
+    Config config = line.config;
+    config.workers.compileFastFirst =
+        config.fastStart && !compiledBefore(firstSourceOf(config.scenes));
+    Server server(config);
+    server.start();
+    std::cout << "Clerestory listens on http://" << config.http.host << ":" << server.port() << "/"
+              << std::endl;
+
+    int signal = 0;
+    sigwait(&signals, &signal);
+    logInfo({"stopping: waiting for running frames"});
+    // A second signal terminates the program immediately.
+    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+    server.stop();
+    // Every request is answered. An import would delay the end; it runs in a child process, which
+    // ends with this one.
+    if (server.backend().importing()) std::_Exit(0);
+    return 0;
+}
+
 int runCompile(const CommandLine& line) {
     std::vector<std::string> scenes = line.compileScenes;
     if (scenes.empty()) {
@@ -49,6 +88,14 @@ int runCompile(const CommandLine& line) {
     }
     Renderer renderer(line.config.renderer);
     for (const std::string& scene : scenes) compileScene(line, renderer, scene);
+    return 0;
+}
+
+int runSign(const CommandLine& line) {
+    const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+    std::cout << signedLink(secretFrom(line.sign.keyFile), line.sign.link,
+                            now + std::chrono::seconds(line.sign.validSeconds))
+              << "\n";
     return 0;
 }
 
