@@ -2,7 +2,7 @@
 
 #include "gl/buffer.h"
 #include "gl/context.h"
-#include "gl/program.h"
+#include "gl/pipeline.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"
 #include "plan/graph/work.h"

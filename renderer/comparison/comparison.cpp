@@ -1,7 +1,7 @@
 #include "comparison/comparison.h"
 
 #include "image/image.h"
-#include "measures/displayed_errors.h"
+#include "measures/errors.h"
 #include "measures/percentile.h"
 #include "scene/fields.h"
 #include "scene/material_override.h"

@@ -3,8 +3,7 @@
 // not depend on OpenGL or on its thread.
 #pragma once
 
-#include "measures/displayed_errors.h"
-#include "measures/linear_errors.h"
+#include "measures/errors.h"
 #include "plan/graph/frame_plan.h"
 #include "plan/request/frame_request.h"
 #include "reference/reference.h"

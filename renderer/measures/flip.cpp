@@ -1,6 +1,6 @@
 // FLIP (Andersson et al. 2020). Constants and names are those of the paper, with its section
 // numbers. Images are extended by their border pixels.
-#include "measures/displayed_errors.h"
+#include "measures/errors.h"
 #include "measures/measured_pixels.h"
 
 #include <glm/glm.hpp>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "gl/buffer.h"
-#include "gl/state.h"
+#include "gl/pipeline.h"
 #include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
 

@@ -1,7 +1,7 @@
 // Shader programs by source files and features; compiled on first use.
 #pragma once
 
-#include "gl/program.h"
+#include "gl/pipeline.h"
 #include "plan/graph/frame_plan.h"
 
 #include <compare>

@@ -2,7 +2,7 @@
 // one creates none.
 #pragma once
 
-#include "gl/framebuffer.h"
+#include "gl/texture.h"
 #include "plan/planner.h"
 
 #include <memory>

@@ -1,6 +1,6 @@
 #include "server/api/frames.h"
 
-#include "measures/displayed_errors.h"
+#include "measures/errors.h"
 #include "server/api/compact_passes.h"
 #include "server/api/encode_answer.h"
 #include "server/api/explained.h"

@@ -8,7 +8,7 @@
 #include "server/jobs/jobs.h"
 
 #include "image/image.h"
-#include "measures/displayed_errors.h"
+#include "measures/errors.h"
 #include "reference/reference.h"
 
 #include <nlohmann/json.hpp>

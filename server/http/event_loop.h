@@ -11,7 +11,6 @@
 #include "server/http/limits.h"
 #include "server/http/listener.h"
 #include "server/http/request_reader.h"
-#include "server/http/response_writer.h"
 
 #include <cstdint>
 #include <optional>

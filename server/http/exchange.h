@@ -1,11 +1,19 @@
-// One complete request that is being handled, and responses that are written without the HTTP
-// library.
+// One complete request that is being handled; responses that are written without the HTTP library;
+// and the sending of a response to one client: send() buffers the bytes and returns, the event loop
+// writes them to the socket, so that a slow client does not block a worker thread.
 #pragma once
 
 #include "server/base/call.h"
 #include "server/http/request_reader.h"
 
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
 #include <span>
+#include <string>
+#include <string_view>
 
 namespace clerestory {
 
@@ -33,5 +41,53 @@ std::string responseBytes(const Answer& answer, const std::string& requestId, bo
 
 // The client's id if it has up to 64 letters, digits, '-', '_' and '.'; otherwise a new one.
 std::string requestIdFrom(std::string_view given);
+
+class ResponseWriter {
+public:
+    virtual ~ResponseWriter() = default;
+    // Buffers the bytes. If `streamed`, blocks until the client has read nearly all of them, so
+    // that a stream is no faster than its reader. Returns false if the client disconnected or
+    // stalled. May be called from any thread.
+    virtual bool send(std::string_view bytes, bool streamed) = 0;
+};
+
+// Bytes that all writers of a server buffer together.
+struct UnsentBytes {
+    std::atomic<std::size_t> now{0};
+    std::size_t max = 0;  // above it send() blocks as for a stream
+};
+
+class SocketWriter final : public ResponseWriter {
+public:
+    // Owns the non-blocking socket. `wake` is called when the event loop must call flush().
+    SocketWriter(int socket, UnsentBytes& all, std::function<void()> wake);
+    ~SocketWriter() override;
+    SocketWriter(const SocketWriter&) = delete;
+    SocketWriter& operator=(const SocketWriter&) = delete;
+
+    bool send(std::string_view bytes, bool streamed) override;
+
+    // Called by the event loop.
+    void flush();  // writes as much as the socket accepts
+    void abort();  // send() returns false from now on and no longer blocks
+    bool pending() const;
+    bool broken() const;
+    std::uint64_t sentBytes() const;  // total
+    int socket() const { return socket_; }
+
+private:
+    void flushLocked();
+    std::size_t unsent() const { return bytes_.size() - begin_; }
+
+    const int socket_;
+    UnsentBytes& all_;
+    const std::function<void()> wake_;
+    mutable std::mutex mutex_;
+    std::condition_variable drained_;
+    std::string bytes_;
+    std::size_t begin_ = 0;  // of the bytes that are not sent yet
+    std::uint64_t sent_ = 0;
+    bool broken_ = false;
+};
 
 }  // namespace clerestory

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "server/http/exchange.h"
-#include "server/http/response_writer.h"
 
 namespace clerestory {
 

@@ -1,7 +1,7 @@
 #include "server/jobs/comparisons.h"
 
 #include "image/image.h"
-#include "measures/displayed_errors.h"
+#include "measures/errors.h"
 
 #include <algorithm>
 #include <cmath>

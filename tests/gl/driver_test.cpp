@@ -3,7 +3,7 @@
 
 #include "gl/api.h"
 #include "gl/context.h"
-#include "gl/state.h"
+#include "gl/pipeline.h"
 #include "passes/blocks.h"
 #include "passes/gpu_environment.h"
 #include "passes/shader_library.h"

@@ -2,7 +2,7 @@
 #include "trace_support.h"
 
 #include "gl/api.h"
-#include "gl/state.h"
+#include "gl/pipeline.h"
 #include "passes/shader_library.h"
 
 #include <chrono>

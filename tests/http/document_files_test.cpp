@@ -4,7 +4,7 @@
 // CLERESTORY_UPDATE_DOCUMENTS=1 writes the generated parts.
 #include "tests/support/test_server.h"
 
-#include "scene/import/base/formats.h"
+#include "scene/import/base/types.h"
 #include "server/api/openapi.h"
 
 #include <gmock/gmock.h>

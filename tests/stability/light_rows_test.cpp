@@ -1,6 +1,6 @@
 // Rows about light, in frames: furnaces, roughness, facing mirrors, invariances, and the order of
 // techniques.
-#include "measures/linear_errors.h"
+#include "measures/errors.h"
 #include "scene/builtin/builtin_scenes.h"
 #include "tests/stability/frames.h"
 

@@ -17,7 +17,7 @@
 #include "tests/stability/table.h"
 
 #include "image/image.h"
-#include "measures/displayed_errors.h"
+#include "measures/errors.h"
 #include "reference/reference.h"
 
 #include <cstdlib>

@@ -1,6 +1,6 @@
 // FLIP compared with its authors' program and with a second evaluation of the paper's formulae,
 // with full two-dimensional kernels.
-#include "measures/displayed_errors.h"
+#include "measures/errors.h"
 
 #include <gtest/gtest.h>
 

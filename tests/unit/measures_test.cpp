@@ -1,7 +1,6 @@
 // Error measures: known pairs with known results. Expected values are closed forms, published
 // colours, or a second, direct evaluation of the formula.
-#include "measures/displayed_errors.h"
-#include "measures/linear_errors.h"
+#include "measures/errors.h"
 #include "scene/mesh_builder.h"
 
 #include <gtest/gtest.h>

@@ -8,7 +8,6 @@
 #pragma once
 
 #include "scene/environment.h"
-#include "scene/import/base/formats.h"
 #include "scene/import/base/types.h"
 #include "scene/scene.h"
 

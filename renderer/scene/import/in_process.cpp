@@ -3,10 +3,10 @@
 #include "scene/import/in_process.h"
 
 #include "scene/import/assimp/scene.h"
-#include "scene/import/base/archive.h"
-#include "scene/import/base/formats.h"
 #include "scene/import/base/imported_scene.h"
+#include "scene/import/base/scene_folder.h"
 #include "scene/import/base/sidecar.h"
+#include "scene/import/base/types.h"
 #include "scene/import/cache/blob.h"
 #include "scene/import/gltf/scene.h"
 #include "scene/import/sandbox/jail.h"

@@ -3,7 +3,12 @@
 
 #include "scene/import/base/scene_folder.h"
 
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/IOSystem.hpp>
+
+#include <cstdint>
+#include <cstring>
+#include <string>
 
 namespace clerestory {
 
@@ -11,10 +16,24 @@ class AssimpFileSystem : public Assimp::IOSystem {
 public:
     explicit AssimpFileSystem(const SceneFolder& folder) : folder_(folder) {}
 
-    bool Exists(const char* name) const override;
+    bool Exists(const char* name) const override { return folder_.has(name); }
     char getOsSeparator() const override { return '/'; }
-    Assimp::IOStream* Open(const char* name, const char* mode) override;
-    void Close(Assimp::IOStream* stream) override;
+
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (!mode || mode[0] != 'r') {
+            return nullptr;  // importers do not write
+        }
+        try {
+            const std::string content = folder_.read(name);
+            auto* bytes = new std::uint8_t[content.size() + 1];
+            std::memcpy(bytes, content.data(), content.size());
+            return new Assimp::MemoryIOStream(bytes, content.size(), true);
+        } catch (const ImportError&) {
+            return nullptr;  // for Assimp: the file does not exist
+        }
+    }
+
+    void Close(Assimp::IOStream* stream) override { delete stream; }
 
 private:
     const SceneFolder& folder_;

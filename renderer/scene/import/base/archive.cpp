@@ -1,4 +1,4 @@
-#include "scene/import/base/archive.h"
+#include "scene/import/base/scene_folder.h"
 
 #include "scene/import/base/imported_scene.h"
 

@@ -1,5 +1,7 @@
-// Read access to the files below the scene file's folder, and to nothing else. Records every file
-// that an importer looks for, so that a cached scene can be compared with the files of today.
+// Read access to the files below the scene file's folder, and to nothing else; and a scene and its
+// files in a .zip or .tar archive, unpacked in memory, in the importing process: nothing in it can
+// refer to a path on disk. Records every file that an importer looks for, so that a cached scene
+// can be compared with the files of today.
 //
 // Does not: follow symbolic links, leave the folder by "..", open devices, pipes or folders.
 #pragma once
@@ -75,5 +77,17 @@ private:
 
 // "a%20b.png" -> "a b.png". A percent sign without two hexadecimal digits stays.
 std::string percentDecoded(const std::string& uri);
+
+bool isArchive(const std::string& extension);  // lower case, without the dot
+
+struct UnpackedScene {
+    std::string name;                          // of the scene file, relative to its folder
+    std::map<std::string, std::string> files;  // in and below that folder, by relative path
+};
+
+// Finds the scene file (.glb, .gltf, .obj) with the fewest parent folders, and the files in its
+// folder. Throws ImportError for links, devices, names that lead out of the archive, duplicate
+// names, too many or too large files, no scene or several.
+UnpackedScene unpackedScene(const std::string& archive, const ImportLimits& limits);
 
 }  // namespace clerestory

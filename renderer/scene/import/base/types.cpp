@@ -1,6 +1,8 @@
 #include "scene/import/base/types.h"
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <sstream>
 
 namespace clerestory {
@@ -33,6 +35,157 @@ ImportLimits decodedLimits(const std::string& text) {
         }
     }
     return limits;
+}
+
+std::span<const FileFormat> fileFormats() {
+    using enum FormatUse;
+    static constexpr std::array kFormats{
+        FileFormat{
+            scene, "glTF 2.0", ".gltf .glb",
+            "Meshes, materials, textures, lights, cameras, skins, morph targets, animations and "
+            "extras; extensions as in the table of glTF extensions."},
+        FileFormat{
+            scene, "Wavefront OBJ with MTL", ".obj",
+            "Meshes, materials and textures through Assimp; MTL illumination models 3 to 9 give "
+            "mirrors and glass. Units are metres."},
+        FileFormat{
+            scene, "Autodesk FBX", ".fbx",
+            "Meshes, materials, textures, lights, cameras, skins and animations through Assimp; "
+            "no morph targets."},
+        FileFormat{
+            scene, "COLLADA", ".dae",
+            "Meshes, materials, textures, lights, cameras, skins and animations through Assimp; "
+            "no morph targets."},
+        FileFormat{scene, "Stanford PLY", ".ply", "One mesh with vertex colours, through Assimp."},
+        FileFormat{scene, "STL", ".stl", "One mesh without material, through Assimp."},
+        FileFormat{scene, "3D Studio", ".3ds", "Meshes, materials and textures through Assimp."},
+        FileFormat{archive, "ZIP", ".zip",
+                   "One .glb, .gltf or .obj file with the files it refers to, unpacked in memory."},
+        FileFormat{archive, "tar, plain or gzip", ".tar .tgz",
+                   "One .glb, .gltf or .obj file with the files it refers to, unpacked in memory."},
+        FileFormat{texture, "JPEG", ".jpg .jpeg", "8 bits a channel, grey, RGB and CMYK."},
+        FileFormat{texture, "PNG", ".png",
+                   "8 or 16 bits a channel, reduced to 8 bits; with alpha."},
+        FileFormat{texture, "BMP, TGA and PSD", ".bmp .tga .psd", "8 bits a channel."},
+        FileFormat{environment, "Radiance HDR", ".hdr",
+                   "Equirectangular, or one of six cube faces."},
+        FileFormat{environment, "OpenEXR", ".exr",
+                   "Equirectangular, or one of six cube faces; one part with channels R, G and B, "
+                   "uncompressed or with RLE, ZIP or PIZ compression."},
+        FileFormat{
+            environment, "KTX cube map", ".ktx .ktx2",
+            "Three or four channels of 8 or 16 bits, half or single floats, E5B9G9R9, "
+            "B10G11R11, A2B10G10R10; S3TC, BPTC, ETC1 and ETC2 blocks. No supercompression."},
+        FileFormat{environment, "folder of six faces", "px nx py ny pz nz",
+                   "Square images of one size, each .hdr, .exr, .png or .jpg."},
+        FileFormat{
+            sidecar, "Clerestory sidecar", ".clerestory.json",
+            "Material overrides, probes and the default environment of the scene file with the "
+            "same stem."},
+    };
+    return kFormats;
+}
+
+std::string_view nameOf(FormatUse use) {
+    constexpr std::array<std::string_view, 5> kNames{"scene", "archive", "texture", "environment",
+                                                     "sidecar"};
+    return kNames[static_cast<std::size_t>(use)];
+}
+
+const std::vector<std::string>& importableExtensions() {
+    static const std::vector<std::string> kExtensions = [] {
+        std::vector<std::string> list;
+        for (const FileFormat& format : fileFormats()) {
+            if (format.use != FormatUse::scene && format.use != FormatUse::archive) continue;
+            std::string_view rest = format.extensions;
+            while (!rest.empty()) {
+                const std::size_t end = std::min(rest.find(' '), rest.size());
+                list.emplace_back(rest.substr(1, end - 1));
+                rest.remove_prefix(std::min(end + 1, rest.size()));
+            }
+        }
+        return list;
+    }();
+    return kExtensions;
+}
+
+std::span<const GltfExtension> gltfExtensions() {
+    using enum Support;
+    static constexpr std::array kExtensions{
+        GltfExtension{
+            "KHR_animation_pointer", ignored,
+            "Animations of node transforms and morph weights are played; animated pointers "
+            "keep their initial values."},
+        GltfExtension{"KHR_draco_mesh_compression", refused,
+                      "Compressed meshes are not decoded; a mesh with uncompressed accessors as a "
+                      "fallback is drawn from these."},
+        GltfExtension{"KHR_lights_punctual", drawn,
+                      "Point, spot and directional lights with range and cone angles."},
+        GltfExtension{"KHR_materials_anisotropy", ignored, "Highlights are isotropic."},
+        GltfExtension{"KHR_materials_clearcoat", ignored,
+                      "The base layer is drawn without a coat."},
+        GltfExtension{"KHR_materials_diffuse_transmission", refused,
+                      "Light does not scatter through a surface."},
+        GltfExtension{"KHR_materials_dispersion", ignored,
+                      "The index of refraction is the same for all wavelengths."},
+        GltfExtension{"KHR_materials_emissive_strength", drawn,
+                      "A factor on the emitted radiance, which may exceed 1."},
+        GltfExtension{"KHR_materials_ior", drawn,
+                      "The index of refraction sets reflectance and refraction."},
+        GltfExtension{"KHR_materials_iridescence", ignored, "Thin films are not drawn."},
+        GltfExtension{"KHR_materials_pbrSpecularGlossiness", approximated,
+                      "Factors are converted to metallic and roughness; the specular-glossiness "
+                      "texture is not used."},
+        GltfExtension{"KHR_materials_sheen", ignored, "Cloth is drawn without its sheen layer."},
+        GltfExtension{
+            "KHR_materials_specular", approximated,
+            "Factor and colour of the dielectric reflectance; their textures are not used."},
+        GltfExtension{"KHR_materials_transmission", drawn,
+                      "Glass: thin-walled, or solid with KHR_materials_volume."},
+        GltfExtension{"KHR_materials_unlit", drawn,
+                      "The base colour is shown as it is, without lights or reflections."},
+        GltfExtension{"KHR_materials_variants", ignored,
+                      "Every mesh has its default material; a request may override it."},
+        GltfExtension{"KHR_materials_volume", drawn, "Thickness and attenuation of solid glass."},
+        GltfExtension{"KHR_materials_volume_scatter", refused,
+                      "Volumes absorb but do not scatter."},
+        GltfExtension{"KHR_mesh_quantization", drawn,
+                      "8-bit and 16-bit vertex attributes, normalised or not."},
+        GltfExtension{"KHR_node_visibility", refused, "Hidden nodes would be drawn."},
+        GltfExtension{
+            "KHR_texture_basisu", ignored,
+            "The fallback image is used; a texture without one is left out with a warning."},
+        GltfExtension{"KHR_texture_transform", drawn,
+                      "Offset, scale, rotation and texture coordinate set of each texture."},
+        GltfExtension{"KHR_xmp", ignored, "Metadata does not change the image."},
+        GltfExtension{"KHR_xmp_json_ld", ignored, "Metadata does not change the image."},
+        GltfExtension{"EXT_lights_image_based", refused,
+                      "Environment maps are loaded as files of their own."},
+        GltfExtension{"EXT_mesh_gpu_instancing", drawn,
+                      "One instance for each translation, rotation and scale."},
+        GltfExtension{"EXT_meshopt_compression", refused,
+                      "Compressed buffer views are not decoded; fallback buffers are read."},
+        GltfExtension{"EXT_texture_avif", refused, "AVIF images are not decoded."},
+        GltfExtension{
+            "EXT_texture_webp", ignored,
+            "The fallback image is used; a texture without one is left out with a warning."},
+        GltfExtension{"FB_ngon_encoding", ignored, "Polygons are drawn as their triangles."},
+        GltfExtension{"MSFT_lod", refused, "Levels of detail are not selected."},
+        GltfExtension{"MSFT_texture_dds", refused, "DDS images are not decoded."},
+    };
+    return kExtensions;
+}
+
+Support gltfSupport(std::string_view extension) {
+    for (const GltfExtension& known : gltfExtensions()) {
+        if (known.name == extension) return known.support;
+    }
+    return Support::refused;
+}
+
+std::string_view nameOf(Support support) {
+    constexpr std::array<std::string_view, 4> kNames{"drawn", "approximated", "ignored", "refused"};
+    return kNames[static_cast<std::size_t>(support)];
 }
 
 }  // namespace clerestory

@@ -1,9 +1,9 @@
 // The node tree with its meshes, lights and cameras.
 #include "scene/import/gltf/scene.h"
 
-#include "scene/import/base/formats.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/import/base/sidecar.h"
+#include "scene/import/base/types.h"
 #include "scene/import/gltf/parts.h"
 
 #include <glm/gtc/matrix_transform.hpp>

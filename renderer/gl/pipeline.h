@@ -1,0 +1,95 @@
+// What a draw uses besides its buffers: compiled vertex shaders and linked programs; OpenGL's fixed
+// state that a pass can set, as one value that is applied whole; and the clip space of this
+// renderer.
+#pragma once
+
+#include "gl/api.h"
+
+#include <glm/glm.hpp>
+
+#include <string>
+
+namespace clerestory::gl {
+
+class VertexShader {
+public:
+    // `name` is for error messages. Throws std::runtime_error with the driver's log when it does
+    // not compile.
+    VertexShader(const std::string& name, const std::string& source);
+    VertexShader(VertexShader&&) = default;
+    ~VertexShader();
+    Name name() const { return name_.get(); }
+
+private:
+    OwnedName name_;
+};
+
+struct ProgramDescription {
+    std::string name;  // for debuggers and error messages
+    const VertexShader& vertex;
+    std::string fragmentSource;
+    // For a program with nested loops: llvmpipe compiles other code for it when it was linked than
+    // when it came from the driver's cache, so that the next process would compile it again. With
+    // this, a linked program is replaced by its own binary, which is what the cache holds. Other
+    // drivers ignore it.
+    bool loadBinary = false;
+};
+
+class Program {
+public:
+    // Throws std::runtime_error with the driver's log when it does not compile or link.
+    explicit Program(const ProgramDescription& description);
+    Program(Program&&) = default;
+    ~Program();
+    void use() const;
+    Name name() const { return name_.get(); }
+
+private:
+    OwnedName name_;
+};
+
+// Frees what the driver keeps for compiling shaders; the next one brings it back.
+void releaseShaderCompiler();
+
+// Depth is reversed: greater is nearer.
+enum class DepthTest { none, nearer, nearerOrEqual, equal };
+enum class Blending { none, premultiplied };
+
+struct State {
+    DepthTest depthTest = DepthTest::none;
+    bool depthWrite = false;
+    bool colorWrite = true;
+    Blending blending = Blending::none;  // of colour; alpha then stays as it was
+    bool clip = false;                   // gl_ClipDistance[0] counts
+};
+
+// Also sets what never differs: seamless cubes, sRGB encoding into sRGB targets, clip control,
+// no scissor. Culling belongs to each draw.
+void apply(const State& state);
+
+// What a draw culls: nothing, or what turns clockwise (counter-clockwise when flipped).
+struct Facing {
+    bool cullBack = true;
+    bool clockwiseIsFront = false;
+    bool operator==(const Facing&) const = default;
+};
+void apply(const Facing& facing);
+
+// Colour to black with alpha 0, depth to the far end.
+void clearColorAndDepth();
+void clearDepth();
+
+// The plan's clip space has depth 0..1. Without clip control OpenGL requires -1..1: only this
+// function converts.
+glm::dmat4 deviceClip(const glm::dmat4& clip, bool clipControl);
+
+// Shows up in frame debuggers around what it encloses.
+class DebugGroup {
+public:
+    explicit DebugGroup(const std::string& name);
+    ~DebugGroup();
+    DebugGroup(const DebugGroup&) = delete;
+    DebugGroup& operator=(const DebugGroup&) = delete;
+};
+
+}  // namespace clerestory::gl
