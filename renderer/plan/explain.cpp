@@ -53,8 +53,10 @@ void explainView(FramePlan& plan, const Stage& stage, const SeenView& seen) {
     }
     if (!stage.settings.skyVisible) skip("sky", "the request hides the environment");
     if (!seen.anyLit || plan.environmentIntensity <= 0.0f) {
-        plan.skipped.push_back({"environment:" + plan.environment, Effect::base,
-                                seen.anyLit ? "its intensity is 0" : "nothing in view is lit"});
+        const Subject map{Subject::Kind::environment, plan.environment};
+        plan.skipped.push_back({nameOf(map), Effect::base,
+                                seen.anyLit ? "its intensity is 0" : "nothing in view is lit",
+                                map});
     }
 }
 

@@ -64,7 +64,8 @@ SeenView planView(ViewContext& context, const ViewTask& task) {
         drawn.blendedDraws.push_back(it->draw);
     }
     context.builder.addPass(
-        {.name = task.name,
+        {.name = nameOf(task.subject),
+         .subject = task.subject,
          .effect = task.effect,
          .generation = task.generation,
          .target = task.target,

@@ -92,6 +92,8 @@ TEST(FilterPlan, IneffectiveFiltersAreOmittedWithAReason) {
     EXPECT_THAT(plan.skipped, skipped("filter2:convolve", "identity"));
     EXPECT_THAT(plan.skipped, skipped("filter3:glow", "strength of 0"));
     EXPECT_THAT(plan.skipped, skipped("filter4:glow", "at most one pixel"));
+    const Subject last{Subject::Kind::filter, "glow", 4};
+    EXPECT_THAT(plan.skipped, Contains(Field(&Skipped::subject, last)));
 }
 
 TEST(FilterPlan, DataChannelsAreNotFiltered) {

@@ -27,6 +27,17 @@ TEST(ViewPlanner, TwoCurvedMirrorsAndTwoGenerationsAre24FaceViewsTheFirstGenerat
     }
 }
 
+TEST(ViewPlanner, EveryPassOfACubeNamesItsOwner) {
+    const FramePlan plan = planOf(ballScene(), forced(lookingFrom({0, 1, 6})));
+    for (const char* kind : {"capture", "levels", "prefilter"}) {
+        for (const Pass& pass : passesOf(plan, kind)) {
+            EXPECT_EQ(pass.subject.kind, Subject::Kind::probe) << pass.name;
+            EXPECT_TRUE(pass.subject.name == "left" || pass.subject.name == "right") << pass.name;
+        }
+    }
+    EXPECT_EQ(passesOf(plan, "surface").at(0).subject, Subject{}) << "the view as a whole";
+}
+
 TEST(ViewPlanner, ResidentCubesAreNotRedrawnForOtherViews) {
     const Scene scene = ballScene();
     const FramePlan first = planOf(scene, forced(lookingFrom({0, 1, 6})));
@@ -36,6 +47,8 @@ TEST(ViewPlanner, ResidentCubesAreNotRedrawnForOtherViews) {
     EXPECT_EQ(count(second, "levels"), 0u);
     EXPECT_EQ(count(second, "environment"), 0u);
     EXPECT_THAT(second.skipped, skippedAs("probe:left", "resident and unchanged"));
+    const Subject left{Subject::Kind::probe, "left"};
+    EXPECT_THAT(second.skipped, testing::Contains(testing::Field(&Skipped::subject, left)));
     EXPECT_EQ(rootOf(second).reflections.size(), 2u) << "still read";
     for (const std::uint64_t key : probeKeys(second)) {
         EXPECT_TRUE(allOf(first).keys.contains(key));

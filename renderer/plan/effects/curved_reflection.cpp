@@ -19,10 +19,9 @@ bool reflectStoredMap(ViewContext& context, const ViewTask& task, SeenSurface& s
                       DrawScene& drawn) {
     const Material& material = context.stage.material(*s.surface);
     const auto found = context.frame.maps.find(material.environmentMap);
-    const std::string name = "map:" + material.environmentMap;
     if (found == context.frame.maps.end()) {
-        skip(context, task, name, Effect::environmentReflection,
-             "no environment map of that name is loaded");
+        skip(context, task, {Subject::Kind::map, material.environmentMap},
+             Effect::environmentReflection, "no environment map of that name is loaded");
         return false;
     }
     const glm::dmat3 worldFromOwn = glm::mat3_cast(glm::normalize(material.environmentRotation));
@@ -90,13 +89,13 @@ void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView&
         if (namesMap && reflectStoredMap(context, task, s, drawn)) continue;
         const CapturePoint point = capturePointOf(stage, *s.surface);
         const auto omit = [&](const char* reason) {
-            skip(context, task, point.name, Effect::environmentReflection, reason);
+            skip(context, task, point.subject, Effect::environmentReflection, reason);
         };
         if (s.share * task.width * task.height < 1.0) {
             omit("smaller than a pixel");
             continue;
         }
-        if (skipIfOccluded(context, task, point.name, Effect::environmentReflection, s.box)) {
+        if (skipIfOccluded(context, task, point.subject, Effect::environmentReflection, s.box)) {
             continue;
         }
         const double weight = reflectanceSeen(s.surface->reflectance, 0.5) * s.share;
@@ -110,7 +109,7 @@ void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView&
         // The material names a probe, or a blur, which only a cube supports.
         if (point.placed || point.blur.changes()) forced = Method::probe;
         const Method method = chooseMethod(
-            context, task, {point.name, Effect::environmentReflection, s.share, weight, forced},
+            context, task, {point.subject, Effect::environmentReflection, s.share, weight, forced},
             candidatesFor(context, task, s, point));
         if (method == Method::traced) s.features |= FEATURE_TRACED_REFLECTION;
         if (method == Method::probe) reflectCapturedCube(context, task, s, point, drawn);

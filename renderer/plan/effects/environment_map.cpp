@@ -25,7 +25,8 @@ TargetId mapTarget(ViewContext& context, const EnvironmentMap& map, const MapBlu
     hash.add(a.environmentSize);
     hash.add(blur.changes() ? a.probeSamples : a.environmentSamples);
     if (blur.changes()) addBlur(hash, blur);
-    const std::string name = "environment:" + map.name;
+    const Subject subject{Subject::Kind::environment, map.name};
+    const std::string name = nameOf(subject);
     const TargetId target = builder.addTarget({.name = name,
                                                .kind = TargetKind::cube,
                                                .format = Format::rgba16f,
@@ -35,20 +36,23 @@ TargetId mapTarget(ViewContext& context, const EnvironmentMap& map, const MapBlu
                                                .residentKey = hash.value()});
     builder.share(identity.value(), target);
     if (context.frame.resident.keys.contains(hash.value())) {
-        builder.skip(name, Effect::base, "resident and unchanged");
+        builder.skip(subject, Effect::base, "resident and unchanged");
         return target;
     }
     PlanBuilder::Transaction passes(builder);
     const char* reason = "lights the scene and is not resident at this accuracy";
     if (blur.changes()) {
-        const TargetId blurred = addBlur(context, name, blur, map.faceSize, 0, kNoTarget, map.name);
+        const TargetId blurred =
+            addBlur(context, subject, blur, map.faceSize, 0, kNoTarget, map.name);
         context.builder.addPass({.name = name,
+                                 .subject = subject,
                                  .effect = Effect::environmentReflection,
                                  .target = target,
                                  .reason = reason,
                                  .work = PrefilterCube{blurred, a.probeSamples}});
     } else {
         context.builder.addPass({.name = name,
+                                 .subject = subject,
                                  .target = target,
                                  .reason = reason,
                                  .work = PrefilterMap{map.name, a.environmentSamples}});
@@ -57,9 +61,10 @@ TargetId mapTarget(ViewContext& context, const EnvironmentMap& map, const MapBlu
     return target;
 }
 
-TargetId addBlur(ViewContext& context, const std::string& name, const MapBlur& blur,
+TargetId addBlur(ViewContext& context, const Subject& subject, const MapBlur& blur,
                  std::uint32_t faceSize, std::uint32_t generation, TargetId source,
                  const std::string& map) {
+    const std::string name = nameOf(subject);
     TargetSpec spec{.name = name + ":blur",
                     .kind = TargetKind::cube,
                     .format = Format::rgba16f,
@@ -72,6 +77,7 @@ TargetId addBlur(ViewContext& context, const std::string& name, const MapBlur& b
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
         const TargetId from = axis == 0 ? source : axis == 1 ? result : between;
         context.builder.addPass({.name = name + ":blur",
+                                 .subject = subject,
                                  .effect = Effect::environmentReflection,
                                  .generation = generation,
                                  .target = axis == 1 ? between : result,
@@ -79,6 +85,7 @@ TargetId addBlur(ViewContext& context, const std::string& name, const MapBlur& b
                                  .work = BlurCube{from, from == kNoTarget ? map : "", blur, axis}});
     }
     context.builder.addPass({.name = name + ":levels",
+                             .subject = subject,
                              .effect = Effect::environmentReflection,
                              .generation = generation,
                              .target = result,

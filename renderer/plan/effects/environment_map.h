@@ -13,7 +13,7 @@ TargetId mapTarget(ViewContext& context, const EnvironmentMap& map, const MapBlu
 
 // Adds the passes that blur the captured cube `source`, or the stored `map` if `source` is
 // kNoTarget. faceSize: texels. Returns the target with the result and all its levels.
-TargetId addBlur(ViewContext& context, const std::string& name, const MapBlur& blur,
+TargetId addBlur(ViewContext& context, const Subject& subject, const MapBlur& blur,
                  std::uint32_t faceSize, std::uint32_t generation, TargetId source,
                  const std::string& map = {});
 

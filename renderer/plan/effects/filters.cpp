@@ -8,8 +8,8 @@
 namespace clerestory {
 namespace {
 
-std::string nameOf(std::size_t index, const FilterRequest& filter) {
-    return "filter" + std::to_string(index) + ":" + std::string(typeOf(filter));
+Subject subjectOf(std::size_t index, const FilterRequest& filter) {
+    return {Subject::Kind::filter, std::string(typeOf(filter)), static_cast<std::uint32_t>(index)};
 }
 
 class FilterChain {
@@ -19,15 +19,15 @@ public:
 
     TargetId picture() const { return picture_; }
 
-    void add(const std::string& name, const TwirlFilter& filter) {
+    void add(const Subject& subject, const TwirlFilter& filter) {
         const double corner = std::hypot(plan_.width, plan_.height);
         Twirl work;
         work.turn = static_cast<float>(filter.amount / plan_.height);
         work.radius = static_cast<float>(filter.radius.value_or(corner));
-        addStep(name, work, "rotates pixels about the centre of the picture");
+        addStep(subject, work, "rotates pixels about the centre of the picture");
     }
 
-    void add(const std::string& name, const ConvolveFilter& filter) {
+    void add(const Subject& subject, const ConvolveFilter& filter) {
         const auto* word = std::get_if<KernelName>(&filter.kernel);
         const KernelNumbers kernel =
             word ? numbersOf(*word) : std::get<KernelNumbers>(filter.kernel);
@@ -35,12 +35,12 @@ public:
         std::transform(kernel.begin(), kernel.end(), work.kernel.begin(),
                        [](double x) { return static_cast<float>(x); });
         work.repeat = filter.edge == EdgeRule::repeat;
-        addStep(name, work, "weighs each pixel with its neighbours");
+        addStep(subject, work, "weighs each pixel with its neighbours");
     }
 
     // Level k of a pyramid spreads light over about 2^k pixels. All levels up to `radius` have the
     // same weight, the last one a part of it, so that a glow grows continuously with the radius.
-    void add(const std::string& name, const GlowFilter& filter) {
+    void add(const Subject& subject, const GlowFilter& filter) {
         const double octaves = std::log2(filter.radius);
         const auto levels = static_cast<std::uint32_t>(std::ceil(octaves));
         const auto weight = [&](std::uint32_t level) {
@@ -54,12 +54,12 @@ public:
             width = (width + 1) / 2;
             height = (height + 1) / 2;
             const TargetId target =
-                addTarget(name + ":" + std::to_string(level + 1), width, height);
+                addTarget(nameOf(subject) + ":" + std::to_string(level + 1), width, height);
             if (level == 0) {
-                addPass(name, target, GlowBright{{picture_}, threshold},
+                addPass(subject, target, GlowBright{{picture_}, threshold},
                         "extracts light above the threshold");
             } else {
-                addPass(name, target, GlowDown{{pyramid.back()}}, "halves the size");
+                addPass(subject, target, GlowDown{{pyramid.back()}}, "halves the size");
             }
             pyramid.push_back(target);
         }
@@ -67,7 +67,8 @@ public:
         for (std::uint32_t level = levels - 1; level > 0; --level) {
             wider += weight(level);
             const double share = wider / (wider + weight(level - 1));
-            addPass(name, pyramid[level - 1], GlowUp{{pyramid[level]}, static_cast<float>(share)},
+            addPass(subject, pyramid[level - 1],
+                    GlowUp{{pyramid[level]}, static_cast<float>(share)},
                     "adds the next smaller level");
         }
         Glow work;
@@ -75,7 +76,7 @@ public:
         work.threshold = threshold;
         // Less than an octave spreads a part of the light only.
         work.share = static_cast<float>(filter.strength * std::min(1.0, octaves));
-        addStep(name, work, "adds the spread light");
+        addStep(subject, work, "adds the spread light");
     }
 
 private:
@@ -87,8 +88,9 @@ private:
         return static_cast<TargetId>(plan_.targets.size() - 1);
     }
 
-    void addPass(const std::string& name, TargetId target, PassWork work, const char* reason) {
-        plan_.passes.push_back({.name = name,
+    void addPass(const Subject& subject, TargetId target, PassWork work, const char* reason) {
+        plan_.passes.push_back({.name = nameOf(subject),
+                                .subject = subject,
                                 .effect = Effect::filters,
                                 .target = target,
                                 .reason = reason,
@@ -97,12 +99,13 @@ private:
 
     // Adds a pass that reads the picture and makes its target the new picture.
     template <class Work>
-    void addStep(const std::string& name, Work work, const char* reason) {
+    void addStep(const Subject& subject, Work work, const char* reason) {
         TargetId& free = targets_[0] == picture_ ? targets_[1] : targets_[0];
-        if (free == kNoTarget) free = addTarget("picture:" + name, plan_.width, plan_.height);
+        if (free == kNoTarget)
+            free = addTarget("picture:" + nameOf(subject), plan_.width, plan_.height);
         work.source = picture_;
         picture_ = free;
-        addPass(name, picture_, std::move(work), reason);
+        addPass(subject, picture_, std::move(work), reason);
     }
 
     FramePlan& plan_;
@@ -117,19 +120,20 @@ TargetId planFilters(FramePlan& plan, const std::vector<FilterRequest>& filters,
                      float exposureFactor) {
     FilterChain chain(plan, picture, exposureFactor);
     for (std::size_t i = 0; i < filters.size(); ++i) {
-        const std::string name = nameOf(i, filters[i]);
+        const Subject subject = subjectOf(i, filters[i]);
         if (std::string reason = reasonToLeaveOut(filters[i]); !reason.empty())
-            plan.skipped.push_back({name, Effect::filters, std::move(reason)});
+            plan.skipped.push_back({nameOf(subject), Effect::filters, std::move(reason), subject});
         else
-            std::visit([&](const auto& filter) { chain.add(name, filter); }, filters[i]);
+            std::visit([&](const auto& filter) { chain.add(subject, filter); }, filters[i]);
     }
     return chain.picture();
 }
 
 void explainFilters(FramePlan& plan, const std::vector<FilterRequest>& filters) {
     for (std::size_t i = 0; i < filters.size(); ++i) {
-        plan.skipped.push_back({nameOf(i, filters[i]), Effect::filters,
-                                "the request selects a data channel instead of colour"});
+        const Subject subject = subjectOf(i, filters[i]);
+        plan.skipped.push_back({nameOf(subject), Effect::filters,
+                                "the request selects a data channel instead of colour", subject});
     }
 }
 

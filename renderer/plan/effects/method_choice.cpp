@@ -14,15 +14,15 @@ std::string formatted(const char* pattern, double value) {
     return text;
 }
 
-Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
+Method chooseMethod(ViewContext& context, const ViewTask& task, const MethodRequest& requested,
                     std::span<const Candidate> candidates) {
-    const double weight = task.weight * subject.weight;
+    const double weight = task.weight * requested.weight;
     const double tolerance =
         toleranceOf(context.stage.settings.accuracy.preset) / std::max(weight, 1e-12);
     std::size_t chosen = cheapest(candidates, tolerance);
-    std::string reason = percentOfFrame(subject.share);
+    std::string reason = percentOfFrame(requested.share);
     const auto forced = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
-        return subject.forced && c.method == *subject.forced;
+        return requested.forced && c.method == *requested.forced;
     });
     if (forced != candidates.end()) {
         chosen = static_cast<std::size_t>(forced - candidates.begin());
@@ -33,10 +33,11 @@ Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
                   formatted(" where %.2f is enough", std::min(tolerance, 99.0));
     }
     if (task.generation == 0) {
-        context.builder.addDecision({std::move(subject.name),
-                                     subject.effect,
+        context.builder.addDecision({nameOf(requested.subject),
+                                     requested.subject,
+                                     requested.effect,
                                      task.generation,
-                                     subject.share,
+                                     requested.share,
                                      candidates[chosen].method,
                                      {candidates.begin(), candidates.end()},
                                      std::move(reason)});
@@ -44,20 +45,21 @@ Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
     return candidates[chosen].method;
 }
 
-void skip(ViewContext& context, const ViewTask& task, std::string name, Effect effect,
+void skip(ViewContext& context, const ViewTask& task, const Subject& subject, Effect effect,
           std::string reason) {
     if (task.generation == 0) {
-        context.builder.skip(std::move(name), effect, std::move(reason));
+        context.builder.skip(subject, effect, std::move(reason));
     }
 }
 
-bool skipIfOccluded(ViewContext& context, const ViewTask& task, const std::string& name,
+bool skipIfOccluded(ViewContext& context, const ViewTask& task, const Subject& subject,
                     Effect effect, const Bounds& box) {
     if (task.generation > 0) return false;
     const Occluder* occluder = findOccluder(context.occluders, task.view, box);
     if (occluder != nullptr) {
         const Surface& surface = context.stage.surfaces[occluder->surface];
-        skip(context, task, name, effect, "hidden behind " + nameOf(context.stage.scene, surface));
+        skip(context, task, subject, effect,
+             "hidden behind " + nameOf(context.stage.scene, surface));
     }
     return occluder != nullptr;
 }

@@ -13,24 +13,24 @@ namespace clerestory {
 inline constexpr double kSharpRoughness = 0.02;
 
 // A surface, or surfaces that share one picture, for which a method is chosen.
-struct Subject {
-    std::string name;
+struct MethodRequest {
+    Subject subject;
     Effect effect;
     double share = 0.0;            // fraction of the view's picture, 0..1
     double weight = 0.0;           // of the surface in the view, 0..1; see kMinWeight
     std::optional<Method> forced;  // named by the request
 };
 // Returns the chosen method. Records the decision if the view is the root.
-Method chooseMethod(ViewContext& context, const ViewTask& task, Subject subject,
+Method chooseMethod(ViewContext& context, const ViewTask& task, const MethodRequest& requested,
                     std::span<const Candidate> candidates);
 
 // Records why something is left out of the root view. Does nothing for child views.
-void skip(ViewContext& context, const ViewTask& task, std::string name, Effect effect,
+void skip(ViewContext& context, const ViewTask& task, const Subject& subject, Effect effect,
           std::string reason);
 
 // Returns true if an occluder hides the whole box (relative to the eye), and records it. Root view
 // only; false for child views.
-bool skipIfOccluded(ViewContext& context, const ViewTask& task, const std::string& name,
+bool skipIfOccluded(ViewContext& context, const ViewTask& task, const Subject& subject,
                     Effect effect, const Bounds& box);
 
 // The method for a value of PlanarMethod, CurvedMethod or GlassMethod; none for automatic.

@@ -56,7 +56,7 @@ struct MirrorGroup {
     double height = 0.0;               // of the eye above the plane, metres
     double roughness = 0.0;            // of the roughest surface, 0..1
     double share = 0.0, weight = 0.0;  // in the view, 0..1; see kMinWeight
-    std::string name;
+    Subject subject;
     Index instance = 0;    // of its first surface
     bool flipped = false;  // only backs of two-sided surfaces are visible
     bool sheet = false;    // contains both sides of a thin sheet
@@ -127,15 +127,15 @@ std::vector<MirrorGroup> visibleMirrors(ViewContext& context, const ViewTask& ta
     for (std::size_t i = 0; i < seen.surfaces.size(); ++i) {
         const SeenSurface& s = seen.surfaces[i];
         if (s.surface->reflector != Reflector::flat) continue;
-        const std::string name = "mirror:" + nameOf(stage.scene, *s.surface);
+        const Subject subject{Subject::Kind::mirror, nameOf(stage.scene, *s.surface)};
         const FacingPlane facing = facingPlane(stage, task, s);
         if (!facing.plane) {
-            skip(context, task, name, Effect::planarReflection, facing.omitted);
+            skip(context, task, subject, Effect::planarReflection, facing.omitted);
             continue;
         }
-        if (skipIfOccluded(context, task, name, Effect::planarReflection, s.box)) continue;
+        if (skipIfOccluded(context, task, subject, Effect::planarReflection, s.box)) continue;
         if (edgeOn(facing.height, task.view, task.height)) {
-            skip(context, task, name, Effect::planarReflection, "edge-on");
+            skip(context, task, subject, Effect::planarReflection, "edge-on");
             continue;
         }
         MirrorGroup& group = groupFor(groups, stage, task, s, facing);
@@ -143,7 +143,7 @@ std::vector<MirrorGroup> visibleMirrors(ViewContext& context, const ViewTask& ta
         if (group.seen.empty() || (group.flipped && !facing.flipped)) {
             group.plane = *facing.plane;
             group.height = facing.height;
-            group.name = name;
+            group.subject = subject;
             group.flipped = facing.flipped;
         }
         const ScreenBox covered = screenBox(task.view, s.box);
@@ -219,14 +219,14 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
 TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGroup& group,
                      const MirrorPicture& picture, std::vector<std::size_t> hidden) {
     const TargetId target = context.builder.addTarget(
-        {.name = group.name,
+        {.name = nameOf(group.subject),
          .format = Format::rgba16f,
          .width = picture.width,
          .height = picture.height,
          .levels = picture.rough ? pictureLevels(picture.width, picture.height) : 1,
          .depth = true});
     planView(context, {.purpose = DrawScene::Purpose::mirror,
-                       .name = group.name,
+                       .subject = group.subject,
                        .effect = Effect::planarReflection,
                        .reason = "visible and facing the view, " + percentOfFrame(group.share) +
                                  (group.sheet ? "; for both sides of a sheet" : "") +
@@ -244,7 +244,8 @@ TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGro
                        .probeGeneration = task.probeGeneration,
                        .hidden = std::move(hidden)});
     if (picture.rough) {
-        context.builder.addPass({.name = group.name + ":levels",
+        context.builder.addPass({.name = nameOf(group.subject) + ":levels",
+                                 .subject = group.subject,
                                  .effect = Effect::planarReflection,
                                  .generation = task.generation + 1,
                                  .target = target,
@@ -259,12 +260,12 @@ void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawS
                const MirrorGroup& group) {
     const Accuracy& a = context.stage.settings.accuracy;
     if (task.mirrorsLeft == 0) {
-        skip(context, task, group.name, Effect::planarReflection,
+        skip(context, task, group.subject, Effect::planarReflection,
              "maximum number of generations reached");
         return;
     }
     if (task.weight * group.weight < kMinWeight) {
-        skip(context, task, group.name, Effect::planarReflection,
+        skip(context, task, group.subject, Effect::planarReflection,
              "weight below the visible minimum");
         return;
     }
@@ -276,7 +277,7 @@ void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawS
     std::sort(hidden.begin(), hidden.end());
     const MirrorPicture picture = pictureOf(group, task, a);
     const Method method = chooseMethod(context, task,
-                                       {group.name, Effect::planarReflection, group.share,
+                                       {group.subject, Effect::planarReflection, group.share,
                                         group.weight, requestedMethod(a.planar, Method::mirror)},
                                        candidatesFor(context, task, seen, group, picture, hidden));
     if (method == Method::environment) return;
@@ -314,7 +315,7 @@ void planPlanarReflections(ViewContext& context, const ViewTask& task, SeenView&
                      [](const auto* a, const auto* b) { return a->weight > b->weight; });
     const std::size_t limit = task.generation == 0 ? kMaxMirrors : kMaxMirrorsMirrored;
     for (std::size_t i = limit; i < strongest.size(); ++i) {
-        skip(context, task, strongest[i]->name, Effect::planarReflection,
+        skip(context, task, strongest[i]->subject, Effect::planarReflection,
              "weaker than the " + std::to_string(limit) + " mirrors with a mirrored view");
     }
     strongest.resize(std::min(limit, strongest.size()));

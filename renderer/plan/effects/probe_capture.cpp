@@ -64,7 +64,7 @@ std::optional<TargetId> drawCube(ViewContext& context, const CapturePoint& point
     for (std::uint32_t face = 0; face < 6; ++face) {
         if (point.zfar) faces[face] = withFar(faces[face], *point.zfar);
         planView(context, {.purpose = DrawScene::Purpose::capture,
-                           .name = point.name,
+                           .subject = point.subject,
                            .effect = Effect::environmentReflection,
                            .reason = "no valid cube is resident",
                            .view = faces[face],
@@ -81,9 +81,11 @@ std::optional<TargetId> drawCube(ViewContext& context, const CapturePoint& point
     }
     TargetId filtered = captured;
     if (point.blur.changes()) {
-        filtered = addBlur(context, point.name, point.blur, point.resolution, generation, captured);
+        filtered =
+            addBlur(context, point.subject, point.blur, point.resolution, generation, captured);
     } else {
-        builder.addPass({.name = point.name + ":levels",
+        builder.addPass({.name = nameOf(point.subject) + ":levels",
+                         .subject = point.subject,
                          .effect = Effect::environmentReflection,
                          .generation = generation,
                          .target = captured,
@@ -92,7 +94,8 @@ std::optional<TargetId> drawCube(ViewContext& context, const CapturePoint& point
     }
     const TargetId target = builder.addTarget(spec);
     builder.addPass(
-        {.name = point.name + ":prefilter",
+        {.name = nameOf(point.subject) + ":prefilter",
+         .subject = point.subject,
          .effect = Effect::environmentReflection,
          .generation = generation,
          .target = target,
@@ -117,7 +120,7 @@ CapturePoint capturePointOf(const Stage& stage, const Surface& surface) {
     CapturePoint point;
     if (!named.empty() && placed != scene.probes.end()) {
         const glm::dvec4 middle(placed->position, 1.0);
-        point.name = "probe:" + placed->name;
+        point.subject = {Subject::Kind::probe, placed->name};
         point.center = placed->node == kNone
                            ? placed->position
                            : glm::dvec3(stage.pose.worldFromNode[placed->node] * middle);
@@ -136,7 +139,7 @@ CapturePoint capturePointOf(const Stage& stage, const Surface& surface) {
     const glm::dvec3 node(nodeFromMesh[3]);
     nodeFromMesh[3] = {0.0, 0.0, 0.0, 1.0};
     const Bounds box = transformed(boundsOf(stage.pose, scene.meshes[instance.mesh]), nodeFromMesh);
-    point.name = "probe:" + nameOf(scene, surface);
+    point.subject = {Subject::Kind::probe, nameOf(scene, surface)};
     point.center = node + glm::dvec3(box.center());
     point.id = surface.instance;
     point.blur = requested;
@@ -181,7 +184,7 @@ TargetId capturedCube(ViewContext& context, const CapturePoint& point, std::uint
     addBlur(identity, point.blur);
     if (const auto target = builder.shared(identity.value())) return *target;
 
-    TargetSpec spec{.name = point.name,
+    TargetSpec spec{.name = nameOf(point.subject),
                     .kind = TargetKind::cube,
                     .format = Format::rgba16f,
                     .width = point.resolution,
@@ -197,7 +200,7 @@ TargetId capturedCube(ViewContext& context, const CapturePoint& point, std::uint
         target = drawCube(context, point, generation, spec);
     }
     if (!target) {
-        builder.skip(point.name, Effect::environmentReflection, "resident and unchanged");
+        builder.skip(point.subject, Effect::environmentReflection, "resident and unchanged");
         target = builder.addTarget(spec);
     }
     builder.share(identity.value(), *target);

@@ -10,7 +10,7 @@ namespace clerestory {
 // Position and parameters of a captured cube: the centre of its owner, which the cube does not
 // show, or a probe that the scene defines.
 struct CapturePoint {
-    std::string name;
+    Subject subject;
     glm::dvec3 center{0.0};  // world
     double radius = 0.0;     // metres; of the owner, or half the size of a placed probe
     double znear = 0.0;      // metres

@@ -104,7 +104,8 @@ TargetId addBackFaces(ViewContext& context, const ViewTask& task, std::vector<Dr
                                                        .width = drawn.width,
                                                        .height = drawn.height,
                                                        .depth = true});
-    context.builder.addPass({.name = task.name + ":backFaces",
+    context.builder.addPass({.name = nameOf(task.subject) + ":backFaces",
+                             .subject = task.subject,
                              .effect = Effect::refraction,
                              .generation = task.generation,
                              .target = target,
@@ -123,16 +124,16 @@ void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen
         end = body.end;
         const Surface& surface = *seen.surfaces[first].surface;
         if (surface.glass == Glass::none) continue;
-        const std::string name = "glass:" + objectName(stage.scene, surface);
+        const Subject subject{Subject::Kind::glass, objectName(stage.scene, surface)};
         if (body.share * task.width * task.height < 1.0) {
-            skip(context, task, name, Effect::refraction, "smaller than a pixel");
+            skip(context, task, subject, Effect::refraction, "smaller than a pixel");
             continue;
         }
-        if (skipIfOccluded(context, task, name, Effect::refraction, body.box)) continue;
+        if (skipIfOccluded(context, task, subject, Effect::refraction, body.box)) continue;
         const bool solid = surface.glass == Glass::solid;
         const Method method =
             chooseMethod(context, task,
-                         {name, Effect::refraction, body.share, body.share,
+                         {subject, Effect::refraction, body.share, body.share,
                           requestedMethod(stage.settings.accuracy.glass, Method::backdrop)},
                          candidatesFor(context, task, body, solid));
         Features features = featuresOf(stage.material(surface), method);
@@ -200,7 +201,8 @@ void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& 
              .height = drawn.height,
              .levels = layer.rough ? pictureLevels(drawn.width, drawn.height) : 1});
         const std::string of = std::to_string(i + 1) + " of " + std::to_string(layers.size());
-        context.builder.addPass({.name = task.name + ":backdrop",
+        context.builder.addPass({.name = nameOf(task.subject) + ":backdrop",
+                                 .subject = task.subject,
                                  .effect = Effect::refraction,
                                  .generation = task.generation,
                                  .target = backdrop,
@@ -208,7 +210,8 @@ void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& 
                                                        : "background of glass, layer " + of,
                                  .work = CopyBackdrop{task.target, task.face}});
         const TargetId backFaces = addBackFaces(context, task, layer.glassDraws, of);
-        context.builder.addPass({.name = task.name + ":glass",
+        context.builder.addPass({.name = nameOf(task.subject) + ":glass",
+                                 .subject = task.subject,
                                  .effect = Effect::refraction,
                                  .generation = task.generation,
                                  .target = task.target,

@@ -32,7 +32,7 @@ struct ViewContext {
 // A view to plan, and the target of its picture.
 struct ViewTask {
     DrawScene::Purpose purpose = DrawScene::Purpose::surface;
-    std::string name = "surface";
+    Subject subject;
     Effect effect = Effect::base;
     std::string reason;
     View view;

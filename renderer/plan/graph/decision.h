@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/graph/effect.h"
+#include "plan/graph/subject.h"
 
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct Candidate {
 // A choice between methods: the candidates, and the one that was taken.
 struct Decision {
     std::string name;
+    Subject subject;
     Effect effect = Effect::base;
     std::uint32_t generation = 0;
     double share = 0.0;  // estimated fraction of the frame that it covers, 0..1

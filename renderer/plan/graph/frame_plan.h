@@ -22,6 +22,7 @@ struct Skipped {
     std::string name;
     Effect effect = Effect::base;
     std::string reason;
+    Subject subject = {};
     bool operator==(const Skipped&) const = default;
 };
 

@@ -16,6 +16,7 @@
 #include "plan/graph/map_passes.h"
 #include "plan/graph/picture_passes.h"
 #include "plan/graph/scene_passes.h"
+#include "plan/graph/subject.h"
 
 #include <variant>
 
@@ -27,6 +28,7 @@ using PassWork = std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels
 
 struct Pass {
     std::string name;
+    Subject subject;
     Effect effect = Effect::base;
     std::uint32_t generation = 0;  // 0: the requested view; k: seen through k reflections
     TargetId target = kNoTarget;

@@ -15,8 +15,8 @@ void PlanBuilder::addDecision(Decision decision) {
     plan_.decisions.push_back(std::move(decision));
 }
 
-void PlanBuilder::skip(std::string name, Effect effect, std::string reason) {
-    plan_.skipped.push_back({std::move(name), effect, std::move(reason)});
+void PlanBuilder::skip(const Subject& subject, Effect effect, std::string reason) {
+    plan_.skipped.push_back({nameOf(subject), effect, std::move(reason), subject});
 }
 
 std::optional<TargetId> PlanBuilder::shared(std::uint64_t key) const {

@@ -28,7 +28,7 @@ public:
     TargetId addTarget(TargetSpec spec);
     void addPass(Pass pass);
     void addDecision(Decision decision);
-    void skip(std::string name, Effect effect, std::string reason);
+    void skip(const Subject& subject, Effect effect, std::string reason);
 
     // Targets that several views read, by a key that identifies them within the frame.
     std::optional<TargetId> shared(std::uint64_t key) const;
