@@ -54,7 +54,7 @@ export function parseServerTiming(header) {
 }
 
 // -> the image as a Blob, with timings and accuracy from the headers; with `explain` also the plan; with explain "maps"
-// also the maps that the frame reads: [{ name, blob }].
+// also the maps that the frame reads: [{ subject, blob }].
 export async function renderFrame(request, explain = "0", signal = undefined) {
   const start = performance.now();
   const response = await post(`v1/frames${explain === "0" ? "" : `?explain=${explain}`}`, request, signal);
@@ -68,13 +68,14 @@ export async function renderFrame(request, explain = "0", signal = undefined) {
   };
   const type = response.headers.get("Content-Type") ?? "";
   if (!type.startsWith("multipart/")) return { ...frame, blob: new Blob([bytes], { type }) };
-  const [image, plan, ...maps] = partsOf(type, bytes);
+  const [image, explanation, ...maps] = partsOf(type, bytes);
+  const plan = JSON.parse(decoder.decode(explanation.bytes));
   const blobOf = (part) => new Blob([part.bytes], { type: part.headers["content-type"] });
   return {
     ...frame,
     blob: blobOf(image),
-    plan: JSON.parse(decoder.decode(plan.bytes)),
-    maps: maps.map((part) => ({ name: /name="([^"]*)"/.exec(part.headers["content-disposition"])?.[1] ?? "", blob: blobOf(part) })),
+    plan,
+    maps: maps.map((part, i) => ({ subject: plan.maps[i].subject, blob: blobOf(part) })),
   };
 }
 

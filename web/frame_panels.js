@@ -1,11 +1,12 @@
 // The panels "Cost" and "Maps": passes, decisions and maps of a frame.
 import { Problem, renderFrame } from "./api.js";
 import { $, element, showBlob, svg } from "./dom.js";
-import { count, effectText, kindText, messageText, millisecondsText, subjectOf, techniqueText } from "./messages.js";
+import { count, effectText, kindText, messageText, millisecondsText, subjectText, techniqueText } from "./messages.js";
 
 // ---- plans as rows ---------------------------------------------------------------------------
 
-const ownerOf = ({ name }) => name.replace(/:(levels|capture|prefilter)$/, "");
+// Equal for the passes of one object, map or filter; of the view itself, for those of one name.
+const ownerOf = ({ name, subject }) => (subject ? `${subject.kind} ${subject.index ?? ""} ${subject.name}` : name);
 
 // The passes of a plan, grouped by the object that they belong to, in the order of the frame.
 // -> [{ title, effect, kinds: [{ text, count }], milliseconds, draws, triangles, size, reason }]; milliseconds is undefined
@@ -15,7 +16,7 @@ export function planRows({ passes }) {
   for (const pass of passes) {
     const owner = ownerOf(pass);
     const row = rows.get(owner) ?? {
-      title: owner.includes(":") ? subjectOf(owner) : kindText(pass.kind),
+      title: pass.subject ? subjectText(pass.subject, pass.kind) : kindText(pass.kind),
       effect: effectText(pass.effect), kinds: new Map(), milliseconds: undefined, draws: 0, triangles: 0,
       size: pass.width ? `${pass.width} × ${pass.height}` : "", reason: pass.reason, generations: 0,
     };
@@ -42,7 +43,7 @@ export function decisionRows({ decisions }) {
     if (row) ++row.times;
     else {
       rows.set(key, {
-        title: subjectOf(d.name), effect: effectText(d.effect), taken: techniqueText(d.taken), reason: d.reason, times: 1,
+        title: subjectText(d.subject, d.name), effect: effectText(d.effect), taken: techniqueText(d.taken), reason: d.reason, times: 1,
         candidates: d.candidates.map((c) => ({
           method: techniqueText(c.method), milliseconds: c.milliseconds, error: c.error, taken: c.method === d.taken,
         })),
@@ -57,7 +58,7 @@ export function skippedRows({ skipped }) {
   for (const s of skipped ?? []) {
     const key = `${s.name} ${s.reason}`;
     if (rows.has(key)) ++rows.get(key).times;
-    else rows.set(key, { title: subjectOf(s.name), effect: effectText(s.effect), reason: s.reason, times: 1 });
+    else rows.set(key, { title: subjectText(s.subject, s.name), effect: effectText(s.effect), reason: s.reason, times: 1 });
   }
   return [...rows.values()];
 }
@@ -149,11 +150,12 @@ export async function showMaps(request) {
   try {
     const { maps } = await renderFrame(request, "maps");
     $("maps-words").textContent = maps.length ? "" : "This view uses no mirrored views and no captured cubes.";
-    $("maps").replaceChildren(...maps.map(({ name, blob }) => {
-      const image = element("img", { alt: `Map of ${subjectOf(name)}` });
+    $("maps").replaceChildren(...maps.map(({ subject, blob }) => {
+      const title = subjectText(subject, "map");
+      const image = element("img", { alt: `Map of ${title}` });
       showBlob(image, blob);
-      const kind = name.startsWith("mirror:") ? "mirrored view" : "cube: +X −X +Y, −Y +Z −Z";
-      return element("figure", {}, image, element("figcaption", {}, element("b", {}, subjectOf(name)), ` ${kind}`));
+      const kind = subject?.kind === "mirror" ? "mirrored view" : "cube: +X −X +Y, −Y +Z −Z";
+      return element("figure", {}, image, element("figcaption", {}, element("b", {}, title), ` ${kind}`));
     }));
   } catch (problem) {
     if (!(problem instanceof Problem)) throw problem;

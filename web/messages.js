@@ -62,11 +62,8 @@ const kKinds = {
 };
 export const kindText = (kind) => kKinds[kind] ?? labelOf(kind).toLowerCase();
 
-// mirror:floor -> Floor
-export const subjectOf = (name) => {
-  const rest = name.slice(name.indexOf(":") + 1);
-  return labelOf(rest.replace(/:(levels|capture|prefilter)$/, ""));
-};
+// subject: of a pass, decision or map; null for the view as a whole.
+export const subjectText = (subject, otherwise) => labelOf(subject?.name || otherwise);
 
 export const count = (n, one, many = `${one}s`) => `${n.toLocaleString("en")} ${n === 1 ? one : many}`;
 

@@ -39,6 +39,8 @@ std::string jsonText(const nlohmann::ordered_json& json);
 
 // `times` has one entry for each pass, or is empty for a plan that did not run.
 nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times = {});
+// Target and subject of each map, in the order of the parts of the response.
+nlohmann::ordered_json mapsJson(const FramePlan& plan, const std::vector<MapPicture>& maps);
 // Sums over the targets, and each target.
 nlohmann::ordered_json healthJson(const std::vector<TargetHealth>& health);
 

@@ -126,8 +126,17 @@ ordered_json cameraJson(const FramePlan& plan, const View& view) {
     return json;
 }
 
+// Null for the view as a whole.
+ordered_json subjectJson(const Subject& subject) {
+    if (subject.kind == Subject::Kind::view) return nullptr;
+    ordered_json json = {{"kind", nameOf(subject.kind)}, {"name", subject.name}};
+    if (subject.kind == Subject::Kind::filter) json["index"] = subject.index;
+    return json;
+}
+
 ordered_json decisionJson(const Decision& decision) {
     ordered_json json = {{"name", decision.name},
+                         {"subject", subjectJson(decision.subject)},
                          {"effect", nameOf(decision.effect)},
                          {"taken", nameOf(decision.taken)},
                          {"reason", decision.reason}};
@@ -139,10 +148,24 @@ ordered_json decisionJson(const Decision& decision) {
     return json;
 }
 
+// The subject of the passes that draw the target; of a resident one, that of its omission.
+Subject subjectOf(const FramePlan& plan, const std::string& target) {
+    for (const Pass& pass : plan.passes) {
+        if (pass.target != kNoTarget && plan.targets[pass.target].name == target) {
+            return pass.subject;
+        }
+    }
+    for (const Skipped& skipped : plan.skipped) {
+        if (skipped.name == target) return skipped.subject;
+    }
+    return {};
+}
+
 ordered_json passJson(const FramePlan& plan, const Pass& pass) {
     const PlanTotals t = totals(pass);
     ordered_json json = {{"kind", pass.kind()},
                          {"name", pass.name},
+                         {"subject", subjectJson(pass.subject)},
                          {"effect", nameOf(pass.effect)},
                          {"generation", pass.generation},
                          {"views", t.views}};
@@ -191,6 +214,7 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     }
     for (const Skipped& skipped : plan.skipped) {
         json["skipped"].push_back({{"name", skipped.name},
+                                   {"subject", subjectJson(skipped.subject)},
                                    {"effect", nameOf(skipped.effect)},
                                    {"reason", skipped.reason}});
     }
@@ -205,6 +229,15 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
                       {"triangles", t.triangles},
                       {"samples", shadedSamples(plan)}};
     return json;
+}
+
+ordered_json mapsJson(const FramePlan& plan, const std::vector<MapPicture>& maps) {
+    ordered_json list = ordered_json::array();
+    for (const MapPicture& map : maps) {
+        list.push_back(
+            {{"target", map.target}, {"subject", subjectJson(subjectOf(plan, map.target))}});
+    }
+    return list;
 }
 
 ordered_json healthJson(const std::vector<TargetHealth>& health) {

@@ -67,6 +67,7 @@ void addExplanation(Answer& answer, const Frame& frame, const FrameRequest& requ
                     const std::string& etag) {
     nlohmann::ordered_json json = planJson(frame.plan, frame.passTimes);
     if (!frame.health.empty()) json["health"] = healthJson(frame.health);
+    if (!frame.maps.empty()) json["maps"] = mapsJson(frame.plan, frame.maps);
     ExplainedFrame explained{
         .type = answer.type, .picture = std::move(answer.body), .plan = jsonText(json)};
     for (const MapPicture& map : frame.maps) {

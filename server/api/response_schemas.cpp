@@ -129,10 +129,21 @@ ordered_json viewSchema() {
         {{"clipPlane", described(numbers(4), "world space; what is behind it is not drawn")}});
 }
 
+// The kinds are those of Subject::Kind.
+ordered_json subjectSchema() {
+    const ordered_json subject =
+        object({{"kind", oneOf({"environment", "map", "mirror", "probe", "glass", "filter"})},
+                {"name", described(kText, "of the object or map, or the type of the filter")}},
+               {{"index", described(kCount, "of a filter: its position in the request")}});
+    return described({{"oneOf", {subject, {{"type", "null"}}}}},
+                     "object, map or filter that it belongs to; null: the view as a whole");
+}
+
 ordered_json planSchema() {
     const ordered_json pass =
         object({{"kind", described(kText, "type of the pass")},
                 {"name", kText},
+                {"subject", subjectSchema()},
                 {"effect", described(kText, "the effect that requires it")},
                 {"generation", described(kCount, "depth of reflections")},
                 {"views", kCount},
@@ -147,13 +158,15 @@ ordered_json planSchema() {
                 {"format", oneOf({"rgba16f", "rgba32f", "srgba8"})},
                 {"samples", described(kCount, "samples per pixel")},
                 {"milliseconds", described(kNumber, "measured; only of frames that were drawn")}});
-    const ordered_json skipped = object({{"name", kText}, {"effect", kText}, {"reason", kText}});
+    const ordered_json skipped = object(
+        {{"name", kText}, {"subject", subjectSchema()}, {"effect", kText}, {"reason", kText}});
     const ordered_json candidate =
         object({{"method", described(kText, "technique")},
                 {"milliseconds", described(kNumber, "predicted time")},
                 {"error", described(kNumber, "predicted relative RMSE on its pixels")}});
     const ordered_json decision =
         object({{"name", kText},
+                {"subject", subjectSchema()},
                 {"effect", kText},
                 {"taken", described(kText, "the technique that was chosen")},
                 {"reason", kText},
@@ -170,17 +183,21 @@ ordered_json planSchema() {
                                         {"height", kCount},
                                         {"znear", kNumber}},
                                        {{"intrinsics", intrinsics}});
+    const ordered_json map = object({{"target", kText}, {"subject", subjectSchema()}});
     const ordered_json totals =
         object({{"passes", kCount},
                 {"views", kCount},
                 {"draws", kCount},
                 {"triangles", kCount},
                 {"samples", described(kCount, "pixels times samples over all passes")}});
-    return object({{"passes", listOf(pass)},
-                   {"skipped", listOf(skipped)},
-                   {"decisions", listOf(decision)},
-                   {"totals", totals}},
-                  {{"camera", camera}});
+    return object(
+        {{"passes", listOf(pass)},
+         {"skipped", listOf(skipped)},
+         {"decisions", listOf(decision)},
+         {"totals", totals}},
+        {{"camera", camera},
+         {"maps",
+          described(listOf(map), "with explain=maps: of each map, in the order of the parts")}});
 }
 
 // An emitter, a piece of glass or a mirror.

@@ -259,6 +259,10 @@ TEST(Frames, MapsShowTheEnvironmentOfTheMirrors) {
     EXPECT_EQ(parts[0].second, plain->body);
     EXPECT_EQ(parts[1].first, "application/json");
     EXPECT_THAT(explained->body, HasSubstr("name=\"probe:"));
+    const json plan = json::parse(parts[1].second);
+    ASSERT_EQ(plan["maps"].size(), parts.size() - 2) << "one for each part";
+    EXPECT_EQ(plan["maps"][0]["subject"], json({{"kind", "environment"}, {"name", "black"}}));
+    EXPECT_EQ(plan["maps"][1]["subject"], json({{"kind", "probe"}, {"name", "ball"}}));
     std::size_t cubes = 0;
     for (std::size_t i = 2; i < parts.size(); ++i) {
         EXPECT_EQ(parts[i].first, "image/jpeg");

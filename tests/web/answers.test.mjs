@@ -6,7 +6,7 @@ import { floatsOf, parseServerTiming, partsOf, relativePath } from "../../web/ap
 import { hullOf, logAxis, logTicks, settingsFor, shortNumber } from "../../web/compare_panel.js";
 import { decisionRows, planRows, skippedRows, timeParts } from "../../web/frame_panels.js";
 import { Latest, Pace, frameSize, retryDelay } from "../../web/frames.js";
-import { messageOf, subjectOf } from "../../web/messages.js";
+import { messageOf, subjectText } from "../../web/messages.js";
 
 const bytesOf = (text) => new TextEncoder().encode(text);
 
@@ -40,13 +40,14 @@ test("a path of the server is relative to the page", () => assert.equal(relative
 
 // ---- the plan ---------------------------------------------------------------------------------
 
-const face = { kind: "capture", name: "probe:ball", effect: "environmentReflection", generation: 1, width: 128, height: 128,
+const ball = { kind: "probe", name: "ball" }, floor = { kind: "mirror", name: "floor" };
+const face = { kind: "capture", name: "probe:ball", subject: ball, effect: "environmentReflection", generation: 1, width: 128, height: 128,
                draws: 10, triangles: 100, reason: "no cube is resident", milliseconds: 2 };
 const plan = {
   passes: [face, face, { ...face, kind: "levels", name: "probe:ball:levels", draws: 0, milliseconds: 0.5 },
-           { kind: "surface", name: "surface", effect: "base", width: 640, height: 360, draws: 5, triangles: 9, reason: "the view" }],
-  skipped: [{ name: "mirror:floor", effect: "planarReflection", reason: "behind" }, { name: "mirror:floor", effect: "planarReflection", reason: "behind" }],
-  decisions: [1, 2].map((n) => ({ name: "mirror:window", effect: "planarReflection", taken: "traced", reason: `${n} %`,
+           { kind: "surface", name: "surface", subject: null, effect: "base", width: 640, height: 360, draws: 5, triangles: 9, reason: "the view" }],
+  skipped: [{ name: "mirror:floor", subject: floor, effect: "planarReflection", reason: "behind" }, { name: "mirror:floor", subject: floor, effect: "planarReflection", reason: "behind" }],
+  decisions: [1, 2].map((n) => ({ name: "mirror:window", subject: { kind: "mirror", name: "window" }, effect: "planarReflection", taken: "traced", reason: `${n} %`,
     candidates: [{ method: "environment", milliseconds: 0, error: 0.8 }, { method: "traced", milliseconds: 3, error: 0.1 }] })),
 };
 
@@ -60,7 +61,15 @@ test("equal decisions and equal skipped passes are one row with a reason", () =>
   const [row, ...others] = decisionRows(plan);
   assert.deepEqual([row.title, row.taken, row.times, row.candidates[1].taken, others.length], ["Window", "ray traced", 2, true, 0]);
   assert.deepEqual(skippedRows(plan), [{ title: "Floor", effect: "Planar reflection", reason: "behind", times: 2 }]);
-  assert.equal(subjectOf("probe:brassFigure:levels"), "Brass figure");
+});
+
+test("the title of a row is the name of the subject as it is, or of the pass if it has none", () => {
+  assert.equal(subjectText({ kind: "probe", name: "brassFigure" }, "pass"), "Brass figure");
+  assert.equal(subjectText({ kind: "mirror", name: "door:levels" }, "pass"), "Door:levels");
+  assert.equal(subjectText(null, "toneMap"), "Tone map");
+  const filter = (index) => ({ kind: "glow", name: `filter${index}:glow`, subject: { kind: "filter", name: "glow", index },
+                               effect: "filters", draws: 0, triangles: 0, reason: "" });
+  assert.deepEqual(planRows({ passes: [filter(0), filter(0), filter(1)] }).map((r) => [r.title, r.kinds[0].count]), [["Glow", 2], ["Glow", 1]]);
 });
 
 test("the parts of the time of a frame add up to the total", () => {
