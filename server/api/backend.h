@@ -3,6 +3,7 @@
 #pragma once
 
 #include "plan/request/frame_request.h"
+#include "server/api/frame_json.h"
 #include "server/base/call.h"
 #include "server/base/process.h"
 #include "server/scenes/scene_entries.h"
@@ -24,7 +25,13 @@ struct FrameOrder {
 struct EncodedFrame {
     std::string type;   // media type
     std::string bytes;  // the encoded picture
-    std::string plan;   // planJson() with the time of each pass, as text; empty unless requested
+
+    // Empty unless requested with FrameOrder::withPlan.
+    std::optional<FrameCamera> camera;
+    double passMilliseconds = 0.0;  // sum over the passes
+    // planJson() with the time of each pass, as indented text. Opaque like `bytes`: it is copied
+    // into a file for the client, and this program does not parse it again.
+    std::string plan;
 };
 
 // How far a scene is loaded.
@@ -32,8 +39,9 @@ struct SceneReport {
     SceneState state = SceneState::waiting;
     bool isKnown = false;         // it was loaded now or earlier: the description is complete
     std::string failure, reason;  // of SceneStatus
-    std::string description;      // JSON: the body of GET /v1/scenes/{id}
-    std::uint64_t worker = 0;     // of Answer::worker
+    // The finished body of GET /v1/scenes/{id}. Opaque: it is sent to the client unparsed.
+    std::string description;
+    std::uint64_t worker = 0;  // of Answer::worker
 };
 
 // Worker processes and their calls; the numbers of events count from the start of the server.

@@ -1,5 +1,9 @@
 #include "server/api/encode_answer.h"
 
+#include "server/api/frame_json.h"
+
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -73,6 +77,13 @@ Bytes encoded(const Image& image, const Output& output) {
             return encodeExr(image);
     }
     return {};
+}
+
+void addPlan(EncodedFrame& encoded, const Frame& frame) {
+    encoded.camera = cameraOf(frame.plan);
+    encoded.passMilliseconds = 0.0;
+    for (const PassTime& time : frame.passTimes) encoded.passMilliseconds += time.milliseconds;
+    encoded.plan = jsonText(planJson(frame.plan, frame.passTimes), 1);
 }
 
 }  // namespace clerestory

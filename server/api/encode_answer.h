@@ -1,8 +1,9 @@
-// Encodes a frame to the bytes and media type of an answer; also used by the command line.
+// Encodes a frame to the bytes, media type and plan of an answer; also used by the command line.
 #pragma once
 
 #include "image/image.h"
 #include "plan/request/frame_request.h"
+#include "server/api/backend.h"
 
 #include <string>
 
@@ -15,5 +16,8 @@ std::string_view mediaType(OutputFormat format);
 OutputFormat formatFor(const std::string& accept);
 
 Bytes encoded(const Image& image, const Output& output);
+
+// Sets the members of `encoded` that describe the plan.
+void addPlan(EncodedFrame& encoded, const Frame& frame);
 
 }  // namespace clerestory

@@ -8,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -34,8 +35,22 @@ nlohmann::ordered_json accuracyJson(const Accuracy& accuracy);
 // Every field in the order of the table: equal requests give equal text.
 std::string canonicalText(const FrameRequest& request);
 
-// The text of an answer. Invalid UTF-8 is replaced.
-std::string jsonText(const nlohmann::ordered_json& json);
+nlohmann::ordered_json cameraJson(const CameraRequest& camera);
+
+// The text of an answer; on one line if `indent` is -1. Invalid UTF-8 is replaced.
+std::string jsonText(const nlohmann::ordered_json& json, int indent = -1);
+
+// Pose and lens of a planned frame. Matrices are column-major.
+struct FrameCamera {
+    glm::dmat4 cameraToWorld{1.0};  // the camera looks along -Z
+    glm::dmat4 clipFromView{1.0};
+    std::uint32_t width = 0, height = 0;   // pixels
+    double znear = 0.0;                    // metres
+    std::optional<Intrinsics> intrinsics;  // none for orthographic cameras
+};
+// None if no pass of the plan draws the requested view.
+std::optional<FrameCamera> cameraOf(const FramePlan& plan);
+nlohmann::ordered_json cameraJson(const FrameCamera& camera);
 
 // `times` has one entry for each pass, or is empty for a plan that did not run.
 nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times = {});

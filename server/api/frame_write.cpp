@@ -109,23 +109,6 @@ ordered_json viewJson(const View& view) {
             {"mirrored", view.mirrored}};
 }
 
-// The matrices of the frame, and its lens in pixels.
-ordered_json cameraJson(const FramePlan& plan, const View& view) {
-    // The inverse of a rotation is its transpose; + 0.0 removes the sign of zeros.
-    glm::dmat4 worldFromView(glm::transpose(glm::dmat3(view.viewFromWorld)) + glm::dmat3(0.0));
-    worldFromView[3] = glm::dvec4(view.eye, 1.0);
-    ordered_json json = {{"cameraToWorld", numbers(&worldFromView[0][0], 16)},
-                         {"convention", "opengl"},
-                         {"clipFromView", numbers(&view.clipFromView[0][0], 16)},
-                         {"width", plan.width},
-                         {"height", plan.height},
-                         {"znear", view.znear}};
-    if (!view.orthographic) {
-        json["intrinsics"] = written(lensOf(view.clipFromView, plan.width, plan.height));
-    }
-    return json;
-}
-
 // Null for the view as a whole.
 ordered_json subjectJson(const Subject& subject) {
     if (subject.kind == Subject::Kind::view) return nullptr;
@@ -195,12 +178,43 @@ ordered_json accuracyJson(const Accuracy& accuracy) {
     return written(accuracy);
 }
 
-std::string jsonText(const ordered_json& json) {
-    return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+ordered_json cameraJson(const CameraRequest& camera) {
+    return written(camera);
+}
+
+std::string jsonText(const ordered_json& json, int indent) {
+    return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
 }
 
 std::string canonicalText(const FrameRequest& request) {
     return jsonText(written(request));
+}
+
+std::optional<FrameCamera> cameraOf(const FramePlan& plan) {
+    const View* view = frameView(plan);
+    if (view == nullptr) return std::nullopt;
+    FrameCamera camera{.clipFromView = view->clipFromView,
+                       .width = plan.width,
+                       .height = plan.height,
+                       .znear = view->znear};
+    // The inverse of a rotation is its transpose; + 0.0 removes the sign of zeros.
+    camera.cameraToWorld = glm::transpose(glm::dmat3(view->viewFromWorld)) + glm::dmat3(0.0);
+    camera.cameraToWorld[3] = glm::dvec4(view->eye, 1.0);
+    if (!view->orthographic) {
+        camera.intrinsics = lensOf(view->clipFromView, plan.width, plan.height);
+    }
+    return camera;
+}
+
+ordered_json cameraJson(const FrameCamera& camera) {
+    ordered_json json = {{"cameraToWorld", numbers(&camera.cameraToWorld[0][0], 16)},
+                         {"convention", "opengl"},
+                         {"clipFromView", numbers(&camera.clipFromView[0][0], 16)},
+                         {"width", camera.width},
+                         {"height", camera.height},
+                         {"znear", camera.znear}};
+    if (camera.intrinsics) json["intrinsics"] = written(*camera.intrinsics);
+    return json;
 }
 
 ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times) {
@@ -221,7 +235,7 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     for (const Decision& decision : plan.decisions) {
         json["decisions"].push_back(decisionJson(decision));
     }
-    if (const View* view = frameView(plan)) json["camera"] = cameraJson(plan, *view);
+    if (const auto camera = cameraOf(plan)) json["camera"] = cameraJson(*camera);
     const PlanTotals t = totals(plan);
     json["totals"] = {{"passes", t.passes},
                       {"views", t.views},

@@ -11,18 +11,12 @@ using nlohmann::json;
 
 constexpr std::size_t kEnoughErrors = 64;
 
-json cameraJson(const CameraRequest& camera) {
-    FrameRequest frame;
-    frame.camera = camera;
-    return json::parse(canonicalText(frame)).at("camera");
-}
-
 // The fields of each frame.
 std::vector<json> ownFields(const json& body, const SequenceRequest& request) {
     std::vector<json> list;
     if (!request.path) return body.value("frames", list);
     for (const PathFrame& frame : framesOf(*request.path)) {
-        list.push_back({{"time", frame.time}, {"camera", cameraJson(frame.camera)}});
+        list.push_back({{"time", frame.time}, {"camera", json(cameraJson(frame.camera))}});
     }
     return list;
 }

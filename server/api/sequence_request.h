@@ -53,8 +53,10 @@ void fields(SequenceRequest& s, V&& visit) {
 inline constexpr std::size_t kMaxSequenceText = 256 * 1024 * 1024;
 
 struct Sequence {
+    // Parts of the client's body, checked; as JSON because a field of `own` replaces the whole
+    // field of that name in `common`.
     nlohmann::json common;
-    std::vector<nlohmann::json> own;  // fields of each frame
+    std::vector<nlohmann::json> own;  // of each frame; of a path: time and camera
     SequenceChannels channels;
     std::size_t first = 0;
 

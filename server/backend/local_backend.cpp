@@ -57,9 +57,7 @@ EncodedFrame LocalBackend::draw(const FrameOrder& order) {
                                                  Readback::picture, order.requestId);
         EncodedFrame frame{.type = std::string(mediaType(resolved.request.output.format)),
                            .bytes = std::move(drawn.bytes)};
-        if (order.withPlan) {
-            frame.plan = jsonText(planJson(drawn.frame.plan, drawn.frame.passTimes));
-        }
+        if (order.withPlan) addPlan(frame, drawn.frame);
         return frame;
     } catch (const std::exception&) {
         throw RequestError(currentProblem(order.requestId));

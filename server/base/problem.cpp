@@ -308,7 +308,7 @@ Problem noRoom(std::string detail) {
             .detail = std::move(detail)};
 }
 
-std::string problemJson(const Problem& problem, const std::string& requestId) {
+nlohmann::ordered_json problemDocument(const Problem& problem, const std::string& requestId) {
     nlohmann::ordered_json json = {{"type", "urn:clerestory:problem:" + problem.code},
                                    {"code", problem.code},
                                    {"title", problem.title},
@@ -322,6 +322,11 @@ std::string problemJson(const Problem& problem, const std::string& requestId) {
             list.push_back({{"pointer", e.pointer}, {"detail", e.detail}, {"allowed", e.allowed}});
         }
     }
+    return json;
+}
+
+std::string problemJson(const Problem& problem, const std::string& requestId) {
+    const nlohmann::ordered_json json = problemDocument(problem, requestId);
     // Text from the client may not be UTF-8: invalid bytes become replacement characters.
     return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

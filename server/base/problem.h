@@ -4,6 +4,8 @@
 
 #include "plan/request/frame_request.h"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <string>
 #include <vector>
 
@@ -75,6 +77,8 @@ Problem overDeadline(double seconds);                                // 504
 Problem internalError();                                             // 500
 Problem noRoom(std::string detail);                                  // 507
 
+// The problem document; problemJson() is its text.
+nlohmann::ordered_json problemDocument(const Problem& problem, const std::string& requestId);
 std::string problemJson(const Problem& problem, const std::string& requestId);
 
 }  // namespace clerestory

@@ -80,9 +80,10 @@ int runSequence(const CommandLine& line) {
             throw std::runtime_error("sequence does not support budgets; use knobs or a preset");
         }
         const Frame frame = renderer.render(request);
-        return MadeFrame{.bytes = encoded(frame.image, request.output),
-                         .type = std::string(mediaType(request.output.format)),
-                         .plan = planJson(frame.plan, frame.passTimes)};
+        EncodedFrame made{.type = std::string(mediaType(request.output.format)),
+                          .bytes = encoded(frame.image, request.output)};
+        addPlan(made, frame);
+        return made;
     };
     ProgressLine progress("drawing");
     Manifest manifest;
@@ -91,12 +92,11 @@ int runSequence(const CommandLine& line) {
         const std::string last = frameStem(i) + ".json";
         if (fs::exists(folder / last)) {
             ++resumed;
-            manifest.add({last, "", contentOf(folder / last)});
+            manifest.addFromFile(contentOf(folder / last));
         } else {
-            for (const SequenceFile& file : filesOf(sequence, i, make)) {
-                writeFrameFile(folder, file);
-                if (file.name == last) manifest.add(file);
-            }
+            const FrameFiles made = filesOf(sequence, i, make);
+            for (const SequenceFile& file : made.files) writeFrameFile(folder, file);
+            manifest.add(made.record);
         }
         progress.show(static_cast<double>(i + 1 - sequence.first) /
                       static_cast<double>(sequence.count() - sequence.first));

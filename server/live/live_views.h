@@ -19,7 +19,7 @@ class LiveView {
 public:
     struct Shown {
         FrameRequest request;
-        std::string text;  // JSON: the request as the client sent it
+        std::string text;  // the body of the client: sent back unparsed
         std::uint64_t version = 0;
     };
 

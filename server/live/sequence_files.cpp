@@ -10,10 +10,6 @@ using nlohmann::ordered_json;
 
 constexpr const char* kJsonType = "application/json";
 
-std::string textOf(const ordered_json& value, int indent) {
-    return value.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
-}
-
 // Every channel but colour is float32, which npy and exr store without loss.
 FrameRequest channelRequest(const FrameRequest& frame, Channel channel) {
     FrameRequest request = frame;
@@ -32,10 +28,42 @@ std::string extensionOf(const std::string& type) {
     return "";
 }
 
-double millisecondsIn(const ordered_json& plan) {
-    double sum = 0.0;
-    for (const ordered_json& pass : plan.at("passes")) sum += pass.value("milliseconds", 0.0);
-    return sum;
+ordered_json recordJson(const FrameRecord& record) {
+    ordered_json json = {{"index", record.index},
+                         {"time", record.time},
+                         {"camera", nullptr},
+                         {"files", ordered_json::object()},
+                         {"milliseconds", ordered_json::object()}};
+    if (record.camera) json["camera"] = cameraJson(*record.camera);
+    for (const FrameRecord::ChannelFile& channel : record.channels) {
+        json["files"][channel.channel] = channel.file;
+        json["milliseconds"][channel.channel] = channel.milliseconds;
+    }
+    return json;
+}
+
+// Indents every line but the first by `depth`. JSON has no line breaks within strings.
+std::string indented(const std::string& json, std::size_t depth) {
+    std::string text;
+    for (const char c : json) {
+        text += c;
+        if (c == '\n') text.append(depth, ' ');
+    }
+    return text;
+}
+
+// The record with the member "plans", which holds the finished texts by name of the channel.
+std::string frameJson(const FrameRecord& record,
+                      const std::vector<std::pair<std::string, std::string>>& plans) {
+    std::string text = jsonText(recordJson(record), 1);
+    text.resize(text.size() - 2);  // without the "\n}" at the end
+    text += ",\n \"plans\": {";
+    const char* separator = "";
+    for (const auto& [channel, plan] : plans) {
+        text += separator + ("\n  \"" + channel + "\": ") + indented(plan, 2);
+        separator = ",";
+    }
+    return text + "\n }\n}";
 }
 
 }  // namespace
@@ -45,27 +73,20 @@ std::string frameStem(std::size_t index) {
     return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
 }
 
-std::vector<SequenceFile> filesOf(const Sequence& sequence, std::size_t index,
-                                  const FrameMaker& make) {
+FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker& make) {
     const FrameRequest frame = sequence.request(index);
     const std::string stem = frameStem(index);
-    std::vector<SequenceFile> files;
-    ordered_json about = {{"index", index},
-                          {"time", frame.time},
-                          {"camera", nullptr},
-                          {"files", ordered_json::object()},
-                          {"milliseconds", ordered_json::object()}};
-    ordered_json plans = ordered_json::object();
+    FrameFiles made{.record = {.index = index, .time = frame.time}};
+    std::vector<std::pair<std::string, std::string>> plans;
     const auto add = [&](bool on, Channel channel, const char* name) {
         if (!on) return;
-        MadeFrame made = make(channelRequest(frame, channel));
+        EncodedFrame encoded = make(channelRequest(frame, channel));
         const std::string middle = channel == Channel::color ? "" : "." + std::string(name);
-        const std::string file = stem + middle + extensionOf(made.type);
-        about["camera"] = made.plan.value("camera", ordered_json());
-        about["files"][name] = file;
-        about["milliseconds"][name] = millisecondsIn(made.plan);
-        plans[name] = std::move(made.plan);
-        files.push_back({file, std::move(made.type), std::move(made.bytes)});
+        const std::string file = stem + middle + extensionOf(encoded.type);
+        made.record.camera = encoded.camera;
+        made.record.channels.push_back({name, file, encoded.passMilliseconds});
+        plans.emplace_back(name, std::move(encoded.plan));
+        made.files.push_back({file, std::move(encoded.type), std::move(encoded.bytes)});
     };
     const SequenceChannels& on = sequence.channels;
     add(on.color, Channel::color, "color");
@@ -73,15 +94,18 @@ std::vector<SequenceFile> filesOf(const Sequence& sequence, std::size_t index,
     add(on.normal, Channel::normal, "normal");
     add(on.objectId, Channel::objectId, "objectId");
     add(on.through, Channel::through, "through");
-    about["plans"] = std::move(plans);
-    files.push_back({stem + ".json", kJsonType, textOf(about, 1)});
-    return files;
+    made.files.push_back({stem + ".json", kJsonType, frameJson(made.record, plans)});
+    return made;
 }
 
-void Manifest::add(const SequenceFile& frameJson) {
-    ordered_json about = ordered_json::parse(frameJson.bytes);
-    about.erase("plans");
-    frames_.push_back(std::move(about));
+void Manifest::add(const FrameRecord& record) {
+    frames_.push_back(recordJson(record));
+}
+
+void Manifest::addFromFile(const std::string& text) {
+    ordered_json frame = ordered_json::parse(text);
+    frame.erase("plans");
+    frames_.push_back(std::move(frame));
 }
 
 void Manifest::addFailure(std::size_t index, const json& problem) {
@@ -90,7 +114,8 @@ void Manifest::addFailure(std::size_t index, const json& problem) {
 }
 
 SequenceFile Manifest::file() const {
-    return {"manifest.json", kJsonType, textOf({{"frames", frames_}, {"failures", failures_}}, 1)};
+    return {"manifest.json", kJsonType,
+            jsonText({{"frames", frames_}, {"failures", failures_}}, 1)};
 }
 
 }  // namespace clerestory

@@ -2,18 +2,15 @@
 // its times. The same for an answer over HTTP and for a folder.
 #pragma once
 
+#include "server/api/backend.h"
 #include "server/api/sequence_request.h"
 
 #include <functional>
 
 namespace clerestory {
 
-struct MadeFrame {
-    std::string bytes;
-    std::string type;             // media type
-    nlohmann::ordered_json plan;  // as of planJson(), with its milliseconds
-};
-using FrameMaker = std::function<MadeFrame(const FrameRequest& request)>;
+// Draws a frame, with its plan.
+using FrameMaker = std::function<EncodedFrame(const FrameRequest& request)>;
 
 struct SequenceFile {
     std::string name, type, bytes;
@@ -22,15 +19,33 @@ struct SequenceFile {
 // The beginning of the names of a frame's files: "000012" for frame 12.
 std::string frameStem(std::size_t index);
 
-// The pictures first; last "<stem>.json": index, time, the camera's matrices, the files' names, and
-// for each channel its plan. Throws what `make` throws.
-std::vector<SequenceFile> filesOf(const Sequence& sequence, std::size_t index,
-                                  const FrameMaker& make);
+// What the manifest lists of a frame.
+struct FrameRecord {
+    struct ChannelFile {
+        std::string channel, file;
+        double milliseconds = 0.0;
+    };
+    std::size_t index = 0;
+    double time = 0.0;  // seconds
+    std::optional<FrameCamera> camera;
+    std::vector<ChannelFile> channels;
+};
+
+struct FrameFiles {
+    std::vector<SequenceFile> files;
+    FrameRecord record;
+};
+
+// The pictures first; last "<stem>.json": the record, and for each channel its plan. Throws what
+// `make` throws.
+FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker& make);
 
 // "manifest.json", the last file: for every frame its own JSON file without the plans.
 class Manifest {
 public:
-    void add(const SequenceFile& frameJson);
+    void add(const FrameRecord& record);
+    // A frame of an earlier run: `text` is the content of its JSON file.
+    void addFromFile(const std::string& text);
     // A frame that could not be drawn.
     void addFailure(std::size_t index, const nlohmann::json& problem);
     SequenceFile file() const;

@@ -10,11 +10,9 @@
 namespace clerestory {
 namespace {
 
-using nlohmann::json;
-
 // The files of one frame, or the problem why it could not be drawn.
 struct Outcome {
-    std::vector<SequenceFile> files;
+    FrameFiles made;
     std::optional<Problem> problem;
 };
 
@@ -28,10 +26,8 @@ struct Run {
 
     Outcome frame(std::size_t index) const {
         try {
-            return {.files = filesOf(sequence, index, [&](const FrameRequest& request) {
-                        EncodedFrame frame = source.draw(request, true, requestId);
-                        return MadeFrame{std::move(frame.bytes), std::move(frame.type),
-                                         nlohmann::ordered_json::parse(frame.plan)};
+            return {.made = filesOf(sequence, index, [&](const FrameRequest& request) {
+                        return source.draw(request, true, requestId);
                     })};
         } catch (const RequestError& error) {
             return {.problem = error.problem()};
@@ -47,12 +43,12 @@ struct Run {
                 next = std::async(std::launch::async, [this, i] { return frame(i + 1); });
             }
             if (outcome.problem) {
-                manifest.addFailure(i, json::parse(problemJson(*outcome.problem, requestId)));
+                manifest.addFailure(i, problemDocument(*outcome.problem, requestId));
             } else {
-                for (const SequenceFile& file : outcome.files) {
+                for (const SequenceFile& file : outcome.made.files) {
                     if (!archive.add(file.name, file.type, file.bytes)) return false;
                 }
-                manifest.add(outcome.files.back());
+                manifest.add(outcome.made.record);
             }
             if (!next.valid()) break;
             outcome = next.get();

@@ -77,6 +77,14 @@ public:
         put(problem.errors);
         put(problem.retryAfterSeconds);
     }
+    void put(const FrameCamera& camera) {
+        put(camera.cameraToWorld);
+        put(camera.clipFromView);
+        put(camera.width);
+        put(camera.height);
+        put(camera.znear);
+        put(camera.intrinsics);
+    }
     void put(const JobEvent& event) {
         put(event.kind);
         put(event.id);
@@ -135,6 +143,14 @@ public:
         }
         get(problem.errors);
         get(problem.retryAfterSeconds);
+    }
+    void get(FrameCamera& camera) {
+        get(camera.cameraToWorld);
+        get(camera.clipFromView);
+        get(camera.width);
+        get(camera.height);
+        get(camera.znear);
+        get(camera.intrinsics);
     }
     void get(JobEvent& event) {
         get(event.kind);
@@ -248,12 +264,12 @@ Answer unpackedAnswer(std::string_view bytes) {
 }
 
 std::string packed(const EncodedFrame& frame) {
-    return packedParts(frame.type, frame.bytes, frame.plan);
+    return packedParts(frame.type, frame.bytes, frame.camera, frame.passMilliseconds, frame.plan);
 }
 
 EncodedFrame unpackedFrame(std::string_view bytes) {
     EncodedFrame frame;
-    unpackParts(bytes, frame.type, frame.bytes, frame.plan);
+    unpackParts(bytes, frame.type, frame.bytes, frame.camera, frame.passMilliseconds, frame.plan);
     return frame;
 }
 
