@@ -238,8 +238,9 @@ std::string problemTable() {
                            noRoom("")};
     std::string out = "| Status | Code | Title | `Retry-After` |\n|---|---|---|---|\n";
     for (const Problem& problem : all) {
-        out += "| " + std::to_string(problem.status) + " | `" + problem.code + "` | " +
-               problem.title + " | " + (problem.retryAfterSeconds > 0 ? "yes" : "") + " |\n";
+        out += "| " + std::to_string(problem.status) + " | `" + std::string(nameOf(problem.code)) +
+               "` | " + problem.title + " | " + (problem.retryAfterSeconds > 0 ? "yes" : "") +
+               " |\n";
     }
     return out;
 }

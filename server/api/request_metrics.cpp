@@ -80,8 +80,8 @@ void RequestMetrics::request(const std::string& route, int status) {
     families_->requests.Add({{"route", route}, {"status", std::to_string(status)}}).Increment();
 }
 
-void RequestMetrics::refused(const std::string& code) {
-    families_->refusals.Add({{"reason", code}}).Increment();
+void RequestMetrics::refused(ProblemCode code) {
+    families_->refusals.Add({{"reason", std::string(nameOf(code))}}).Increment();
 }
 
 std::string RequestMetrics::text(const ConnectionCounters& front,

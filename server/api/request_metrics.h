@@ -16,7 +16,7 @@ public:
     ~RequestMetrics();
 
     void request(const std::string& route, int status);
-    void refused(const std::string& code);
+    void refused(ProblemCode code);
 
     // Prometheus text, version 0.0.4. Its names differ from those of Metrics::text(). `workers`:
     // empty where the renderer is in this process.

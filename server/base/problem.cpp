@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <cstdio>
 
 namespace clerestory {
@@ -14,15 +15,62 @@ std::string secondsText(double seconds) {
     return text;
 }
 
+// In the order of the enumeration.
+constexpr std::array<std::string_view, kProblemCodes> kCodeNames{"notJson",
+                                                                 "badRequest",
+                                                                 "unauthorized",
+                                                                 "forbidden",
+                                                                 "notFound",
+                                                                 "methodNotAllowed",
+                                                                 "requestTimeout",
+                                                                 "stillLoading",
+                                                                 "stillMeasuring",
+                                                                 "lengthRequired",
+                                                                 "tooLarge",
+                                                                 "uriTooLong",
+                                                                 "unsupportedType",
+                                                                 "unsupportedEncoding",
+                                                                 "expectationFailed",
+                                                                 "misdirected",
+                                                                 "invalidFields",
+                                                                 "sceneFailed",
+                                                                 "headTooLarge",
+                                                                 "notImplemented",
+                                                                 "versionNotSupported",
+                                                                 "clientLeft",
+                                                                 "tooManyConnections",
+                                                                 "queueFull",
+                                                                 "jobsFull",
+                                                                 "streamsFull",
+                                                                 "bodiesFull",
+                                                                 "noWorker",
+                                                                 "renderFailed",
+                                                                 "quarantined",
+                                                                 "shuttingDown",
+                                                                 "notReady",
+                                                                 "stillCompiling",
+                                                                 "overDeadline",
+                                                                 "internalError",
+                                                                 "noRoom"};
+
 }  // namespace
 
+std::string_view nameOf(ProblemCode code) {
+    return kCodeNames.at(static_cast<std::size_t>(code));
+}
+
 Problem notJson(std::string detail) {
-    return {.status = 400, .code = "notJson", .title = "Not JSON", .detail = std::move(detail)};
+    return {.status = 400,
+            .code = ProblemCode::notJson,
+            .title = "Not JSON",
+            .detail = std::move(detail)};
 }
 
 Problem badRequest(std::string detail) {
-    return {
-        .status = 400, .code = "badRequest", .title = "Bad request", .detail = std::move(detail)};
+    return {.status = 400,
+            .code = ProblemCode::badRequest,
+            .title = "Bad request",
+            .detail = std::move(detail)};
 }
 
 Problem notHttp() {
@@ -31,23 +79,29 @@ Problem notHttp() {
 
 Problem unauthorized() {
     return {.status = 401,
-            .code = "unauthorized",
+            .code = ProblemCode::unauthorized,
             .title = "Unauthorized",
             .detail = "A valid token is required: Authorization: Bearer TOKEN."};
 }
 
 Problem forbidden(std::string detail) {
-    return {.status = 403, .code = "forbidden", .title = "Forbidden", .detail = std::move(detail)};
+    return {.status = 403,
+            .code = ProblemCode::forbidden,
+            .title = "Forbidden",
+            .detail = std::move(detail)};
 }
 
 Problem notFound(std::string detail) {
-    return {.status = 404, .code = "notFound", .title = "Not found", .detail = std::move(detail)};
+    return {.status = 404,
+            .code = ProblemCode::notFound,
+            .title = "Not found",
+            .detail = std::move(detail)};
 }
 
 Problem methodNotAllowed(std::string allow) {
     std::string detail = "Methods allowed for this path: " + allow + ".";
     return {.status = 405,
-            .code = "methodNotAllowed",
+            .code = ProblemCode::methodNotAllowed,
             .title = "Method not allowed",
             .detail = std::move(detail),
             .allow = std::move(allow)};
@@ -55,7 +109,7 @@ Problem methodNotAllowed(std::string allow) {
 
 Problem requestTimeout(const char* part, double seconds) {
     return {.status = 408,
-            .code = "requestTimeout",
+            .code = ProblemCode::requestTimeout,
             .title = "Request timeout",
             .detail = std::string("The ") + part + " of the request was not received within " +
                       secondsText(seconds) + "."};
@@ -63,7 +117,7 @@ Problem requestTimeout(const char* part, double seconds) {
 
 Problem stillLoading(std::string detail) {
     return {.status = 409,
-            .code = "stillLoading",
+            .code = ProblemCode::stillLoading,
             .title = "Still loading",
             .detail = std::move(detail),
             .retryAfterSeconds = 1};
@@ -71,7 +125,7 @@ Problem stillLoading(std::string detail) {
 
 Problem stillMeasuring(const std::string& job, double progress) {
     return {.status = 409,
-            .code = "stillMeasuring",
+            .code = ProblemCode::stillMeasuring,
             .title = "Still measuring",
             .detail =
                 "The cost of each accuracy in this scene is being measured, which the "
@@ -83,21 +137,21 @@ Problem stillMeasuring(const std::string& job, double progress) {
 
 Problem lengthRequired() {
     return {.status = 411,
-            .code = "lengthRequired",
+            .code = ProblemCode::lengthRequired,
             .title = "Length required",
             .detail = "A request with a body requires a Content-Length."};
 }
 
 Problem tooLarge(std::size_t maxBytes) {
     return {.status = 413,
-            .code = "tooLarge",
+            .code = ProblemCode::tooLarge,
             .title = "Request body too large",
             .detail = "Request body exceeds " + std::to_string(maxBytes) + " bytes."};
 }
 
 Problem uriTooLong(std::size_t maxPath, std::size_t maxLine) {
     return {.status = 414,
-            .code = "uriTooLong",
+            .code = ProblemCode::uriTooLong,
             .title = "URI too long",
             .detail = "The path exceeds " + std::to_string(maxPath) +
                       " bytes or the request line exceeds " + std::to_string(maxLine) +
@@ -106,28 +160,28 @@ Problem uriTooLong(std::size_t maxPath, std::size_t maxLine) {
 
 Problem notJsonType() {
     return {.status = 415,
-            .code = "unsupportedType",
+            .code = ProblemCode::unsupportedType,
             .title = "Unsupported media type",
             .detail = "The Content-Type of the body must be application/json."};
 }
 
 Problem encodedBody() {
     return {.status = 415,
-            .code = "unsupportedEncoding",
+            .code = ProblemCode::unsupportedEncoding,
             .title = "Unsupported content encoding",
             .detail = "Content-Encoding of request bodies is not supported."};
 }
 
 Problem expectationFailed() {
     return {.status = 417,
-            .code = "expectationFailed",
+            .code = ProblemCode::expectationFailed,
             .title = "Expectation failed",
             .detail = "The only supported expectation is 100-continue."};
 }
 
 Problem misdirected() {
     return {.status = 421,
-            .code = "misdirected",
+            .code = ProblemCode::misdirected,
             .title = "Misdirected request",
             .detail = "Host not allowed. The operator can allow it with --allow-host."};
 }
@@ -139,7 +193,7 @@ Problem invalidFields(std::vector<FieldError> errors) {
                   " " + e.detail;
     }
     return {.status = 422,
-            .code = "invalidFields",
+            .code = ProblemCode::invalidFields,
             .title = "Invalid fields",
             .detail = detail + ".",
             .errors = std::move(errors)};
@@ -147,7 +201,7 @@ Problem invalidFields(std::vector<FieldError> errors) {
 
 Problem notSceneType() {
     return {.status = 415,
-            .code = "unsupportedType",
+            .code = ProblemCode::unsupportedType,
             .title = "Unsupported media type",
             .detail =
                 "Supported are .glb (model/gltf-binary), .gltf with embedded files "
@@ -158,7 +212,7 @@ Problem notSceneType() {
 
 Problem sceneFailed(std::string detail, std::string reason) {
     return {.status = 422,
-            .code = "sceneFailed",
+            .code = ProblemCode::sceneFailed,
             .title = "Scene could not be loaded",
             .detail = std::move(detail),
             .errors = {{"/scene", "could not be loaded", "a scene whose state is ready"}},
@@ -167,7 +221,7 @@ Problem sceneFailed(std::string detail, std::string reason) {
 
 Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders) {
     return {.status = 431,
-            .code = "headTooLarge",
+            .code = ProblemCode::headTooLarge,
             .title = "Request header fields too large",
             .detail = "The request line and headers exceed " + std::to_string(maxBytes) +
                       " bytes or " + std::to_string(maxHeaders) + " fields."};
@@ -175,21 +229,21 @@ Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders) {
 
 Problem notImplemented() {
     return {.status = 501,
-            .code = "notImplemented",
+            .code = ProblemCode::notImplemented,
             .title = "Not implemented",
             .detail = "This method is not supported."};
 }
 
 Problem versionNotSupported() {
     return {.status = 505,
-            .code = "versionNotSupported",
+            .code = ProblemCode::versionNotSupported,
             .title = "HTTP version not supported",
             .detail = "The supported version is HTTP/1.1."};
 }
 
 Problem clientLeft() {
     return {.status = 503,
-            .code = "clientLeft",
+            .code = ProblemCode::clientLeft,
             .title = "Client disconnected",
             .detail = "The client closed the connection while the frame was in the queue.",
             .retryAfterSeconds = 1};
@@ -197,7 +251,7 @@ Problem clientLeft() {
 
 Problem tooManyConnections() {
     return {.status = 503,
-            .code = "tooManyConnections",
+            .code = ProblemCode::tooManyConnections,
             .title = "Too many connections",
             .detail = "The limit of concurrent connections is reached; retry later.",
             .retryAfterSeconds = 1};
@@ -205,7 +259,7 @@ Problem tooManyConnections() {
 
 Problem queueFull(int retryAfterSeconds) {
     return {.status = 503,
-            .code = "queueFull",
+            .code = ProblemCode::queueFull,
             .title = "Render queue full",
             .detail = "Render queue is full; retry later.",
             .retryAfterSeconds = retryAfterSeconds};
@@ -213,7 +267,7 @@ Problem queueFull(int retryAfterSeconds) {
 
 Problem jobsFull() {
     return {.status = 503,
-            .code = "jobsFull",
+            .code = ProblemCode::jobsFull,
             .title = "Too many jobs",
             .detail = "Job queue is full; retry later or cancel a job.",
             .retryAfterSeconds = 10};
@@ -221,7 +275,7 @@ Problem jobsFull() {
 
 Problem streamsFull() {
     return {.status = 503,
-            .code = "streamsFull",
+            .code = ProblemCode::streamsFull,
             .title = "Too many streams",
             .detail = "The limit of concurrent sequences and live streams is reached; retry later.",
             .retryAfterSeconds = 10};
@@ -229,7 +283,7 @@ Problem streamsFull() {
 
 Problem bodiesFull() {
     return {.status = 503,
-            .code = "bodiesFull",
+            .code = ProblemCode::bodiesFull,
             .title = "Too many large request bodies",
             .detail = "The limit of large request bodies in transfer is reached; retry later.",
             .retryAfterSeconds = 5};
@@ -237,7 +291,7 @@ Problem bodiesFull() {
 
 Problem noWorker() {
     return {.status = 503,
-            .code = "noWorker",
+            .code = ProblemCode::noWorker,
             .title = "Renderer restarting",
             .detail = "The renderer process ended and a new one is starting; retry later.",
             .retryAfterSeconds = 2};
@@ -245,7 +299,7 @@ Problem noWorker() {
 
 Problem renderFailed() {
     return {.status = 503,
-            .code = "renderFailed",
+            .code = ProblemCode::renderFailed,
             .title = "Rendering failed",
             .detail =
                 "The graphics driver could not render this frame, probably because memory ran out. "
@@ -255,7 +309,7 @@ Problem renderFailed() {
 
 Problem quarantined() {
     return {.status = 422,
-            .code = "quarantined",
+            .code = ProblemCode::quarantined,
             .title = "Request quarantined",
             .detail =
                 "The renderer process ended more than once while it handled this request, so the "
@@ -264,7 +318,7 @@ Problem quarantined() {
 
 Problem shuttingDown() {
     return {.status = 503,
-            .code = "shuttingDown",
+            .code = ProblemCode::shuttingDown,
             .title = "Shutting down",
             .detail = "The server finishes running requests and accepts no new ones.",
             .retryAfterSeconds = 5};
@@ -272,7 +326,7 @@ Problem shuttingDown() {
 
 Problem notReady(std::string detail) {
     return {.status = 503,
-            .code = "notReady",
+            .code = ProblemCode::notReady,
             .title = "Not ready",
             .detail = std::move(detail),
             .retryAfterSeconds = 1};
@@ -280,7 +334,7 @@ Problem notReady(std::string detail) {
 
 Problem stillCompiling(std::uint64_t programs) {
     return {.status = 503,
-            .code = "stillCompiling",
+            .code = ProblemCode::stillCompiling,
             .title = "Compiling shaders",
             .detail = "The driver is compiling shaders for this frame or for earlier ones; " +
                       std::to_string(programs) + " programs are compiled. Retry later.",
@@ -289,28 +343,29 @@ Problem stillCompiling(std::uint64_t programs) {
 
 Problem overDeadline(double seconds) {
     return {.status = 504,
-            .code = "overDeadline",
+            .code = ProblemCode::overDeadline,
             .title = "Deadline exceeded",
             .detail = "The frame was not rendered within " + secondsText(seconds) + "."};
 }
 
 Problem internalError() {
     return {.status = 500,
-            .code = "internalError",
+            .code = ProblemCode::internalError,
             .title = "Internal error",
             .detail = "Internal server error. The server log has details under this request id."};
 }
 
 Problem noRoom(std::string detail) {
     return {.status = 507,
-            .code = "noRoom",
+            .code = ProblemCode::noRoom,
             .title = "Insufficient storage",
             .detail = std::move(detail)};
 }
 
 nlohmann::ordered_json problemDocument(const Problem& problem, const std::string& requestId) {
-    nlohmann::ordered_json json = {{"type", "urn:clerestory:problem:" + problem.code},
-                                   {"code", problem.code},
+    const std::string code(nameOf(problem.code));
+    nlohmann::ordered_json json = {{"type", "urn:clerestory:problem:" + code},
+                                   {"code", code},
                                    {"title", problem.title},
                                    {"status", problem.status},
                                    {"detail", problem.detail},

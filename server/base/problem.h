@@ -7,14 +7,57 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace clerestory {
 
+// Stable. Their names in the API and in the metrics are those of the enumerators.
+enum class ProblemCode {
+    notJson,
+    badRequest,
+    unauthorized,
+    forbidden,
+    notFound,
+    methodNotAllowed,
+    requestTimeout,
+    stillLoading,
+    stillMeasuring,
+    lengthRequired,
+    tooLarge,
+    uriTooLong,
+    unsupportedType,
+    unsupportedEncoding,
+    expectationFailed,
+    misdirected,
+    invalidFields,
+    sceneFailed,
+    headTooLarge,
+    notImplemented,
+    versionNotSupported,
+    clientLeft,
+    tooManyConnections,
+    queueFull,
+    jobsFull,
+    streamsFull,
+    bodiesFull,
+    noWorker,
+    renderFailed,
+    quarantined,
+    shuttingDown,
+    notReady,
+    stillCompiling,
+    overDeadline,
+    internalError,
+    noRoom
+};
+inline constexpr std::size_t kProblemCodes = static_cast<std::size_t>(ProblemCode::noRoom) + 1;
+std::string_view nameOf(ProblemCode code);
+
 struct Problem {
     int status = 500;
-    std::string code;   // stable, camelCase; also the end of `type`, and a label in the metrics
-    std::string title;  // the same for every problem with this code
+    ProblemCode code = ProblemCode::internalError;  // also the end of `type` in the document
+    std::string title;                              // the same for every problem with this code
     std::string detail;
     std::vector<FieldError> errors;
     int retryAfterSeconds = 0;  // 0: no Retry-After

@@ -210,8 +210,8 @@ DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& reques
                 return drawTimed(renderer, request);
             });
         } catch (const RequestError& error) {
-            const std::string& code = error.problem().code;
-            if (code != queueFull(1).code && code != stillLoading("").code) throw;
+            const ProblemCode code = error.problem().code;
+            if (code != ProblemCode::queueFull && code != ProblemCode::stillLoading) throw;
         }
         std::this_thread::sleep_for(kRetryInterval);
     }

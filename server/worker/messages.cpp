@@ -70,8 +70,9 @@ public:
     }
     void put(const Problem& problem) {
         put(problem.status);
+        put(problem.code);
         for (const std::string* text :
-             {&problem.code, &problem.title, &problem.detail, &problem.allow, &problem.reason}) {
+             {&problem.title, &problem.detail, &problem.allow, &problem.reason}) {
             put(*text);
         }
         put(problem.errors);
@@ -137,8 +138,9 @@ public:
     }
     void get(Problem& problem) {
         get(problem.status);
+        get(problem.code);
         for (std::string* text :
-             {&problem.code, &problem.title, &problem.detail, &problem.allow, &problem.reason}) {
+             {&problem.title, &problem.detail, &problem.allow, &problem.reason}) {
             get(*text);
         }
         get(problem.errors);

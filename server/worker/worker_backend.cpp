@@ -99,7 +99,7 @@ OverloadCache::Moment OverloadCache::begin() const {
 
 void OverloadCache::end(Moment begun, const std::string& client,
                         const std::optional<Problem>& problem, Clock::time_point now) {
-    const bool refused = problem && problem->code == queueFull(1).code;
+    const bool refused = problem && problem->code == ProblemCode::queueFull;
     const std::lock_guard lock(mutex_);
     if (!refused) {
         ++moment_;

@@ -103,7 +103,7 @@ std::string refusalOf(Supervisor& supervisor, const std::string& body) {
     try {
         return "answered: " + supervisor.ask(callWith(body)).body;
     } catch (const RequestError& error) {
-        return error.problem().code;
+        return std::string(nameOf(error.problem().code));
     }
 }
 
@@ -147,7 +147,7 @@ TEST(CallWire, RoundTripPreservesEverything) {
                         .headers = {{"ETag", "\"1\""}},
                         .route = "/v1/frames",
                         .problem = Problem{.status = 422,
-                                           .code = "code",
+                                           .code = ProblemCode::quarantined,
                                            .errors = {{"/a", "b", "c"}},
                                            .retryAfterSeconds = 7},
                         .job = JobEvent{JobEvent::Kind::unknown, "id"}};
@@ -164,6 +164,22 @@ TEST(CallWire, RoundTripPreservesEverything) {
     ASSERT_TRUE(again.job);
     EXPECT_EQ(again.job->kind, answer.job->kind);
     EXPECT_EQ(again.job->id, answer.job->id);
+}
+
+TEST(CallWire, AFrameComesBackWithItsCamera) {
+    EncodedFrame frame{.type = "image/png", .bytes = "x", .passMilliseconds = 0.1, .plan = "{}"};
+    EXPECT_FALSE(unpackedFrame(packed(frame)).camera);
+    FrameCamera& camera = frame.camera.emplace();
+    camera.cameraToWorld[3] = {0.1, 1e-9, -3.0, 1.0};
+    camera.clipFromView[1][1] = 0.3;
+    camera.width = 33;
+    camera.znear = 0.7;
+    camera.intrinsics = Intrinsics{.fx = 0.3};
+    const EncodedFrame back = unpackedFrame(packed(frame));
+    EXPECT_EQ(back.passMilliseconds, frame.passMilliseconds);
+    EXPECT_EQ(back.plan, frame.plan);
+    ASSERT_TRUE(back.camera);
+    EXPECT_EQ(cameraJson(*back.camera), cameraJson(camera));
 }
 
 TEST(CallWire, AFrameOrderComesBackWithEveryBit) {
