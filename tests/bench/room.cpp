@@ -54,11 +54,19 @@ public:
                 }
             }
         }
+        // Front faces are on the side of the normals.
+        const Vector middle = surface(0.5f, 0.5f).position;
+        const Vector across = sum(surface(0.51f, 0.5f).position, -1.0f, middle);
+        const Vector upward = sum(surface(0.5f, 0.51f).position, -1.0f, middle);
+        const Vector turning = cross(across, upward), outward = surface(0.5f, 0.5f).normal;
+        const bool flipped =
+            turning[0] * outward[0] + turning[1] * outward[1] + turning[2] * outward[2] < 0.0f;
         std::vector<std::uint32_t> indices;
         for (std::uint32_t i = 0; i < columns; ++i) {
             for (std::uint32_t j = 0; j < rows; ++j) {
                 const std::uint32_t a = i * (rows + 1) + j, b = a + rows + 1;
-                indices.insert(indices.end(), {a, b, b + 1, a, b + 1, a + 1});
+                const std::uint32_t next = flipped ? a + 1 : b, last = flipped ? b : a + 1;
+                indices.insert(indices.end(), {a, next, b + 1, a, b + 1, last});
             }
         }
         std::ostringstream bounds;
