@@ -33,6 +33,12 @@ gl::Driver driverOf(Backend backend) {
     return gl::Driver::automatic;
 }
 
+Rays raysOf(RayBackend requested, bool software) {
+    const bool automatic = requested == RayBackend::automatic;
+    if (requested == RayBackend::processor || (automatic && software)) return Rays::processor;
+    return GpuTracer::supported() ? Rays::shader : Rays::none;
+}
+
 // Reallocates the list unless it has capacity for `tail` bytes past its end and wastes less than an
 // eighth.
 template <class T>
@@ -61,7 +67,8 @@ struct Renderer::State {
           limits({.maxSamples = identity.maxSamples,
                   .maxAnisotropy = identity.maxAnisotropy,
                   .software = identity.software,
-                  .rayTracing = GpuTracer::supported()}),
+                  .rays = raysOf(options.rays, identity.software),
+                  .maxRecordSamples = identity.maxIntegerSamples}),
           maxShadedSamples(options.maxShadedSamples),
           onReset(options.onReset) {
         context.firstUse().whenCompiling = options.onCompiling;
@@ -291,8 +298,8 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback) {
     frame.mapBytes = execution.mapBytes;
     for (std::size_t i = 0; i < frame.plan.passes.size(); ++i) {
         const Pass& pass = frame.plan.passes[i];
-        frame.passTimes.push_back(
-            {std::string(pass.kind()), pass.name, execution.passMilliseconds[i]});
+        frame.passTimes.push_back({std::string(pass.kind()), pass.name,
+                                   execution.passMilliseconds[i], execution.passPaths[i]});
     }
     for (std::size_t i = 0; i < execution.health.size(); ++i) {
         const TexelCounts& counts = execution.health[i];
@@ -383,6 +390,7 @@ RendererCounters Renderer::counters() const {
             .drawCalls = drawn.drawCalls,
             .triangles = drawn.triangles,
             .meshesMoved = drawn.meshesMoved,
+            .paths = drawn.paths,
             .texturesMade = made.textures,
             .framebuffersMade = made.framebuffers,
             .programsMade = made.programs,

@@ -23,9 +23,12 @@
 namespace clerestory {
 
 enum class Backend { automatic, software, hardware };
+// Where rays are followed; automatic: on the processor if the driver is software.
+enum class RayBackend { automatic, shader, processor };
 
 struct RendererOptions {
     Backend backend = Backend::automatic;
+    RayBackend rays = RayBackend::automatic;
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
     // Maximum number of samples that a frame shades (plan/graph/work.h); 0: no limit.
     std::uint64_t maxShadedSamples = 0;
@@ -42,6 +45,7 @@ using RendererIdentity = gl::Capabilities;
 struct PassTime {
     std::string kind, name;
     double milliseconds = 0.0;
+    std::uint64_t paths = 0;  // of rays that the processor followed
 };
 
 // Counts of invalid texels over all levels and faces of a float target.
@@ -71,6 +75,7 @@ struct Frame {
 struct RendererCounters {
     std::uint64_t frames = 0, drawCalls = 0, triangles = 0;
     std::uint64_t meshesMoved = 0;  // uploads of deformed meshes
+    std::uint64_t paths = 0;        // of rays that the processor followed
     std::uint64_t texturesMade = 0, framebuffersMade = 0, programsMade = 0, buffersMade = 0;
     std::uint64_t bytesShared = 0;  // of vertices and indices that the driver reads without a copy
     // Combinations of program, fixed state and target format that were drawn for the first time,

@@ -14,9 +14,7 @@
 #endif
 #include "include/lighting.glsl"
 #if TRACES_RAYS
-#include "include/trace.glsl"
-#include "include/hit.glsl"
-#include "include/ray_path.glsl"
+#include "include/ray_start.glsl"
 #else
 #include "include/no_rays.glsl"
 #endif
@@ -62,6 +60,7 @@ vec3 shaded(MaterialPoint m) {
     Surface s = surfaceOf(m, towardsEye());
     if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) return shadedGlass(m, s);
     vec3 mirrored = reflectedRadiance(s, positionEye);
+    weighRays(m.occlusion * s.reflectance, vec3(0.0f));
     return lampsAt(s) + m.occlusion * environmentLight(s, mirrored);
 }
 
@@ -75,7 +74,8 @@ void main() {
     // Coverage dims what lies on the surface, not what it gives off.
     float alpha = has(FEATURE_BLEND) ? coverage
                                      : distanceShare(length(positionEye), view.picture.w);
-    color = vec4(radianceFinite(radiance * coverage + m.emitted), alpha);
+    radiance = radiance * coverage + finishRays(coverage);
+    color = vec4(radianceFinite(radiance + m.emitted), alpha);
     if (has(FEATURE_BLEND) && has(FEATURE_BACKDROP)) {
         // Coverage counts for the whole surface, what it lets through included: beside it stands
         // what was drawn behind it.

@@ -175,6 +175,7 @@ void Context::findCapabilities(const std::string& platform) {
     // Colour and depth have to be able to do it, both in floating point: GL_MAX_SAMPLES speaks for
     // every renderable format.
     c.maxSamples = static_cast<std::uint32_t>(std::max(1, integer(GL_MAX_SAMPLES)));
+    c.maxIntegerSamples = static_cast<std::uint32_t>(std::max(1, integer(GL_MAX_INTEGER_SAMPLES)));
     c.maxTextureSize = static_cast<std::uint32_t>(integer(GL_MAX_TEXTURE_SIZE));
     c.uniformAlignment =
         static_cast<std::uint32_t>(std::max(16, integer(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT)));

@@ -113,7 +113,8 @@ void apply(const State& state) {
     const GLboolean color = state.colorWrite ? GL_TRUE : GL_FALSE;
     glColorMask(color, color, color, color);
     enable(GL_BLEND, state.blending != Blending::none);
-    glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    const GLenum behind = state.blending == Blending::add ? GL_ONE : GL_ONE_MINUS_SRC_ALPHA;
+    glBlendFuncSeparate(GL_ONE, behind, GL_ZERO, GL_ONE);
     enable(GL_CLIP_DISTANCE0, state.clip);
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     glEnable(GL_FRAMEBUFFER_SRGB);
@@ -131,6 +132,15 @@ void apply(const Facing& facing) {
     enable(GL_CULL_FACE, facing.cullBack);
     glCullFace(GL_BACK);
     glFrontFace(facing.clockwiseIsFront ? GL_CW : GL_CCW);
+}
+
+void setSamples(std::uint32_t mask) {
+    glEnable(GL_SAMPLE_MASK);
+    glSampleMaski(0, mask);
+}
+
+void setAllSamples() {
+    glDisable(GL_SAMPLE_MASK);
 }
 
 void clearColorAndDepth() {

@@ -53,7 +53,7 @@ void releaseShaderCompiler();
 
 // Depth is reversed: greater is nearer.
 enum class DepthTest { none, nearer, nearerOrEqual, equal };
-enum class Blending { none, premultiplied };
+enum class Blending { none, premultiplied, add };
 
 struct State {
     DepthTest depthTest = DepthTest::none;
@@ -74,6 +74,11 @@ struct Facing {
     bool operator==(const Facing&) const = default;
 };
 void apply(const Facing& facing);
+
+// Draws into these samples of a pixel only, one bit each; all by default. apply() does not change
+// it.
+void setSamples(std::uint32_t mask);
+void setAllSamples();
 
 // Colour to black with alpha 0, depth to the far end.
 void clearColorAndDepth();

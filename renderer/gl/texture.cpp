@@ -28,12 +28,15 @@ FormatWords wordsOf(TextureFormat format) {
             return {GL_RGBA16F, GL_RGBA, GL_FLOAT};
         case TextureFormat::rgba32f:
             return {GL_RGBA32F, GL_RGBA, GL_FLOAT};
+        case TextureFormat::rgba32ui:
+            return {GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT};
     }
     return {};
 }
 
-GLenum targetOf(TextureKind kind) {
-    return kind == TextureKind::cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
+GLenum targetOf(const TextureDescription& d) {
+    if (d.samples > 1) return GL_TEXTURE_2D_MULTISAMPLE;
+    return d.kind == TextureKind::cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
 }
 
 GLint wordOf(Wrapping wrapping) {
@@ -86,7 +89,8 @@ struct Storage {
 Storage storageOf(const TextureDescription& d) {
     Storage storage{d.width, d.height, d.levels, 0};
     const bool small = std::uint64_t{d.width} * d.height <= kMaxAlike;
-    if (!d.alike || !small || !Context::current().capabilities().software) return storage;
+    if (d.samples > 1 || !d.alike || !small || !Context::current().capabilities().software)
+        return storage;
     storage.levels = std::max(d.levels, std::min(2u, levelsOf(d.width, d.height)));
     if (!std::has_single_bit(d.width) && !std::has_single_bit(d.height)) return storage;
     return {2 * d.width + 1, 2 * d.height + 1, storage.levels + 1, 1};
@@ -121,22 +125,29 @@ Name newFramebuffer() {
 std::uint32_t kindOf(const FramebufferDescription& d) {
     const std::uint32_t color = d.color ? static_cast<std::uint32_t>(d.color->description().format)
                                         : static_cast<std::uint32_t>(d.colorSamples->format());
-    return color | (d.depth ? 1u : 0u) << 8 | (d.colorSamples ? 1u : 0u) << 9;
+    return color | (d.depth ? 1u : 0u) << 8 | (d.colorSamples ? 1u : 0u) << 9 |
+           static_cast<std::uint32_t>(d.further.size()) << 10;
 }
 
 }  // namespace
 
 Texture::Texture(const TextureDescription& description)
     : description_(description), name_(newTexture()) {
-    const GLenum target = targetOf(description.kind);
+    const GLenum target = targetOf(description);
     const Storage storage = storageOf(description);
     firstLevel_ = storage.firstLevel;
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(target, name_.get());
-    glTexStorage2D(target, static_cast<GLsizei>(storage.levels),
-                   wordsOf(description.format).internal, static_cast<GLsizei>(storage.width),
-                   static_cast<GLsizei>(storage.height));
-    glTexParameteri(target, GL_TEXTURE_BASE_LEVEL, static_cast<GLint>(firstLevel_));
+    const GLenum format = wordsOf(description.format).internal;
+    const auto width = static_cast<GLsizei>(storage.width);
+    const auto height = static_cast<GLsizei>(storage.height);
+    if (description.samples > 1) {
+        glTexStorage2DMultisample(target, static_cast<GLsizei>(description.samples), format, width,
+                                  height, GL_TRUE);
+    } else {
+        glTexStorage2D(target, static_cast<GLsizei>(storage.levels), format, width, height);
+        glTexParameteri(target, GL_TEXTURE_BASE_LEVEL, static_cast<GLint>(firstLevel_));
+    }
     GLint complete = 0;
     glGetTexParameteriv(target, GL_TEXTURE_IMMUTABLE_FORMAT, &complete);
     if (!complete) {
@@ -150,6 +161,15 @@ Texture::Texture(const TextureDescription& description)
 Texture::~Texture() {
     const GLuint name = name_.get();
     glDeleteTextures(1, &name);
+}
+
+void Texture::uploadPart(const Rect& part, std::span<const std::byte> texels) const {
+    const FormatWords words = wordsOf(description_.format);
+    bind(0);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTexSubImage2D(GL_TEXTURE_2D, static_cast<GLint>(firstLevel_), static_cast<int>(part.x),
+                    static_cast<int>(part.y), static_cast<GLsizei>(part.width),
+                    static_cast<GLsizei>(part.height), words.layout, words.type, texels.data());
 }
 
 void Texture::upload(std::uint32_t level, std::uint32_t face, std::span<const std::byte> texels) {
@@ -174,7 +194,7 @@ void Texture::read(std::uint32_t level, std::span<std::byte> texels) const {
 
 void Texture::bind(unsigned int unit) const {
     glActiveTexture(GL_TEXTURE0 + unit);
-    glBindTexture(targetOf(description_.kind), name_.get());
+    glBindTexture(targetOf(description_), name_.get());
 }
 
 Sampler::Sampler(const SamplerDescription& d) : name_(newSampler()) {
@@ -216,7 +236,11 @@ Renderbuffer::~Renderbuffer() {
 }
 
 Framebuffer::Framebuffer(const FramebufferDescription& d)
-    : width_(d.width), height_(d.height), kind_(kindOf(d)), name_(newFramebuffer()) {
+    : width_(d.width),
+      height_(d.height),
+      kind_(kindOf(d)),
+      further_(static_cast<int>(d.further.size())),
+      name_(newFramebuffer()) {
     glBindFramebuffer(GL_FRAMEBUFFER, name_.get());
     if (d.colorSamples) {
         glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
@@ -224,9 +248,21 @@ Framebuffer::Framebuffer(const FramebufferDescription& d)
     } else {
         const GLenum image = d.color->description().kind == TextureKind::cube
                                  ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + d.face
-                                 : static_cast<GLenum>(GL_TEXTURE_2D);
+                                 : targetOf(d.color->description());
         glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, image, d.color->name(),
                                static_cast<GLint>(d.color->firstLevel() + d.level));
+    }
+    for (std::size_t i = 0; i < d.further.size(); ++i) {
+        glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1 + static_cast<GLenum>(i),
+                               targetOf(d.further[i]->description()), d.further[i]->name(),
+                               static_cast<GLint>(d.further[i]->firstLevel()));
+    }
+    if (!d.further.empty()) {
+        std::vector<GLenum> drawn;
+        for (std::size_t i = 0; i <= d.further.size(); ++i) {
+            drawn.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i));
+        }
+        glDrawBuffers(static_cast<GLsizei>(drawn.size()), drawn.data());
     }
     if (d.depth) {
         glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
@@ -282,6 +318,30 @@ void Framebuffer::readFloats(std::span<float> rgba) const {
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, static_cast<int>(width_), static_cast<int>(height_), GL_RGBA, GL_FLOAT,
                  rgba.data());
+}
+
+void Framebuffer::readWords(const Rect& part, std::span<std::byte> rgba) const {
+    assert(rgba.size() == std::size_t{16} * part.width * part.height);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
+                 static_cast<int>(part.height), GL_RGBA_INTEGER, GL_UNSIGNED_INT, rgba.data());
+}
+
+void Framebuffer::clearFurther(const Rect& part) const {
+    const GLuint zero[4] = {0, 0, 0, 0};
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
+              static_cast<int>(part.height));
+    for (int i = 1; i <= further_; ++i) glClearBufferuiv(GL_COLOR, i, zero);
+    glDisable(GL_SCISSOR_TEST);
+}
+
+void Framebuffer::bindPart(const Rect& part) const {
+    bind();
+    glViewport(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
+               static_cast<int>(part.height));
 }
 
 }  // namespace clerestory::gl

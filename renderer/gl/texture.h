@@ -8,11 +8,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace clerestory::gl {
 
+// A part of a picture, in pixels from its lower left corner.
+struct Rect {
+    std::uint32_t x = 0, y = 0, width = 0, height = 0;
+};
+
 enum class TextureKind { plane, cube };
-enum class TextureFormat { rgba8, srgba8, rg16f, rgba16f, rgba32f };
+enum class TextureFormat { rgba8, srgba8, rg16f, rgba16f, rgba32f, rgba32ui };
 
 struct TextureDescription {
     TextureKind kind = TextureKind::plane;
@@ -20,6 +26,7 @@ struct TextureDescription {
     std::uint32_t width = 1;
     std::uint32_t height = 1;
     std::uint32_t levels = 1;
+    std::uint32_t samples = 1;  // planes only; above 1, shaders read each sample by its number
     // llvmpipe compiles a shader for whether the edges of a plane that it reads are powers of two,
     // and for whether it has smaller levels. With this, planes of all sizes are alike to it: they
     // have at least two levels, and edges that are powers of two become the second level of storage
@@ -37,8 +44,10 @@ public:
     ~Texture();
 
     // One level of one face, first row first, tightly packed: four bytes a texel for the 8-bit
-    // formats, floats for the others.
+    // formats, four integers for rgba32ui, floats for the others.
     void upload(std::uint32_t level, std::uint32_t face, std::span<const std::byte> texels);
+    // A part of level 0 of a plane.
+    void uploadPart(const Rect& part, std::span<const std::byte> texels) const;
     // The bytes of one level of an 8-bit plane, as they were uploaded.
     void read(std::uint32_t level, std::span<std::byte> texels) const;
     void bind(unsigned int unit) const;
@@ -100,6 +109,8 @@ struct FramebufferDescription {
     std::uint32_t face = 0;  // cubes only
     const Renderbuffer* colorSamples = nullptr;
     const Renderbuffer* depth = nullptr;
+    // Drawn into at the same time: outputs 1 and following of a shader. Level 0.
+    std::vector<const Texture*> further = {};
     std::uint32_t width = 0, height = 0;  // of the level
 };
 
@@ -110,17 +121,22 @@ public:
     Framebuffer(Framebuffer&&) = default;
     ~Framebuffer();
 
-    void bind() const;  // to draw into, with a viewport that covers it
+    void bind() const;                      // to draw into, with a viewport that covers it
+    void bindPart(const Rect& part) const;  // the viewport is the part
     void resolveInto(const Framebuffer& target) const;  // same size
     void scaleInto(const Framebuffer& target) const;    // bilinear; not from multisampled memory
     void readBytes(std::span<std::byte> rgba) const;    // 8 bits a channel, first row first
     void readFloats(std::span<float> rgba) const;
+    void readWords(const Rect& part, std::span<std::byte> rgba) const;  // of rgba32ui
+    // Sets a part of the further textures to 0. The framebuffer is bound.
+    void clearFurther(const Rect& part) const;
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }
 
 private:
     std::uint32_t width_, height_;
     std::uint32_t kind_;  // equal for equal formats of what is drawn into
+    int further_;
     OwnedName name_;
 };
 

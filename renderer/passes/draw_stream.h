@@ -40,6 +40,8 @@ public:
     bool mirrored(std::uint32_t instance) { return instanceData(instance).mirrored; }
     std::uint32_t firstLight(const std::vector<std::uint8_t>& list);
     void upload();
+    // The light table, for rays on the processor; see bindings.glsl.
+    std::span<const glm::vec4> lightRows() const { return lightData_; }
 
     gl::Facing facing(const Draw& draw, bool doubleSided) const;
 

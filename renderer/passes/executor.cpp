@@ -37,6 +37,7 @@ void Executor::upload(const std::shared_ptr<const Scene>& scene) {
 void Executor::recover() {
     gl::Context::current().forgive();
     tracers_.clear();
+    processorTracers_.clear();
     maps_.clear();
     targets_ = TargetPool();
     resources_.shaders = ShaderLibrary();
@@ -61,9 +62,18 @@ GpuTracer& Executor::tracerOf(const Scene& scene, const FramePlan& plan, const P
     return tracer;
 }
 
+ProcessorTracer& Executor::processorTracerOf(const Scene& scene, const FramePlan& plan,
+                                             const Pose& pose) {
+    ProcessorTracer& tracer =
+        processorTracers_.try_emplace(&scene, scenes_.at(&scene)).first->second;
+    tracer.prepare(plan, pose);
+    return tracer;
+}
+
 void Executor::forget(const Scene& scene) {
     glFinish();  // pending work of a failed frame may still read the scene's memory
     tracers_.erase(&scene);
+    processorTracers_.erase(&scene);
     scenes_.erase(&scene);
 }
 
@@ -111,7 +121,17 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
                     .scene = pass.view() ? &scenes_.at(&frame.scene) : nullptr,
                     .pose = frame.pose,
                     .environment = name.empty() ? nullptr : &uploaded(map)};
-    if (followsRays(pass)) input.tracer = &tracerOf(frame.scene, frame.plan, frame.pose);
+    const RecordedDraws* recorded = pass.recorded();
+    if (recorded && !recorded->draws.empty()) {
+        std::vector<Target*> records;
+        for (const TargetId id : recorded->targets) records.push_back(targets[id]);
+        input.recording = &targets_.together(*targets[pass.target], pass.face(), records);
+    }
+    if (input.recording || std::holds_alternative<FollowRays>(pass.work)) {
+        input.processorTracer = &processorTracerOf(frame.scene, frame.plan, frame.pose);
+    } else if (followsRays(pass)) {
+        input.tracer = &tracerOf(frame.scene, frame.plan, frame.pose);
+    }
     const gl::DebugGroup group(pass.name);
     std::visit([&](const auto& work) { execute(resources_, input, work); }, pass.work);
     resources_.shaders.endPass();
@@ -133,8 +153,10 @@ Execution Executor::run(const ExecutionInput& input, Readback readback) {
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
     for (const Pass& pass : input.plan.passes) {
         const Clock::time_point start = Clock::now();
+        const std::uint64_t paths = resources_.counters.paths;
         runPass(input, pass, targets);
         glFinish();  // so that the wall clock measures this pass
+        result.passPaths.push_back(resources_.counters.paths - paths);
         result.passMilliseconds.push_back(millisecondsSince(start));
     }
     const Clock::time_point start = Clock::now();
@@ -145,6 +167,10 @@ Execution Executor::run(const ExecutionInput& input, Readback readback) {
         if (target->spec().residentKey != 0) result.mapBytes += target->bytes();
     }
     if (const auto tracer = tracers_.find(&input.scene); tracer != tracers_.end()) {
+        result.mapBytes += tracer->second.bytes();
+    }
+    if (const auto tracer = processorTracers_.find(&input.scene);
+        tracer != processorTracers_.end()) {
         result.mapBytes += tracer->second.bytes();
     }
     if (readback == Readback::health) result.health = countInvalidTexels(input.plan, targets);

@@ -22,6 +22,7 @@ struct ExecutionInput {
 struct Execution {
     Image image;
     std::vector<double> passMilliseconds;  // one for each of plan.passes
+    std::vector<std::uint64_t> passPaths;  // the same: paths of rays followed on the processor
     double readbackMilliseconds = 0.0;
     std::uint64_t mapBytes = 0;  // resident data that the frame uses: cubes, tables for ray tracing
     std::vector<TexelCounts> health;  // Readback::health: one for each of plan.targets
@@ -47,6 +48,7 @@ public:
 
 private:
     const GpuEnvironment& uploaded(const EnvironmentMap& map);
+    ProcessorTracer& processorTracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     std::vector<Target*> begin(const FramePlan& plan);
     void runPass(const ExecutionInput& frame, const Pass& pass,
@@ -56,7 +58,9 @@ private:
     PassResources resources_;
     TargetPool targets_;
     std::map<const Scene*, GpuScene> scenes_;
-    std::map<const Scene*, GpuTracer> tracers_;  // of scenes that a plan traced rays in
+    // Of scenes that a plan traced rays in.
+    std::map<const Scene*, GpuTracer> tracers_;
+    std::map<const Scene*, ProcessorTracer> processorTracers_;
     struct UploadedMap {
         std::uint64_t contentHash;
         GpuEnvironment environment;

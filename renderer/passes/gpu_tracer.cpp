@@ -3,12 +3,10 @@
 #include "gl/api.h"
 #include "passes/draw_stream.h"
 #include "passes/gpu_scene.h"
-#include "passes/traced_texels.h"
+#include "passes/ray_tables.h"
 #include "scene/scene.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 
 namespace clerestory {
 namespace {
@@ -20,51 +18,6 @@ std::span<const std::byte> bytesOf(const std::vector<T>& values) {
 
 MaterialBindings materialsOf(const FramePlan& plan) {
     return {plan.materials, plan.rays->materialOfInstance};
-}
-
-float flagsOf(const Scene& scene, const Material& m,
-              const RayScene::MaterialProperties& properties) {
-    int flags = 0;
-    if (m.alphaMode == AlphaMode::mask) flags |= TRACE_MASK;
-    if (m.alphaMode == AlphaMode::blend) flags |= TRACE_BLEND;
-    if (m.doubleSided) flags |= TRACE_DOUBLE_SIDED;
-    if (m.unlit) flags |= TRACE_UNLIT;
-    if (m.normalTexture.present() &&
-        scene.images[scene.textures[m.normalTexture.texture].image].packedNormal) {
-        flags |= TRACE_PACKED_NORMAL;
-    }
-    if (properties.mirrorsWhereFlat) flags |= TRACE_MIRROR_FLAT;
-    if (properties.mirrorsWhereCurved) flags |= TRACE_MIRROR_CURVED;
-    return static_cast<float>(flags);
-}
-
-// A MaterialBlock with the flags and the texture of each slot (1 + index, 0: none) in unused
-// components.
-void appendMaterial(std::vector<glm::vec4>& rows, const Scene& scene, const Material& m,
-                    const RayScene::MaterialProperties& properties) {
-    blocks::MaterialBlock block = materialBlock(m);
-    block.attenuation.w = flagsOf(scene, m, properties);
-    const auto slots = textureSlots(m);
-    for (std::size_t s = 0; s < slots.size(); ++s) {
-        block.texCoordRows[2 * s + 1].w =
-            slots[s]->present() ? static_cast<float>(slots[s]->texture + 1) : 0.0f;
-    }
-    static_assert(sizeof block == TRACE_MATERIAL_ROWS * sizeof(glm::vec4));
-    const std::size_t first = rows.size();
-    rows.resize(first + TRACE_MATERIAL_ROWS);
-    std::memcpy(rows.data() + first, &block, sizeof block);
-}
-
-int flagOf(Glass glass) {
-    switch (glass) {
-        case Glass::none:
-            return 0;
-        case Glass::pane:
-            return TRACE_PANE;
-        case Glass::solid:
-            return TRACE_SOLID;
-    }
-    return 0;
 }
 
 }  // namespace
@@ -127,11 +80,7 @@ void GpuTracer::uploadHierarchy(Bvh bvh) {
 }
 
 void GpuTracer::fillMaterials(const FramePlan& plan) {
-    std::vector<glm::vec4> rows;
-    const Scene& scene = scene_.scene();
-    auto properties = plan.rays->materials.begin();
-    for (const Material& m : scene.materials) appendMaterial(rows, scene, m, *properties++);
-    for (const Material& m : plan.materials) appendMaterial(rows, scene, m, *properties++);
+    std::vector<glm::vec4> rows = materialRows(scene_.scene(), plan);
     materialCount_ = rows.size() / TRACE_MATERIAL_ROWS;
     rows.insert(rows.end(), textureRows_.begin(), textureRows_.end());
     if (rows.empty()) rows.resize(1);
@@ -140,27 +89,7 @@ void GpuTracer::fillMaterials(const FramePlan& plan) {
 }
 
 void GpuTracer::addInstances(DrawStream& draws) {
-    const Scene& scene = scene_.scene();
-    std::vector<glm::vec4> rows;
-    rows.reserve(TRACE_INSTANCE_ROWS * scene.instances.size());
-    for (Index i = 0; i < scene.instances.size(); ++i) {
-        const DrawRecord& record = draws.record(i);
-        const std::vector<std::uint8_t>& lights = rays_.instances[i].lights;
-        const Index material = rays_.materialOfInstance.empty() ? scene.instances[i].material
-                                                                : rays_.materialOfInstance[i];
-        for (int row = 0; row < 3; ++row) rows.push_back(record.normalFromModel[row]);
-        for (int row = 0; row < 3; ++row) rows.push_back(record.eyeFromModel[row]);
-        glm::vec4* instance = rows.data() + rows.size() - TRACE_INSTANCE_ROWS;
-        instance[0].w = static_cast<float>(material);
-        instance[1].w = static_cast<float>(draws.firstLight(lights));
-        instance[2].w = static_cast<float>(lights.size());
-        const glm::mat3 linear(instance[3], instance[4], instance[5]);  // its transpose
-        instance[3].w = draws.mirrored(i) ? -1.0f : 1.0f;
-        instance[5].w = static_cast<float>(flagOf(rays_.instances[i].glass));
-        instance[4].w = std::cbrt(std::abs(glm::determinant(linear)));
-    }
-    if (rows.empty()) rows.resize(1);
-    instances_.assign(bytesOf(rows));
+    instances_.assign(bytesOf(instanceRows(scene_.scene(), rays_, draws)));
 }
 
 void GpuTracer::bind(const FramePlan& plan, const glm::dvec3& eye) {

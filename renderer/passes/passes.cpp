@@ -13,17 +13,14 @@
 namespace clerestory {
 namespace {
 
-// As kBrdfSize in lighting.glsl.
-constexpr std::uint32_t kBrdfSize = 32;
-
 // Large enough to amortise binning into tiles, small enough that rasterisation starts early:
 // Sponza's court at 1280x720 takes 101 ms in batches of this size, 113 ms as one batch.
 constexpr std::uint32_t kTrianglesPerSubmission = 32'000;
 
 gl::Texture brdfTexture() {
     gl::Texture texture(
-        {.format = gl::TextureFormat::rg16f, .width = kBrdfSize, .height = kBrdfSize});
-    const std::vector<glm::vec2> table = environmentBrdfTable(kBrdfSize);
+        {.format = gl::TextureFormat::rg16f, .width = kEnvironmentBrdfSize, .height = kEnvironmentBrdfSize});
+    const std::vector<glm::vec2> table = environmentBrdfTable(kEnvironmentBrdfSize);
     texture.upload(0, 0, std::as_bytes(std::span(table)));
     return texture;
 }
@@ -176,12 +173,15 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         const Features features = draw.features & program.relevant;
         if (boundFeatures != features) {
             // The plan knows the features of all hits; see hit.glsl.
-            const bool rays = features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS);
+            const bool rays = !program.recordsRays &&
+                              (features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS));
             const int variant =
                 rays ? static_cast<int>(input.plan.rays->hitFeatures) : program.variant;
             // Its tables have slots where the programs before it in this pass have textures.
             if (rays) settleSamplers(resources);
-            resources.shaders.program({program.vertex, program.fragment, features, variant, bits})
+            resources.shaders
+                .program({program.vertex, program.fragment, features, variant, bits,
+                          program.recordsRays})
                 .use();
             boundMaterial = kNone;  // other features read other textures
         }

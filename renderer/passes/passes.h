@@ -6,6 +6,7 @@
 #include "passes/gpu_environment.h"
 #include "passes/gpu_scene.h"
 #include "passes/gpu_tracer.h"
+#include "passes/processor_tracer.h"
 #include "passes/shader_library.h"
 #include "passes/targets.h"
 
@@ -14,6 +15,7 @@ namespace clerestory {
 struct DrawCounters {
     std::uint64_t drawCalls = 0, triangles = 0;  // of the scene; full-screen triangles not counted
     std::uint64_t meshesMoved = 0;               // see GpuScene::follow()
+    std::uint64_t paths = 0;                     // of rays, followed on the processor
 };
 
 // Objects that passes share from frame to frame.
@@ -39,7 +41,9 @@ struct PassInput {
     const GpuScene* scene = nullptr;
     const Pose& pose;
     const GpuEnvironment* environment = nullptr;  // if the pass reads the stored map
-    GpuTracer* tracer = nullptr;                  // if a draw traces rays
+    GpuTracer* tracer = nullptr;                  // if a program traces rays
+    ProcessorTracer* processorTracer = nullptr;   // if rays are recorded or followed
+    const gl::Framebuffer* recording = nullptr;   // draws into the target and into records of rays
 
     const Target& target() const { return *targets[pass.target]; }
     const Target& read(TargetId id) const { return *targets[id]; }
@@ -51,6 +55,8 @@ void execute(PassResources& resources, const PassInput& input, const BlurCube& w
 void execute(PassResources& resources, const PassInput& input, const BuildLevels& work);
 void execute(PassResources& resources, const PassInput& input, const DrawScene& work);
 void execute(PassResources& resources, const PassInput& input, const DrawGlass& work);
+void execute(PassResources& resources, const PassInput& input, const DrawBlended& work);
+void execute(PassResources& resources, const PassInput& input, const FollowRays& work);
 void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work);
 void execute(PassResources& resources, const PassInput& input, const DrawChannel& work);
 void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work);
@@ -94,6 +100,7 @@ struct DrawProgram {
     int variant = 0;
     bool materials = true;   // binds materials; programs depend on VIEW bits (features.glsl)
     bool backFaces = false;  // draws only what is otherwise culled
+    bool recordsRays = false;
 };
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program);

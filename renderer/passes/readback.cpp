@@ -73,7 +73,7 @@ std::vector<TexelCounts> countInvalidTexels(const FramePlan& plan,
     std::vector<TexelCounts> result(targets.size());
     for (std::size_t i = 0; i < targets.size(); ++i) {
         const TargetSpec& spec = targets[i]->spec();
-        if (spec.format == Format::srgba8) continue;
+        if (spec.format == Format::srgba8 || spec.format == Format::rgba32ui) continue;
         const bool light = holdsLight(plan, static_cast<TargetId>(i));
         for (std::uint32_t level = 0; level < spec.levels; ++level) {
             for (std::uint32_t f = 0; f < (spec.kind == TargetKind::cube ? 6u : 1u); ++f) {

@@ -12,6 +12,10 @@ constexpr DrawProgram kDepth{"depth.vert", "depth.frag", 0, 0, false};
 // Double-sided draws differ only in culling: the shader orients each normal towards the eye.
 constexpr DrawProgram kSurface{"surface.vert", "surface.frag",
                                static_cast<Features>(~FEATURE_DOUBLE_SIDED)};
+constexpr DrawProgram kRecording{.vertex = "surface.vert",
+                                 .fragment = "surface.frag",
+                                 .relevant = static_cast<Features>(~FEATURE_DOUBLE_SIDED),
+                                 .recordsRays = true};
 
 const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
 const gl::SamplerDescription kOneLevel{};
@@ -39,6 +43,7 @@ void bindPass(PassResources& resources, const PassInput& input, const PassView& 
     uploadReflections(resources, input, view, input.plan.mapFromWorld);
     bindLight(resources, input, view.environment);
     if (input.tracer) input.tracer->bind(input.plan, view.view.eye);
+    if (input.processorTracer) input.processorTracer->bind(view.view.eye);
     input.target().drawn(face).bind();
     gl::apply(gl::State{.colorWrite = false});
     gl::apply(gl::Facing{.cullBack = false});
@@ -57,11 +62,45 @@ void drawSky(PassResources& resources, const PassInput& input) {
     gl::drawTriangle();
 }
 
+gl::Rect glRect(const TargetRect& rect) {
+    return {rect.x, rect.y, rect.width, rect.height};
+}
+
+// Copies the records of one sample of each pixel.
+void copySample(PassResources& resources, const Target& records, std::uint32_t sample,
+                const gl::Framebuffer& copy, const gl::Rect& rect) {
+    gl::apply(gl::State{});
+    gl::apply(gl::Facing{.cullBack = false});
+    blocks::FilterBlock block{};
+    block.parameters.x = static_cast<float>(sample);
+    resources.filterBlock.assign(blocks::bytesOf(block));
+    resources.filterBlock.bindUniform(BINDING_FILTER);
+    copy.bindPart(rect);
+    records.texture().bind(UNIT_SOURCE);
+    resources.shaders.program({"fullscreen.vert", "copy_sample.frag"}).use();
+    resources.noVertices.bind();
+    gl::drawTriangle();
+}
+
+// Draws with the current state into the target and into the records.
+void drawRecorded(PassResources& resources, const PassInput& input, const PassView& view,
+                  const RecordedDraws& recorded, std::uint32_t records, std::uint32_t face) {
+    if (recorded.draws.empty()) return;
+    input.recording->bind();
+    input.recording->clearFurther(glRect(recorded.rect));
+    drawAll(resources, input, view, recorded.draws, records, kRecording);
+    input.target().drawn(face).bind();
+}
+
+gl::State blendedState(const PassView& view) {
+    return {.depthTest = gl::DepthTest::nearer,
+            .blending = gl::Blending::premultiplied,
+            .clip = view.view.clipPlane.has_value()};
+}
+
 void drawBlended(PassResources& resources, const PassInput& input, const PassView& view,
                  std::span<const Draw> draws, std::uint32_t records) {
-    gl::apply(gl::State{.depthTest = gl::DepthTest::nearer,
-                        .blending = gl::Blending::premultiplied,
-                        .clip = view.view.clipPlane.has_value()});
+    gl::apply(blendedState(view));
     drawAll(resources, input, view, draws, records, kSurface);
 }
 
@@ -92,6 +131,7 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
     beginView(resources, input, view);
     const std::uint32_t depthRecords = resources.draws.add(work.depthDraws);
     const std::uint32_t opaqueRecords = resources.draws.add(work.opaqueDraws);
+    const std::uint32_t recordedRecords = resources.draws.add(work.recorded.draws);
     const std::uint32_t blendedRecords = resources.draws.add(work.blendedDraws);
     bindPass(resources, input, view, work.face);
 
@@ -120,6 +160,9 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
     gl::apply(state);
     drawAll(resources, input, view, cut, opaqueRecords + static_cast<std::uint32_t>(opaque.size()),
             kSurface);
+    state.depthTest = gl::DepthTest::nearerOrEqual;
+    gl::apply(state);
+    drawRecorded(resources, input, view, work.recorded, recordedRecords, work.face);
     if (work.sky) drawSky(resources, input);
     drawBlended(resources, input, view, work.blendedDraws, blendedRecords);
     input.target().resolve();
@@ -152,6 +195,7 @@ void execute(PassResources& resources, const PassInput& input, const DrawGlass& 
                         .backdrop = work.backdrop};
     beginView(resources, input, view);
     const std::uint32_t glassRecords = resources.draws.add(work.glassDraws);
+    const std::uint32_t recordedRecords = resources.draws.add(work.recorded.draws);
     const std::uint32_t blendedRecords = resources.draws.add(work.blendedDraws);
     bindPass(resources, input, view, work.face);
     input.read(work.backdrop).texture().bind(UNIT_BACKDROP);
@@ -165,7 +209,64 @@ void execute(PassResources& resources, const PassInput& input, const DrawGlass& 
                         .depthWrite = true,
                         .clip = work.view.clipPlane.has_value()});
     drawAll(resources, input, view, work.glassDraws, glassRecords, kSurface);
+    drawRecorded(resources, input, view, work.recorded, recordedRecords, work.face);
     drawBlended(resources, input, view, work.blendedDraws, blendedRecords);
+    input.target().resolve();
+}
+
+void execute(PassResources& resources, const PassInput& input, const DrawBlended& work) {
+    const PassView view{
+        .view = work.view, .reflections = work.reflections, .environment = work.environment};
+    beginView(resources, input, view);
+    const std::uint32_t records = resources.draws.add(work.draws);
+    const std::uint32_t recordedRecords = resources.draws.add(work.recorded.draws);
+    bindPass(resources, input, view, work.face);
+    drawBlended(resources, input, view, work.draws, records);
+    gl::apply(blendedState(view));
+    drawRecorded(resources, input, view, work.recorded, recordedRecords, work.face);
+    input.target().resolve();
+}
+
+void execute(PassResources& resources, const PassInput& input, const FollowRays& work) {
+    const gl::Rect rect = glRect(work.rect);
+    const gl::Texture& radiance = input.read(work.radiance).texture();
+    const bool multisampled = !work.sample.empty();
+    const std::uint32_t samples =
+        multisampled ? input.read(work.records.front()).spec().samples : 1;
+    beginView(resources, input, {.view = work.view, .environment = work.environment});
+    ProcessorTracer& tracer = *input.processorTracer;
+    tracer.beginPass(input.plan, work.view,
+                     work.environment == kNoTarget ? nullptr : &input.read(work.environment),
+                     resources.draws, rect);
+    for (std::uint32_t sample = 0; sample < samples; ++sample) {
+        tracer.beginSample();
+        // Rays through glass first: they bring more light than those that it mirrors, which may
+        // then be coarser.
+        for (std::size_t list = work.records.size() / 2; list-- > 0;) {
+            const gl::Framebuffer* records[2];
+            for (std::size_t k = 0; k < 2; ++k) {
+                const Target& record = input.read(work.records[2 * list + k]);
+                if (multisampled) {
+                    records[k] = &input.read(work.sample[k]).drawn();
+                    copySample(resources, record, sample, *records[k], rect);
+                } else {
+                    records[k] = &record.drawn();
+                }
+            }
+            resources.counters.paths += tracer.follow(list, *records[0], *records[1]);
+        }
+        radiance.uploadPart(rect, std::as_bytes(tracer.radiance()));
+        gl::apply(gl::State{.blending = gl::Blending::add});
+        gl::apply(gl::Facing{.cullBack = false});
+        if (multisampled) gl::setSamples(1u << sample);
+        input.target().drawn(work.face).bindPart(rect);
+        radiance.bind(UNIT_SOURCE);
+        resources.samplers.sampler({}).bind(UNIT_SOURCE);
+        resources.shaders.program({"fullscreen.vert", "copy.frag"}).use();
+        resources.noVertices.bind();
+        gl::drawTriangle();
+        gl::setAllSamples();
+    }
     input.target().resolve();
 }
 

@@ -66,13 +66,15 @@ void CompilingProgram::end() {
 }
 
 std::string withIncludes(const std::string& text, Features features, int variant,
-                         std::uint32_t view) {
+                         std::uint32_t view, bool recordsRays) {
     std::ostringstream out;
     out << "#version 430 core\n"
         << "const uint FEATURES = " << features << "u;\n"
         << "const int VARIANT = " << variant << ";\n"
         << "const uint VIEW = " << view << "u;\n"
         << "#define TRACES_RAYS " << ((features & kFeaturesOfRays) != 0) << "\n"
+        << "#define RECORDS_RAYS " << recordsRays << "\n"
+        << "#define RAYS_OF_PIXEL " << ((features & FEATURE_TRACED_GLASS) != 0 ? 2 : 1) << "\n"
         << "#define SHADES_GLASS " << ((features & kFeaturesOfGlass) != 0) << "\n";
     std::set<std::string> seen;
     append(text, seen, out);
@@ -80,8 +82,8 @@ std::string withIncludes(const std::string& text, Features features, int variant
 }
 
 std::string shaderSource(const std::string& file, Features features, int variant,
-                         std::uint32_t view) {
-    return withIncludes(std::string(embedded(file)), features, variant, view);
+                         std::uint32_t view, bool recordsRays) {
+    return withIncludes(std::string(embedded(file)), features, variant, view, recordsRays);
 }
 
 const gl::VertexShader& ShaderLibrary::vertexShader(const std::string& file) {
@@ -102,8 +104,9 @@ const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
         {.name = key.fragment + " features " + std::to_string(key.features) + " variant " +
                  std::to_string(key.variant) + " view " + std::to_string(key.view),
          .vertex = vertexShader(key.vertex),
-         .fragmentSource = shaderSource(key.fragment, key.features, key.variant, key.view),
-         .loadBinary = (key.features & kFeaturesOfRays) != 0});
+         .fragmentSource =
+             shaderSource(key.fragment, key.features, key.variant, key.view, key.recordsRays),
+         .loadBinary = (key.features & kFeaturesOfRays) != 0 && !key.recordsRays});
     return programs_.emplace(key, std::move(made)).first->second;
 }
 

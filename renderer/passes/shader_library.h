@@ -15,9 +15,10 @@ struct ProgramKey {
     std::string vertex, fragment;  // names of files in shaders/
     // Of the fragment shader. All programs with one vertex shader share it, so that the driver
     // compiles it once for each set of outputs that is read.
-    Features features = 0;   // FEATURES in the source
-    int variant = 0;         // VARIANT in the source
-    std::uint32_t view = 0;  // VIEW in the source: what holds for every pixel of a pass
+    Features features = 0;     // FEATURES in the source
+    int variant = 0;           // VARIANT in the source
+    std::uint32_t view = 0;    // VIEW in the source: what holds for every pixel of a pass
+    bool recordsRays = false;  // RECORDS_RAYS in the source: rays become records
     auto operator<=>(const ProgramKey&) const = default;
 };
 
@@ -55,9 +56,9 @@ private:
 
 // Returns a shader file with its includes expanded. Throws std::runtime_error for an unknown file.
 std::string shaderSource(const std::string& file, Features features, int variant,
-                         std::uint32_t view = 0);
+                         std::uint32_t view = 0, bool recordsRays = false);
 // The same for a source text.
 std::string withIncludes(const std::string& text, Features features, int variant,
-                         std::uint32_t view = 0);
+                         std::uint32_t view = 0, bool recordsRays = false);
 
 }  // namespace clerestory

@@ -17,6 +17,8 @@ gl::TextureFormat textureFormat(Format format) {
             return gl::TextureFormat::rgba32f;
         case Format::srgba8:
             return gl::TextureFormat::srgba8;
+        case Format::rgba32ui:
+            return gl::TextureFormat::rgba32ui;
     }
     return gl::TextureFormat::rgba16f;
 }
@@ -29,6 +31,8 @@ std::uint64_t texelBytes(Format format) {
             return 16;
         case Format::srgba8:
             return 4;
+        case Format::rgba32ui:
+            return 16;
     }
     return 16;
 }
@@ -49,6 +53,7 @@ Target::Target(const TargetSpec& spec)
            .width = spec.width,
            .height = spec.height,
            .levels = spec.levels,
+           .samples = spec.format == Format::rgba32ui ? spec.samples : 1,
            .alike = spec.kind == TargetKind::plane}) {
     if (spec.depth) {
         depth_.emplace(gl::RenderFormat::depth32f, spec.width, spec.height, spec.samples);
@@ -81,7 +86,7 @@ Target::Target(const TargetSpec& spec)
         }
         return;
     }
-    if (spec.samples > 1) {
+    if (spec.samples > 1 && spec.format != Format::rgba32ui) {
         resolved_.emplace(gl::FramebufferDescription{
             .color = &color_, .width = spec.width, .height = spec.height});
         colorSamples_.emplace(
@@ -123,6 +128,15 @@ void Target::halve(const gl::Framebuffer& from, const gl::Framebuffer& to,
     (intermediate ? intermediate->drawn : from).scaleInto(to);
 }
 
+gl::FramebufferDescription Target::drawnDescription(std::uint32_t face) const {
+    return {.color = colorSamples_ ? nullptr : &color_,
+            .face = face,
+            .colorSamples = colorSamples_ ? &*colorSamples_ : nullptr,
+            .depth = depth_ ? &*depth_ : nullptr,
+            .width = spec_.width,
+            .height = spec_.height};
+}
+
 void Target::resolve() const {
     if (resolved_) drawn().resolveInto(*resolved_);
 }
@@ -144,8 +158,9 @@ void TargetPool::beginFrame() {
     ++frame_;
     for (Entry& entry : entries_) entry.taken = false;
     // A resident target whose pass failed has no valid content.
-    std::erase_if(entries_,
-                  [](const Entry& e) { return e.target->spec().residentKey != 0 && !e.resident; });
+    const std::size_t erased = std::erase_if(
+        entries_, [](const Entry& e) { return e.target->spec().residentKey != 0 && !e.resident; });
+    if (erased > 0) together_.clear();
 }
 
 Target& TargetPool::acquire(const TargetSpec& spec) {
@@ -161,6 +176,17 @@ Target& TargetPool::acquire(const TargetSpec& spec) {
     }
     entries_.push_back({std::make_unique<Target>(spec), true, false, spec.inputsHash, frame_});
     return *entries_.back().target;
+}
+
+const gl::Framebuffer& TargetPool::together(const Target& target, std::uint32_t face,
+                                            std::span<Target* const> further) {
+    std::vector<const void*> key{&target.drawn(face)};
+    key.insert(key.end(), further.begin(), further.end());
+    const auto found = together_.find(key);
+    if (found != together_.end()) return found->second;
+    gl::FramebufferDescription description = target.drawnDescription(face);
+    for (const Target* other : further) description.further.push_back(&other->texture());
+    return together_.emplace(std::move(key), gl::Framebuffer(description)).first->second;
 }
 
 void TargetPool::markResident(const Target& target) {
@@ -183,18 +209,21 @@ ResidentMaps TargetPool::residentMaps() const {
 
 void TargetPool::forgetResident() {
     std::erase_if(entries_, [](const Entry& e) { return e.resident; });
+    together_.clear();
 }
 
 void TargetPool::endFrame() {
     std::stable_sort(entries_.begin(), entries_.end(),
                      [](const Entry& a, const Entry& b) { return a.lastFrame > b.lastFrame; });
     std::uint64_t resident = 0, transient = 0;
+    const std::size_t count = entries_.size();
     std::erase_if(entries_, [&](const Entry& entry) {
         std::uint64_t& sum = entry.resident ? resident : transient;
         sum += entry.target->bytes();
         return entry.lastFrame != frame_ &&
                sum > (entry.resident ? kResidentBudget : kTransientBudget);
     });
+    if (entries_.size() != count) together_.clear();  // it may hold a deleted target
 }
 
 }  // namespace clerestory

@@ -5,9 +5,11 @@
 #include "gl/texture.h"
 #include "plan/planner.h"
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <vector>
 
 namespace clerestory {
@@ -32,6 +34,8 @@ public:
     // Averages level 0 into the smaller levels. All texels have equal weight, even for odd edges.
     void makeLevels() const;
     std::uint64_t bytes() const;
+    // What drawn(face) draws into, for a framebuffer with further targets.
+    gl::FramebufferDescription drawnDescription(std::uint32_t face) const;
 
 private:
     // Intermediate picture between a level with an odd edge and the next level, twice the size of
@@ -60,6 +64,9 @@ public:
     Target& acquire(const TargetSpec& spec);
     // Marks the content as complete, so that later frames can use it by its key.
     void markResident(const Target& target);
+    // Draws into a face of `target` and into `further` at the same time.
+    const gl::Framebuffer& together(const Target& target, std::uint32_t face,
+                                    std::span<Target* const> further);
     ResidentMaps residentMaps() const;
     void forgetResident();
     // Deletes the least recently used targets beyond the memory budgets.
@@ -74,6 +81,7 @@ private:
         std::uint64_t lastFrame = 0;
     };
     std::vector<Entry> entries_;
+    std::map<std::vector<const void*>, gl::Framebuffer> together_;  // by targets and face
     std::uint64_t frame_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include "plan/effects/environment_map.h"
 #include "plan/effects/method_choice.h"
 #include "plan/effects/planar_reflection.h"
+#include "plan/effects/ray_tracing.h"
 #include "plan/effects/refraction.h"
 
 #include <algorithm>
@@ -63,14 +64,14 @@ SeenView planView(ViewContext& context, const ViewTask& task) {
     for (auto it = lists.through.begin(); it != firstGlass; ++it) {
         drawn.blendedDraws.push_back(it->draw);
     }
-    context.builder.addPass(
-        {.name = nameOf(task.subject),
-         .subject = task.subject,
-         .effect = task.effect,
-         .generation = task.generation,
-         .target = task.target,
-         .reason = task.reason.empty() ? formatted(requested, seen.overdraw) : task.reason,
-         .work = drawn});
+    addDrawnPass(context, task,
+                 {.name = nameOf(task.subject),
+                  .subject = task.subject,
+                  .effect = task.effect,
+                  .generation = task.generation,
+                  .target = task.target,
+                  .reason = task.reason.empty() ? formatted(requested, seen.overdraw) : task.reason,
+                  .work = drawn});
     addGlassLayers(context, task, seen, drawn, {firstGlass, lists.through.end()});
     return seen;
 }

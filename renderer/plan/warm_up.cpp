@@ -25,7 +25,7 @@ TargetSpec smallTarget(TargetSpec spec) {
     return spec;
 }
 
-enum class DrawStage { depth, opaque, blended };
+enum class DrawStage { depth, opaque, recorded, blended };
 
 class WarmUpPasses {
 public:
@@ -50,9 +50,19 @@ private:
         }
     }
 
+    // Builds the hierarchy of the scene, too.
+    void add(const Pass& pass, const FollowRays& work) {
+        const TargetSpec& target = plan_.targets[pass.target];
+        if (!seenRays_.emplace(target.format, target.samples).second) return;
+        passes_.push_back(pass);
+        FollowRays bare = work;
+        bare.rect = {0, 0, 1, 1};
+        passes_.back().work = std::move(bare);
+    }
+
     void add(const Pass& pass, const DrawScene& work) {
         DrawScene bare = work;
-        bare.depthDraws = bare.opaqueDraws = bare.blendedDraws = {};
+        bare.depthDraws = bare.opaqueDraws = bare.recorded.draws = bare.blendedDraws = {};
         bare.sky = false;
         if (work.sky && !seenSky_) {
             seenSky_ = true;
@@ -69,6 +79,7 @@ private:
             }
             add(pass, bare, &DrawScene::opaqueDraws, draw, DrawStage::opaque);
         }
+        for (const Draw& draw : work.recorded.draws) addRecorded(pass, bare, draw);
         for (const Draw& draw : work.blendedDraws) {
             add(pass, bare, &DrawScene::blendedDraws, draw, DrawStage::blended);
         }
@@ -76,13 +87,23 @@ private:
 
     void add(const Pass& pass, const DrawGlass& work) {
         DrawGlass bare = work;
-        bare.glassDraws = bare.blendedDraws = {};
+        bare.glassDraws = bare.recorded.draws = bare.blendedDraws = {};
         for (const Draw& draw : work.glassDraws) {
             add(pass, bare, &DrawGlass::glassDraws, draw, DrawStage::opaque);
         }
+        for (const Draw& draw : work.recorded.draws) addRecorded(pass, bare, draw);
         for (const Draw& draw : work.blendedDraws) {
             add(pass, bare, &DrawGlass::blendedDraws, draw, DrawStage::blended);
         }
+    }
+
+    void add(const Pass& pass, const DrawBlended& work) {
+        DrawBlended bare = work;
+        bare.draws = bare.recorded.draws = {};
+        for (const Draw& draw : work.draws) {
+            add(pass, bare, &DrawBlended::draws, draw, DrawStage::blended);
+        }
+        for (const Draw& draw : work.recorded.draws) addRecorded(pass, bare, draw);
     }
 
     void add(const Pass& pass, const DrawBackFaces& work) {
@@ -103,6 +124,17 @@ private:
     template <class Work>
     void add(const Pass& pass, const Work& bare, std::vector<Draw> Work::*list, const Draw& draw,
              DrawStage stage) {
+        addTo(
+            pass, bare, draw, stage, [list](auto& work) -> auto& { return work.*list; });
+    }
+    template <class Work>
+    void addRecorded(const Pass& pass, const Work& bare, const Draw& draw) {
+        addTo(
+            pass, bare, draw, DrawStage::recorded,
+            [](auto& work) -> auto& { return work.recorded.draws; });
+    }
+    template <class Work, class List>
+    void addTo(const Pass& pass, const Work& bare, const Draw& draw, DrawStage stage, List list) {
         const TargetSpec& target = plan_.targets[pass.target];
         const auto key = std::tuple(pass.kind(), stage, draw.features,
                                     stage == DrawStage::depth ? kNone : draw.material,
@@ -112,14 +144,14 @@ private:
         const auto holds = [&](const Pass& last) {
             const auto* work = std::get_if<Work>(&last.work);
             return last.name == pass.name && last.target == pass.target && work &&
-                   work->view == bare.view && !(work->*list).empty() &&
-                   (work->*list).front().features == draw.features;
+                   work->view == bare.view && !list(*work).empty() &&
+                   list(*work).front().features == draw.features;
         };
         if (passes_.empty() || !holds(passes_.back())) {
             passes_.push_back(pass);
             passes_.back().work = bare;
         }
-        (std::get<Work>(passes_.back().work).*list).push_back(draw);
+        list(std::get<Work>(passes_.back().work)).push_back(draw);
     }
 
     const FramePlan& plan_;
@@ -128,6 +160,7 @@ private:
     std::set<
         std::tuple<std::string_view, DrawStage, Features, Index, bool, Format, std::uint32_t, bool>>
         seenDraws_;
+    std::set<std::tuple<Format, std::uint32_t>> seenRays_;
     bool seenSky_ = false;
 };
 

@@ -1,7 +1,7 @@
 // Embree's acceleration structure over the triangles of a SceneGeometry.
 #pragma once
 
-#include "reference/embree.h"
+#include "rays/embree.h"
 #include "reference/scene_geometry.h"
 
 namespace clerestory::reference {

@@ -303,6 +303,23 @@ Bvh buildMoving(const Scene& scene, const Pose& pose, const MaterialBindings& ma
                  kMaxBvhTriangles - still.triangles.size());
 }
 
+BvhTriangles stillTriangles(const Scene& scene, const Pose& pose,
+                            const MaterialBindings& materials) {
+    std::vector<bool> chosen = instancesThatMove(scene);
+    chosen.flip();
+    const glm::dvec3 origin = frameOf(scene, pose).origin;
+    std::uint64_t dropped = 0;
+    return {origin, gathered(scene, pose, materials, origin, chosen, kMaxBvhTriangles, dropped)};
+}
+
+BvhTriangles movingTriangles(const Scene& scene, const Pose& pose,
+                             const MaterialBindings& materials, std::size_t stillCount) {
+    const glm::dvec3 origin = frameOf(scene, pose).origin;
+    std::uint64_t dropped = 0;
+    return {origin, gathered(scene, pose, materials, origin, instancesThatMove(scene),
+                             kMaxBvhTriangles - stillCount, dropped)};
+}
+
 Bvh joined(const Bvh& still, const Bvh& moving) {
     if (moving.nodes.empty()) return still;
     if (still.nodes.empty()) return moving;

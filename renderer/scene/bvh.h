@@ -65,6 +65,17 @@ Bvh buildMoving(const Scene& scene, const Pose& pose, const MaterialBindings& ma
 // result is the other part.
 Bvh joined(const Bvh& still, const Bvh& moving);
 
+// The triangles of both parts without a hierarchy, for other builders.
+struct BvhTriangles {
+    glm::dvec3 origin{0.0};  // world; as Bvh::origin
+    std::vector<BvhTriangle> triangles;
+};
+BvhTriangles stillTriangles(const Scene& scene, const Pose& pose,
+                            const MaterialBindings& materials = {});
+// stillCount: number of triangles of the other part.
+BvhTriangles movingTriangles(const Scene& scene, const Pose& pose,
+                             const MaterialBindings& materials, std::size_t stillCount);
+
 struct BvhHit {
     float distance = 0.0f;     // in units of the direction's length
     float u = 0.0f, v = 0.0f;  // weights of b and c

@@ -224,6 +224,7 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     for (std::size_t i = 0; i < plan.passes.size(); ++i) {
         ordered_json pass = passJson(plan, plan.passes[i]);
         if (i < times.size()) pass["milliseconds"] = times[i].milliseconds;
+        if (i < times.size() && pass["kind"] == "rays") pass["paths"] = times[i].paths;
         json["passes"].push_back(std::move(pass));
     }
     for (const Skipped& skipped : plan.skipped) {

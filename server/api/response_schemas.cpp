@@ -155,9 +155,10 @@ ordered_json planSchema() {
                {{"target", kText},
                 {"width", kCount},
                 {"height", kCount},
-                {"format", oneOf({"rgba16f", "rgba32f", "srgba8"})},
+                {"format", oneOf({"rgba16f", "rgba32f", "srgba8", "rgba32ui"})},
                 {"samples", described(kCount, "samples per pixel")},
-                {"milliseconds", described(kNumber, "measured; only of frames that were drawn")}});
+                {"milliseconds", described(kNumber, "measured; only of frames that were drawn")},
+                {"paths", described(kCount, "rays followed; only of drawn passes of kind rays")}});
     const ordered_json skipped = object(
         {{"name", kText}, {"subject", subjectSchema()}, {"effect", kText}, {"reason", kText}});
     const ordered_json candidate =

@@ -14,6 +14,13 @@ void addRendererFlags(CLI::App& command, Config& config) {
     static const std::map<std::string, Backend> kBackends = {{"auto", Backend::automatic},
                                                              {"software", Backend::software},
                                                              {"hardware", Backend::hardware}};
+    static const std::map<std::string, RayBackend> kRays = {{"auto", RayBackend::automatic},
+                                                            {"shader", RayBackend::shader},
+                                                            {"cpu", RayBackend::processor}};
+    command
+        .add_option("--rays", config.renderer.rays,
+                    "where rays of mirrors and glass are followed: auto, shader or cpu")
+        ->transform(CLI::CheckedTransformer(kRays).description(""));
     command.add_option("--renderer", config.renderer.backend, "auto, software or hardware")
         ->transform(CLI::CheckedTransformer(kBackends).description(""))
         ->type_name("KIND");

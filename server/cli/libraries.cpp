@@ -1,6 +1,6 @@
 #include "server/cli/config.h"
 
-#include "reference/embree.h"
+#include "rays/embree.h"
 #include "renderer.h"
 #include "server/base/process.h"
 

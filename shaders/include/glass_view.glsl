@@ -99,6 +99,9 @@ Glass glassAt(vec3 baseColor) {
 struct GlassLight {
     vec3 mirrored;  // radiance along the mirrored ray
     vec3 clear;     // of glass that is all clear
+    // Shares in `clear` of the radiance along the mirrored ray and of that through the glass.
+    vec3 mirroredShare;
+    vec3 throughShare;
 };
 
 GlassLight glassLight(Surface s, vec3 position, Glass g) {
@@ -140,7 +143,8 @@ GlassLight glassLight(Surface s, vec3 position, Glass g) {
                       ? behindGlass(position + way.offset, way.direction, spread)
                       : environmentAlong(way.direction, min(spread, 1.0f));
     vec3 mirrored = reflectedRadiance(s, position);
-    return GlassLight(mirrored, shares.reflected * mirrored + shares.transmitted * g.tint * behind);
+    return GlassLight(mirrored, shares.reflected * mirrored + shares.transmitted * g.tint * behind,
+                      shares.reflected, vec3(0.0f));
 }
 
 // The same along rays: the mirrored one, and the one that enters or leaves the body.
@@ -165,10 +169,12 @@ GlassLight tracedGlassLight(Surface s, vec3 position, Glass g) {
     }
     float lobe = glassSpread(s.roughness * s.roughness, c, g.ior);
     GlassRays rays = tracedThrough(s, position, aside, through, lobe);
-    vec3 seen = shares.reflected * rays.mirrored +
-                shares.transmitted * (inside ? vec3(1.0f) : g.tint) * rays.through;
-    if (inside) seen *= clear;
-    return GlassLight(rays.mirrored, seen);
+    vec3 absorbed = inside ? clear : vec3(1.0f);  // on the way to the eye
+    vec3 mirroredShare = absorbed * shares.reflected;
+    vec3 throughShare = absorbed * shares.transmitted * (inside ? vec3(1.0f) : g.tint);
+    return GlassLight(rays.mirrored,
+                      mirroredShare * rays.mirrored + throughShare * rays.through,
+                      mirroredShare, throughShare);
 }
 
 // Light that leaves a surface of glass towards the eye.
@@ -181,5 +187,6 @@ vec3 shadedGlass(MaterialPoint m, Surface s) {
     Surface opaque = surfaceOf(m, s.toEye);
     GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
                                                  : glassLight(s, positionEye, g);
+    weighRays(mix(opaque.reflectance, light.mirroredShare, clear), clear * light.throughShare);
     return lampsAt(lit) + mix(environmentLight(opaque, light.mirrored), light.clear, clear);
 }

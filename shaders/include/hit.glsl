@@ -1,25 +1,10 @@
 // The point of a surface that a ray has met: what surface.vert and material.glsl find out for a pixel,
 // from tables, because no texture can be bound for it. VARIANT holds the features that some surface
-// of the scene has; what none has is left out. After trace.glsl.
-#include "include/material_point.glsl"
-
-layout(binding = UNIT_TRACE_VERTICES) uniform samplerBuffer traceVertices;  // two floats each
-layout(binding = UNIT_TRACE_INDICES) uniform usamplerBuffer traceIndices;
-layout(binding = UNIT_TRACE_INSTANCES) uniform samplerBuffer traceInstances;
-layout(binding = UNIT_TRACE_MATERIALS) uniform samplerBuffer traceMaterials;  // then textures
-layout(binding = UNIT_TRACE_TEXELS) uniform samplerBuffer traceTexels;
+// of the scene has; what none has is left out. After trace.glsl. Compiled as GLSL and as C++
+// (renderer/rays/follow.cpp).
+#include "include/ray.glsl"
 
 #define hitHas(feature) ((uint(VARIANT) & (feature)) != 0u)  // a macro as has() is
-
-// Directions in eye space's axes and in the world's.
-vec3 worldAxes(vec3 v) {
-    return vec3(dot(view.worldFromEye[0].xyz, v), dot(view.worldFromEye[1].xyz, v),
-                dot(view.worldFromEye[2].xyz, v));
-}
-vec3 eyeAxes(vec3 v) {
-    return view.worldFromEye[0].xyz * v.x + view.worldFromEye[1].xyz * v.y +
-           view.worldFromEye[2].xyz * v.z;
-}
 
 // All vectors have the axes of eye space; `place` alone is relative to the hierarchy's origin and
 // has the world's, as the traversal requires.
@@ -182,7 +167,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     float twiceArea = length(face);
     bool seenTurning = dot(face, along) < 0.0f;  // its corners turn counter-clockwise
     p.faceNormal = (seenTurning ? face : -face) / max(twiceArea, 1e-30f);
-    p.front = seenTurning == e0.w > 0.0f;
+    p.front = seenTurning == (e0.w > 0.0f);
     float footprint = width / max(abs(dot(p.faceNormal, along)), 0.1f);
 
     HitCoordinates uv = HitCoordinates(vec2(0.0f), vec2(0.0f), 0.0f, 0.0f);

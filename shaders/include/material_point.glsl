@@ -1,4 +1,6 @@
 // A material at a point of a surface, and directions.
+#ifndef CLERESTORY_MATERIAL_POINT_GLSL
+#define CLERESTORY_MATERIAL_POINT_GLSL
 
 // What a material says about a point of a surface, however the point was reached.
 struct MaterialPoint {
@@ -21,6 +23,8 @@ vec3 direction(vec3 v) {
 
 // Of a texel of TextureImage::packedNormal: unit, in tangent space.
 vec3 unpackedNormal(vec4 texel) {
-    vec2 xy = texel.ra * 2.0f - 1.0f;
-    return vec3(xy, sqrt(max(1.0f - dot(xy, xy), 0.0f)));
+    vec2 slope = texel.ra * 2.0f - 1.0f;
+    return vec3(slope, sqrt(max(1.0f - dot(slope, slope), 0.0f)));
 }
+
+#endif

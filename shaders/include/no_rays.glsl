@@ -1,4 +1,4 @@
-// In the place of trace.glsl, hit.glsl and ray_path.glsl where a variant follows no rays: parsing those
+// In the place of ray_start.glsl where a variant follows no rays: parsing those
 // takes longer than everything else in a plain surface. What is declared here is never called.
 vec3 tracedReflection(Surface s, vec3 position) {
     return vec3(0.0f);
@@ -9,4 +9,9 @@ struct GlassRays {
 };
 GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
     return GlassRays(vec3(0.0f), vec3(0.0f));
+}
+void weighRays(vec3 mirrored, vec3 through) {
+}
+vec3 finishRays(float coverage) {
+    return vec3(0.0f);
 }

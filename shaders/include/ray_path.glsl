@@ -1,6 +1,6 @@
 // Light that comes along a ray through the scene: smooth mirrors and glass send it on, whatever else
 // it meets is shaded as a pixel of it would be, and where nothing is, there is the environment.
-// After lighting.glsl, glass.glsl and hit.glsl.
+// After lighting.glsl, glass.glsl and hit.glsl. Compiled as GLSL and as C++ (renderer/rays/follow.cpp).
 
 // A surface that mirrors the scene (scene/classification.h) continues rays if it is smoother than
 // kTracedRoughness and reflects more than kMinMirrored of the ray's light; else it mirrors the
@@ -14,14 +14,6 @@ const int kMaxHoles = 12;
 
 // Slope of a pixel's cone from which on the environment is averaged over it.
 const float kWidePixel = 0.5f;
-
-// Slopes of the cone that a ray represents: that of its pixel chooses levels of textures, that of
-// rough surfaces those of the environment, too.
-struct RayCone {
-    float width;  // metres, where the ray starts
-    float pixel;
-    float lobe;
-};
 
 vec3 environmentAtEnd(vec3 along, RayCone cone) {
     // Half a cone's slope is the alpha of a mirror that has such a lobe. A pixel's footprint is uniform, without
@@ -46,20 +38,6 @@ Surface coveredByCone(Surface s, float curvature, RayCone cone) {
                     side * (kEdge * min(across + spread, kMaxTurned)));
 }
 
-// Away from the face that a ray leaves from, on the side of `normal`. Corners and sums of them are
-// off by some 2^-22 of their greatest coordinate.
-vec3 offsetRayOrigin(vec3 place, vec3 normal, float reach) {
-    return place + worldAxes(normal) * (2e-6f * reach + 1e-30f);
-}
-
-// The mirrored direction of a bumpy or smoothed normal may point into the face itself: then it is
-// laid along it.
-vec3 mirroredAt(vec3 along, vec3 normal, vec3 faceNormal) {
-    vec3 mirrored = reflect(along, normal);
-    float above = dot(mirrored, faceNormal);
-    return direction(mirrored + faceNormal * max(1e-3f - above, 0.0f));
-}
-
 vec3 lampsAtHit(HitPoint p, Surface s) {
     if (!hitHas(FEATURE_LIGHTS)) return vec3(0.0f);
     vec3 lamps = lampsLight(s, eyeAxes(p.place - tracing.eye.xyz), p.firstLight, p.lights);
@@ -67,8 +45,9 @@ vec3 lampsAtHit(HitPoint p, Surface s) {
 }
 
 // start: relative to the hierarchy's origin, off the surface that the ray leaves. along: unit, in
-// eye space's axes.
-vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
+// eye space's axes. share: of the result in its pixel; the path ends where less than the plan's least
+// share is left.
+vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
     vec3 sum = vec3(0.0f);
     vec3 weight = vec3(1.0f);
     int turns = int(tracing.limits.x);
@@ -76,16 +55,20 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
     bool going = true;
     do {
         Hit hit = traceClosest(start, worldAxes(along), 0.0f, 1e30f);
-        bool met = hit.place >= 0;
-        float travelled = met ? hit.distance : 0.0f;
+        if (hit.place < 0) {
+            noteHit(-1);
+            sum += weight * environmentAtEnd(along, cone);
+            break;
+        }
+        float travelled = hit.distance;
         cone.width += (cone.pixel + cone.lobe) * travelled;
         HitPoint p = hitPoint(hit, along, cone.width);
         MaterialPoint m = p.material;
 
         // As pixels are: cut out by masks, and not drawn from the back of one-sided surfaces.
         bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
-        bool hole = met && holes > 0 && (m.baseColor.a < p.cutoff || back);
-        bool there = met && !hole;
+        bool hole = holes > 0 && (m.baseColor.a < p.cutoff || back);
+        bool there = !hole;
         bool unlit = hitHas(FEATURE_UNLIT) && (p.flags & TRACE_UNLIT) != 0;
         float coverage = 1.0f;
         if (hitHas(FEATURE_BLEND)) {
@@ -105,28 +88,38 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
             if (solid && !p.front) clarity = 1.0f;  // the way out of what was entered
         }
         bool veil = there && coverage < 1.0f && !solid && !pane;
-        Surface s = surfaceOf(m, -along);
-        bool level = p.curvature * hit.distance < kFlatEnough;
-        bool mirror = there && !solid && !pane && !veil && !unlit &&
-                      (p.flags & (level ? TRACE_MIRROR_FLAT : TRACE_MIRROR_CURVED)) != 0 &&
-                      m.roughness <= kTracedRoughness &&
-                      maxComponent(weight * s.reflectance) > kMinMirrored;
+        bool leaves = solid && !p.front;  // a pane has no inside
+        bool mirror = false;
+        vec3 reflectance = vec3(0.0f);
+        noteHit(p.instance);
 
         // What the surface itself sends along the ray: all but what the path goes on for.
-        vec3 around = environmentAlong(reflect(along, s.normal), s.roughness);
-        Surface unclear = s;
-        if (hitHas(FEATURE_GLASS)) {
-            m.metallic = solid || pane ? metallicBesideGlass(p.glass.x, m.metallic) : m.metallic;
-            unclear = surfaceOf(m, -along);
+        vec3 own = unlit ? m.baseColor.rgb : vec3(0.0f);
+        if (there && !leaves && !unlit) {
+            Surface s = surfaceOf(m, -along);
+            reflectance = s.reflectance;
+            bool level = p.curvature * hit.distance < kFlatEnough;
+            mirror = !solid && !pane && !veil &&
+                     (p.flags & (level ? TRACE_MIRROR_FLAT : TRACE_MIRROR_CURVED)) != 0 &&
+                     m.roughness <= kTracedRoughness &&
+                     maxComponent(weight * reflectance) > kMinMirrored;
+            if (clarity < 1.0f) {
+                Surface unclear = s;
+                if (hitHas(FEATURE_GLASS)) {
+                    m.metallic = solid || pane ? metallicBesideGlass(p.glass.x, m.metallic) : m.metallic;
+                    unclear = surfaceOf(m, -along);
+                }
+                vec3 around = vec3(0.0f);
+                if (!mirror) around = environmentAlong(reflect(along, s.normal), s.roughness);
+                own = (1.0f - clarity) * environmentLight(unclear, around) *
+                      (solid || pane ? 1.0f : m.occlusion);
+            }
+            if (hitHas(FEATURE_LIGHTS)) {
+                Surface opaque = s;
+                opaque.diffuse *= dull;
+                own += lampsAtHit(p, coveredByCone(opaque, p.curvature, cone));
+            }
         }
-        vec3 environment = environmentLight(unclear, mirror ? vec3(0.0f) : around) *
-                           (solid || pane ? 1.0f : m.occlusion);
-        Surface opaque = s;
-        opaque.diffuse *= dull;
-        opaque = coveredByCone(opaque, p.curvature, cone);
-        vec3 own = (1.0f - clarity) * environment + lampsAtHit(p, opaque);
-        if (solid && !p.front) own = vec3(0.0f);
-        if (unlit) own = m.baseColor.rgb;
         if (there) sum += weight * (coverage * own + m.emitted);
 
         vec3 normal = dot(m.normal, along) < 0.0f ? m.normal : p.faceNormal;
@@ -134,9 +127,8 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         vec3 next = along;
         vec3 aside = vec3(0.0f);
         bool crosses = true;  // goes on behind the face
-        if (hitHas(FEATURE_GLASS)) {
+        if (solid || pane) {
             float c = -dot(along, normal);
-            bool leaves = solid && !p.front;  // a pane has no inside
             float eta = leaves ? 1.0f / p.glass.y : p.glass.y;
             float fresnel = fresnelOfBody(c, eta, m.specular);
             vec3 mirrored = mirroredAt(along, normal, p.faceNormal);
@@ -152,28 +144,28 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
                 next = crosses ? bent.direction : mirrored;
             }
             if (pane) aside = asideInPane(along, normal, way, p.glass.z);
-            if (solid || pane) {
-                // The stronger of the two ways is followed. Of what is outside the other one sees the
-                // environment; what turns back inside leaves elsewhere, and is counted as if it left
-                // with the rest.
-                float part = coverage * clarity;
-                vec3 tint = leaves ? vec3(1.0f) : m.baseColor.rgb;
-                vec3 through = shares.transmitted * tint;
-                vec3 followed = leaves ? vec3(1.0f) : crosses ? through : shares.reflected;
-                vec3 left = leaves ? vec3(0.0f) : crosses ? shares.reflected : through;
-                vec3 other = crosses ? mirrored : bent.direction;
+            // The stronger of the two ways is followed. Of what is outside the other one sees the
+            // environment; what turns back inside leaves elsewhere, and is counted as if it left
+            // with the rest.
+            float part = coverage * clarity;
+            vec3 tint = leaves ? vec3(1.0f) : m.baseColor.rgb;
+            vec3 through = shares.transmitted * tint;
+            vec3 followed = leaves ? vec3(1.0f) : crosses ? through : shares.reflected;
+            vec3 other = crosses ? mirrored : bent.direction;
+            if (!leaves) {
+                vec3 left = crosses ? shares.reflected : through;
                 sum += weight * part * left * environmentAtEnd(other, cone);
-                weight *= part * followed + (1.0f - coverage);
-                cone.lobe += glassSpread(alpha, c, p.glass.y);
-                float turn = p.curvature * cone.width;  // of the normal over the cone
-                cone.pixel += solid ? (crosses ? abs(eta - 1.0f) : 2.0f) * turn : 0.0f;
             }
+            weight *= part * followed + (1.0f - coverage);
+            cone.lobe += glassSpread(alpha, c, p.glass.y);
+            float turn = p.curvature * cone.width;  // of the normal over the cone
+            cone.pixel += solid ? (crosses ? abs(eta - 1.0f) : 2.0f) * turn : 0.0f;
         }
         if (veil) weight *= 1.0f - coverage;
         if (mirror) {
             next = mirroredAt(along, normal, p.faceNormal);
             crosses = false;
-            weight *= m.occlusion * s.reflectance;
+            weight *= m.occlusion * reflectance;
             cone.lobe += 2.0f * alpha;
             cone.pixel += 2.0f * p.curvature * cone.width;
         }
@@ -181,80 +173,12 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone) {
         bool passed = hole || veil;
         turns -= turned ? 1 : 0;
         holes -= passed ? 1 : 0;
-        going = (turned && turns >= 0) || passed;
-        // Nothing more to meet, or no turn left: the rest is the environment's.
-        if (!going && (turned || !met)) sum += weight * environmentAtEnd(next, cone);
+        bool counts = share * maxComponent(weight) >= tracing.limits.z;
+        going = (turned && turns >= 0 && counts) || passed;
+        // No turn left: the rest is the environment's.
+        if (!going && turned) sum += weight * environmentAtEnd(next, cone);
         start = offsetRayOrigin(p.place + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;
     } while (going);
     return sum;
-}
-
-// ---- from a pixel ------------------------------------------------------------------------------
-
-// The face's normal at this pixel, towards the eye.
-vec3 faceNormalAt(vec3 position, vec3 toEye, vec3 normal) {
-    vec3 face = cross(dFdx(position), dFdy(position));
-    face = dot(face, face) > 0.0f ? normalize(face) : normal;
-    return dot(face, toEye) < 0.0f ? -face : face;
-}
-
-// Where the line of sight that surface.frag takes meets the triangle's plane. What a driver says of
-// the position there may have the length of another point: at the pixel's centre, which can lie far
-// beside a triangle that is seen edge-on.
-vec3 coveredPosition(vec3 position, vec3 face) {
-    vec3 covered = interpolateAtCentroid(positionEye);
-    float along = dot(face, covered);
-    float scale = dot(face, position) / (abs(along) > 1e-30f ? along : 1.0f);
-    return scale > 0.0f && scale < 1e6f ? covered * scale : position;
-}
-
-// Interpolated positions are off by more than corners are.
-vec3 startBeside(vec3 position, vec3 normal) {
-    vec3 covered = coveredPosition(position, normal);
-    vec3 place = tracing.eye.xyz + worldAxes(covered);
-    float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
-    return offsetRayOrigin(place, normal, reach + 5.0f * length(covered));
-}
-
-float changeInPixel(vec3 v) {
-    return max(length(dFdx(v)), length(dFdy(v)));
-}
-
-RayCone coneAt(vec3 position, vec3 towards, float lobe) {
-    return RayCone(changeInPixel(position), min(changeInPixel(towards), 1.0f), lobe);
-}
-
-vec3 tracedReflection(Surface s, vec3 position) {
-    vec3 face = faceNormalAt(position, s.toEye, s.normal);
-    vec3 towards = mirroredAt(-s.toEye, s.normal, face);
-    float lobe = 2.0f * s.roughness * s.roughness;
-    return tracedRadiance(startBeside(position, face), towards, coneAt(position, towards, lobe));
-}
-
-// Clear glass: the mirrored ray first, then the one that goes through, and starts so far `aside`.
-struct GlassRays {
-    vec3 mirrored;
-    vec3 through;
-};
-GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
-    vec3 face = faceNormalAt(position, s.toEye, s.normal);
-    vec3 towards = mirroredAt(-s.toEye, s.normal, face);
-    GlassRays rays = GlassRays(vec3(0.0f), vec3(0.0f));
-    RayCone mirroredCone = coneAt(position, towards, 2.0f * s.roughness * s.roughness);
-    RayCone insideCone = coneAt(position, inside, lobe);
-    int ray = 0;
-    do {  // one loop, so that the path stands in the program once
-        bool first = ray == 0;
-        vec3 start = startBeside(position, first ? face : -face);
-        vec3 radiance = tracedRadiance(first ? start : start + worldAxes(aside),
-                                       first ? towards : inside,
-                                       RayCone(mirroredCone.width,
-                                               first ? mirroredCone.pixel : insideCone.pixel,
-                                               first ? mirroredCone.lobe : insideCone.lobe));
-        rays.mirrored = first ? radiance : rays.mirrored;
-        rays.through = radiance;
-        ++ray;
-    } while (ray < 2);
-    return rays;
 }

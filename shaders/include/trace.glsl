@@ -3,6 +3,11 @@
 
 layout(binding = UNIT_TRACE_NODES) uniform samplerBuffer traceNodes;
 layout(binding = UNIT_TRACE_TRIANGLES) uniform samplerBuffer traceTriangles;
+layout(binding = UNIT_TRACE_VERTICES) uniform samplerBuffer traceVertices;  // two floats each
+layout(binding = UNIT_TRACE_INDICES) uniform usamplerBuffer traceIndices;
+layout(binding = UNIT_TRACE_INSTANCES) uniform samplerBuffer traceInstances;
+layout(binding = UNIT_TRACE_MATERIALS) uniform samplerBuffer traceMaterials;  // then textures
+layout(binding = UNIT_TRACE_TEXELS) uniform samplerBuffer traceTexels;
 
 struct Hit {
     float distance;
@@ -84,4 +89,8 @@ Hit traceClosest(vec3 origin, vec3 direction, float tMin, float tMax) {
         }
     } while (node < end);
     return hit;
+}
+
+// The processor compares the surfaces that the paths of neighbouring pixels meet (renderer/rays).
+void noteHit(int instance) {
 }

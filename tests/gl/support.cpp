@@ -1,12 +1,19 @@
 // See support.h.
 #include "support.h"
 
+#include <cstdlib>
+#include <string_view>
+
 #include <cmath>
 
 namespace clerestory::test {
 
 Renderer& renderer() {
-    static Renderer instance({.debugOutput = true});
+    const char* rays = std::getenv("CLERESTORY_TEST_RAYS");
+    static Renderer instance({.rays = rays && std::string_view(rays) == "shader"
+                                          ? RayBackend::shader
+                                          : RayBackend::automatic,
+                              .debugOutput = true});
     return instance;
 }
 

@@ -71,7 +71,7 @@ FramePlan PlanRunner::plan(const FrameRequest& request) const {
                       .environment = environment_,
                       .maps = {},
                       .resident = {},
-                      .limits = {.rayTracing = true}},
+                      .limits = {.rays = Rays::shader}},
                      request);
 }
 

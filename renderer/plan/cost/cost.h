@@ -24,6 +24,7 @@ struct Work {
     double rays = 0.0;          // ray segments per such pixel
     double frames = 1.0;        // frames that share the drawn work
     bool software = true;
+    bool processorRays = false;  // the rays are followed on the processor
 };
 double milliseconds(const Work& work);
 

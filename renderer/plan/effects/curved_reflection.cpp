@@ -49,11 +49,13 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .frames = framesPerCapture(!context.moves.empty()),
                        .software = limits.software}),
          probeError(roughness, apart)}};
-    if (limits.rayTracing && !task.captured) {  // captured faces show the previous generation
+    if (limits.rays != Rays::none &&
+        !task.captured) {  // captured faces show the previous generation
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = s.share * task.width * task.height,
                                             .rays = 1.0,
-                                            .software = limits.software}),
+                                            .software = limits.software,
+                                            .processorRays = limits.rays == Rays::processor}),
                               tracedError(roughness)});
     }
     return candidates;

@@ -205,11 +205,12 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .views = 1.0,
                        .software = limits.software}),
          mirrorError(group.roughness)}};
-    if (limits.rayTracing) {
+    if (limits.rays != Rays::none) {
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = group.share * task.width * task.height,
                                             .rays = 1.0,
-                                            .software = limits.software}),
+                                            .software = limits.software,
+                                            .processorRays = limits.rays == Rays::processor}),
                               tracedError(group.roughness)});
     }
     return candidates;

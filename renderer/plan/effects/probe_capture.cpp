@@ -37,7 +37,7 @@ std::uint64_t hashOfInputs(const ViewContext& context, const CapturePoint& point
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
     hash.add(hashOf(captureSettings(stage.settings)));
     hash.add(context.frame.limits.software);
-    hash.add(context.frame.limits.rayTracing);
+    hash.add(context.frame.limits.rays);
     hash.add(point.placed);
     hash.add(point.id);
     hash.add(point.resolution);

@@ -1,6 +1,9 @@
 #include "plan/effects/ray_tracing.h"
 
+#include "plan/graph/features.h"
 #include "plan/visibility/lighting.h"
+#include "plan/visibility/mirror.h"
+#include "plan/visibility/visibility.h"
 
 #include <algorithm>
 
@@ -12,6 +15,24 @@ RayScene::MaterialProperties propertiesOf(const Scene& scene, const Material& ma
     return {c.onFlat != Reflector::none, c.onCurved != Reflector::none};
 }
 
+// What a preset spends on rays; see RayScene.
+struct RayDensity {
+    float leastShare;
+    std::uint32_t stride;
+    float contrast;
+};
+RayDensity densityOf(Preset preset) {
+    switch (preset) {
+        case Preset::draft:
+            return {0.01f, 4, 0.1f};
+        case Preset::standard:
+            return {0.004f, 4, 0.03f};
+        case Preset::fine:
+            return {0.001f, 1, 0.0f};
+    }
+    return {0.001f, 1, 0.0f};
+}
+
 // Relative to the instance's node, so that distance from the origin costs no precision.
 std::vector<std::uint8_t> lightsOf(const Stage& stage, const Instance& instance) {
     glm::dmat4 fromNode = stage.pose.worldFromNode[instance.node];
@@ -21,7 +42,156 @@ std::vector<std::uint8_t> lightsOf(const Stage& stage, const Instance& instance)
     return allLightsReaching(stage.lights, origin, transformed(bounds, fromNode));
 }
 
+// Moves the draws that have rays from `draws` to `recorded`.
+void record(std::vector<Draw>& draws, RecordedDraws& recorded) {
+    const auto first = std::stable_partition(draws.begin(), draws.end(),
+                                             [](const Draw& draw) { return !followsRays(draw); });
+    recorded.draws.assign(first, draws.end());
+    draws.erase(first, draws.end());
+}
+
+// Memory that the records of a view may take; views of more samples follow rays in their programs.
+constexpr std::uint64_t kMaxRecordBytes = 512ull << 20;
+
+bool canRecord(const TargetSpec& target, const DeviceLimits& limits) {
+    const std::uint64_t bytes =
+        std::uint64_t{4} * 16 * target.width * target.height * target.samples;
+    return target.samples <= 1 ||
+           (target.samples <= limits.maxRecordSamples && bytes <= kMaxRecordBytes);
+}
+
+class RecordingPasses {
+public:
+    RecordingPasses(ViewContext& context, const ViewTask& task) : context_(context), task_(task) {}
+
+    void add(Pass pass, DrawScene work) {
+        record(work.opaqueDraws, work.recorded);
+        addDrawn(std::move(pass), std::move(work));
+    }
+    void add(Pass pass, DrawGlass work) {
+        record(work.glassDraws, work.recorded);
+        addDrawn(std::move(pass), std::move(work));
+    }
+
+private:
+    template <class Work>
+    void addDrawn(Pass pass, Work work) {
+        const std::vector<Draw> blended = std::move(work.blendedDraws);
+        work.blendedDraws.clear();
+        const DrawBlended bare{.face = work.face,
+                               .view = work.view,
+                               .map = work.map,
+                               .environment = work.environment,
+                               .reflections = work.reflections};
+        addRecording(pass, std::move(work));
+        // A draw covers the light of the rays behind it, so rays are added before the next draw.
+        DrawBlended next = bare;
+        for (std::size_t i = 0; i < blended.size(); ++i) {
+            const bool rays = followsRays(blended[i]);
+            (rays ? next.recorded.draws : next.draws).push_back(blended[i]);
+            if (!rays && i + 1 < blended.size()) continue;
+            Pass over = pass;
+            over.name = nameOf(task_.subject) + ":blended";
+            over.reason = "blended surfaces over the light of rays";
+            addRecording(std::move(over), std::move(next));
+            next = bare;
+        }
+    }
+
+    template <class Work>
+    void addRecording(Pass pass, Work work) {
+        if (work.recorded.draws.empty()) {
+            pass.work = std::move(work);
+            context_.builder.addPass(std::move(pass));
+            return;
+        }
+        const bool glass = std::any_of(
+            work.recorded.draws.begin(), work.recorded.draws.end(),
+            [](const Draw& draw) { return (draw.features & FEATURE_TRACED_GLASS) != 0; });
+        work.recorded.targets = recordTargets(pass.target, glass ? 4 : 2);
+        work.recorded.rect = rectOf(work.recorded.draws, work.view, pass.target);
+        FollowRays rays{.face = work.face,
+                        .view = work.view,
+                        .map = work.map,
+                        .environment = work.environment,
+                        .records = work.recorded.targets,
+                        .rect = work.recorded.rect,
+                        .radiance = sizedAs(pass.target, "radiance of rays", Format::rgba32f)};
+        if (context_.builder.target(pass.target).samples > 1) {
+            rays.sample = {sizedAs(pass.target, "start of a sample", Format::rgba32ui),
+                           sizedAs(pass.target, "way of a sample", Format::rgba32ui)};
+        }
+        Pass follow{.name = nameOf(task_.subject) + ":rays",
+                    .subject = task_.subject,
+                    .effect = glass ? Effect::refraction : Effect::environmentReflection,
+                    .generation = pass.generation,
+                    .target = pass.target,
+                    .reason = "rays of mirrors and glass, followed on the processor",
+                    .work = std::move(rays)};
+        pass.work = std::move(work);
+        context_.builder.addPass(std::move(pass));
+        context_.builder.addPass(std::move(follow));
+    }
+
+    // What the instances of the draws cover at most.
+    TargetRect rectOf(std::span<const Draw> draws, const View& view, TargetId target) const {
+        const Stage& stage = context_.stage;
+        ScreenBox covered;
+        for (const Draw& draw : draws) {
+            const Instance& instance = stage.scene.instances[draw.instance];
+            const ScreenBox box = screenBox(
+                view, transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
+                                  eyeFromLocal(view, stage.pose.worldFromNode[instance.node])));
+            if (box.empty()) continue;
+            covered.low = glm::min(covered.low, box.low);
+            covered.high = glm::max(covered.high, box.high);
+        }
+        const TargetSpec& drawn = context_.builder.target(target);
+        const PixelRect touched = pixelRect(covered, drawn.width, drawn.height, 2.0);
+        const auto within = [](double x, std::uint32_t size) {
+            return static_cast<std::uint32_t>(std::clamp(x, 0.0, double(size)));
+        };
+        const std::uint32_t x = within(touched.x, drawn.width);
+        const std::uint32_t y = within(touched.y, drawn.height);
+        return {x, y, std::max(1u, within(touched.x + touched.width, drawn.width) - x),
+                std::max(1u, within(touched.y + touched.height, drawn.height) - y)};
+    }
+
+    TargetId sizedAs(TargetId target, const char* name, Format format, std::uint32_t samples = 1) {
+        const TargetSpec drawn = context_.builder.target(target);
+        return context_.builder.addTarget({.name = name,
+                                           .format = format,
+                                           .width = drawn.width,
+                                           .height = drawn.height,
+                                           .samples = samples});
+    }
+    std::vector<TargetId> recordTargets(TargetId target, int count) {
+        std::vector<TargetId> targets;
+        for (int i = 0; i < count; ++i) {
+            targets.push_back(sizedAs(target, "records of rays", Format::rgba32ui,
+                                      context_.builder.target(target).samples));
+        }
+        return targets;
+    }
+
+    ViewContext& context_;
+    const ViewTask& task_;
+};
+
 }  // namespace
+
+void addDrawnPass(ViewContext& context, const ViewTask& task, Pass pass) {
+    const bool records = context.frame.limits.rays == Rays::processor && followsRays(pass) &&
+                         canRecord(context.builder.target(pass.target), context.frame.limits);
+    RecordingPasses passes(context, task);
+    if (auto* scene = std::get_if<DrawScene>(&pass.work); records && scene) {
+        passes.add(pass, *scene);
+    } else if (auto* glass = std::get_if<DrawGlass>(&pass.work); records && glass) {
+        passes.add(pass, *glass);
+    } else {
+        context.builder.addPass(std::move(pass));
+    }
+}
 
 void planRays(FramePlan& plan, const Stage& stage) {
     const bool traces = std::any_of(plan.passes.begin(), plan.passes.end(),
@@ -31,6 +201,10 @@ void planRays(FramePlan& plan, const Stage& stage) {
     rays.materialOfInstance = stage.materials.materialOfInstance;
     rays.hitFeatures = featuresOfAll(stage);
     rays.bounces = stage.settings.accuracy.bounces;
+    const RayDensity density = densityOf(stage.settings.accuracy.preset);
+    rays.leastShare = density.leastShare;
+    rays.stride = density.stride;
+    rays.contrast = density.contrast;
     for (const Instance& instance : stage.scene.instances) {
         rays.instances.push_back({.lights = lightsOf(stage, instance)});
     }

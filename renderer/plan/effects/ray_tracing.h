@@ -1,9 +1,13 @@
-// Properties of the scene for ray tracing; see graph/ray_scene.h.
+// Rays through the triangles of the scene: where they are followed, and what they need to know.
 #pragma once
 
-#include "plan/visibility/draws.h"
+#include "plan/effects/view_context.h"
 
 namespace clerestory {
+
+// Adds a pass that draws a view. If the processor follows rays, the draws of the pass that have rays
+// record them, and a further pass follows them; blended draws then have passes of their own.
+void addDrawnPass(ViewContext& context, const ViewTask& task, Pass pass);
 
 // Sets plan.rays if a pass of the plan traces rays. Call it after all views are planned.
 void planRays(FramePlan& plan, const Stage& stage);

@@ -1,6 +1,7 @@
 #include "plan/effects/refraction.h"
 
 #include "plan/effects/method_choice.h"
+#include "plan/effects/ray_tracing.h"
 #include "plan/graph/features.h"
 #include "plan/visibility/view.h"
 #include "plan/visibility/visibility.h"
@@ -54,11 +55,12 @@ std::vector<Candidate> candidatesFor(const ViewContext& context, const ViewTask&
                        .copiedPixels = double(task.width) * task.height,
                        .software = limits.software}),
          backdropError(solid, a.backFaces)}};
-    if (limits.rayTracing && !task.captured) {  // captured faces are small and blurred
+    if (limits.rays != Rays::none && !task.captured) {  // captured faces are small and blurred
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = pixels,
                                             .rays = glassRaySegments(solid, a.bounces),
-                                            .software = limits.software}),
+                                            .software = limits.software,
+                                            .processorRays = limits.rays == Rays::processor}),
                               tracedError(body.roughness)});
     }
     return candidates;
@@ -210,21 +212,22 @@ void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& 
                                                        : "background of glass, layer " + of,
                                  .work = CopyBackdrop{task.target, task.face}});
         const TargetId backFaces = addBackFaces(context, task, layer.glassDraws, of);
-        context.builder.addPass({.name = nameOf(task.subject) + ":glass",
-                                 .subject = task.subject,
-                                 .effect = Effect::refraction,
-                                 .generation = task.generation,
-                                 .target = task.target,
-                                 .reason = "glass over its backdrop, layer " + of,
-                                 .work = DrawGlass{.face = task.face,
-                                                   .view = task.view,
-                                                   .map = behind.map,
-                                                   .environment = behind.environment,
-                                                   .backdrop = backdrop,
-                                                   .backFaces = backFaces,
-                                                   .reflections = behind.reflections,
-                                                   .glassDraws = std::move(layer.glassDraws),
-                                                   .blendedDraws = std::move(layer.blendedDraws)}});
+        addDrawnPass(context, task,
+                     {.name = nameOf(task.subject) + ":glass",
+                      .subject = task.subject,
+                      .effect = Effect::refraction,
+                      .generation = task.generation,
+                      .target = task.target,
+                      .reason = "glass over its backdrop, layer " + of,
+                      .work = DrawGlass{.face = task.face,
+                                        .view = task.view,
+                                        .map = behind.map,
+                                        .environment = behind.environment,
+                                        .backdrop = backdrop,
+                                        .backFaces = backFaces,
+                                        .reflections = behind.reflections,
+                                        .glassDraws = std::move(layer.glassDraws),
+                                        .blendedDraws = std::move(layer.blendedDraws)}});
     }
 }
 

@@ -12,12 +12,17 @@
 
 namespace clerestory {
 
+// Where rays through the triangles of a scene are followed: nowhere, in the programs of the
+// surfaces that they start from, or on the processor.
+enum class Rays { none, shader, processor };
+
 // Capabilities of the device on which plans are executed; see gl/context.h.
 struct DeviceLimits {
     std::uint32_t maxSamples = 4;
     std::uint32_t maxAnisotropy = 16;
     bool software = true;
-    bool rayTracing = true;  // rays through the mesh are supported
+    Rays rays = Rays::shader;
+    std::uint32_t maxRecordSamples = 4;  // of records of rays
     bool operator==(const DeviceLimits&) const = default;
 };
 

@@ -49,6 +49,28 @@ std::vector<std::span<const Draw>> Pass::drawLists() const {
         work);
 }
 
+const RecordedDraws* Pass::recorded() const {
+    return std::visit(
+        [](const auto& w) -> const RecordedDraws* {
+            if constexpr (requires { w.recorded; })
+                return &w.recorded;
+            else
+                return nullptr;
+        },
+        work);
+}
+
+std::uint32_t Pass::face() const {
+    return std::visit(
+        [](const auto& w) -> std::uint32_t {
+            if constexpr (requires { w.face; })
+                return w.face;
+            else
+                return 0;
+        },
+        work);
+}
+
 bool followsRays(const Pass& pass) {
     const auto lists = pass.drawLists();
     return std::any_of(lists.begin(), lists.end(), [](std::span<const Draw> draws) {

@@ -22,9 +22,10 @@
 
 namespace clerestory {
 
-using PassWork = std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene,
-                              DrawGlass, DrawBackFaces, DrawChannel, CopyBackdrop, Twirl, Convolve,
-                              GlowBright, GlowDown, GlowUp, Glow, ToneMapping, EdgeFilter>;
+using PassWork =
+    std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene, DrawGlass,
+                 DrawBlended, FollowRays, DrawBackFaces, DrawChannel, CopyBackdrop, Twirl, Convolve,
+                 GlowBright, GlowDown, GlowUp, Glow, ToneMapping, EdgeFilter>;
 
 struct Pass {
     std::string name;
@@ -41,6 +42,8 @@ struct Pass {
     const View* view() const;                              // null: does not draw the scene
     std::string_view map() const;                          // stored map that it reads, or empty
     std::vector<std::span<const Draw>> drawLists() const;  // in drawing order
+    const RecordedDraws* recorded() const;                 // null: the type has none
+    std::uint32_t face() const;                            // of a cube target; 0 for planes
     bool operator==(const Pass&) const = default;
 };
 

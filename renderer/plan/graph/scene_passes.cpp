@@ -80,6 +80,7 @@ void addRayScene(PlanHash& hash, const Stage& stage) {
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
     for (const PlacedLight& light : stage.lights) addLight(hash, light);
     hash.add(stage.settings.accuracy.bounces);
+    hash.add(stage.settings.accuracy.preset);  // the density of rays
     hash.add(stage.settings.effects.emission);
     hash.add(stage.settings.effects.refraction);
 }
@@ -115,7 +116,8 @@ std::uint64_t litSamples(const Work& work, const TargetSpec& target, const Frame
     if (anyDraw(lists, [](const Draw& d) { return (d.features & FEATURE_MAP_SAMPLES) != 0; })) {
         directions = std::max<std::uint64_t>(directions, plan.curvedSamples);
     }
-    const bool rays = anyDraw(lists, [](const Draw& d) { return followsRays(d); });
+    const bool rays =
+        work.recorded.draws.empty() && anyDraw(lists, [](const Draw& d) { return followsRays(d); });
     if (rays && plan.rays) directions += plan.rays->bounces;
     return samplesOf(target) * directions;
 }
@@ -163,11 +165,11 @@ std::uint64_t DrawScene::shadedSamples(const TargetSpec& target, const FramePlan
 }
 void addTo(PlanHash& hash, const DrawScene& work, const Stage& stage) {
     const auto& [purpose, face, view, map, environment, sky, reflections, depthDraws, opaqueDraws,
-                 blendedDraws] = work;  // reads(): environment; hashOfPasses(): map
+                 recorded, blendedDraws] = work;  // reads(): environment; hashOfPasses(): map
     hash.add(purpose);
     hash.add(face);
     hash.add(sky);
-    addDrawnView(hash, view, {depthDraws, opaqueDraws, blendedDraws}, stage);
+    addDrawnView(hash, view, {depthDraws, opaqueDraws, recorded.draws, blendedDraws}, stage);
     addReflections(hash, reflections);
 }
 
@@ -187,10 +189,53 @@ std::uint64_t DrawGlass::shadedSamples(const TargetSpec& target, const FramePlan
 }
 void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage) {
     const auto& [face, view, map, environment, backdrop, backFaces, reflections, glassDraws,
-                 blendedDraws] = work;  // others: reads(), and map in hashOfPasses()
+                 recorded, blendedDraws] = work;  // others: reads(), and map in hashOfPasses()
     hash.add(face);
-    addDrawnView(hash, view, {glassDraws, blendedDraws}, stage);
+    addDrawnView(hash, view, {glassDraws, recorded.draws, blendedDraws}, stage);
     addReflections(hash, reflections);
+}
+
+std::vector<TargetId> DrawBlended::reads() const {
+    std::vector<TargetId> reads;
+    if (environment != kNoTarget) reads.push_back(environment);
+    appendTargets(reads, reflections);
+    return reads;
+}
+std::string_view DrawBlended::knobs() const {
+    return kKnobsOfTheFrame;
+}
+std::uint64_t DrawBlended::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
+    return litSamples(*this, target, plan);
+}
+void addTo(PlanHash& hash, const DrawBlended& work, const Stage& stage) {
+    const auto& [face, view, map, environment, reflections, draws, recorded] =
+        work;  // others: reads(), and map in hashOfPasses()
+    hash.add(face);
+    addDrawnView(hash, view, {draws, recorded.draws}, stage);
+    addReflections(hash, reflections);
+}
+
+std::vector<TargetId> FollowRays::reads() const {
+    std::vector<TargetId> reads = records;
+    if (environment != kNoTarget) reads.push_back(environment);
+    return reads;
+}
+std::string_view FollowRays::knobs() const {
+    return kKnobsOfTheFrame;
+}
+std::uint64_t FollowRays::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
+    return samplesOf(target) * (plan.rays ? plan.rays->bounces : 1);
+}
+void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage) {
+    // records: in reads(); radiance and sample: written before they are read
+    const auto& [face, view, map, environment, records, rect, radiance, sample] = work;
+    hash.add(rect.x);
+    hash.add(rect.y);
+    hash.add(rect.width);
+    hash.add(rect.height);
+    hash.add(face);
+    addView(hash, view);
+    addRayScene(hash, stage);
 }
 
 std::string_view DrawBackFaces::knobs() const {

@@ -15,6 +15,16 @@ namespace clerestory {
 struct FramePlan;
 struct Stage;
 
+// Draws whose rays the processor follows: they write records of their rays into targets of the
+// view's size, which FollowRays reads. They are drawn after the others, so that a record belongs to
+// what is visible.
+struct RecordedDraws {
+    std::vector<TargetId> targets;  // two for mirrors, two more for glass; empty without draws
+    std::vector<Draw> draws;
+    TargetRect rect;  // contains what they cover
+    bool operator==(const RecordedDraws&) const = default;
+};
+
 // Draws depth, opaque and masked surfaces, the sky behind them, then blended surfaces.
 struct DrawScene {
     enum class Purpose { surface, mirror, capture };
@@ -29,12 +39,13 @@ struct DrawScene {
     // without a depth prepass.
     std::vector<Draw> depthDraws;
     std::vector<Draw> opaqueDraws;   // masked ones last
+    RecordedDraws recorded;          // opaque
     std::vector<Draw> blendedDraws;  // far to near
 
     std::string_view kind() const;
     std::vector<TargetId> reads() const;
     std::vector<std::span<const Draw>> drawLists() const {
-        return {depthDraws, opaqueDraws, blendedDraws};
+        return {depthDraws, opaqueDraws, recorded.draws, blendedDraws};
     }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
@@ -52,15 +63,58 @@ struct DrawGlass {
     TargetId backFaces = kNoTarget;    // exit points of solid glass, or none
     std::vector<ReflectedPicture> reflections;
     std::vector<Draw> glassDraws;
+    RecordedDraws recorded;
     std::vector<Draw> blendedDraws;  // far to near
 
     std::string_view kind() const { return "glass"; }
     std::vector<TargetId> reads() const;
-    std::vector<std::span<const Draw>> drawLists() const { return {glassDraws, blendedDraws}; }
+    std::vector<std::span<const Draw>> drawLists() const {
+        return {glassDraws, recorded.draws, blendedDraws};
+    }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
     friend void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage);
     bool operator==(const DrawGlass&) const = default;
+};
+
+// Draws blended surfaces over a view whose rays have been added. Far to near; if the last draw has
+// rays, `recorded` holds it.
+struct DrawBlended {
+    std::uint32_t face = 0;  // of a cube target
+    View view;
+    std::string map;                   // as in DrawScene
+    TargetId environment = kNoTarget;  // as in DrawScene
+    std::vector<ReflectedPicture> reflections;
+    std::vector<Draw> draws;
+    RecordedDraws recorded;
+
+    std::string_view kind() const { return "blended"; }
+    std::vector<TargetId> reads() const;
+    std::vector<std::span<const Draw>> drawLists() const { return {draws, recorded.draws}; }
+    std::string_view knobs() const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    friend void addTo(PlanHash& hash, const DrawBlended& work, const Stage& stage);
+    bool operator==(const DrawBlended&) const = default;
+};
+
+// Follows the recorded rays of a pass on the processor and adds their light to the target.
+struct FollowRays {
+    std::uint32_t face = 0;  // of a cube target
+    View view;
+    std::string map;                   // as in DrawScene
+    TargetId environment = kNoTarget;  // as in DrawScene
+    std::vector<TargetId> records;     // RecordedDraws::targets
+    TargetRect rect;                   // RecordedDraws::rect
+    TargetId radiance = kNoTarget;     // receives the light before it is added
+    // Receive the start and the way of one sample; empty if the records have one sample.
+    std::vector<TargetId> sample;
+
+    std::string_view kind() const { return "rays"; }
+    std::vector<TargetId> reads() const;
+    std::string_view knobs() const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    friend void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage);
+    bool operator==(const FollowRays&) const = default;
 };
 
 // Draws the back faces of solid glass, as normals and distances.

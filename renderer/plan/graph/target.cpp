@@ -12,6 +12,8 @@ std::string_view nameOf(Format format) {
             return "rgba32f";
         case Format::srgba8:
             return "srgba8";
+        case Format::rgba32ui:
+            return "rgba32ui";
     }
     return "";
 }

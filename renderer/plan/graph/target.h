@@ -11,7 +11,7 @@ using TargetId = std::uint32_t;  // index of FramePlan::targets
 inline constexpr TargetId kNoTarget = 0xffffffffu;
 
 enum class TargetKind { plane, cube };
-enum class Format { rgba16f, rgba32f, srgba8 };
+enum class Format { rgba16f, rgba32f, srgba8, rgba32ui };
 std::string_view nameOf(Format format);
 
 struct TargetSpec {
@@ -28,6 +28,12 @@ struct TargetSpec {
     // and the passes need not be planned to find it. 0: none.
     std::uint64_t inputsHash = 0;
     bool operator==(const TargetSpec&) const = default;
+};
+
+// A part of a target, in texels from its lower left corner.
+struct TargetRect {
+    std::uint32_t x = 0, y = 0, width = 0, height = 0;
+    bool operator==(const TargetRect&) const = default;
 };
 
 // Number of texels of the given faces (of a cube) and levels.

@@ -1,8 +1,9 @@
-// All images of a scene with their levels as one list of texels, for ray tracing: the texture of a
-// hit is not known in advance, so that it cannot be bound.
+// Tables for ray tracing in the layout that shaders/include/hit.glsl reads, whether on the GPU or
+// on the processor.
 #pragma once
 
 #include "gl/texture.h"
+#include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
 
 #include <cstddef>
@@ -10,6 +11,18 @@
 
 namespace clerestory {
 
+class DrawStream;
+
+// TRACE_MATERIAL_ROWS for each of Scene::materials, then for each of FramePlan::materials. Requires
+// plan.rays.
+std::vector<glm::vec4> materialRows(const Scene& scene, const FramePlan& plan);
+
+// TRACE_INSTANCE_ROWS for each instance: transforms to the eye space of the view that `draws` was
+// begun with, material and lights. Adds the lists of lights to `draws`. At least one row.
+std::vector<glm::vec4> instanceRows(const Scene& scene, const RayScene& rays, DrawStream& draws);
+
+// All images of a scene with their levels as one list of texels: the texture of a hit is not known
+// in advance, so that it cannot be bound.
 struct TracedTexels {
     // RGBA, 8 bits each. sRGB images are stored as square roots of linear values, which a shader
     // decodes with one multiplication; this costs half a step of 8 bits.

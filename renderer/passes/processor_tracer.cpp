@@ -1,0 +1,137 @@
+#include "passes/processor_tracer.h"
+
+#include "passes/blocks.h"
+#include "passes/draw_stream.h"
+#include "passes/gpu_scene.h"
+#include "passes/ray_tables.h"
+#include "scene/environment.h"
+
+#include <algorithm>
+
+namespace clerestory {
+ProcessorTracer::ProcessorTracer(const GpuScene& scene)
+    : scene_(scene), brdf_(environmentBrdfTable(kEnvironmentBrdfSize)) {
+    TracedTexels texels = tracedTexels(scene.scene(), scene.images());
+    texels_ = std::move(texels.bytes);
+    textureRows_ = std::move(texels.rows);
+}
+
+void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
+    const Scene& scene = scene_.scene();
+    std::vector<std::uint64_t> deformed;
+    for (const auto& mesh : pose.deformed) deformed.push_back(mesh->hash);
+    const bool materialsChanged = !built_ || plan.materials != ownMaterials_ ||
+                                  plan.rays->materialOfInstance != rays_.materialOfInstance ||
+                                  plan.rays->materials != rays_.materials;
+    const bool moved = !built_ || pose.worldFromNode != worldFromNode_ || deformed != deformed_;
+    const MaterialBindings materials{plan.materials, plan.rays->materialOfInstance};
+    if (materialsChanged) {
+        BvhTriangles still = stillTriangles(scene, pose, materials);
+        origin_ = still.origin;
+        tree_.setStill(std::move(still.triangles));
+        materials_ = materialRows(scene, plan);
+        firstTextureRow_ = materials_.size();
+        materials_.insert(materials_.end(), textureRows_.begin(), textureRows_.end());
+    }
+    if (moved || materialsChanged) {
+        tree_.setMoving(movingTriangles(scene, pose, materials, tree_.stillTriangles()).triangles);
+    }
+    if (moved && !pose.deformed.empty()) {
+        if (vertices_.empty()) vertices_ = scene.vertices;
+        for (const auto& mesh : pose.deformed) {
+            std::copy(mesh->vertices.begin(), mesh->vertices.end(),
+                      vertices_.begin() + static_cast<std::ptrdiff_t>(mesh->firstVertex));
+        }
+    }
+    worldFromNode_ = pose.worldFromNode;
+    deformed_ = std::move(deformed);
+    ownMaterials_ = plan.materials;
+    rays_ = *plan.rays;
+    built_ = true;
+}
+
+void ProcessorTracer::bind(const glm::dvec3& eye) {
+    blocks::TraceBlock block{};
+    block.eye = glm::vec4(glm::vec3(eye - origin_), 0.0f);
+    block.limits = {0.0f, 0.0f, rays_.leastShare, 0.0f};
+    block_.assign(blocks::bytesOf(block));
+    block_.bindUniform(BINDING_TRACE);
+}
+
+const rays::CubeMap& ProcessorTracer::cubeOf(const Target* environment) {
+    const std::uint64_t key = environment ? environment->spec().residentKey : 0;
+    if (key != 0 && key == cubeKey_) return cube_;
+    cubeKey_ = key;
+    if (!environment) {
+        cube_ = rays::CubeMap(1, 1);
+        return cube_;
+    }
+    const TargetSpec& spec = environment->spec();
+    cube_ = rays::CubeMap(spec.width, spec.levels);
+    std::vector<float> texels;
+    for (std::uint32_t level = 0; level < spec.levels; ++level) {
+        for (std::uint32_t face = 0; face < 6; ++face) {
+            const gl::Framebuffer& source = environment->face(level, face);
+            texels.resize(std::size_t{4} * source.width() * source.height());
+            source.readFloats(texels);
+            cube_.setFace(level, face, texels);
+        }
+    }
+    cube_.joinEdges();
+    return cube_;
+}
+
+void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const Target* environment,
+                                DrawStream& draws, const gl::Rect& rect) {
+    const Scene& scene = scene_.scene();
+    instances_ = instanceRows(scene, rays_, draws);
+    surroundings_.emplace(rays::Surroundings{
+        .tree = tree_,
+        .vertices = vertices_.empty() ? std::span<const Vertex>(scene.vertices) : vertices_,
+        .indices = scene.indices,
+        .instances = instances_,
+        .materials = materials_,
+        .firstTextureRow = firstTextureRow_,
+        .texels = texels_,
+        .lights = draws.lightRows(),
+        .environment = cubeOf(environment),
+        .environmentIntensity = plan.environmentIntensity,
+        .brdf = brdf_,
+        .brdfSize = kEnvironmentBrdfSize,
+        .eye = glm::vec3(view.eye - origin_),
+        .worldFromEye = glm::mat3(glm::transpose(plan.mapFromWorld)),
+        .bounces = rays_.bounces,
+        .hitFeatures = rays_.hitFeatures,
+        .leastShare = rays_.leastShare});
+    rect_ = rect;
+    sample_ = 0;
+}
+
+void ProcessorTracer::beginSample() {
+    radiance_.assign(std::size_t{rect_.width} * rect_.height, glm::vec4(0.0f));
+    ++sample_;
+}
+
+std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& starts,
+                                      const gl::Framebuffer& ways) {
+    std::vector<Sample>& samples = lists_[list];
+    samples.resize(std::max<std::size_t>(samples.size(), sample_));
+    Sample& sample = samples[sample_ - 1];
+    sample.starts.resize(radiance_.size());
+    ways_.resize(radiance_.size());
+    starts.readWords(rect_, std::as_writable_bytes(std::span(sample.starts)));
+    ways.readWords(rect_, std::as_writable_bytes(std::span(ways_)));
+    std::vector<rays::Earlier> earlier;
+    for (std::size_t i = 0; i + 1 < sample_; ++i) {
+        earlier.push_back({samples[i].starts, samples[i].paths});
+    }
+    return rays::follow(*surroundings_, {rays_.stride, rays_.contrast}, rect_.width, sample.starts,
+                        ways_, earlier, radiance_, sample.paths);
+}
+
+std::uint64_t ProcessorTracer::bytes() const {
+    return tree_.bytes() + texels_.size() + materials_.size() * sizeof(glm::vec4) +
+           vertices_.size() * sizeof(Vertex);
+}
+
+}  // namespace clerestory

@@ -1,0 +1,81 @@
+// Follows the recorded rays of a scene on the processor: keeps the hierarchy and the tables that no
+// pass changes, and hands them to renderer/rays. Created by the first plan that needs it, freed
+// with the scene.
+#pragma once
+
+#include "gl/buffer.h"
+#include "passes/targets.h"
+#include "plan/graph/frame_plan.h"
+#include "rays/follow.h"
+
+#include <array>
+#include <optional>
+
+namespace clerestory {
+
+class DrawStream;
+class GpuScene;
+
+class ProcessorTracer {
+public:
+    // Reads the texels of the scene's textures. `scene` must outlive this object.
+    explicit ProcessorTracer(const GpuScene& scene);
+
+    // Updates what changed with the pose or with the plan's materials and rays. Requires plan.rays.
+    void prepare(const FramePlan& plan, const Pose& pose);
+    // Binds the uniform block that programs with RECORDS_RAYS read; eye: world.
+    void bind(const glm::dvec3& eye);
+
+    // Begins a pass. environment: the prefiltered map, or null for darkness. draws: begun for the
+    // view, with the harmonics of the environment; must outlive the pass. rect: of the records.
+    void beginPass(const FramePlan& plan, const View& view, const Target* environment,
+                   DrawStream& draws, const gl::Rect& rect);
+    // Begins a sample of the pixels: the light is 0, and a record that equals that of an earlier
+    // sample has its path.
+    void beginSample();
+    // Follows one ray of each pixel; `list` numbers them. Returns the number of paths.
+    std::uint64_t follow(std::size_t list, const gl::Framebuffer& starts,
+                         const gl::Framebuffer& ways);
+    // For each pixel of `rect`: the light along the rays of the sample (rgb).
+    std::span<const glm::vec4> radiance() const { return radiance_; }
+
+    std::uint64_t bytes() const;
+
+private:
+    const rays::CubeMap& cubeOf(const Target* environment);
+
+    const GpuScene& scene_;
+    rays::TriangleTree tree_;
+    std::vector<std::byte> texels_;
+    std::vector<glm::vec4> textureRows_, materials_;  // materials_: then the textures
+    std::size_t firstTextureRow_ = 0;
+    std::vector<Vertex> vertices_;  // in the pose; empty if no mesh deforms
+    std::vector<glm::vec2> brdf_;
+    gl::Buffer block_;
+    rays::CubeMap cube_;
+    // Of the present pass; members so that a frame allocates nothing.
+    std::vector<glm::vec4> instances_;
+    std::optional<rays::Surroundings> surroundings_;
+    gl::Rect rect_;
+    std::uint32_t sample_ = 0;  // from 1
+    // The samples of one of the rays of each pixel.
+    struct Sample {
+        std::vector<rays::Start> starts;
+        rays::Scratch paths;
+    };
+    std::array<std::vector<Sample>, 2> lists_;
+    std::vector<rays::Way> ways_;
+    std::vector<glm::vec4> radiance_;
+
+    std::uint64_t cubeKey_ = 0;  // TargetSpec::residentKey of cube_; 0: none
+
+    // The state of the members above.
+    glm::dvec3 origin_{0.0};
+    bool built_ = false;
+    std::vector<glm::dmat4> worldFromNode_;
+    std::vector<std::uint64_t> deformed_;
+    std::vector<Material> ownMaterials_;
+    RayScene rays_;
+};
+
+}  // namespace clerestory

@@ -1,0 +1,102 @@
+// Rays that start from a pixel of a mirror or of glass. They are followed in the same program
+// (ray_path.glsl), or written as records that the processor follows (RECORDS_RAYS, see ray_record.glsl):
+// then the radiance along them is added later. After lighting.glsl.
+#include "include/ray.glsl"
+
+struct PixelRay {
+    vec3 start;  // world axes, from the hierarchy's origin; off the surface
+    vec3 along;  // unit, eye space's axes
+    RayCone cone;
+};
+
+// The face's normal at this pixel, towards the eye.
+vec3 faceNormalAt(vec3 position, vec3 toEye, vec3 normal) {
+    vec3 face = cross(dFdx(position), dFdy(position));
+    face = dot(face, face) > 0.0f ? normalize(face) : normal;
+    return dot(face, toEye) < 0.0f ? -face : face;
+}
+
+// Where the line of sight that surface.frag takes meets the triangle's plane. What a driver says of
+// the position there may have the length of another point: at the pixel's centre, which can lie far
+// beside a triangle that is seen edge-on.
+vec3 coveredPosition(vec3 position, vec3 face) {
+    vec3 covered = interpolateAtCentroid(positionEye);
+    float along = dot(face, covered);
+    float scale = dot(face, position) / (abs(along) > 1e-30f ? along : 1.0f);
+    return scale > 0.0f && scale < 1e6f ? covered * scale : position;
+}
+
+// Interpolated positions are off by more than corners are.
+vec3 startBeside(vec3 position, vec3 normal) {
+    vec3 covered = coveredPosition(position, normal);
+    vec3 place = tracing.eye.xyz + worldAxes(covered);
+    float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
+    return offsetRayOrigin(place, normal, reach + 5.0f * length(covered));
+}
+
+float changeInPixel(vec3 v) {
+    return max(length(dFdx(v)), length(dFdy(v)));
+}
+
+RayCone coneAt(vec3 position, vec3 towards, float lobe) {
+    return RayCone(changeInPixel(position), min(changeInPixel(towards), 1.0f), lobe);
+}
+
+PixelRay mirroredRay(Surface s, vec3 position) {
+    vec3 face = faceNormalAt(position, s.toEye, s.normal);
+    vec3 towards = mirroredAt(-s.toEye, s.normal, face);
+    return PixelRay(startBeside(position, face), towards,
+                    coneAt(position, towards, 2.0f * s.roughness * s.roughness));
+}
+
+// Into or out of clear glass; starts so far `aside`.
+PixelRay transmittedRay(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
+    vec3 face = faceNormalAt(position, s.toEye, s.normal);
+    return PixelRay(startBeside(position, -face) + worldAxes(aside), inside,
+                    coneAt(position, inside, lobe));
+}
+
+struct GlassRays {
+    vec3 mirrored;
+    vec3 through;
+};
+
+#if RECORDS_RAYS
+#include "include/ray_record.glsl"
+#else
+#include "include/trace.glsl"
+#include "include/hit.glsl"
+#include "include/ray_path.glsl"
+
+vec3 tracedReflection(Surface s, vec3 position) {
+    PixelRay ray = mirroredRay(s, position);
+    return tracedRadiance(ray.start, ray.along, ray.cone, 1.0f);
+}
+
+GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
+    PixelRay mirrored = mirroredRay(s, position);
+    PixelRay through = transmittedRay(s, position, aside, inside, lobe);
+    GlassRays rays = GlassRays(vec3(0.0f), vec3(0.0f));
+    int number = 0;
+    do {  // one loop, so that the path stands in the program once
+        bool first = number == 0;
+        vec3 radiance = tracedRadiance(first ? mirrored.start : through.start,
+                                       first ? mirrored.along : through.along,
+                                       RayCone(mirrored.cone.width,
+                                               first ? mirrored.cone.pixel : through.cone.pixel,
+                                               first ? mirrored.cone.lobe : through.cone.lobe),
+                                       1.0f);
+        rays.mirrored = first ? radiance : rays.mirrored;
+        rays.through = radiance;
+        ++number;
+    } while (number < 2);
+    return rays;
+}
+
+// Shares of the rays in the pixel: only records hold them.
+void weighRays(vec3 mirrored, vec3 through) {
+}
+vec3 finishRays(float coverage) {
+    return vec3(0.0f);
+}
+#endif

@@ -1,0 +1,134 @@
+// Rays that the processor follows, compared with those that the shaders follow.
+#include "../support/compare_images.h"
+#include "scene/builtin/builtin_scenes.h"
+#include "support.h"
+
+#include <cmath>
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+Renderer& tracing(RayBackend rays) {
+    static Renderer shader({.rays = RayBackend::shader, .debugOutput = true});
+    static Renderer processor({.rays = RayBackend::processor, .debugOutput = true});
+    Renderer& chosen = rays == RayBackend::shader ? shader : processor;
+    for (const char* id : {"teapots", "chapel", "meadow", "six-walls"}) {
+        if (!chosen.hasScene(id)) chosen.addScene(*makeBuiltinScene(id));
+    }
+    return chosen;
+}
+
+// Every mirror and all glass by rays; `preset` decides how many.
+FrameRequest traced(const std::string& scene, Preset preset) {
+    FrameRequest r;
+    r.scene = scene;
+    r.width = 160;
+    r.height = 90;
+    r.accuracy = accuracyOf(preset);
+    r.accuracy.samples = 1;
+    r.accuracy.curved = CurvedMethod::traced;
+    r.accuracy.glass = GlassMethod::traced;
+    r.accuracy.planar = PlanarMethod::traced;
+    r.output.format = OutputFormat::npy;
+    return r;
+}
+
+struct Difference {
+    double relative = 0.0;  // mean of squares, relative to the first image
+    double share = 0.0;     // of pixels that differ by more than 2 %
+};
+Difference difference(const Image& a, const Image& b) {
+    Difference d;
+    const double count = double(a.width) * a.height;
+    for (std::uint32_t y = 0; y < a.height; ++y) {
+        for (std::uint32_t x = 0; x < a.width; ++x) {
+            const glm::dvec3 p(color(a, x, y)), q(color(b, x, y));
+            const double error = glm::length(p - q), size = glm::length(p) + 0.05;
+            d.relative += error * error / (size * size) / count;
+            if (error > 0.02 * size) d.share += 1.0 / count;
+        }
+    }
+    return d;
+}
+
+std::uint64_t paths(const Frame& frame) {
+    std::uint64_t sum = 0;
+    for (const PassTime& pass : frame.passTimes) sum += pass.paths;
+    return sum;
+}
+
+TEST(RayRecords, AgreeWithTheShadersRays) {
+    for (const char* scene : {"teapots", "chapel", "meadow"}) {
+        const FrameRequest r = traced(scene, Preset::fine);
+        const Frame shader = tracing(RayBackend::shader).render(r);
+        const Frame processor = tracing(RayBackend::processor).render(r);
+        EXPECT_EQ(paths(shader), 0u) << scene;
+        EXPECT_GT(paths(processor), 100u) << scene;
+        const Difference d = difference(shader.image, processor.image);
+        // A ray that meets an edge may go either way; the rest differs by rounding and filtering.
+        EXPECT_LT(d.share, 0.004) << scene;
+        EXPECT_LT(d.relative, 1e-3) << scene;
+    }
+}
+
+// A pixel at an edge has a path for each surface that its samples show, another pixel has one.
+TEST(RayRecords, SamplesOfAPixelShareAPath) {
+    FrameRequest r = traced("six-walls", Preset::fine);
+    r.width = 480;
+    r.height = 270;
+    const Frame one = tracing(RayBackend::processor).render(r);
+    r.accuracy.samples = 4;
+    const Frame four = tracing(RayBackend::processor).render(r);
+    EXPECT_GT(paths(four), paths(one));
+    EXPECT_LT(paths(four), 2.5 * paths(one)) << "without sharing, 4 times as many";
+    const Difference d = difference(tracing(RayBackend::shader).render(r).image, four.image);
+    EXPECT_LT(d.share, 0.006);
+    EXPECT_LT(d.relative, 1e-3);
+}
+
+TEST(RayRecords, EqualRequestsGiveEqualBytes) {
+    for (const Preset preset : {Preset::draft, Preset::standard}) {
+        const FrameRequest r = traced("chapel", preset);
+        Renderer& renderer = tracing(RayBackend::processor);
+        const Frame first = renderer.render(r);
+        renderer.render(traced("teapots", preset));
+        EXPECT_EQ(renderer.render(r).image.data, first.image.data);
+    }
+}
+
+// Fewer paths where neighbours agree, at a bounded difference from a path for every pixel.
+TEST(RayRecords, PresetsFollowFewerPathsWhereNeighboursAgree) {
+    Renderer& renderer = tracing(RayBackend::processor);
+    FrameRequest r = traced("teapots", Preset::fine);
+    r.width = 480;
+    r.height = 270;
+    const Frame all = renderer.render(r);
+    r.accuracy.preset = Preset::standard;
+    const Frame standard = renderer.render(r);
+    r.accuracy.preset = Preset::draft;
+    const Frame draft = renderer.render(r);
+    EXPECT_LT(paths(standard), 0.9 * paths(all));
+    EXPECT_LT(paths(draft), paths(standard));
+    EXPECT_LT(difference(all.image, standard.image).relative, 2e-3);
+    EXPECT_LT(difference(all.image, draft.image).relative, 1e-2);
+}
+
+TEST(RayRecords, ShaderProgramsHoldNoTraversal) {
+    Renderer& renderer = tracing(RayBackend::processor);
+    const FramePlan plan = renderer.plan(traced("teapots", Preset::standard));
+    std::size_t recording = 0, following = 0;
+    for (const Pass& pass : plan.passes) {
+        const RecordedDraws* recorded = pass.recorded();
+        if (recorded && !recorded->draws.empty()) ++recording;
+        if (std::holds_alternative<FollowRays>(pass.work)) ++following;
+        if (recorded && recorded->draws.empty()) {
+            EXPECT_FALSE(followsRays(pass)) << pass.name;
+        }
+    }
+    EXPECT_GT(recording, 0u);
+    EXPECT_EQ(recording, following);
+}
+
+}  // namespace
