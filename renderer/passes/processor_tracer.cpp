@@ -9,6 +9,7 @@
 #include <algorithm>
 
 namespace clerestory {
+
 ProcessorTracer::ProcessorTracer(const GpuScene& scene)
     : scene_(scene), brdf_(environmentBrdfTable(kEnvironmentBrdfSize)) {
     TracedTexels texels = tracedTexels(scene.scene(), scene.images());

@@ -198,8 +198,8 @@ struct Ray {
     RayCone cone;
 };
 Ray rayOf(const Start& start, const Way& way) {
-    const vec2 cone = halves(start.pixelWidth);
-    const vec2 redGreen = halves(way.shareRg), blueLobe = halves(way.shareBLobe);
+    const vec2 cone = halves(start.cone);
+    const vec2 redGreen = halves(way.shareRedGreen), blueLobe = halves(way.shareBlueLobe);
     return {vec3(start.place[0], start.place[1], start.place[2]), directionOf(way),
             vec3(redGreen.x, redGreen.y, blueLobe.x), RayCone(exp2(cone.y), cone.x, blueLobe.y)};
 }

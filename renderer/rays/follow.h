@@ -65,8 +65,8 @@ struct Earlier {
     std::span<const Path> paths;
 };
 
-// Adds to each pixel's radiance (rgb) that along its ray times its share. The three lists have one
-// element for each pixel, in rows of `width`. Returns the number of paths followed.
+// Adds to each pixel's radiance (rgb) that along its ray times its share. starts, ways and radiance
+// have one element for each pixel, in rows of `width`. Returns the number of paths followed.
 //
 // earlier: of the same pixels, such as those of their other samples; a ray that starts as one of
 // them did has its path.

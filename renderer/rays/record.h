@@ -5,18 +5,20 @@
 
 namespace clerestory::rays {
 
+// Two half floats in an integer, as packHalf2x16() of GLSL.
+using Halves = std::uint32_t;
+
 struct Start {
-    float place[3];  // world axes, from RaySceneTables::origin's hierarchy; metres
-    std::uint32_t
-        pixelWidth;  // half floats: slope of the pixel's cone, log2 of its width in metres
+    float place[3];  // metres from the origin of the TriangleTree, world axes
+    Halves cone;     // of the pixel: slope; log2 of the width in metres
     // The shader writes 0 where no ray starts.
-    bool present() const { return (pixelWidth & 0xffffu) != 0; }
+    bool present() const { return (cone & 0xffffu) != 0; }
     bool operator==(const Start&) const = default;
 };
 struct Way {
-    float octahedral[2];       // direction, eye space's axes
-    std::uint32_t shareRg;     // half floats: share of the ray's radiance in the pixel
-    std::uint32_t shareBLobe;  // half floats: its blue, slope of the cone of a rough surface
+    float octahedral[2];   // direction, eye space's axes
+    Halves shareRedGreen;  // of the ray's radiance in the pixel
+    Halves shareBlueLobe;  // the blue share; slope of the cone of a rough surface
 };
 static_assert(sizeof(Start) == 16 && sizeof(Way) == 16);
 

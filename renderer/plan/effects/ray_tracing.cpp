@@ -146,15 +146,16 @@ private:
             covered.low = glm::min(covered.low, box.low);
             covered.high = glm::max(covered.high, box.high);
         }
+        if (covered.empty()) return {0, 0, 1, 1};
         const TargetSpec& drawn = context_.builder.target(target);
         const PixelRect touched = pixelRect(covered, drawn.width, drawn.height, 2.0);
-        const auto within = [](double x, std::uint32_t size) {
-            return static_cast<std::uint32_t>(std::clamp(x, 0.0, double(size)));
+        const auto clamped = [](double x, std::uint32_t low, std::uint32_t high) {
+            return static_cast<std::uint32_t>(std::clamp(x, double(low), double(high)));
         };
-        const std::uint32_t x = within(touched.x, drawn.width);
-        const std::uint32_t y = within(touched.y, drawn.height);
-        return {x, y, std::max(1u, within(touched.x + touched.width, drawn.width) - x),
-                std::max(1u, within(touched.y + touched.height, drawn.height) - y)};
+        const std::uint32_t x = clamped(touched.x, 0, drawn.width - 1);
+        const std::uint32_t y = clamped(touched.y, 0, drawn.height - 1);
+        return {x, y, clamped(touched.x + touched.width, x + 1, drawn.width) - x,
+                clamped(touched.y + touched.height, y + 1, drawn.height) - y};
     }
 
     TargetId sizedAs(TargetId target, const char* name, Format format, std::uint32_t samples = 1) {

@@ -1,0 +1,99 @@
+// Rays on the processor: which passes record and follow them.
+#include "view_planner_support.h"
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+FramePlan planOnProcessor(const Scene& scene, const FrameRequest& request) {
+    const EnvironmentMap map = plainMap();
+    const Pose pose = poseAt(scene, 0.0);
+    return planFrame({.scene = scene,
+                      .pose = pose,
+                      .environment = map,
+                      .maps = {},
+                      .resident = {},
+                      .limits = {.rays = Rays::processor}},
+                     request);
+}
+
+FrameRequest traced(FrameRequest request) {
+    request.accuracy.curved = CurvedMethod::traced;
+    request.accuracy.glass = GlassMethod::traced;
+    request.accuracy.planar = PlanarMethod::traced;
+    return request;
+}
+
+bool within(const TargetRect& rect, const TargetSpec& target) {
+    return rect.width > 0 && rect.height > 0 && rect.x + rect.width <= target.width &&
+           rect.y + rect.height <= target.height;
+}
+
+// Wherever the eye is: in front of the mirrors, among them, with one of them half outside.
+TEST(RayPlan, RecordsAreFollowedByTheNextPass) {
+    const Scene scene = ballScene();
+    for (const double x : {-3.0, -1.4, 0.0, 2.5, 9.0}) {
+        const FramePlan plan = planOnProcessor(scene, traced(lookingFrom({x, 0.2, 4.0})));
+        const auto recording = [](const Pass& pass) {
+            return pass.recorded() && !pass.recorded()->draws.empty();
+        };
+        std::size_t recordings = 0;
+        for (std::size_t i = 0; i < plan.passes.size(); ++i) {
+            const Pass& pass = plan.passes[i];
+            if (!recording(pass)) continue;
+            ++recordings;
+            const RecordedDraws& recorded = *pass.recorded();
+            ASSERT_LT(i + 1, plan.passes.size());
+            const auto* rays = std::get_if<FollowRays>(&plan.passes[i + 1].work);
+            ASSERT_NE(rays, nullptr) << toText(plan);
+            EXPECT_EQ(rays->records, recorded.targets);
+            EXPECT_EQ(rays->rect, recorded.rect);
+            EXPECT_EQ(plan.passes[i + 1].target, pass.target);
+            EXPECT_TRUE(within(recorded.rect, plan.targets[pass.target])) << x;
+            EXPECT_EQ(recorded.targets.size(), 2u) << "one ray for each pixel of a mirror";
+            for (const Draw& draw : recorded.draws) EXPECT_TRUE(followsRays(draw));
+            for (const Draw& draw : std::get<DrawScene>(pass.work).opaqueDraws) {
+                EXPECT_FALSE(followsRays(draw));
+            }
+        }
+        EXPECT_EQ(recordings, count(plan, "rays")) << x;
+    }
+}
+
+TEST(RayPlan, GlassHasTwoRaysAndBlendedSurfacesFollow) {
+    Scene scene;
+    Material glass = clearGlass();
+    glass.thickness = 0.5f;
+    placeAt(scene, addBallMesh(scene, "ball", addMaterial(scene, glass)), at(0, 0, 0), "ball");
+    Material veil = dullGrey();
+    veil.alphaMode = AlphaMode::blend;
+    veil.baseColor.a = 0.5f;
+    placeAt(scene, addSquareMesh(scene, "veil", addMaterial(scene, veil)), at(0, 0, 2), "veil");
+    updateContentHash(scene);
+    const FramePlan plan = planOnProcessor(scene, traced(lookingFrom({0, 0, 5})));
+    ASSERT_EQ(count(plan, "rays"), 1u) << toText(plan);
+    EXPECT_EQ(rootOf(plan).recorded.targets.size(), 4u);
+    EXPECT_TRUE(rootOf(plan).blendedDraws.empty());
+    ASSERT_EQ(count(plan, "blended"), 1u);
+    const auto kindAt = [&](std::string_view kind) {
+        return std::find_if(plan.passes.begin(), plan.passes.end(),
+                            [&](const Pass& pass) { return pass.kind() == kind; });
+    };
+    EXPECT_LT(kindAt("rays"), kindAt("blended")) << "a veil covers the light of the rays";
+}
+
+TEST(RayPlan, SamplesHaveRecordsWithinALimitOfMemory) {
+    FrameRequest request = traced(lookingFrom({0, 0, 4}));
+    request.accuracy.samples = 4;
+    const FramePlan plan = planOnProcessor(ballScene(), request);
+    ASSERT_GT(count(plan, "rays"), 0u);
+    EXPECT_EQ(plan.targets[worksOf<FollowRays>(plan).at(0).records.at(0)].samples, 4u);
+    request.width = 3840;
+    request.height = 2160;
+    const FramePlan large = planOnProcessor(ballScene(), request);
+    EXPECT_EQ(count(large, "rays"), 0u);
+    EXPECT_TRUE(followsRays(passesOf(large, "surface").at(0))) << "in the programs of the surfaces";
+}
+
+}  // namespace
