@@ -54,7 +54,7 @@ const kEffects = {
 export const effectText = (effect) => kEffects[effect] ?? labelOf(effect ?? "other");
 
 const kKinds = {
-  environment: "environment map", prefilter: "roughness levels", levels: "mip levels", capture: "cube faces",
+  environment: "environment map", prefilter: "roughness levels", levels: "mip levels", capture: "cube faces", blended: "blended surfaces",
   mirror: "mirrored view", surface: "surfaces", backFaces: "back faces of glass", backdrop: "backdrop of glass",
   glass: "glass", channel: "channel", toneMap: "tone mapping", edgeFilter: "edge smoothing",
   twirl: "twirl", convolve: "convolution", glowBright: "glow: threshold", glowDown: "glow: downsampling", glowUp: "glow: upsampling",
