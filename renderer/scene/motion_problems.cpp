@@ -2,6 +2,7 @@
 #include "scene/animation.h"
 
 #include "scene/geometry.h"
+#include "scene/scene.h"
 
 #include <algorithm>
 #include <cmath>
