@@ -5,6 +5,8 @@
 
 #include <glm/gtc/packing.hpp>
 
+#include <sched.h>
+
 #include <algorithm>
 #include <atomic>
 #include <thread>
@@ -245,6 +247,13 @@ shader::Scene sceneOf(const Surroundings& s) {
     return scene;
 }
 
+// Those that this thread may use; std::thread::hardware_concurrency() counts others, too.
+std::uint32_t processors() {
+    cpu_set_t allowed;
+    if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return 1;
+    return static_cast<std::uint32_t>(std::max(1, CPU_COUNT(&allowed)));
+}
+
 // Runs work(first, end) for parts of the rows on all processors.
 template <class Work>
 void inParallel(std::uint32_t rows, const shader::Scene& scene, const Work& work) {
@@ -258,8 +267,7 @@ void inParallel(std::uint32_t rows, const shader::Scene& scene, const Work& work
         shader::scene = nullptr;
     };
     std::vector<std::jthread> others;
-    const std::uint32_t threads =
-        std::min(std::max(1u, std::thread::hardware_concurrency()), rows / kRowsAtOnce + 1);
+    const std::uint32_t threads = std::min(processors(), rows / kRowsAtOnce + 1);
     for (std::uint32_t i = 1; i < threads; ++i) others.emplace_back(loop);
     loop();
 }

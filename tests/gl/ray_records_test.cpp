@@ -3,6 +3,8 @@
 #include "scene/builtin/builtin_scenes.h"
 #include "support.h"
 
+#include <sched.h>
+
 #include <cmath>
 
 using namespace clerestory;
@@ -96,6 +98,23 @@ TEST(RayRecords, EqualRequestsGiveEqualBytes) {
         renderer.render(traced("teapots", preset));
         EXPECT_EQ(renderer.render(r).image.data, first.image.data);
     }
+}
+
+TEST(RayRecords, OneThreadGivesTheBytesOfSeveral) {
+    cpu_set_t all, one;
+    ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
+    if (CPU_COUNT(&all) < 2) GTEST_SKIP() << "needs two processors";
+    CPU_ZERO(&one);
+    for (int i = 0; CPU_COUNT(&one) == 0; ++i) {
+        if (CPU_ISSET(i, &all)) CPU_SET(i, &one);
+    }
+    const FrameRequest r = traced("teapots", Preset::standard);
+    Renderer& renderer = tracing(RayBackend::processor);
+    const Frame several = renderer.render(r);
+    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+    const Frame single = renderer.render(r);
+    ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
+    EXPECT_EQ(single.image.data, several.image.data);
 }
 
 // Fewer paths where neighbours agree, at a bounded difference from a path for every pixel.

@@ -80,7 +80,8 @@ TEST(RayPlan, GlassHasTwoRaysAndBlendedSurfacesFollow) {
         return std::find_if(plan.passes.begin(), plan.passes.end(),
                             [&](const Pass& pass) { return pass.kind() == kind; });
     };
-    EXPECT_LT(kindAt("rays"), kindAt("blended")) << "a veil covers the light of the rays";
+    EXPECT_LT(kindAt("rays"), kindAt("blended"))
+        << "a blended surface covers the light of the rays";
 }
 
 TEST(RayPlan, SamplesHaveRecordsWithinALimitOfMemory) {
