@@ -8,12 +8,7 @@
 namespace clerestory::bench {
 namespace {
 
-struct TechniqueError {
-    Effect effect;
-    Method method;
-    void (*take)(Accuracy&);
-};
-constexpr TechniqueError kWays[] = {
+constexpr Technique kTechniques[] = {
     {Effect::planarReflection, Method::environment,
      [](Accuracy& a) { a.planar = PlanarMethod::environment; }},
     {Effect::planarReflection, Method::mirror,
@@ -35,7 +30,7 @@ constexpr TechniqueError kWays[] = {
 constexpr double kDistinct = 1.25, kSame = 1.05;
 
 // Root mean square error of the chosen techniques; nothing if none was chosen.
-std::optional<double> expectedError(const FramePlan& plan, const TechniqueError& way) {
+std::optional<double> expectedError(const FramePlan& plan, const Technique& way) {
     double squares = 0.0, share = 0.0;
     bool taken = false;
     for (const Decision& d : plan.decisions) {
@@ -57,6 +52,10 @@ std::string nameOf(const Prediction& p) {
 
 }  // namespace
 
+std::span<const Technique> techniques() {
+    return kTechniques;
+}
+
 std::vector<Prediction> measurePredictions(const FrameRequest& frame, const ReferenceImage& truth,
                                            const DrawFrame& draw) {
     FrameRequest linear = frame;
@@ -65,11 +64,11 @@ std::vector<Prediction> measurePredictions(const FrameRequest& frame, const Refe
     masks.output = {.format = OutputFormat::npy, .channel = Channel::through};
     const Image through = draw(masks).image;
     std::vector<Prediction> predictions;
-    for (const TechniqueError& way : kWays) {
+    for (const Technique& way : kTechniques) {
         const Mask mask = maskOf(through, way.effect);
         if (mask.pixels() == 0) continue;
         FrameRequest request = linear;
-        way.take(request.accuracy);
+        way.request(request.accuracy);
         const DrawnFrame drawn = draw(request);
         const std::optional<double> expected = expectedError(drawn.plan, way);
         if (!expected) continue;

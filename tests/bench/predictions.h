@@ -3,7 +3,17 @@
 
 #include "comparison/comparison.h"
 
+#include <span>
+
 namespace clerestory::bench {
+
+// A technique of an effect, and the setting that requests it.
+struct Technique {
+    Effect effect;
+    Method method;
+    void (*request)(Accuracy&);
+};
+std::span<const Technique> techniques();
 
 struct Prediction {
     Effect effect = Effect::base;

@@ -6,48 +6,35 @@
 namespace clerestory {
 namespace {
 
-struct Constants {
-    double view;      // ms per child view
-    double triangle;  // ms per triangle drawn
-    double pixel;     // ms per pixel shaded
-    double trace;     // ms per frame that traces any ray
-    double ray;       // ms per ray segment
-};
 // Sponza and the chapel: 77 to 105 ms for 224,000 triangles over 921,600 pixels; cube faces of 256,
 // 512 and 1024 in 59, 126 and 360 ms. Rays including shading of hits, in the chapel: brass figure
 // (1.3 % of the frame) 29 ms, its floor (12 %) 160 ms, a glass ball of 5,700 pixels 45 ms.
-constexpr Constants kSoftware{0.6, 1.6e-4, 4.5e-5, 8.0, 1.6e-3};
+constexpr Prices kSoftware{0.6, 1.6e-4, 4.5e-5, 1.8e-6, 8.0, 1.6e-3, 1.6e-3};
+// The same with rays on the processor, two cores, shading of hits included, with the density of
+// `standard`: 69,000 pixels of the teapots' metal 44 ms, 33,000 of their glass 36 ms, 106,000 of a
+// chrome knot that reflects itself 134 ms, 59,000 of a glass ball 37 ms. Reading the records and
+// adding the light takes some 6 ms.
+constexpr Prices kProcessorRays{0.6, 1.6e-4, 4.5e-5, 1.8e-6, 6.0, 6e-4, 1.5e-4};
 // Not measured: a GPU of a few TFLOP/s draws about 1e9 triangles and 1e10 pixels per second.
-constexpr Constants kHardware{0.05, 1e-6, 1e-7, 0.05, 2e-6};
+constexpr Prices kHardware{0.05, 1e-6, 1e-7, 4e-9, 0.05, 2e-6, 2e-6};
 
-// Rays on the processor, two cores, shading of hits included, with the density of `standard`:
-// 69,000 pixels of the teapots' metal 44 ms, 33,000 of their glass 36 ms, 106,000 of a chrome knot
-// that reflects itself 134 ms, 59,000 of a glass ball 37 ms. Reading the records and adding the
-// light takes some 6 ms.
-struct ProcessorRays {
-    double trace;    // ms per frame that traces any ray
-    double pixel;    // ms per pixel with a ray
-    double segment;  // ms per pixel and further segment of its ray
-};
-constexpr ProcessorRays kProcessorRays{6.0, 6e-4, 1.5e-4};
-
-double rayMilliseconds(const Work& work, const Constants& c) {
+double rayMilliseconds(const Work& work, const Prices& p) {
     if (!(work.rayPixels > 0.0)) return 0.0;
-    if (!work.processorRays) return c.trace + c.ray * work.rayPixels * work.rays;
-    const ProcessorRays& p = kProcessorRays;
-    return p.trace + work.rayPixels * (p.pixel + p.segment * (work.rays - 1.0));
+    return p.rayFrame + work.rayPixels * (p.rayPixel + p.raySegment * (work.rays - 1.0));
 }
-
-// Cost of copying a pixel, relative to shading one.
-constexpr double kCopiedPixel = 0.04;
 
 }  // namespace
 
+const Prices& pricesOf(bool software, bool processorRays) {
+    if (!software) return kHardware;
+    return processorRays ? kProcessorRays : kSoftware;
+}
+
 double milliseconds(const Work& work) {
-    const Constants& c = work.software ? kSoftware : kHardware;
-    const double pixels = kCopiedPixel * work.copiedPixels + work.pixels;
-    const double drawn = c.view * work.views + c.triangle * work.triangles + c.pixel * pixels;
-    return drawn / std::max(1.0, work.frames) + rayMilliseconds(work, c);
+    const Prices& p = pricesOf(work.software, work.processorRays);
+    const double drawn = p.view * work.views + p.triangle * work.triangles + p.pixel * work.pixels +
+                         p.copiedPixel * work.copiedPixels;
+    return drawn / std::max(1.0, work.frames) + rayMilliseconds(work, p);
 }
 
 std::size_t cheapest(std::span<const Candidate> candidates, double tolerance) {

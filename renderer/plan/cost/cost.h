@@ -14,6 +14,19 @@
 
 namespace clerestory {
 
+// Prices of work, milliseconds; `scripts/bench prices` measures each of them.
+struct Prices {
+    double view;         // per child view
+    double triangle;     // per triangle drawn
+    double pixel;        // per pixel shaded
+    double copiedPixel;  // per pixel copied without shading
+    double rayFrame;     // per surface that traces rays
+    double rayPixel;     // per pixel with a ray
+    double raySegment;   // per pixel and further segment of its ray
+};
+// Of a driver, software or not; processorRays: rays are followed on the processor.
+const Prices& pricesOf(bool software, bool processorRays);
+
 // The work that a method adds to a frame.
 struct Work {
     double triangles = 0.0;     // drawn in child views
