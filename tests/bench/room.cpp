@@ -176,16 +176,15 @@ void write(const std::filesystem::path& file, const std::string& content) {
 
 }  // namespace
 
-std::filesystem::path writeRoom(const std::filesystem::path& folder) {
-    constexpr float kHalf = 4.0f, kEdge = 8.0f, kHeight = 4.0f;
+std::filesystem::path writeRoom(const std::filesystem::path& folder, const RoomSize& size) {
+    const float edge = size.edge, half = 0.5f * edge, height = size.height;
     Writer out;
-    out.mesh("floor", floor, 1, 1, plane({-kHalf, 0, kHalf}, {kEdge, 0, 0}, {0, 0, -kEdge}));
-    out.mesh("ceiling", wall, 40, 40,
-             plane({-kHalf, kHeight, -kHalf}, {kEdge, 0, 0}, {0, 0, kEdge}));
-    out.mesh("back", wall, 40, 40, plane({-kHalf, 0, -kHalf}, {kEdge, 0, 0}, {0, kHeight, 0}));
-    out.mesh("front", wall, 40, 40, plane({kHalf, 0, kHalf}, {-kEdge, 0, 0}, {0, kHeight, 0}));
-    out.mesh("left", wall, 40, 40, plane({-kHalf, 0, kHalf}, {0, 0, -kEdge}, {0, kHeight, 0}));
-    out.mesh("right", wall, 40, 40, plane({kHalf, 0, -kHalf}, {0, 0, kEdge}, {0, kHeight, 0}));
+    out.mesh("floor", floor, 1, 1, plane({-half, 0, half}, {edge, 0, 0}, {0, 0, -edge}));
+    out.mesh("ceiling", wall, 40, 40, plane({-half, height, -half}, {edge, 0, 0}, {0, 0, edge}));
+    out.mesh("back", wall, 40, 40, plane({-half, 0, -half}, {edge, 0, 0}, {0, height, 0}));
+    out.mesh("front", wall, 40, 40, plane({half, 0, half}, {-edge, 0, 0}, {0, height, 0}));
+    out.mesh("left", wall, 40, 40, plane({-half, 0, half}, {0, 0, -edge}, {0, height, 0}));
+    out.mesh("right", wall, 40, 40, plane({half, 0, -half}, {0, 0, edge}, {0, height, 0}));
     out.mesh("knot", chrome, 800, 96, knot);
     out.mesh("ball", glass, 128, 64, sphere({1.8f, 0.7f, 0.5f}, 0.6f));
     out.mesh("pane", pane, 1, 1, plane({-2.5f, 0.2f, 0.5f}, {1.2f, 0, 0.6f}, {0, 1.6f, 0}));
