@@ -11,6 +11,7 @@ LocalBackendOptions localBackendOptions(const Config& config) {
             .limits = {.bodyBytes = config.http.limits.bodyBytes,
                        .sequenceBytes = config.sequenceBytes,
                        .uploadBytes = uploads.folder.empty() ? 0 : uploads.limits.fileBytes,
+                       .frameCacheBytes = config.frameCacheBytes,
                        .queue = config.queue,
                        .deadlineSeconds = config.deadlineSeconds},
             .signedLinks = !config.http.access.linkKeyFile.empty()};

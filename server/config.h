@@ -23,6 +23,7 @@ struct Config {
     std::size_t queue = 16;                    // frames that may wait
     double queueSeconds = 2.0;                 // of predicted work that may wait
     double deadlineSeconds = 10.0;             // from a request's arrival to its answer
+    std::size_t frameCacheBytes = 64 << 20;    // see FrameCache::Options::maxBytes
     std::size_t sequenceBytes = 4 << 20;       // of a sequence's body
     std::string logLevel = "info";
     // The renderer in this process; otherwise in workers, which `workers` says how to start.

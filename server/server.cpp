@@ -64,11 +64,13 @@ struct MetricsRoutes {
     const RequestMetrics& metrics;
     const HttpServer& http;
     RenderBackend& backend;
+    FrameCache& cache;
 };
 
 // The metrics of the renderer are missing while there is none.
 Answer getMetrics(const MetricsRoutes& routes, const Call& call) {
-    std::string text = routes.metrics.text(routes.http.counters(), routes.backend.workerStatus());
+    std::string text = routes.metrics.text(routes.http.counters(), routes.cache.counters(),
+                                           routes.backend.workerStatus());
     try {
         const Answer drawn = routes.backend.answer(call);
         if (!drawn.problem) text += drawn.body;
@@ -99,6 +101,9 @@ Server::Server(const Config& config)
     const UploadOptions& uploads = config.scenes.uploads;
     if (!uploads.folder.empty()) uploads_.emplace(uploads.folder, uploads.limits);
     backend_ = makeBackend(config);
+    cache_.emplace(*backend_,
+                   FrameCache::Options{.maxBytes = config.frameCacheBytes,
+                                       .signedLinks = !config.http.access.linkKeyFile.empty()});
     frames_.emplace(*backend_, metrics_, stopping_);
 
     const ForwardedRoutes forwarded{*backend_};
@@ -109,7 +114,7 @@ Server::Server(const Config& config)
     addRoutes(routes_, LiveRoutes{*frames_, views_, streams_});
     routes_.add("/healthz", "GET", DocumentRoutes{}, getHealth);
     routes_.add("/openapi.json", "GET", DocumentRoutes{}, getOpenApi);
-    routes_.add("/metrics", "GET", MetricsRoutes{metrics_, http_, *backend_}, getMetrics);
+    routes_.add("/metrics", "GET", MetricsRoutes{metrics_, http_, *backend_, *cache_}, getMetrics);
 }
 
 Server::~Server() {
@@ -123,6 +128,7 @@ void Server::start() {
 void Server::stop() {
     if (!listener_.joinable()) return;
     stopping_ = true;
+    cache_->stop();
     backend_->stop();
     http_.stop();
     listener_.join();
@@ -134,7 +140,7 @@ Answer Server::answerFrom(const Call& call, std::string& route) {
         route = "page";
         return call.method == "GET" ? *std::move(file) : otherMethod(call, "GET, HEAD");
     }
-    Answer answer = backend_->answer(call);
+    Answer answer = cache_->answer(call);
     route = answer.route;
     return answer;
 }
@@ -151,6 +157,7 @@ std::optional<Answer> Server::quickAnswer(const Call& call) {
     if (call.path == "/healthz") return answer(call);
     // With an entity tag the answer may need no place in the queue.
     if (!needsRenderQueue(call) || !call.header("If-None-Match").empty()) return std::nullopt;
+    if (cache_->mayAnswer(call)) return std::nullopt;
     const auto problem = backend_->refusalFor(call.client);
     return problem ? std::optional(refuse(call, *problem)) : std::nullopt;
 }

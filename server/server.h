@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/api/backend.h"
+#include "server/api/frame_cache.h"
 #include "server/api/request_metrics.h"
 #include "server/api/route_table.h"
 #include "server/config.h"
@@ -51,6 +52,7 @@ private:
     Routes routes_;
     HttpServer http_;  // before the backend: a port that is in use is found at once
     std::unique_ptr<RenderBackend> backend_;
+    std::optional<FrameCache> cache_;
     std::optional<FrameSource> frames_;
     std::thread listener_;
 };

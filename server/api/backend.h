@@ -9,8 +9,11 @@
 #include "server/scenes/scene_entries.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace clerestory {
 
@@ -44,6 +47,16 @@ struct SceneReport {
     std::uint64_t worker = 0;  // of Answer::worker
 };
 
+// What the renderer holds, as far as the bytes of frames depend on it.
+struct LoadedScenes {
+    std::string defaultScene;    // id
+    std::uint64_t renderer = 0;  // hash over the program, the driver and the environment maps
+    // Id and content hash of each loaded scene, the most recently used one last.
+    std::vector<std::pair<std::string, std::uint64_t>> scenes;
+
+    bool operator==(const LoadedScenes&) const = default;
+};
+
 // Worker processes and their calls; the numbers of events count from the start of the server.
 struct WorkerStatus {
     std::uint64_t started = 0;
@@ -52,6 +65,7 @@ struct WorkerStatus {
     std::uint64_t repeatedCalls = 0;
     std::uint64_t quarantinedCalls = 0;
     bool hasActive = false, hasStandby = false, standbyIsWarm = false;
+    std::size_t warm = 0;  // active ones that have compiled the shaders of the default scene
     std::size_t activeScenes = 0, standbyScenes = 0;
 };
 
@@ -73,6 +87,10 @@ public:
 
     // Starts to load the scene if it is not loaded. Throws RequestError 404.
     virtual SceneReport sceneReport(const std::string& id) = 0;
+
+    // As far as this process knows; null if it does not know yet. Does not block. An answer that
+    // depends on a change is given after the change is known here.
+    virtual std::shared_ptr<const LoadedScenes> loadedScenes() const = 0;
 
     // Empty where the renderer is in this process.
     virtual std::optional<WorkerStatus> workerStatus() const = 0;

@@ -41,12 +41,16 @@ std::uint64_t kindOf(FrameRequest request) {
 
 std::string contentText(const RenderQueue& queue, const SceneLibrary& library, const Scene& scene,
                         const FrameRequest& request) {
-    const RendererIdentity& id = queue.identity();
     const std::string map = request.environment.map.value_or(scene.environment);
     return canonicalText(request) + '\n' + std::to_string(scene.contentHash) + '\n' +
            std::to_string(library.environmentHash(map)) + '\n' +
-           namedMapsText(library, scene, request) + buildId() + '\n' + id.vendor + '\n' +
-           id.renderer + '\n' + id.version + '\n' + id.platform;
+           namedMapsText(library, scene, request) + rendererText(queue);
+}
+
+std::string rendererText(const RenderQueue& queue) {
+    const RendererIdentity& id = queue.identity();
+    return buildId() + '\n' + id.vendor + '\n' + id.renderer + '\n' + id.version + '\n' +
+           id.platform;
 }
 
 std::shared_ptr<const Scene> FrameService::requireScene(const std::string& id) {

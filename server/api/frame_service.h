@@ -20,6 +20,9 @@ namespace clerestory {
 std::string contentText(const RenderQueue& queue, const SceneLibrary& library, const Scene& scene,
                         const FrameRequest& request);
 
+// The part of it that does not depend on the request: the program and the driver.
+std::string rendererText(const RenderQueue& queue);
+
 class FrameService {
 public:
     // What it uses; all of it must outlive the service.

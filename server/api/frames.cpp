@@ -22,11 +22,6 @@ FrameRequest requestFrom(const nlohmann::json& body, const Call& call) {
     return frameRequestFrom(body, defaults);
 }
 
-// If-None-Match compares weakly (RFC 9110 13.1.2), so that W/"x" names "x" too.
-bool matches(const std::string& ifNoneMatch, const std::string& etag) {
-    return ifNoneMatch == "*" || ifNoneMatch.find(etag) != std::string::npos;
-}
-
 std::string serverTiming(const FrameService::Drawn& drawn, double totalMs) {
     std::vector<std::pair<std::string, double>> entries = {{"queue", drawn.queueMs},
                                                            {"plan", drawn.frame.planMs}};
@@ -76,7 +71,6 @@ void addExplanation(Answer& answer, const Frame& frame, const FrameRequest& requ
     putExplained(answer, explained, "clerestory-" + etag.substr(1, etag.size() - 2));
 }
 
-enum class Explain { no, plan, health, maps };
 Explain explainOf(const Call& call) {
     const auto found = call.query.find("explain");
     if (found == call.query.end() || found->second == "0") return Explain::no;
@@ -100,11 +94,12 @@ Readback readbackFor(Explain explain) {
     return Readback::picture;
 }
 
-Answer frame(const FrameRoutes& routes, const Call& call, FrameRequest given) {
-    const Explain explain = explainOf(call);
+Answer frame(const FrameRoutes& routes, const Call& call) {
+    FrameCall given = frameCallFrom(call, routes.signedLinks);
+    const Explain explain = given.explain;
     const bool explained = explain != Explain::no;
     FrameService& frames = routes.frames;
-    const FrameService::Resolved resolved = frames.resolve(std::move(given));
+    const FrameService::Resolved resolved = frames.resolve(std::move(given.request));
     const FrameRequest& request = resolved.request;
     frames.requireAffordable(request);
     const std::string etag = frames.etagOf(resolved);
@@ -112,7 +107,8 @@ Answer frame(const FrameRoutes& routes, const Call& call, FrameRequest given) {
     answer.headers = {{"Cache-Control", "no-cache"}, {"Vary", "Accept"}};
     // The times of an explanation differ each time.
     if (!explained) answer.headers.emplace_back("ETag", etag);
-    if (call.method == "GET" && !explained && matches(call.header("If-None-Match"), etag)) {
+    if (call.method == "GET" && !explained &&
+        matchesEntityTag(call.header("If-None-Match"), etag)) {
         frames.countNotModified();
         answer.status = 304;
         return answer;
@@ -121,6 +117,7 @@ Answer frame(const FrameRoutes& routes, const Call& call, FrameRequest given) {
         frames.draw(resolved, turnOf(frames, call), readbackFor(explain), call.requestId);
     answer.body = std::move(drawn.bytes);
     answer.type = mediaType(request.output.format);
+    answer.sceneHash = resolved.scene->contentHash;
     answer.headers.emplace_back("Server-Timing",
                                 serverTiming(drawn, millisecondsSince(call.arrived)));
     answer.headers.emplace_back("Clerestory-Passes", compactPasses(drawn.frame.plan));
@@ -129,22 +126,6 @@ Answer frame(const FrameRoutes& routes, const Call& call, FrameRequest given) {
     if (resolved.pick) answer.headers.emplace_back("Clerestory-Accuracy", resolved.pick->words);
     if (explained) addExplanation(answer, drawn.frame, request, etag);
     return answer;
-}
-
-Answer postFrame(const FrameRoutes& routes, const Call& call) {
-    requireJsonType(call);
-    requireQuery(call, true);
-    return frame(routes, call, requestFrom(strictJson(call.body), call));
-}
-
-Answer getFrame(const FrameRoutes& routes, const Call& call) {
-    auto query = call.query;
-    query.erase("explain");
-    if (routes.signedLinks) {
-        query.erase("expires");
-        query.erase("signature");
-    }
-    return frame(routes, call, requestFrom(bodyFromQuery(query), call));
 }
 
 Answer postPlan(const FrameRoutes& routes, const Call& call) {
@@ -164,23 +145,46 @@ Answer postPlan(const FrameRoutes& routes, const Call& call) {
 }  // namespace
 
 void addRoutes(Routes& routes, const FrameRoutes& components) {
-    routes.add("/v1/frames", "POST", components, postFrame);
-    routes.add("/v1/frames", "GET", components, getFrame);
+    routes.add("/v1/frames", "POST", components, frame);
+    routes.add("/v1/frames", "GET", components, frame);
     routes.add("/v1/plans", "POST", components, postPlan);
 }
 
-Turn turnOf(const FrameService& frames, const Call& call) {
-    std::optional<std::chrono::milliseconds> limit;
-    if (const std::string text = call.header("Clerestory-Deadline"); !text.empty()) {
-        unsigned milliseconds = 0;
-        const auto [end, error] =
-            std::from_chars(text.data(), text.data() + text.size(), milliseconds);
-        if (error != std::errc() || end != text.data() + text.size() || milliseconds == 0) {
-            throw RequestError(badRequest("Clerestory-Deadline is not a number of milliseconds."));
-        }
-        limit = std::chrono::milliseconds(milliseconds);
+FrameCall frameCallFrom(const Call& call, bool signedLinks) {
+    if (call.method == "POST") {
+        requireJsonType(call);
+        requireQuery(call, true);
+        FrameRequest request = requestFrom(strictJson(call.body), call);
+        return {std::move(request), explainOf(call)};
     }
-    Turn turn = frames.turnFor(call.arrived, limit);
+    auto query = call.query;
+    query.erase("explain");
+    if (signedLinks) {
+        query.erase("expires");
+        query.erase("signature");
+    }
+    FrameRequest request = requestFrom(bodyFromQuery(query), call);
+    return {std::move(request), explainOf(call)};
+}
+
+// The header compares weakly (RFC 9110 13.1.2), so that W/"x" names "x" too.
+bool matchesEntityTag(const std::string& ifNoneMatch, const std::string& etag) {
+    return ifNoneMatch == "*" || ifNoneMatch.find(etag) != std::string::npos;
+}
+
+std::optional<std::chrono::milliseconds> deadlineIn(const Call& call) {
+    const std::string text = call.header("Clerestory-Deadline");
+    if (text.empty()) return std::nullopt;
+    unsigned milliseconds = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), milliseconds);
+    if (error != std::errc() || end != text.data() + text.size() || milliseconds == 0) {
+        throw RequestError(badRequest("Clerestory-Deadline is not a number of milliseconds."));
+    }
+    return std::chrono::milliseconds(milliseconds);
+}
+
+Turn turnOf(const FrameService& frames, const Call& call) {
+    Turn turn = frames.turnFor(call.arrived, deadlineIn(call));
     turn.client = call.client;
     turn.cancellation = call.cancellation;
     return turn;

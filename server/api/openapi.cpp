@@ -44,6 +44,10 @@ ordered_json frameAnswers() {
     }
     content["multipart/mixed"] = binaryContent();
     ordered_json json = answers("the frame; with explain also its plan", content);
+    json["200"]["headers"] = {
+        {"Age",
+         {{"description", "seconds since the frame was drawn; only for an answer from the cache"},
+          {"schema", {{"type", "integer"}, {"minimum", 0}}}}}};
     json["304"] = {{"description", "the frame has the ETag of If-None-Match"}};
     return json;
 }

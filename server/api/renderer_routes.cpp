@@ -72,6 +72,7 @@ Answer describeRenderer(const RendererRoutes& routes, const Call&) {
            {"bodyBytes", limits.bodyBytes},
            {"sequenceBytes", limits.sequenceBytes},
            {"uploadBytes", limits.uploadBytes},
+           {"frameCacheBytes", limits.frameCacheBytes},
            {"queue", limits.queue},
            {"deadlineSeconds", limits.deadlineSeconds}}},
          {"importer", {{"landlock", jail.landlock}, {"systemCallFilter", jail.systemCallFilter}}},

@@ -13,7 +13,8 @@ struct ServerLimits {
     std::size_t bodyBytes = 0;
     std::size_t sequenceBytes = 0;
     std::size_t uploadBytes = 0;  // 0: no uploads
-    std::size_t queue = 0;        // frames that may wait
+    std::size_t frameCacheBytes = 0;
+    std::size_t queue = 0;  // frames that may wait
     double deadlineSeconds = 0.0;
 };
 

@@ -40,6 +40,21 @@ struct RequestMetrics::Families {
             .Name("clerestory_connection_events")
             .Help("Connections since the start, by what became of them")
             .Register(registry);
+    prometheus::Family<prometheus::Gauge>& cacheEvents =
+        BuildGauge()
+            .Name("clerestory_frame_cache_events")
+            .Help("Frames looked up in the frame cache since the start, by result; and evictions")
+            .Register(registry);
+    prometheus::Gauge& cacheBytes = BuildGauge()
+                                        .Name("clerestory_frame_cache_bytes")
+                                        .Help("Memory of the frame cache")
+                                        .Register(registry)
+                                        .Add({});
+    prometheus::Gauge& cacheEntries = BuildGauge()
+                                          .Name("clerestory_frame_cache_entries")
+                                          .Help("Frames in the frame cache")
+                                          .Register(registry)
+                                          .Add({});
     prometheus::Gauge& logDropped = BuildGauge()
                                         .Name("clerestory_log_lines_dropped")
                                         .Help("Dropped lines of the log")
@@ -48,7 +63,10 @@ struct RequestMetrics::Families {
     prometheus::Family<prometheus::Gauge>& workers =
         BuildGauge()
             .Name("clerestory_workers")
-            .Help("Render workers that live, by what they do; a warm standby holds the same scenes")
+            .Help(
+                "Render workers that live, by what they do; warm: the active ones that have "
+                "compiled "
+                "the shaders of the default scene; a warm standby holds the same scenes")
             .Register(registry);
     prometheus::Family<prometheus::Gauge>& workerScenes =
         BuildGauge()
@@ -84,7 +102,7 @@ void RequestMetrics::refused(ProblemCode code) {
     families_->refusals.Add({{"reason", std::string(nameOf(code))}}).Increment();
 }
 
-std::string RequestMetrics::text(const ConnectionCounters& front,
+std::string RequestMetrics::text(const ConnectionCounters& front, const FrameCacheCounters& cache,
                                  const std::optional<WorkerStatus>& workers) const {
     const auto set = [](auto& family, const char* label, auto&& rows) {
         for (const auto& [name, count] : rows) {
@@ -100,6 +118,11 @@ std::string RequestMetrics::text(const ConnectionCounters& front,
                                    {"requestTimeout", front.timeouts},
                                    {"answerStalled", front.stalled},
                                    {"clientLeft", front.disconnected}});
+    set(families_->cacheEvents, "event",
+        std::initializer_list<Row>{
+            {"hit", cache.hits}, {"miss", cache.misses}, {"evicted", cache.evicted}});
+    families_->cacheBytes.Set(static_cast<double>(cache.bytes));
+    families_->cacheEntries.Set(static_cast<double>(cache.entries));
     families_->logDropped.Set(static_cast<double>(logLinesDropped()));
     families_->connections.Add({}).Set(static_cast<double>(front.open));
     if (workers) {
@@ -111,6 +134,7 @@ std::string RequestMetrics::text(const ConnectionCounters& front,
                                        {"callQuarantined", workers->quarantinedCalls}});
         set(families_->workers, "role",
             std::initializer_list<Row>{{"active", workers->hasActive},
+                                       {"warm", workers->warm},
                                        {"standby", workers->hasStandby},
                                        {"warmStandby", workers->standbyIsWarm}});
         set(families_->workerScenes, "role",

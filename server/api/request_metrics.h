@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/api/backend.h"
+#include "server/api/frame_cache.h"
 #include "server/http/limits.h"
 
 #include <memory>
@@ -20,7 +21,7 @@ public:
 
     // Prometheus text, version 0.0.4. Its names differ from those of Metrics::text(). `workers`:
     // empty where the renderer is in this process.
-    std::string text(const ConnectionCounters& front,
+    std::string text(const ConnectionCounters& front, const FrameCacheCounters& cache,
                      const std::optional<WorkerStatus>& workers) const;
 
 private:

@@ -316,13 +316,17 @@ ordered_json rendererSchema() {
                 {"pipelines", described(kCount, "programs with fixed state and a target format")},
                 {"compileSeconds", kNumber},
                 {"optimized", kFlag}});
-    const ordered_json limits = object({{"edge", described(kCount, "maximum width and height")},
-                                        {"pixels", described(kCount, "maximum number of pixels")},
-                                        {"bodyBytes", kCount},
-                                        {"sequenceBytes", kCount},
-                                        {"uploadBytes", described(kCount, "0: uploads are off")},
-                                        {"queue", described(kCount, "frames that may wait")},
-                                        {"deadlineSeconds", kNumber}});
+    const ordered_json limits =
+        object({{"edge", described(kCount, "maximum width and height")},
+                {"pixels", described(kCount, "maximum number of pixels")},
+                {"bodyBytes", kCount},
+                {"sequenceBytes", kCount},
+                {"uploadBytes", described(kCount, "0: uploads are off")},
+                {"frameCacheBytes", described(kCount,
+                                              "memory of frames that answer equal "
+                                              "requests; 0: none")},
+                {"queue", described(kCount, "frames that may wait")},
+                {"deadlineSeconds", kNumber}});
     return object(
         {{"vendor", kText},
          {"renderer", kText},

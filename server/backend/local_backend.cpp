@@ -1,5 +1,6 @@
 #include "server/backend/local_backend.h"
 
+#include "scene/hash.h"
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
 #include "server/api/frames.h"
@@ -31,7 +32,11 @@ LocalBackend::LocalBackend(const LocalBackendOptions& options)
     addRoutes(routes_, FrameRoutes{frames_, options.signedLinks});
     addRoutes(routes_, JobRoutes{frames_, jobs_, comparisons_});
     addRoutes(routes_, RendererRoutes{queue_, library_, metrics_, canary_, options.limits});
-    queue_.identity();  // throws when there is no driver
+    std::string text = rendererText(queue_);  // throws when there is no driver
+    for (const std::string& map : library_.environmentNames()) {
+        text += '\n' + map + ' ' + std::to_string(library_.environmentHash(map));
+    }
+    rendererHash_ = hashOf(text);
 }
 
 Answer LocalBackend::answer(const Call& call) {
@@ -62,6 +67,12 @@ EncodedFrame LocalBackend::draw(const FrameOrder& order) {
     } catch (const std::exception&) {
         throw RequestError(currentProblem(order.requestId));
     }
+}
+
+std::shared_ptr<const LoadedScenes> LocalBackend::loadedScenes() const {
+    return std::make_shared<const LoadedScenes>(LoadedScenes{.defaultScene = library_.defaultId(),
+                                                             .renderer = rendererHash_,
+                                                             .scenes = library_.loadedContents()});
 }
 
 SceneReport LocalBackend::sceneReport(const std::string& id) {

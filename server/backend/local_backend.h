@@ -33,6 +33,7 @@ public:
     std::optional<Problem> refusalFor(const std::string& client) const override;
     EncodedFrame draw(const FrameOrder& order) override;
     SceneReport sceneReport(const std::string& id) override;
+    std::shared_ptr<const LoadedScenes> loadedScenes() const override;
     std::optional<WorkerStatus> workerStatus() const override { return std::nullopt; }
     bool importing() const override { return library_.importing(); }
     void stop() override { queue_.refuseNew(); }
@@ -53,7 +54,8 @@ private:
     Comparisons comparisons_;
     FrameService frames_;
     Routes routes_;
-    Jobs jobs_;  // ends first: its work uses the others
+    Jobs jobs_;                       // ends first: its work uses the others
+    std::uint64_t rendererHash_ = 0;  // LoadedScenes::renderer
 };
 
 }  // namespace clerestory

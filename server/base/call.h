@@ -78,6 +78,7 @@ struct Answer {
     std::string route;               // the pattern of its path, for the metrics
     std::optional<Problem> problem;  // that the body describes
     std::optional<JobEvent> job;
+    std::optional<std::uint64_t> sceneHash;  // of a frame: content hash of its scene
     std::uint64_t worker = 0;  // number of the worker process that answered; 0: no worker
     // Instead of a body: writes a chunked body to the sink. Called once, on the thread of the
     // request. Must return when the sink returns false or the service stops. Returns false if the

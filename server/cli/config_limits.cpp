@@ -48,6 +48,13 @@ void addLimitFlags(CLI::App& serve, Config& config) {
         ->type_name("SECONDS")
         ->group("Limits")
         ->capture_default_str();
+    serve
+        .add_option("--frame-cache", config.frameCacheBytes,
+                    "memory of recently drawn frames, which answer equal requests; 0: none")
+        ->transform(CLI::AsSizeValue(false).description(""))
+        ->type_name("BYTES")
+        ->group("Limits")
+        ->capture_default_str();
     addCount(serve, "--max-work", config.renderer.maxShadedSamples, 0, 1e15,
              "samples that one frame may shade: pixels x samples over all passes; 0: no limit");
     addCount(serve, "--threads", config.http.threads, 4, 4096,

@@ -164,6 +164,12 @@ std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
 }
 
 std::vector<std::string> SceneLibrary::loadedScenes() const {
+    std::vector<std::string> ids;
+    for (auto& [id, hash] : loadedContents()) ids.push_back(id);
+    return ids;
+}
+
+std::vector<std::pair<std::string, std::uint64_t>> SceneLibrary::loadedContents() const {
     std::vector<Entry> ready;
     const std::lock_guard lock(mutex_);
     for (const Entry& entry : entries_.listed()) {
@@ -171,9 +177,11 @@ std::vector<std::string> SceneLibrary::loadedScenes() const {
     }
     std::stable_sort(ready.begin(), ready.end(),
                      [](const Entry& a, const Entry& b) { return a->lastUsed < b->lastUsed; });
-    std::vector<std::string> ids;
-    for (const Entry& entry : ready) ids.push_back(entry->status.id);
-    return ids;
+    std::vector<std::pair<std::string, std::uint64_t>> contents;
+    for (const Entry& entry : ready) {
+        contents.emplace_back(entry->status.id, entry->status.scene->contentHash);
+    }
+    return contents;
 }
 
 void SceneLibrary::load(const std::vector<std::string>& ids) {

@@ -16,6 +16,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace clerestory {
@@ -59,6 +60,8 @@ public:
 
     // The ids of the loaded scenes, the most recently used one last.
     std::vector<std::string> loadedScenes() const;
+    // The same with their content hashes.
+    std::vector<std::pair<std::string, std::uint64_t>> loadedContents() const;
     // Loads these scenes, too, after those that clients request; another process has loaded them.
     // Ignores unknown ids.
     void load(const std::vector<std::string>& ids);

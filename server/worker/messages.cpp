@@ -255,13 +255,13 @@ FrameOrder unpackedFrameOrder(std::string_view bytes) {
 
 std::string packed(const Answer& answer) {
     return packedParts(answer.status, answer.type, answer.route, answer.problem, answer.job,
-                       answer.headers, answer.body);
+                       answer.sceneHash, answer.headers, answer.body);
 }
 
 Answer unpackedAnswer(std::string_view bytes) {
     Answer answer;
     unpackParts(bytes, answer.status, answer.type, answer.route, answer.problem, answer.job,
-                answer.headers, answer.body);
+                answer.sceneHash, answer.headers, answer.body);
     return answer;
 }
 
@@ -307,6 +307,16 @@ std::vector<std::string> unpackedIds(std::string_view bytes) {
     std::vector<std::string> ids;
     for (Reader in(bytes); !in.done();) in.get(ids.emplace_back());
     return ids;
+}
+
+std::string packed(const LoadedScenes& scenes) {
+    return packedParts(scenes.defaultScene, scenes.renderer, scenes.scenes);
+}
+
+LoadedScenes unpackedScenes(std::string_view bytes) {
+    LoadedScenes scenes;
+    unpackParts(bytes, scenes.defaultScene, scenes.renderer, scenes.scenes);
+    return scenes;
 }
 
 MessagePipe::~MessagePipe() {

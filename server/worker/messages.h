@@ -32,6 +32,7 @@ std::string packed(const EncodedFrame& frame);
 std::string packed(const SceneReport& report);
 std::string packed(const Problem& problem);
 std::string packed(const std::vector<std::string>& ids);
+std::string packed(const LoadedScenes& scenes);
 
 // All throw std::runtime_error for bytes that packed() did not make.
 Call unpackedCall(std::string_view bytes);
@@ -41,6 +42,7 @@ EncodedFrame unpackedFrame(std::string_view bytes);
 SceneReport unpackedSceneReport(std::string_view bytes);
 Problem unpackedProblem(std::string_view bytes);
 std::vector<std::string> unpackedIds(std::string_view bytes);
+LoadedScenes unpackedScenes(std::string_view bytes);
 
 enum class MessageKind : std::uint32_t {
     // Server to worker: a request, answered by a message with the same id.
@@ -58,7 +60,8 @@ enum class MessageKind : std::uint32_t {
     ready,   // requests are answered from now on
     warm,    // as alive; the shaders of the default scene are compiled
     failed,  // it cannot start and ends; the message for people
-    // Ids of scenes. Worker to server: those that it has loaded; server to worker: those to load.
+    loaded,  // LoadedScenes, after a change, before any answer that depends on the change
+    // Server to worker: ids of scenes to load.
     scenes
 };
 

@@ -308,6 +308,11 @@ std::pair<std::size_t, std::size_t> Supervisor::scenes() const {
     return {active_ ? active_->scenes().size() : 0, standby_ ? standby_->scenes().size() : 0};
 }
 
+std::shared_ptr<const LoadedScenes> Supervisor::loadedScenes() const {
+    const std::lock_guard lock(mutex_);
+    return active_ ? active_->loadedScenes() : nullptr;
+}
+
 bool Supervisor::standbyIsWarm() const {
     const std::lock_guard lock(mutex_);
     return standbyIsReady();

@@ -106,6 +106,8 @@ public:
     // Of the active worker and of the standby; 0 if there is none.
     std::pair<pid_t, pid_t> processes() const;
     std::pair<std::size_t, std::size_t> scenes() const;  // loaded, of both
+    // Of the active worker; null if there is none, or it is not warm.
+    std::shared_ptr<const LoadedScenes> loadedScenes() const;
     // Whether the standby has compiled its shaders and loaded the scenes of the active worker.
     bool standbyIsWarm() const;
 

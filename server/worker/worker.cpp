@@ -13,12 +13,40 @@ namespace {
 
 constexpr std::chrono::milliseconds kHeartbeatInterval{200};
 
+// Reports to the server which scenes are loaded, from the time when the default scene is warm.
+// Thread-safe.
+class SceneReporter {
+public:
+    explicit SceneReporter(MessagePipe& pipe) : pipe_(pipe) {}
+
+    // Sends nothing if nothing has changed. Called before each answer, too, so that the server
+    // learns of a change before it receives an answer that depends on it.
+    void report(const LocalBackend& backend) {
+        const std::lock_guard lock(mutex_);
+        if (!warm_) return;
+        std::string scenes = packed(*backend.loadedScenes());
+        if (scenes == sent_) return;
+        pipe_.send({.kind = MessageKind::loaded, .bytes = scenes});
+        sent_ = std::move(scenes);
+    }
+    void setWarm() {
+        const std::lock_guard lock(mutex_);
+        warm_ = true;
+    }
+
+private:
+    MessagePipe& pipe_;
+    std::mutex mutex_;
+    bool warm_ = false;
+    std::string sent_;
+};
+
 // Tells the server that this process lives, whether it is warm, and which scenes it has loaded.
 // Ends the process when the renderer hangs, since a thread cannot be ended.
 class Heartbeat {
 public:
-    Heartbeat(MessagePipe& pipe, std::chrono::duration<double> hangTime)
-        : thread_([this, &pipe, hangTime] {
+    Heartbeat(MessagePipe& pipe, SceneReporter& reporter, std::chrono::duration<double> hangTime)
+        : thread_([this, &pipe, &reporter, hangTime] {
               std::unique_lock lock(mutex_);
               bool warm = false;
               while (!ending_) {
@@ -27,9 +55,12 @@ public:
                                    fixedPoint(hangTime.count(), 0), " s"});
                       std::_Exit(3);
                   }
-                  warm = warm || (backend_ && backend_->library().defaultIsWarm());
+                  if (!warm && backend_ && backend_->library().defaultIsWarm()) {
+                      warm = true;
+                      reporter.setWarm();
+                  }
                   pipe.send({.kind = warm ? MessageKind::warm : MessageKind::alive});
-                  if (warm) sendScenes(pipe);
+                  if (warm) reporter.report(*backend_);
                   wake_.wait_for(lock, kHeartbeatInterval, [&] { return ending_; });
               }
           }) {}
@@ -50,17 +81,9 @@ public:
     }
 
 private:
-    void sendScenes(MessagePipe& pipe) {
-        std::string scenes = packed(backend_->library().loadedScenes());
-        if (scenes == sentScenes_) return;
-        pipe.send({.kind = MessageKind::scenes, .bytes = scenes});
-        sentScenes_ = std::move(scenes);
-    }
-
     std::mutex mutex_;
     std::condition_variable wake_;
     LocalBackend* backend_ = nullptr;  // null until it is created
-    std::string sentScenes_;
     bool ending_ = false;
     std::thread thread_;
 };
@@ -116,7 +139,7 @@ Message replyTo(LocalBackend& backend, const Message& request) {
     }
 }
 
-void serve(LocalBackend& backend, MessagePipe& pipe, std::size_t threads) {
+void serve(LocalBackend& backend, MessagePipe& pipe, SceneReporter& reporter, std::size_t threads) {
     CancellationTokens tokens;
     WorkerPool pool(threads);
     while (auto message = pipe.receive()) {
@@ -130,17 +153,20 @@ void serve(LocalBackend& backend, MessagePipe& pipe, std::size_t threads) {
             case MessageKind::call: {
                 Call call = unpackedCall(message->bytes);
                 call.cancellation = tokens.add(message->id);
-                pool.run([&backend, &pipe, &tokens, id = message->id, call = std::move(call)] {
+                pool.run([&, id = message->id, call = std::move(call)] {
                     const Answer answer = backend.answer(call);
                     tokens.remove(id);
+                    reporter.report(backend);
                     pipe.send(messageOf(MessageKind::answer, id, packed(answer)));
                 });
                 break;
             }
             case MessageKind::frame:
             case MessageKind::sceneQuery:
-                pool.run([&backend, &pipe, request = *std::move(message)] {
-                    pipe.send(replyTo(backend, request));
+                pool.run([&, request = *std::move(message)] {
+                    const Message reply = replyTo(backend, request);
+                    reporter.report(backend);
+                    pipe.send(reply);
                 });
                 break;
             default:
@@ -159,7 +185,8 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
     std::signal(SIGTERM, SIG_IGN);
     setLogLevel(options.logLevel);
     MessagePipe pipe(kWorkerSocket);
-    Heartbeat heartbeat(pipe, std::chrono::duration<double>(options.hangSeconds));
+    SceneReporter reporter(pipe);
+    Heartbeat heartbeat(pipe, reporter, std::chrono::duration<double>(options.hangSeconds));
     try {
         confine(options.memoryBytes);
         endWithoutMemory();
@@ -171,7 +198,7 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
         LocalBackend backend(own);
         heartbeat.watch(backend);
         pipe.send({.kind = MessageKind::ready});
-        serve(backend, pipe, options.threads);
+        serve(backend, pipe, reporter, options.threads);
     } catch (const std::exception& error) {
         pipe.send({.kind = MessageKind::failed, .bytes = error.what()});
     }

@@ -154,6 +154,7 @@ std::optional<WorkerStatus> WorkerBackend::workerStatus() const {
                         .hasActive = active != 0,
                         .hasStandby = standby != 0,
                         .standbyIsWarm = supervisor_.standbyIsWarm(),
+                        .warm = supervisor_.loadedScenes() ? 1u : 0u,
                         .activeScenes = activeScenes,
                         .standbyScenes = standbyScenes};
 }

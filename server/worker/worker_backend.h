@@ -10,6 +10,7 @@
 #include <atomic>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
@@ -85,6 +86,9 @@ public:
     std::optional<Problem> refusalFor(const std::string& client) const override;
     EncodedFrame draw(const FrameOrder& order) override;
     SceneReport sceneReport(const std::string& id) override;
+    std::shared_ptr<const LoadedScenes> loadedScenes() const override {
+        return supervisor_.loadedScenes();
+    }
     std::optional<WorkerStatus> workerStatus() const override;
     bool importing() const override { return false; }  // a worker's import ends with it
     void stop() override { stopping_ = true; }

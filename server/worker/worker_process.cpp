@@ -142,9 +142,17 @@ std::optional<WorkerReply> WorkerProcess::ask(const WorkerRequest& request) {
     return result;
 }
 
-std::vector<std::string> WorkerProcess::scenes() {
+std::vector<std::string> WorkerProcess::scenes() const {
+    std::vector<std::string> ids;
+    if (const auto loaded = loadedScenes()) {
+        for (const auto& [id, hash] : loaded->scenes) ids.push_back(id);
+    }
+    return ids;
+}
+
+std::shared_ptr<const LoadedScenes> WorkerProcess::loadedScenes() const {
     const std::lock_guard lock(mutex_);
-    return scenes_;
+    return loaded_;
 }
 
 void WorkerProcess::loadScenes(const std::vector<std::string>& scenes) {
@@ -170,13 +178,15 @@ void WorkerProcess::listen() {
 bool WorkerProcess::handle(const Message& message) {
     // First, since it can throw: then the request stays among those that wait.
     std::optional<WorkerReply> reply = replyIn(message);
-    std::vector<std::string> scenes;
-    if (message.kind == MessageKind::scenes) scenes = unpackedIds(message.bytes);
+    std::shared_ptr<const LoadedScenes> loaded;
+    if (message.kind == MessageKind::loaded) {
+        loaded = std::make_shared<const LoadedScenes>(unpackedScenes(message.bytes));
+    }
     std::promise<std::optional<WorkerReply>> promise;
     {
         const std::lock_guard lock(mutex_);
         lastHeard_ = Clock::now();
-        if (message.kind == MessageKind::scenes) scenes_ = std::move(scenes);
+        if (loaded) loaded_ = std::move(loaded);
         if (message.kind == MessageKind::failed) failure_ = message.bytes;
         if (reply) {
             const auto found = waiting_.find(message.id);

@@ -41,8 +41,10 @@ public:
     // Empty if the process ended before it answered.
     std::optional<WorkerReply> ask(const WorkerRequest& request);
 
-    // The scenes that it has loaded, the most recently used one last.
-    std::vector<std::string> scenes();
+    // Ids of the scenes that it has loaded, the most recently used one last.
+    std::vector<std::string> scenes() const;
+    // Null until it is warm.
+    std::shared_ptr<const LoadedScenes> loadedScenes() const;
     // Tells it to load these scenes when it has time.
     void loadScenes(const std::vector<std::string>& scenes);
 
@@ -68,12 +70,12 @@ private:
     std::unique_ptr<MessagePipe> pipe_;
     std::promise<void> readyPromise_;
     std::shared_future<void> ready_{readyPromise_.get_future().share()};
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     std::condition_variable ending_;
     std::unordered_map<std::uint64_t, std::promise<std::optional<WorkerReply>>> waiting_;
     std::uint64_t nextId_ = 1;
     std::string failure_;  // why it could not start
-    std::vector<std::string> scenes_;
+    std::shared_ptr<const LoadedScenes> loaded_;
     std::atomic<bool> ended_{false}, warm_{false}, silent_{false}, killed_{false};
     Clock::time_point lastHeard_ = Clock::now();
     std::thread listener_, watcher_;

@@ -30,8 +30,8 @@ public:
                   const Subject& subject, const CacheFolders& folders)
         : port_(test::freePort()), client_("127.0.0.1", port_) {
         std::vector<std::string> command = {
-            program,   "serve",          "--port",      std::to_string(port_),
-            "--scene", subject.argument, "--log-level", "error"};
+            program,          "serve",       "--port", std::to_string(port_), "--scene",
+            subject.argument, "--log-level", "error",  "--frame-cache",       "0"};
         command.insert(command.end(), flags.begin(), flags.end());
         client_.set_read_timeout(std::chrono::seconds(300));
         client_.set_keep_alive(true);

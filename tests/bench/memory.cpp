@@ -83,8 +83,9 @@ Breakdown breakdownOf(pid_t process) {
 class Server {
 public:
     Server(const std::string& program, const std::string& scene) : port_(test::freePort()) {
-        std::vector<std::string> words{program,   "serve", "--port",      std::to_string(port_),
-                                       "--scene", scene,   "--log-level", "error"};
+        std::vector<std::string> words{
+            program, "serve",       "--port", std::to_string(port_), "--scene",
+            scene,   "--log-level", "error",  "--frame-cache",       "0"};
         std::vector<char*> arguments;
         for (std::string& word : words) arguments.push_back(word.data());
         arguments.push_back(nullptr);

@@ -215,6 +215,13 @@ TEST(CallWire, IdsKeepTheirOrder) {
     EXPECT_THROW(unpackedIds(packed(ids).substr(1)), std::runtime_error);
 }
 
+TEST(CallWire, LoadedScenesComeBack) {
+    const LoadedScenes scenes{
+        .defaultScene = "a", .renderer = 7, .scenes = {{"b", 1}, {"a", ~0ull}}};
+    EXPECT_EQ(unpackedScenes(packed(scenes)), scenes);
+    EXPECT_THROW(unpackedScenes(packed(scenes).substr(1)), std::runtime_error);
+}
+
 TEST(CallWire, TruncatedAndCorruptedBytesAreRejectedOrRead) {
     const std::string bytes = packed(callWith(R"({"scene":"six-walls"})"));
     for (std::size_t n = 0; n < bytes.size(); ++n) {

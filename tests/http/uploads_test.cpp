@@ -3,6 +3,7 @@
 #include "tests/support/raw_client.h"
 
 #include <assimp/version.h>
+#include <algorithm>
 #include <fstream>
 
 namespace clerestory::test {
@@ -71,6 +72,61 @@ TEST(Uploads, DeletedUploadsAreRemovedFromListDiskAndMemory) {
     EXPECT_EQ(kept(config.scenes.uploads.folder), 0u);
     problemOf(client.Delete("/v1/scenes/six-walls"), 403);
     EXPECT_EQ(send(client, triangleGlb())->status, 201) << "and may come again";
+}
+
+// Frames of a deleted, evicted or reloaded scene are not answered from the frame cache.
+TEST(Uploads, StoredFramesEndWithTheirScene) {
+    // Memory for the default scene and one more.
+    std::uint64_t memory = 0;
+    {
+        TestServer server(uploadConfig());
+        server.awaitReady();
+        auto client = server.client();
+        const auto used = [&] { return server.backend().library().totals().bytes.total(); };
+        const std::uint64_t first = used();
+        pictureOf(client, idOf(send(client, triangleGlb())));
+        const std::uint64_t upload = used() - first;
+        pictureOf(client, "orbiting-cubes");
+        const std::uint64_t other = used() - first - upload;
+        memory = first + std::max(upload, other) + std::min(upload, other) / 2;
+    }
+    Config config = uploadConfig();
+    config.frameCacheBytes = 64 << 20;
+    config.scenes.memoryBytes = memory;
+    TestServer server(config);
+    auto client = server.client();
+    const auto isStored = [&](const std::string& id) {
+        pictureOf(client, id);  // waits for the scene if it is not loaded
+        const auto answer = postJson(client, "/v1/frames", frameOf(id));
+        EXPECT_EQ(answer->status, 200) << answer->body;
+        return answer->has_header("Age");
+    };
+    const auto entries = [&] {
+        const std::string text = client.Get("/metrics")->body;
+        const std::string name = "\nclerestory_frame_cache_entries ";
+        return std::stoi(text.substr(text.find(name) + name.size()));
+    };
+    const std::string id = idOf(send(client, triangleGlb()));
+    const std::string picture = pictureOf(client, id);
+    EXPECT_TRUE(isStored(id));
+    EXPECT_EQ(entries(), 1);
+    EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
+    EXPECT_EQ(entries(), 0);
+    problemOf(postJson(client, "/v1/frames", frameOf(id)), 404);
+
+    EXPECT_EQ(idOf(send(client, triangleGlb())), id);
+    const auto drawn = postJson(client, "/v1/frames", frameOf(id));
+    EXPECT_EQ(drawn->status, 200) << drawn->body;
+    EXPECT_FALSE(drawn->has_header("Age"));
+    EXPECT_EQ(drawn->body, picture);
+    EXPECT_TRUE(isStored(id));
+
+    EXPECT_TRUE(isStored("orbiting-cubes"));
+    EXPECT_EQ(sceneAt(client, id)["state"], "waiting") << "evicted";
+    EXPECT_EQ(entries(), 1);
+    EXPECT_EQ(pictureOf(client, id), picture);
+    EXPECT_TRUE(isStored(id));
+    EXPECT_EQ(entries(), 1);
 }
 
 TEST(Uploads, ADeletedSceneStaysUntilItsFrameIsDrawn) {

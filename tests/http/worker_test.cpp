@@ -132,6 +132,36 @@ TEST_F(WorkerServer, KillsDuringAFrameLoseNothing) {
     EXPECT_GE(supervisorOf(server).counters().ended, static_cast<std::uint64_t>(kKills));
 }
 
+// The frame cache is in the server's process, so that it outlives a renderer; it is used as long as
+// the next one holds the same scene.
+TEST(FrameCacheOfWorkers, AnswersThroughTheEndOfARenderer) {
+    Config config = workerConfig();
+    config.frameCacheBytes = 64 << 20;
+    Server server(config);
+    server.start();
+    auto client = clientOf(server);
+    while (client.Get("/readyz")->status != 200) std::this_thread::sleep_for(20ms);
+    const auto drawn = postJson(client, "/v1/frames", smallFrame());
+    auto hit = postJson(client, "/v1/frames", smallFrame());
+    for (int i = 0; i < 500 && !hit->has_header("Age"); ++i) {  // the renderer was not warm
+        std::this_thread::sleep_for(20ms);
+        hit = postJson(client, "/v1/frames", smallFrame());
+    }
+    ASSERT_TRUE(hit->has_header("Age"));
+    EXPECT_EQ(hit->body, drawn->body);
+    EXPECT_EQ(hit->get_header_value("Clerestory-Worker"), "1");
+    awaitStandby(server);
+    while (!supervisorOf(server).standbyIsWarm()) std::this_thread::sleep_for(20ms);
+    killWorker(server);
+    const auto after = postJson(client, "/v1/frames", smallFrame());
+    EXPECT_TRUE(after->has_header("Age"));
+    EXPECT_EQ(after->body, drawn->body);
+    const auto other = postJson(client, "/v1/frames", frameBody(1));
+    EXPECT_EQ(other->status, 200) << other->body;
+    EXPECT_FALSE(other->has_header("Age"));
+    EXPECT_EQ(other->get_header_value("Clerestory-Worker"), "2");
+}
+
 // S4: of which load of its scene a frame is, and whose.
 TEST_F(WorkerServer, AFrameNamesItsRendererAndSceneGeneration) {
     auto client = this->client();

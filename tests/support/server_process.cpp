@@ -25,6 +25,7 @@ ServerProcess::ServerProcess(const std::vector<std::string>& flags, void (*befor
     unlessGiven("--port", "0");
     unlessGiven("--log-level", "off");
     unlessGiven("--scene-cache", "none");
+    unlessGiven("--frame-cache", "0");            // tests repeat requests to draw again
     unlessGiven("--first-compile", "optimized");  // tests count renderers
     // A busy machine may take longer over a cold first frame than the usual deadline.
     unlessGiven("--deadline", "60");

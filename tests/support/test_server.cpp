@@ -16,6 +16,7 @@ Config testConfig() {
     config.http.port = 0;
     config.scenes.scenes = {"six-walls"};
     config.scenes.import.importer = CLERESTORY_PROGRAM;
+    config.frameCacheBytes = 0;  // tests repeat requests to draw again
     config.queue = 256;
     config.queueSeconds = 60.0;
     config.deadlineSeconds = 60.0;  // sanitizers are slow

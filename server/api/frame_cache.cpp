@@ -1,0 +1,182 @@
+#include "server/api/frame_cache.h"
+
+#include "server/api/frame_json.h"
+#include "server/api/frames.h"
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+
+namespace clerestory {
+namespace {
+
+// Of an entry in addition to its text: the lists, the table and the allocator.
+constexpr std::size_t kEntryBytes = 1024;
+
+// Whether a Cache-Control header has the directive.
+bool hasDirective(std::string header, std::string_view wanted) {
+    std::transform(header.begin(), header.end(), header.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    for (std::size_t begin = 0; begin < header.size();) {
+        const std::size_t end = std::min(header.find(',', begin), header.size());
+        std::size_t first = begin, last = end;
+        while (first < last && (header[first] == ' ' || header[first] == '\t')) ++first;
+        while (first < last && (header[last - 1] == ' ' || header[last - 1] == '\t')) --last;
+        if (std::string_view(header).substr(first, last - first) == wanted) return true;
+        begin = end + 1;
+    }
+    return false;
+}
+
+const std::uint64_t* contentHashIn(const LoadedScenes& loaded, const std::string& scene) {
+    const auto found = std::find_if(loaded.scenes.begin(), loaded.scenes.end(),
+                                    [&](const auto& one) { return one.first == scene; });
+    return found == loaded.scenes.end() ? nullptr : &found->second;
+}
+
+std::size_t bytesOf(const Answer& answer) {
+    std::size_t bytes = answer.body.size() + answer.type.size() + answer.route.size();
+    for (const auto& [name, value] : answer.headers) bytes += name.size() + value.size();
+    return bytes;
+}
+
+std::string headerOf(const Answer& answer, std::string_view wanted) {
+    for (const auto& [name, value] : answer.headers) {
+        if (name == wanted) return value;
+    }
+    return {};
+}
+
+}  // namespace
+
+// The request of a frame whose answer may be stored. Errors of the request are left to the backend.
+std::optional<FrameRequest> FrameCache::storableRequest(const Call& call) const {
+    if (options_.maxBytes == 0 || stopping_ || call.path != "/v1/frames") return std::nullopt;
+    if (call.method != "GET" && call.method != "POST") return std::nullopt;
+    if (hasDirective(call.header("Cache-Control"), "no-store")) return std::nullopt;
+    try {
+        FrameCall frame = frameCallFrom(call, options_.signedLinks);
+        deadlineIn(call);
+        if (frame.explain != Explain::no || frame.request.accuracy.isBudget()) return std::nullopt;
+        return std::move(frame.request);
+    } catch (const RequestError&) {
+        return std::nullopt;
+    }
+}
+
+// Empty while the scene is not loaded.
+std::optional<FrameCache::Key> FrameCache::keyFor(const FrameRequest& given) const {
+    const auto loaded = backend_.loadedScenes();
+    if (!loaded) return std::nullopt;
+    FrameRequest request = given;
+    if (request.scene.empty()) request.scene = loaded->defaultScene;
+    const std::uint64_t* hash = contentHashIn(*loaded, request.scene);
+    if (!hash) return std::nullopt;
+    return Key{.text = canonicalText(request) + '\n' + std::to_string(*hash) + '\n' +
+                       std::to_string(loaded->renderer),
+               .scene = request.scene,
+               .contentHash = *hash};
+}
+
+Answer FrameCache::answer(const Call& call) {
+    const auto request = storableRequest(call);
+    if (request) {
+        if (auto found = find(*request, call)) return *std::move(found);
+    }
+    if (mayAnswer(call)) requireRoom(call);
+    Answer answer = backend_.answer(call);
+    if (request) store(*request, answer);
+    return answer;
+}
+
+// The thread of the connections refuses calls for which there is no room, unless they may be
+// answered here.
+void FrameCache::requireRoom(const Call& call) const {
+    if (!call.header("If-None-Match").empty()) return;
+    if (const auto problem = backend_.refusalFor(call.client)) throw RequestError(*problem);
+}
+
+std::optional<Answer> FrameCache::find(const FrameRequest& request, const Call& call) {
+    const auto key = keyFor(request);
+    std::shared_ptr<const Answer> stored;
+    Clock::time_point drawn;
+    {
+        const std::lock_guard lock(mutex_);
+        forgetUnloaded();
+        const auto found = key ? byKey_.find(key->text) : byKey_.end();
+        if (found == byKey_.end() || hasDirective(call.header("Cache-Control"), "no-cache")) {
+            ++counters_.misses;
+            return std::nullopt;
+        }
+        const std::string ifNoneMatch = call.header("If-None-Match");
+        if (call.method == "GET" && !ifNoneMatch.empty() &&
+            matchesEntityTag(ifNoneMatch, headerOf(*found->second->answer, "ETag"))) {
+            return std::nullopt;
+        }
+        ++counters_.hits;
+        list_.splice(list_.begin(), list_, found->second);
+        stored = found->second->answer;
+        drawn = found->second->drawn;
+    }
+    Answer answer = *stored;
+    const auto age = std::chrono::floor<std::chrono::seconds>(Clock::now() - drawn);
+    answer.headers.emplace_back("Age", std::to_string(age.count()));
+    return answer;
+}
+
+void FrameCache::store(const FrameRequest& request, const Answer& answer) {
+    const bool complete = answer.status == 200 && !answer.problem && !answer.stream;
+    if (!complete || headerOf(answer, "ETag").empty()) return;
+    const auto key = keyFor(request);
+    if (!key || key->contentHash != answer.sceneHash) return;  // the scene has changed since
+    const std::size_t bytes = bytesOf(answer) + key->text.size() + kEntryBytes;
+    if (bytes > options_.maxBytes) return;
+    auto stored = std::make_shared<const Answer>(answer);
+    const std::lock_guard lock(mutex_);
+    forgetUnloaded();
+    if (const auto same = byKey_.find(key->text); same != byKey_.end()) remove(same->second);
+    while (counters_.bytes + bytes > options_.maxBytes) {
+        remove(std::prev(list_.end()));
+        ++counters_.evicted;
+    }
+    list_.push_front({.key = key->text,
+                      .scene = key->scene,
+                      .contentHash = key->contentHash,
+                      .bytes = bytes,
+                      .answer = std::move(stored),
+                      .drawn = Clock::now()});
+    byKey_.emplace(list_.front().key, list_.begin());
+    counters_.bytes += bytes;
+    entries_ = list_.size();
+}
+
+// With the lock held.
+void FrameCache::remove(std::list<Entry>::iterator entry) {
+    counters_.bytes -= entry->bytes;
+    byKey_.erase(entry->key);
+    list_.erase(entry);
+    entries_ = list_.size();
+}
+
+// With the lock held: removes the entries of scenes that are not loaded any more, or with another
+// content.
+void FrameCache::forgetUnloaded() {
+    const auto loaded = backend_.loadedScenes();
+    if (!loaded || *loaded == known_) return;
+    known_ = *loaded;
+    for (auto entry = list_.begin(); entry != list_.end();) {
+        const auto here = entry++;
+        const std::uint64_t* hash = contentHashIn(known_, here->scene);
+        if (!hash || *hash != here->contentHash) remove(here);
+    }
+}
+
+FrameCacheCounters FrameCache::counters() {
+    const std::lock_guard lock(mutex_);
+    forgetUnloaded();
+    FrameCacheCounters counters = counters_;
+    counters.entries = list_.size();
+    return counters;
+}
+
+}  // namespace clerestory
