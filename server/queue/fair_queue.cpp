@@ -43,27 +43,31 @@ FairQueue::ClientQueues::const_iterator FairQueue::heaviestClient() const {
 
 bool FairQueue::hasRoom() const {
     return tickets_.empty() ||
-           (tickets_.size() < limits_.count && waitingSeconds_ < limits_.seconds);
+           (tickets_.size() < limits_.count && waitingSeconds() < limits_.seconds);
 }
 
 bool FairQueue::refuses(const std::string& client) const {
     return !hasRoom() && heaviestClient()->second.waitingSeconds <= waitingSecondsOf(client);
 }
 
+// Of all running work.
 double FairQueue::remaining(Clock::time_point now) const {
-    if (!running_) return 0.0;
-    return std::max(running_->seconds - secondsIn(now - began_), 0.0);
+    double seconds = 0.0;
+    for (const auto& [id, running] : running_) {
+        seconds += std::max(running.work.seconds - secondsIn(now - running.began), 0.0);
+    }
+    return seconds;
 }
 
 FairQueue::Added FairQueue::add(const Ticket& ticket, Clock::time_point now) {
     const double seconds = costs_.predict(ticket.kind);
     // At least the running work and the waiting work of the same client come first.
-    const double wait = remaining(now) + waitingSecondsOf(ticket.client);
+    const double wait = (remaining(now) + waitingSecondsOf(ticket.client)) / servers();
     if (ticket.deadline <= now || wait > secondsIn(ticket.deadline - now)) return {};
     Added added;
     const auto fits = [&] {
-        return tickets_.empty() ||
-               (tickets_.size() < limits_.count && waitingSeconds_ + seconds <= limits_.seconds);
+        return tickets_.empty() || (tickets_.size() < limits_.count &&
+                                    waitingSeconds_ + seconds <= limits_.seconds * servers());
     };
     while (!fits()) {
         const auto heaviest = heaviestClient();
@@ -105,16 +109,24 @@ bool FairQueue::remove(Id id) {
     return true;
 }
 
-FairQueue::Next FairQueue::next(Clock::time_point now) {
+FairQueue::Next FairQueue::next(Clock::time_point now, const std::function<bool(Id)>& mayStart) {
     Next next;
     while (!tickets_.empty()) {
         ClientQueues::iterator first = clients_.end();
+        Id id = 0;
         for (auto client = clients_.begin(); client != clients_.end(); ++client) {
-            if (client->second.ids.empty()) continue;
-            if (first == clients_.end() || client->second.usedSeconds < first->second.usedSeconds)
-                first = client;
+            const std::deque<Id>& ids = client->second.ids;
+            if (first != clients_.end() &&
+                client->second.usedSeconds >= first->second.usedSeconds) {
+                continue;
+            }
+            const auto found =
+                mayStart ? std::find_if(ids.begin(), ids.end(), std::cref(mayStart)) : ids.begin();
+            if (found == ids.end()) continue;
+            first = client;
+            id = *found;
         }
-        const Id id = first->second.ids.front();
+        if (first == clients_.end()) break;
         Waiting waiting = take(id);
         if (waiting.ticket.deadline <= now) {
             next.expired.push_back(id);
@@ -122,8 +134,7 @@ FairQueue::Next FairQueue::next(Clock::time_point now) {
         }
         usedSeconds_ = first->second.usedSeconds;
         first->second.usedSeconds += waiting.seconds;
-        running_ = std::move(waiting);
-        began_ = now;
+        running_.emplace(id, Running{std::move(waiting), now});
         next.id = id;
         break;
     }
@@ -131,11 +142,13 @@ FairQueue::Next FairQueue::next(Clock::time_point now) {
     return next;
 }
 
-void FairQueue::finished(Clock::time_point now) {
-    const double seconds = secondsIn(now - began_);
-    costs_.update(running_->ticket.kind, seconds);
-    clients_[running_->ticket.client].usedSeconds += seconds - running_->seconds;
-    running_.reset();
+void FairQueue::finished(Id id, Clock::time_point now) {
+    const auto found = running_.find(id);
+    const Running running = std::move(found->second);
+    running_.erase(found);
+    const double seconds = secondsIn(now - running.began);
+    costs_.update(running.work.ticket.kind, seconds);
+    clients_[running.work.ticket.client].usedSeconds += seconds - running.work.seconds;
 }
 
 void FairQueue::removeIdleClients() {

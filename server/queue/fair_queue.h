@@ -1,6 +1,7 @@
-// The order in which clients use the one thread that draws. The queue is limited in number and in
-// predicted time. The client that has used the least time is next, so that a heavy client delays
-// only itself. If the queue is full, the client with the most waiting work loses its last entry.
+// The order in which clients use the threads or processes that draw: one, or several equal ones.
+// The queue is limited in number and in predicted time. The client that has used the least time is
+// next, so that a heavy client delays only itself. If the queue is full, the client with the most
+// waiting work loses its last entry.
 //
 // A value without threads and clock: the time is an argument.
 #pragma once
@@ -9,6 +10,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -37,7 +39,9 @@ public:
     using Id = std::uint64_t;
     struct Limits {
         std::size_t count = 16;  // of waiting entries
-        double seconds = 2.0;    // of predicted work that waits; one entry may always wait
+        // Of predicted work that waits, for each server; one entry may always wait.
+        double seconds = 2.0;
+        std::size_t servers = 1;  // that work at the same time
     };
     struct Ticket {
         std::string client;
@@ -61,13 +65,15 @@ public:
         std::optional<Id> id;     // starts now; empty: nothing waits
         std::vector<Id> expired;  // removed because their deadlines have passed
     };
-    Next next(Clock::time_point now);
-    void finished(Clock::time_point now);  // the work that next() started
+    // mayStart: whether a waiting entry may start now; empty: all may.
+    Next next(Clock::time_point now, const std::function<bool(Id)>& mayStart = {});
+    void finished(Id id, Clock::time_point now);  // work that next() started
 
     bool remove(Id id);  // returns false if it does not wait any more
 
     std::size_t waiting() const { return tickets_.size(); }
-    double waitingSeconds() const { return waitingSeconds_; }  // predicted
+    // Predicted time until all that waits has started.
+    double waitingSeconds() const { return waitingSeconds_ / servers(); }
     bool hasRoom() const;
 
 private:
@@ -81,7 +87,12 @@ private:
         double usedSeconds = 0.0;     // comparable with usedSeconds_
     };
     using ClientQueues = std::map<std::string, ClientQueue>;
+    struct Running {
+        Waiting work;
+        Clock::time_point began;
+    };
 
+    double servers() const { return static_cast<double>(limits_.servers); }
     double waitingSecondsOf(const std::string& client) const;
     ClientQueues::const_iterator heaviestClient() const;
     Waiting take(Id id);
@@ -95,8 +106,7 @@ private:
     ClientQueues clients_;
     double waitingSeconds_ = 0.0;
     double usedSeconds_ = 0.0;  // of the client that was served last; a new client starts with it
-    std::optional<Waiting> running_;
-    Clock::time_point began_{};
+    std::unordered_map<Id, Running> running_;
 };
 
 }  // namespace clerestory

@@ -312,7 +312,7 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     lock.lock();
     workingSince_.reset();
     if (!next.id) return;
-    queue_.finished(queueTime());
+    queue_.finished(*next.id, queueTime());
     running_ = false;
     if (jobs_.empty()) idle_.notify_all();
 }

@@ -37,7 +37,7 @@ public:
             std::chrono::duration<double>(now_ - times.entered).count());
         startedLate += now_ >= times.deadline;
         now_ += milliseconds(times.ms);
-        queue_.finished(now_);
+        queue_.finished(*turn.id, now_);
         return clients_.at(*turn.id);
     }
 
@@ -104,6 +104,32 @@ TEST(FairQueue, WhenFullTheHeaviestClientLosesItsFrame) {
     EXPECT_TRUE(simulation.enter("light", 100));
     EXPECT_FALSE(simulation.enter("light", 100)) << "both hold the same now";
     EXPECT_FALSE(simulation.enter("heavy", 100));
+}
+
+TEST(FairQueue, SeveralServersWorkAtTheSameTime) {
+    FairQueue queue({.count = 8, .seconds = 1.0, .servers = 2});
+    const Clock::time_point now{};
+    const auto enter = [&](const char* client, std::uint64_t kind) {
+        return queue.add({client, kind, now + milliseconds(100000)}, now).id;
+    };
+    const auto a = enter("a", 1), b = enter("a", 1), c = enter("b", 2);
+    ASSERT_TRUE(a && b && c);
+    // Not the entry of the other client, which may not start yet.
+    EXPECT_EQ(queue.next(now, [&](FairQueue::Id id) { return id == *b; }).id, b);
+    EXPECT_FALSE(queue.next(now, [](FairQueue::Id) { return false; }).id);
+    EXPECT_EQ(queue.next(now).id, c) << "this client has used less";
+    EXPECT_EQ(queue.waiting(), 1u);
+    queue.finished(*b, now + milliseconds(2000));
+    queue.finished(*c, now + milliseconds(10));
+    EXPECT_EQ(queue.next(now).id, a);
+    queue.finished(*a, now + milliseconds(2000));
+
+    // Each server may have a second of waiting work: kind 1 takes two, kind 2 next to nothing.
+    EXPECT_TRUE(enter("a", 1)) << "one always waits";
+    EXPECT_DOUBLE_EQ(queue.waitingSeconds(), 1.0);
+    EXPECT_FALSE(queue.hasRoom());
+    EXPECT_TRUE(enter("b", 2)) << "takes the place of the heavy one";
+    EXPECT_TRUE(queue.hasRoom());
 }
 
 // L3 of the failure catalogue: one floods, three ask once in a while.
