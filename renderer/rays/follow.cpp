@@ -247,6 +247,8 @@ shader::Scene sceneOf(const Surroundings& s) {
     return scene;
 }
 
+std::atomic<std::uint32_t> threadLimit{0};
+
 // Those that this thread may use; std::thread::hardware_concurrency() counts others, too.
 std::uint32_t processors() {
     cpu_set_t allowed;
@@ -267,7 +269,8 @@ void inParallel(std::uint32_t rows, const shader::Scene& scene, const Work& work
         shader::scene = nullptr;
     };
     std::vector<std::jthread> others;
-    const std::uint32_t threads = std::min(processors(), rows / kRowsAtOnce + 1);
+    const std::uint32_t allowed = threadLimit > 0 ? threadLimit.load() : processors();
+    const std::uint32_t threads = std::min(allowed, rows / kRowsAtOnce + 1);
     for (std::uint32_t i = 1; i < threads; ++i) others.emplace_back(loop);
     loop();
 }
@@ -364,6 +367,10 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density, s
         });
     }
     return followed;
+}
+
+void limitThreads(std::uint32_t threads) {
+    threadLimit = threads;
 }
 
 }  // namespace clerestory::rays
