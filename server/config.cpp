@@ -17,11 +17,19 @@ LocalBackendOptions localBackendOptions(const Config& config) {
             .signedLinks = !config.http.access.linkKeyFile.empty()};
 }
 
+WorkerBackendOptions workerBackendOptions(const Config& config) {
+    return {.workers = config.workers,
+            .queue = {config.queue, config.queueSeconds, config.workers.renderers},
+            .deadlineSeconds = config.deadlineSeconds,
+            .signedLinks = !config.http.access.linkKeyFile.empty()};
+}
+
 WorkerOptions workerOptions(const Config& config) {
     return {.threads = config.queue + config.http.threads,
             .hangSeconds = config.hangSeconds,
             .memoryBytes = config.workerMemoryBytes,
-            .logLevel = config.logLevel};
+            .logLevel = config.logLevel,
+            .renderers = config.workers.renderers};
 }
 
 }  // namespace clerestory

@@ -7,6 +7,7 @@
 #include "server/scenes/scene_library.h"
 #include "server/worker/supervisor.h"
 #include "server/worker/worker.h"
+#include "server/worker/worker_backend.h"
 
 namespace clerestory {
 
@@ -38,5 +39,7 @@ struct Config {
 LocalBackendOptions localBackendOptions(const Config& config);
 // The part that a worker process needs.
 WorkerOptions workerOptions(const Config& config);
+// The part that the server needs to run workers.
+WorkerBackendOptions workerBackendOptions(const Config& config);
 
 }  // namespace clerestory

@@ -40,7 +40,7 @@ bool isLinkedPath(std::string_view path) {
 
 std::unique_ptr<RenderBackend> makeBackend(const Config& config) {
     if (config.singleProcess) return std::make_unique<LocalBackend>(localBackendOptions(config));
-    return std::make_unique<WorkerBackend>(config.workers);
+    return std::make_unique<WorkerBackend>(workerBackendOptions(config));
 }
 
 // A line of the log is one line, whatever the client sent.

@@ -64,9 +64,18 @@ struct WorkerStatus {
     std::uint64_t silent = 0;
     std::uint64_t repeatedCalls = 0;
     std::uint64_t quarantinedCalls = 0;
-    bool hasActive = false, hasStandby = false, standbyIsWarm = false;
-    std::size_t warm = 0;  // active ones that have compiled the shaders of the default scene
+    bool hasStandby = false, standbyIsWarm = false;
+    std::size_t active = 0;
+    std::size_t warm = 0;     // active ones that have compiled the shaders of the default scene
+    std::size_t waiting = 0;  // frames that wait for one of several renderers
     std::size_t activeScenes = 0, standbyScenes = 0;
+};
+
+// One of several renderers, for GET /v1/renderer.
+struct RendererSummary {
+    std::uint64_t worker = 0;  // of Answer::worker; 0: it is being started
+    bool isWarm = false;
+    std::size_t scenes = 0;  // loaded
 };
 
 // Thread-safe.

@@ -12,7 +12,6 @@
 namespace clerestory {
 namespace {
 
-constexpr std::uint64_t kPlanKind = 1;
 constexpr double kLoggedCompileMs = 100.0;
 // How long a frame waits beyond its deadline while shaders are compiled.
 constexpr std::chrono::seconds kCompilePatience{60};
@@ -29,14 +28,6 @@ std::string namedMapsText(const SceneLibrary& library, const Scene& scene,
     return text;
 }
 
-// Frames of one kind take about the same time: they differ in the camera, the time or the output.
-std::uint64_t kindOf(FrameRequest request) {
-    request.camera = {};
-    request.time = 0.0;
-    request.output = {};
-    return hashOf(canonicalText(request));
-}
-
 }  // namespace
 
 std::string contentText(const RenderQueue& queue, const SceneLibrary& library, const Scene& scene,
@@ -45,6 +36,13 @@ std::string contentText(const RenderQueue& queue, const SceneLibrary& library, c
     return canonicalText(request) + '\n' + std::to_string(scene.contentHash) + '\n' +
            std::to_string(library.environmentHash(map)) + '\n' +
            namedMapsText(library, scene, request) + rendererText(queue);
+}
+
+std::uint64_t kindOf(FrameRequest request) {
+    request.camera = {};
+    request.time = 0.0;
+    request.output = {};
+    return hashOf(canonicalText(request));
 }
 
 std::string rendererText(const RenderQueue& queue) {
@@ -78,10 +76,10 @@ std::string FrameService::etagOf(const Resolved& resolved) const {
     return '"' + hashWordOf(text) + '"';
 }
 
-Turn FrameService::turnFor(Clock::time_point arrived,
-                           std::optional<std::chrono::milliseconds> limit) const {
+Turn turnFor(Clock::time_point arrived, double deadlineSeconds,
+             std::optional<std::chrono::milliseconds> limit) {
     using Seconds = std::chrono::duration<double>;
-    Seconds whole(limits_.deadlineSeconds);
+    Seconds whole(deadlineSeconds);
     if (limit) whole = std::min(whole, Seconds(*limit));
     const Seconds waited = Clock::now() - arrived;
     return {.patience = std::max(whole - waited, Seconds(0.0)),

@@ -23,6 +23,14 @@ std::string contentText(const RenderQueue& queue, const SceneLibrary& library, c
 // The part of it that does not depend on the request: the program and the driver.
 std::string rendererText(const RenderQueue& queue);
 
+// Frames of one kind take about the same time: they differ in the camera, the time or the output.
+std::uint64_t kindOf(FrameRequest request);
+
+// The turn of a call that arrived then: the rest of the deadline, or of `limit` if it is less.
+Turn turnFor(Clock::time_point arrived, double deadlineSeconds,
+             std::optional<std::chrono::milliseconds> limit = {});
+inline constexpr std::uint64_t kPlanKind = 1;  // Turn::kind of a plan
+
 class FrameService {
 public:
     // What it uses; all of it must outlive the service.
@@ -62,9 +70,11 @@ public:
     // A strong entity tag of the frame.
     std::string etagOf(const Resolved& resolved) const;
 
-    // The turn of a call that arrived then: the rest of the deadline, or of `limit` if it is less.
+    // With the deadline of the limits.
     Turn turnFor(Clock::time_point arrived,
-                 std::optional<std::chrono::milliseconds> limit = {}) const;
+                 std::optional<std::chrono::milliseconds> limit = {}) const {
+        return clerestory::turnFor(arrived, limits_.deadlineSeconds, limit);
+    }
 
     // Both throw RequestError, InvalidRequest and RenderFailed. `requestId` is for the log.
     Drawn draw(const Resolved& resolved, Turn turn, Readback readback,

@@ -129,10 +129,8 @@ Answer frame(const FrameRoutes& routes, const Call& call) {
 }
 
 Answer postPlan(const FrameRoutes& routes, const Call& call) {
-    requireJsonType(call);
-    requireQuery(call, false);
     const FrameService::Resolved resolved =
-        routes.frames.resolve(requestFrom(strictJson(call.body), call));
+        routes.frames.resolve(frameCallFrom(call, false).request);
     const FramePlan plan = routes.frames.plan(resolved.request, turnOf(routes.frames, call));
     nlohmann::ordered_json json = planJson(plan);
     if (resolved.pick) {
@@ -153,7 +151,7 @@ void addRoutes(Routes& routes, const FrameRoutes& components) {
 FrameCall frameCallFrom(const Call& call, bool signedLinks) {
     if (call.method == "POST") {
         requireJsonType(call);
-        requireQuery(call, true);
+        requireQuery(call, call.path == "/v1/frames");
         FrameRequest request = requestFrom(strictJson(call.body), call);
         return {std::move(request), explainOf(call)};
     }

@@ -21,7 +21,7 @@ void addRoutes(Routes& routes, const FrameRoutes& components);
 // What the query parameter `explain` adds to a frame.
 enum class Explain { no, plan, health, maps };
 
-// What a call of /v1/frames requests, by GET or POST.
+// What a call of /v1/frames or /v1/plans requests, by GET or POST.
 struct FrameCall {
     FrameRequest request;
     Explain explain = Explain::no;

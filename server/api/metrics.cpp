@@ -132,6 +132,38 @@ struct Metrics::Families {
             .Add({});
 };
 
+// A family is its lines "# HELP" and "# TYPE", then its samples; those of all renderers follow each
+// other.
+std::string joinedMetrics(const std::vector<std::pair<std::size_t, std::string>>& texts) {
+    struct Lines {
+        std::string head, samples;
+    };
+    std::map<std::string, Lines> families;
+    for (const auto& [number, text] : texts) {
+        const std::string label = "renderer=\"" + std::to_string(number) + "\"";
+        std::istringstream in(text);
+        Lines* family = nullptr;
+        for (std::string line; std::getline(in, line);) {
+            if (line.rfind("# HELP ", 0) == 0) {
+                family = &families[line.substr(7, line.find(' ', 7) - 7)];
+                family->head = line + '\n';
+            } else if (line.rfind("# TYPE ", 0) == 0) {
+                if (!family) continue;
+                family->head += line + '\n';
+            } else if (family && !line.empty()) {
+                const std::size_t end = line.find_first_of("{ ");
+                if (end == std::string::npos) continue;
+                const bool hasLabels = line[end] == '{';
+                family->samples += line.substr(0, end) + '{' + label + (hasLabels ? "," : "}") +
+                                   line.substr(hasLabels ? end + 1 : end) + '\n';
+            }
+        }
+    }
+    std::string all;
+    for (const auto& [name, lines] : families) all += lines.head + lines.samples;
+    return all;
+}
+
 Metrics::Metrics() : families_(std::make_unique<Families>()) {}
 Metrics::~Metrics() = default;
 

@@ -4,12 +4,18 @@
 #include "renderer.h"
 #include "server/scenes/scene_library.h"
 
+#include <cstddef>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace clerestory {
 
 inline constexpr const char* kMetricsType = "text/plain; version=0.0.4; charset=utf-8";
+
+// The texts of several renderers as one: each sample has a label `renderer`, its number.
+std::string joinedMetrics(const std::vector<std::pair<std::size_t, std::string>>& texts);
 
 class Metrics {
 public:

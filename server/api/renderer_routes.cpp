@@ -114,6 +114,16 @@ void addRoutes(Routes& routes, const RendererRoutes& components) {
     routes.add("/metrics", "GET", components, metrics);
 }
 
+std::string withRenderers(const std::string& body, const std::vector<RendererSummary>& renderers) {
+    ordered_json json = ordered_json::parse(body);
+    ordered_json list = ordered_json::array();
+    for (const RendererSummary& one : renderers) {
+        list.push_back({{"worker", one.worker}, {"warm", one.isWarm}, {"scenes", one.scenes}});
+    }
+    json["renderers"] = std::move(list);
+    return jsonText(json);
+}
+
 std::string sceneDescription(SceneLibrary& library, const SceneStatus& status) {
     ordered_json json = sceneDetails(status, status.id == library.defaultId());
     if (status.state == SceneState::ready) {

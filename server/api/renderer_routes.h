@@ -1,10 +1,14 @@
 // The routes of what the renderer holds: scenes, its identity and limits, readiness, metrics.
 #pragma once
 
+#include "server/api/backend.h"
 #include "server/api/metrics.h"
 #include "server/api/route_table.h"
 #include "server/queue/render_queue.h"
 #include "server/scenes/scene_library.h"
+
+#include <string>
+#include <vector>
 
 namespace clerestory {
 
@@ -29,5 +33,8 @@ void addRoutes(Routes& routes, const RendererRoutes& components);
 
 // The body of GET /v1/scenes/{id}.
 std::string sceneDescription(SceneLibrary& library, const SceneStatus& status);
+
+// The body of GET /v1/renderer of one of several renderers, with a list of all of them.
+std::string withRenderers(const std::string& body, const std::vector<RendererSummary>& renderers);
 
 }  // namespace clerestory

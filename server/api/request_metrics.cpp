@@ -73,6 +73,11 @@ struct RequestMetrics::Families {
             .Name("clerestory_worker_scenes")
             .Help("Scenes that a render worker holds; the standby follows the one that answers")
             .Register(registry);
+    prometheus::Gauge& waiting = BuildGauge()
+                                     .Name("clerestory_waiting_frames")
+                                     .Help("Frames that wait for one of several renderers")
+                                     .Register(registry)
+                                     .Add({});
     prometheus::Family<prometheus::Gauge>& workerEvents =
         BuildGauge()
             .Name("clerestory_worker_events")
@@ -133,10 +138,11 @@ std::string RequestMetrics::text(const ConnectionCounters& front, const FrameCac
                                        {"callAskedAgain", workers->repeatedCalls},
                                        {"callQuarantined", workers->quarantinedCalls}});
         set(families_->workers, "role",
-            std::initializer_list<Row>{{"active", workers->hasActive},
+            std::initializer_list<Row>{{"active", workers->active},
                                        {"warm", workers->warm},
                                        {"standby", workers->hasStandby},
                                        {"warmStandby", workers->standbyIsWarm}});
+        families_->waiting.Set(static_cast<double>(workers->waiting));
         set(families_->workerScenes, "role",
             std::initializer_list<Row>{{"active", workers->activeScenes},
                                        {"standby", workers->standbyScenes}});

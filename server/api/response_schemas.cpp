@@ -311,6 +311,10 @@ ordered_json sceneSchema() {
 }
 
 ordered_json rendererSchema() {
+    const ordered_json renderer =
+        object({{"worker", described(kCount, "as in Clerestory-Worker; 0: it is being started")},
+                {"warm", described(kFlag, "shaders of the default scene are compiled")},
+                {"scenes", described(kCount, "loaded scenes")}});
     const ordered_json shaders =
         object({{"programs", described(kCount, "compiled programs")},
                 {"pipelines", described(kCount, "programs with fixed state and a target format")},
@@ -348,7 +352,8 @@ ordered_json rendererSchema() {
           object({{"landlock", described(kCount, "version of the ABI; 0: not available")},
                   {"systemCallFilter", described(kFlag, "seccomp is active")}})},
          {"program",
-          object({{"version", kText}, {"build", described(kText, "hash of the program")}})}});
+          object({{"version", kText}, {"build", described(kText, "hash of the program")}})}},
+        {{"renderers", described(listOf(renderer), "only of a server with several renderers")}});
 }
 
 }  // namespace

@@ -161,6 +161,15 @@ void addWorkerFlags(CLI::App& serve, Config& config) {
             "--no-standby", [&config] { config.workers.standby = false; },
             "no standby renderer: less memory, slower restart")
         ->group(group);
+    serve
+        .add_option("--renderers", config.workers.renderers,
+                    "renderers that draw different frames at the same time; they share the "
+                    "processors, and each holds its own scenes")
+        ->check(CLI::Range(1, 8).description(""))
+        ->excludes("--single-process")
+        ->type_name("N")
+        ->group(group)
+        ->capture_default_str();
     static const std::map<std::string, bool> kCompilations = {{"fast", true}, {"optimized", false}};
     serve
         .add_option(

@@ -56,7 +56,7 @@ enum class MessageKind : std::uint32_t {
     sceneAnswer,  // SceneReport
     refusal,      // Problem
     // Worker to server, about itself.
-    alive,   // at a regular interval
+    alive,   // at a regular interval; id kCompiling if shaders were compiled since the last one
     ready,   // requests are answered from now on
     warm,    // as alive; the shaders of the default scene are compiled
     failed,  // it cannot start and ends; the message for people
@@ -64,6 +64,8 @@ enum class MessageKind : std::uint32_t {
     // Server to worker: ids of scenes to load.
     scenes
 };
+
+inline constexpr std::uint64_t kCompiling = 1;
 
 struct Message {
     MessageKind kind = MessageKind::alive;

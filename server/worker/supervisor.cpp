@@ -116,7 +116,8 @@ private:
     const bool counts_;
 };
 
-Supervisor::Supervisor(const SupervisorOptions& options) : options_(options) {
+Supervisor::Supervisor(const SupervisorOptions& options)
+    : options_(options), active_(options.renderers), requested_(options.renderers) {
     keeper_ = std::thread([this] { keep(); });
     try {
         first_.get_future().get();
@@ -140,7 +141,7 @@ void Supervisor::keep() {
     try {
         Worker worker = start(options_.compileFastFirst && options_.standby);
         const std::lock_guard lock(mutex_);
-        active_ = std::move(worker);
+        active_[0] = std::move(worker);
     } catch (...) {
         first_.set_exception(std::current_exception());
         return;
@@ -148,26 +149,31 @@ void Supervisor::keep() {
     first_.set_value();
     std::unique_lock lock(mutex_);
     while (!ending_) {
-        if (active_ && !active_->alive()) failOver(active_);
+        for (std::size_t i = 0; i < active_.size(); ++i) {
+            if (active_[i] && !active_[i]->alive()) failOver(i);
+        }
         if (standby_ && !standby_->alive()) {
             standby_ = nullptr;
             sharesScenes_ = false;  // perhaps for lack of memory: the next one loads fewer scenes
         }
         shareScenes();
-        if (active_ && active_->compilesFast() && standbyIsReady()) replaceFastWorker();
-        if (active_ && (standby_ || !options_.standby)) {
+        if (active_[0] && active_[0]->compilesFast() && standbyIsReady()) replaceFastWorker();
+        const auto free = std::find(active_.begin(), active_.end(), nullptr);
+        const bool isStandby = free == active_.end();
+        if (isStandby && (standby_ || !options_.standby)) {
             changed_.wait_for(lock, kPollInterval);
             continue;
         }
-        if (active_ && standbyMustWait()) {
+        const bool anyRuns = runningFor(0) != nullptr;
+        if (anyRuns && startMustWait(isStandby)) {
             changed_.wait_for(lock, kStandbyPollInterval);
             continue;
         }
-        if (active_ && Clock::now() < calmUntil_) {
+        if (anyRuns && Clock::now() < calmUntil_) {
             changed_.wait_until(lock, calmUntil_);
             continue;
         }
-        standbyStarted_ = standbyStarted_ || active_;
+        standbyStarted_ = standbyStarted_ || isStandby;
         lock.unlock();
         Worker worker;
         try {
@@ -180,17 +186,21 @@ void Supervisor::keep() {
             changed_.wait_for(lock, kRestartInterval, [&] { return ending_; });
             continue;
         }
-        if (!active_ && !scenes_.empty()) worker->loadScenes(scenes_);
-        (active_ ? standby_ : active_) = std::move(worker);
+        const auto place = std::find(active_.begin(), active_.end(), nullptr);
+        if (place != active_.end() && !scenes_.empty()) worker->loadScenes(scenes_);
+        (place != active_.end() ? *place : standby_) = std::move(worker);
         changed_.notify_all();
     }
 }
 
-// With the lock held: whether a standby would slow down the active worker, which is not warm, or
-// has had the first frames to draw a moment ago. Metrics and health checks do not count.
-bool Supervisor::standbyMustWait() {
-    if (!active_->warm()) return true;
-    if (standbyStarted_) return false;
+// With the lock held: whether one more worker would slow down those that are not warm; a standby
+// also, if they have had the first frames to draw a moment ago. Metrics and health checks do not
+// count.
+bool Supervisor::startMustWait(bool isStandby) {
+    const bool allWarm = std::all_of(active_.begin(), active_.end(),
+                                     [](const Worker& one) { return !one || one->warm(); });
+    if (!allWarm) return true;
+    if (!isStandby || standbyStarted_) return false;
     const auto now = Clock::now();
     if (!warmSince_) warmSince_ = now;
     if (now >= *warmSince_ + options_.standbyDelayLimit) return false;
@@ -198,10 +208,17 @@ bool Supervisor::standbyMustWait() {
            now < std::max(*warmSince_, lastFrameEnded_) + options_.standbyIdle;
 }
 
-// With the lock held: tells the standby to load the scenes of the active worker, again if it could
-// not load some.
+// With the lock held: tells the others to load the scenes of the first active worker; the standby
+// again if it could not load some.
 void Supervisor::shareScenes() {
-    if (active_ && active_->warm()) scenes_ = active_->scenes();
+    if (active_[0] && active_[0]->warm()) scenes_ = active_[0]->scenes();
+    std::vector<std::string> wanted = scenes_;  // in any order
+    std::sort(wanted.begin(), wanted.end());
+    for (std::size_t i = 1; i < active_.size(); ++i) {
+        if (!active_[i] || !active_[i]->warm() || requested_[i] == wanted) continue;
+        requested_[i] = wanted;
+        if (!includesAll(active_[i]->scenes(), scenes_)) active_[i]->loadScenes(scenes_);
+    }
     const bool shares = standby_ && standby_->warm() && sharesScenes_;
     if (shares && !includesAll(standby_->scenes(), scenes_)) standby_->loadScenes(scenes_);
 }
@@ -209,8 +226,8 @@ void Supervisor::shareScenes() {
 // With the lock held. Pending requests keep the fast worker alive until they are answered.
 void Supervisor::replaceFastWorker() {
     logInfo({"optimised shaders are compiled: render worker ", std::to_string(standby_->id()),
-             " replaces ", std::to_string(active_->id())});
-    active_ = std::move(standby_);
+             " replaces ", std::to_string(active_[0]->id())});
+    active_[0] = std::move(standby_);
     standby_ = nullptr;
     changed_.notify_all();
 }
@@ -222,25 +239,37 @@ Supervisor::Worker Supervisor::start(bool compileFast) {
     return worker;
 }
 
-// The active worker; null if there is none until then.
-Supervisor::Worker Supervisor::awaitActive(Clock::time_point until) {
+// With the lock held: that active worker, or another one if it does not run; null if none runs.
+Supervisor::Worker Supervisor::runningFor(std::size_t renderer) const {
+    if (active_[renderer]) return active_[renderer];
+    const auto any = std::find_if(active_.begin(), active_.end(),
+                                  [](const Worker& one) { return one != nullptr; });
+    return any == active_.end() ? nullptr : *any;
+}
+
+// Null if none runs until then.
+Supervisor::Worker Supervisor::awaitActive(std::size_t renderer, Clock::time_point until) {
     std::unique_lock lock(mutex_);
-    changed_.wait_until(lock, until, [&] { return active_ || ending_; });
-    return active_;
+    changed_.wait_until(lock, until, [&] { return runningFor(renderer) || ending_; });
+    return runningFor(renderer);
 }
 
 void Supervisor::reportEnd(const Worker& worker) {
     const std::lock_guard lock(mutex_);
-    if (worker == active_) failOver(worker);  // otherwise another thread did
+    const auto found = std::find(active_.begin(), active_.end(), worker);
+    if (found == active_.end()) return;  // another thread reported it
+    failOver(static_cast<std::size_t>(found - active_.begin()));
 }
 
-// With the lock held. By value, since active_ changes.
-void Supervisor::failOver(Worker worker) {
+// With the lock held.
+void Supervisor::failOver(std::size_t renderer) {
+    const Worker worker = active_[renderer];
     ++counters_.ended;
     if (worker->wasSilent()) ++counters_.silent;
     logError({"the render worker ", std::to_string(worker->id()), " ended",
               (worker->wasSilent() ? ": it sent nothing any more" : "")});
-    active_ = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
+    active_[renderer] = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
+    requested_[renderer].clear();
     standby_ = nullptr;
     sharesScenes_ = true;
     standbyStarted_ = true;
@@ -249,13 +278,13 @@ void Supervisor::failOver(Worker worker) {
 }
 
 // Empty if the client has left, or no worker starts.
-std::optional<WorkerReply> Supervisor::askAlone(const WorkerRequest& request,
+std::optional<WorkerReply> Supervisor::askAlone(const WorkerRequest& request, std::size_t renderer,
                                                 std::uint64_t fingerprint) {
     const auto* call = std::get_if<Call>(&request);
     const ExclusiveGate::Entry entry = gate_.enterAlone();
     for (int crashes = 0, ends = 0; crashes < kMaxCrashes && ends < kMaxEnds; ++ends) {
         if (call && call->cancellation && call->cancellation->cancelled()) return std::nullopt;
-        const Worker worker = awaitActive(Clock::now() + kPatience);
+        const Worker worker = awaitActive(renderer, Clock::now() + kPatience);
         if (!worker) return std::nullopt;
         ++counters_.repeated;
         if (auto reply = worker->ask(request)) return reply;
@@ -267,7 +296,7 @@ std::optional<WorkerReply> Supervisor::askAlone(const WorkerRequest& request,
     throw RequestError(quarantined());
 }
 
-WorkerReply Supervisor::ask(const WorkerRequest& request, bool isFrame) {
+WorkerReply Supervisor::ask(const WorkerRequest& request, std::size_t renderer, bool isFrame) {
     const FrameInFlight frame(*this, isFrame);
     const std::uint64_t fingerprint = fingerprintOf(request);
     if (quarantine_.contains(fingerprint, Clock::now())) {
@@ -276,41 +305,63 @@ WorkerReply Supervisor::ask(const WorkerRequest& request, bool isFrame) {
     }
     {
         const ExclusiveGate::Entry entry = gate_.enter();
-        const Worker worker = awaitActive(Clock::now() + kPatience);
+        const Worker worker = awaitActive(renderer, Clock::now() + kPatience);
         if (!worker) throw RequestError(noWorker());
         if (auto reply = worker->ask(request)) return *std::move(reply);
         reportEnd(worker);
     }
-    if (auto reply = askAlone(request, fingerprint)) return *std::move(reply);
+    if (auto reply = askAlone(request, renderer, fingerprint)) return *std::move(reply);
     throw RequestError(noWorker());
 }
 
-Answer Supervisor::ask(const Call& call) {
+Answer Supervisor::ask(const Call& call, std::size_t renderer) {
     const bool isFrame = needsRenderQueue(call) || call.method == "POST";
-    return expect<Answer>(ask(WorkerRequest(call), isFrame));
+    return expect<Answer>(ask(WorkerRequest(call), renderer, isFrame));
 }
 
-EncodedFrame Supervisor::ask(const FrameOrder& order) {
-    return expect<EncodedFrame>(ask(WorkerRequest(order), true));
+EncodedFrame Supervisor::ask(const FrameOrder& order, std::size_t renderer) {
+    return expect<EncodedFrame>(ask(WorkerRequest(order), renderer, true));
 }
 
-SceneReport Supervisor::ask(const SceneQuery& query) {
-    return expect<SceneReport>(ask(WorkerRequest(query), false));
+SceneReport Supervisor::ask(const SceneQuery& query, std::size_t renderer) {
+    return expect<SceneReport>(ask(WorkerRequest(query), renderer, false));
 }
 
 std::pair<pid_t, pid_t> Supervisor::processes() const {
     const std::lock_guard lock(mutex_);
-    return {active_ ? active_->id() : 0, standby_ ? standby_->id() : 0};
+    return {active_[0] ? active_[0]->id() : 0, standby_ ? standby_->id() : 0};
+}
+
+std::vector<pid_t> Supervisor::activeProcesses() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<pid_t> ids;
+    for (const Worker& one : active_) ids.push_back(one ? one->id() : 0);
+    return ids;
 }
 
 std::pair<std::size_t, std::size_t> Supervisor::scenes() const {
     const std::lock_guard lock(mutex_);
-    return {active_ ? active_->scenes().size() : 0, standby_ ? standby_->scenes().size() : 0};
+    return {active_[0] ? active_[0]->scenes().size() : 0, standby_ ? standby_->scenes().size() : 0};
+}
+
+std::vector<RendererState> Supervisor::renderers() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<RendererState> states;
+    for (const Worker& one : active_) {
+        if (one) {
+            states.push_back({.isPresent = true,
+                              .isCompiling = one->compiling(),
+                              .number = one->number(),
+                              .loaded = one->loadedScenes()});
+        } else {
+            states.emplace_back();
+        }
+    }
+    return states;
 }
 
 std::shared_ptr<const LoadedScenes> Supervisor::loadedScenes() const {
-    const std::lock_guard lock(mutex_);
-    return active_ ? active_->loadedScenes() : nullptr;
+    return loadedInAll(renderers());
 }
 
 bool Supervisor::standbyIsWarm() const {
@@ -320,8 +371,8 @@ bool Supervisor::standbyIsWarm() const {
 
 // With the lock held.
 bool Supervisor::standbyIsReady() const {
-    if (!active_ || !standby_ || !standby_->alive() || !standby_->warm()) return false;
-    return !sharesScenes_ || includesAll(standby_->scenes(), active_->scenes());
+    if (!active_[0] || !standby_ || !standby_->alive() || !standby_->warm()) return false;
+    return !sharesScenes_ || includesAll(standby_->scenes(), active_[0]->scenes());
 }
 
 }  // namespace clerestory

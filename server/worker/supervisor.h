@@ -1,17 +1,20 @@
-// Runs the worker processes: the active one, which answers, and a standby with the same scenes
-// loaded, which replaces it when it ends, and repeats the requests that it had not answered.
-// Thread-safe.
+// Runs the worker processes: the active one, which answers, or several, and a standby with the same
+// scenes loaded, which replaces one of them when it ends, and repeats the requests that it had not
+// answered. Thread-safe.
 //
 // A request that was pending when a worker ended may be the cause. It is repeated while no other
 // request runs; if it ends workers again, it is quarantined: refused for a while.
 #pragma once
 
 #include "server/worker/messages.h"
+#include "server/worker/renderer_queue.h"
 #include "server/worker/worker_process.h"
 
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <unordered_map>
+#include <vector>
 
 namespace clerestory {
 
@@ -66,6 +69,7 @@ private:
 struct SupervisorOptions {
     WorkerProgram program;
     bool standby = true;
+    std::size_t renderers = 1;  // active workers; the others start when the first one is warm
     // The first worker compiles shaders without optimisation, so that it answers sooner. The
     // standby compiles with optimisation, and replaces it when it is warm. Needs a standby.
     bool compileFastFirst = false;
@@ -97,17 +101,22 @@ public:
     Supervisor(const Supervisor&) = delete;
     Supervisor& operator=(const Supervisor&) = delete;
 
-    // Throws RequestError: the worker's refusal, quarantined (422), no worker (503).
-    Answer ask(const Call& call);
-    EncodedFrame ask(const FrameOrder& order);
-    SceneReport ask(const SceneQuery& query);
+    // `renderer`: which active worker, counted from 0; another one if it does not run. Throws
+    // RequestError: the worker's refusal, quarantined (422), no worker (503).
+    Answer ask(const Call& call, std::size_t renderer = 0);
+    EncodedFrame ask(const FrameOrder& order, std::size_t renderer = 0);
+    SceneReport ask(const SceneQuery& query, std::size_t renderer = 0);
 
     const SupervisorCounters& counters() const { return counters_; }
-    // Of the active worker and of the standby; 0 if there is none.
+    // Of the first active worker and of the standby; 0 if there is none.
     std::pair<pid_t, pid_t> processes() const;
     std::pair<std::size_t, std::size_t> scenes() const;  // loaded, of both
-    // Of the active worker; null if there is none, or it is not warm.
+    // Of the active workers that are warm; null if there is none. Of several, without scenes that
+    // they hold with different contents.
     std::shared_ptr<const LoadedScenes> loadedScenes() const;
+    // One element for each active worker.
+    std::vector<RendererState> renderers() const;
+    std::vector<pid_t> activeProcesses() const;  // 0 where none runs
     // Whether the standby has compiled its shaders and loaded the scenes of the active worker.
     bool standbyIsWarm() const;
 
@@ -117,14 +126,16 @@ private:
     void keep();
     Worker start(bool compileFast);
     bool standbyIsReady() const;
-    bool standbyMustWait();
+    bool startMustWait(bool isStandby);
     void replaceFastWorker();
-    Worker awaitActive(Clock::time_point until);
+    Worker runningFor(std::size_t renderer) const;
+    Worker awaitActive(std::size_t renderer, Clock::time_point until);
     void reportEnd(const Worker& worker);
-    void failOver(Worker worker);
+    void failOver(std::size_t renderer);
     void shareScenes();
-    WorkerReply ask(const WorkerRequest& request, bool isFrame);
-    std::optional<WorkerReply> askAlone(const WorkerRequest& request, std::uint64_t fingerprint);
+    WorkerReply ask(const WorkerRequest& request, std::size_t renderer, bool isFrame);
+    std::optional<WorkerReply> askAlone(const WorkerRequest& request, std::size_t renderer,
+                                        std::uint64_t fingerprint);
 
     const SupervisorOptions options_;
     SupervisorCounters counters_;
@@ -133,10 +144,13 @@ private:
 
     mutable std::mutex mutex_;
     mutable std::condition_variable changed_;
-    Worker active_, standby_;
-    std::vector<std::string> scenes_;  // that the active worker has loaded
-    Clock::time_point calmUntil_{};    // no standby starts before
-    bool standbyStarted_ = false;      // or a failover happened: the next standby starts at once
+    std::vector<Worker> active_;  // of each renderer; null where none runs
+    Worker standby_;
+    std::vector<std::string> scenes_;  // that the first active worker has loaded
+    // Which scenes the others were requested to load. Not again: they may not have room for all.
+    std::vector<std::vector<std::string>> requested_;
+    Clock::time_point calmUntil_{};  // no standby starts before
+    bool standbyStarted_ = false;    // or a failover happened: the next standby starts at once
     std::optional<Clock::time_point> warmSince_;  // of the first worker
     std::size_t framesInFlight_ = 0;
     Clock::time_point lastFrameEnded_{};

@@ -5,6 +5,11 @@
 #include "server/worker/confinement.h"
 #include "server/worker/messages.h"
 
+#include "rays/follow.h"
+
+#include <sched.h>
+
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 
@@ -49,6 +54,7 @@ public:
         : thread_([this, &pipe, &reporter, hangTime] {
               std::unique_lock lock(mutex_);
               bool warm = false;
+              Clock::time_point last{};
               while (!ending_) {
                   if (backend_ && backend_->queue().workingFor() > hangTime) {
                       logCritical({"the renderer worked on one thing for ",
@@ -59,7 +65,10 @@ public:
                       warm = true;
                       reporter.setWarm();
                   }
-                  pipe.send({.kind = warm ? MessageKind::warm : MessageKind::alive});
+                  const bool compiles = backend_ && backend_->queue().compiledSince(last);
+                  last = Clock::now();
+                  pipe.send({.kind = warm ? MessageKind::warm : MessageKind::alive,
+                             .id = compiles ? kCompiling : 0});
                   if (warm) reporter.report(*backend_);
                   wake_.wait_for(lock, kHeartbeatInterval, [&] { return ending_; });
               }
@@ -177,11 +186,24 @@ void serve(LocalBackend& backend, MessagePipe& pipe, SceneReporter& reporter, st
     std::_Exit(0);
 }
 
+// Each of several renderers uses its share of the processors: a software driver with one processor
+// draws on the thread that calls it.
+void shareProcessors(std::size_t renderers) {
+    if (renderers < 2) return;
+    cpu_set_t allowed;
+    const bool known = sched_getaffinity(0, sizeof allowed, &allowed) == 0;
+    const auto processors = static_cast<std::size_t>(known ? CPU_COUNT(&allowed) : 1);
+    const std::size_t share = std::max<std::size_t>(1, processors / renderers);
+    setenv("LP_NUM_THREADS", std::to_string(share > 1 ? share : 0).c_str(), 0);
+    rays::limitThreads(static_cast<std::uint32_t>(share));
+}
+
 }  // namespace
 
 int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
     endWithParent();
-    std::signal(SIGINT, SIG_IGN);  // only the server reacts to them
+    shareProcessors(options.renderers);  // before there are other threads
+    std::signal(SIGINT, SIG_IGN);        // only the server reacts to them
     std::signal(SIGTERM, SIG_IGN);
     setLogLevel(options.logLevel);
     MessagePipe pipe(kWorkerSocket);

@@ -15,6 +15,7 @@ struct WorkerOptions {
     double hangSeconds = 60.0;      // the process ends when one piece of work takes longer
     std::uint64_t memoryBytes = 0;  // of address space; 0: any
     std::string logLevel = "info";
+    std::size_t renderers = 1;  // that share the processors
 };
 
 // Answers requests until the server ends; returns the exit code.

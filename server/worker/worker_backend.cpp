@@ -1,6 +1,11 @@
 #include "server/worker/worker_backend.h"
 
+#include "server/api/frame_service.h"
+#include "server/api/frames.h"
 #include "server/api/job_routes.h"
+#include "server/api/metrics.h"
+#include "server/api/renderer_routes.h"
+#include "server/api/route_table.h"
 
 #include <algorithm>
 
@@ -118,8 +123,20 @@ std::optional<Problem> OverloadCache::refusalFor(const std::string& client,
     return found->second.problem;
 }
 
+WorkerBackend::WorkerBackend(const WorkerBackendOptions& options)
+    : options_(options), supervisor_(options.workers) {
+    if (options.workers.renderers < 2) return;
+    queue_.emplace(options.queue, [this] { return supervisor_.renderers(); });
+}
+
+void WorkerBackend::stop() {
+    stopping_ = true;
+    if (queue_) queue_->refuseNew();
+}
+
 Answer WorkerBackend::answer(const Call& call) {
     if (stopping_) throw RequestError(shuttingDown());
+    if (queue_) return answerByOneOfSeveral(call);
     const auto ask = [this](const Call& asked) { return supervisor_.ask(asked); };
     if (!needsRenderQueue(call)) return jobs_.ask(call, ask);
     const OverloadCache::Moment begun = overload_.begin();
@@ -128,13 +145,94 @@ Answer WorkerBackend::answer(const Call& call) {
     return answer;
 }
 
+// What is no frame is answered by the first renderer, which also runs the jobs.
+Answer WorkerBackend::answerByOneOfSeveral(const Call& call) {
+    if (needsRenderQueue(call)) {
+        Answer answer = guarded(call, [&] { return drawnByOneOfSeveral(call); });
+        answer.route = call.path;
+        return answer;
+    }
+    if (call.path == "/metrics") return metricsOfAll(call);
+    if (call.path == "/readyz" && !queue_->hasRoom()) {
+        throw RequestError(notReady("The queue is full."));
+    }
+    Answer answer = jobs_.ask(call, [this](const Call& asked) { return supervisor_.ask(asked); });
+    if (answer.problem) return answer;
+    const bool isScene = covers("/v1/scenes/{id}", call.path);
+    if (call.method == "DELETE" && isScene) tellOthers(call);
+    if (call.method == "GET" && call.path == "/v1/renderer") {
+        std::vector<RendererSummary> list;
+        for (const RendererState& state : supervisor_.renderers()) {
+            list.push_back({.worker = state.number,
+                            .isWarm = state.loaded != nullptr,
+                            .scenes = state.loaded ? state.loaded->scenes.size() : 0});
+        }
+        answer.body = withRenderers(answer.body, list);
+    }
+    return answer;
+}
+
+Answer WorkerBackend::drawnByOneOfSeveral(const Call& call) {
+    FrameCall frame;
+    std::optional<std::chrono::milliseconds> deadline;
+    try {
+        frame = frameCallFrom(call, options_.signedLinks);
+        deadline = deadlineIn(call);
+    } catch (const RequestError&) {
+        return supervisor_.ask(call);  // it knows the problem, without its queue
+    }
+    const RendererNeed need{.scene = frame.request.scene,
+                            .onlyFirst = frame.request.accuracy.isBudget()};
+    const std::vector<RendererState> states = supervisor_.renderers();
+    // As with one renderer: a call waits for its scene, or for a comparison of its entity tag,
+    // without a place in the queue. If a frame must be drawn it waits in that renderer's own queue.
+    if (!isLoaded(states, need.scene)) return supervisor_.ask(call);
+    if (!call.header("If-None-Match").empty()) {
+        std::size_t renderer = 0;
+        while (renderer + 1 < states.size() && !mayDraw(states, need, renderer)) ++renderer;
+        return supervisor_.ask(call, renderer);
+    }
+    Turn turn = turnFor(call.arrived, options_.deadlineSeconds, deadline);
+    turn.client = call.client;
+    turn.cancellation = call.cancellation;
+    turn.kind = call.path == "/v1/plans" ? kPlanKind : kindOf(frame.request);
+    const RendererQueue::Place place = queue_->take(turn, need);
+    return supervisor_.ask(call, place.renderer());
+}
+
+Answer WorkerBackend::metricsOfAll(const Call& call) {
+    std::vector<std::pair<std::size_t, std::string>> texts;
+    const std::vector<RendererState> states = supervisor_.renderers();
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        if (!states[i].isPresent) continue;
+        const Answer answer = supervisor_.ask(call, i);
+        if (!answer.problem) texts.emplace_back(i + 1, answer.body);
+    }
+    return {.type = kMetricsType, .body = joinedMetrics(texts), .route = call.path};
+}
+
+// After the first renderer: the others may not have the scene.
+void WorkerBackend::tellOthers(const Call& call) {
+    const std::vector<RendererState> states = supervisor_.renderers();
+    for (std::size_t i = 0; i < states.size(); ++i) {
+        if (states[i].isPresent && i != firstRenderer(states)) supervisor_.ask(call, i);
+    }
+}
+
 std::optional<Problem> WorkerBackend::refusalFor(const std::string& client) const {
+    if (queue_) return queue_->refusalFor(client);
     return overload_.refusalFor(client, Clock::now());
 }
 
 EncodedFrame WorkerBackend::draw(const FrameOrder& order) {
     if (stopping_) throw RequestError(shuttingDown());
-    return supervisor_.ask(order);
+    const RendererNeed need{.scene = order.request.scene,
+                            .onlyFirst = order.request.accuracy.isBudget()};
+    if (!queue_ || !isLoaded(supervisor_.renderers(), need.scene)) return supervisor_.ask(order);
+    Turn turn = turnFor(order.arrived, options_.deadlineSeconds);
+    turn.kind = kindOf(order.request);
+    const RendererQueue::Place place = queue_->take(turn, need);
+    return supervisor_.ask(order, place.renderer());
 }
 
 SceneReport WorkerBackend::sceneReport(const std::string& id) {
@@ -146,17 +244,21 @@ std::optional<WorkerStatus> WorkerBackend::workerStatus() const {
     const SupervisorCounters& counters = supervisor_.counters();
     const auto [active, standby] = supervisor_.processes();
     const auto [activeScenes, standbyScenes] = supervisor_.scenes();
-    return WorkerStatus{.started = counters.started,
+    WorkerStatus status{.started = counters.started,
                         .ended = counters.ended,
                         .silent = counters.silent,
                         .repeatedCalls = counters.repeated,
                         .quarantinedCalls = counters.quarantined,
-                        .hasActive = active != 0,
                         .hasStandby = standby != 0,
                         .standbyIsWarm = supervisor_.standbyIsWarm(),
-                        .warm = supervisor_.loadedScenes() ? 1u : 0u,
+                        .waiting = queue_ ? queue_->waiting() : 0,
                         .activeScenes = activeScenes,
                         .standbyScenes = standbyScenes};
+    for (const RendererState& state : supervisor_.renderers()) {
+        status.active += state.isPresent;
+        status.warm += state.loaded != nullptr;
+    }
+    return status;
 }
 
 }  // namespace clerestory

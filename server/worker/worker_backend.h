@@ -5,6 +5,7 @@
 #include "server/base/call.h"
 #include "server/base/problem.h"
 #include "server/base/process.h"
+#include "server/worker/renderer_queue.h"
 #include "server/worker/supervisor.h"
 
 #include <atomic>
@@ -77,10 +78,18 @@ private:
     std::unordered_map<std::string, Refusal> refusals_;  // by client
 };
 
+struct WorkerBackendOptions {
+    SupervisorOptions workers;
+    // Of the queue before several renderers; one renderer has its own.
+    FairQueue::Limits queue;
+    double deadlineSeconds = 10.0;  // from a request's arrival to its answer
+    bool signedLinks = false;       // see FrameRoutes
+};
+
 class WorkerBackend final : public RenderBackend {
 public:
     // Returns when the first worker is ready. Throws as Supervisor does.
-    explicit WorkerBackend(const SupervisorOptions& options) : supervisor_(options) {}
+    explicit WorkerBackend(const WorkerBackendOptions& options);
 
     Answer answer(const Call& call) override;
     std::optional<Problem> refusalFor(const std::string& client) const override;
@@ -91,12 +100,19 @@ public:
     }
     std::optional<WorkerStatus> workerStatus() const override;
     bool importing() const override { return false; }  // a worker's import ends with it
-    void stop() override { stopping_ = true; }
+    void stop() override;
 
     Supervisor& supervisor() { return supervisor_; }
 
 private:
+    Answer answerByOneOfSeveral(const Call& call);
+    Answer drawnByOneOfSeveral(const Call& call);
+    Answer metricsOfAll(const Call& call);
+    void tellOthers(const Call& call);
+
+    const WorkerBackendOptions options_;
     Supervisor supervisor_;
+    std::optional<RendererQueue> queue_;  // only before several renderers
     OverloadCache overload_;
     JobJournal jobs_;
     std::atomic<bool> stopping_{false};

@@ -196,6 +196,9 @@ bool WorkerProcess::handle(const Message& message) {
         }
     }
     if (message.kind == MessageKind::warm) warm_ = true;
+    if (message.kind == MessageKind::warm || message.kind == MessageKind::alive) {
+        compiling_ = message.id == kCompiling;
+    }
     if (message.kind == MessageKind::ready) {
         if (ready_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return false;
         readyPromise_.set_value();

@@ -48,7 +48,8 @@ public:
     // Tells it to load these scenes when it has time.
     void loadScenes(const std::vector<std::string>& scenes);
 
-    bool warm() const { return warm_; }  // the shaders of the default scene are compiled
+    bool warm() const { return warm_; }            // the shaders of the default scene are compiled
+    bool compiling() const { return compiling_; }  // shaders, now or a moment ago
     bool alive() const { return !ended_; }
     bool wasSilent() const { return silent_; }  // it was killed because it sent nothing
     // It was ended by SIGKILL from outside, such as for lack of memory.
@@ -76,7 +77,8 @@ private:
     std::uint64_t nextId_ = 1;
     std::string failure_;  // why it could not start
     std::shared_ptr<const LoadedScenes> loaded_;
-    std::atomic<bool> ended_{false}, warm_{false}, silent_{false}, killed_{false};
+    std::atomic<bool> ended_{false}, warm_{false}, compiling_{false}, silent_{false},
+        killed_{false};
     Clock::time_point lastHeard_ = Clock::now();
     std::thread listener_, watcher_;
 };

@@ -229,5 +229,39 @@ TEST_F(UploadsOfWorkers, SurviveTheirRenderer) {
     EXPECT_THAT(client.Get("/v1/scenes")->body, testing::Not(HasSubstr(id)));
 }
 
+// Of several renderers.
+TEST(UploadsOfSeveralRenderers, AreDeletedInAll) {
+    Config config = uploadConfig();
+    config.singleProcess = false;
+    config.workers.renderers = 2;
+    config.workers.standby = false;
+    config.workers.program.file = CLERESTORY_PROGRAM;
+    config.workers.program.arguments = {"--scene",          "six-walls",
+                                        "--log-level",      "off",
+                                        "--deadline",       "60",
+                                        "--renderers",      "2",
+                                        "--uploads",        config.scenes.uploads.folder.string(),
+                                        "--upload-cpu",     "60",
+                                        "--upload-seconds", "60"};
+    Server server(config);
+    server.start();
+    auto client = clientOf(server);
+    const std::string id = idOf(send(client, triangleGlb()));
+    const std::string picture = pictureOf(client, id);
+    const auto holders = [&] {
+        int count = 0;
+        for (const RendererState& state : supervisorOf(server).renderers()) {
+            count += state.loaded && isLoaded({state}, id);
+        }
+        return count;
+    };
+    for (int i = 0; i < 2400 && holders() < 2; ++i) std::this_thread::sleep_for(50ms);
+    ASSERT_EQ(holders(), 2);
+    EXPECT_EQ(pictureOf(client, id), picture);
+    EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
+    EXPECT_EQ(holders(), 0);
+    for (int i = 0; i < 4; ++i) problemOf(postJson(client, "/v1/frames", frameOf(id)), 404);
+}
+
 }  // namespace
 }  // namespace clerestory::test
