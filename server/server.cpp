@@ -104,7 +104,8 @@ Server::Server(const Config& config)
     cache_.emplace(*backend_,
                    FrameCache::Options{.maxBytes = config.frameCacheBytes,
                                        .signedLinks = !config.http.access.linkKeyFile.empty()});
-    frames_.emplace(*backend_, metrics_, stopping_);
+    frames_.emplace(*backend_, metrics_, stopping_,
+                    config.singleProcess ? 1 : config.workers.renderers);
 
     const ForwardedRoutes forwarded{*backend_};
     routes_.add("/v1/scenes", "GET", forwarded, forward);

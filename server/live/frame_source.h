@@ -15,14 +15,17 @@ namespace clerestory {
 class FrameSource {
 public:
     // `stopping`: the server ends, and nothing is repeated. All of them must outlive this.
-    FrameSource(RenderBackend& backend, RequestMetrics& metrics, const std::atomic<bool>& stopping)
-        : backend_(backend), metrics_(metrics), stopping_(stopping) {}
+    // `renderers`: how many frames can be drawn at the same time.
+    FrameSource(RenderBackend& backend, RequestMetrics& metrics, const std::atomic<bool>& stopping,
+                std::size_t renderers)
+        : backend_(backend), metrics_(metrics), stopping_(stopping), renderers_(renderers) {}
 
     // Repeats the request for up to two minutes while the problem is temporary: the queue is full,
     // the scene is loading, a budget is being measured. Throws RequestError.
     EncodedFrame draw(const FrameRequest& request, bool withPlan, const std::string& requestId);
 
     bool stopping() const { return stopping_; }
+    std::size_t renderers() const { return renderers_; }
 
 private:
     void count(int status, std::size_t bytes, Clock::time_point arrived,
@@ -31,6 +34,7 @@ private:
     RenderBackend& backend_;
     RequestMetrics& metrics_;
     const std::atomic<bool>& stopping_;
+    const std::size_t renderers_;
 };
 
 // Limits how many streams and sequences run at once: each occupies a thread. Thread-safe.

@@ -5,6 +5,7 @@
 #include "server/live/live_routes.h"
 #include "server/live/sequence_files.h"
 
+#include <deque>
 #include <future>
 
 namespace clerestory {
@@ -34,13 +35,16 @@ struct Run {
         }
     }
 
-    // Draws the next frame while one is sent. Returns true if everything was sent.
+    // Draws the next frames while one is sent: as many as there are renderers, so that they keep
+    // no other client waiting. Returns true if everything was sent.
     bool send(Archive& archive, Outcome outcome) const {
         Manifest manifest;
+        std::deque<std::future<Outcome>> ahead;
         for (std::size_t i = sequence.first;; ++i) {
-            std::future<Outcome> next;
-            if (i + 1 < sequence.count()) {
-                next = std::async(std::launch::async, [this, i] { return frame(i + 1); });
+            for (std::size_t next = i + 1 + ahead.size();
+                 next < sequence.count() && ahead.size() < source.renderers(); ++next) {
+                ahead.push_back(
+                    std::async(std::launch::async, [this, next] { return frame(next); }));
             }
             if (outcome.problem) {
                 manifest.addFailure(i, problemDocument(*outcome.problem, requestId));
@@ -50,8 +54,9 @@ struct Run {
                 }
                 manifest.add(outcome.made.record);
             }
-            if (!next.valid()) break;
-            outcome = next.get();
+            if (ahead.empty()) break;
+            outcome = ahead.front().get();
+            ahead.pop_front();
             if (source.stopping()) return false;
         }
         const SequenceFile file = manifest.file();

@@ -282,6 +282,29 @@ TEST_F(SeveralRenderers, KillsDuringFramesLoseNothing) {
     EXPECT_EQ(drawAll(6, expected).size(), 2u) << "again two";
 }
 
+TEST_F(SeveralRenderers, DrawTheFramesOfASequenceInTurn) {
+    const std::vector<std::string> expected = framesOfOneProcess();
+    json frames = json::array();
+    for (int i = 0; i < 8; ++i) frames.push_back(json::parse(frameBody(i)));
+    auto client = this->client();
+    const auto answer = client.Post("/v1/sequences", {{"Accept", "multipart/mixed"}},
+                                    json{{"frames", frames}}.dump(), "application/json");
+    ASSERT_EQ(answer->status, 200);
+    std::size_t at = 0;
+    for (const std::string& frame : expected) {
+        at = answer->body.find(frame, at);
+        ASSERT_NE(at, std::string::npos) << "in the order of the request";
+        at += frame.size();
+    }
+    EXPECT_THAT(answer->body, testing::HasSubstr("\"failures\": 0"));
+    const std::string metrics = client.Get("/metrics")->body;
+    for (const char* renderer : {"1", "2"}) {
+        const std::string name =
+            std::string("clerestory_frame_seconds_count{renderer=\"") + renderer + "\"} ";
+        EXPECT_GT(std::stoi(metrics.substr(metrics.find(name) + name.size())), 0) << renderer;
+    }
+}
+
 // A scene that is requested for the first time is loaded by one renderer, and then by the other.
 TEST_F(SeveralRenderers, LoadTheSameScenes) {
     const std::string body = R"({"scene": "orbiting-cubes", "width": 64, "height": 48})";
