@@ -93,7 +93,8 @@ Answer forward(const ForwardedRoutes& routes, const Call& call) {
 Server::Server(const Config& config)
     : streams_(kMaxStreams),
       http_(httpServerOptions(config),
-            {.quick = [this](const Call& call) { return quickAnswer(call); },
+            {.quick = [this](const Call& call,
+                             std::string_view body) { return quickAnswer(call, body); },
              .respond = [this](const Call& call) { return answer(call); },
              .refuse = [this](const Call& call,
                               const Problem& problem) { return refuse(call, problem); },
@@ -154,13 +155,13 @@ Answer Server::answer(const Call& call) {
 }
 
 // On the thread that serves every connection: does not block. Empty for what may take longer.
-std::optional<Answer> Server::quickAnswer(const Call& call) {
+std::optional<Answer> Server::quickAnswer(const Call& call, std::string_view body) {
     if (call.path == "/healthz") return answer(call);
     // With an entity tag the answer may need no place in the queue.
     if (!needsRenderQueue(call) || !call.header("If-None-Match").empty()) return std::nullopt;
-    if (cache_->mayAnswer(call)) return std::nullopt;
     const auto problem = backend_->refusalFor(call.client);
-    return problem ? std::optional(refuse(call, *problem)) : std::nullopt;
+    if (!problem || cache_->mayHold(call, body)) return std::nullopt;
+    return refuse(call, *problem);
 }
 
 Answer Server::refuse(const Call& call, const Problem& problem) {

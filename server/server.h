@@ -39,7 +39,7 @@ public:
 
 private:
     Answer answer(const Call& call);
-    std::optional<Answer> quickAnswer(const Call& call);
+    std::optional<Answer> quickAnswer(const Call& call, std::string_view body);
     Answer refuse(const Call& call, const Problem& problem);
     Answer finish(const Call& call, Answer answer, const std::string& route);
     Answer answerFrom(const Call& call, std::string& route);

@@ -1,17 +1,26 @@
 #include "server/api/frame_cache.h"
 
+#include "scene/hash.h"
 #include "server/api/frame_json.h"
 #include "server/api/frames.h"
 
 #include <algorithm>
 #include <cctype>
 #include <iterator>
+#include <span>
 
 namespace clerestory {
 namespace {
 
 // Of an entry in addition to its text: the lists, the table and the allocator.
 constexpr std::size_t kEntryBytes = 1024;
+
+// Different ways to write one request that are recognised without parsing.
+constexpr std::size_t kMaxForms = 4;
+
+std::uint64_t formOf(const Call& call, std::string_view body) {
+    return hashOfBytes(std::as_bytes(std::span(body)), hashOf(call.method + ' ' + call.target));
+}
 
 // Whether a Cache-Control header has the directive.
 bool hasDirective(std::string header, std::string_view wanted) {
@@ -83,14 +92,20 @@ Answer FrameCache::answer(const Call& call) {
     if (request) {
         if (auto found = find(*request, call)) return *std::move(found);
     }
-    if (mayAnswer(call)) requireRoom(call);
+    if (options_.maxBytes > 0 && needsRenderQueue(call)) requireRoom(call);
     Answer answer = backend_.answer(call);
-    if (request) store(*request, answer);
+    if (request) store(*request, call, answer);
     return answer;
 }
 
-// The thread of the connections refuses calls for which there is no room, unless they may be
-// answered here.
+bool FrameCache::mayHold(const Call& call, std::string_view body) const {
+    if (options_.maxBytes == 0) return false;
+    const std::uint64_t form = formOf(call, body);
+    const std::lock_guard lock(mutex_);
+    return forms_.contains(form);
+}
+
+// The thread of the connections has let calls pass that might be answered here.
 void FrameCache::requireRoom(const Call& call) const {
     if (!call.header("If-None-Match").empty()) return;
     if (const auto problem = backend_.refusalFor(call.client)) throw RequestError(*problem);
@@ -115,6 +130,7 @@ std::optional<Answer> FrameCache::find(const FrameRequest& request, const Call& 
         }
         ++counters_.hits;
         list_.splice(list_.begin(), list_, found->second);
+        addForm(list_.front(), formOf(call, call.body));
         stored = found->second->answer;
         drawn = found->second->drawn;
     }
@@ -124,7 +140,7 @@ std::optional<Answer> FrameCache::find(const FrameRequest& request, const Call& 
     return answer;
 }
 
-void FrameCache::store(const FrameRequest& request, const Answer& answer) {
+void FrameCache::store(const FrameRequest& request, const Call& call, const Answer& answer) {
     const bool complete = answer.status == 200 && !answer.problem && !answer.stream;
     if (!complete || headerOf(answer, "ETag").empty()) return;
     const auto key = keyFor(request);
@@ -134,6 +150,8 @@ void FrameCache::store(const FrameRequest& request, const Answer& answer) {
     auto stored = std::make_shared<const Answer>(answer);
     const std::lock_guard lock(mutex_);
     forgetUnloaded();
+    const auto known = known_.find(key->scene);
+    if (known == known_.end() || known->second != key->contentHash) return;
     if (const auto same = byKey_.find(key->text); same != byKey_.end()) remove(same->second);
     while (counters_.bytes + bytes > options_.maxBytes) {
         remove(std::prev(list_.end()));
@@ -145,30 +163,43 @@ void FrameCache::store(const FrameRequest& request, const Answer& answer) {
                       .bytes = bytes,
                       .answer = std::move(stored),
                       .drawn = Clock::now()});
-    byKey_.emplace(list_.front().key, list_.begin());
     counters_.bytes += bytes;
-    entries_ = list_.size();
+    byKey_.emplace(list_.front().key, list_.begin());
+    addForm(list_.front(), formOf(call, call.body));
+}
+
+// With the lock held.
+void FrameCache::addForm(Entry& entry, std::uint64_t form) {
+    if (entry.forms.size() >= kMaxForms || !forms_.insert(form).second) return;
+    entry.forms.push_back(form);
 }
 
 // With the lock held.
 void FrameCache::remove(std::list<Entry>::iterator entry) {
     counters_.bytes -= entry->bytes;
     byKey_.erase(entry->key);
+    for (const std::uint64_t form : entry->forms) forms_.erase(form);
     list_.erase(entry);
-    entries_ = list_.size();
 }
 
 // With the lock held: removes the entries of scenes that are not loaded any more, or with another
 // content.
 void FrameCache::forgetUnloaded() {
     const auto loaded = backend_.loadedScenes();
-    if (!loaded || *loaded == known_) return;
-    known_ = *loaded;
-    for (auto entry = list_.begin(); entry != list_.end();) {
+    if (!loaded) return;
+    std::map<std::string, std::uint64_t> now(loaded->scenes.begin(), loaded->scenes.end());
+    const auto isLoaded = [&](const std::string& scene, std::uint64_t hash) {
+        const auto found = now.find(scene);
+        return found != now.end() && found->second == hash;
+    };
+    const bool allStay = std::all_of(known_.begin(), known_.end(), [&](const auto& one) {
+        return isLoaded(one.first, one.second);
+    });
+    for (auto entry = list_.begin(); !allStay && entry != list_.end();) {
         const auto here = entry++;
-        const std::uint64_t* hash = contentHashIn(known_, here->scene);
-        if (!hash || *hash != here->contentHash) remove(here);
+        if (!isLoaded(here->scene, here->contentHash)) remove(here);
     }
+    known_ = std::move(now);
 }
 
 FrameCacheCounters FrameCache::counters() {

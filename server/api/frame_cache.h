@@ -26,12 +26,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <list>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
+#include <vector>
 
 namespace clerestory {
 
@@ -58,8 +61,9 @@ public:
     // The stored answer, or that of the backend. Throws what the backend throws.
     Answer answer(const Call& call);
 
-    // Whether a frame may be answered although the backend would refuse it. Does not block.
-    bool mayAnswer(const Call& call) const { return call.path == "/v1/frames" && entries_ > 0; }
+    // Whether a request with the same bytes was answered by a present entry. For the thread of the
+    // connections, which refuses requests while the queue is full: it does not parse them.
+    bool mayHold(const Call& call, std::string_view body) const;
 
     // Nothing is answered from memory any more.
     void stop() { stopping_ = true; }
@@ -73,6 +77,7 @@ private:
         std::size_t bytes = 0;
         std::shared_ptr<const Answer> answer;
         Clock::time_point drawn;
+        std::vector<std::uint64_t> forms;  // hashes of requests that it answered, as they were sent
     };
     // Identifies the answer to a request.
     struct Key {
@@ -83,19 +88,20 @@ private:
     std::optional<Key> keyFor(const FrameRequest& request) const;
     void requireRoom(const Call& call) const;
     std::optional<Answer> find(const FrameRequest& request, const Call& call);
-    void store(const FrameRequest& request, const Answer& answer);
+    void store(const FrameRequest& request, const Call& call, const Answer& answer);
     void forgetUnloaded();
+    void addForm(Entry& entry, std::uint64_t form);
     void remove(std::list<Entry>::iterator entry);
 
     RenderBackend& backend_;
     const Options options_;
     std::atomic<bool> stopping_{false};
-    std::atomic<std::size_t> entries_{0};
 
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     std::list<Entry> list_;  // the most recently used one first
     std::unordered_map<std::string_view, std::list<Entry>::iterator> byKey_;  // keys are in list_
-    LoadedScenes known_;  // the last state for which entries were removed
+    std::unordered_set<std::uint64_t> forms_;                                 // of all entries
+    std::map<std::string, std::uint64_t> known_;  // scenes that were loaded at the last look
     FrameCacheCounters counters_;
 };
 

@@ -50,6 +50,7 @@ struct Call {
     std::string method;  // HEAD is passed as GET; its body is removed later
     std::string path;    // decoded, without the query
     std::multimap<std::string, std::string> query;
+    std::string target;  // path and query as they were sent; empty for calls of the server itself
     std::string body;
     std::string requestId;
     Clock::time_point arrived;                            // time of its last byte

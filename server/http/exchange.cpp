@@ -65,6 +65,7 @@ Call callOf(const Exchange& exchange) {
     const RequestHead& head = exchange.head;
     return {.method = head.method == "HEAD" ? "GET" : head.method,
             .path = std::string(head.path()),
+            .target = head.target,
             .requestId = exchange.requestId,
             .arrived = exchange.arrived,
             .header = [&head](const char* name) { return std::string(head.header(name)); },

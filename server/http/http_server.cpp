@@ -60,7 +60,7 @@ public:
     std::optional<Answer> quick(const Exchange& exchange) const {
         const Call call = callOf(exchange);
         if (const auto problem = refusal(exchange.head)) return routes.refuse(call, *problem);
-        return routes.quick(call);
+        return routes.quick(call, exchange.body);
     }
 
     const Routes routes;

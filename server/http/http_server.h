@@ -19,10 +19,10 @@ struct HttpServerOptions {
 class HttpServer {
 public:
     // None of them throws. `quick` is called by the event loop's thread and must not block: it
-    // handles requests that need neither query nor body, and rejects a request before its body is
-    // read.
+    // handles requests that need neither query nor body, and rejects others without parsing them.
+    // The call has no query and no body; `body` is as it was sent.
     struct Routes {
-        std::function<std::optional<Answer>(const Call&)> quick;
+        std::function<std::optional<Answer>(const Call&, std::string_view body)> quick;
         Responder respond;
         Refuser refuse;
         Access::Paths paths;

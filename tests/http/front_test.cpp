@@ -38,7 +38,7 @@ class LocalHttpServer {
 public:
     explicit LocalHttpServer(const HttpLimits& limits = quickLimits(), std::size_t threads = 4)
         : front_({.port = 0, .threads = threads, .limits = limits},
-                 {.quick = [](const Call& call) -> std::optional<Answer> {
+                 {.quick = [](const Call& call, std::string_view) -> std::optional<Answer> {
                       if (call.path != "/quick") return std::nullopt;
                       return Answer{.type = "text/plain", .body = "quick"};
                   },
