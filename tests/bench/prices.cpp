@@ -82,7 +82,7 @@ public:
         double best = 1e9;
         for (int i = -2; i < rounds_; ++i) {
             FrameRequest request = shape;
-            // A captured cube shows the light of the environment, so each frame captures anew.
+            // A captured cube shows the light of the environment, so each frame draws it again.
             request.environment.intensity = 1.0 + 1e-4 * (i + 3);
             const Frame frame = renderer_.render(request);
             double sum = 0.0;
@@ -119,7 +119,7 @@ double pixelPrice(Measurement& measure, int lights,
     return (at(kWidth, kHeight) - at(16, 9)) / (kPixels - 16 * 9);
 }
 
-void addShading(Measurement& measure, std::vector<Price>& prices, double compiledIn) {
+void addShading(Measurement& measure, std::vector<Price>& prices, const Prices& model) {
     const auto plain = [](Stage&, Material&) {};
     const auto textured = [](Stage& stage, Material& m) {
         m.baseColorTexture.texture = stage.addTexture(ColorSpace::srgb);
@@ -130,15 +130,16 @@ void addShading(Measurement& measure, std::vector<Price>& prices, double compile
         m.transmission = 1.0f;
         m.roughness = 0.0f;
     };
-    const auto add = [&](const char* name, int lights, const auto& finish, double model) {
-        prices.push_back({name, 1e6 * pixelPrice(measure, lights, finish), 1e6 * model, "ns"});
+    const auto add = [&](const char* name, double measured, double compiledIn) {
+        prices.push_back({name, 1e6 * measured, 1e6 * compiledIn, "ns"});
     };
-    add("pixel, no light", 0, plain, compiledIn);
-    add("pixel, 1 light", 1, plain, compiledIn);
-    add("pixel, 4 lights", 4, plain, compiledIn);
-    add("pixel, 3 textures, no light", 0, textured, compiledIn);
-    add("pixel, 3 textures, 4 lights", 4, textured, compiledIn);
-    add("pixel of glass over the environment", 0, glass, 0.0);
+    const double bare = pixelPrice(measure, 0, plain), lit = pixelPrice(measure, 4, plain);
+    add("pixel, no light", bare, model.pixel);
+    add("each of 4 lights", (lit - bare) / 4.0, model.pixelLight);
+    add("each of 3 textures", (pixelPrice(measure, 0, textured) - bare) / 3.0, model.pixelTexture);
+    add("pixel, 3 textures, 4 lights", pixelPrice(measure, 4, textured),
+        model.pixel + 4.0 * model.pixelLight + 3.0 * model.pixelTexture);
+    add("pixel of glass over the environment", pixelPrice(measure, 0, glass), 0.0);
 }
 
 void addViews(Measurement& measure, std::vector<Price>& prices, const Prices& model) {
@@ -184,11 +185,31 @@ void addCopies(Measurement& measure, std::vector<Price>& prices, const Prices& m
                       1e6 * model.copiedPixel, "ns"});
 }
 
-// A ball of metal or glass in front of a wall of patches.
+// A cube that is captured around a ball of metal: its prefiltering per texel and direction.
+void addCubes(Measurement& measure, std::vector<Price>& prices, const Prices& model) {
+    Stage stage("cube");
+    stage.material("wall");
+    stage.addWall(8.0f);
+    Material& metal = stage.material("ball");
+    metal.metallic = 1.0f;
+    metal.roughness = 0.0f;
+    stage.addBall(1.0f, 32);
+    Scene scene = stage.take();
+    FrameRequest request = frameOf(scene, 64, 36);
+    request.accuracy.curved = CurvedMethod::probe;
+    request.accuracy.generations = 1;
+    const double samples = 8.0 * 256 * 256 * request.accuracy.probeSamples;
+    prices.push_back({"sample of a prefiltered cube",
+                      1e6 * measure.of(std::move(scene), request, {"prefilter"}) / samples,
+                      1e6 * model.mapSample, "ns"});
+}
+
+// A ball of metal or glass in front of a wall.
 void addRays(Measurement& measure, std::vector<Price>& prices, const Prices& model,
              const std::string& where) {
-    const auto at = [&](bool glass, float radius, std::uint32_t bounces) {
+    const auto at = [&](bool glass, float radius, std::uint32_t bounces, int lights = 0) {
         Stage stage("rays");
+        stage.addLights(lights);
         stage.material("wall");
         stage.addWall(8.0f);
         Material& m = stage.material("ball");
@@ -215,6 +236,9 @@ void addRays(Measurement& measure, std::vector<Price>& prices, const Prices& mod
     const double pixel = (large - small) / (pixels(1.6) - pixels(0.2));
     prices.push_back({"rays, " + where, small - pixel * pixels(0.2), model.rayFrame, "ms"});
     prices.push_back({"pixel with a ray, " + where, 1e6 * pixel, 1e6 * model.rayPixel, "ns"});
+    prices.push_back({"light at a hit, " + where,
+                      1e6 * (at(false, 1.6f, 4, 4) - large) / 4.0 / pixels(1.6),
+                      1e6 * model.rayLight, "ns"});
     const double segment = (at(true, 1.6f, 4) - at(true, 1.6f, 1)) / pixels(1.6) /
                            (glassRaySegments(true, 4) - glassRaySegments(true, 1));
     prices.push_back({"further segment, " + where, 1e6 * segment, 1e6 * model.raySegment, "ns"});
@@ -227,9 +251,10 @@ std::vector<Price> measurePrices(int rounds) {
     Measurement measure(RayBackend::automatic, rounds);
     const bool software = measure.renderer().identity().software;
     const Prices& model = pricesOf(software, software);
-    addShading(measure, prices, model.pixel);
+    addShading(measure, prices, model);
     addViews(measure, prices, model);
     addCopies(measure, prices, model);
+    addCubes(measure, prices, model);
     if (software) addRays(measure, prices, model, "processor");
     Measurement shader(RayBackend::shader, rounds);
     addRays(shader, prices, pricesOf(software, false), "shader");

@@ -18,6 +18,8 @@
 namespace clerestory::bench {
 namespace {
 
+constexpr double kNoise = 10.0;  // milliseconds; smaller differences of frames are not measurable
+
 struct Row {
     std::string scene;
     Technique technique;
@@ -150,13 +152,16 @@ int run(int argc, char** argv) {
     std::vector<double> factors;
     double worst = 1.0;
     for (const Row& row : rows) {
+        if (std::max(row.measured, row.predicted) < kNoise) continue;
         const double ratio = std::max(row.measured, 0.1) / row.predicted;
         factors.push_back(std::max(ratio, 1.0 / ratio));
         worst = std::max(worst, factors.back());
     }
     if (!factors.empty()) {
-        std::printf("\n%zu rows: the median factor between both is %.2f, the largest %.2f.\n",
-                    factors.size(), median(factors), worst);
+        std::printf(
+            "\n%zu of %zu rows are above the noise of %.0f ms: the median factor between both is "
+            "%.2f, the largest %.2f.\n",
+            factors.size(), rows.size(), kNoise, median(factors), worst);
     }
     return 0;
 }

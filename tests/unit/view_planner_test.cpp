@@ -3,6 +3,7 @@
 #include "view_planner_support.h"
 
 #include "plan/graph/features.h"
+#include "plan/graph/work.h"
 
 #include <map>
 #include <set>
@@ -384,6 +385,9 @@ TEST(ViewPlanner, CostsMatchTheResultingWork) {
                                         [&](const Candidate& c) { return c.method == d.taken; });
         Work work{.software = DeviceLimits{}.software};
         for (const Pass& pass : plan.passes) {
+            if (pass.kind() == "prefilter" && pass.subject == d.subject) {
+                work.mapSamples += static_cast<double>(shadedSamples(plan, pass));
+            }
             const bool relevant = pass.kind() == "mirror" || pass.kind() == "capture";
             if (!relevant || pass.name != d.name || pass.generation != 1) continue;
             const TargetSpec& target = plan.targets[pass.target];

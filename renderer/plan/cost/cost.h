@@ -1,7 +1,7 @@
 // Cost model: predicted time and error of each method for a reflector or a piece of glass, and the
 // choice between methods. All constants of the model are here and in cost.cpp.
 //
-// Milliseconds are those of a reference machine (two cores, Mesa 22.3 llvmpipe) or of a small GPU.
+// Milliseconds are those of a reference machine (two cores, llvmpipe) or of a small GPU.
 // Only their ratios matter. Predictions depend neither on the load of the machine nor on resident
 // maps, so that equal requests give equal bytes. Errors are relative RMSE over the pixels of the
 // effect (docs/accuracy.md).
@@ -16,16 +16,26 @@ namespace clerestory {
 
 // Prices of work, milliseconds; `scripts/bench prices` measures each of them.
 struct Prices {
-    double view;         // per child view
-    double triangle;     // per triangle drawn
-    double pixel;        // per pixel shaded
-    double copiedPixel;  // per pixel copied without shading
-    double rayFrame;     // per surface that traces rays
-    double rayPixel;     // per pixel with a ray
-    double raySegment;   // per pixel and further segment of its ray
+    double view;          // per child view
+    double triangle;      // per triangle drawn
+    double pixel;         // per pixel shaded, without lights and textures
+    double pixelLight;    // per pixel and light that reaches it
+    double pixelTexture;  // per pixel and texture
+    double copiedPixel;   // per pixel copied without shading
+    double mapSample;     // per direction and texel of a prefiltered cube
+    double rayFrame;      // per surface that traces rays
+    double rayPixel;      // per pixel with a ray
+    double rayLight;      // per such pixel and light that reaches what its ray hits
+    double raySegment;    // per such pixel and further segment of its ray
 };
 // Of a driver, software or not; processorRays: rays are followed on the processor.
 const Prices& pricesOf(bool software, bool processorRays);
+
+// What shading a point of a scene takes, on average.
+struct Shading {
+    double lights = 0.0;    // that reach it
+    double textures = 0.0;  // of its material
+};
 
 // The work that a method adds to a frame.
 struct Work {
@@ -33,9 +43,11 @@ struct Work {
     double pixels = 0.0;        // shaded in child views
     double views = 0.0;         // child views
     double copiedPixels = 0.0;  // copied without shading
+    double mapSamples = 0.0;    // texels of a prefiltered cube times directions per texel
     double rayPixels = 0.0;     // pixels of the parent view that trace rays
     double rays = 0.0;          // ray segments per such pixel
     double frames = 1.0;        // frames that share the drawn work
+    Shading shading;
     bool software = true;
     bool processorRays = false;  // the rays are followed on the processor
 };
@@ -68,6 +80,9 @@ double mirrorError(double roughness);
 // behind it. solid: a body, not a pane; backFaces: exit points come from its back faces.
 double glassEnvironmentError();
 double backdropError(bool solid, bool backFaces);
+// Rays per pixel of a flat mirror, for Work::rays: on the processor most of its pixels, whose rays
+// are nearly parallel, take the mean of neighbours.
+double flatRays(bool processorRays);
 // Number of segments of a ray through a piece of glass, for Work::rays.
 double glassRaySegments(bool solid, std::uint32_t bounces);
 

@@ -39,14 +39,19 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
     const DeviceLimits& limits = context.frame.limits;
     const double roughness = s.surface->roughness;
     const double apart = point.placed ? 0.0 : apartFromCenter(context, *s.surface, point);
-    const double faceTexels = double(point.resolution) * point.resolution;
+    // The faces of a cube show the cubes of other reflectors, captured one generation before.
+    const double cubes = context.curvedReflectors > 1 ? task.probeGeneration : 1.0;
+    const double faceTexels = cubes * point.resolution * point.resolution;
     std::vector<Candidate> candidates{
         {Method::environment, 0.0, environmentError(roughness, enclosureAt(context, task, s.box))},
         {Method::probe,
-         milliseconds({.triangles = 2.0 * double(context.sceneTriangles),
+         milliseconds({.triangles = 2.0 * cubes * double(context.sceneTriangles),
                        .pixels = 6.0 * faceTexels,
-                       .views = 6.0,
+                       .views = 6.0 * cubes,
+                       .mapSamples = 8.0 * faceTexels *  // six faces and their levels
+                                     context.stage.settings.accuracy.probeSamples,
                        .frames = framesPerCapture(!context.moves.empty()),
+                       .shading = context.shading,
                        .software = limits.software}),
          probeError(roughness, apart)}};
     if (limits.rays != Rays::none &&
@@ -54,6 +59,7 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = s.share * task.width * task.height,
                                             .rays = 1.0,
+                                            .shading = context.shading,
                                             .software = limits.software,
                                             .processorRays = limits.rays == Rays::processor}),
                               tracedError(roughness)});

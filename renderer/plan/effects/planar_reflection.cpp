@@ -203,12 +203,14 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
          milliseconds({.triangles = double(behind.triangles),
                        .pixels = double(picture.width) * picture.height,
                        .views = 1.0,
+                       .shading = context.shading,
                        .software = limits.software}),
          mirrorError(group.roughness)}};
     if (limits.rays != Rays::none) {
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = group.share * task.width * task.height,
-                                            .rays = 1.0,
+                                            .rays = flatRays(limits.rays == Rays::processor),
+                                            .shading = context.shading,
                                             .software = limits.software,
                                             .processorRays = limits.rays == Rays::processor}),
                               tracedError(group.roughness)});

@@ -53,6 +53,7 @@ std::vector<Candidate> candidatesFor(const ViewContext& context, const ViewTask&
          milliseconds({.pixels = pixels,
                        .views = 1.0,
                        .copiedPixels = double(task.width) * task.height,
+                       .shading = context.shading,
                        .software = limits.software}),
          backdropError(solid, a.backFaces)}};
     if (limits.rays != Rays::none && !task.captured) {  // captured faces are small and blurred

@@ -6,6 +6,7 @@
 // choose a method for each surface in the view and add its passes.
 #pragma once
 
+#include "plan/cost/cost.h"
 #include "plan/graph/frame_context.h"
 #include "plan/graph/plan_builder.h"
 #include "plan/visibility/draws.h"
@@ -25,6 +26,8 @@ struct ViewContext {
     std::vector<bool> moves;  // one for each instance; empty if none moves
     Bounds sceneBounds;       // world, over all times
     std::uint64_t sceneTriangles = 0;
+    Shading shading;  // mean over surfaces
+    std::size_t curvedReflectors = 0;
     std::vector<Occluder> occluders;  // of the root view
     std::vector<Bounds> opaqueBoxes;  // see enclosureAt(); filled on first use
 };

@@ -53,14 +53,16 @@ double areaShare(const View& view, const Bounds& box, double area,
     const glm::dvec3 forward = -glm::transpose(glm::dmat3(view.viewFromWorld))[2];
     const double half = glm::dot(glm::abs(forward), 0.5 * glm::dvec3(box.extent()));
     const double nearest = glm::dot(forward, glm::dvec3(box.center())) - half;
-    constexpr double kFacing = 0.5;  // fraction of a closed surface that faces the eye
+    // Outline of a convex body, mean over directions, relative to its surface: 1/4 (Cauchy).
+    constexpr double kOutline = 0.25;
     if (view.orthographic) {
-        return perArea * area * (plane ? std::abs(glm::dot(plane->normal, forward)) : kFacing);
+        return perArea * area * (plane ? std::abs(glm::dot(plane->normal, forward)) : kOutline);
     }
     if (!(nearest > 0.0)) return 2.0;  // reaches behind the eye
     // An element dA at P with normal n projects to dA (n . P) / depth^3 on the plane at depth 1.
+    // The mean of 1 / depth^2 over an interval of depths is 1 / (nearest * farthest).
     return plane ? perArea * area * std::abs(plane->offset) / (nearest * nearest * nearest)
-                 : perArea * area * kFacing / (nearest * nearest);
+                 : perArea * area * kOutline / (nearest * (nearest + 2.0 * half));
 }
 
 double transformedArea(const glm::dmat4& worldFromMesh, double area,

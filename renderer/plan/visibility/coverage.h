@@ -17,10 +17,9 @@ inline constexpr double kBoxFill = 0.4;
 // 64 cells per axis over the bounds of all rectangles and never too small.
 double unionShare(std::span<const ScreenBox> boxes);
 
-// Upper bound of the fraction of the picture that a surface of `area` (square metres) inside `box`
-// (relative to the eye) covers; above 1 if the area gives no bound. plane: of a flat surface,
-// relative to the eye; any other surface is assumed to be closed, so that at most half of it faces
-// the eye.
+// The fraction of the picture that a surface of `area` (square metres) inside `box` (relative to
+// the eye) covers; above 1 if the area gives no estimate. plane: of a flat surface, relative to the
+// eye: an upper bound. Any other surface is taken for a convex body.
 double areaShare(const View& view, const Bounds& box, double area,
                  const std::optional<Plane>& plane);
 
