@@ -23,7 +23,7 @@ struct Prices {
     double pixelTexture;  // per pixel and texture
     double copiedPixel;   // per pixel copied without shading
     double mapSample;     // per direction and texel of a prefiltered cube
-    double rayFrame;      // per surface that traces rays
+    double raySurface;    // per surface that traces rays
     double rayPixel;      // per pixel with a ray
     double rayLight;      // per such pixel and light that reaches what its ray hits
     double raySegment;    // per such pixel and further segment of its ray
