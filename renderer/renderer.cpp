@@ -33,9 +33,12 @@ gl::Driver driverOf(Backend backend) {
     return gl::Driver::automatic;
 }
 
-Rays raysOf(RayBackend requested, bool software) {
-    const bool automatic = requested == RayBackend::automatic;
-    if (requested == RayBackend::processor || (automatic && software)) return Rays::processor;
+bool onProcessor(Computation requested, bool software) {
+    return requested == Computation::processor || (requested == Computation::automatic && software);
+}
+
+Rays raysOf(Computation requested, bool software) {
+    if (onProcessor(requested, software)) return Rays::processor;
     return GpuTracer::supported() ? Rays::shader : Rays::none;
 }
 
@@ -68,7 +71,9 @@ struct Renderer::State {
                   .maxAnisotropy = identity.maxAnisotropy,
                   .software = identity.software,
                   .rays = raysOf(options.rays, identity.software),
-                  .maxRecordSamples = identity.maxIntegerSamples}),
+                  .maxRecordSamples = identity.maxIntegerSamples,
+                  .display = onProcessor(options.display, identity.software) ? Storage::processor
+                                                                             : Storage::driver}),
           maxShadedSamples(options.maxShadedSamples),
           onReset(options.onReset) {
         context.firstUse().whenCompiling = options.onCompiling;

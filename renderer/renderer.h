@@ -23,12 +23,13 @@
 namespace clerestory {
 
 enum class Backend { automatic, software, hardware };
-// Where rays are followed; automatic: on the processor if the driver is software.
-enum class RayBackend { automatic, shader, processor };
+// Where a part of a frame is computed; automatic: on the processor if the driver is software.
+enum class Computation { automatic, shader, processor };
 
 struct RendererOptions {
     Backend backend = Backend::automatic;
-    RayBackend rays = RayBackend::automatic;
+    Computation rays = Computation::automatic;
+    Computation display = Computation::automatic;  // tone mapping and edge filter
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
     // Maximum number of samples that a frame shades (plan/graph/work.h); 0: no limit.
     std::uint64_t maxShadedSamples = 0;

@@ -320,6 +320,14 @@ void Framebuffer::readFloats(std::span<float> rgba) const {
                  rgba.data());
 }
 
+void Framebuffer::readHalves(std::span<std::uint64_t> rgba) const {
+    assert(rgba.size() == std::size_t{width_} * height_);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(0, 0, static_cast<int>(width_), static_cast<int>(height_), GL_RGBA, GL_HALF_FLOAT,
+                 rgba.data());
+}
+
 void Framebuffer::readWords(const Rect& part, std::span<std::byte> rgba) const {
     assert(rgba.size() == std::size_t{16} * part.width * part.height);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());

@@ -29,6 +29,9 @@ struct Image {
 };
 
 Image makeImage(std::uint32_t width, std::uint32_t height, std::uint32_t channels, PixelType type);
+// The same in the memory of `image`; the pixels have any values.
+void reshape(Image& image, std::uint32_t width, std::uint32_t height, std::uint32_t channels,
+             PixelType type);
 
 // Checks for encoders: throws std::runtime_error, naming the format, unless the image has pixels,
 // this type, one of these channel counts, as much data as its size requires, and no edge above

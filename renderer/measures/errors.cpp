@@ -33,7 +33,8 @@ namespace glsl {
 using namespace glm;
 using uint = unsigned int;
 #include "shaders/include/optics.glsl"
-// Requires optics.glsl.
+// After optics.glsl, which they need.
+#include "shaders/include/srgb.glsl"
 #include "shaders/include/tonemap.glsl"
 }  // namespace glsl
 #pragma GCC diagnostic pop

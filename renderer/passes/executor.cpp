@@ -78,6 +78,7 @@ void Executor::forget(const Scene& scene) {
 }
 
 Image Executor::readBack(const FramePlan& plan, const Target& output) {
+    if (output.spec().storage == Storage::processor) return std::move(output.picture().image);
     const gl::Framebuffer& source = output.readable();
     const std::uint32_t width = source.width(), height = source.height();
     if (output.spec().format == Format::srgba8) {

@@ -29,7 +29,8 @@ struct PassResources {
     gl::Buffer viewBlock, reflectionBlock, prefilterBlock, filterBlock;
     gl::VertexArray noVertices;
     gl::Texture environmentBrdf;
-    gl::Texture darkness;  // a black cube, for plans without an environment
+    gl::Texture darkness;                 // a black cube, for plans without an environment
+    std::vector<std::uint64_t> radiance;  // halves of a picture, read back for tone mapping
     DrawCounters counters;
 };
 

@@ -83,11 +83,23 @@ void execute(PassResources& resources, const PassInput& input, const Glow& work)
 }
 
 void execute(PassResources& resources, const PassInput& input, const ToneMapping& work) {
+    if (input.target().spec().storage == Storage::processor) {
+        const gl::Framebuffer& source = input.read(work.source).readable();
+        resources.radiance.resize(std::size_t{source.width()} * source.height());
+        source.readHalves(resources.radiance);
+        display::toneMap({source.width(), source.height(), resources.radiance}, work.curve,
+                         work.exposureFactor, work.edgeFilterFollows, input.target().picture());
+        return;
+    }
     setParameters(resources, work.exposureFactor, work.edgeFilterFollows ? 1.0f : 0.0f);
     drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve));
 }
 
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work) {
+    if (input.target().spec().storage == Storage::processor) {
+        display::smoothEdges(input.read(work.source).picture(), input.target().picture().image);
+        return;
+    }
     drawFilter(resources, input, work, "edge_filter.frag");
 }
 

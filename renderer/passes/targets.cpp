@@ -45,63 +45,69 @@ bool matches(const TargetSpec& existing, const TargetSpec& requested) {
 
 }  // namespace
 
-Target::Target(const TargetSpec& spec)
-    : spec_(spec),
-      color_(
-          {.kind = spec.kind == TargetKind::cube ? gl::TextureKind::cube : gl::TextureKind::plane,
-           .format = textureFormat(spec.format),
-           .width = spec.width,
-           .height = spec.height,
-           .levels = spec.levels,
-           .samples = spec.format == Format::rgba32ui ? spec.samples : 1,
-           .alike = spec.kind == TargetKind::plane}) {
-    if (spec.depth) {
-        depth_.emplace(gl::RenderFormat::depth32f, spec.width, spec.height, spec.samples);
+Target::Target(const TargetSpec& spec) : spec_(spec) {
+    if (spec.storage == Storage::processor)
+        picture_ = std::make_unique<display::Picture>();
+    else
+        makeTextures();
+}
+
+void Target::makeTextures() {
+    color_.emplace(gl::TextureDescription{
+        .kind = spec_.kind == TargetKind::cube ? gl::TextureKind::cube : gl::TextureKind::plane,
+        .format = textureFormat(spec_.format),
+        .width = spec_.width,
+        .height = spec_.height,
+        .levels = spec_.levels,
+        .samples = spec_.format == Format::rgba32ui ? spec_.samples : 1,
+        .alike = spec_.kind == TargetKind::plane});
+    if (spec_.depth) {
+        depth_.emplace(gl::RenderFormat::depth32f, spec_.width, spec_.height, spec_.samples);
     }
-    gl::FramebufferDescription description{.color = &color_,
+    gl::FramebufferDescription description{.color = &*color_,
                                            .depth = depth_ ? &*depth_ : nullptr,
-                                           .width = spec.width,
-                                           .height = spec.height};
-    for (std::uint32_t level = 0; level < spec.levels; ++level) {
+                                           .width = spec_.width,
+                                           .height = spec_.height};
+    for (std::uint32_t level = 0; level < spec_.levels; ++level) {
         const auto odd = [&](std::uint32_t edge) {
             const std::uint32_t larger = level > 0 ? edge >> (level - 1) : 0;
             return larger > 1 && larger % 2 == 1;
         };
-        gl::TextureDescription half = color_.description();
+        gl::TextureDescription half = color_->description();
         half.kind = gl::TextureKind::plane;
-        half.width = 2 * std::max(1u, spec.width >> level);
-        half.height = 2 * std::max(1u, spec.height >> level);
+        half.width = 2 * std::max(1u, spec_.width >> level);
+        half.height = 2 * std::max(1u, spec_.height >> level);
         half.levels = 1;
-        const bool needed = odd(spec.width) || odd(spec.height);
+        const bool needed = odd(spec_.width) || odd(spec_.height);
         intermediates_.push_back(needed ? std::make_unique<Intermediate>(half) : nullptr);
     }
-    if (spec.kind == TargetKind::cube) {
-        for (std::uint32_t i = 0; i < 6 * spec.levels; ++i) {
+    if (spec_.kind == TargetKind::cube) {
+        for (std::uint32_t i = 0; i < 6 * spec_.levels; ++i) {
             description.level = i / 6;
             description.face = i % 6;
-            description.width = std::max(1u, spec.width >> description.level);
-            description.height = std::max(1u, spec.height >> description.level);
+            description.width = std::max(1u, spec_.width >> description.level);
+            description.height = std::max(1u, spec_.height >> description.level);
             if (description.level > 0) description.depth = nullptr;
             drawn_.emplace_back(description);
         }
         return;
     }
-    if (spec.samples > 1 && spec.format != Format::rgba32ui) {
+    if (spec_.samples > 1 && spec_.format != Format::rgba32ui) {
         resolved_.emplace(gl::FramebufferDescription{
-            .color = &color_, .width = spec.width, .height = spec.height});
+            .color = &*color_, .width = spec_.width, .height = spec_.height});
         colorSamples_.emplace(
-            spec.format == Format::rgba32f ? gl::RenderFormat::rgba32f : gl::RenderFormat::rgba16f,
-            spec.width, spec.height, spec.samples);
+            spec_.format == Format::rgba32f ? gl::RenderFormat::rgba32f : gl::RenderFormat::rgba16f,
+            spec_.width, spec_.height, spec_.samples);
         description.color = nullptr;
         description.colorSamples = &*colorSamples_;
     }
     drawn_.emplace_back(description);
-    for (std::uint32_t level = 1; level < spec.levels; ++level) {
+    for (std::uint32_t level = 1; level < spec_.levels; ++level) {
         drawn_.emplace_back(
-            gl::FramebufferDescription{.color = &color_,
+            gl::FramebufferDescription{.color = &*color_,
                                        .level = level,
-                                       .width = std::max(1u, spec.width >> level),
-                                       .height = std::max(1u, spec.height >> level)});
+                                       .width = std::max(1u, spec_.width >> level),
+                                       .height = std::max(1u, spec_.height >> level)});
     }
 }
 
@@ -129,7 +135,7 @@ void Target::halve(const gl::Framebuffer& from, const gl::Framebuffer& to,
 }
 
 gl::FramebufferDescription Target::drawnDescription(std::uint32_t face) const {
-    return {.color = colorSamples_ ? nullptr : &color_,
+    return {.color = colorSamples_ ? nullptr : &*color_,
             .face = face,
             .colorSamples = colorSamples_ ? &*colorSamples_ : nullptr,
             .depth = depth_ ? &*depth_ : nullptr,

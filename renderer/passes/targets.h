@@ -2,6 +2,7 @@
 // one creates none.
 #pragma once
 
+#include "display/display.h"
 #include "gl/texture.h"
 #include "plan/planner.h"
 
@@ -14,12 +15,14 @@
 
 namespace clerestory {
 
+// Of processor storage it is picture(), and nothing else; otherwise the rest.
 class Target {
 public:
     explicit Target(const TargetSpec& spec);
 
     const TargetSpec& spec() const { return spec_; }
-    const gl::Texture& texture() const { return color_; }
+    display::Picture& picture() const { return *picture_; }
+    const gl::Texture& texture() const { return *color_; }
     // For drawing: level 0 (of a cube, of one face); multisampled if the spec says so.
     const gl::Framebuffer& drawn(std::uint32_t face = 0) const { return drawn_[face]; }
     const gl::Framebuffer& face(std::uint32_t level, std::uint32_t face) const {
@@ -47,8 +50,11 @@ private:
     };
     void halve(const gl::Framebuffer& from, const gl::Framebuffer& to, std::uint32_t level) const;
 
+    void makeTextures();
+
     TargetSpec spec_;
-    gl::Texture color_;
+    std::unique_ptr<display::Picture> picture_;
+    std::optional<gl::Texture> color_;
     std::optional<gl::Renderbuffer> colorSamples_, depth_;
     std::vector<gl::Framebuffer> drawn_;
     std::optional<gl::Framebuffer> resolved_;

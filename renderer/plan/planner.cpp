@@ -90,7 +90,7 @@ void planColorFrame(const FrameContext& context, const FrameRequest& request, co
         plan.skipped.push_back(
             {"toneMap", Effect::base, "the output format holds linear radiance"});
     } else {
-        planDisplay(plan, request, picture, exposureFactor);
+        planDisplay(plan, request, picture, exposureFactor, context.limits.display);
     }
 }
 

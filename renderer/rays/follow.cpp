@@ -1,15 +1,13 @@
 #include "rays/follow.h"
 
+#include "image/bands.h"
 #include "rays/glsl.h"
 #include "shaders/include/bindings.glsl"
 
 #include <glm/gtc/packing.hpp>
 
-#include <sched.h>
-
 #include <algorithm>
 #include <atomic>
-#include <thread>
 #include <vector>
 
 namespace clerestory::rays {
@@ -247,32 +245,15 @@ shader::Scene sceneOf(const Surroundings& s) {
     return scene;
 }
 
-std::atomic<std::uint32_t> threadLimit{0};
-
-// Those that this thread may use; std::thread::hardware_concurrency() counts others, too.
-std::uint32_t processors() {
-    cpu_set_t allowed;
-    if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return 1;
-    return static_cast<std::uint32_t>(std::max(1, CPU_COUNT(&allowed)));
-}
-
 // Runs work(first, end) for parts of the rows on all processors.
 template <class Work>
 void inParallel(std::uint32_t rows, const shader::Scene& scene, const Work& work) {
     constexpr std::uint32_t kRowsAtOnce = 8;
-    std::atomic<std::uint32_t> next{0};
-    const auto loop = [&] {
+    forEachBand(rows, kRowsAtOnce, [&](std::uint32_t first, std::uint32_t end) {
         shader::scene = &scene;
-        for (std::uint32_t first; (first = next.fetch_add(kRowsAtOnce)) < rows;) {
-            work(first, std::min(first + kRowsAtOnce, rows));
-        }
+        work(first, end);
         shader::scene = nullptr;
-    };
-    std::vector<std::jthread> others;
-    const std::uint32_t allowed = threadLimit > 0 ? threadLimit.load() : processors();
-    const std::uint32_t threads = std::min(allowed, rows / kRowsAtOnce + 1);
-    for (std::uint32_t i = 1; i < threads; ++i) others.emplace_back(loop);
-    loop();
+    });
 }
 
 // The rays of one list, and what is known of their paths so far.
@@ -367,10 +348,6 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density, s
         });
     }
     return followed;
-}
-
-void limitThreads(std::uint32_t threads) {
-    threadLimit = threads;
 }
 
 }  // namespace clerestory::rays

@@ -75,8 +75,4 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density, s
                      std::span<const Earlier> earlier, std::span<glm::vec4> radiance,
                      Scratch& scratch);
 
-// From now on follow() uses at most this number of threads. 0: one for each processor that the
-// calling thread may use, as at the start of the program.
-void limitThreads(std::uint32_t threads);
-
 }  // namespace clerestory::rays

@@ -14,9 +14,9 @@ void addRendererFlags(CLI::App& command, Config& config) {
     static const std::map<std::string, Backend> kBackends = {{"auto", Backend::automatic},
                                                              {"software", Backend::software},
                                                              {"hardware", Backend::hardware}};
-    static const std::map<std::string, RayBackend> kRays = {{"auto", RayBackend::automatic},
-                                                            {"shader", RayBackend::shader},
-                                                            {"cpu", RayBackend::processor}};
+    static const std::map<std::string, Computation> kRays = {{"auto", Computation::automatic},
+                                                            {"shader", Computation::shader},
+                                                            {"cpu", Computation::processor}};
     command
         .add_option("--rays", config.renderer.rays,
                     "where rays of mirrors and glass are followed: auto, shader or cpu")

@@ -5,7 +5,7 @@
 #include "server/worker/confinement.h"
 #include "server/worker/messages.h"
 
-#include "rays/follow.h"
+#include "image/bands.h"
 
 #include <sched.h>
 
@@ -195,7 +195,7 @@ void shareProcessors(std::size_t renderers) {
     const auto processors = static_cast<std::size_t>(known ? CPU_COUNT(&allowed) : 1);
     const std::size_t share = std::max<std::size_t>(1, processors / renderers);
     setenv("LP_NUM_THREADS", std::to_string(share > 1 ? share : 0).c_str(), 0);
-    rays::limitThreads(static_cast<std::uint32_t>(share));
+    limitBandThreads(static_cast<std::uint32_t>(share));
 }
 
 }  // namespace

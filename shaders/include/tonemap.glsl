@@ -1,5 +1,6 @@
 // From linear radiance to what a display shows. Needs optics.glsl before it (radianceFinite).
 // Every curve takes any input, also NaN and infinity, and returns linear display light in 0..1.
+// Without branches: renderer/display compiles them for several pixels at a time.
 #ifndef CLERESTORY_TONEMAP_GLSL
 #define CLERESTORY_TONEMAP_GLSL
 
@@ -13,18 +14,15 @@ vec3 toneMapNeutral(vec3 radiance) {
     const float kStart = 0.76f;  // 0.8 - 0.04
     const float kDesaturation = 0.15f;
     vec3 c = radianceFinite(radiance);
-    float low = min(c.x, min(c.y, c.z));
-    float offset = low < 0.08f ? low - 6.25f * low * low : 0.04f;
-    c = c - offset;
-    float peak = max(c.x, max(c.y, c.z));
-    if (peak < kStart) {
-        return max(c, vec3(0.0f));
-    }
+    float low = min(min(c.x, min(c.y, c.z)), 0.08f);
+    c = c - (low - 6.25f * low * low);  // from 0.08 on: 0.04
+    // At the start of the roll-off the curve is the identity, so that darker colours need no case.
+    float peak = max(max(c.x, max(c.y, c.z)), kStart);
     float room = 1.0f - kStart;
     float newPeak = 1.0f - room * room / (peak + room - kStart);
-    c = c * (newPeak / peak);
     float white = 1.0f - 1.0f / (kDesaturation * (peak - newPeak) + 1.0f);
-    return clamp(mix(c, vec3(newPeak), white), 0.0f, 1.0f);
+    c = c * (newPeak / peak);
+    return clamp(mix(c, vec3(newPeak), white), vec3(0.0f), vec3(1.0f));
 }
 
 // Stephen Hill's fit of the ACES reference rendering and sRGB output transforms: into a wider
@@ -39,23 +37,7 @@ vec3 toneMapAces(vec3 radiance) {
     return clamp(vec3(dot(vec3(1.60475f, -0.53108f, -0.07367f), b),
                       dot(vec3(-0.10208f, 1.10813f, -0.00605f), b),
                       dot(vec3(-0.00327f, -0.07276f, 1.07602f), b)),
-                 0.0f, 1.0f);
-}
-
-// IEC 61966-2-1, both ways; the argument is clamped to 0..1.
-float srgbFromLinear(float linearValue) {
-    float x = min(radianceFinite(linearValue), 1.0f);
-    return x <= 0.0031308f ? 12.92f * x : 1.055f * pow(x, 1.0f / 2.4f) - 0.055f;
-}
-vec3 srgbFromLinear(vec3 c) {
-    return vec3(srgbFromLinear(c.x), srgbFromLinear(c.y), srgbFromLinear(c.z));
-}
-float linearFromSrgb(float srgbValue) {
-    float x = min(radianceFinite(srgbValue), 1.0f);
-    return x <= 0.04045f ? x / 12.92f : pow((x + 0.055f) / 1.055f, 2.4f);
-}
-vec3 linearFromSrgb(vec3 c) {
-    return vec3(linearFromSrgb(c.x), linearFromSrgb(c.y), linearFromSrgb(c.z));
+                 vec3(0.0f), vec3(1.0f));
 }
 
 #endif

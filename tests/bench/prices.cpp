@@ -70,7 +70,7 @@ FrameRequest frameOf(const Scene& scene, std::uint32_t width, std::uint32_t heig
 
 class Measurement {
 public:
-    Measurement(RayBackend rays, int rounds)
+    Measurement(Computation rays, int rounds)
         : renderer_(RendererOptions{.rays = rays}), rounds_(rounds) {}
 
     const Renderer& renderer() const { return renderer_; }
@@ -248,7 +248,7 @@ void addRays(Measurement& measure, std::vector<Price>& prices, const Prices& mod
 
 std::vector<Price> measurePrices(int rounds) {
     std::vector<Price> prices;
-    Measurement measure(RayBackend::automatic, rounds);
+    Measurement measure(Computation::automatic, rounds);
     const bool software = measure.renderer().identity().software;
     const Prices& model = pricesOf(software, software);
     addShading(measure, prices, model);
@@ -256,7 +256,7 @@ std::vector<Price> measurePrices(int rounds) {
     addCopies(measure, prices, model);
     addCubes(measure, prices, model);
     if (software) addRays(measure, prices, model, "processor");
-    Measurement shader(RayBackend::shader, rounds);
+    Measurement shader(Computation::shader, rounds);
     addRays(shader, prices, pricesOf(software, false), "shader");
     return prices;
 }

@@ -1,5 +1,6 @@
 // Twirl, convolution and glow compared with the same filters on the CPU, and their invariants.
 #include "plan/request/filter_request.h"
+#include "scene/builtin/builtin_scenes.h"
 #include "support.h"
 #include "tests/support/filter_truth.h"
 
@@ -362,5 +363,46 @@ TEST_F(Filters, StayFiniteAndNeverNegative) {
             EXPECT_EQ(target.nonFinite, 0u) << target.target;
             EXPECT_EQ(target.negative, 0u) << target.target;
         }
+    }
+}
+
+// A software driver leaves tone mapping and the edge filter to the processor. Both ways differ by
+// rounding: of a tone-mapped code, and of codes between which the edge filter blends.
+TEST(Display, TheProcessorGivesThePictureOfTheShaders) {
+    Renderer shaders({.display = Computation::shader, .debugOutput = true});
+    Renderer processor({.display = Computation::processor, .debugOutput = true});
+    for (const char* id : {"teapots", "chapel"}) {
+        for (Renderer* renderer : {&shaders, &processor}) {
+            renderer->addScene(*makeBuiltinScene(id));
+        }
+        for (const ToneMap curve : {ToneMap::neutral, ToneMap::aces, ToneMap::linear}) {
+            for (const bool edgeFilter : {false, true}) {
+                FrameRequest r;
+                r.scene = id;
+                r.width = 325;  // odd, so that rows have a rest
+                r.height = 181;
+                r.toneMap = curve;
+                r.exposure = 0.7;
+                r.accuracy = accuracyOf(Preset::draft);
+                r.accuracy.edgeFilter = edgeFilter;
+                r.output.format = OutputFormat::png;
+                const Frame a = shaders.render(r), b = processor.render(r);
+                ASSERT_EQ(a.image.data.size(), b.image.data.size());
+                EXPECT_EQ(a.plan.passes.size(), b.plan.passes.size());
+                std::size_t sum = 0, far = 0;
+                for (std::size_t i = 0; i < a.image.data.size(); ++i) {
+                    const int difference = std::abs(a.image.bytes()[i] - b.image.bytes()[i]);
+                    // Where the contrast is as large as the least one, only one may blend.
+                    ASSERT_LE(difference, 16) << id << ' ' << i;
+                    sum += static_cast<std::size_t>(difference);
+                    far += difference > 1;
+                }
+                // A driver may be 0.6 codes off.
+                EXPECT_LE(sum, a.image.data.size() / 5) << id;
+                EXPECT_LE(far, a.image.data.size() / 1000) << id;
+            }
+        }
+        EXPECT_THAT(shaders.driverMessages(), testing::IsEmpty());
+        EXPECT_THAT(processor.driverMessages(), testing::IsEmpty());
     }
 }

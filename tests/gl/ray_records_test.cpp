@@ -12,10 +12,10 @@ using namespace clerestory::test;
 
 namespace {
 
-Renderer& tracing(RayBackend rays) {
-    static Renderer shader({.rays = RayBackend::shader, .debugOutput = true});
-    static Renderer processor({.rays = RayBackend::processor, .debugOutput = true});
-    Renderer& chosen = rays == RayBackend::shader ? shader : processor;
+Renderer& tracing(Computation rays) {
+    static Renderer shader({.rays = Computation::shader, .debugOutput = true});
+    static Renderer processor({.rays = Computation::processor, .debugOutput = true});
+    Renderer& chosen = rays == Computation::shader ? shader : processor;
     for (const char* id : {"teapots", "chapel", "meadow", "six-walls"}) {
         if (!chosen.hasScene(id)) chosen.addScene(*makeBuiltinScene(id));
     }
@@ -64,8 +64,8 @@ std::uint64_t paths(const Frame& frame) {
 TEST(RayRecords, AgreeWithTheShadersRays) {
     for (const char* scene : {"teapots", "chapel", "meadow"}) {
         const FrameRequest r = traced(scene, Preset::fine);
-        const Frame shader = tracing(RayBackend::shader).render(r);
-        const Frame processor = tracing(RayBackend::processor).render(r);
+        const Frame shader = tracing(Computation::shader).render(r);
+        const Frame processor = tracing(Computation::processor).render(r);
         EXPECT_EQ(paths(shader), 0u) << scene;
         EXPECT_GT(paths(processor), 100u) << scene;
         const Difference d = difference(shader.image, processor.image);
@@ -80,12 +80,12 @@ TEST(RayRecords, SamplesOfAPixelShareAPath) {
     FrameRequest r = traced("six-walls", Preset::fine);
     r.width = 480;
     r.height = 270;
-    const Frame one = tracing(RayBackend::processor).render(r);
+    const Frame one = tracing(Computation::processor).render(r);
     r.accuracy.samples = 4;
-    const Frame four = tracing(RayBackend::processor).render(r);
+    const Frame four = tracing(Computation::processor).render(r);
     EXPECT_GT(paths(four), paths(one));
     EXPECT_LT(paths(four), 2.5 * paths(one)) << "without sharing, 4 times as many";
-    const Difference d = difference(tracing(RayBackend::shader).render(r).image, four.image);
+    const Difference d = difference(tracing(Computation::shader).render(r).image, four.image);
     EXPECT_LT(d.share, 0.006);
     EXPECT_LT(d.relative, 1e-3);
 }
@@ -93,7 +93,7 @@ TEST(RayRecords, SamplesOfAPixelShareAPath) {
 TEST(RayRecords, EqualRequestsGiveEqualBytes) {
     for (const Preset preset : {Preset::draft, Preset::standard}) {
         const FrameRequest r = traced("chapel", preset);
-        Renderer& renderer = tracing(RayBackend::processor);
+        Renderer& renderer = tracing(Computation::processor);
         const Frame first = renderer.render(r);
         renderer.render(traced("teapots", preset));
         EXPECT_EQ(renderer.render(r).image.data, first.image.data);
@@ -109,7 +109,7 @@ TEST(RayRecords, OneThreadGivesTheBytesOfSeveral) {
         if (CPU_ISSET(i, &all)) CPU_SET(i, &one);
     }
     const FrameRequest r = traced("teapots", Preset::standard);
-    Renderer& renderer = tracing(RayBackend::processor);
+    Renderer& renderer = tracing(Computation::processor);
     const Frame several = renderer.render(r);
     ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
     const Frame single = renderer.render(r);
@@ -119,7 +119,7 @@ TEST(RayRecords, OneThreadGivesTheBytesOfSeveral) {
 
 // Fewer paths where neighbours agree, at a bounded difference from a path for every pixel.
 TEST(RayRecords, PresetsFollowFewerPathsWhereNeighboursAgree) {
-    Renderer& renderer = tracing(RayBackend::processor);
+    Renderer& renderer = tracing(Computation::processor);
     FrameRequest r = traced("teapots", Preset::fine);
     r.width = 480;
     r.height = 270;
@@ -135,7 +135,7 @@ TEST(RayRecords, PresetsFollowFewerPathsWhereNeighboursAgree) {
 }
 
 TEST(RayRecords, ShaderProgramsHoldNoTraversal) {
-    Renderer& renderer = tracing(RayBackend::processor);
+    Renderer& renderer = tracing(Computation::processor);
     const FramePlan plan = renderer.plan(traced("teapots", Preset::standard));
     std::size_t recording = 0, following = 0;
     for (const Pass& pass : plan.passes) {

@@ -11,8 +11,8 @@ namespace clerestory::test {
 Renderer& renderer() {
     const char* rays = std::getenv("CLERESTORY_TEST_RAYS");
     static Renderer instance({.rays = rays && std::string_view(rays) == "shader"
-                                          ? RayBackend::shader
-                                          : RayBackend::automatic,
+                                          ? Computation::shader
+                                          : Computation::automatic,
                               .debugOutput = true});
     return instance;
 }

@@ -16,6 +16,7 @@ using uint = unsigned int;
 #include "glass.glsl"
 #include "reflection_lookup.glsl"
 #include "sampling.glsl"
+#include "srgb.glsl"
 #include "tonemap.glsl"
 }  // namespace
 }  // namespace twin

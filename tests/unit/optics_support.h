@@ -22,6 +22,7 @@ using uint = unsigned int;
 #include "shaders/include/glass.glsl"
 #include "shaders/include/reflection_lookup.glsl"
 #include "shaders/include/sampling.glsl"
+#include "shaders/include/srgb.glsl"
 #include "shaders/include/tonemap.glsl"
 }  // namespace
 }  // namespace glsl

@@ -11,8 +11,9 @@ TargetId addTarget(FramePlan& plan, TargetSpec spec) {
 }  // namespace
 
 void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance,
-                 float exposureFactor) {
-    const TargetSpec display{.format = Format::srgba8, .width = plan.width, .height = plan.height};
+                 float exposureFactor, Storage storage) {
+    const TargetSpec display{
+        .format = Format::srgba8, .storage = storage, .width = plan.width, .height = plan.height};
     TargetSpec toneMapped = display;
     toneMapped.name = "display";
     plan.output = addTarget(plan, toneMapped);

@@ -7,8 +7,8 @@
 namespace clerestory {
 
 // Adds the passes and sets plan.output. `radiance` holds the finished picture, which is multiplied
-// by exposureFactor.
+// by exposureFactor; the display pictures are in `storage`.
 void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance,
-                 float exposureFactor);
+                 float exposureFactor, Storage storage);
 
 }  // namespace clerestory

@@ -1,6 +1,7 @@
 // Everything except the request on which a plan depends.
 #pragma once
 
+#include "plan/graph/target.h"
 #include "scene/environment.h"
 #include "scene/scene.h"
 
@@ -23,6 +24,7 @@ struct DeviceLimits {
     bool software = true;
     Rays rays = Rays::shader;
     std::uint32_t maxRecordSamples = 4;  // of records of rays
+    Storage display = Storage::driver;   // where tone mapping and the edge filter work
     bool operator==(const DeviceLimits&) const = default;
 };
 

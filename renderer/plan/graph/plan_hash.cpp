@@ -5,10 +5,11 @@ namespace {
 
 // Hashes everything except the name and the identity of the content.
 void addTarget(PlanHash& hash, const TargetSpec& target) {
-    const auto& [name, kind, format, width, height, levels, samples, depth, residentKey,
+    const auto& [name, kind, format, storage, width, height, levels, samples, depth, residentKey,
                  inputsHash] = target;
     hash.add(kind);
     hash.add(format);
+    hash.add(storage);
     hash.add(width);
     hash.add(height);
     hash.add(levels);

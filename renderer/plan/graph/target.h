@@ -13,11 +13,15 @@ inline constexpr TargetId kNoTarget = 0xffffffffu;
 enum class TargetKind { plane, cube };
 enum class Format { rgba16f, rgba32f, srgba8, rgba32ui };
 std::string_view nameOf(Format format);
+// Where texels are: in textures of the driver, or in the program's memory. The latter is for planes
+// of srgba8 that ToneMapping and EdgeFilter write.
+enum class Storage { driver, processor };
 
 struct TargetSpec {
     std::string name;
     TargetKind kind = TargetKind::plane;
     Format format = Format::rgba16f;
+    Storage storage = Storage::driver;
     std::uint32_t width = 0;  // texels; of a cube, of one face
     std::uint32_t height = 0;
     std::uint32_t levels = 1;
