@@ -45,8 +45,11 @@ Surface coveredByPixel(Surface s) {
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
     // Bumps whose roughness is a picture's as well: their spread is not known, and it would cost.
-    if (!has(FEATURE_NORMAL_MAP) || !has(FEATURE_DEFAULT_NUMBERS)) s = coveredByPixel(s);
+    bool bumps = has(FEATURE_NORMAL_MAP) && has(FEATURE_DEFAULT_NUMBERS);
+    if (!bumps && !has(FEATURE_WIDE_LOBE)) s = coveredByPixel(s);
     if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, HARMONIC_ROWS);
+    const int first = int((uint(VIEW) >> VIEW_LAMPS_SHIFT) & VIEW_LAMPS_MASK);
+    if (first > 0) return firstLampsLight(s, positionEye, first);
     return lampsLight(s, positionEye, int(drawNumbers.x), int(drawNumbers.y));
 }
 

@@ -18,8 +18,9 @@ namespace {
 constexpr std::uint32_t kTrianglesPerSubmission = 32'000;
 
 gl::Texture brdfTexture() {
-    gl::Texture texture(
-        {.format = gl::TextureFormat::rg16f, .width = kEnvironmentBrdfSize, .height = kEnvironmentBrdfSize});
+    gl::Texture texture({.format = gl::TextureFormat::rg16f,
+                         .width = kEnvironmentBrdfSize,
+                         .height = kEnvironmentBrdfSize});
     const std::vector<glm::vec2> table = environmentBrdfTable(kEnvironmentBrdfSize);
     texture.upload(0, 0, std::as_bytes(std::span(table)));
     return texture;
@@ -60,7 +61,16 @@ std::uint32_t viewBits(const PassInput& input, const View& view) {
     const std::vector<PlacedLight>& lights = input.plan.lights;
     std::uint32_t bits = 0;
     if (view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
-    if (lights.size() == 1 && lights.front().kind == LightKind::directional) bits |= VIEW_SUN_ONLY;
+    if (lights.size() == 1 && lights.front().kind == LightKind::directional) {
+        return bits | VIEW_SUN_ONLY;
+    }
+    // Without a limit they reach every draw, whose list is then the first of the table.
+    const bool limited = std::any_of(lights.begin(), lights.end(), [](const PlacedLight& light) {
+        return light.kind == LightKind::spot || light.range > 0.0f;
+    });
+    if (!limited && lights.size() <= VIEW_LAMPS_MASK) {
+        bits |= static_cast<std::uint32_t>(lights.size()) << VIEW_LAMPS_SHIFT;
+    }
     return bits;
 }
 

@@ -119,7 +119,8 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
                       .materials = materials,
                       .materialsHash = hashOf(materials),
                       .surfaces = surfaces,
-                      .lights = plan.lights};
+                      .lights = plan.lights,
+                      .environment = context.environment};
     const ViewTask root{.view = requestedView(request.camera, context.scene, context.pose,
                                               request.width, request.height),
                         .width = request.width,

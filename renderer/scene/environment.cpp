@@ -166,59 +166,18 @@ EnvironmentMap environmentFromEquirectangular(std::string name,
             }
         }
     }
-    updateContentHash(map);
+    completeMap(map);
     return map;
 }
 
-std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map) {
-    std::array<glm::dvec3, 9> sums{};
-    double sphere = 0.0;
-    std::size_t texel = 0;
-    for (std::uint32_t face = 0; face < 6; ++face) {
-        for (std::uint32_t y = 0; y < map.faceSize; ++y) {
-            // Summed by rows for precision and speed.
-            std::array<glm::dvec3, 9> row{};
-            for (std::uint32_t x = 0; x < map.faceSize; ++x) {
-                const glm::dvec3 d(cubeTexelDirection(face, x, y, map.faceSize));
-                const double inverse = 1.0 / std::sqrt(glm::dot(d, d));
-                const glm::dvec3 n = d * inverse;
-                // The solid angle of a texel is proportional to 1 / distance^3.
-                const double weight = inverse * inverse * inverse;
-                const glm::dvec3 light = weight * glm::dvec3(map.texels[texel++]);
-                const std::array<double, 9> basis{1.0,
-                                                  n.y,
-                                                  n.z,
-                                                  n.x,
-                                                  n.x * n.y,
-                                                  n.y * n.z,
-                                                  3.0 * n.z * n.z - 1.0,
-                                                  n.x * n.z,
-                                                  n.x * n.x - n.y * n.y};
-                sphere += weight;
-                for (std::size_t i = 0; i < 9; ++i) row[i] += basis[i] * light;
-            }
-            for (std::size_t i = 0; i < 9; ++i) sums[i] += row[i];
-        }
-    }
-    // The squared constants of Y times 4 pi, and the factor of the cosine lobe for each band over
-    // pi.
-    constexpr std::array<double, 9> kSquares{1, 3, 3, 3, 15, 15, 5.0 / 4.0, 15, 15.0 / 4.0};
-    constexpr std::array<double, 3> kCosine{1.0, 2.0 / 3.0, 1.0 / 4.0};
-    std::array<glm::vec3, 9> result{};
-    for (std::size_t i = 0; i < 9 && sphere > 0.0; ++i) {
-        const std::size_t band = i == 0 ? 0 : i < 4 ? 1 : 2;
-        result[i] = glm::vec3(sums[i] * (kSquares[i] * kCosine[band] / sphere));
-    }
-    return result;
-}
-
-void updateContentHash(EnvironmentMap& map) {
+void completeMap(EnvironmentMap& map) {
     std::uint64_t hash = hashOfBytes(std::as_bytes(std::span(map.texels)), map.faceSize);
     if (map.sun) {
         const std::array<glm::vec3, 2> sun{map.sun->toSun, map.sun->irradiance};
         hash = hashOfBytes(std::as_bytes(std::span(sun)), hash);
     }
     map.contentHash = hash;
+    map.harmonicErrors = harmonicErrors(map);
 }
 
 glm::vec2 environmentBrdf(float nDotV, float roughness) {

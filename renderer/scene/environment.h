@@ -25,7 +25,9 @@ struct EnvironmentMap {
     // Finite, not negative, at most 65504 (the largest half float).
     std::vector<glm::vec3> texels;
     std::optional<Sun> sun;
+    // By completeMap():
     std::uint64_t contentHash = 0;
+    std::array<float, 4> harmonicErrors{};
 };
 
 // Direction through the centre of a texel: OpenGL's cube face table, not normalised (max |c| is 1).
@@ -52,7 +54,16 @@ EnvironmentMap environmentFromEquirectangular(std::string name,
 // constants of Y are included as well: the basis is 1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2.
 std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map);
 
-void updateContentHash(EnvironmentMap& map);
+// What nine harmonics, scaled by lobeBands() of optics.glsl, differ from the map as a lobe of GGX
+// of this roughness gathers it: root of the mean square over directions, relative to the mean of
+// the map. One for each of kHarmonicRoughness.
+inline constexpr std::array<float, 4> kHarmonicRoughness{0.7f, 0.8f, 0.9f, 1.0f};
+std::array<float, 4> harmonicErrors(const EnvironmentMap& map);
+// Between them; infinite below the first. roughness: 0..1.
+float harmonicError(const EnvironmentMap& map, float roughness);
+
+// Computes what follows from the texels and the sun, after a change of either.
+void completeMap(EnvironmentMap& map);
 
 // The split-sum approximation: a specular lobe of reflectance f0 reflects f0 * A + B of a uniform
 // environment (single scattering, GGX with height-correlated Smith, Schlick's Fresnel).

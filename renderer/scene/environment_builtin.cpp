@@ -85,7 +85,7 @@ EnvironmentMap skyEnvironment() {
     const vec3 warm(1.19f, 0.98f, 0.66f);  // luminance 1
     map.sun = Sun{.toSun = air.toSun,
                   .irradiance = warm * (0.72f * std::numbers::pi_v<float> / air.toSun.y)};
-    updateContentHash(map);
+    completeMap(map);
     return map;
 }
 
@@ -127,7 +127,7 @@ vec3 studioRadiance(const vec3& d) {
 
 EnvironmentMap studioEnvironment() {
     EnvironmentMap map = drawn("studio", "Grey studio with three soft boxes", 256, studioRadiance);
-    updateContentHash(map);
+    completeMap(map);
     return map;
 }
 
@@ -142,7 +142,7 @@ EnvironmentMap duskEnvironment() {
                   .glowShare = 0.05f};
     EnvironmentMap map = drawn("dusk", "Soft evening without a sun", 256,
                                [&](const vec3& d) { return skyRadiance(air, d); });
-    updateContentHash(map);
+    completeMap(map);
     return map;
 }
 
@@ -150,7 +150,7 @@ EnvironmentMap constantEnvironment(std::string name, const glm::vec3& radiance) 
     std::string title = "The same light from everywhere";
     EnvironmentMap map =
         drawn(std::move(name), std::move(title), 16, [&](const vec3&) { return radiance; });
-    updateContentHash(map);
+    completeMap(map);
     return map;
 }
 

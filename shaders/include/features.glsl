@@ -33,6 +33,10 @@ const uint FEATURE_BACK_FACES = 1u << 28;   // the backs of solid glass were dra
 const uint FEATURE_MAP_SAMPLES = 1u << 29;  // rough metal, seen edge-on, adds up directions
 const uint FEATURE_PACKED_NORMAL = 1u << 30;  // the normal map holds metallic and roughness too
 
+const uint FEATURE_WIDE_LOBE = 1u << 31;  // rough: mirrors harmonics, and no highlight is narrow
+
 // What holds for every draw of a view: bits of VIEW.
 const uint VIEW_ORTHOGRAPHIC = 1u << 0;
 const uint VIEW_SUN_ONLY = 1u << 1;  // the only lamp is directional, the first in the table
+const uint VIEW_LAMPS_SHIFT = 2u;    // two bits: each lit draw has the first 1, 2 or 3 lamps of the
+const uint VIEW_LAMPS_MASK = 3u;     // table, which have neither range nor cone; 0: it has a list

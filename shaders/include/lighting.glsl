@@ -124,21 +124,23 @@ vec3 sunLight(Surface s, int first) {
     return texelFetch(lightTable, first + 1).rgb * evalDirectLight(s, toLight, nDotL);
 }
 
-// Of any lamp.
-vec3 lampLight(Surface s, vec3 position, int first) {
+// Of any lamp; one that is not `limited` has neither range nor cone.
+vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
     vec4 place = texelFetch(lightTable, first);      // w: 0 for a direction
     vec4 power = texelFetch(lightTable, first + 1);  // w: 1 / range^2, 0 without a range
-    // spotAttenuation() as a line in the cosine: dot(cone.xyz, toLight) + cone.w, before clamping.
-    vec4 cone = texelFetch(lightTable, first + 2);
 
     vec3 toLight = place.xyz - position * place.w;
     float squared = max(dot(toLight, toLight), 1e-12f);
     toLight *= inversesqrt(squared);
     float nDotL = dot(s.normal, toLight);
-    float inCone = clamp(dot(cone.xyz, toLight) + cone.w, 0.0f, 1.0f);
-    float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
-    float falloff = inCone * inCone * (1.0f - inRange * inRange) /
-                    max(squared, kMinLightDistanceSquared);
+    float falloff = 1.0f / max(squared, kMinLightDistanceSquared);
+    if (limited) {
+        // spotAttenuation() as a line in the cosine: dot(cone.xyz, toLight) + cone.w, before clamping.
+        vec4 cone = texelFetch(lightTable, first + 2);
+        float inCone = clamp(dot(cone.xyz, toLight) + cone.w, 0.0f, 1.0f);
+        float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
+        falloff *= inCone * inCone * (1.0f - inRange * inRange);
+    }
     return power.rgb * falloff * evalDirectLight(s, toLight, nDotL);
 }
 
@@ -149,7 +151,7 @@ vec3 lampsLight(Surface s, vec3 position, int first, int count) {
     int end = row + count * LIGHT_ROWS;
     vec3 sum = vec3(0.0f);
     do {
-        sum += lampLight(s, position, row);
+        sum += lampLight(s, position, row, true);
         row += LIGHT_ROWS;
     } while (row < end);
     return sum;
@@ -161,16 +163,30 @@ vec3 environmentAlong(vec3 towards, float roughness) {
            view.environment.y;
 }
 
+// The first lamps of the table, without range and cone. count: a constant, so that the loop is
+// unrolled; a look-up in a place that is known costs a software rasteriser a third.
+vec3 firstLampsLight(Surface s, vec3 position, int count) {
+    vec3 sum = vec3(0.0f);
+    for (int i = 0; i < count; ++i) {
+        sum += lampLight(s, position, HARMONIC_ROWS + i * LIGHT_ROWS, false);
+    }
+    return sum;
+}
+
 // Irradiance / pi of the environment, its intensity folded in. Out of the light table, because each
 // number of a uniform block costs a software rasteriser a bounds check in every pixel:
 // 6 % of the processor time of Sponza's frame.
-vec3 diffuseAround(vec3 normal) {
+vec3 harmonicsAlong(vec3 towards, vec2 bands) {
     vec4 a = texelFetch(lightTable, 0), b = texelFetch(lightTable, 1);
     vec4 c = texelFetch(lightTable, 2), d = texelFetch(lightTable, 3);
     vec4 e = texelFetch(lightTable, 4), f = texelFetch(lightTable, 5);
     vec4 g = texelFetch(lightTable, 6);
-    return harmonics9(normal, a.xyz, vec3(a.w, b.xy), vec3(b.zw, c.x), c.yzw, d.xyz,
-                      vec3(d.w, e.xy), vec3(e.zw, f.x), f.yzw, g.xyz);
+    return harmonics9(towards, a.xyz, bands.x * vec3(a.w, b.xy), bands.x * vec3(b.zw, c.x),
+                      bands.x * c.yzw, bands.y * d.xyz, bands.y * vec3(d.w, e.xy),
+                      bands.y * vec3(e.zw, f.x), bands.y * f.yzw, bands.y * g.xyz);
+}
+vec3 diffuseAround(vec3 normal) {
+    return harmonicsAlong(normal, vec2(1.0f));
 }
 
 // What the surface makes of the light around it. mirrored: the radiance that its specular lobe

@@ -185,4 +185,12 @@ vec3 harmonics9(vec3 n, vec3 c0, vec3 c1, vec3 c2, vec3 c3, vec3 c4, vec3 c5, ve
     return max(linearPart + quadraticPart, vec3(0.0f));
 }
 
+// Factors of the linear and the quadratic coefficients with which these show what a wide lobe of GGX
+// gathers about its axis, instead of a cosine. roughness: 0.7..1; fitted to the lobe's integrals,
+// 0.003 off.
+vec2 lobeBands(float roughness) {
+    float x = 1.0f - roughness;
+    return vec2(1.0f + x * (0.32f + 0.6f * x), 1.0f + x * (1.53f + 3.45f * x));
+}
+
 #endif

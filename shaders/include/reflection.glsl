@@ -171,5 +171,7 @@ vec3 reflectedRadiance(Surface s, vec3 position) {
     if (has(FEATURE_MIRROR)) return flatMirror(s, position);
     if (has(FEATURE_TRACED_REFLECTION)) return tracedReflection(s, position);
     if (has(FEATURE_MAP_SAMPLES)) return mapLobe(s, position);
-    return mapAlong(position, reflect(-s.toEye, s.normal), s.roughness);
+    vec3 towards = reflect(-s.toEye, s.normal);
+    if (has(FEATURE_WIDE_LOBE)) return harmonicsAlong(towards, lobeBands(s.roughness));
+    return mapAlong(position, towards, s.roughness);
 }

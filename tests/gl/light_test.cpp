@@ -269,3 +269,56 @@ TEST_F(LightOnSurfaces, PartlyTransmittingSurfacesConserveUniformLight) {
         EXPECT_NEAR(centerColor(renderer().render(r).image).x, 1.0f, 5e-3f) << transmission;
     }
 }
+
+TEST_F(LightOnSurfaces, LampsWithoutLimitsShineAsThoseOfAHugeRange) {
+    for (int lamps = 1; lamps <= 4; ++lamps) {
+        Image images[2];
+        for (const float range : {0.0f, 1e9f}) {
+            Scene scene;
+            place(scene,
+                  sphere(1.0f, 24, addMaterial(scene, {.metallic = 0.5f, .roughness = 0.4f})));
+            for (int i = 0; i < lamps; ++i) {
+                addLight(scene,
+                         {.kind = LightKind::point,
+                          .intensity = glm::vec3(5.0f + float(i)),
+                          .range = range},
+                         moved(2.0 * i - 3.0, 2.0, 2.0));
+            }
+            FrameRequest r = request(std::move(scene), "lamps");
+            r.environment.map = "sky";
+            images[range > 0.0f] = renderer().render(r).image;
+        }
+        for (std::uint32_t y = 0; y < images[0].height; ++y) {
+            for (std::uint32_t x = 0; x < images[0].width; ++x) {
+                const glm::vec3 a = color(images[0], x, y), b = color(images[1], x, y);
+                ASSERT_LE(glm::length(a - b), 2e-3f * glm::length(a))
+                    << lamps << ": " << x << ' ' << y;
+            }
+        }
+    }
+}
+
+// The tolerance alone decides whether a rough ball mirrors the prefiltered map or its harmonics.
+TEST_F(LightOnSurfaces, HarmonicsShowWhatThePrefilteredMapDoes) {
+    for (const float roughness : {0.8f, 0.9f, 1.0f}) {
+        Scene scene;
+        place(scene,
+              sphere(1.0f, 48, addMaterial(scene, {.metallic = 0.0f, .roughness = roughness})));
+        FrameRequest r = request(std::move(scene), "wide lobe");
+        r.environment.map = "sky";
+        r.accuracy.preset = Preset::fine;
+        const Image prefiltered = renderer().render(r).image;
+        r.accuracy.preset = Preset::standard;
+        const Frame harmonics = renderer().render(r);
+        double squares = 0.0;
+        for (std::uint32_t y = 0; y < prefiltered.height; ++y) {
+            for (std::uint32_t x = 0; x < prefiltered.width; ++x) {
+                const glm::vec3 a = color(prefiltered, x, y), b = color(harmonics.image, x, y);
+                squares += glm::dot(a - b, a - b) / (glm::dot(a, a) + 1e-4);
+            }
+        }
+        const double error = std::sqrt(squares / (prefiltered.width * prefiltered.height));
+        EXPECT_GT(error, 0.0) << roughness;
+        EXPECT_LT(error, 3e-3) << roughness;
+    }
+}

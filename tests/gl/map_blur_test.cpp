@@ -304,7 +304,7 @@ TEST_F(MapBlurs, StoredMapsAreBlurredPerMaterial) {
     for (std::size_t i = 0; i < map->texels.size(); ++i) {
         map->texels[i] = glm::vec3(i / 2 % 2 ? 1.0f : 0.0f);
     }
-    updateContentHash(*map);
+    completeMap(*map);
     renderer().addEnvironment(map);
     const auto frameWith = [](const MapBlur& blur) {
         Scene scene;

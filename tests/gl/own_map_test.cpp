@@ -20,7 +20,7 @@ void addColoredMap() {
     map->name = "six colours";
     map->faceSize = 8;
     for (const glm::vec3& color : kColors) map->texels.insert(map->texels.end(), 64, color);
-    updateContentHash(*map);
+    completeMap(*map);
     renderer().addEnvironment(map);
 }
 

@@ -39,7 +39,7 @@ void addMap(const std::string& name, std::uint32_t size, const glm::dmat3& mapFr
             }
         }
     }
-    updateContentHash(*map);
+    completeMap(*map);
     renderer().addEnvironment(map);
 }
 

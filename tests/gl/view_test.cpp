@@ -98,7 +98,7 @@ TEST_F(Views, TheSkyShowsTheMapInTheViewDirection) {
     map.faceSize = 4;
     const glm::vec3 faces[6] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {0, 1, 1}, {1, 0, 1}};
     for (const glm::vec3& face : faces) map.texels.insert(map.texels.end(), 16, face);
-    updateContentHash(map);
+    completeMap(map);
     renderer().addEnvironment(std::make_shared<EnvironmentMap>(map));
     const glm::dvec3 directions[6] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
                                       {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};

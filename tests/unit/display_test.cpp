@@ -133,14 +133,15 @@ TEST(Display, EdgesAreSmoothedAndNothingElse) {
 
 TEST(Display, PicturesOfAnySizeHaveTheSamePixels) {
     // The left part of a picture is the picture of the left part, except for its border.
-    constexpr std::uint32_t kHeight = 9, kMost = 80;
-    const std::vector<std::uint64_t> pixels = anyHalves(kMost * kHeight, true);
+    constexpr std::uint32_t kHeight = 9, kMaxWidth = 80;
+    const std::vector<std::uint64_t> pixels = anyHalves(kMaxWidth * kHeight, true);
     Image whole;
-    display::smoothEdges(mapped(kMost, kHeight, pixels), whole);
-    for (std::uint32_t width = 1; width < kMost; ++width) {
+    display::smoothEdges(mapped(kMaxWidth, kHeight, pixels), whole);
+    for (std::uint32_t width = 1; width < kMaxWidth; ++width) {
         std::vector<std::uint64_t> part;
         for (std::uint32_t y = 0; y < kHeight; ++y) {
-            part.insert(part.end(), pixels.begin() + y * kMost, pixels.begin() + y * kMost + width);
+            part.insert(part.end(), pixels.begin() + y * kMaxWidth,
+                        pixels.begin() + y * kMaxWidth + width);
         }
         Image smoothed;
         display::smoothEdges(mapped(width, kHeight, part), smoothed);
@@ -148,7 +149,7 @@ TEST(Display, PicturesOfAnySizeHaveTheSamePixels) {
             for (std::uint32_t x = 0; x + 1 < width; ++x) {
                 for (std::uint32_t c = 0; c < 4; ++c) {
                     ASSERT_EQ(smoothed.bytes()[4 * (y * width + x) + c],
-                              whole.bytes()[4 * (y * kMost + x) + c])
+                              whole.bytes()[4 * (y * kMaxWidth + x) + c])
                         << width << ": " << x << ' ' << y;
                 }
             }

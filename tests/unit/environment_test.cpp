@@ -268,7 +268,7 @@ TEST(ContentHash, DependsOnEverythingVisible) {
     EnvironmentMap map = constantEnvironment("even", glm::vec3(1.0f));
     std::set<std::uint64_t> hashes{map.contentHash};
     const auto isNew = [&] {
-        updateContentHash(map);
+        completeMap(map);
         return hashes.insert(map.contentHash).second;
     };
     map.texels.back().z = 1.0001f;
@@ -281,6 +281,55 @@ TEST(ContentHash, DependsOnEverythingVisible) {
     EXPECT_TRUE(isNew());
     map.name = "renamed";
     EXPECT_FALSE(isNew()) << "a name is not seen";
+}
+
+// What a lobe of GGX about an axis gathers of Legendre's polynomial of a band about the same axis.
+double bandShare(int band, double roughness) {
+    double gathered = 0.0, weights = 0.0;
+    constexpr int kSteps = 20000;
+    for (int i = 0; i < kSteps; ++i) {
+        const double c = (i + 0.5) / kSteps, a2 = std::pow(roughness, 4.0);
+        const double q = 0.5 * (1.0 + c) * (a2 - 1.0) + 1.0, weight = a2 / (q * q) * c;
+        gathered += weight * std::legendre(static_cast<unsigned>(band), c);
+        weights += weight;
+    }
+    return gathered / weights;
+}
+
+TEST(HarmonicErrors, AreNoneForLightOfTwoBandsAndThatOfTheThirdBand) {
+    const EnvironmentMap smooth = mapOf(
+        32, [](const glm::vec3& n) { return 1.0f + 0.3f * n.x - 0.2f * n.y + 0.2f * n.x * n.z; });
+    const EnvironmentMap third = mapOf(
+        32, [](const glm::vec3& n) { return 1.0f + 0.5f * (2.5f * n.z * n.z * n.z - 1.5f * n.z); });
+    const std::array<float, 4> none = harmonicErrors(smooth), errors = harmonicErrors(third);
+    for (std::size_t i = 0; i < none.size(); ++i) {
+        EXPECT_LT(none[i], 4e-3f) << kHarmonicRoughness[i];
+        // The root of its mean square over the directions of a cube's faces, edges and corners.
+        double squares = 0.0;
+        for (const double z : {1.0, std::sqrt(0.5), std::sqrt(1.0 / 3.0), 0.0}) {
+            const double times = z == 1.0 ? 2.0 : z == 0.0 ? 8.0 : 8.0;
+            squares += times / 26.0 * std::pow(std::legendre(3, z), 2.0);
+        }
+        const double expected = 0.5 * bandShare(3, kHarmonicRoughness[i]) * std::sqrt(squares);
+        EXPECT_NEAR(errors[i], expected, 0.05 * expected + 4e-3) << kHarmonicRoughness[i];
+    }
+}
+
+TEST(HarmonicErrors, AreThoseOfTheMapWhateverItsIntensity) {
+    EnvironmentMap map = duskEnvironment();
+    const std::array<float, 4> errors = map.harmonicErrors;
+    for (glm::vec3& texel : map.texels) texel *= 0.25f;
+    completeMap(map);
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+        EXPECT_NEAR(map.harmonicErrors[i], errors[i], 1e-4f);
+        EXPECT_GT(errors[i], 0.0f);
+        EXPECT_EQ(harmonicError(map, kHarmonicRoughness[i]), map.harmonicErrors[i]);
+    }
+    EXPECT_EQ(harmonicError(map, 0.69f), std::numeric_limits<float>::infinity());
+    EXPECT_EQ(harmonicErrors(constantEnvironment("dark", glm::vec3(0.0f))),
+              (std::array<float, 4>{}));
+    // Boxes of light in a dark room are harder than a sky.
+    EXPECT_GT(studioEnvironment().harmonicErrors[1], 5.0f * skyEnvironment().harmonicErrors[1]);
 }
 
 }  // namespace

@@ -170,5 +170,23 @@ TEST(Parallax, UnitAndFiniteForExtremeRays) {
     }
 }
 
+// Against the lobe's integrals over Legendre's polynomials, relative to those of a cosine.
+TEST(LobeBands, AreTheIntegralsOfTheLobe) {
+    for (double roughness = 0.7; roughness <= 1.0; roughness += 0.025) {
+        const double a2 = std::pow(roughness, 4.0);
+        double weights = 0.0, linear = 0.0, quadratic = 0.0;
+        for (int i = 0; i < 20000; ++i) {
+            const double c = (i + 0.5) / 20000.0, q = 0.5 * (1.0 + c) * (a2 - 1.0) + 1.0;
+            const double weight = a2 / (q * q) * c;
+            weights += weight;
+            linear += weight * c;
+            quadratic += weight * (1.5 * c * c - 0.5);
+        }
+        const glm::vec2 bands = glsl::lobeBands(float(roughness));
+        EXPECT_NEAR(bands.x, linear / weights * 1.5, 3e-3) << roughness;
+        EXPECT_NEAR(bands.y, quadratic / weights * 4.0, 1e-2) << roughness;
+    }
+}
+
 }  // namespace
 }  // namespace clerestory::test

@@ -251,5 +251,30 @@ TEST(Plan, UnknownCamerasListTheExistingOnes) {
     }
 }
 
+// Whether the box of this material is drawn with the harmonics of the environment.
+bool mirrorsHarmonics(const Material& material, const EnvironmentMap& map, Preset preset) {
+    FrameRequest request = lookingFrom({0, 0, 5});
+    request.accuracy = accuracyOf(preset);
+    const FramePlan plan = planOf(boxScene(material), request, {}, map);
+    return (surfaceOf(plan).opaqueDraws[0].features & FEATURE_WIDE_LOBE) != 0;
+}
+
+TEST(PlanFrame, WideLobesMirrorHarmonicsWithinTheTolerance) {
+    const EnvironmentMap sky = skyEnvironment(), studio = studioEnvironment();
+    Material wall{.metallic = 0.0f, .roughness = 0.8f};
+    EXPECT_TRUE(mirrorsHarmonics(wall, sky, Preset::draft));
+    EXPECT_TRUE(mirrorsHarmonics(wall, sky, Preset::standard));
+    EXPECT_FALSE(mirrorsHarmonics(wall, sky, Preset::fine));
+    EXPECT_FALSE(mirrorsHarmonics(wall, studio, Preset::standard));  // has few bright boxes
+    EXPECT_TRUE(mirrorsHarmonics(wall, plainMap(), Preset::fine));   // one colour
+    Material smooth = wall, metal = wall, black = wall;
+    smooth.roughness = 0.5f;
+    metal.metallic = 1.0f;
+    black.baseColor = {0.0f, 0.0f, 0.0f, 1.0f};  // shows nothing else
+    for (const Material& other : {smooth, metal, black}) {
+        EXPECT_FALSE(mirrorsHarmonics(other, sky, Preset::standard));
+    }
+}
+
 }  // namespace
 }  // namespace clerestory::test

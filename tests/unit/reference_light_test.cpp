@@ -238,7 +238,7 @@ EnvironmentMap compass() {
             }
         }
     }
-    updateContentHash(map);
+    completeMap(map);
     return map;
 }
 

@@ -5,6 +5,7 @@
 #include "plan/graph/draw.h"
 #include "plan/request/view_settings.h"
 #include "scene/classification.h"
+#include "scene/environment.h"
 
 #include <span>
 #include <vector>
@@ -19,6 +20,7 @@ struct Stage {
     std::uint64_t materialsHash = 0;
     std::span<const Surface> surfaces;
     std::vector<PlacedLight> lights;
+    const EnvironmentMap& environment;
 
     const Material& material(const Surface& s) const {
         return materials.material(scene, s.material);

@@ -60,6 +60,26 @@ Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mes
     return f;
 }
 
+// True if nine harmonics of the environment represent what the specular lobe gathers, within a
+// quarter of the tolerance.
+bool hasWideLobe(const Material& m, const Stage& stage) {
+    if (m.unlit || m.metallic > 0.0f || m.metallicRoughnessTexture.present()) return false;
+    const float root = (m.ior - 1.0f) / (m.ior + 1.0f);
+    const float reflected = root * root + 0.02f;  // and what it reflects towards the edge
+    // Textures are usually darker than their factor.
+    const float kTextured = 0.3f;
+    const float albedo = (m.baseColor.r + m.baseColor.g + m.baseColor.b) / 3.0f *
+                         (m.baseColorTexture.present() ? kTextured : 1.0f);
+    const float error =
+        reflected / (reflected + albedo) * harmonicError(stage.environment, m.roughness);
+    return 4.0 * error <= toleranceOf(stage.settings.accuracy.preset);
+}
+
+// What a surface mirrors that has another picture than the harmonics of the environment.
+constexpr Features kOtherPicture = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_MAP |
+                                   FEATURE_MAP_SAMPLES | FEATURE_TRACED_REFLECTION | FEATURE_GLASS |
+                                   FEATURE_TRACED_GLASS;
+
 void addTexture(Features& features, const TextureSlot& slot, Features bit) {
     if (!slot.present()) return;
     features |= bit;
@@ -238,6 +258,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             continue;
         }
         SeenSurface seen{.surface = &surface, .features = features};
+        if (hasWideLobe(material, stage)) seen.features |= FEATURE_WIDE_LOBE;
         rects.clear();
         const bool opaque = !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
         const std::uint32_t end = surface.firstCluster + surface.clusterCount;
@@ -302,6 +323,7 @@ DrawLists drawLists(const SeenView& view) {
                       .through = seen.through,
                       .lights = cluster.lights};
             if (cluster.lights.count > 0) draw.features |= FEATURE_LIGHTS;
+            if (draw.features & kOtherPicture) draw.features &= ~FEATURE_WIDE_LOBE;
             draw.features = programFeatures(draw.features, view.sharedFeatures, view.glassFeatures);
             if (seen.overBackdrop || (seen.features & FEATURE_BLEND))
                 lists.through.push_back(

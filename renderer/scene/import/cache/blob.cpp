@@ -348,7 +348,7 @@ EnvironmentMap readEnvironment(std::span<const std::byte> blob) {
             }
         }
     }
-    updateContentHash(map);
+    completeMap(map);
     return map;
 }
 
