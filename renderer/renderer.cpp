@@ -108,9 +108,10 @@ struct Renderer::State {
         return {plan, *subject.scene, *subject.pose, *subject.environment, environments};
     }
     // These throw RenderFailed only.
-    Execution execute(const Subject& subject, const FramePlan& plan, Readback readback) {
+    Execution execute(const Subject& subject, const FramePlan& plan, Readback readback,
+                      const std::function<bool()>& abandoned) {
         Execution execution;
-        guarded([&] { execution = executor.run(inputOf(subject, plan), readback); });
+        guarded([&] { execution = executor.run(inputOf(subject, plan), readback, abandoned); });
         return execution;
     }
     void compile(const Subject& subject, const FramePlan& plan, std::size_t pass) {
@@ -135,7 +136,8 @@ struct Renderer::State {
         if (onReset) onReset();
         throw RenderFailed("the GPU was reset");
     }
-    Frame frame(const FrameRequest& request, Readback readback);
+    Frame frame(const FrameRequest& request, Readback readback,
+                const std::function<bool()>& abandoned);
 
     gl::Context context;  // the first member: outlives everything that holds OpenGL objects
     const RendererIdentity& identity;
@@ -282,7 +284,8 @@ FramePlan Renderer::plan(const FrameRequest& request) const {
     return state_->plan(state_->subjectOf(request), request);
 }
 
-Frame Renderer::State::frame(const FrameRequest& request, Readback readback) {
+Frame Renderer::State::frame(const FrameRequest& request, Readback readback,
+                             const std::function<bool()>& abandoned) {
     context.makeCurrent();
     const Subject subject = subjectOf(request);
     const Clock::time_point start = Clock::now();
@@ -294,7 +297,8 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback) {
     requireAffordable(frame.plan, maxShadedSamples);
 
     const gl::CompileCounters before = context.firstUse().counters();
-    Execution execution = execute(subject, frame.plan, readback);
+    Execution execution = execute(subject, frame.plan, readback, abandoned);
+    if (execution.abandoned) throw FrameAbandoned();
     const gl::CompileCounters& after = context.firstUse().counters();
     frame.compileMs = after.milliseconds - before.milliseconds;
     frame.compiled = after.programs + after.pipelines - before.programs - before.pipelines;
@@ -317,8 +321,9 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback) {
     return frame;
 }
 
-Frame Renderer::render(const FrameRequest& request, Readback readback) {
-    return state_->frame(request, readback);
+Frame Renderer::render(const FrameRequest& request, Readback readback,
+                       const std::function<bool()>& abandoned) {
+    return state_->frame(request, readback, abandoned);
 }
 
 void Renderer::forgetMaps() {

@@ -105,6 +105,12 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+// The frame is not needed any more; see Renderer::render().
+class FrameAbandoned : public std::runtime_error {
+public:
+    FrameAbandoned() : std::runtime_error("the frame was abandoned") {}
+};
+
 class Renderer {
 public:
     // Throws std::runtime_error with a one-line message if there is no usable driver.
@@ -131,7 +137,10 @@ public:
     // doubles the time. Throws InvalidRequest as plan() does and if the plan exceeds
     // RendererOptions::maxShadedSamples, before anything is drawn; RenderFailed if the driver
     // fails.
-    Frame render(const FrameRequest& request, Readback readback = Readback::picture);
+    // `abandoned` is called before each pass; once it returns true the frame ends with
+    // FrameAbandoned, and later frames are not affected.
+    Frame render(const FrameRequest& request, Readback readback = Readback::picture,
+                 const std::function<bool()>& abandoned = {});
 
     // Releases all resident maps (prefiltered environment maps and captured cubes). Later frames
     // draw them again and have the same bytes.

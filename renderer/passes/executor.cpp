@@ -148,11 +148,22 @@ void Executor::runAlone(const ExecutionInput& input, std::size_t pass) {
     targets_.endFrame();
 }
 
-Execution Executor::run(const ExecutionInput& input, Readback readback) {
+Execution Executor::run(const ExecutionInput& input, Readback readback,
+                        const std::function<bool()>& abandoned) {
     const std::vector<Target*> targets = begin(input.plan);
     Execution result;
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
     for (const Pass& pass : input.plan.passes) {
+        if (abandoned && abandoned()) {
+            // A map of several passes was marked after the first one.
+            for (auto left = result.passPaths.size(); left < input.plan.passes.size(); ++left) {
+                targets_.markIncomplete(*targets[input.plan.passes[left].target]);
+            }
+            gl::Context::current().throwIfFailed();
+            targets_.endFrame();
+            result.abandoned = true;
+            return result;
+        }
         const Clock::time_point start = Clock::now();
         const std::uint64_t paths = resources_.counters.paths;
         runPass(input, pass, targets);

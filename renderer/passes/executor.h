@@ -5,6 +5,7 @@
 #include "passes/passes.h"
 #include "passes/readback.h"
 
+#include <functional>
 #include <list>
 #include <memory>
 
@@ -20,6 +21,7 @@ struct ExecutionInput {
 };
 
 struct Execution {
+    bool abandoned = false;  // the other members describe the passes that were executed
     Image image;
     std::vector<double> passMilliseconds;  // one for each of plan.passes
     std::vector<std::uint64_t> passPaths;  // the same: paths of rays followed on the processor
@@ -31,7 +33,10 @@ struct Execution {
 
 class Executor {
 public:
-    Execution run(const ExecutionInput& input, Readback readback = Readback::picture);
+    // `abandoned` is called before each pass. Once it returns true the frame ends; maps that are
+    // complete by then stay resident.
+    Execution run(const ExecutionInput& input, Readback readback = Readback::picture,
+                  const std::function<bool()>& abandoned = {});
     // Executes one pass of a plan so that the driver compiles it; the picture is not used.
     void runAlone(const ExecutionInput& input, std::size_t pass);
     // Resident maps, for the planner.

@@ -202,6 +202,12 @@ void TargetPool::markResident(const Target& target) {
     }
 }
 
+void TargetPool::markIncomplete(const Target& target) {
+    for (Entry& entry : entries_) {
+        if (entry.target.get() == &target) entry.resident = false;
+    }
+}
+
 ResidentMaps TargetPool::residentMaps() const {
     ResidentMaps maps;
     for (const Entry& entry : entries_) {

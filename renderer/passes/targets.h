@@ -70,6 +70,8 @@ public:
     Target& acquire(const TargetSpec& spec);
     // Marks the content as complete, so that later frames can use it by its key.
     void markResident(const Target& target);
+    // The opposite: its content is not complete. The next frame removes it if it has a key.
+    void markIncomplete(const Target& target);
     // Draws into a face of `target` and into `further` at the same time.
     const gl::Framebuffer& together(const Target& target, std::uint32_t face,
                                     std::span<Target* const> further);

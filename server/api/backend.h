@@ -23,11 +23,15 @@ struct FrameOrder {
     bool withPlan = false;
     std::string requestId;      // of the client's request, for the log
     Clock::time_point arrived;  // the deadline counts from here
+    // Null: cannot be cancelled. A frame that is being drawn ends before its next pass.
+    std::shared_ptr<CancellationToken> cancellation = {};
 };
 
 struct EncodedFrame {
     std::string type;   // media type
     std::string bytes;  // the encoded picture
+    // Time of planning, drawing and encoding; without that of waiting and of compiling shaders.
+    double milliseconds = 0.0;
 
     // Empty unless requested with FrameOrder::withPlan.
     std::optional<FrameCamera> camera;

@@ -92,13 +92,23 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
     const FrameRequest& request = resolved.request;
     turn.kind = kindOf(request);
     const auto entered = Clock::now();
-    Drawn drawn = components_.queue.run(turn, [request, entered, readback](Renderer& renderer) {
+    const auto abandoned = [&queue = components_.queue, cancellation = turn.cancellation,
+                            atOnce = turn.endsAtOnce] {
+        return cancellation && cancellation->cancelled() && (atOnce || queue.hasWaiting());
+    };
+    const auto work = [request, entered, readback, abandoned](Renderer& renderer) {
         const double queueMs = millisecondsSince(entered);
-        Frame frame = renderer.render(request, readback);
+        Frame frame = renderer.render(request, readback, abandoned);
         return Drawn{.frame = std::move(frame),
                      .queueMs = queueMs,
                      .drawMs = millisecondsSince(entered) - queueMs};
-    });
+    };
+    Drawn drawn;
+    try {
+        drawn = components_.queue.run(turn, work);
+    } catch (const FrameAbandoned&) {
+        throw RequestError(clientLeft());
+    }
     const Frame& frame = drawn.frame;
     components_.canary.frameWasDrawn();
     if (frame.compileMs > kLoggedCompileMs) {

@@ -76,7 +76,8 @@ public:
         return clerestory::turnFor(arrived, limits_.deadlineSeconds, limit);
     }
 
-    // Both throw RequestError, InvalidRequest and RenderFailed. `requestId` is for the log.
+    // Both throw RequestError, InvalidRequest and RenderFailed. `requestId` is for the log. A frame
+    // whose turn is cancelled ends before its next pass: at once, or if other work waits.
     Drawn draw(const Resolved& resolved, Turn turn, Readback readback,
                const std::string& requestId);
     FramePlan plan(const FrameRequest& request, Turn turn);

@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 namespace clerestory {
 namespace {
 
@@ -58,10 +60,15 @@ EncodedFrame LocalBackend::draw(const FrameOrder& order) {
     try {
         const FrameService::Resolved resolved = frames_.resolve(order.request);
         frames_.requireAffordable(resolved.request);
-        FrameService::Drawn drawn = frames_.draw(resolved, frames_.turnFor(order.arrived),
-                                                 Readback::picture, order.requestId);
-        EncodedFrame frame{.type = std::string(mediaType(resolved.request.output.format)),
-                           .bytes = std::move(drawn.bytes)};
+        Turn turn = frames_.turnFor(order.arrived);
+        turn.cancellation = order.cancellation;
+        turn.endsAtOnce = true;
+        FrameService::Drawn drawn =
+            frames_.draw(resolved, turn, Readback::picture, order.requestId);
+        EncodedFrame frame{
+            .type = std::string(mediaType(resolved.request.output.format)),
+            .bytes = std::move(drawn.bytes),
+            .milliseconds = std::max(0.0, drawn.drawMs - drawn.frame.compileMs) + drawn.encodeMs};
         if (order.withPlan) addPlan(frame, drawn.frame);
         return frame;
     } catch (const std::exception&) {

@@ -245,7 +245,7 @@ Problem clientLeft() {
     return {.status = 503,
             .code = ProblemCode::clientLeft,
             .title = "Client disconnected",
-            .detail = "The client closed the connection while the frame was in the queue.",
+            .detail = "The client closed the connection before the frame was drawn.",
             .retryAfterSeconds = 1};
 }
 

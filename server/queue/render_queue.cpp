@@ -196,6 +196,11 @@ std::size_t RenderQueue::depth() const {
     return jobs_.size() + (running_ ? 1 : 0);
 }
 
+bool RenderQueue::hasWaiting() const {
+    const std::lock_guard lock(mutex_);
+    return !jobs_.empty();
+}
+
 bool RenderQueue::hasRoom() const {
     const std::lock_guard lock(mutex_);
     return queue_.hasRoom();

@@ -217,6 +217,12 @@ struct Head {
 
 }  // namespace
 
+std::shared_ptr<CancellationToken> cancellationOf(const WorkerRequest& request) {
+    if (const auto* call = std::get_if<Call>(&request)) return call->cancellation;
+    if (const auto* order = std::get_if<FrameOrder>(&request)) return order->cancellation;
+    return nullptr;
+}
+
 std::string packed(const Call& call) {
     const std::vector<std::pair<std::string, std::string>> query(call.query.begin(),
                                                                  call.query.end());
@@ -266,12 +272,14 @@ Answer unpackedAnswer(std::string_view bytes) {
 }
 
 std::string packed(const EncodedFrame& frame) {
-    return packedParts(frame.type, frame.bytes, frame.camera, frame.passMilliseconds, frame.plan);
+    return packedParts(frame.type, frame.bytes, frame.milliseconds, frame.camera,
+                       frame.passMilliseconds, frame.plan);
 }
 
 EncodedFrame unpackedFrame(std::string_view bytes) {
     EncodedFrame frame;
-    unpackParts(bytes, frame.type, frame.bytes, frame.camera, frame.passMilliseconds, frame.plan);
+    unpackParts(bytes, frame.type, frame.bytes, frame.milliseconds, frame.camera,
+                frame.passMilliseconds, frame.plan);
     return frame;
 }
 

@@ -21,6 +21,8 @@ struct SceneQuery {  // see RenderBackend::sceneReport()
 };
 
 using WorkerRequest = std::variant<Call, FrameOrder, SceneQuery>;
+// Null if the request cannot be cancelled.
+std::shared_ptr<CancellationToken> cancellationOf(const WorkerRequest& request);
 using WorkerReply = std::variant<Answer, EncodedFrame, SceneReport, Problem>;
 
 // Of a call only those headers that some route of the worker reads.

@@ -280,10 +280,10 @@ void Supervisor::failOver(std::size_t renderer) {
 // Empty if the client has left, or no worker starts.
 std::optional<WorkerReply> Supervisor::askAlone(const WorkerRequest& request, std::size_t renderer,
                                                 std::uint64_t fingerprint) {
-    const auto* call = std::get_if<Call>(&request);
+    const auto cancellation = cancellationOf(request);
     const ExclusiveGate::Entry entry = gate_.enterAlone();
     for (int crashes = 0, ends = 0; crashes < kMaxCrashes && ends < kMaxEnds; ++ends) {
-        if (call && call->cancellation && call->cancellation->cancelled()) return std::nullopt;
+        if (cancellation && cancellation->cancelled()) return std::nullopt;
         const Worker worker = awaitActive(renderer, Clock::now() + kPatience);
         if (!worker) return std::nullopt;
         ++counters_.repeated;

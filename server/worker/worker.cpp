@@ -132,10 +132,13 @@ Message refusalOf(std::uint64_t id, const Problem& problem) {
 }
 
 // The reply to a frame order or a scene query. Does not throw.
-Message replyTo(LocalBackend& backend, const Message& request) {
+Message replyTo(LocalBackend& backend, const Message& request,
+                std::shared_ptr<CancellationToken> cancellation) {
     try {
         if (request.kind == MessageKind::frame) {
-            const EncodedFrame frame = backend.draw(unpackedFrameOrder(request.bytes));
+            FrameOrder order = unpackedFrameOrder(request.bytes);
+            order.cancellation = std::move(cancellation);
+            const EncodedFrame frame = backend.draw(order);
             return messageOf(MessageKind::frameAnswer, request.id, packed(frame));
         }
         return messageOf(MessageKind::sceneAnswer, request.id,
@@ -172,11 +175,13 @@ void serve(LocalBackend& backend, MessagePipe& pipe, SceneReporter& reporter, st
             }
             case MessageKind::frame:
             case MessageKind::sceneQuery:
-                pool.run([&, request = *std::move(message)] {
-                    const Message reply = replyTo(backend, request);
-                    reporter.report(backend);
-                    pipe.send(reply);
-                });
+                pool.run(
+                    [&, cancellation = tokens.add(message->id), request = *std::move(message)] {
+                        const Message reply = replyTo(backend, request, cancellation);
+                        tokens.remove(request.id);
+                        reporter.report(backend);
+                        pipe.send(reply);
+                    });
                 break;
             default:
                 break;

@@ -230,6 +230,7 @@ EncodedFrame WorkerBackend::draw(const FrameOrder& order) {
                             .onlyFirst = order.request.accuracy.isBudget()};
     if (!queue_ || !isLoaded(supervisor_.renderers(), need.scene)) return supervisor_.ask(order);
     Turn turn = turnFor(order.arrived, options_.deadlineSeconds);
+    turn.cancellation = order.cancellation;
     turn.kind = kindOf(order.request);
     const RendererQueue::Place place = queue_->take(turn, need);
     return supervisor_.ask(order, place.renderer());

@@ -129,8 +129,7 @@ std::optional<WorkerReply> WorkerProcess::ask(const WorkerRequest& request) {
         reply = waiting_[message.id].get_future();
     }
     pipe_->send(message);
-    const auto* call = std::get_if<Call>(&request);
-    CancellationToken* const token = call ? call->cancellation.get() : nullptr;
+    const auto token = cancellationOf(request);
     if (token) {
         token->onCancel([this, id = message.id] { pipe_->trySend(MessageKind::cancel, id); });
     }

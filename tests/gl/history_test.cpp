@@ -151,5 +151,35 @@ TEST_F(History, DoesNotChangeFramesWithRaysInCubes) {
     expectNoHistory(r);
 }
 
+// A frame that ends before one of its passes leaves complete maps or none.
+TEST_F(History, AnAbandonedFrameLeavesNoTrace) {
+    FrameRequest r = small("history of abandoned frames");
+    r.accuracy.planar = PlanarMethod::mirror;
+    renderer().forgetMaps();
+    const Frame whole = renderer().render(r);
+    const std::size_t passes = whole.plan.passes.size();
+    ASSERT_GT(passes, 20u);
+    FrameRequest next = r;  // reads the same cubes
+    next.exposure = 1.0;
+    const Image expected = renderer().render(next).image;
+    for (std::size_t last = 0; last < passes; ++last) {
+        renderer().forgetMaps();
+        const std::uint64_t frames = renderer().counters().frames;
+        std::size_t begun = 0;
+        EXPECT_THROW(renderer().render(r, Readback::picture, [&] { return begun++ == last; }),
+                     FrameAbandoned);
+        EXPECT_EQ(begun, last + 1) << "no pass begins after it";
+        EXPECT_EQ(renderer().counters().frames, frames);
+        ASSERT_TRUE(sameBytes(renderer().render(next).image, expected)) << "before pass " << last;
+    }
+    std::size_t asked = 0;
+    const auto wanted = [&] {
+        ++asked;
+        return false;
+    };
+    EXPECT_TRUE(sameBytes(renderer().render(r, Readback::picture, wanted).image, whole.image));
+    EXPECT_GT(asked, 0u);
+}
+
 }  // namespace
 }  // namespace clerestory::test

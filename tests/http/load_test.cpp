@@ -162,6 +162,41 @@ TEST(Load, FramesOfDisconnectedClientsAreNotDrawn) {
                 testing::HasSubstr("clerestory_refusals_total{reason=\"clientLeft\"} 4"));
 }
 
+// A frame in progress ends before its next pass once its client has left and other work waits.
+TEST(Load, AFrameOfADisconnectedClientMakesWayForTheNext) {
+    TestServer server;
+    server.awaitReady();
+    RenderQueue& queue = server.backend().queue();
+    auto client = server.client();
+    int attempt = 0;
+    const auto large = [&] {
+        return R"({"scene": "six-walls", "width": 1920, "height": 1080, "accuracy": "fine",
+                   "exposure": )" +
+               std::to_string(0.01 * ++attempt) + "}";
+    };
+    const auto isWorking = [&] { return queue.workingFor() > std::chrono::seconds(0); };
+    {
+        RawClient alone(server.server().port());
+        alone.send(post("/v1/frames", large()));
+        ASSERT_TRUE(soon(isWorking));
+        alone.halfClose();
+        EXPECT_EQ(statusOf(alone.answer(60)), 200) << "it may still be listening";
+    }
+    // The frame may be complete before its client leaves: then another one is drawn.
+    bool ended = false;
+    while (!ended && attempt < 50) {
+        const std::uint64_t before = framesDrawn(server);
+        RawClient leaves(server.server().port());
+        leaves.send(post("/v1/frames", large()));
+        ASSERT_TRUE(soon([&] { return isWorking() || framesDrawn(server) > before; }));
+        leaves.halfClose();
+        ASSERT_EQ(postJson(client, "/v1/frames", pose(attempt))->status, 200);
+        ended = framesDrawn(server) == before + 1;
+        EXPECT_EQ(statusOf(leaves.answer(60)), ended ? 503 : 200);
+    }
+    EXPECT_TRUE(ended);
+}
+
 TEST(Load, AClientMaySetADeadline) {
     TestServer server;
     auto client = server.client();
