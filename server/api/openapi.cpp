@@ -111,10 +111,16 @@ ordered_json streamParameters() {
     };
     ordered_json list = frameQueryParameters();
     list.push_back(one("view", "name of a live view", {{"type", "string"}}));
-    list.push_back(one("fps", "maximum frames per second",
+    list.push_back(one("fps", "maximum frames per second; 60 if absent with targetMs",
                        {{"type", "number"}, {"minimum", 0.1}, {"maximum", 60}, {"default", 15}}));
     list.push_back(one("play", "1: the time of the scene advances",
                        {{"type", "string"}, {"enum", {"0", "1"}}}));
+    list.push_back(one("targetMs",
+                       "target time of a frame in motion in milliseconds: size and preset of these "
+                       "frames are chosen from measured times, and 160 ms after the last change "
+                       "the frame is refined up to the request; if absent, every frame is the "
+                       "request",
+                       {{"type", "number"}, {"minimum", 10}, {"maximum", 5000}}));
     return list;
 }
 
@@ -221,6 +227,10 @@ ordered_json paths() {
         {"/v1/views/{name}",
          {{"put",
            {{"summary", "Sets a live view"},
+            {"description",
+             "Watchers receive the newest request: of those that arrive while a frame is drawn, "
+             "only the last one is drawn. The header Clerestory-View-Version of the answer is the "
+             "number of this change."},
             {"parameters", pathParameters({"name"})},
             {"requestBody", frameBody()},
             {"responses",
@@ -237,7 +247,9 @@ ordered_json paths() {
             {"description",
              "A frame is sent when the view changes. With view the stream shows a live view, "
              "otherwise "
-             "the frame of a link."},
+             "the frame of a link. Each part has the header Clerestory-View-Version. With targetMs "
+             "it also has Clerestory-Level (0: the request; higher: smaller and cheaper), "
+             "Clerestory-Size, Clerestory-Preset (requested or draft) and Server-Timing."},
             {"parameters", streamParameters()},
             {"responses", answers("one part for each picture",
                                   {{"multipart/x-mixed-replace", binaryContent()}})}}}}},

@@ -14,21 +14,24 @@ constexpr std::chrono::minutes kRetryLimit{2};
 
 EncodedFrame FrameSource::draw(const FrameRequest& request, bool withPlan,
                                const std::string& requestId) {
+    return draw({.request = request, .withPlan = withPlan, .requestId = requestId},
+                [] { return true; });
+}
+
+EncodedFrame FrameSource::draw(FrameOrder order, const std::function<bool()>& isWanted) {
     const auto begun = Clock::now();
     for (;;) {
-        const auto arrived = Clock::now();
+        order.arrived = Clock::now();
         try {
-            EncodedFrame frame = backend_.draw({.request = request,
-                                                .withPlan = withPlan,
-                                                .requestId = requestId,
-                                                .arrived = arrived});
-            count(200, frame.bytes.size(), arrived, requestId);
+            EncodedFrame frame = backend_.draw(order);
+            count(200, frame.bytes.size(), order.arrived, order.requestId);
             return frame;
         } catch (const RequestError& error) {
-            count(error.problem().status, 0, arrived, requestId);
+            if (order.cancellation && order.cancellation->cancelled()) throw;
+            count(error.problem().status, 0, order.arrived, order.requestId);
             metrics_.refused(error.problem().code);
-            const bool again =
-                isTemporary(error.problem()) && !stopping_ && Clock::now() - begun < kRetryLimit;
+            const bool again = isTemporary(error.problem()) && !stopping_ && isWanted() &&
+                               Clock::now() - begun < kRetryLimit;
             if (!again) throw;
         }
         std::this_thread::sleep_for(kRetryInterval);

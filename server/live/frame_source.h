@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <mutex>
 
@@ -23,6 +24,9 @@ public:
     // Repeats the request for up to two minutes while the problem is temporary: the queue is full,
     // the scene is loading, a budget is being measured. Throws RequestError.
     EncodedFrame draw(const FrameRequest& request, bool withPlan, const std::string& requestId);
+
+    // As above, but only while `isWanted`. A cancelled frame counts as no request.
+    EncodedFrame draw(FrameOrder order, const std::function<bool()>& isWanted);
 
     bool stopping() const { return stopping_; }
     std::size_t renderers() const { return renderers_; }

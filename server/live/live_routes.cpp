@@ -3,28 +3,23 @@
 #include "server/api/frame_json.h"
 #include "server/api/frames.h"
 #include "server/base/log.h"
+#include "server/live/live_stream.h"
+
+#include "scene/fields.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <thread>
+#include <optional>
 
 namespace clerestory {
 namespace {
 
 using nlohmann::json;
-using namespace std::chrono_literals;
 
-constexpr double kDefaultRate = 15.0, kMaxRate = 60.0;
-// Browsers show a part when the next one begins, so the last frame is sent a second time.
-constexpr auto kRepeatDelay = 150ms;
-// A still view is sent again at this interval: proxies close idle connections, and only writing
-// shows that the client has closed its side.
-constexpr auto kStillInterval = 5s;
-// How soon a stream sees that the server stops.
-constexpr auto kStopPollInterval = 200ms;
+constexpr double kDefaultRate = 15.0, kMinRate = 0.1, kMaxRate = 60.0;
+constexpr double kMinTargetMs = 10.0, kMaxTargetMs = 5000.0;
 
 std::string nameIn(const Call& call) {
     const std::string name = call.path.substr(call.path.rfind('/') + 1);
@@ -63,24 +58,28 @@ std::optional<std::string> take(std::multimap<std::string, std::string>& query, 
     return value;
 }
 
-struct StreamRequest {
-    std::shared_ptr<LiveView> view;
-    double rate = kDefaultRate;  // the most frames per second
-    bool play = false;           // the time of the frames is the clock's
-};
+// A number of the query. Adds an error if it is not one in [min, max].
+std::optional<double> takeNumber(std::multimap<std::string, std::string>& query, const char* name,
+                                 double min, double max, std::vector<FieldError>& errors) {
+    const auto text = take(query, name);
+    if (!text) return std::nullopt;
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
+    const bool whole = error == std::errc() && end == text->data() + text->size();
+    if (whole && value >= min && value <= max) return value;
+    errors.push_back({std::string("/") + name, "is out of range",
+                      "a number from " + field::numberText(min) + " to " + field::numberText(max)});
+    return std::nullopt;
+}
 
 StreamRequest streamRequestFrom(const LiveViews& views, const Call& call) {
     auto query = call.query;
     StreamRequest stream;
     std::vector<FieldError> errors;
-    if (const auto text = take(query, "fps")) {
-        const auto [end, error] =
-            std::from_chars(text->data(), text->data() + text->size(), stream.rate);
-        const bool whole = error == std::errc() && end == text->data() + text->size();
-        if (!whole || !(stream.rate >= 0.1) || !(stream.rate <= kMaxRate)) {
-            errors.push_back({"/fps", "is out of range", "a number from 0.1 to 60"});
-        }
-    }
+    const auto target = takeNumber(query, "targetMs", kMinTargetMs, kMaxTargetMs, errors);
+    stream.targetMs = target.value_or(0.0);
+    stream.rate = takeNumber(query, "fps", kMinRate, kMaxRate, errors)
+                      .value_or(target ? kMaxRate : kDefaultRate);
     if (const auto text = take(query, "play")) {
         stream.play = *text == "1";
         if (*text != "0" && *text != "1") errors.push_back({"/play", "is not 0 or 1", "0 or 1"});
@@ -100,91 +99,14 @@ StreamRequest streamRequestFrom(const LiveViews& views, const Call& call) {
     return stream;
 }
 
-class Stream {
-public:
-    Stream(FrameSource& frames, std::shared_ptr<void> slot, StreamRequest request,
-           std::string requestId)
-        : frames_(frames),
-          slot_(std::move(slot)),
-          request_(std::move(request)),
-          requestId_(std::move(requestId)) {}
-
-    // Draws the present frame. Throws RequestError.
-    void draw() {
-        const LiveView::Shown shown = request_.view->shown();
-        FrameRequest frame = shown.request;
-        if (request_.play) {
-            // Whole steps of one clock, so that all streams of this rate show the same frames.
-            const double now =
-                std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-            frame.time = std::fmod(std::floor(now * request_.rate) / request_.rate, 1e5);
-        }
-        picture_ = request_.view->picture(
-            canonicalText(frame), [&] { return frames_.draw(frame, false, requestId_).bytes; });
-        version_ = shown.version;
-    }
-
-    // Sends pictures until the server stops or the client closes its side.
-    bool run(const Sink& sink) {
-        const auto interval = std::chrono::duration_cast<Clock::duration>(
-            std::chrono::duration<double>(1.0 / request_.rate));
-        bool open = send(sink);
-        while (open && !frames_.stopping()) {
-            std::this_thread::sleep_until(
-                std::min(sent_ + interval, Clock::now() + kStopPollInterval));
-            if (Clock::now() < sent_ + interval) continue;
-            const auto again = sent_ + (repeated_ ? Clock::duration(kStillInterval) : kRepeatDelay);
-            if (!request_.play) {
-                request_.view->waitForNewer(version_,
-                                            std::min(again, Clock::now() + kStopPollInterval));
-            }
-            if (request_.play || request_.view->shown().version > version_) {
-                repeated_ = false;
-                drawOrKeep();
-                open = send(sink);
-            } else if (Clock::now() >= again) {
-                repeated_ = true;
-                open = send(sink);
-            }
-        }
-        return false;
-    }
-
-private:
-    // Keeps the last picture if the view cannot be drawn.
-    void drawOrKeep() {
-        try {
-            draw();
-        } catch (const RequestError&) {
-            version_ = request_.view->shown().version;
-        }
-    }
-
-    bool send(const Sink& sink) {
-        const std::string head = "--frame\r\nContent-Type: image/jpeg\r\nContent-Length: " +
-                                 std::to_string(picture_->size()) + "\r\n\r\n";
-        sent_ = Clock::now();
-        return sink(head + *picture_ + "\r\n");
-    }
-
-    FrameSource& frames_;
-    std::shared_ptr<void> slot_;
-    StreamRequest request_;
-    std::string requestId_;
-    LiveView::Picture picture_;
-    std::uint64_t version_ = 0;
-    bool repeated_ = false;  // the last frame was sent a second time
-    Clock::time_point sent_;
-};
-
 Answer putView(const LiveRoutes& routes, const Call& call) {
     const std::string name = nameIn(call);
     requireJsonType(call);
     requireQuery(call, false);
     const json body = strictJson(call.body);
     FrameRequest request = jpegRequestFrom(body);
-    routes.views.make(name)->put(std::move(request), body.dump());
-    return {.status = 204};
+    const std::uint64_t version = routes.views.make(name)->put(std::move(request), body.dump());
+    return {.status = 204, .headers = {{"Clerestory-View-Version", std::to_string(version)}}};
 }
 
 Answer getView(const LiveRoutes& routes, const Call& call) {
@@ -196,8 +118,8 @@ Answer getView(const LiveRoutes& routes, const Call& call) {
 
 Answer getStream(const LiveRoutes& routes, const Call& call) {
     StreamRequest request = streamRequestFrom(routes.views, call);
-    const auto stream = std::make_shared<Stream>(routes.frames, routes.slots.take(),
-                                                 std::move(request), call.requestId);
+    const auto stream = std::make_shared<LiveStream>(routes.frames, routes.slots.take(),
+                                                     std::move(request), call.requestId);
     try {
         stream->draw();  // before the status is sent, so that a problem has one
     } catch (const RequestError& error) {

@@ -4,12 +4,20 @@
 
 namespace clerestory {
 
-void LiveView::put(FrameRequest request, std::string text) {
+std::uint64_t LiveView::put(FrameRequest request, std::string text) {
+    std::vector<std::weak_ptr<CancellationToken>> outdated;
+    std::uint64_t version = 0;
     {
         const std::lock_guard lock(mutex_);
-        shown_ = {std::move(request), std::move(text), shown_.version + 1};
+        version = shown_.version + 1;
+        shown_ = {std::move(request), std::move(text), version, Clock::now()};
+        outdated.swap(refinements_);
     }
     changed_.notify_all();
+    for (const auto& refinement : outdated) {
+        if (const auto token = refinement.lock()) token->cancel();
+    }
+    return version;
 }
 
 LiveView::Shown LiveView::shown() const {
@@ -22,14 +30,28 @@ void LiveView::waitForNewer(std::uint64_t version, Clock::time_point until) cons
     changed_.wait_until(lock, until, [&] { return shown_.version > version; });
 }
 
-LiveView::Picture LiveView::picture(const std::string& key,
-                                    const std::function<std::string()>& draw) {
-    const std::lock_guard lock(drawing_);
-    if (!drawn_ || key != drawnKey_) {
-        drawn_ = std::make_shared<const std::string>(draw());
-        drawnKey_ = key;
+std::shared_ptr<CancellationToken> LiveView::refinementOf(std::uint64_t version) {
+    auto token = std::make_shared<CancellationToken>();
+    const std::lock_guard lock(mutex_);
+    std::erase_if(refinements_, [](const auto& refinement) { return refinement.expired(); });
+    if (shown_.version == version) {
+        refinements_.push_back(token);
+    } else {
+        token->cancel();
     }
-    return drawn_;
+    return token;
+}
+
+std::shared_ptr<LiveDrawing> LiveView::drawing(
+    const LiveSettings& settings, const std::function<std::shared_ptr<LiveDrawing>()>& make) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(drawings_, [](const auto& entry) { return entry.second.expired(); });
+    auto drawing = drawings_[settings].lock();
+    if (!drawing) {
+        drawing = make();
+        drawings_[settings] = drawing;
+    }
+    return drawing;
 }
 
 std::shared_ptr<LiveView> LiveViews::make(const std::string& name) {

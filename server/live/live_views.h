@@ -1,10 +1,11 @@
-// Views that are watched live: a name, the frame request that was put there last, and the picture
-// that was drawn of it last, so that many watchers cost one frame. Thread-safe.
+// Views that are watched live: a name, and the frame request that was put there last. Thread-safe.
 #pragma once
 
 #include "plan/request/frame_request.h"
+#include "server/base/call.h"
 #include "server/base/process.h"
 
+#include <compare>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -12,34 +13,46 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace clerestory {
+
+class LiveDrawing;
+
+struct LiveSettings {
+    double targetMs = 0.0;  // of a frame in motion; 0: every frame is the request itself
+    double playRate = 0.0;  // frames per second of a stream whose time is the clock's; 0: none
+    auto operator<=>(const LiveSettings&) const = default;
+};
 
 class LiveView {
 public:
     struct Shown {
         FrameRequest request;
-        std::string text;  // the body of the client: sent back unparsed
-        std::uint64_t version = 0;
+        std::string text;           // the body of the client: sent back unparsed
+        std::uint64_t version = 0;  // number of its put()
+        Clock::time_point since;    // time of its put()
     };
 
-    void put(FrameRequest request, std::string text);
+    // Returns the new version. Cancels the refinements of earlier ones.
+    std::uint64_t put(FrameRequest request, std::string text);
     Shown shown() const;
     // Returns when there is a newer version, or at that time.
     void waitForNewer(std::uint64_t version, Clock::time_point until) const;
 
-    // The picture with this key: the last one, or else the result of `draw`, which is stored. Calls
-    // wait for each other. Throws what `draw` throws.
-    using Picture = std::shared_ptr<const std::string>;
-    Picture picture(const std::string& key, const std::function<std::string()>& draw);
+    // Cancelled by put(); at once if there is a newer version already.
+    std::shared_ptr<CancellationToken> refinementOf(std::uint64_t version);
+
+    // What `make` returned for equal settings, as long as it is held; otherwise calls `make`.
+    std::shared_ptr<LiveDrawing> drawing(const LiveSettings& settings,
+                                         const std::function<std::shared_ptr<LiveDrawing>()>& make);
 
 private:
     mutable std::mutex mutex_;
     mutable std::condition_variable changed_;
     Shown shown_;
-    std::mutex drawing_;
-    std::string drawnKey_;
-    Picture drawn_;
+    std::vector<std::weak_ptr<CancellationToken>> refinements_;
+    std::map<LiveSettings, std::weak_ptr<LiveDrawing>> drawings_;
 };
 
 class LiveViews {

@@ -47,29 +47,41 @@ public:
     // Waits for that many pictures; those whole so far.
     std::vector<std::string> pictures(std::size_t wanted) {
         for (int i = 0; i < 1500; ++i) {
-            if (const auto seen = parsed(); seen.size() >= wanted) return seen;
+            if (const auto seen = parsed(); seen.pictures.size() >= wanted) return seen.pictures;
             std::this_thread::sleep_for(10ms);
         }
-        ADD_FAILURE() << "only " << parsed().size() << " of " << wanted << " pictures came";
+        ADD_FAILURE() << "only " << parsed().pictures.size() << " of " << wanted
+                      << " pictures came";
         return std::vector<std::string>(wanted);
+    }
+    // The same: the headers of their parts.
+    std::vector<std::string> heads(std::size_t wanted) {
+        pictures(wanted);
+        auto list = parsed().heads;
+        list.resize(wanted);
+        return list;
     }
 
     std::string type;
 
 private:
-    std::vector<std::string> parsed() {
+    struct Parts {
+        std::vector<std::string> heads, pictures;
+    };
+    Parts parsed() {
         const std::lock_guard lock(mutex_);
-        std::vector<std::string> list;
+        Parts parts;
         const std::string mark = "Content-Length: ";
         for (std::size_t at = 0; (at = text_.find("--frame\r\n", at)) != std::string::npos;) {
             const std::size_t length = text_.find(mark, at), head = text_.find("\r\n\r\n", at);
             if (length == std::string::npos || head == std::string::npos) break;
             const std::size_t n = std::stoull(text_.substr(length + mark.size()));
             if (head + 4 + n > text_.size()) break;
-            list.push_back(text_.substr(head + 4, n));
+            parts.heads.push_back(text_.substr(at, head + 2 - at));
+            parts.pictures.push_back(text_.substr(head + 4, n));
             at = head + 4 + n;
         }
-        return list;
+        return parts;
     }
 
     httplib::Client client_;
@@ -125,6 +137,79 @@ TEST(Live, EachLinkIsASeparateStream) {
     StreamViewer watcher(sharedServer(),
                          "/v1/stream?scene=six-walls&width=64&height=48&eye=0,1,2&target=0,1,0");
     EXPECT_EQ(watcher.pictures(1)[0], frameOf(client, viewFrom(0)));
+}
+
+// The headers of each picture are read, and the last one is the request itself.
+TEST(Live, APacedStreamBeginsSmallAndEndsWithTheRequest) {
+    TestServer server;
+    auto client = server.client();
+    const std::string body = R"({"scene": "six-walls", "width": 640, "height": 360})";
+    ASSERT_EQ(put(client, "paced", body), 204);
+    StreamViewer watcher(server, "/v1/stream?view=paced&targetMs=100");
+    const std::string whole = frameOf(client, body);
+    std::size_t n = 1;
+    while (watcher.pictures(n).back() != whole && n < 20 && !HasFailure()) ++n;
+    const auto heads = watcher.heads(n);
+    EXPECT_THAT(heads.front(), testing::HasSubstr("Clerestory-Preset: draft"));
+    EXPECT_THAT(heads.front(), testing::Not(testing::HasSubstr("Clerestory-Size: 640x360")));
+    EXPECT_THAT(heads.back(), testing::HasSubstr("Clerestory-Level: 0\r\n"));
+    EXPECT_THAT(heads.back(), testing::HasSubstr("Clerestory-Size: 640x360\r\n"));
+    EXPECT_THAT(heads.back(), testing::HasSubstr("Clerestory-Preset: requested\r\n"));
+    EXPECT_THAT(heads.back(), testing::HasSubstr("Server-Timing: frame;dur="));
+}
+
+TEST(Live, EachPictureNamesTheVersionOfItsView) {
+    TestServer server;
+    auto client = server.client();
+    const auto version = [&](double x) {
+        return client.Put("/v1/views/numbered", viewFrom(x), "application/json")
+            ->get_header_value("Clerestory-View-Version");
+    };
+    EXPECT_EQ(version(0), "1");
+    EXPECT_EQ(version(0.25), "2");
+    StreamViewer watcher(server, "/v1/stream?view=numbered");
+    watcher.pictures(1);
+    EXPECT_EQ(version(0.5), "3");
+    const auto heads = watcher.heads(4);
+    EXPECT_THAT(heads.front(), testing::HasSubstr("Clerestory-View-Version: 2\r\n"));
+    EXPECT_THAT(heads.back(), testing::HasSubstr("Clerestory-View-Version: 3\r\n"));
+    EXPECT_THAT(heads.back(), testing::Not(testing::HasSubstr("Clerestory-Level")));
+}
+
+// A frame that is being drawn for the server itself ends before its next pass when it is cancelled.
+TEST(Live, ACancelledRefinementEndsBeforeItsNextPass) {
+    TestServer server;
+    server.awaitReady();
+    RenderQueue& queue = server.backend().queue();
+    const auto drawn = [&] {
+        return queue.run(10s, [](Renderer& r) { return r.counters().frames; });
+    };
+    FrameRequest request;
+    request.scene = "six-walls";
+    request.width = 1920;
+    request.height = 1080;
+    request.accuracy = accuracyOf(Preset::fine);
+    // The frame may end before it is cancelled: then another one is drawn.
+    bool ended = false;
+    for (int i = 0; i < 50 && !ended; ++i) {
+        const std::uint64_t before = drawn();
+        FrameOrder order{.request = request,
+                         .arrived = Clock::now(),
+                         .cancellation = std::make_shared<CancellationToken>()};
+        auto answer = std::async(std::launch::async, [&] { return server.backend().draw(order); });
+        while (queue.workingFor() <= 0s && answer.wait_for(0s) != std::future_status::ready) {
+            std::this_thread::yield();
+        }
+        order.cancellation->cancel();
+        try {
+            answer.get();
+        } catch (const RequestError& error) {
+            EXPECT_EQ(error.problem().code, ProblemCode::clientLeft);
+            ended = true;
+            EXPECT_EQ(drawn(), before);
+        }
+    }
+    EXPECT_TRUE(ended);
 }
 
 TEST(Live, InvalidViewsAreRejected) {

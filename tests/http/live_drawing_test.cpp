@@ -1,0 +1,200 @@
+// Which request a live view draws next, with a function instead of a renderer: requests that are
+// put while it draws are events within its calls.
+#include "server/live/live_drawing.h"
+
+#include "server/base/problem.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <thread>
+#include <vector>
+
+namespace clerestory::test {
+namespace {
+
+using Picture = LiveDrawing::Picture;
+using Token = std::shared_ptr<CancellationToken>;
+
+FrameRequest pose(double exposure) {
+    FrameRequest request;
+    request.exposure = exposure;
+    return request;
+}
+
+// A view whose frames take 400 ms for all pixels of a request, on paper.
+struct Studio {
+    explicit Studio(double targetMs) : drawing(LiveDrawing::of(view, {.targetMs = targetMs})) {
+        put(0);
+    }
+
+    void put(double exposure) { view.put(pose(exposure), ""); }
+    LiveDrawing::Draw draw() {
+        return [this](const FrameRequest& frame, const Token& cancellation,
+                      const std::function<bool()>& isNewest) {
+            drawn.push_back(frame);
+            tokens.push_back(cancellation);
+            if (during) std::exchange(during, nullptr)();
+            if (cancellation && cancellation->cancelled()) throw RequestError(clientLeft());
+            if (refusals > 0) {
+                --refusals;
+                isNewestAtRefusal = isNewest();
+                throw RequestError(queueFull(1));
+            }
+            const double pixels = 1.0 * frame.width * frame.height / (1280 * 720);
+            return LiveDrawing::Drawn{std::to_string(frame.exposure), 400 * pixels};
+        };
+    }
+    Picture moved() { return last = drawing->moved(last, std::nullopt, draw()); }
+    Picture refined() {
+        const Picture finer = drawing->refined(last, draw());
+        if (finer) last = finer;
+        return finer;
+    }
+
+    LiveView view;
+    std::shared_ptr<LiveDrawing> drawing;
+    Picture last;
+    std::vector<FrameRequest> drawn;
+    std::vector<Token> tokens;
+    std::function<void()> during;  // called once, while a frame is drawn
+    int refusals = 0;
+    bool isNewestAtRefusal = true;
+};
+
+TEST(LiveDrawing, OfThePosesDuringAFrameTheNewestIsDrawnNext) {
+    for (const double target : {0.0, 100.0}) {
+        Studio studio(target);
+        studio.during = [&] {
+            for (int i = 1; i <= 5; ++i) studio.put(i);
+        };
+        EXPECT_EQ(studio.moved()->version, 1u) << "the frame that was begun is shown";
+        EXPECT_EQ(studio.moved()->version, 6u);
+        ASSERT_EQ(studio.drawn.size(), 2u);
+        EXPECT_EQ(studio.drawn[1].exposure, 5.0);
+        EXPECT_EQ(studio.moved()->version, 6u);
+        EXPECT_EQ(studio.drawn.size(), 2u) << "nothing is drawn twice";
+        for (const Token& token : studio.tokens) {
+            EXPECT_EQ(token, nullptr) << "a frame in motion is not cancelled";
+        }
+    }
+}
+
+TEST(LiveDrawing, WithoutATargetEveryFrameIsTheRequest) {
+    Studio studio(0.0);
+    const Picture picture = studio.moved();
+    EXPECT_EQ(picture->level, 0u);
+    EXPECT_EQ(studio.drawn[0].width, 1280u);
+    EXPECT_EQ(studio.refined(), nullptr);
+    EXPECT_EQ(studio.drawn.size(), 1u);
+}
+
+TEST(LiveDrawing, MotionIsSmallAndRestIsRefinedToTheRequest) {
+    Studio studio(100.0);
+    for (int i = 1; i < 8; ++i) {
+        studio.put(i);
+        studio.moved();
+    }
+    EXPECT_GT(studio.last->level, 0u);
+    EXPECT_LT(studio.last->width, 1280u);
+    while (studio.last->level > 0) {
+        const std::size_t level = studio.last->level;
+        ASSERT_NE(studio.refined(), nullptr);
+        EXPECT_LT(studio.last->level, level);
+        EXPECT_NE(studio.tokens.back(), nullptr);
+    }
+    EXPECT_EQ(studio.last->width, 1280u);
+    EXPECT_EQ(studio.last->version, 8u);
+}
+
+TEST(LiveDrawing, APoseCancelsTheRefinementAndIsDrawnNext) {
+    Studio studio(100.0);
+    studio.moved();
+    const std::size_t moving = studio.last->level;
+    studio.during = [&] {
+        EXPECT_FALSE(studio.tokens.back()->cancelled());
+        studio.put(7);
+        EXPECT_TRUE(studio.tokens.back()->cancelled());
+    };
+    EXPECT_EQ(studio.refined(), nullptr);
+    EXPECT_EQ(studio.moved()->version, 2u);
+    EXPECT_EQ(studio.drawn.size(), 3u);
+    EXPECT_EQ(studio.drawn.back().exposure, 7.0);
+    EXPECT_LE(studio.last->level, moving);
+    EXPECT_LT(studio.last->width, 1280u) << "not at full size";
+}
+
+TEST(LiveDrawing, ARefinementOfAnOldPoseDoesNotBegin) {
+    Studio studio(100.0);
+    studio.moved();
+    studio.put(1);
+    EXPECT_EQ(studio.refined(), nullptr);
+    EXPECT_EQ(studio.drawn.size(), 1u);
+}
+
+TEST(LiveDrawing, WhileTheQueueIsFullANewerPoseTakesThePlace) {
+    Studio studio(100.0);
+    studio.refusals = 1;
+    studio.during = [&] { studio.put(9); };
+    EXPECT_EQ(studio.moved()->version, 2u);
+    EXPECT_FALSE(studio.isNewestAtRefusal);
+    EXPECT_EQ(studio.drawn.back().exposure, 9.0);
+    studio.put(10);
+    studio.refusals = 1;
+    EXPECT_THROW(studio.moved(), RequestError);
+    EXPECT_TRUE(studio.isNewestAtRefusal);
+}
+
+TEST(LiveDrawing, AnEqualRequestIsNotDrawnAgain) {
+    Studio studio(0.0);
+    studio.moved();
+    studio.put(0);
+    const Picture again = studio.moved();
+    EXPECT_EQ(again->version, 2u);
+    EXPECT_EQ(studio.drawn.size(), 1u);
+}
+
+TEST(LiveDrawing, StreamsOfEqualSettingsShareTheirPictures) {
+    Studio studio(100.0);
+    ASSERT_EQ(LiveDrawing::of(studio.view, {.targetMs = 100.0}), studio.drawing);
+    EXPECT_NE(LiveDrawing::of(studio.view, {.targetMs = 50.0}), studio.drawing);
+    EXPECT_NE(LiveDrawing::of(studio.view, {}), studio.drawing);
+    std::promise<void> begun, other;
+    studio.during = [&] {
+        begun.set_value();
+        other.get_future().wait();
+    };
+    const auto draw = studio.draw();
+    auto first = std::async(std::launch::async,
+                            [&] { return studio.drawing->moved(nullptr, std::nullopt, draw); });
+    begun.get_future().wait();
+    auto second = std::async(std::launch::async, [&] {
+        other.set_value();
+        return studio.drawing->moved(nullptr, std::nullopt, draw);
+    });
+    const Picture picture = first.get();
+    EXPECT_EQ(second.get(), picture);
+    EXPECT_EQ(studio.drawn.size(), 1u);
+    const Picture finer = studio.drawing->refined(picture, draw);
+    EXPECT_EQ(studio.drawing->refined(picture, draw), finer);
+    EXPECT_EQ(studio.drawn.size(), 2u);
+}
+
+TEST(LiveDrawing, WhatWasMeasuredIsKeptWhileTheSizeStays) {
+    Studio studio(100.0);
+    for (int i = 1; i < 8; ++i) {
+        studio.put(i);
+        studio.moved();
+    }
+    const std::size_t level = studio.last->level;
+    FrameRequest other = pose(20);
+    other.effects.refraction = false;
+    studio.view.put(other, "");
+    EXPECT_EQ(studio.moved()->level, level);
+    other.width = 1920;
+    studio.view.put(other, "");
+    EXPECT_EQ(studio.moved()->settings, (Level{0.125, true}));
+}
+
+}  // namespace
+}  // namespace clerestory::test
