@@ -1,7 +1,9 @@
-// Requests frames: one at a time; the newest pose wins and aborts an outdated full frame; small frames in motion, a full one
-// at rest; retries while the server is busy or unreachable.
+// Requests frames: one at a time, and of the poses that wait only the newest. In motion the size and accuracy that measured
+// times allow; at rest they are refined up to the full frame, which a new pose aborts. Retries while the server is busy or
+// unreachable.
 import { Problem, renderFrame } from "./api.js";
 import { messageOf } from "./messages.js";
+import { Pace, ladderOf } from "./pace.js";
 
 // ---- scheduling, without clock and network ---------------------------------------------------
 
@@ -22,6 +24,9 @@ export class Latest {
 
   get busy() {
     return this.#busy;
+  }
+  get waiting() {
+    return this.#next !== undefined;
   }
 
   async #drain() {
@@ -45,19 +50,17 @@ export function frameSize(cssWidth, cssHeight, pixelRatio, { maxPixels, maxEdge 
   return [Math.max(1, Math.floor(width * shrink)), Math.max(1, Math.floor(height * shrink))];
 }
 
-// Size and accuracy of frames in motion, from the time of the last one: fewer pixels first; at the minimum also the
-// cheapest accuracy, until frames are fast again. The size changes at most by a factor of two per frame.
-export class Pace {
-  constructor({ budgetMs, minPixels, maxPixels, pixels }) {
-    Object.assign(this, { budgetMs, minPixels, maxPixels, pixels, draft: false });
-  }
+// Milliseconds of a frame without waiting in the queue and without compiling shaders; with the time of the network.
+export function workMs({ milliseconds, timings }) {
+  const other = timings.filter(({ name }) => name === "queue" || name === "compile");
+  return Math.max(0.1, milliseconds - other.reduce((sum, entry) => sum + entry.milliseconds, 0));
+}
 
-  measured(pixels, milliseconds) {
-    const change = Math.min(2, Math.max(0.5, this.budgetMs / Math.max(milliseconds, 0.1)));
-    this.pixels = Math.round(Math.min(this.maxPixels, Math.max(this.minPixels, pixels * change)));
-    if (this.pixels === this.minPixels && milliseconds > this.budgetMs) this.draft = true;
-    if (this.pixels >= 6 * this.minPixels) this.draft = false;
-  }
+// What the ladder of a request depends on besides its size; presets: cheapest first.
+export function accuracyKind(accuracy, presets) {
+  const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy ?? {};
+  if (knobs.maxMilliseconds !== undefined || knobs.maxError !== undefined) return "budget";
+  return preset === presets[0] && Object.keys(knobs).length === 0 ? "draft" : "other";
 }
 
 // Seconds until a retry: the Retry-After of the server, or longer with every consecutive failure.
@@ -67,24 +70,28 @@ export const retryDelay = (retryAfterSeconds, failures) =>
 // ---- requests --------------------------------------------------------------------------------
 
 const kMovingMs = 90;  // target time of a frame in motion
-const kRestMs = 160;   // without motion until the full frame is requested
+const kRestMs = 160;   // without motion until the frame is refined
 const kMinPixels = 160 * 90;
 
 export class Frames {
   #latest = new Latest((settings) => this.#render(settings));
   #rest;
-  #running;  // { still, stop: AbortController } of the frame under way
+  #resting = false;  // the view has not changed for kRestMs
+  #running;  // { refines, stop: AbortController } of the frame in progress
+  #level = 0;         // of the frame that is shown
+  #complete = true;   // that is the full frame, with its plan
+  #pace;
   #waiting = false;   // for a retry
   #fraction = 1;  // of the pixels of a full frame, while that takes longer than the deadline of the server
   #failures = 0;
 
   // requestFor(size, options) -> a request, or nothing while there is no view.
   // box() -> { width, height, ratio } of the image on the screen. reducedMotion(): the user prefers reduced motion.
-  // shown(frame, request, still) and failed(problem, secondsUntilRetry) are called with the result. A frame that exceeds
-  // the deadline of the server is requested again with half the pixels.
-  constructor({ requestFor, box, reducedMotion, limits, shown, failed }) {
-    Object.assign(this, { requestFor, box, reducedMotion, limits, shown, failed });
-    this.pace = new Pace({ budgetMs: kMovingMs, minPixels: kMinPixels, maxPixels: limits.maxPixels, pixels: 320 * 180 });
+  // presets: cheapest first. shown(frame, request, still) and failed(problem, secondsUntilRetry) are called with the result;
+  // still: it is the full frame. A frame that exceeds the deadline of the server is requested again with half the pixels.
+  // render: renderFrame(), or a replacement in tests.
+  constructor({ requestFor, box, reducedMotion, limits, presets, shown, failed, render = renderFrame }) {
+    Object.assign(this, { requestFor, box, reducedMotion, limits, presets, shown, failed, render });
   }
 
   size(maxPixels = this.limits.maxPixels) {
@@ -92,38 +99,74 @@ export class Frames {
     return frameSize(width, height, ratio, { ...this.limits, maxPixels });
   }
 
-  // The camera moves: a fast frame now, the full one when it stops.
+  // The camera moves: a fast frame now, finer ones when it stops.
   moved() {
-    clearTimeout(this.#rest);
-    this.#rest = setTimeout(() => this.#request({ still: true }), kRestMs);
-    if (this.#running?.still && !this.reducedMotion()) this.#running.stop.abort();  // out of date
-    this.#request({ still: this.reducedMotion() });
+    if (this.reducedMotion()) return this.#full();
+    this.#restart();
+    if (this.#running?.refines) this.#running.stop.abort();  // out of date
+    return this.#request({ kind: "moving" });
   }
 
-  // A setting changed: the full frame.
+  // A setting changed: the full frame, or as if the camera moved where that takes long.
   changed() {
-    clearTimeout(this.#rest);
     this.#fraction = 1;
-    this.#request({ still: true });
+    if (this.#pace && !this.#pace.fullIsQuick) return this.moved();
+    return this.#full();
+  }
+
+  #full() {
+    clearTimeout(this.#rest);
+    this.#resting = false;
+    this.#request({ kind: "full" });
+  }
+
+  #restart() {
+    clearTimeout(this.#rest);
+    this.#resting = false;
+    this.#rest = setTimeout(() => {
+      this.#resting = true;
+      if (!this.#latest.busy) this.#refine();
+    }, kRestMs);
+  }
+
+  // One step, unless a newer pose waits.
+  #refine() {
+    if (this.#resting && !this.#complete && !this.#latest.waiting) this.#request({ kind: "refined" });
   }
 
   #request(settings) {
     if (!this.#waiting) this.#latest.request(settings);
   }
 
-  async #render({ still }) {
-    const full = this.size();
-    const size = this.size(still ? this.#fraction * this.limits.maxPixels : this.pace.pixels);
-    const request = this.requestFor(size, { draft: !still && this.pace.draft, scale: size[0] / full[0] });
-    if (!request) return;
+  // What was measured is kept until the size or the kind of accuracy changes.
+  #paceOf({ width, height, accuracy }) {
+    const ladder = ladderOf(width, height, accuracyKind(accuracy, this.presets));
+    const key = JSON.stringify([width, height, ladder]);
+    if (this.#pace?.key !== key) this.#pace = Object.assign(new Pace(ladder, kMovingMs), { key });
+    return this.#pace;
+  }
+
+  async #render({ kind }) {
+    const full = this.size(this.#fraction * this.limits.maxPixels);
+    const whole = this.requestFor(full, {});
+    if (!whole) return;
+    const pace = this.#paceOf(whole);
+    const level = { full: 0, moving: pace.moving, refined: pace.refined(Math.min(this.#level, pace.ladder.length - 1)) }[kind];
+    const { scale, draft } = pace.ladder[level];
+    const size = full.map((edge) => Math.max(1, Math.round(edge * scale)));
+    const request = level === 0 ? whole : this.requestFor(size, { draft, scale });
+    const still = level === 0 && kind !== "moving";
     const stop = new AbortController();
-    this.#running = { still, stop };
+    this.#running = { refines: kind !== "moving", stop };
     try {
-      const frame = await renderFrame(request, still ? "1" : "0", stop.signal);
+      const frame = await this.render(request, still ? "1" : "0", stop.signal);
       this.#running = undefined;
       this.#failures = 0;
-      if (!still) this.pace.measured(request.width * request.height, frame.milliseconds);
+      pace.measured(level, workMs(frame));
+      this.#level = level;
+      this.#complete = still;
       await this.shown(frame, request, still);
+      this.#refine();
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
       if (!stop.signal.aborted) this.#fail(problem, request);
@@ -135,7 +178,7 @@ export class Frames {
   #fail(problem, { width, height }) {
     if (problem.status === 504 && width * height > 2 * kMinPixels) {
       this.#fraction = (width * height) / 2 / this.limits.maxPixels;
-      this.#request({ still: true });
+      this.#request({ kind: "full" });
       return this.failed(problem, 0);
     }
     if (!messageOf(problem).retry) return this.failed(problem);
@@ -143,7 +186,7 @@ export class Frames {
     this.#waiting = true;
     setTimeout(() => {
       this.#waiting = false;
-      this.#request({ still: true });
+      this.#request({ kind: "full" });
     }, 1000 * seconds);
     this.failed(problem, seconds);
   }

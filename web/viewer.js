@@ -232,7 +232,7 @@ async function start() {
   const fromLink = session.read(location.hash);
   const limits = { maxPixels: Math.min(renderer.limits.pixels, renderer.software ? 1280 * 720 : 2560 * 1440), maxEdge: renderer.limits.edge };
   const box = () => ({ width: $("stage").clientWidth, height: $("stage").clientHeight, ratio: Math.min(2, devicePixelRatio || 1) });
-  frames = new Frames({ limits, box, reducedMotion, shown, failed: showProblem, requestFor: (size, options) => {
+  frames = new Frames({ limits, box, reducedMotion, presets: session.presets, shown, failed: showProblem, requestFor: (size, options) => {
     const request = frameRequest(size, options);
     return request && wipe.left(request);
   } });

@@ -5,7 +5,7 @@ import { test } from "node:test";
 import { floatsOf, parseServerTiming, partsOf, relativePath } from "../../web/api.js";
 import { hullOf, logAxis, logTicks, settingsFor, shortNumber } from "../../web/compare_panel.js";
 import { decisionRows, planRows, skippedRows, timeParts } from "../../web/frame_panels.js";
-import { Latest, Pace, frameSize, retryDelay } from "../../web/frames.js";
+import { Latest, frameSize, retryDelay } from "../../web/frames.js";
 import { messageOf, subjectText } from "../../web/messages.js";
 
 const bytesOf = (text) => new TextEncoder().encode(text);
@@ -117,16 +117,6 @@ test("a frame keeps its aspect ratio within the limits", () => {
   assert.deepEqual(frameSize(100, 50, 2, { maxPixels: 1e6, maxEdge: 4096 }), [200, 100]);
   const [width, height] = frameSize(4000, 2000, 2, { maxPixels: 1280 * 720, maxEdge: 4096 });
   assert.ok(width * height <= 1280 * 720 && Math.abs(width / height - 2) < 0.01);
-});
-
-test("frames in motion follow the time budget: pixels first, then accuracy, and back", () => {
-  const pace = new Pace({ budgetMs: 100, minPixels: 100, maxPixels: 10000, pixels: 1000 });
-  pace.measured(1000, 200);
-  assert.deepEqual([pace.pixels, pace.draft], [500, false]);
-  pace.measured(120, 1000);
-  assert.deepEqual([pace.pixels, pace.draft], [100, true]);
-  for (let i = 0; i < 4; ++i) pace.measured(pace.pixels, 1);
-  assert.deepEqual([pace.pixels, pace.draft], [1600, false]);
 });
 
 // ---- the chart --------------------------------------------------------------------------------
