@@ -47,6 +47,7 @@ LiveDrawing::Draw LiveStream::drawer() {
 }
 
 void LiveStream::draw() {
+    begun_ = Clock::now();
     std::optional<double> time;
     if (request_.play) {
         // Whole steps of one clock, so that all streams of this rate show the same frames.
@@ -88,8 +89,10 @@ bool LiveStream::run(const Sink& sink) {
         std::chrono::duration<double>(1.0 / request_.rate));
     bool open = send(sink);
     while (open && !frames_.stopping()) {
-        std::this_thread::sleep_until(std::min(sent_ + interval, Clock::now() + kStopPollInterval));
-        if (Clock::now() < sent_ + interval) continue;
+        // The rate of a paced stream is that of the beginnings of its frames.
+        const auto next = (request_.targetMs > 0.0 ? begun_ : sent_) + interval;
+        std::this_thread::sleep_until(std::min(next, Clock::now() + kStopPollInterval));
+        if (Clock::now() < next) continue;
         const auto again = sent_ + (repeated_ ? Clock::duration(kStillInterval) : kRepeatDelay);
         const auto rest =
             mayRefine() ? request_.view->shown().since + kRestDelay : Clock::time_point::max();

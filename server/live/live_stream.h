@@ -43,11 +43,11 @@ private:
     std::string requestId_;
     std::shared_ptr<LiveDrawing> drawing_;
     LiveDrawing::Picture picture_;
-    std::uint64_t version_ = 0;   // of the view, that was drawn or could not be drawn
-    bool repeated_ = false;       // the last picture was sent a second time
-    bool cannotRefine_ = false;   // the last picture
-    bool delimiterSent_ = false;  // the one before the next part
-    Clock::time_point sent_;
+    std::uint64_t version_ = 0;       // of the view, that was drawn or could not be drawn
+    bool repeated_ = false;           // the last picture was sent a second time
+    bool cannotRefine_ = false;       // the last picture
+    bool delimiterSent_ = false;      // the one before the next part
+    Clock::time_point begun_, sent_;  // the last picture
 };
 
 }  // namespace clerestory
