@@ -23,8 +23,9 @@ struct FrameOrder {
     bool withPlan = false;
     std::string requestId;      // of the client's request, for the log
     Clock::time_point arrived;  // the deadline counts from here
-    // Null: cannot be cancelled. A frame that is being drawn ends before its next pass.
-    std::shared_ptr<CancellationToken> cancellation = {};
+    std::shared_ptr<CancellationToken> cancellation = {};  // null: cannot be cancelled
+    // Whether a frame that is being drawn ends before its next pass when it is cancelled.
+    bool endsInProgress = true;
 };
 
 struct EncodedFrame {

@@ -93,8 +93,10 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
     turn.kind = kindOf(request);
     const auto entered = Clock::now();
     const auto abandoned = [&queue = components_.queue, cancellation = turn.cancellation,
-                            atOnce = turn.endsAtOnce] {
-        return cancellation && cancellation->cancelled() && (atOnce || queue.hasWaiting());
+                            ends = turn.endsInProgress] {
+        using Ends = Turn::EndsInProgress;
+        if (!cancellation || ends == Ends::never || !cancellation->cancelled()) return false;
+        return ends == Ends::always || queue.hasWaiting();
     };
     const auto work = [request, entered, readback, abandoned](Renderer& renderer) {
         const double queueMs = millisecondsSince(entered);

@@ -77,7 +77,7 @@ public:
     }
 
     // Both throw RequestError, InvalidRequest and RenderFailed. `requestId` is for the log. A frame
-    // whose turn is cancelled ends before its next pass: at once, or if other work waits.
+    // in progress whose turn is cancelled ends before its next pass; see Turn::endsInProgress.
     Drawn draw(const Resolved& resolved, Turn turn, Readback readback,
                const std::string& requestId);
     FramePlan plan(const FrameRequest& request, Turn turn);

@@ -62,7 +62,8 @@ EncodedFrame LocalBackend::draw(const FrameOrder& order) {
         frames_.requireAffordable(resolved.request);
         Turn turn = frames_.turnFor(order.arrived);
         turn.cancellation = order.cancellation;
-        turn.endsAtOnce = true;
+        turn.endsInProgress =
+            order.endsInProgress ? Turn::EndsInProgress::always : Turn::EndsInProgress::never;
         FrameService::Drawn drawn =
             frames_.draw(resolved, turn, Readback::picture, order.requestId);
         EncodedFrame frame{

@@ -14,11 +14,10 @@ constexpr std::chrono::minutes kRetryLimit{2};
 
 EncodedFrame FrameSource::draw(const FrameRequest& request, bool withPlan,
                                const std::string& requestId) {
-    return draw({.request = request, .withPlan = withPlan, .requestId = requestId},
-                [] { return true; });
+    return draw({.request = request, .withPlan = withPlan, .requestId = requestId});
 }
 
-EncodedFrame FrameSource::draw(FrameOrder order, const std::function<bool()>& isWanted) {
+EncodedFrame FrameSource::draw(FrameOrder order) {
     const auto begun = Clock::now();
     for (;;) {
         order.arrived = Clock::now();
@@ -30,8 +29,8 @@ EncodedFrame FrameSource::draw(FrameOrder order, const std::function<bool()>& is
             if (order.cancellation && order.cancellation->cancelled()) throw;
             count(error.problem().status, 0, order.arrived, order.requestId);
             metrics_.refused(error.problem().code);
-            const bool again = isTemporary(error.problem()) && !stopping_ && isWanted() &&
-                               Clock::now() - begun < kRetryLimit;
+            const bool again =
+                isTemporary(error.problem()) && !stopping_ && Clock::now() - begun < kRetryLimit;
             if (!again) throw;
         }
         std::this_thread::sleep_for(kRetryInterval);

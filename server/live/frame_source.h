@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <cstddef>
-#include <functional>
 #include <memory>
 #include <mutex>
 
@@ -25,8 +24,9 @@ public:
     // the scene is loading, a budget is being measured. Throws RequestError.
     EncodedFrame draw(const FrameRequest& request, bool withPlan, const std::string& requestId);
 
-    // As above, but only while `isWanted`. A cancelled frame counts as no request.
-    EncodedFrame draw(FrameOrder order, const std::function<bool()>& isWanted);
+    // The same with the time of each attempt as FrameOrder::arrived. A cancelled frame is not
+    // repeated and counts as no request.
+    EncodedFrame draw(FrameOrder order);
 
     bool stopping() const { return stopping_; }
     std::size_t renderers() const { return renderers_; }

@@ -21,12 +21,19 @@ void LiveDrawing::setPace(const FrameRequest& frame) {
 
 // With the lock of drawing_ held.
 LiveDrawing::Picture LiveDrawing::drawnAt(std::size_t level, const FrameRequest& frame,
-                                          std::uint64_t version,
-                                          const std::shared_ptr<CancellationToken>& cancellation,
+                                          std::uint64_t version, bool isRefinement,
                                           const Draw& draw) {
     const Level settings = pace_ ? pace_->ladder().levels[level] : Level{};
     const FrameRequest scaled = atLevel(frame, settings);
-    Drawn drawn = draw(scaled, cancellation, [&] { return view_.shown().version == version; });
+    const auto cancellation = view_.cancellationOf(version);
+    if (cancellation->cancelled()) return nullptr;
+    Drawn drawn;
+    try {
+        drawn = draw({scaled, cancellation, isRefinement});
+    } catch (const RequestError&) {
+        if (!cancellation->cancelled()) throw;
+        return nullptr;
+    }
     if (pace_) pace_->measured(level, drawn.milliseconds);
     last_ = std::make_shared<const LivePicture>(
         LivePicture{.bytes = std::make_shared<const std::string>(std::move(drawn.bytes)),
@@ -65,11 +72,8 @@ LiveDrawing::Picture LiveDrawing::moved(const Picture& seen, std::optional<doubl
             return last_;
         }
         setPace(frame);
-        try {
-            return drawnAt(pace_ ? pace_->moving() : 0, frame, shown.version, nullptr, draw);
-        } catch (const RequestError&) {
-            if (view_.shown().version == shown.version) throw;
-        }
+        const std::size_t level = pace_ ? pace_->moving() : 0;
+        if (const Picture drawn = drawnAt(level, frame, shown.version, false, draw)) return drawn;
     }
 }
 
@@ -79,15 +83,7 @@ LiveDrawing::Picture LiveDrawing::refined(const Picture& seen, const Draw& draw)
     if (shown.version != seen->version || !pace_) return nullptr;
     const bool isShared = last_->version == seen->version && last_->level < seen->level;
     if (isShared) return last_;
-    const auto cancellation = view_.refinementOf(shown.version);
-    if (cancellation->cancelled()) return nullptr;
-    try {
-        return drawnAt(pace_->refined(seen->level), shown.request, shown.version, cancellation,
-                       draw);
-    } catch (const RequestError&) {
-        if (!cancellation->cancelled()) throw;
-        return nullptr;
-    }
+    return drawnAt(pace_->refined(seen->level), shown.request, shown.version, true, draw);
 }
 
 }  // namespace clerestory

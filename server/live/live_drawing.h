@@ -38,11 +38,15 @@ public:
         std::string bytes;
         double milliseconds = 0.0;  // as for Pace::measured()
     };
-    // Draws a frame; `cancellation` is null for a frame in motion. `isNewest`: no other request has
-    // been put. Throws RequestError.
-    using Draw = std::function<Drawn(const FrameRequest& frame,
-                                     const std::shared_ptr<CancellationToken>& cancellation,
-                                     const std::function<bool()>& isNewest)>;
+    // A frame that is wanted. Another request cancels it: a refinement at any time, a frame in
+    // motion as long as it has not begun, since poses can come faster than frames.
+    struct Order {
+        FrameRequest request;
+        std::shared_ptr<CancellationToken> cancellation;
+        bool isRefinement = false;
+    };
+    // Throws RequestError.
+    using Draw = std::function<Drawn(const Order&)>;
     using Picture = std::shared_ptr<const LivePicture>;
 
     // One for all streams of the view with equal settings. `view` outlives it.
@@ -59,8 +63,9 @@ public:
 
 private:
     LiveDrawing(LiveView& view, const LiveSettings& settings) : view_(view), settings_(settings) {}
+    // Null if it was cancelled.
     Picture drawnAt(std::size_t level, const FrameRequest& frame, std::uint64_t version,
-                    const std::shared_ptr<CancellationToken>& cancellation, const Draw& draw);
+                    bool isRefinement, const Draw& draw);
     void setPace(const FrameRequest& frame);
 
     LiveView& view_;

@@ -38,10 +38,11 @@ LiveStream::LiveStream(FrameSource& frames, std::shared_ptr<void> slot, StreamRe
 }
 
 LiveDrawing::Draw LiveStream::drawer() {
-    return [this](const FrameRequest& frame, const std::shared_ptr<CancellationToken>& cancellation,
-                  const std::function<bool()>& isNewest) {
-        EncodedFrame drawn = frames_.draw(
-            {.request = frame, .requestId = requestId_, .cancellation = cancellation}, isNewest);
+    return [this](const LiveDrawing::Order& order) {
+        EncodedFrame drawn = frames_.draw({.request = order.request,
+                                           .requestId = requestId_,
+                                           .cancellation = order.cancellation,
+                                           .endsInProgress = order.isRefinement});
         return LiveDrawing::Drawn{std::move(drawn.bytes), drawn.milliseconds};
     };
 }

@@ -11,11 +11,11 @@ std::uint64_t LiveView::put(FrameRequest request, std::string text) {
         const std::lock_guard lock(mutex_);
         version = shown_.version + 1;
         shown_ = {std::move(request), std::move(text), version, Clock::now()};
-        outdated.swap(refinements_);
+        outdated.swap(cancellations_);
     }
     changed_.notify_all();
-    for (const auto& refinement : outdated) {
-        if (const auto token = refinement.lock()) token->cancel();
+    for (const auto& frame : outdated) {
+        if (const auto token = frame.lock()) token->cancel();
     }
     return version;
 }
@@ -30,12 +30,12 @@ void LiveView::waitForNewer(std::uint64_t version, Clock::time_point until) cons
     changed_.wait_until(lock, until, [&] { return shown_.version > version; });
 }
 
-std::shared_ptr<CancellationToken> LiveView::refinementOf(std::uint64_t version) {
+std::shared_ptr<CancellationToken> LiveView::cancellationOf(std::uint64_t version) {
     auto token = std::make_shared<CancellationToken>();
     const std::lock_guard lock(mutex_);
-    std::erase_if(refinements_, [](const auto& refinement) { return refinement.expired(); });
+    std::erase_if(cancellations_, [](const auto& frame) { return frame.expired(); });
     if (shown_.version == version) {
-        refinements_.push_back(token);
+        cancellations_.push_back(token);
     } else {
         token->cancel();
     }

@@ -34,14 +34,14 @@ public:
         Clock::time_point since;    // time of its put()
     };
 
-    // Returns the new version. Cancels the refinements of earlier ones.
+    // Returns the new version. Cancels the frames of earlier ones.
     std::uint64_t put(FrameRequest request, std::string text);
     Shown shown() const;
     // Returns when there is a newer version, or at that time.
     void waitForNewer(std::uint64_t version, Clock::time_point until) const;
 
     // Cancelled by put(); at once if there is a newer version already.
-    std::shared_ptr<CancellationToken> refinementOf(std::uint64_t version);
+    std::shared_ptr<CancellationToken> cancellationOf(std::uint64_t version);
 
     // What `make` returned for equal settings, as long as it is held; otherwise calls `make`.
     std::shared_ptr<LiveDrawing> drawing(const LiveSettings& settings,
@@ -51,7 +51,7 @@ private:
     mutable std::mutex mutex_;
     mutable std::condition_variable changed_;
     Shown shown_;
-    std::vector<std::weak_ptr<CancellationToken>> refinements_;
+    std::vector<std::weak_ptr<CancellationToken>> cancellations_;
     std::map<LiveSettings, std::weak_ptr<LiveDrawing>> drawings_;
 };
 

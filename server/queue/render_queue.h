@@ -24,9 +24,10 @@ struct Turn {
     std::uint64_t kind = 0;  // work of one kind takes about the same time
     std::chrono::duration<double> patience{10.0};
     std::shared_ptr<CancellationToken> cancellation;  // null: cannot be cancelled
-    // Whether a frame that is being drawn ends when it is cancelled although no other work waits.
-    // A client that closed only its own side can still read its frame.
-    bool endsAtOnce = false;
+    // Whether a frame that is being drawn ends when it is cancelled. A client that closed only its
+    // own side can still read its frame: such frames end if other work waits.
+    enum class EndsInProgress { never, ifOthersWait, always };
+    EndsInProgress endsInProgress = EndsInProgress::ifOthersWait;
     // Added to the patience: how long it also waits while shaders are compiled, its own or others.
     std::chrono::duration<double> compilePatience{60.0};
 };

@@ -14,7 +14,6 @@ namespace clerestory::test {
 namespace {
 
 using Picture = LiveDrawing::Picture;
-using Token = std::shared_ptr<CancellationToken>;
 
 FrameRequest pose(double exposure) {
     FrameRequest request;
@@ -30,17 +29,14 @@ struct Studio {
 
     void put(double exposure) { view.put(pose(exposure), ""); }
     LiveDrawing::Draw draw() {
-        return [this](const FrameRequest& frame, const Token& cancellation,
-                      const std::function<bool()>& isNewest) {
+        return [this](const LiveDrawing::Order& order) {
+            const FrameRequest& frame = order.request;
             drawn.push_back(frame);
-            tokens.push_back(cancellation);
+            orders.push_back(order);
             if (during) std::exchange(during, nullptr)();
-            if (cancellation && cancellation->cancelled()) throw RequestError(clientLeft());
-            if (refusals > 0) {
-                --refusals;
-                isNewestAtRefusal = isNewest();
-                throw RequestError(queueFull(1));
-            }
+            const bool ends = order.isRefinement || stillWaits;
+            if (ends && order.cancellation->cancelled()) throw RequestError(clientLeft());
+            if (isFull) throw RequestError(queueFull(1));
             const double pixels = 1.0 * frame.width * frame.height / (1280 * 720);
             return LiveDrawing::Drawn{std::to_string(frame.exposure), 400 * pixels};
         };
@@ -56,10 +52,10 @@ struct Studio {
     std::shared_ptr<LiveDrawing> drawing;
     Picture last;
     std::vector<FrameRequest> drawn;
-    std::vector<Token> tokens;
+    std::vector<LiveDrawing::Order> orders;
     std::function<void()> during;  // called once, while a frame is drawn
-    int refusals = 0;
-    bool isNewestAtRefusal = true;
+    bool stillWaits = false;       // no frame begins before it is cancelled
+    bool isFull = false;
 };
 
 TEST(LiveDrawing, OfThePosesDuringAFrameTheNewestIsDrawnNext) {
@@ -74,8 +70,8 @@ TEST(LiveDrawing, OfThePosesDuringAFrameTheNewestIsDrawnNext) {
         EXPECT_EQ(studio.drawn[1].exposure, 5.0);
         EXPECT_EQ(studio.moved()->version, 6u);
         EXPECT_EQ(studio.drawn.size(), 2u) << "nothing is drawn twice";
-        for (const Token& token : studio.tokens) {
-            EXPECT_EQ(token, nullptr) << "a frame in motion is not cancelled";
+        for (const LiveDrawing::Order& order : studio.orders) {
+            EXPECT_FALSE(order.isRefinement) << "a frame in motion that has begun is completed";
         }
     }
 }
@@ -101,7 +97,7 @@ TEST(LiveDrawing, MotionIsSmallAndRestIsRefinedToTheRequest) {
         const std::size_t level = studio.last->level;
         ASSERT_NE(studio.refined(), nullptr);
         EXPECT_LT(studio.last->level, level);
-        EXPECT_NE(studio.tokens.back(), nullptr);
+        EXPECT_TRUE(studio.orders.back().isRefinement);
     }
     EXPECT_EQ(studio.last->width, 1280u);
     EXPECT_EQ(studio.last->version, 8u);
@@ -112,9 +108,9 @@ TEST(LiveDrawing, APoseCancelsTheRefinementAndIsDrawnNext) {
     studio.moved();
     const std::size_t moving = studio.last->level;
     studio.during = [&] {
-        EXPECT_FALSE(studio.tokens.back()->cancelled());
+        EXPECT_FALSE(studio.orders.back().cancellation->cancelled());
         studio.put(7);
-        EXPECT_TRUE(studio.tokens.back()->cancelled());
+        EXPECT_TRUE(studio.orders.back().cancellation->cancelled());
     };
     EXPECT_EQ(studio.refined(), nullptr);
     EXPECT_EQ(studio.moved()->version, 2u);
@@ -132,17 +128,22 @@ TEST(LiveDrawing, ARefinementOfAnOldPoseDoesNotBegin) {
     EXPECT_EQ(studio.drawn.size(), 1u);
 }
 
-TEST(LiveDrawing, WhileTheQueueIsFullANewerPoseTakesThePlace) {
-    Studio studio(100.0);
-    studio.refusals = 1;
-    studio.during = [&] { studio.put(9); };
-    EXPECT_EQ(studio.moved()->version, 2u);
-    EXPECT_FALSE(studio.isNewestAtRefusal);
-    EXPECT_EQ(studio.drawn.back().exposure, 9.0);
-    studio.put(10);
-    studio.refusals = 1;
-    EXPECT_THROW(studio.moved(), RequestError);
-    EXPECT_TRUE(studio.isNewestAtRefusal);
+TEST(LiveDrawing, ANewerPoseReplacesTheOneThatWaits) {
+    for (const bool isFull : {false, true}) {
+        Studio studio(100.0);
+        studio.stillWaits = true;
+        studio.isFull = isFull;
+        studio.during = [&] {
+            for (int i = 1; i <= 5; ++i) studio.put(i);
+            studio.isFull = false;
+        };
+        EXPECT_EQ(studio.moved()->version, 6u);
+        ASSERT_EQ(studio.drawn.size(), 2u);
+        EXPECT_EQ(studio.drawn.back().exposure, 5.0);
+        studio.put(10);
+        studio.isFull = true;
+        EXPECT_THROW(studio.moved(), RequestError) << "of the newest pose";
+    }
 }
 
 TEST(LiveDrawing, AnEqualRequestIsNotDrawnAgain) {

@@ -176,6 +176,31 @@ TEST(Live, EachPictureNamesTheVersionOfItsView) {
     EXPECT_THAT(heads.back(), testing::Not(testing::HasSubstr("Clerestory-Level")));
 }
 
+// While a frame of the view waits in the queue, poses replace it.
+TEST(Live, OfThePosesThatWaitOnlyTheNewestIsDrawn) {
+    for (const char* more : {"", "&targetMs=100"}) {
+        TestServer server;
+        auto client = server.client();
+        const auto drawn = [&] {
+            return server.backend().queue().run(10s,
+                                                [](Renderer& r) { return r.counters().frames; });
+        };
+        ASSERT_EQ(put(client, "held", viewFrom(0)), 204);
+        StreamViewer watcher(server, std::string("/v1/stream?view=held&fps=60") + more);
+        watcher.pictures(1);
+        const std::uint64_t before = drawn();
+        auto hold = server.holdRenderer();
+        ASSERT_EQ(put(client, "held", viewFrom(0.1)), 204);
+        while (server.backend().queue().depth() == 0) std::this_thread::sleep_for(1ms);
+        for (int i = 2; i <= 9; ++i) ASSERT_EQ(put(client, "held", viewFrom(0.1 * i)), 204);
+        hold.reset();
+        const std::string last = frameOf(client, viewFrom(0.9));
+        std::size_t n = 2;
+        while (watcher.pictures(n).back() != last && n < 20 && !HasFailure()) ++n;
+        EXPECT_EQ(drawn(), before + 2) << "of the view, and of the request";
+    }
+}
+
 // A frame that is being drawn for the server itself ends before its next pass when it is cancelled.
 TEST(Live, ACancelledRefinementEndsBeforeItsNextPass) {
     TestServer server;
