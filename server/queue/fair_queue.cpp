@@ -1,6 +1,7 @@
 #include "server/queue/fair_queue.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace clerestory {
 namespace {
@@ -142,13 +143,17 @@ FairQueue::Next FairQueue::next(Clock::time_point now, const std::function<bool(
     return next;
 }
 
-void FairQueue::finished(Id id, Clock::time_point now) {
+void FairQueue::finished(Id id, Clock::time_point now, bool complete) {
     const auto found = running_.find(id);
     const Running running = std::move(found->second);
     running_.erase(found);
     const double seconds = secondsIn(now - running.began);
-    costs_.update(running.work.ticket.kind, seconds);
+    if (complete) costs_.update(running.work.ticket.kind, seconds);
     clients_[running.work.ticket.client].usedSeconds += seconds - running.work.seconds;
+}
+
+int FairQueue::retryAfterSeconds() const {
+    return static_cast<int>(std::clamp(std::ceil(0.5 * waitingSeconds()), 1.0, 60.0));
 }
 
 void FairQueue::removeIdleClients() {

@@ -67,7 +67,9 @@ public:
     };
     // mayStart: whether a waiting entry may start now; empty: all may.
     Next next(Clock::time_point now, const std::function<bool(Id)>& mayStart = {});
-    void finished(Id id, Clock::time_point now);  // work that next() started
+    // Work that next() started has ended. Its time is what work of its kind takes if it is
+    // complete.
+    void finished(Id id, Clock::time_point now, bool complete = true);
 
     bool remove(Id id);  // returns false if it does not wait any more
 
@@ -75,6 +77,8 @@ public:
     // Predicted time until all that waits has started.
     double waitingSeconds() const { return waitingSeconds_ / servers(); }
     bool hasRoom() const;
+    // How long a client without a place should wait: half of the waiting work, 1 to 60 seconds.
+    int retryAfterSeconds() const;
 
 private:
     struct Waiting {

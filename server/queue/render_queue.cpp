@@ -119,7 +119,7 @@ RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
         const std::lock_guard lock(queue.mutex_);
         deadline_ = queue.queueTime() + patience;
     }
-    id_ = queue.push(turn, deadline_, {std::move(work), dropped_});
+    id_ = queue.push(turn, deadline_, {std::move(work), dropped_, turn.cancellation});
     if (cancellation_) cancellation_->onCancel([this] { owner_.withdraw(id_, clientLeft()); });
 }
 
@@ -148,8 +148,9 @@ FairQueue::Id RenderQueue::push(const Turn& turn, Clock::time_point deadline, Jo
         const auto now = queueTime();
         if (deadline <= now) throw RequestError(overDeadline(turn.patience.count()));
         const FairQueue::Added added = queue_.add({turn.client, turn.kind, deadline}, now);
-        for (const FairQueue::Id out : added.evicted) gone.push_back(dropped(out, full()));
-        if (!added.id) throw RequestError(full());
+        for (const FairQueue::Id out : added.evicted)
+            gone.push_back(dropped(out, queueFull(queue_.retryAfterSeconds())));
+        if (!added.id) throw RequestError(queueFull(queue_.retryAfterSeconds()));
         id = *added.id;
         try {
             jobs_.emplace(id, std::move(job));
@@ -187,7 +188,7 @@ void RenderQueue::refuseNew() {
 std::optional<Problem> RenderQueue::refusalFor(const std::string& client) const {
     const std::lock_guard lock(mutex_);
     if (refusing_) return shuttingDown();
-    if (queue_.refuses(client)) return full();
+    if (queue_.refuses(client)) return queueFull(queue_.retryAfterSeconds());
     return std::nullopt;
 }
 
@@ -204,12 +205,6 @@ bool RenderQueue::hasWaiting() const {
 bool RenderQueue::hasRoom() const {
     const std::lock_guard lock(mutex_);
     return queue_.hasRoom();
-}
-
-// With the lock held. Retry-After is the time of half of the waiting work.
-Problem RenderQueue::full() const {
-    return queueFull(
-        static_cast<int>(std::clamp(std::ceil(0.5 * queue_.waitingSeconds()), 1.0, 60.0)));
 }
 
 void RenderQueue::serve(const RendererOptions& options) {
@@ -317,7 +312,8 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     lock.lock();
     workingSince_.reset();
     if (!next.id) return;
-    queue_.finished(*next.id, queueTime());
+    const bool complete = !job.cancellation || !job.cancellation->cancelled();
+    queue_.finished(*next.id, queueTime(), complete);
     running_ = false;
     if (jobs_.empty()) idle_.notify_all();
 }

@@ -105,7 +105,8 @@ private:
     using Work = std::function<void(Renderer&)>;
     struct Job {
         Work work;
-        std::shared_ptr<Problem> dropped;  // the reason if it is dropped
+        std::shared_ptr<Problem> dropped;                      // the reason if it is dropped
+        std::shared_ptr<CancellationToken> cancellation = {};  // null: cannot be cancelled
     };
     // A place in the queue during run(); removes the work if run() ends before it starts.
     class Place {
@@ -133,7 +134,6 @@ private:
     FairQueue::Id push(const Turn& turn, Clock::time_point deadline, Job job);
     void withdraw(FairQueue::Id id, const Problem& why);
     Job dropped(FairQueue::Id id, const Problem& why);
-    Problem full() const;
     void serve(const RendererOptions& options);
     void servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock);
     void releaseIdleMemory(Renderer& renderer, std::unique_lock<std::mutex>& lock);

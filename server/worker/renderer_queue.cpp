@@ -86,11 +86,11 @@ RendererQueue::Place RendererQueue::take(const Turn& turn, const RendererNeed& n
     if (deadline <= now) throw RequestError(overDeadline(turn.patience.count()));
     const FairQueue::Added added = queue_.add({turn.client, turn.kind, deadline}, now);
     for (const FairQueue::Id out : added.evicted) {
-        waiting_.at(out)->problem = full();
+        waiting_.at(out)->problem = queueFull(queue_.retryAfterSeconds());
         waiting_.erase(out);
     }
     if (!added.evicted.empty()) changed_.notify_all();
-    if (!added.id) throw RequestError(full());
+    if (!added.id) throw RequestError(queueFull(queue_.retryAfterSeconds()));
     const FairQueue::Id id = *added.id;
     try {
         waiting_.emplace(id, &own);
@@ -158,7 +158,7 @@ void RendererQueue::leave(std::size_t renderer) {
 std::optional<Problem> RendererQueue::refusalFor(const std::string& client) const {
     const std::lock_guard lock(mutex_);
     if (refusing_) return shuttingDown();
-    if (queue_.refuses(client)) return full();
+    if (queue_.refuses(client)) return queueFull(queue_.retryAfterSeconds());
     return std::nullopt;
 }
 
@@ -180,12 +180,6 @@ std::size_t RendererQueue::waiting() const {
 bool RendererQueue::hasRoom() const {
     const std::lock_guard lock(mutex_);
     return queue_.hasRoom();
-}
-
-// With the lock held. Retry-After is the time of half of the waiting work.
-Problem RendererQueue::full() const {
-    return queueFull(
-        static_cast<int>(std::clamp(std::ceil(0.5 * queue_.waitingSeconds()), 1.0, 60.0)));
 }
 
 }  // namespace clerestory

@@ -95,7 +95,6 @@ private:
     Clock::time_point queueTime(const std::vector<RendererState>& states);
     void dispatch();
     void leave(std::size_t renderer);
-    Problem full() const;
 
     const States states_;
     mutable std::mutex mutex_;

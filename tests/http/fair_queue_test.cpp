@@ -180,6 +180,21 @@ TEST(FairQueue, FramesThatCannotMeetTheirDeadlineAreRejectedImmediately) {
     EXPECT_FALSE(simulation.enter("b", 100, 0));
 }
 
+TEST(FairQueue, WorkThatEndedEarlySaysNothingAboutItsKind) {
+    FairQueue queue({.count = 16, .seconds = 100.0});
+    Clock::time_point now{};
+    const auto work = [&](milliseconds time, bool complete) {
+        const FairQueue::Id id = *queue.add({.client = "ann", .kind = 1}, now).id;
+        queue.next(now);
+        now += time;
+        queue.finished(id, now, complete);
+    };
+    for (int i = 0; i < 8; ++i) work(milliseconds(500), true);
+    for (int i = 0; i < 8; ++i) work(milliseconds(1), false);
+    queue.add({.client = "ann", .kind = 1}, now);
+    EXPECT_NEAR(queue.waitingSeconds(), 0.5, 0.05);
+}
+
 TEST(FairQueue, LeavingClientsFreeTheirPlace) {
     QueueSimulation simulation({.count = 2, .seconds = 100});
     const auto first = simulation.enter("a", 10);
