@@ -1,4 +1,4 @@
-// Nine spherical harmonics of a map: its irradiance, and how well they stand for wide lobes.
+// Nine spherical harmonics of a map: its irradiance, and how well they represent wide lobes.
 #include "scene/environment.h"
 
 #include <algorithm>
