@@ -44,9 +44,19 @@ def compile_pattern(pattern):
     return re.compile(rf"(?:(?<![A-Za-z])(?:{word}|{capital}|{re.escape(pattern.upper())})|(?<=[a-z0-9]){capital})(?![a-z])")
 
 
+def literal_of(pattern):
+    """Lower-case text that every match contains: a search for it is far quicker than the expression."""
+    if pattern.startswith("/") and pattern.endswith("/"):
+        return ""
+    if pattern.startswith("="):
+        return max(pattern[1:].split("*"), key=len).lower()
+    return max(pattern.split(), key=len).lower()
+
+
 class Rule:
     def __init__(self, pattern, replacement, paths):
         self.pattern, self.replacement = pattern, replacement
+        self.literal = literal_of(pattern)
         self.regex = compile_pattern(pattern)
         self.only = [p for p in paths if not p.startswith("!")]
         self.never = [p[1:] for p in paths if p.startswith("!")]
@@ -90,8 +100,9 @@ def tracked_files(root):
 
 def find_words(text, path, rules):
     """Yields (line, text found, replacement)."""
+    lower = text.lower()
     for rule in rules:
-        if not rule.applies(path):
+        if rule.literal not in lower or not rule.applies(path):
             continue
         for match in rule.regex.finditer(text):
             words = re.sub(r"\s+(//+|#+|\*|\|)?\s*", " ", match.group())

@@ -9,7 +9,6 @@ import { freePort, serve } from "../server_process.mjs";
 import { Visit, server, text, visit } from "./support.mjs";
 
 visit("an outdated full frame is aborted", {}, async (v, page) => {
-  v.maxRunning = 2;  // the browser reports the aborted request after the next one has begun
   let aborted = 0;
   page.on("requestfailed", (request) => { aborted += request.url().includes("explain=1"); });
   await page.route("**/v1/frames?explain=1", async (route) => {
