@@ -100,6 +100,9 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const T
         .brdf = brdf_,
         .brdfSize = kEnvironmentBrdfSize,
         .eye = glm::vec3(view.eye - origin_),
+        .towardsEye = view.orthographic
+                          ? glm::vec3(glm::transpose(glm::dmat3(view.viewFromWorld))[2])
+                          : glm::vec3(0.0f),
         .worldFromEye = glm::mat3(glm::transpose(plan.mapFromWorld)),
         .bounces = rays_.bounces,
         .hitFeatures = rays_.hitFeatures,
@@ -126,8 +129,13 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
     for (std::size_t i = 0; i + 1 < sample_; ++i) {
         earlier.push_back({samples[i].starts, samples[i].paths});
     }
-    return rays::follow(*surroundings_, {rays_.stride, rays_.contrast}, rect_.width, sample.starts,
-                        ways_, earlier, radiance_, sample.paths);
+    return rays::follow(*surroundings_, {rays_.stride, rays_.contrast, rays_.lobePaths},
+                        {.kind = list == 0 ? rays::Ray::mirrored : rays::Ray::transmitted,
+                         .width = rect_.width,
+                         .starts = sample.starts,
+                         .ways = ways_,
+                         .earlier = earlier},
+                        radiance_, sample.paths);
 }
 
 std::uint64_t ProcessorTracer::bytes() const {

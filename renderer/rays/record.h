@@ -18,7 +18,8 @@ struct Start {
 struct Way {
     float octahedral[2];   // direction, eye space's axes
     Halves shareRedGreen;  // of the ray's radiance in the pixel
-    Halves shareBlueLobe;  // the blue share; slope of the cone of a rough surface
+    Halves shareBlueLobe;  // the blue share; slope of the cone of a rough surface, negative for a
+                           // ray through one face of a body
 };
 static_assert(sizeof(Start) == 16 && sizeof(Way) == 16);
 

@@ -128,11 +128,13 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
         vec3 aside = vec3(0.0f);
         bool crosses = true;  // goes on behind the face
         if (solid || pane) {
-            float c = -dot(along, normal);
+            vec3 facet = facetAt(normal, along, alpha);
+            vec3 met = solid ? facet : normal;
+            float c = -dot(along, met);
             float eta = leaves ? 1.0f / p.glass.y : p.glass.y;
             float fresnel = fresnelOfBody(c, eta, m.specular);
-            vec3 mirrored = mirroredAt(along, normal, p.faceNormal);
-            Refraction bent = refracted(along, normal, eta);
+            vec3 mirrored = mirroredAt(along, facet, p.faceNormal);
+            Refraction bent = refracted(along, met, eta);
             Crossing way = throughPane(along, normal, p.glass.y, p.glass.z);
             vec3 clear = absorption(p.attenuation, p.glass.w, pane ? way.path : travelled);
             GlassShares shares = paneShares(fresnel, clear);
@@ -143,7 +145,11 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
                 crosses = !bent.total && fresnel <= 0.5f;
                 next = crosses ? bent.direction : mirrored;
             }
-            if (pane) aside = asideInPane(along, normal, way, p.glass.z);
+            float spread = glassSpread(alpha, c, p.glass.y);
+            if (pane) {
+                aside = asideInPane(along, normal, way, p.glass.z);
+                next = beyondPane(along, spread);
+            }
             // The stronger of the two ways is followed. Of what is outside the other one sees the
             // environment; what turns back inside leaves elsewhere, and is counted as if it left
             // with the rest.
@@ -157,16 +163,16 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
                 sum += weight * part * left * environmentAtEnd(other, cone);
             }
             weight *= part * followed + (1.0f - coverage);
-            cone.lobe += glassSpread(alpha, c, p.glass.y);
+            cone.lobe += lobeOfPath(spread);
             float turn = p.curvature * cone.width;  // of the normal over the cone
             cone.pixel += solid ? (crosses ? abs(eta - 1.0f) : 2.0f) * turn : 0.0f;
         }
         if (veil) weight *= 1.0f - coverage;
         if (mirror) {
-            next = mirroredAt(along, normal, p.faceNormal);
+            next = mirroredAt(along, facetAt(normal, along, alpha), p.faceNormal);
             crosses = false;
             weight *= m.occlusion * reflectance;
-            cone.lobe += 2.0f * alpha;
+            cone.lobe += lobeOfPath(2.0f * alpha);
             cone.pixel += 2.0f * p.curvature * cone.width;
         }
         bool turned = solid || pane || mirror;

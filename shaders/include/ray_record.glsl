@@ -42,9 +42,11 @@ uvec4 startOf(PixelRay ray) {
     return uvec4(floatBitsToUint(ray.start),
                  packHalf2x16(vec2(max(ray.cone.pixel, kLeastPixelSlope), width)));
 }
-uvec4 wayOf(PixelRay ray, vec3 share) {
+// intoBody: through one face of a body, not through both of a pane; the sign of the slope says so.
+uvec4 wayOf(PixelRay ray, vec3 share, bool intoBody) {
+    float lobe = min(ray.cone.lobe, 60000.0f);
     return uvec4(floatBitsToUint(octahedral(ray.along)), packHalf2x16(share.xy),
-                 packHalf2x16(vec2(share.z, min(ray.cone.lobe, 60000.0f))));
+                 packHalf2x16(vec2(share.z, intoBody ? -lobe : lobe)));
 }
 
 // Writes the records. Returns what rays without one add to the pixel. coverage: of the surface.
@@ -58,7 +60,7 @@ vec3 finishRays(float coverage) {
         vec3 around = environmentAlong(pixelRays[i].along, min(sqrt(0.5f * pixelRays[i].cone.lobe), 1.0f));
         added += counts ? vec3(0.0f) : share * around;
         starts[i] = counts ? startOf(pixelRays[i]) : uvec4(0u);
-        ways[i] = counts ? wayOf(pixelRays[i], share) : uvec4(0u);
+        ways[i] = counts ? wayOf(pixelRays[i], share, i == 1 && has(FEATURE_SOLID) && gl_FrontFacing) : uvec4(0u);
     }
     mirroredStart = starts[0];
     mirroredWay = ways[0];

@@ -94,3 +94,13 @@ Hit traceClosest(vec3 origin, vec3 direction, float tMin, float tMax) {
 // The processor compares the surfaces that the paths of neighbouring pixels meet (renderer/rays).
 void noteHit(int instance) {
 }
+// There several paths may share a rough lobe, each with a facet, a direction and a width of its own.
+vec3 facetAt(vec3 normal, vec3 along, float alpha) {
+    return normal;
+}
+vec3 beyondPane(vec3 along, float lobe) {
+    return along;
+}
+float lobeOfPath(float lobe) {
+    return lobe;
+}

@@ -29,7 +29,7 @@ FrameRequest traced(const std::string& scene, Preset preset) {
     r.width = 160;
     r.height = 90;
     r.accuracy = accuracyOf(preset);
-    r.accuracy.samples = 1;
+    r.accuracy.samples = r.accuracy.raySamples = 1;
     r.accuracy.curved = CurvedMethod::traced;
     r.accuracy.glass = GlassMethod::traced;
     r.accuracy.planar = PlanarMethod::traced;
@@ -108,13 +108,45 @@ TEST(RayRecords, OneThreadGivesTheBytesOfSeveral) {
     for (int i = 0; CPU_COUNT(&one) == 0; ++i) {
         if (CPU_ISSET(i, &all)) CPU_SET(i, &one);
     }
-    const FrameRequest r = traced("teapots", Preset::standard);
+    for (const std::uint32_t paths : {1u, 4u}) {
+        FrameRequest r = traced("teapots", Preset::standard);
+        r.accuracy.raySamples = paths;
+        Renderer& renderer = tracing(Computation::processor);
+        const Frame several = renderer.render(r);
+        ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+        const Frame single = renderer.render(r);
+        ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
+        EXPECT_EQ(single.image.data, several.image.data) << paths;
+    }
+}
+
+// A rough ray has so many paths; a smooth one has one, and keeps its bytes.
+TEST(RayRecords, RoughRaysHaveSeveralPaths) {
     Renderer& renderer = tracing(Computation::processor);
-    const Frame several = renderer.render(r);
-    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
-    const Frame single = renderer.render(r);
-    ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
-    EXPECT_EQ(single.image.data, several.image.data);
+    FrameRequest r = traced("teapots", Preset::fine);
+    for (const float roughness : {0.02f, 0.3f}) {
+        r.overrides.clear();
+        for (const char* metal : {"copper", "gold"}) {
+            MaterialOverride change;
+            change.material = metal;
+            change.roughness = roughness;
+            r.overrides.push_back(change);
+        }
+        r.effects.refraction = false;
+        r.accuracy.raySamples = 1;
+        const Frame one = renderer.render(r);
+        r.accuracy.raySamples = 8;
+        const Frame eight = renderer.render(r);
+        ASSERT_GT(paths(one), 100u);
+        if (roughness < 0.1f) {
+            EXPECT_EQ(paths(eight), paths(one));
+            EXPECT_EQ(eight.image.data, one.image.data);
+        } else {
+            EXPECT_GT(paths(eight), 6 * paths(one)) << "less what points into the surface";
+            EXPECT_LE(paths(eight), 8 * paths(one));
+            EXPECT_NE(eight.image.data, one.image.data);
+        }
+    }
 }
 
 // Fewer paths where neighbours agree, at a bounded difference from a path for every pixel.

@@ -1,4 +1,6 @@
 // Rays on the processor: which passes record and follow them.
+#include "plan/cost/cost.h"
+#include "plan/graph/work.h"
 #include "view_planner_support.h"
 
 using namespace clerestory;
@@ -82,6 +84,38 @@ TEST(RayPlan, GlassHasTwoRaysAndBlendedSurfacesFollow) {
     };
     EXPECT_LT(kindAt("rays"), kindAt("blended"))
         << "a blended surface covers the light of the rays";
+}
+
+TEST(RayPlan, FineFollowsSeveralPathsOfRoughRays) {
+    for (const Preset preset : {Preset::draft, Preset::standard, Preset::fine}) {
+        FrameRequest request = lookingFrom({0, 0, 4});
+        request.accuracy = accuracyOf(preset);
+        const FramePlan plan = planOnProcessor(ballScene(), traced(request));
+        ASSERT_TRUE(plan.rays.has_value());
+        EXPECT_EQ(plan.rays->lobePaths, preset == Preset::fine ? 4u : 1u);
+        const bool printed = toText(plan).find("rough ones by 4 paths each") != std::string::npos;
+        EXPECT_EQ(printed, preset == Preset::fine) << toText(plan);
+    }
+}
+
+TEST(RayPlan, PathsOfRoughRaysAreWorkAndLowerTheError) {
+    EXPECT_EQ(pathsOfRay(4, 0.05, true), 1.0) << "smooth";
+    EXPECT_EQ(pathsOfRay(4, 0.3, false), 1.0) << "rays in the programs of the surfaces";
+    EXPECT_EQ(pathsOfRay(4, 0.3, true), 4.0);
+    EXPECT_LT(tracedError(0.4, 4.0), tracedError(0.4));
+    EXPECT_EQ(tracedError(0.05, 4.0), tracedError(0.05));
+    const Work one{.rayPixels = 1e4, .rays = 1.0, .processorRays = true};
+    Work four = one;
+    four.paths = 4.0;
+    EXPECT_GT(milliseconds(four), 2.0 * milliseconds(one));
+
+    FrameRequest request = traced(lookingFrom({0, 0, 4}));
+    const auto samples = [&](std::uint32_t paths) {
+        request.accuracy.raySamples = paths;
+        return shadedSamples(planOnProcessor(ballScene(), request));
+    };
+    EXPECT_GT(samples(8), samples(1)) << "the limit of work counts them";
+    EXPECT_EQ(samples(8) - samples(4), 4 * (samples(4) - samples(1)) / 3);
 }
 
 TEST(RayPlan, SamplesHaveRecordsWithinALimitOfMemory) {

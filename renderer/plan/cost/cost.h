@@ -46,6 +46,7 @@ struct Work {
     double mapSamples = 0.0;    // texels of a prefiltered cube times directions per texel
     double rayPixels = 0.0;     // pixels of the parent view that trace rays
     double rays = 0.0;          // ray segments per such pixel
+    double paths = 1.0;         // that share such a ray; see pathsOfRay()
     double frames = 1.0;        // frames that share the drawn work
     Shading shading;
     bool software = true;
@@ -72,7 +73,8 @@ double toleranceOf(Preset preset);
 // 0..1; see apartFromCenter().
 double environmentError(double roughness, double enclosed = 0.0);
 double probeError(double roughness, double apart = 0.0);
-double tracedError(double roughness);
+// paths: that share a ray.
+double tracedError(double roughness, double paths = 1.0);
 // The same of a flat mirror with a mirrored view.
 double mirrorError(double roughness);
 
@@ -80,6 +82,9 @@ double mirrorError(double roughness);
 // behind it. solid: a body, not a pane; backFaces: exit points come from its back faces.
 double glassEnvironmentError();
 double backdropError(bool solid, bool backFaces);
+// Paths that share a ray of a surface of this roughness: raySamples, if it is rough and the
+// processor follows the rays.
+double pathsOfRay(std::uint32_t raySamples, double roughness, bool processorRays);
 // Rays per pixel of a flat mirror, for Work::rays: on the processor most of its pixels, whose rays
 // are nearly parallel, take the mean of neighbours.
 double flatRays(bool processorRays);

@@ -56,13 +56,16 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
          probeError(roughness, apart)}};
     if (limits.rays != Rays::none &&
         !task.captured) {  // captured faces show the previous generation
+        const double paths = pathsOfRay(context.stage.settings.accuracy.raySamples, roughness,
+                                        limits.rays == Rays::processor);
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = s.share * task.width * task.height,
                                             .rays = 1.0,
+                                            .paths = paths,
                                             .shading = context.shading,
                                             .software = limits.software,
                                             .processorRays = limits.rays == Rays::processor}),
-                              tracedError(roughness)});
+                              tracedError(roughness, paths)});
     }
     return candidates;
 }

@@ -207,13 +207,16 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .software = limits.software}),
          mirrorError(group.roughness)}};
     if (limits.rays != Rays::none) {
+        const double paths = pathsOfRay(context.stage.settings.accuracy.raySamples, group.roughness,
+                                        limits.rays == Rays::processor);
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = group.share * task.width * task.height,
                                             .rays = flatRays(limits.rays == Rays::processor),
+                                            .paths = paths,
                                             .shading = context.shading,
                                             .software = limits.software,
                                             .processorRays = limits.rays == Rays::processor}),
-                              tracedError(group.roughness)});
+                              tracedError(group.roughness, paths)});
     }
     return candidates;
 }

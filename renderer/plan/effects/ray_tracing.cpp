@@ -6,6 +6,7 @@
 #include "plan/visibility/visibility.h"
 
 #include <algorithm>
+#include <string>
 
 namespace clerestory {
 namespace {
@@ -58,6 +59,14 @@ bool canRecord(const TargetSpec& target, const DeviceLimits& limits) {
         std::uint64_t{4} * 16 * target.width * target.height * target.samples;
     return target.samples <= 1 ||
            (target.samples <= limits.maxRecordSamples && bytes <= kMaxRecordBytes);
+}
+
+std::string reasonOf(std::uint32_t raySamples) {
+    std::string reason = "rays of mirrors and glass, followed on the processor";
+    if (raySamples > 1) {
+        reason += "; rough ones by " + std::to_string(raySamples) + " paths each";
+    }
+    return reason;
 }
 
 class RecordingPasses {
@@ -126,7 +135,7 @@ private:
                     .effect = glass ? Effect::refraction : Effect::environmentReflection,
                     .generation = pass.generation,
                     .target = pass.target,
-                    .reason = "rays of mirrors and glass, followed on the processor",
+                    .reason = reasonOf(context_.stage.settings.accuracy.raySamples),
                     .work = std::move(rays)};
         pass.work = std::move(work);
         context_.builder.addPass(std::move(pass));
@@ -206,6 +215,7 @@ void planRays(FramePlan& plan, const Stage& stage) {
     rays.leastShare = density.leastShare;
     rays.stride = density.stride;
     rays.contrast = density.contrast;
+    rays.lobePaths = stage.settings.accuracy.raySamples;
     for (const Instance& instance : stage.scene.instances) {
         rays.instances.push_back({.lights = lightsOf(stage, instance)});
     }

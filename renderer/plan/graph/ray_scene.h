@@ -30,6 +30,7 @@ struct RayScene {
     // One pixel in stride x stride follows a ray of its own; see rays::Density. Processor only.
     std::uint32_t stride = 1;
     float contrast = 0.0f;
+    std::uint32_t lobePaths = 1;  // of a rough lobe; see rays::Density. Processor only.
     bool operator==(const RayScene&) const = default;
 };
 

@@ -80,6 +80,7 @@ void addRayScene(PlanHash& hash, const Stage& stage) {
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
     for (const PlacedLight& light : stage.lights) addLight(hash, light);
     hash.add(stage.settings.accuracy.bounces);
+    hash.add(stage.settings.accuracy.raySamples);
     hash.add(stage.settings.accuracy.preset);  // the density of rays
     hash.add(stage.settings.effects.emission);
     hash.add(stage.settings.effects.refraction);
@@ -224,7 +225,8 @@ std::string_view FollowRays::knobs() const {
     return kKnobsOfTheFrame;
 }
 std::uint64_t FollowRays::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return samplesOf(target) * (plan.rays ? plan.rays->bounces : 1);
+    return samplesOf(target) *
+           (plan.rays ? std::uint64_t{plan.rays->bounces} * plan.rays->lobePaths : 1);
 }
 void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage) {
     // records: in reads(); radiance and sample: written before they are read

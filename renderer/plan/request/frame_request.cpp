@@ -29,6 +29,7 @@ Accuracy accuracyOf(Preset preset) {
             a.backFaces = true;
             a.parallax = Parallax::depth;
             a.bounces = 8;
+            a.raySamples = 4;
             break;
     }
     return a;

@@ -82,6 +82,7 @@ struct Accuracy {
     Parallax parallax = Parallax::box;
     std::uint32_t bounces =
         4;  // reflections and refractions of a traced ray; then it sees the environment
+    std::uint32_t raySamples = 1;  // paths of a traced ray of a rough surface
     // A budget replaces all fields above, which are chosen from the scene's measured curve. The
     // planner and the renderer never see a budget; see comparison/curve.h.
     std::optional<double> maxMilliseconds;
@@ -242,6 +243,9 @@ void fields(Accuracy& a, V&& visit) {
           "parallax correction of captured cubes: none (infinite distance), a box, or their depth");
     visit("bounces", a.bounces, Range{1, 16},
           "maximum number of reflections and refractions of a traced ray");
+    visit("raySamples", a.raySamples, Range{1, 16},
+          "paths for each traced ray of a rough mirror or of rough glass, where the processor "
+          "follows rays; 1: one path with a blurred end");
     visit("maxMilliseconds", a.maxMilliseconds, Range{1, 60000, "milliseconds"},
           "budget that replaces the settings: the smallest error within this time, by the measured "
           "curve of the scene");

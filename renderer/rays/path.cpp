@@ -1,0 +1,347 @@
+#include "rays/path.h"
+
+#include "rays/shader_tables.h"
+#include "shaders/include/bindings.glsl"
+
+#include <glm/gtc/packing.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace clerestory::rays {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+namespace shader {
+namespace {
+
+using namespace clerestory::rays::glsl;
+
+thread_local const Scene* scene = nullptr;
+
+// To the first surface that the path meets, and of the whole path, metres; negative before it has
+// looked.
+thread_local float firstDistance = -1.0f, travelled = -1.0f;
+constexpr float kFarAway = 1e30f;
+
+// In the place of trace.glsl.
+struct Hit {
+    float distance;
+    int place;
+    vec2 weights;
+};
+Hit traceClosest(vec3 origin, vec3 direction, float, float) {
+    TriangleHit hit;
+    const bool met = scene->triangles.tree->nearestHit(&origin.x, &direction.x, hit);
+    const float distance = met ? hit.distance : kFarAway;
+    if (firstDistance < 0.0f) firstDistance = distance;
+    travelled = max(travelled, 0.0f) + distance;
+    if (!met) return {1e30f, -1, vec2(0.0f)};
+    return {hit.distance, static_cast<int>(hit.place), vec2(hit.u, hit.v)};
+}
+
+// Of the path that the thread follows (FNV-1a).
+thread_local std::uint32_t surfaces = 0;
+void noteHit(int instance) {
+    surfaces = (surfaces ^ static_cast<std::uint32_t>(instance)) * 16777619u;
+}
+
+// One of several paths that share a rough lobe; see PathTracer::follow().
+struct Scatter {
+    std::uint32_t count = 1, number = 0, pattern = 0;
+    std::uint32_t turns = 0;  // so far
+    float narrow = 1.0f;      // a path's share of the width of a lobe
+};
+thread_local Scatter scatter;
+
+// Hooks of ray_path.glsl; the first two follow the includes.
+vec3 facetAt(vec3 normal, vec3 along, float alpha);
+vec3 beyondPane(vec3 along, float lobe);
+float lobeOfPath(float lobe) {
+    return lobe * scatter.narrow;
+}
+
+// ---- the includes
+// --------------------------------------------------------------------------------
+
+#define view (scene->viewBlock)
+#define tracing (scene->tracingBlock)
+#define VARIANT (scene->features)
+#define traceTriangles (scene->triangles)
+#define traceVertices (scene->vertices)
+#define traceIndices (scene->indices)
+#define traceInstances (scene->instances)
+#define traceMaterials (scene->materials)
+#define traceTexels (scene->texels)
+#define lightTable (scene->lights)
+#define environmentBrdf (scene->brdf)
+#define environmentMap (scene->environment)
+#define xy asXy()
+#define rg asXy()
+#define yz asYz()
+#define zw asZw()
+#define bg asBg()
+#define ra asRa()
+#define xyz asXyz()
+#define rgb asXyz()
+#define yzw asYzw()
+// clang-format off
+#include "include/features.glsl"
+#include "include/optics.glsl"
+#include "include/sampling.glsl"
+#include "include/material_point.glsl"
+#include "include/glass.glsl"
+#include "include/lighting.glsl"
+#include "include/ray.glsl"
+#include "include/hit.glsl"
+#include "include/ray_path.glsl"
+// clang-format on
+vec3 eyeAxesOf(vec3 world) {
+    return direction(eyeAxes(world));
+}
+#undef view
+#undef tracing
+#undef xy
+#undef rg
+#undef yz
+#undef zw
+#undef bg
+#undef ra
+#undef xyz
+#undef rgb
+#undef yzw
+
+// The inverse of octahedral() in ray_record.glsl.
+vec3 directionOf(const Way& way) {
+    const vec2 p(way.octahedral[0], way.octahedral[1]);
+    vec3 v(p.x, p.y, 1.0f - abs(p.x) - abs(p.y));
+    if (v.z < 0.0f) {
+        v.x = (1.0f - abs(p.y)) * (p.x >= 0.0f ? 1.0f : -1.0f);
+        v.y = (1.0f - abs(p.x)) * (p.y >= 0.0f ? 1.0f : -1.0f);
+    }
+    return normalize(v);
+}
+
+vec2 halves(std::uint32_t packed) {
+    const glm::vec2 v = glm::unpackHalf2x16(packed);
+    return {v.x, v.y};
+}
+
+// ---- rough lobes
+// --------------------------------------------------------------------------------
+
+// Paths of neighbouring pixels look where this one does not; their mean is taken (follow.cpp), so
+// a path represents less than its pixel's share of the lobe.
+constexpr float kPathsOfNeighbours = 2.0f;
+
+float fractionOf(float x) {
+    return x - floor(x);
+}
+
+// Two numbers in [0, 1) of the present path, for each turn another pair: a Hammersley set for the
+// pixel, moved by another step of a sequence with even gaps (Roberts 2018) for each pattern;
+// further turns by a hash, so that no two turns belong together.
+vec2 numbersOfTurn() {
+    const std::uint32_t turn = scatter.turns++;
+    std::uint32_t number = scatter.number, step = scatter.pattern;
+    if (turn > 0) {
+        std::uint32_t h = (step * 16u + number) * 747796405u + turn * 2891336453u;
+        h = ((h >> ((h >> 28u) + 4u)) ^ h) * 277803737u;
+        h ^= h >> 22u;
+        return {static_cast<float>(h & 0xffffu) / 65536.0f,
+                static_cast<float>(h >> 16u) / 65536.0f};
+    }
+    const vec2 u = hammersley(number, scatter.count);
+    return {fractionOf(u.x + 0.75487767f * static_cast<float>(step)),
+            fractionOf(u.y + 0.56984029f * static_cast<float>(step))};
+}
+
+// The normal of a microfacet as who comes along `along` sees them; the surface's own for a path
+// that has the lobe for itself.
+vec3 facetAt(vec3 normal, vec3 along, float alpha) {
+    if (scatter.count <= 1 || !(alpha > 0.0f)) return normal;
+    const mat3 frame = frameAbout(normal);
+    const vec3 v(-dot(frame[0], along), -dot(frame[1], along), max(-dot(frame[2], along), 0.0f));
+    return direction(frame * ggxVisibleNormal(numbersOfTurn(), normalize(v), alpha));
+}
+
+// A direction of a cone whose slopes are distributed as those of GGX.
+vec3 withinLobe(vec3 along, float lobe) {
+    if (scatter.count <= 1 || !(lobe > 0.0f)) return along;
+    const vec2 u = numbersOfTurn();
+    const float slope = lobe * sqrt(u.y / max(1.0f - u.y, 1e-6f));
+    const mat3 frame = frameAbout(along);
+    return direction(along + frame[0] * (slope * cos(2.0f * kPi * u.x)) +
+                     frame[1] * (slope * sin(2.0f * kPi * u.x)));
+}
+
+// Slope of one rough face in that of two (glassSpread()), and of one inside a body, where rays turn
+// less by its index; that of common glass.
+constexpr float kOneOfTwoFaces = 0.57735027f;
+constexpr float kInside = kOneOfTwoFaces / 1.5f;
+
+vec3 beyondPane(vec3 along, float lobe) {
+    return withinLobe(withinLobe(along, kOneOfTwoFaces * lobe), kOneOfTwoFaces * lobe);
+}
+
+struct Sum {
+    vec3 radiance = vec3(0.0f), open = vec3(0.0f);  // open: of paths that met nothing at first
+    float weight = 0.0f, openWeight = 0.0f, nearness = 0.0f;
+    std::uint32_t surfaces = 2166136261u;
+    std::uint32_t paths = 0;
+};
+
+void addPath(Sum& sum, const RecordedRay& ray, vec3 along, RayCone cone, float weight) {
+    const vec3 start(ray.start.x, ray.start.y, ray.start.z);
+    const float share = max(ray.share.x, max(ray.share.y, ray.share.z));
+    surfaces = sum.surfaces;
+    firstDistance = travelled = -1.0f;
+    const vec3 radiance = radianceFinite(tracedRadiance(start, along, cone, share)) * weight;
+    const bool open = firstDistance >= kFarAway;
+    (open ? sum.open : sum.radiance) += radiance;
+    (open ? sum.openWeight : sum.weight) += weight;
+    // In a body a lobe is narrow; what is behind it matters.
+    sum.nearness += weight / max(ray.intoBody ? travelled : firstDistance, 1e-12f);
+    sum.surfaces = surfaces;
+    ++sum.paths;
+}
+
+struct LobeRay {
+    vec3 along;
+    float weight = 0.0f;  // 0: does not leave the surface
+    float lobe = 0.0f;    // slope of the cone that it represents
+};
+
+// A mirror's direction about the normals of microfacets that the eye sees. Weights are the share of
+// each that is not masked.
+LobeRay mirroredInLobe(vec3 along, vec3 toEye, float lobe) {
+    const float alpha = 0.5f * lobe;
+    const vec3 normal = direction(along + toEye);
+    const float nDotV = dot(normal, toEye);
+    // x towards the eye, so that the pattern turns with the surface and not with the frame.
+    vec3 side = toEye - normal * nDotV;
+    side = dot(side, side) > 1e-8f ? direction(side) : frameAbout(normal)[0];
+    const mat3 frame(side, cross(normal, side), normal);
+    const vec3 v(sqrt(max(1.0f - nDotV * nDotV, 0.0f)), 0.0f, nDotV);
+    const vec3 h = ggxVisibleNormal(numbersOfTurn(), v, alpha);
+    const vec3 l = reflect(-v, h);
+    const float density = ggxVisibleDensity(h.z, h.x * h.x + h.y * h.y, nDotV, alpha);
+    const float roughness =
+        sampleRoughness(density, kPathsOfNeighbours * static_cast<float>(scatter.count));
+    return {direction(frame * l), l.z > 0.0f ? ggxShareOfVisible(l.z, nDotV, alpha) : 0.0f,
+            min(2.0f * roughness * roughness, lobe)};
+}
+
+LobeRay transmittedInLobe(vec3 along, float lobe, bool intoBody) {
+    const vec3 next = intoBody ? withinLobe(along, kInside * lobe) : beyondPane(along, lobe);
+    return {next, 1.0f, lobe * scatter.narrow};
+}
+
+}  // namespace
+}  // namespace shader
+#pragma GCC diagnostic pop
+
+namespace {
+
+using shader::vec3;
+
+const float* floatsOf(std::span<const glm::vec4> rows) {
+    return rows.empty() ? nullptr : &rows.front().x;
+}
+
+shader::Scene sceneOf(const Surroundings& s) {
+    shader::Scene scene{};
+    for (int row = 0; row < 3; ++row) {
+        scene.viewBlock.worldFromEye[row] = {s.worldFromEye[0][row], s.worldFromEye[1][row],
+                                             s.worldFromEye[2][row], 0.0f};
+    }
+    scene.viewBlock.environment = {static_cast<float>(s.environment.levels()) - 1.0f,
+                                   s.environmentIntensity, 0.0f, 0.0f};
+    scene.tracingBlock.eye = {s.eye.x, s.eye.y, s.eye.z, 0.0f};
+    scene.tracingBlock.limits = {static_cast<float>(s.bounces),
+                                 static_cast<float>(s.firstTextureRow), s.leastShare, 0.0f};
+    scene.features = s.hitFeatures;
+    scene.triangles = {&s.tree};
+    scene.vertices = {s.vertices.empty() ? nullptr : &s.vertices.front().position.x};
+    scene.indices = {s.indices.data()};
+    scene.instances = {floatsOf(s.instances)};
+    scene.materials = {floatsOf(s.materials)};
+    scene.lights = {floatsOf(s.lights)};
+    scene.texels = {s.texels.data()};
+    scene.brdf = {s.brdf.empty() ? nullptr : &s.brdf.front().x, static_cast<int>(s.brdfSize)};
+    scene.environment = {&s.environment};
+    return scene;
+}
+
+}  // namespace
+
+// Mirrors of less roughness than 0.1, and glass that blurs as little.
+constexpr float kLeastLobe = 0.02f;
+
+RecordedRay rayOf(const Start& start, const Way& way) {
+    const shader::vec2 cone = shader::halves(start.cone);
+    const shader::vec2 redGreen = shader::halves(way.shareRedGreen),
+                       blueLobe = shader::halves(way.shareBlueLobe);
+    const vec3 along = shader::directionOf(way);
+    return {.start = {start.place[0], start.place[1], start.place[2]},
+            .along = {along.x, along.y, along.z},
+            .share = {redGreen.x, redGreen.y, blueLobe.x},
+            .width = shader::exp2(cone.y),
+            .pixel = cone.x,
+            .lobe = shader::abs(blueLobe.y),
+            .intoBody = blueLobe.y < 0.0f};
+}
+
+bool isRough(const RecordedRay& ray) {
+    return ray.lobe >= kLeastLobe;
+}
+
+struct PathTracer::Scene : shader::Scene {
+    vec3 backwards{0.0f};
+};
+
+PathTracer::PathTracer(const Surroundings& surroundings)
+    : scene_(new Scene{sceneOf(surroundings)}) {
+    const glm::vec3 b = surroundings.towardsEye;
+    scene_->backwards = {b.x, b.y, b.z};
+}
+PathTracer::~PathTracer() = default;
+
+Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) const {
+    shader::scene = scene_.get();
+    shader::scatter = {};
+    const vec3 start(ray.start.x, ray.start.y, ray.start.z),
+        along(ray.along.x, ray.along.y, ray.along.z);
+    shader::Sum sum;
+    if (lobe.paths > 1 && isRough(ray)) {
+        const bool perspective = shader::dot(scene_->backwards, scene_->backwards) == 0.0f;
+        const vec3 eye(scene_->tracingBlock.eye.x, scene_->tracingBlock.eye.y,
+                       scene_->tracingBlock.eye.z);
+        const vec3 toEye = shader::eyeAxesOf(perspective ? eye - start : scene_->backwards);
+        for (std::uint32_t i = 0; i < lobe.paths; ++i) {
+            shader::scatter = {
+                lobe.paths, i, lobe.pattern, 0,
+                1.0f / std::sqrt(shader::kPathsOfNeighbours * static_cast<float>(lobe.paths))};
+            const shader::LobeRay next =
+                kind == Ray::mirrored ? shader::mirroredInLobe(along, toEye, ray.lobe)
+                                      : shader::transmittedInLobe(along, ray.lobe, ray.intoBody);
+            if (next.weight <= 0.0f) continue;
+            shader::addPath(sum, ray, next.along, {ray.width, ray.pixel, next.lobe}, next.weight);
+        }
+    }
+    const shader::RayCone cone = {ray.width, ray.pixel, ray.lobe};
+    if (!(sum.weight + sum.openWeight > 1e-3f)) {
+        shader::scatter = {};
+        sum = {};
+        shader::addPath(sum, ray, along, cone, 1.0f);
+    } else if (sum.openWeight > 0.0f) {
+        // The more of the lobe is open, the more of its light is that of the prefiltered map.
+        const vec3 whole = shader::radianceFinite(shader::environmentAtEnd(along, cone));
+        sum.open = shader::mix(sum.open, whole * sum.openWeight,
+                               sum.openWeight / (sum.weight + sum.openWeight));
+    }
+    const float weight = sum.weight + sum.openWeight;
+    const vec3 mean = (sum.radiance + sum.open) / weight;
+    return {{mean.x, mean.y, mean.z}, sum.surfaces | 1u, weight / sum.nearness, sum.paths};
+}
+
+}  // namespace clerestory::rays

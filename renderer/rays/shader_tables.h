@@ -1,0 +1,105 @@
+// The tables, textures and blocks that the includes of shaders/ read, in main memory, with GLSL's
+// functions that read them. Tables are not checked: their rows belong together (Surroundings).
+#pragma once
+
+#include "rays/cube_map.h"
+#include "rays/glsl.h"
+#include "rays/triangle_tree.h"
+#include "shaders/include/bindings.glsl"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace clerestory::rays::shader {
+
+using namespace clerestory::rays::glsl;
+
+struct Rows {
+    const float* data = nullptr;
+};
+struct Pairs {
+    const float* data = nullptr;
+};
+struct Integers {
+    const std::uint32_t* data = nullptr;
+};
+struct Texels {
+    const std::byte* data = nullptr;
+};
+struct Triangles {
+    const TriangleTree* tree = nullptr;
+};
+struct Plane {
+    const float* data = nullptr;  // two floats each
+    int size = 0;
+};
+struct Cube {
+    const CubeMap* map = nullptr;
+};
+
+struct Scene {
+    struct {
+        vec4 worldFromEye[3];
+        vec4 environment;
+    } viewBlock;
+    struct {
+        vec4 eye, limits;
+    } tracingBlock;
+    std::uint32_t features;
+    Triangles triangles;
+    Pairs vertices;
+    Integers indices;
+    Rows instances, materials, lights;
+    Texels texels;
+    Plane brdf;
+    Cube environment;
+};
+
+inline vec4 texelFetch(Rows table, int i) {
+    const float* row = table.data + std::size_t{4} * static_cast<std::size_t>(i);
+    return {row[0], row[1], row[2], row[3]};
+}
+inline vec4 texelFetch(Pairs table, int i) {
+    const float* pair = table.data + std::size_t{2} * static_cast<std::size_t>(i);
+    return {pair[0], pair[1], 0.0f, 1.0f};
+}
+struct uvec4 {
+    uint x;
+};
+inline uvec4 texelFetch(Integers table, int i) {
+    return {table.data[i]};
+}
+inline vec4 texelFetch(Texels table, int i) {
+    const auto* t = reinterpret_cast<const std::uint8_t*>(table.data) +
+                    std::size_t{4} * static_cast<std::size_t>(i);
+    constexpr float k = 1.0f / 255.0f;
+    return {k * t[0], k * t[1], k * t[2], k * t[3]};
+}
+inline vec4 texelFetch(Triangles table, int row) {
+    const auto place =
+        static_cast<std::uint32_t>(row) / static_cast<std::uint32_t>(TRACE_TRIANGLE_ROWS);
+    const auto* rows = reinterpret_cast<const float*>(&table.tree->triangle(place));
+    return texelFetch(Rows{rows}, row - TRACE_TRIANGLE_ROWS * static_cast<int>(place));
+}
+// Bilinear, clamped to the edge.
+inline vec4 textureLod(Plane plane, vec2 at, float) {
+    const auto size = static_cast<float>(plane.size);
+    const vec2 p = clamp(at * size - vec2(0.5f), vec2(0.0f), vec2(size - 1.0f));
+    const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
+    const int x1 = min(x + 1, plane.size - 1), y1 = min(y + 1, plane.size - 1);
+    const auto texel = [&](int i, int j) {
+        const float* t = plane.data + 2 * (j * plane.size + i);
+        return vec2(t[0], t[1]);
+    };
+    const float fx = p.x - static_cast<float>(x), fy = p.y - static_cast<float>(y);
+    const vec2 value =
+        mix(mix(texel(x, y), texel(x1, y), fx), mix(texel(x, y1), texel(x1, y1), fx), fy);
+    return {value.x, value.y, 0.0f, 1.0f};
+}
+inline vec4 textureLod(Cube cube, vec3 towards, float level) {
+    float rgb[3];
+    cube.map->sample(&towards.x, level, rgb);
+    return {rgb[0], rgb[1], rgb[2], 1.0f};
+}
+
+}  // namespace clerestory::rays::shader

@@ -1,0 +1,208 @@
+// Paths that share a rough lobe, compared with integrals over it that are computed here.
+#include "rays/path.h"
+#include "scene/environment.h"
+#include "shaders/include/bindings.glsl"
+
+#include <gtest/gtest.h>
+#include <glm/gtc/packing.hpp>
+
+#include <cmath>
+#include <numbers>
+
+using namespace clerestory;
+using namespace clerestory::rays;
+
+namespace {
+
+constexpr std::uint32_t kPatterns = 16;
+
+// A bright half-plane at a height of one metre, where x is above 0.3, under a map of one colour.
+class Room {
+public:
+    Room(bool bright, float map) : map_(8, 4), brdf_(environmentBrdfTable(8)) {
+        for (std::uint32_t level = 0; level < 4; ++level) {
+            const std::uint32_t size = 8 >> level;
+            const std::vector<float> texels(std::size_t{4} * size * size, map);
+            for (std::uint32_t face = 0; face < 6; ++face) map_.setFace(level, face, texels);
+        }
+        map_.joinEdges();
+        if (bright) {
+            tree_.setStill(
+                {{{0.3f, -1e4f, 1.0f}, 0.0f, {0.3f, 1e4f, 1.0f}, 0.0f, {1e4f, 0.0f, 1.0f}, 0.0f}});
+        }
+        instances_.assign(TRACE_INSTANCE_ROWS, glm::vec4(0.0f));
+        for (int row = 0; row < 6; ++row) instances_[row][row % 3] = 1.0f;
+        instances_[3].w = instances_[4].w = 1.0f;
+        materials_.assign(TRACE_MATERIAL_ROWS, glm::vec4(0.0f));
+        materials_[0] = glm::vec4(1.0f);
+        materials_[4].y = 1.5f;
+        materials_[5].w = float(TRACE_UNLIT | TRACE_DOUBLE_SIDED);
+        for (Vertex& vertex : vertices_) vertex.normal = {0.0f, 0.0f, -1.0f};
+    }
+
+    Path follow(const RecordedRay& ray, Ray kind, const glm::vec3& eye, const Lobe& lobe) const {
+        const PathTracer tracer({.tree = tree_,
+                                 .vertices = vertices_,
+                                 .indices = indices_,
+                                 .instances = instances_,
+                                 .materials = materials_,
+                                 .firstTextureRow = materials_.size(),
+                                 .texels = {},
+                                 .lights = {},
+                                 .environment = map_,
+                                 .brdf = brdf_,
+                                 .brdfSize = 8,
+                                 .eye = eye,
+                                 .bounces = 2,
+                                 .hitFeatures = kUnlit});
+        return tracer.follow(ray, kind, lobe);
+    }
+
+private:
+    static constexpr std::uint32_t kUnlit = 1u << 12;  // FEATURE_UNLIT
+    CubeMap map_;
+    TriangleTree tree_;
+    std::vector<glm::vec2> brdf_;
+    std::vector<glm::vec4> instances_, materials_;
+    std::vector<Vertex> vertices_{3};
+    std::vector<std::uint32_t> indices_{0, 1, 2};
+};
+
+// At the origin, with the normal +Z.
+RecordedRay mirrored(const glm::vec3& toEye, float roughness) {
+    return {.start = glm::vec3(0.0f),
+            .along = {-toEye.x, -toEye.y, toEye.z},
+            .share = glm::vec3(1.0f),
+            .width = 1e-4f,
+            .pixel = 1e-3f,
+            .lobe = 2.0f * roughness * roughness,
+            .intoBody = false};
+}
+
+glm::vec3 towardsEye(float degrees, float turn) {
+    const float angle = glm::radians(degrees);
+    return {std::sin(angle) * std::cos(turn), std::sin(angle) * std::sin(turn), std::cos(angle)};
+}
+
+TEST(RayLobe, AUniformEnvironmentStaysAsItIs) {
+    const Room room(false, 0.75f);
+    for (const Ray kind : {Ray::mirrored, Ray::transmitted}) {
+        for (const float roughness : {0.0f, 0.05f, 0.12f, 0.3f, 0.5f, 1.0f}) {
+            for (const float degrees : {1.0f, 30.0f, 60.0f, 85.0f, 89.5f}) {
+                for (const std::uint32_t paths : {1u, 3u, 4u, 16u}) {
+                    const glm::vec3 eye = towardsEye(degrees, 0.7f);
+                    const Path path =
+                        room.follow(mirrored(eye, roughness), kind, 5.0f * eye, {paths, 9});
+                    for (const float c : path.radiance) {
+                        ASSERT_NEAR(c, 0.75f, 2e-6f) << roughness << " " << degrees << " " << paths;
+                    }
+                    ASSERT_LE(path.count, paths);
+                    ASSERT_GE(path.count, 1u);
+                }
+            }
+        }
+    }
+}
+
+TEST(RayLobe, SmoothMirrorsHaveOnePath) {
+    const Room room(true, 0.0f);
+    const glm::vec3 eye = towardsEye(40.0f, 3.1f);
+    const Path one = room.follow(mirrored(eye, 0.05f), Ray::mirrored, 5.0f * eye, {1, 0});
+    const Path several = room.follow(mirrored(eye, 0.05f), Ray::mirrored, 5.0f * eye, {16, 5});
+    EXPECT_EQ(several.count, 1u);
+    EXPECT_EQ(several.radiance[0], one.radiance[0]);
+    EXPECT_GT(room.follow(mirrored(eye, 0.2f), Ray::mirrored, 5.0f * eye, {16, 5}).count, 4u);
+}
+
+// Share of the half-plane in what a white rough mirror reflects: by summation over the hemisphere,
+// with the formulae as Walter (2007) and Heitz (2014) print them.
+double expectedShare(const glm::dvec3& v, double alpha) {
+    const double a2 = alpha * alpha;
+    const auto lambda = [&](double cosine) {
+        const double tan2 = 1.0 / (cosine * cosine) - 1.0;
+        return 0.5 * (std::sqrt(1.0 + a2 * tan2) - 1.0);
+    };
+    double hit = 0.0, all = 0.0;
+    constexpr int kHeights = 1200, kTurns = 1200;
+    for (int i = 0; i < kHeights; ++i) {
+        const double z = (i + 0.5) / kHeights, sine = std::sqrt(1.0 - z * z);
+        for (int j = 0; j < kTurns; ++j) {
+            const double turn = 2.0 * std::numbers::pi * (j + 0.5) / kTurns;
+            const glm::dvec3 l(sine * std::cos(turn), sine * std::sin(turn), z);
+            const glm::dvec3 h = glm::normalize(l + v);
+            const double d = h.z * h.z * (a2 - 1.0) + 1.0;
+            const double weight =
+                a2 / (std::numbers::pi * d * d) / (1.0 + lambda(v.z) + lambda(l.z)) / (4.0 * v.z);
+            all += weight;
+            if (l.x / l.z > 0.3) hit += weight;
+        }
+    }
+    return hit / all;
+}
+
+TEST(RayLobe, MeanOfAMirrorIsThatOfItsLobe) {
+    const Room room(true, 0.0f);
+    for (const float roughness : {0.2f, 0.35f, 0.5f}) {
+        for (const float degrees : {5.0f, 25.0f, 50.0f, 70.0f}) {
+            const glm::vec3 eye = towardsEye(degrees, 3.4f);
+            const double expected = expectedShare(eye, roughness * roughness);
+            double mean = 0.0;
+            for (std::uint32_t pattern = 0; pattern < kPatterns; ++pattern) {
+                const Path path =
+                    room.follow(mirrored(eye, roughness), Ray::mirrored, 5.0f * eye, {4, pattern});
+                mean += path.radiance[0] / kPatterns;
+            }
+            EXPECT_NEAR(mean, expected, 0.03) << roughness << " " << degrees;
+        }
+    }
+}
+
+// Both faces of a pane scatter on their own: slopes are the sum of two.
+TEST(RayLobe, MeanOfAPaneIsThatOfTwoFaces) {
+    const Room room(true, 0.0f);
+    const glm::vec3 eye = towardsEye(180.0f - 20.0f, 3.0f);  // below the pane
+    for (const float lobe : {0.1f, 0.3f}) {
+        const RecordedRay ray{.start = glm::vec3(0.0f),
+                              .along = -eye,
+                              .share = glm::vec3(1.0f),
+                              .width = 1e-4f,
+                              .pixel = 1e-3f,
+                              .lobe = lobe,
+                              .intoBody = false};
+        // A projection of GGX's slopes has the distribution function (1 + x / sqrt(a^2 + x^2)) / 2;
+        // here its sum with itself, by summation over one of both.
+        const double a = lobe / std::sqrt(3.0);
+        const glm::dvec3 plane = glm::normalize(glm::dvec3(1.0, 0.0, -0.3));  // through the edge
+        const double inclination = -glm::dot(glm::dvec3(eye), plane);
+        const double edge = inclination / std::sqrt(1.0 - inclination * inclination);
+        double expected = 0.0;
+        constexpr int kSteps = 20000;
+        for (int i = 0; i < kSteps; ++i) {
+            const double p = 2.0 * (i + 0.5) / kSteps - 1.0;
+            const double x = edge + a * p / std::sqrt(1.0 - p * p);
+            expected += 0.5 * (1.0 + x / std::hypot(a, x)) / kSteps;
+        }
+        double mean = 0.0;
+        for (std::uint32_t pattern = 0; pattern < kPatterns; ++pattern) {
+            const Path path = room.follow(ray, Ray::transmitted, 5.0f * eye, {16, pattern});
+            mean += path.radiance[0] / kPatterns;
+        }
+        EXPECT_NEAR(mean, expected, 0.03) << lobe;
+    }
+}
+
+TEST(RayLobe, RecordsSayWhetherARayEntersABody) {
+    const Start start{.place = {1.0f, 2.0f, 3.0f}, .cone = glm::packHalf2x16({0.5f, -3.0f})};
+    for (const float sign : {1.0f, -1.0f}) {
+        const Way way{.octahedral = {0.0f, 0.0f},
+                      .shareRedGreen = glm::packHalf2x16({0.5f, 0.25f}),
+                      .shareBlueLobe = glm::packHalf2x16({0.125f, sign * 0.375f})};
+        const RecordedRay ray = rayOf(start, way);
+        EXPECT_EQ(ray.lobe, 0.375f);
+        EXPECT_EQ(ray.intoBody, sign < 0.0f);
+        EXPECT_EQ(ray.width, 0.125f);
+        EXPECT_EQ(ray.along, glm::vec3(0.0f, 0.0f, 1.0f));
+    }
+}
+
+}  // namespace
