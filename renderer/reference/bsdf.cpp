@@ -205,25 +205,33 @@ bool Bsdf::isMirror() const {
 // glTF defines metals by Schlick's approximation. For dielectrics, the exact curve interpolates
 // between the colours at normal incidence and at grazing.
 glm::dvec3 Bsdf::fresnel(double cosine) const {
-    const double c = std::clamp(cosine, 0.0, 1.0);
-    const double exact = reference::fresnel(c, ior_).mean();
-    const double curve = std::clamp((exact - f0OfIor_) / (1.0 - f0OfIor_), 0.0, 1.0);
-    const double x = 1.0 - c;
-    return glm::mix(glm::mix(dielectric_, glm::dvec3(f90_), curve),
+    const double x = 1.0 - std::clamp(cosine, 0.0, 1.0);
+    return glm::mix(dielectricFresnel(cosine),
                     glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x), metallic_);
+}
+
+glm::dvec3 Bsdf::dielectricFresnel(double cosine) const {
+    const double exact = reference::fresnel(std::clamp(cosine, 0.0, 1.0), ior_).mean();
+    const double curve = std::clamp((exact - f0OfIor_) / (1.0 - f0OfIor_), 0.0, 1.0);
+    return glm::mix(dielectric_, glm::dvec3(f90_), curve);
 }
 
 Bsdf::SpecularSample Bsdf::sampleSpecular(const glm::dvec2& u) const {
     const glm::dvec3 normal = isMirror() ? glm::dvec3(0, 0, 1) : sampleVisibleNormal(v_, alpha_, u);
     const double cosine = glm::dot(v_, normal);
     SpecularSample f{.direction = 2.0 * cosine * normal - v_};
+    // glTF mixes a metal with a dielectric, whose lobe alone takes light from the diffuse one.
+    glm::dvec3 dielectric(0.0);
     if (isMirror()) {
         f.weight = fresnel(cosine);
+        dielectric = dielectricFresnel(cosine);
     } else if (f.direction.z > 0.0) {
-        f.weight = fresnel(cosine) * multipleScatterFactor(f0_, v_.z, alpha_) *
-                   (maskingShadowing(v_, f.direction, alpha_) / masking(v_, alpha_));
+        const double visible = maskingShadowing(v_, f.direction, alpha_) / masking(v_, alpha_);
+        f.weight = fresnel(cosine) * multipleScatterFactor(f0_, v_.z, alpha_) * visible;
+        dielectric =
+            dielectricFresnel(cosine) * multipleScatterFactor(dielectric_, v_.z, alpha_) * visible;
     }
-    f.diffuseFactor = 1.0 - greatest(f.weight);
+    f.diffuseFactor = 1.0 - greatest(dielectric);
     return f;
 }
 
@@ -245,7 +253,7 @@ double Bsdf::specularPdf(const glm::dvec3& l) const {
 glm::dvec3 Bsdf::evalPunctual(const glm::dvec3& l, double diffuseScale, double discRadius2) const {
     if (l.z <= 0.0) return glm::dvec3(0.0);
     const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
-    const double diffuseFactor = 1.0 - greatest(fresnel(glm::dot(v_, half)));
+    const double diffuseFactor = 1.0 - greatest(dielectricFresnel(glm::dot(v_, half)));
     return microfacetLobe(l, std::max(alpha_, kMinPunctualAlpha), discRadius2) +
            diffuse_ * (diffuseScale * diffuseFactor / kPi);
 }

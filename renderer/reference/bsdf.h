@@ -94,8 +94,8 @@ public:
     struct SpecularSample {
         glm::dvec3 direction{0.0, 0.0, 1.0};  // local
         glm::dvec3 weight{0.0};               // lobe * cosine / pdf; 0 below the surface
-        // Factor of the diffuse lobe. Its expectation is 1 - the specular albedo, so that energy is
-        // conserved.
+        // Factor of the diffuse lobe. Its expectation is 1 - the specular albedo of the dielectric
+        // part, so that energy is conserved.
         double diffuseFactor = 1.0;
     };
     SpecularSample sampleSpecular(const glm::dvec2& u) const;
@@ -111,6 +111,7 @@ public:
                             double discRadius2 = 0.0) const;
 
 private:
+    glm::dvec3 dielectricFresnel(double cosine) const;  // of the dielectric alone
     glm::dvec3 microfacetLobe(const glm::dvec3& l, double alpha, double discRadius2) const;
 
     Frame frame_;

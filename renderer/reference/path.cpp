@@ -173,8 +173,8 @@ glm::dvec3 PathTracer::environmentRadiance(const SurfaceInteraction& point,
 void PathTracer::scatterInEffects(Path& path, const SurfaceInteraction& point,
                                   const Bsdf& bsdf) const {
     const Bsdf::SpecularSample specular = bsdf.sampleSpecular(path.sampler.get2D());
-    path.throughput *= point.occlusion;
-    path.radiance += path.throughput * bsdf.diffuse() * specular.diffuseFactor *
+    // An occlusion texture represents what hides the environment; rays see that themselves.
+    path.radiance += path.throughput * point.occlusion * bsdf.diffuse() * specular.diffuseFactor *
                      lighting_.environment.irradianceOverPi(point.normal);
     const glm::dvec3 towards = bsdf.frame().toWorld(specular.direction);
     if (tracesReflection(*point.surface)) {
@@ -184,7 +184,8 @@ void PathTracer::scatterInEffects(Path& path, const SurfaceInteraction& point,
         path.fromCamera = false;
         return;
     }
-    path.radiance += path.throughput * specular.weight * environmentRadiance(point, towards);
+    path.radiance +=
+        path.throughput * point.occlusion * specular.weight * environmentRadiance(point, towards);
     path.terminated = true;
 }
 
