@@ -3,6 +3,8 @@
 #include "gl/buffer.h"
 #include "gl/context.h"
 #include "gl/pipeline.h"
+#include "light/baker.h"
+#include "light/refinement.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"
 #include "plan/graph/work.h"
@@ -75,7 +77,10 @@ struct Renderer::State {
                   .display = onProcessor(options.display, identity.software) ? Storage::processor
                                                                              : Storage::driver}),
           maxShadedSamples(options.maxShadedSamples),
-          onReset(options.onReset) {
+          onReset(options.onReset),
+          lightOptions(options.light),
+          baker(std::make_shared<light::Baker>(
+              light::BakerOptions{.threads = options.light.threads})) {
         context.firstUse().whenCompiling = options.onCompiling;
     }
 
@@ -85,7 +90,30 @@ struct Renderer::State {
         std::uint64_t generation;
         std::shared_ptr<const EnvironmentMap> environment;
         std::shared_ptr<const Pose> pose;
+        // With light of surfaces, `scene` and `pose` are those of its refined meshes.
+        std::shared_ptr<const light::SurfaceLight> light = nullptr;
     };
+    FrameContext contextOf(const Subject& subject, const ResidentMaps& resident) const {
+        return {.scene = *subject.scene,
+                .pose = *subject.pose,
+                .environment = *subject.environment,
+                .maps = environments,
+                .resident = resident,
+                .limits = limits,
+                .surfaceLight = subject.light ? hashOf(*subject.light) : 0};
+    }
+    static std::uint64_t hashOf(const light::SurfaceLight& light) {
+        return light.key * 0x9e3779b97f4a7c15ull + light.revision + 1;
+    }
+    // The key of the light that the request shows; its computation has begun.
+    std::uint64_t beginLight(const Subject& subject, const FrameRequest& request);
+    // Changes the subject to one with light, as far as it is computed.
+    void addLight(Subject& subject, const FrameRequest& request);
+    struct RefinedScene {
+        std::shared_ptr<const Scene> scene;
+        double edge = 0.0;  // see light::Refined
+    };
+    const RefinedScene& refinedScene(const Subject& subject);
     // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
@@ -95,17 +123,12 @@ struct Renderer::State {
     std::string environmentList() const;
     FramePlan plan(const Subject& subject, const FrameRequest& request) const {
         const ResidentMaps resident = executor.residentMaps();
-        return planFrame({.scene = *subject.scene,
-                          .pose = *subject.pose,
-                          .environment = *subject.environment,
-                          .maps = environments,
-                          .resident = resident,
-                          .limits = limits},
-                         request);
+        return planFrame(contextOf(subject, resident), request);
     }
 
     ExecutionInput inputOf(const Subject& subject, const FramePlan& plan) const {
-        return {plan, *subject.scene, *subject.pose, *subject.environment, environments};
+        return {plan,         *subject.scene, *subject.pose, *subject.environment,
+                environments, subject.light};
     }
     // These throw RenderFailed only.
     Execution execute(const Subject& subject, const FramePlan& plan, Readback readback,
@@ -149,9 +172,10 @@ struct Renderer::State {
         std::uint64_t generation = 0;
     };
     std::map<std::string, Loaded> scenes;
-    std::uint64_t generations = 0;         // calls of addScene()
-    mutable EnvironmentMaps environments;  // built-in maps are created on first use
-    std::string firstScene;                // scene of requests that name none
+    std::uint64_t generations = 0;                       // calls of addScene()
+    mutable EnvironmentMaps environments;                // built-in maps are created on first use
+    std::string firstScene;                              // scene of requests that name none
+    std::map<const Scene*, RefinedScene> refinedScenes;  // by their originals
     Executor executor;
     std::uint64_t frames = 0;
     struct Moment {
@@ -162,7 +186,61 @@ struct Renderer::State {
     };
     static constexpr std::size_t kMaxMoments = 4;
     mutable std::list<Moment> moments;  // last used first
+    // Clients that wait share it.
+    LightOptions lightOptions;
+    std::shared_ptr<light::Baker> baker;
 };
+
+const Renderer::State::RefinedScene& Renderer::State::refinedScene(const Subject& subject) {
+    RefinedScene& refined = refinedScenes[subject.scene.get()];
+    if (refined.scene) return refined;
+    light::Refined fine = light::refined(*subject.scene, *subject.pose,
+                                         {.addedTriangles = lightOptions.addedTriangles});
+    const auto scene = std::make_shared<Scene>(std::move(fine.scene));
+    fit(scene->vertices, gl::kSharedMemoryTail);
+    fit(scene->indices, gl::kSharedMemoryTail);
+    guarded([&] { executor.upload(scene, subject.scene.get()); });
+    refined = {scene, fine.edge};
+    return refined;
+}
+
+std::uint64_t Renderer::State::beginLight(const Subject& subject, const FrameRequest& request) {
+    const ResidentMaps none;
+    LightInputs inputs = lightInputs(contextOf(subject, none), request);
+    if (baker->state(inputs.hash).known) return inputs.hash;
+    Subject fine = subject;
+    const RefinedScene& refined = refinedScene(subject);
+    fine.scene = refined.scene;
+    fine.pose = poseOf(fine.scene, *clipsNamed(*fine.scene, request.clip), request.time);
+    light::BakeInput bake{.key = inputs.hash,
+                          .scene = fine.scene,
+                          .pose = fine.pose,
+                          .edge = refined.edge,
+                          .materials = std::move(inputs.materials),
+                          .lights = std::move(inputs.lights),
+                          .environment = subject.environment,
+                          .mapFromWorld = inputs.mapFromWorld,
+                          .environmentIntensity = inputs.environmentIntensity,
+                          .emission = inputs.emission};
+    const FramePlan framePlan = planFrame(contextOf(fine, none), request);
+    if (!framePlan.rays) return inputs.hash;  // not a colour frame
+    guarded([&] { executor.addTables(inputOf(fine, framePlan), bake); });
+    const auto shared = std::make_shared<light::BakeInput>(std::move(bake));
+    const light::BakeQuality quality{.places = lightOptions.places};
+    baker->begin(inputs.hash, [shared, quality] {
+        return std::make_unique<light::Bake>(std::move(*shared), quality);
+    });
+    return inputs.hash;
+}
+
+void Renderer::State::addLight(Subject& subject, const FrameRequest& request) {
+    if (!request.effects.indirectLight || request.output.channel != Channel::color) return;
+    std::shared_ptr<const light::SurfaceLight> latest = baker->latest(beginLight(subject, request));
+    if (!latest) return;
+    subject.scene = latest->scene;
+    subject.pose = poseOf(subject.scene, *clipsNamed(*subject.scene, request.clip), request.time);
+    subject.light = std::move(latest);
+}
 
 std::shared_ptr<const Pose> Renderer::State::poseOf(const std::shared_ptr<const Scene>& scene,
                                                     std::vector<Index> clips, double time) const {
@@ -263,6 +341,14 @@ void Renderer::removeScene(const std::string& id) {
     if (found == state_->scenes.end()) return;
     state_->context.makeCurrent();
     const auto& scene = found->second.scene;
+    if (const auto refined = state_->refinedScenes.find(scene.get());
+        refined != state_->refinedScenes.end()) {
+        const std::shared_ptr<const Scene> fine = refined->second.scene;
+        state_->baker->forget(*fine);
+        state_->moments.remove_if([&](const auto& m) { return m.scene == fine; });
+        state_->executor.forget(*fine);
+        state_->refinedScenes.erase(refined);
+    }
     state_->moments.remove_if([&](const auto& m) { return m.scene == scene; });
     state_->executor.forget(*scene);
     state_->scenes.erase(found);
@@ -281,15 +367,20 @@ std::vector<std::string> Renderer::environmentNames() const {
 }
 
 FramePlan Renderer::plan(const FrameRequest& request) const {
-    return state_->plan(state_->subjectOf(request), request);
+    State::Subject subject = state_->subjectOf(request);
+    state_->addLight(subject, request);
+    return state_->plan(subject, request);
 }
 
 Frame Renderer::State::frame(const FrameRequest& request, Readback readback,
                              const std::function<bool()>& abandoned) {
     context.makeCurrent();
-    const Subject subject = subjectOf(request);
+    const light::Baker::Rest rest(*baker);
+    Subject subject = subjectOf(request);
     const Clock::time_point start = Clock::now();
+    addLight(subject, request);
     Frame frame;
+    if (subject.light) frame.light = {subject.light->revision, subject.light->share};
     frame.sceneGeneration = subject.generation;
     frame.plan = plan(subject, request);
     frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -324,6 +415,31 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback,
 Frame Renderer::render(const FrameRequest& request, Readback readback,
                        const std::function<bool()>& abandoned) {
     return state_->frame(request, readback, abandoned);
+}
+
+Renderer::LightState Renderer::light(const FrameRequest& request) {
+    if (!request.effects.indirectLight) return {};
+    state_->context.makeCurrent();
+    const std::uint64_t key = state_->beginLight(state_->subjectOf(request), request);
+    const light::Baker::State now = state_->baker->state(key);
+    const auto latest = state_->baker->latest(key);
+    return {.wanted = true,
+            .complete = now.complete,
+            .revision = latest ? latest->revision : 0,
+            .share = now.share,
+            .failure = now.failure,
+            .wait = [baker = state_->baker, key](const std::function<bool()>& abandoned) {
+                baker->wait(key, abandoned);
+            }};
+}
+
+Renderer::LightState Renderer::completeLight(const FrameRequest& request,
+                                             const std::function<bool()>& abandoned) {
+    if (!request.effects.indirectLight) return {};
+    state_->context.makeCurrent();
+    const LightState now = light(request);
+    if (now.wait) now.wait(abandoned);
+    return light(request);
 }
 
 void Renderer::forgetMaps() {

@@ -1,7 +1,7 @@
 // The facade of the renderer: it holds scenes and environment maps, plans frames and draws them.
 //
 // Every member must be called on the thread that created the renderer. Does not open windows, speak
-// HTTP or JSON, start threads, or read scene files.
+// HTTP or JSON, or read scene files. Threads of its own compute the light of surfaces.
 #pragma once
 
 #include "gl/capabilities.h"
@@ -26,10 +26,18 @@ enum class Backend { automatic, software, hardware };
 // Where a part of a frame is computed; automatic: on the processor if the driver is software.
 enum class Computation { automatic, shader, processor };
 
+// How finely the light of surfaces is computed (Effects::indirectLight).
+struct LightOptions {
+    std::uint32_t threads = 0;              // 0: one for each processor
+    std::uint64_t addedTriangles = 60'000;  // about, to a scene whose triangles are large
+    std::uint32_t places = 60'000;          // at most, where light is gathered
+};
+
 struct RendererOptions {
     Backend backend = Backend::automatic;
     Computation rays = Computation::automatic;
     Computation display = Computation::automatic;  // tone mapping and edge filter
+    LightOptions light;
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
     // Maximum number of samples that a frame shades (plan/graph/work.h); 0: no limit.
     std::uint64_t maxShadedSamples = 0;
@@ -57,10 +65,17 @@ struct TargetHealth {
     std::uint64_t negative = 0;   // finite, with negative light
 };
 
+// The light of surfaces in a frame (Effects::indirectLight).
+struct LightOfFrame {
+    std::uint32_t revision = 0;  // 0: the frame shows that of the environment
+    double share = 0.0;          // of the computation that was completed, 0..1
+};
+
 struct Frame {
     Image image;
     FramePlan plan;
     std::vector<PassTime> passTimes;  // in the order of plan.passes
+    LightOfFrame light;
     double planMs = 0.0;
     double readbackMs = 0.0;
     double compileMs = 0.0;      // time of compilation within the frame
@@ -141,6 +156,24 @@ public:
     // FrameAbandoned, and later frames are not affected.
     Frame render(const FrameRequest& request, Readback readback = Readback::picture,
                  const std::function<bool()>& abandoned = {});
+
+    // Light of surfaces (Effects::indirectLight). Without it a frame shows that of the environment,
+    // and the light is computed in the background.
+    struct LightState {
+        bool wanted = false;  // by the request
+        bool complete = false;
+        std::uint32_t revision = 0;  // of what a frame would show now; 0: none yet
+        double share = 0.0;          // computed, 0..1
+        std::string failure;         // why it cannot be computed; else empty
+        // Waits on any thread until the light is complete or has failed, or `abandoned` returns
+        // true; empty if the request needs none.
+        std::function<void(const std::function<bool()>& abandoned)> wait = {};
+    };
+    // Begins the computation if the request needs it. Throws InvalidRequest as plan() does.
+    LightState light(const FrameRequest& request);
+    // The same, and waits until it is complete or `abandoned` returns true.
+    LightState completeLight(const FrameRequest& request,
+                             const std::function<bool()>& abandoned = {});
 
     // Releases all resident maps (prefiltered environment maps and captured cubes). Later frames
     // draw them again and have the same bytes.

@@ -12,6 +12,7 @@
 #if SHADES_GLASS || TRACES_RAYS
 #include "include/glass.glsl"
 #endif
+#include "include/shadow.glsl"
 #include "include/lighting.glsl"
 #if TRACES_RAYS
 #include "include/ray_start.glsl"
@@ -47,7 +48,7 @@ vec3 lampsAt(Surface s) {
     // Bumps whose roughness is a picture's as well: their spread is not known, and it would cost.
     bool bumps = has(FEATURE_NORMAL_MAP) && has(FEATURE_DEFAULT_NUMBERS);
     if (!bumps && !has(FEATURE_WIDE_LOBE)) s = coveredByPixel(s);
-    if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, HARMONIC_ROWS);
+    if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, positionEye, HARMONIC_ROWS);
     const int first = int((uint(VIEW) >> VIEW_LAMPS_SHIFT) & VIEW_LAMPS_MASK);
     if (first > 0) return firstLampsLight(s, positionEye, first);
     return lampsLight(s, positionEye, int(drawNumbers.x), int(drawNumbers.y));
@@ -61,10 +62,18 @@ vec3 lampsAt(Surface s) {
 
 vec3 shaded(MaterialPoint m) {
     Surface s = surfaceOf(m, towardsEye());
+    if (viewHas(VIEW_SURFACE_LIGHT)) {
+        s.light = SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby);
+    }
     if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) return shadedGlass(m, s);
     vec3 mirrored = reflectedRadiance(s, positionEye);
-    weighRays(m.occlusion * s.reflectance, vec3(0.0f));
-    return lampsAt(s) + m.occlusion * environmentLight(s, mirrored);
+    // Light at vertices knows what hides the environment.
+    float occlusion = viewHas(VIEW_SURFACE_LIGHT) ? 1.0f : m.occlusion;
+    weighRays(s.reflectance, vec3(0.0f));
+    // A picture or a ray has looked at what an occlusion texture only guesses.
+    const uint kLooked = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_TRACED_REFLECTION;
+    return lampsAt(s) + s.reflectance * mirrored * (has(kLooked) ? 1.0f : occlusion) +
+           occlusion * diffuseLight(s);
 }
 
 void main() {

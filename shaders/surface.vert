@@ -1,10 +1,14 @@
-// A vertex of the scene, for shading and for channels. The same for every variant: the linker
-// removes the outputs that a variant does not read, and what they are computed from.
+// A vertex of the scene, for shading and for channels. The same for every variant but for those with
+// VIEW_SURFACE_LIGHT: the linker removes the outputs that a variant does not read, and what they are
+// computed from.
 #include "include/block_macros.glsl"
 #include "include/features.glsl"
 #include "include/eye_position.glsl"
+#include "include/surface_light.glsl"
 #define VARYING out
 #include "include/surface_varyings.glsl"
+
+layout(binding = UNIT_SURFACE_LIGHT) uniform usamplerBuffer surfaceLight;
 
 layout(location = ATTRIBUTE_NORMAL) in vec3 normal;
 layout(location = ATTRIBUTE_TANGENT) in vec4 tangent;
@@ -34,6 +38,16 @@ void main() {
                   dot(eyeFromModel[2].xyz, tangent.xyz)));
     // A mirrored instance turns the cross product of normal and tangent round.
     vertexTangent.w = volume < 0.0f ? -tangent.w : tangent.w;
+    if (viewHas(VIEW_SURFACE_LIGHT)) {
+        float first = normalFromModel[2].w;
+        int value = first < SURFACE_LIGHT_NONE * 0.5f ? 0 : gl_VertexID + int(first);
+        SurfaceLight light = surfaceLightOf(texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value),
+                                            texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value + 1));
+        lightIrradiance = light.irradiance;
+        lightTurned = light.turned;
+        lightVisible = light.visible;
+        lightNearby = light.nearby;
+    }
     texCoord0 = inTexCoord0;
     texCoord1 = inTexCoord1;
     vertexColor = inColor;

@@ -49,13 +49,13 @@ export const techniqueText = (method) => kTechniques[method] ?? method;
 
 const kEffects = {
   base: "The view", emission: "Emission", refraction: "Refraction", planarReflection: "Planar reflection",
-  environmentReflection: "Environment reflection", filters: "Filters",
+  environmentReflection: "Environment reflection", shadows: "Shadows", indirectLight: "Light between surfaces", filters: "Filters",
 };
 export const effectText = (effect) => kEffects[effect] ?? labelOf(effect ?? "other");
 
 const kKinds = {
   environment: "environment map", prefilter: "roughness levels", levels: "mip levels", capture: "cube faces", blended: "blended surfaces",
-  mirror: "mirrored view", surface: "surfaces", backFaces: "back faces of glass", backdrop: "backdrop of glass",
+  mirror: "mirrored view", shadow: "shadows of lights", surface: "surfaces", backFaces: "back faces of glass", backdrop: "backdrop of glass",
   glass: "glass", channel: "channel", toneMap: "tone mapping", edgeFilter: "edge smoothing",
   twirl: "twirl", convolve: "convolution", glowBright: "glow: threshold", glowDown: "glow: downsampling", glowUp: "glow: upsampling",
   glow: "glow: composition",

@@ -38,6 +38,8 @@ GLenum wordOf(BufferFormat format) {
             return GL_RGBA32F;
         case BufferFormat::rg32f:
             return GL_RG32F;
+        case BufferFormat::rgba32ui:
+            return GL_RGBA32UI;
         case BufferFormat::r32ui:
             return GL_R32UI;
         case BufferFormat::rgba8:

@@ -38,7 +38,7 @@ private:
     OwnedName name_;
 };
 
-enum class BufferFormat { rgba32f, rg32f, r32ui, rgba8 };
+enum class BufferFormat { rgba32f, rg32f, r32ui, rgba32ui, rgba8 };
 
 // What shaders read by index: texels of a buffer that must outlive it.
 class BufferTexture {

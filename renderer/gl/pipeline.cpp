@@ -156,6 +156,14 @@ void clearDepth() {
     glClearBufferfv(GL_DEPTH, 0, &farEnd);
 }
 
+void clearDepth(const Rect& part) {
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
+              static_cast<int>(part.height));
+    clearDepth();
+    glDisable(GL_SCISSOR_TEST);
+}
+
 glm::dmat4 deviceClip(const glm::dmat4& clip, bool clipControl) {
     if (clipControl) return clip;
     glm::dmat4 deviceFromClip(1.0);  // z' = 2 z - w, so that (z'/w + 1) / 2 = z / w

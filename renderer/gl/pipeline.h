@@ -4,6 +4,7 @@
 #pragma once
 
 #include "gl/api.h"
+#include "gl/texture.h"
 
 #include <glm/glm.hpp>
 
@@ -83,6 +84,8 @@ void setAllSamples();
 // Colour to black with alpha 0, depth to the far end.
 void clearColorAndDepth();
 void clearDepth();
+// The same in a part of the framebuffer.
+void clearDepth(const Rect& part);
 
 // The plan's clip space has depth 0..1. Without clip control OpenGL requires -1..1: only this
 // function converts.

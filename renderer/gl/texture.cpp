@@ -30,6 +30,8 @@ FormatWords wordsOf(TextureFormat format) {
             return {GL_RGBA32F, GL_RGBA, GL_FLOAT};
         case TextureFormat::rgba32ui:
             return {GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT};
+        case TextureFormat::depth32f:
+            return {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT};
     }
     return {};
 }
@@ -206,6 +208,10 @@ Sampler::Sampler(const SamplerDescription& d) : name_(newSampler()) {
     if (d.levelsBelow > 0) {
         glSamplerParameterf(name, GL_TEXTURE_LOD_BIAS, -static_cast<float>(d.levelsBelow));
     }
+    if (d.compare) {
+        glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+        glSamplerParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
+    }
     if (d.anisotropy > 1) {
         constexpr GLenum kTextureMaxAnisotropy = 0x84FE;
         glSamplerParameterf(name, kTextureMaxAnisotropy, static_cast<float>(d.anisotropy));
@@ -245,6 +251,11 @@ Framebuffer::Framebuffer(const FramebufferDescription& d)
     if (d.colorSamples) {
         glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
                                   d.colorSamples->name());
+    } else if (d.color->description().format == TextureFormat::depth32f) {
+        glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, d.color->name(),
+                               0);
+        glDrawBuffer(GL_NONE);
+        glReadBuffer(GL_NONE);
     } else {
         const GLenum image = d.color->description().kind == TextureKind::cube
                                  ? GL_TEXTURE_CUBE_MAP_POSITIVE_X + d.face

@@ -18,7 +18,7 @@ struct Rect {
 };
 
 enum class TextureKind { plane, cube };
-enum class TextureFormat { rgba8, srgba8, rg16f, rgba16f, rgba32f, rgba32ui };
+enum class TextureFormat { rgba8, srgba8, rg16f, rgba16f, rgba32f, rgba32ui, depth32f };
 
 struct TextureDescription {
     TextureKind kind = TextureKind::plane;
@@ -73,6 +73,9 @@ struct SamplerDescription {
     LevelFilter levels = LevelFilter::none;
     std::uint32_t anisotropy = 1;
     int levelsBelow = 0;  // finer than the one whose texel is as wide as a pixel
+    // Of a depth texture: the share of the texels around that are not nearer than the third
+    // coordinate; depth is reversed.
+    bool compare = false;
     auto operator<=>(const SamplerDescription&) const = default;
 };
 
@@ -104,7 +107,8 @@ private:
 };
 
 struct FramebufferDescription {
-    const Texture* color = nullptr;  // this, or colorSamples
+    // This, or colorSamples. A depth texture takes the place of `depth`; there is no colour then.
+    const Texture* color = nullptr;
     std::uint32_t level = 0;
     std::uint32_t face = 0;  // cubes only
     const Renderbuffer* colorSamples = nullptr;
@@ -127,7 +131,7 @@ public:
     void scaleInto(const Framebuffer& target) const;    // bilinear; not from multisampled memory
     void readBytes(std::span<std::byte> rgba) const;    // 8 bits a channel, first row first
     void readFloats(std::span<float> rgba) const;
-    void readHalves(std::span<std::uint64_t> rgba) const;  // red in the lowest bits
+    void readHalves(std::span<std::uint64_t> rgba) const;               // red in the lowest bits
     void readWords(const Rect& part, std::span<std::byte> rgba) const;  // of rgba32ui
     // Sets a part of the further textures to 0. The framebuffer is bound.
     void clearFurther(const Rect& part) const;

@@ -67,6 +67,8 @@ Mask maskOf(const Image& through, Effect effect) {
     return maskWhere(through, [effect](std::uint32_t value) {
         switch (effect) {
             case Effect::base:
+            case Effect::shadows:
+            case Effect::indirectLight:
                 return value == throughDirect;
             case Effect::refraction:
                 return value == throughGlass;

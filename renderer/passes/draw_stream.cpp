@@ -40,6 +40,30 @@ glm::vec4 row(const glm::dmat3& m, int i, double w) {
 // As kMinConeWidth of optics.glsl.
 constexpr float kMinSpotConeWidth = 1e-3f;
 
+// As shadowAt() in shadow.glsl reads it.
+void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye,
+                  const glm::dmat3& axesFromWorld) {
+    const std::size_t first = rows.size();
+    rows.resize(first + LIGHT_ROWS - 3, glm::vec4(0.0f));
+    if (!light.shadow) return;
+    const auto& [kind, tile, view] = *light.shadow;
+    const bool six = kind == LightShadow::Kind::six;
+    // Extent of a texel: of the picture at a metre, or everywhere.
+    const double extent = 2.0 / view.clipFromView[0][0] / tile.width;
+    const double other = 2.0 / view.clipFromView[1][1] / tile.height;
+    const auto texel = static_cast<float>(std::max(extent, other));
+    rows[first] = {six ? 2.0f : 1.0f, view.orthographic ? 0.0f : texel,
+                   view.orthographic ? texel : 0.0f, static_cast<float>(view.znear)};
+    rows[first + 1] = {tile.x, tile.y, tile.width, 0.5f / static_cast<float>(tile.width)};
+    if (six) return;
+    glm::dmat4 worldFromEye{glm::transpose(axesFromWorld)};
+    worldFromEye[3] = glm::dvec4(eye, 1.0);
+    const glm::dmat4 clip = glm::transpose(view.clipFromView * view.viewFromWorld * worldFromEye);
+    for (int row = 0; row < 4; ++row) {
+        rows[first + 2 + static_cast<std::size_t>(row)] = glm::vec4(clip[row]);
+    }
+}
+
 void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye,
                  const glm::dmat3& axesFromWorld) {
     const bool placed = light.kind != LightKind::directional;
@@ -52,6 +76,7 @@ void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const g
     // spotAttenuation() as a linear function of the cosine; without a cone it is 1.
     const float width = std::max(light.cosInner - light.cosOuter, kMinSpotConeWidth);
     rows.push_back(spot ? glm::vec4(toLight, -light.cosOuter) / width : glm::vec4(0, 0, 0, 1));
+    appendShadow(rows, light, eye, axesFromWorld);
 }
 
 }  // namespace
@@ -63,6 +88,7 @@ void DrawStream::begin(const Scene& scene, const Pose& pose, const View& view,
     view_ = &view;
     axesFromWorld_ = axesFromWorld;
     lights_ = &lights;
+    surfaceLight_ = nullptr;
     instances_.clear();
     lists_.clear();
     recordData_.clear();
@@ -103,6 +129,13 @@ std::uint32_t DrawStream::firstLight(const std::vector<std::uint8_t>& list) {
     return it->second;
 }
 
+float DrawStream::firstLightValue(std::uint32_t instance) const {
+    const std::int32_t first =
+        surfaceLight_ ? surfaceLight_->firstOfInstance[instance] : light::kNoLight;
+    return first == light::kNoLight ? static_cast<float>(SURFACE_LIGHT_NONE)
+                                    : static_cast<float>(first);
+}
+
 std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
     const auto first = static_cast<std::uint32_t>(recordData_.size());
     for (const Draw& draw : draws) {
@@ -111,6 +144,7 @@ std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
             {draw.lights.indices.begin(), draw.lights.indices.begin() + draw.lights.count}));
         record.normalFromModel[1].w = static_cast<float>(draw.lights.count);
         if (draw.through > 0) record.normalFromModel[2].w = static_cast<float>(draw.through);
+        if (surfaceLight_) record.normalFromModel[2].w = firstLightValue(draw.instance);
         recordData_.push_back(record);
     }
     return first;

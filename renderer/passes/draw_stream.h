@@ -4,6 +4,7 @@
 
 #include "gl/buffer.h"
 #include "gl/pipeline.h"
+#include "light/surface_light.h"
 #include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
 
@@ -15,9 +16,9 @@ namespace clerestory {
 
 // Vertex attributes with divisor 1 of one draw.
 struct DrawRecord {
-    glm::vec4 eyeFromModel[3];  // rows
-    glm::vec4
-        normalFromModel[3];  // rows; w: first light, number of lights, object id or Draw::through
+    glm::vec4 eyeFromModel[3];     // rows
+    glm::vec4 normalFromModel[3];  // rows; w: first light, number of lights, and one of: first
+                                   // value of light at vertices, object id, Draw::through
 };
 static_assert(sizeof(DrawRecord) == 96);
 
@@ -32,6 +33,11 @@ public:
                const glm::dmat3& axesFromWorld, const std::vector<PlacedLight>& lights);
     // Sets the diffuse light of the environment, in the axes of eye space; zero without a call.
     void setHarmonics(const std::array<glm::vec3, 9>& harmonics, float intensity);
+    // Values of light at vertices for the draws and the rays of the view; see
+    // light/surface_light.h. Must outlive the stream's use.
+    void setSurfaceLight(const light::SurfaceLight& light) { surfaceLight_ = &light; }
+    // Where the values of an instance begin; SURFACE_LIGHT_NONE if it has none.
+    float firstLightValue(std::uint32_t instance) const;
     // Returns the index of the first draw's record; the others follow it.
     std::uint32_t add(const std::vector<Draw>& draws);
     // For ray tracing, which may hit any instance. firstLight() adds a list of lights of any length
@@ -60,6 +66,7 @@ private:
     const View* view_ = nullptr;
     glm::dmat3 axesFromWorld_{1.0};
     const std::vector<PlacedLight>* lights_ = nullptr;
+    const light::SurfaceLight* surfaceLight_ = nullptr;
     std::map<std::uint32_t, InstanceData> instances_;
     std::map<std::vector<std::uint8_t>, std::uint32_t> lists_;
     std::vector<DrawRecord> recordData_;

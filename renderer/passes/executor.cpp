@@ -2,8 +2,11 @@
 
 #include "gl/api.h"
 #include "gl/context.h"
+#include "passes/ray_tables.h"
 
+#include <algorithm>
 #include <chrono>
+#include <span>
 
 namespace clerestory {
 namespace {
@@ -16,6 +19,8 @@ double millisecondsSince(Clock::time_point start) {
 
 // Environment maps that stay uploaded.
 constexpr std::size_t kMaxMaps = 4;
+// Lights of scenes that stay uploaded.
+constexpr std::size_t kMaxSurfaceLights = 2;
 
 std::uint32_t channelsOf(Channel channel) {
     return channel == Channel::color || channel == Channel::normal ? 3 : 1;
@@ -23,9 +28,10 @@ std::uint32_t channelsOf(Channel channel) {
 
 }  // namespace
 
-void Executor::upload(const std::shared_ptr<const Scene>& scene) {
+void Executor::upload(const std::shared_ptr<const Scene>& scene, const Scene* original) {
     try {
-        scenes_.try_emplace(scene.get(), scene, resources_.draws.records());
+        scenes_.try_emplace(scene.get(), scene, resources_.draws.records(),
+                            original ? &scenes_.at(original) : nullptr);
         gl::Context::current().throwIfFailed();
     } catch (...) {
         scenes_.erase(scene.get());
@@ -39,6 +45,7 @@ void Executor::recover() {
     tracers_.clear();
     processorTracers_.clear();
     maps_.clear();
+    lights_.clear();
     targets_ = TargetPool();
     resources_.shaders = ShaderLibrary();
     resources_.samplers = SamplerCache();
@@ -54,6 +61,34 @@ const GpuEnvironment& Executor::uploaded(const EnvironmentMap& map) {
     maps_.push_front({map.contentHash, GpuEnvironment(map)});
     if (maps_.size() > kMaxMaps) maps_.pop_back();
     return maps_.front().environment;
+}
+
+const gl::BufferTexture& Executor::uploaded(
+    const std::shared_ptr<const light::SurfaceLight>& light) {
+    const auto found = std::find_if(lights_.begin(), lights_.end(),
+                                    [&](const UploadedLight& u) { return u.light == light; });
+    if (found != lights_.end()) {
+        lights_.splice(lights_.begin(), lights_, found);
+        return lights_.front().texture;
+    }
+    lights_.emplace_front();
+    lights_.front().light = light;
+    lights_.front().values.assign(std::as_bytes(std::span(light->values)));
+    if (lights_.size() > kMaxSurfaceLights) lights_.pop_back();
+    return lights_.front().texture;
+}
+
+void Executor::addTables(const ExecutionInput& input, light::BakeInput& bake) {
+    const View view;  // rays need no positions of instances
+    resources_.draws.begin(input.scene, input.pose, view, input.plan.mapFromWorld,
+                           input.plan.lights);
+    const std::shared_ptr<const TracedTexels> texels = scenes_.at(&input.scene).texels();
+    bake.instances = instanceRows(input.scene, *input.plan.rays, resources_.draws);
+    bake.materialRows = materialRows(input.scene, input.plan);
+    bake.firstTextureRow = bake.materialRows.size();
+    bake.materialRows.insert(bake.materialRows.end(), texels->rows.begin(), texels->rows.end());
+    bake.texels = {texels, &texels->bytes};
+    bake.hitFeatures = input.plan.rays->hitFeatures;
 }
 
 GpuTracer& Executor::tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose) {
@@ -74,6 +109,7 @@ void Executor::forget(const Scene& scene) {
     glFinish();  // pending work of a failed frame may still read the scene's memory
     tracers_.erase(&scene);
     processorTracers_.erase(&scene);
+    std::erase_if(lights_, [&](const UploadedLight& u) { return u.light->scene.get() == &scene; });
     scenes_.erase(&scene);
 }
 
@@ -121,7 +157,9 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
                     .targets = targets,
                     .scene = pass.view() ? &scenes_.at(&frame.scene) : nullptr,
                     .pose = frame.pose,
-                    .environment = name.empty() ? nullptr : &uploaded(map)};
+                    .environment = name.empty() ? nullptr : &uploaded(map),
+                    .surfaceLight = frame.surfaceLight.get()};
+    if (frame.surfaceLight) input.surfaceLightTexture = &uploaded(frame.surfaceLight);
     const RecordedDraws* recorded = pass.recorded();
     if (recorded && !recorded->draws.empty()) {
         std::vector<Target*> records;

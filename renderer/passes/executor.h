@@ -2,6 +2,7 @@
 #pragma once
 
 #include "image/image.h"
+#include "light/bake.h"
 #include "passes/passes.h"
 #include "passes/readback.h"
 
@@ -18,6 +19,9 @@ struct ExecutionInput {
     const Pose& pose;
     const EnvironmentMap& environment;
     const EnvironmentMaps& maps;
+    // Light at the vertices of `scene`, or null. Must stay as it is while the executor draws with
+    // it.
+    std::shared_ptr<const light::SurfaceLight> surfaceLight = nullptr;
 };
 
 struct Execution {
@@ -43,7 +47,10 @@ public:
     ResidentMaps residentMaps() const { return targets_.residentMaps(); }
     // A scene must be uploaded before it is drawn; forget() frees its GPU memory. upload() throws
     // if the driver fails.
-    void upload(const std::shared_ptr<const Scene>& scene);
+    // `original`: an uploaded scene with the same images, whose textures it shares; or null.
+    void upload(const std::shared_ptr<const Scene>& scene, const Scene* original = nullptr);
+    // The tables of a bake (light/bake.h) for a plan with rays.
+    void addTables(const ExecutionInput& input, light::BakeInput& bake);
     void forget(const Scene& scene);
     void forgetMaps() { targets_.forgetResident(); }
     // After a failed frame: releases everything except uploaded scenes, which are complete. The
@@ -53,6 +60,7 @@ public:
 
 private:
     const GpuEnvironment& uploaded(const EnvironmentMap& map);
+    const gl::BufferTexture& uploaded(const std::shared_ptr<const light::SurfaceLight>& light);
     ProcessorTracer& processorTracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     std::vector<Target*> begin(const FramePlan& plan);
@@ -71,6 +79,12 @@ private:
         GpuEnvironment environment;
     };
     std::list<UploadedMap> maps_;  // last used first
+    struct UploadedLight {
+        std::shared_ptr<const light::SurfaceLight> light;
+        gl::Buffer values;
+        gl::BufferTexture texture{values, gl::BufferFormat::rgba32ui};
+    };
+    std::list<UploadedLight> lights_;  // last used first
 };
 
 }  // namespace clerestory

@@ -165,14 +165,23 @@ void MaterialBlocks::bind(std::size_t place) const {
     buffer_.bindUniform(BINDING_MATERIAL, place * materialStride(), sizeof(blocks::MaterialBlock));
 }
 
-GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords)
+GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
+                   const GpuScene* textures)
     : scene_(std::move(scene)),
       vertices_(vertexBuffer(*scene_)),
       indices_(gl::Buffer::sharing(std::as_bytes(std::span(scene_->indices)))),
       vertexArray_(vertexArrayOf(vertices_, indices_, drawRecords)) {
     materials_.assign(scene_->materials);
-    images_.reserve(scene_->images.size());
-    for (const TextureImage& image : scene_->images) images_.push_back(uploaded(image));
+    if (textures) {
+        images_ = textures->images_;
+        texels_ = textures->texels_;
+    } else {
+        auto images = std::make_shared<std::vector<gl::Texture>>();
+        images->reserve(scene_->images.size());
+        for (const TextureImage& image : scene_->images) images->push_back(uploaded(image));
+        images_ = std::move(images);
+        texels_ = std::make_shared<std::shared_ptr<const TracedTexels>>();
+    }
     for (const Material& material : scene_->materials) {
         const auto slots = textureSlots(material);
         for (std::size_t slot = 0; slot < MATERIAL_SLOTS; ++slot) {
@@ -181,6 +190,13 @@ GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRec
             whites_.emplace(slot, White{whiteTextureLike(scene_->images[texture.image]), texture});
         }
     }
+}
+
+std::shared_ptr<const TracedTexels> GpuScene::texels() const {
+    if (!*texels_) {
+        *texels_ = std::make_shared<const TracedTexels>(tracedTexels(*scene_, *images_));
+    }
+    return *texels_;
 }
 
 std::uint64_t GpuScene::follow(const Pose& pose) {
@@ -210,7 +226,7 @@ void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features 
         const bool present = slots[slot]->present();
         const Texture& texture =
             present ? scene_->textures[slots[slot]->texture] : whites_.at(slot).sampledAs;
-        (present ? images_[texture.image] : whites_.at(slot).texture).bind(unit);
+        (present ? (*images_)[texture.image] : whites_.at(slot).texture).bind(unit);
         const bool holdsColor = scene_->images[texture.image].colorSpace == ColorSpace::srgb;
         samplers.sampler(samplerOf(texture, holdsColor, anisotropy)).bind(unit);
     }

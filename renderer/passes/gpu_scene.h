@@ -4,6 +4,7 @@
 #include "gl/buffer.h"
 #include "gl/texture.h"
 #include "passes/blocks.h"
+#include "passes/ray_tables.h"
 #include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
 
@@ -46,8 +47,9 @@ class GpuScene {
 public:
     // Uploads everything; constant vertices may be read from the memory of `scene`, see
     // gl::Buffer::sharing(). `drawRecords` holds the per-draw attributes and must outlive this
-    // object.
-    GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords);
+    // object. `textures`: a scene with the same images, whose textures are shared.
+    GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
+             const GpuScene* textures = nullptr);
 
     // Uploads the vertices of deformed meshes that changed since the last call. Returns the number
     // of these meshes.
@@ -59,7 +61,9 @@ public:
     const gl::VertexArray& vertexArray() const { return vertexArray_; }
     const gl::Buffer& vertices() const { return vertices_; }
     const gl::Buffer& indices() const { return indices_; }
-    const std::vector<gl::Texture>& images() const { return images_; }
+    const std::vector<gl::Texture>& images() const { return *images_; }
+    // For rays; read from the textures on first use and shared as they are.
+    std::shared_ptr<const TracedTexels> texels() const;
     // Binds the material's block and those of its textures that `features` reads; white where it
     // has none. Materials beyond the scene's are those of `own`.
     void bindMaterial(Index material, const FrameMaterials& own, Features features,
@@ -70,7 +74,8 @@ private:
     gl::Buffer vertices_, indices_;
     gl::VertexArray vertexArray_;
     MaterialBlocks materials_;
-    std::vector<gl::Texture> images_;
+    std::shared_ptr<const std::vector<gl::Texture>> images_;
+    std::shared_ptr<std::shared_ptr<const TracedTexels>> texels_;
     // For slots that a program samples and a material leaves empty: like the slot's first texture
     // in the scene, so that a driver compiles nothing for it.
     struct White {

@@ -38,10 +38,10 @@ GpuTracer::GpuTracer(const GpuScene& scene)
       vertexTexture_(scene.vertices(), gl::BufferFormat::rg32f),
       indexTexture_(scene.indices(), gl::BufferFormat::r32ui) {
     static_assert(sizeof(Vertex) == TRACE_VERTEX_PAIRS * sizeof(glm::vec2));
-    TracedTexels texels = tracedTexels(scene.scene(), scene.images());
-    texels_.assign(texels.bytes);
-    texelBytes_ = texels.bytes.size();
-    textureRows_ = std::move(texels.rows);
+    const std::shared_ptr<const TracedTexels> texels = scene.texels();
+    texels_.assign(texels->bytes);
+    texelBytes_ = texels->bytes.size();
+    textureRows_ = texels->rows;
 }
 
 void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {

@@ -61,6 +61,8 @@ std::uint32_t viewBits(const PassInput& input, const View& view) {
     const std::vector<PlacedLight>& lights = input.plan.lights;
     std::uint32_t bits = 0;
     if (view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
+    if (input.surfaceLight) bits |= VIEW_SURFACE_LIGHT;
+    if (input.plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS;
     if (lights.size() == 1 && lights.front().kind == LightKind::directional) {
         return bits | VIEW_SUN_ONLY;
     }
@@ -107,6 +109,11 @@ void bindView(PassResources& resources, const PassInput& input, const PassView& 
                      input.plan.perMetre};
     if (seen.backdrop != kNoTarget) {
         block.backdrop.x = static_cast<float>(input.read(seen.backdrop).spec().levels - 1);
+    }
+    if (input.plan.shadowMap != kNoTarget) {
+        const TargetSpec& map = input.read(input.plan.shadowMap).spec();
+        block.shadows = {1.0f / static_cast<float>(map.width),
+                         1.0f / static_cast<float>(map.height), 0.0f, 0.0f};
     }
     for (int row = 0; row < 3; ++row) {  // the transpose of a rotation
         block.worldFromEye[row] = glm::vec4(glm::vec3(axesFromWorld[row]), 0.0f);

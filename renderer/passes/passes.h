@@ -2,6 +2,7 @@
 // earlier pass left, and reads only the plan, never the request.
 #pragma once
 
+#include "light/surface_light.h"
 #include "passes/draw_stream.h"
 #include "passes/gpu_environment.h"
 #include "passes/gpu_scene.h"
@@ -44,7 +45,10 @@ struct PassInput {
     const GpuEnvironment* environment = nullptr;  // if the pass reads the stored map
     GpuTracer* tracer = nullptr;                  // if a program traces rays
     ProcessorTracer* processorTracer = nullptr;   // if rays are recorded or followed
-    const gl::Framebuffer* recording = nullptr;   // draws into the target and into records of rays
+    // Values of light at vertices, and the same as a texture; null without.
+    const light::SurfaceLight* surfaceLight = nullptr;
+    const gl::BufferTexture* surfaceLightTexture = nullptr;
+    const gl::Framebuffer* recording = nullptr;  // draws into the target and into records of rays
 
     const Target& target() const { return *targets[pass.target]; }
     const Target& read(TargetId id) const { return *targets[id]; }
@@ -58,6 +62,7 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
 void execute(PassResources& resources, const PassInput& input, const DrawGlass& work);
 void execute(PassResources& resources, const PassInput& input, const DrawBlended& work);
 void execute(PassResources& resources, const PassInput& input, const FollowRays& work);
+void execute(PassResources& resources, const PassInput& input, const DrawShadow& work);
 void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work);
 void execute(PassResources& resources, const PassInput& input, const DrawChannel& work);
 void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work);

@@ -11,11 +11,7 @@
 namespace clerestory {
 
 ProcessorTracer::ProcessorTracer(const GpuScene& scene)
-    : scene_(scene), brdf_(environmentBrdfTable(kEnvironmentBrdfSize)) {
-    TracedTexels texels = tracedTexels(scene.scene(), scene.images());
-    texels_ = std::move(texels.bytes);
-    textureRows_ = std::move(texels.rows);
-}
+    : scene_(scene), texels_(scene.texels()), brdf_(environmentBrdfTable(kEnvironmentBrdfSize)) {}
 
 void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
     const Scene& scene = scene_.scene();
@@ -32,7 +28,7 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
         tree_.setStill(std::move(still.triangles));
         materials_ = materialRows(scene, plan);
         firstTextureRow_ = materials_.size();
-        materials_.insert(materials_.end(), textureRows_.begin(), textureRows_.end());
+        materials_.insert(materials_.end(), texels_->rows.begin(), texels_->rows.end());
     }
     if (moved || materialsChanged) {
         tree_.setMoving(movingTriangles(scene, pose, materials, tree_.stillTriangles()).triangles);
@@ -83,8 +79,13 @@ const rays::CubeMap& ProcessorTracer::cubeOf(const Target* environment) {
 }
 
 void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const Target* environment,
-                                DrawStream& draws, const gl::Rect& rect) {
+                                DrawStream& draws, const gl::Rect& rect,
+                                const light::SurfaceLight* surfaceLight) {
     const Scene& scene = scene_.scene();
+    std::span<const std::uint32_t> values;
+    if (surfaceLight) {
+        values = {surfaceLight->values.front().halves, 8 * surfaceLight->values.size()};
+    }
     instances_ = instanceRows(scene, rays_, draws);
     surroundings_.emplace(rays::Surroundings{
         .tree = tree_,
@@ -93,7 +94,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const T
         .instances = instances_,
         .materials = materials_,
         .firstTextureRow = firstTextureRow_,
-        .texels = texels_,
+        .texels = texels_->bytes,
         .lights = draws.lightRows(),
         .environment = cubeOf(environment),
         .environmentIntensity = plan.environmentIntensity,
@@ -106,6 +107,8 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const T
         .worldFromEye = glm::mat3(glm::transpose(plan.mapFromWorld)),
         .bounces = rays_.bounces,
         .hitFeatures = rays_.hitFeatures,
+        .surfaceLight = values,
+        .shadows = plan.shadowMap != kNoTarget,
         .leastShare = rays_.leastShare});
     rect_ = rect;
     sample_ = 0;
@@ -139,7 +142,7 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
 }
 
 std::uint64_t ProcessorTracer::bytes() const {
-    return tree_.bytes() + texels_.size() + materials_.size() * sizeof(glm::vec4) +
+    return tree_.bytes() + texels_->bytes.size() + materials_.size() * sizeof(glm::vec4) +
            vertices_.size() * sizeof(Vertex);
 }
 

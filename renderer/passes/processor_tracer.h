@@ -4,12 +4,17 @@
 #pragma once
 
 #include "gl/buffer.h"
+#include "light/surface_light.h"
+#include "passes/ray_tables.h"
 #include "passes/targets.h"
 #include "plan/graph/frame_plan.h"
 #include "rays/follow.h"
 
 #include <array>
+#include <memory>
 #include <optional>
+#include <span>
+#include <vector>
 
 namespace clerestory {
 
@@ -28,8 +33,10 @@ public:
 
     // Begins a pass. environment: the prefiltered map, or null for darkness. draws: begun for the
     // view, with the harmonics of the environment; must outlive the pass. rect: of the records.
+    // surfaceLight: values at vertices; may be null.
     void beginPass(const FramePlan& plan, const View& view, const Target* environment,
-                   DrawStream& draws, const gl::Rect& rect);
+                   DrawStream& draws, const gl::Rect& rect,
+                   const light::SurfaceLight* surfaceLight);
     // Begins a sample of the pixels: the light is 0, and a record that equals that of an earlier
     // sample has its path.
     void beginSample();
@@ -46,8 +53,8 @@ private:
 
     const GpuScene& scene_;
     rays::TriangleTree tree_;
-    std::vector<std::byte> texels_;
-    std::vector<glm::vec4> textureRows_, materials_;  // materials_: then the textures
+    std::shared_ptr<const TracedTexels> texels_;
+    std::vector<glm::vec4> materials_;  // then the textures
     std::size_t firstTextureRow_ = 0;
     std::vector<Vertex> vertices_;  // in the pose; empty if no mesh deforms
     std::vector<glm::vec2> brdf_;

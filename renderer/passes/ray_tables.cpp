@@ -116,13 +116,15 @@ std::vector<glm::vec4> instanceRows(const Scene& scene, const RayScene& rays, Dr
                                                                : rays.materialOfInstance[i];
         for (int row = 0; row < 3; ++row) rows.push_back(record.normalFromModel[row]);
         for (int row = 0; row < 3; ++row) rows.push_back(record.eyeFromModel[row]);
-        glm::vec4* instance = rows.data() + rows.size() - TRACE_INSTANCE_ROWS;
+        glm::vec4* instance = rows.data() + rows.size() - (TRACE_INSTANCE_ROWS - 1);
         instance[0].w = static_cast<float>(material);
         instance[1].w = static_cast<float>(draws.firstLight(lights));
         instance[2].w = static_cast<float>(lights.size());
         const glm::mat3 linear(instance[3], instance[4], instance[5]);  // its transpose
         instance[3].w = draws.mirrored(i) ? -1.0f : 1.0f;
         instance[5].w = static_cast<float>(flagOf(rays.instances[i].glass));
+        rows.emplace_back(draws.firstLightValue(i), 0.0f, 0.0f, 0.0f);
+        instance = rows.data() + rows.size() - TRACE_INSTANCE_ROWS;
         instance[4].w = std::cbrt(std::abs(glm::determinant(linear)));
     }
     if (rows.empty()) rows.resize(1);

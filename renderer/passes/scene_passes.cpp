@@ -25,11 +25,17 @@ void bindLight(PassResources& resources, const PassInput& input, TargetId enviro
     resources.environmentBrdf.bind(UNIT_ENVIRONMENT_BRDF);
     resources.samplers.sampler(kOneLevel).bind(UNIT_ENVIRONMENT_BRDF);
     resources.draws.lights().bind(UNIT_LIGHTS);
+    if (input.plan.shadowMap != kNoTarget) {
+        input.read(input.plan.shadowMap).texture().bind(UNIT_SHADOWS);
+        resources.samplers.sampler({.compare = true}).bind(UNIT_SHADOWS);
+    }
+    if (input.surfaceLightTexture) input.surfaceLightTexture->bind(UNIT_SURFACE_LIGHT);
 }
 
 void beginView(PassResources& resources, const PassInput& input, const PassView& view) {
     resources.draws.begin(input.scene->scene(), input.pose, view.view, input.plan.mapFromWorld,
                           input.plan.lights);
+    if (input.surfaceLight) resources.draws.setSurfaceLight(*input.surfaceLight);
     if (view.environment != kNoTarget) {
         resources.draws.setHarmonics(input.environment->harmonics, input.plan.environmentIntensity);
     }
@@ -168,6 +174,38 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
     input.target().resolve();
 }
 
+void execute(PassResources& resources, const PassInput& input, const DrawShadow& work) {
+    constexpr DrawProgram kOpaque{.vertex = "depth.vert",
+                                  .fragment = "depth.frag",
+                                  .relevant = 0,
+                                  .materials = false,
+                                  .backFaces = true};
+    constexpr DrawProgram kMasked{.vertex = "surface.vert",
+                                  .fragment = "channel.frag",
+                                  .relevant = kGeometry | kCoverage,
+                                  .variant = CHANNEL_DEPTH,
+                                  .backFaces = true};
+    const PassView view{.view = work.view};
+    resources.draws.begin(input.scene->scene(), input.pose, work.view, input.plan.mapFromWorld,
+                          input.plan.lights);
+    const std::uint32_t records = resources.draws.add(work.draws);
+    resources.draws.upload();
+    bindView(resources, input, view, input.plan.mapFromWorld);
+    const gl::Rect tile = glRect(work.tile);
+    input.target().drawn().bindPart(tile);
+    gl::apply(
+        gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .colorWrite = false});
+    gl::clearDepth(tile);
+    const auto masked = std::find_if(work.draws.begin(), work.draws.end(), [](const Draw& draw) {
+        return (draw.features & FEATURE_MASK) != 0;
+    });
+    const auto opaque = static_cast<std::size_t>(masked - work.draws.begin());
+    const std::span<const Draw> draws(work.draws);
+    drawAll(resources, input, view, draws.first(opaque), records, kOpaque);
+    drawAll(resources, input, view, draws.subspan(opaque),
+            records + static_cast<std::uint32_t>(opaque), kMasked);
+}
+
 void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work) {
     constexpr DrawProgram kBackFaces{.vertex = "surface.vert",
                                      .fragment = "channel.frag",
@@ -237,7 +275,7 @@ void execute(PassResources& resources, const PassInput& input, const FollowRays&
     ProcessorTracer& tracer = *input.processorTracer;
     tracer.beginPass(input.plan, work.view,
                      work.environment == kNoTarget ? nullptr : &input.read(work.environment),
-                     resources.draws, rect);
+                     resources.draws, rect, input.surfaceLight);
     for (std::uint32_t sample = 0; sample < samples; ++sample) {
         tracer.beginSample();
         // Rays through glass first: they bring more light than those that it mirrors, which may

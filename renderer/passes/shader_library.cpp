@@ -86,10 +86,11 @@ std::string shaderSource(const std::string& file, Features features, int variant
     return withIncludes(std::string(embedded(file)), features, variant, view, recordsRays);
 }
 
-const gl::VertexShader& ShaderLibrary::vertexShader(const std::string& file) {
-    const auto found = vertexShaders_.find(file);
+const gl::VertexShader& ShaderLibrary::vertexShader(const std::string& file, std::uint32_t view) {
+    const auto key = std::pair(file, view & VIEW_SURFACE_LIGHT);
+    const auto found = vertexShaders_.find(key);
     if (found != vertexShaders_.end()) return found->second;
-    return vertexShaders_.emplace(file, gl::VertexShader(file, shaderSource(file, 0, 0)))
+    return vertexShaders_.emplace(key, gl::VertexShader(file, shaderSource(file, 0, 0, key.second)))
         .first->second;
 }
 
@@ -103,7 +104,7 @@ const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
     gl::Program made(
         {.name = key.fragment + " features " + std::to_string(key.features) + " variant " +
                  std::to_string(key.variant) + " view " + std::to_string(key.view),
-         .vertex = vertexShader(key.vertex),
+         .vertex = vertexShader(key.vertex, key.view),
          .fragmentSource =
              shaderSource(key.fragment, key.features, key.variant, key.view, key.recordsRays),
          .loadBinary = (key.features & kFeaturesOfRays) != 0 && !key.recordsRays});

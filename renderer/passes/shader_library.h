@@ -5,16 +5,19 @@
 #include "plan/graph/frame_plan.h"
 
 #include <compare>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace clerestory {
 
 struct ProgramKey {
     std::string vertex, fragment;  // names of files in shaders/
     // Of the fragment shader. All programs with one vertex shader share it, so that the driver
-    // compiles it once for each set of outputs that is read.
+    // compiles it once for each set of outputs that is read; VIEW_SURFACE_LIGHT alone makes
+    // another.
     Features features = 0;     // FEATURES in the source
     int variant = 0;           // VARIANT in the source
     std::uint32_t view = 0;    // VIEW in the source: what holds for every pixel of a pass
@@ -47,9 +50,9 @@ public:
     void endPass() { compiling_.end(); }
 
 private:
-    const gl::VertexShader& vertexShader(const std::string& file);
+    const gl::VertexShader& vertexShader(const std::string& file, std::uint32_t view);
 
-    std::map<std::string, gl::VertexShader> vertexShaders_;
+    std::map<std::pair<std::string, std::uint32_t>, gl::VertexShader> vertexShaders_;
     std::map<ProgramKey, gl::Program> programs_;
     CompilingProgram compiling_;
 };

@@ -19,6 +19,8 @@ gl::TextureFormat textureFormat(Format format) {
             return gl::TextureFormat::srgba8;
         case Format::rgba32ui:
             return gl::TextureFormat::rgba32ui;
+        case Format::depth32f:
+            return gl::TextureFormat::depth32f;
     }
     return gl::TextureFormat::rgba16f;
 }
@@ -30,6 +32,7 @@ std::uint64_t texelBytes(Format format) {
         case Format::rgba32f:
             return 16;
         case Format::srgba8:
+        case Format::depth32f:
             return 4;
         case Format::rgba32ui:
             return 16;
@@ -60,7 +63,7 @@ void Target::makeTextures() {
         .height = spec_.height,
         .levels = spec_.levels,
         .samples = spec_.format == Format::rgba32ui ? spec_.samples : 1,
-        .alike = spec_.kind == TargetKind::plane});
+        .alike = spec_.kind == TargetKind::plane && spec_.format != Format::depth32f});
     if (spec_.depth) {
         depth_.emplace(gl::RenderFormat::depth32f, spec_.width, spec_.height, spec_.samples);
     }

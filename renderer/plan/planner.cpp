@@ -4,11 +4,13 @@
 #include "plan/effects/display.h"
 #include "plan/effects/filters.h"
 #include "plan/effects/ray_tracing.h"
+#include "plan/effects/shadows.h"
 #include "plan/effects/view_context.h"
 #include "plan/explain.h"
 #include "plan/graph/plan_hash.h"
 #include "plan/visibility/lighting.h"
 #include "plan/visibility/view.h"
+#include "scene/hash.h"
 
 #include <algorithm>
 #include <bit>
@@ -79,6 +81,7 @@ void planChannelFrame(const FrameContext& context, const FrameRequest& request, 
 void planColorFrame(const FrameContext& context, const FrameRequest& request, const Stage& stage,
                     const ViewTask& root, FramePlan& plan) {
     PlanBuilder builder(plan);
+    planShadows(plan, builder, context, stage);
     ViewContext views(context, stage, builder);
     const SeenView seen = planView(views, root);
     planRays(plan, stage);
@@ -103,6 +106,40 @@ FieldError unknownClip(const Scene& scene) {
             names.empty() ? "none: the scene has no animations" : names};
 }
 
+LightInputs lightInputs(const FrameContext& context, const FrameRequest& request) {
+    if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
+        throw InvalidRequest(std::move(errors));
+    }
+    const ViewSettings settings =
+        viewSettings(request, context.scene, context.limits.maxAnisotropy);
+    LightInputs inputs{.lights = placedLights(context.scene, context.pose, context.environment,
+                                              glm::transpose(settings.mapFromWorld),
+                                              settings.environmentIntensity),
+                       .materials = bindMaterials(context.scene, request.overrides),
+                       .mapFromWorld = settings.mapFromWorld,
+                       .environmentIntensity = settings.environmentIntensity,
+                       .emission = settings.effects.emission};
+    ContentHash hash;
+    hash.add(context.scene.contentHash);
+    hash.add(context.environment.contentHash);
+    for (const PlacedLight& light : inputs.lights) {
+        hash.add(light.kind);
+        hash.add(light.position);
+        hash.add(light.toLight);
+        hash.add(light.intensity);
+        hash.add(light.range);
+        hash.add(light.cosInner);
+        hash.add(light.cosOuter);
+    }
+    for (const Material& material : inputs.materials.own) hash.add(contentHash(material));
+    for (const Index index : inputs.materials.materialOfInstance) hash.add(index);
+    hash.add(inputs.mapFromWorld);
+    hash.add(inputs.environmentIntensity);
+    hash.add(inputs.emission);
+    inputs.hash = hash.value();
+    return inputs;
+}
+
 FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
@@ -110,6 +147,7 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     FramePlan plan = planOf(context, request, settings);
+    if (settings.effects.indirectLight) plan.surfaceLight = context.surfaceLight;
     const MaterialBindings materials = bindMaterials(context.scene, request.overrides);
     plan.materials = materials.own;
     const std::vector<Surface> surfaces = surfacesOf(context.scene, materials);
@@ -117,7 +155,7 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
                       .pose = context.pose,
                       .settings = settings,
                       .materials = materials,
-                      .materialsHash = hashOf(materials),
+                      .materialsHash = hashOf(materials) ^ plan.surfaceLight,
                       .surfaces = surfaces,
                       .lights = plan.lights,
                       .environment = context.environment};

@@ -106,6 +106,13 @@ private:
         for (const Draw& draw : work.recorded.draws) addRecorded(pass, bare, draw);
     }
 
+    void add(const Pass& pass, const DrawShadow& work) {
+        for (const Draw& draw : work.draws) {
+            add(pass, DrawShadow{.view = work.view, .tile = work.tile}, &DrawShadow::draws, draw,
+                DrawStage::opaque);
+        }
+    }
+
     void add(const Pass& pass, const DrawBackFaces& work) {
         for (const Draw& draw : work.draws) {
             add(pass, DrawBackFaces{.view = work.view}, &DrawBackFaces::draws, draw,

@@ -253,6 +253,22 @@ inline vec3 reflect(vec3 along, vec3 normal) {
     return along - normal * (2.0f * dot(normal, along));
 }
 
+struct uvec4 {
+    uint x, y, z, w;
+};
+
+// A half float of 16 bits: exact, subnormal numbers included.
+inline float floatOfHalf(uint half) {
+    const uint magnitude = half & 0x7fffu;
+    const float scaled = std::bit_cast<float>(magnitude << 13u) * 0x1p112f;
+    const float value =
+        magnitude >= 0x7c00u ? std::bit_cast<float>((magnitude << 13u) | 0x7f800000u) : scaled;
+    return (half & 0x8000u) != 0u ? -value : value;
+}
+inline vec2 unpackHalf2x16(uint packed) {
+    return {floatOfHalf(packed & 0xffffu), floatOfHalf(packed >> 16u)};
+}
+
 inline uint bitfieldReverse(uint i) {
     uint reversed = 0;
     for (int bit = 0; bit < 32; ++bit) reversed |= (i >> bit & 1u) << (31 - bit);

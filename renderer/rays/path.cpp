@@ -29,14 +29,18 @@ struct Hit {
     int place;
     vec2 weights;
 };
-Hit traceClosest(vec3 origin, vec3 direction, float, float) {
+Hit nearest(vec3 origin, vec3 direction) {
     TriangleHit hit;
-    const bool met = scene->triangles.tree->nearestHit(&origin.x, &direction.x, hit);
-    const float distance = met ? hit.distance : kFarAway;
-    if (firstDistance < 0.0f) firstDistance = distance;
-    travelled = max(travelled, 0.0f) + distance;
-    if (!met) return {1e30f, -1, vec2(0.0f)};
+    if (!scene->triangles.tree->nearestHit(&origin.x, &direction.x, hit)) {
+        return {kFarAway, -1, vec2(0.0f)};
+    }
     return {hit.distance, static_cast<int>(hit.place), vec2(hit.u, hit.v)};
+}
+Hit traceClosest(vec3 origin, vec3 direction, float, float) {
+    const Hit hit = nearest(origin, direction);
+    if (firstDistance < 0.0f) firstDistance = hit.distance;
+    travelled = max(travelled, 0.0f) + hit.distance;
+    return hit;
 }
 
 // Of the path that the thread follows (FNV-1a).
@@ -56,6 +60,8 @@ thread_local Scatter scatter;
 // Hooks of ray_path.glsl; the first two follow the includes.
 vec3 facetAt(vec3 normal, vec3 along, float alpha);
 vec3 beyondPane(vec3 along, float lobe);
+// In the place of shadow.glsl.
+vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first);
 float lobeOfPath(float lobe) {
     return lobe * scatter.narrow;
 }
@@ -66,6 +72,8 @@ float lobeOfPath(float lobe) {
 #define view (scene->viewBlock)
 #define tracing (scene->tracingBlock)
 #define VARIANT (scene->features)
+#define VIEW (scene->viewBits)
+#define surfaceLight (scene->surfaceLight)
 #define traceTriangles (scene->triangles)
 #define traceVertices (scene->vertices)
 #define traceIndices (scene->indices)
@@ -100,6 +108,7 @@ vec3 eyeAxesOf(vec3 world) {
 }
 #undef view
 #undef tracing
+#undef surfaceLight
 #undef xy
 #undef rg
 #undef yz
@@ -236,6 +245,122 @@ LobeRay transmittedInLobe(vec3 along, float lobe, bool intoBody) {
     return {next, 1.0f, lobe * scatter.narrow};
 }
 
+SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit);
+
+// Whether a ray may pass the surface: holes, veils, glass.
+bool mayPass(const Hit& hit) {
+    const BvhTriangle& t = scene->triangles.tree->triangle(static_cast<std::uint32_t>(hit.place));
+    const int place = TRACE_INSTANCE_ROWS * static_cast<int>(t.instance);
+    const int m = TRACE_MATERIAL_ROWS * static_cast<int>(texelFetch(scene->instances, place).w);
+    const int flags = static_cast<int>(texelFetch(scene->materials, m + 5).w) |
+                      static_cast<int>(texelFetch(scene->instances, place + 5).w);
+    return (flags & (TRACE_MASK | TRACE_BLEND | TRACE_PANE | TRACE_SOLID)) != 0;
+}
+
+vec3 shadowAt(vec3 position, vec3 normal, vec3, vec3 toLight, float metres, int) {
+    const float limit = metres > 0.0f ? metres * 0.9999f : 1e30f;
+    const vec3 eye(scene->tracingBlock.eye.x, scene->tracingBlock.eye.y, scene->tracingBlock.eye.z);
+    const vec3 place = eye + worldAxes(position);
+    const float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
+    const vec3 side = dot(normal, toLight) < 0.0f ? -normal : normal;
+    const vec3 start = offsetRayOrigin(place, side, reach + 5.0f * length(position));
+    const Hit hit = nearest(start, worldAxes(toLight));
+    if (hit.place < 0 || hit.distance >= limit) return vec3(1.0f);
+    if (!mayPass(hit)) return vec3(0.0f);
+    const SurfaceHit met = surfaceAlong(start, toLight, {0.0f, 0.0f, 0.0f}, limit);
+    return met.met ? vec3(0.0f) : vec3(met.share.x, met.share.y, met.share.z);
+}
+
+glm::vec3 plain(vec3 v) {
+    return {v.x, v.y, v.z};
+}
+
+// Fills in what the surface is.
+void describe(const Hit& hit, const HitPoint& p, SurfaceHit& result) {
+    const auto place = static_cast<std::uint32_t>(hit.place);
+    const auto triangle = static_cast<std::size_t>(scene->triangles.tree->triangle(place).triangle);
+    for (std::size_t k = 0; k < 3; ++k) {
+        result.vertices[k] = scene->indices.data[3 * triangle + k];
+    }
+    result.weights[1] = hit.weights.x;
+    result.weights[2] = hit.weights.y;
+    result.weights[0] = 1.0f - hit.weights.x - hit.weights.y;
+    result.met = true;
+    result.instance = static_cast<std::uint32_t>(p.instance);
+    const MaterialPoint& m = p.material;
+    result.normal = plain(m.normal);
+    const vec3 color(m.baseColor.x, m.baseColor.y, m.baseColor.z);
+    const vec3 f0 = mix(m.dielectricF0, color, m.metallic);
+    const vec3 diffuse = color * (1.0f - m.metallic);
+    const bool unlit = (p.flags & TRACE_UNLIT) != 0;
+    result.albedo = unlit ? glm::vec3(0.0f)
+                          : plain(clamp(diffuse * (1.0f - maxComponent(f0)) + f0, 0.0f, 1.0f));
+    result.emitted = plain(unlit ? color : m.emitted);
+}
+
+std::optional<SurfaceHit> middleOf(std::uint32_t place) {
+    const BvhTriangle& t = scene->triangles.tree->triangle(place);
+    const glm::vec3 face = glm::cross(t.b - t.a, t.c - t.a);
+    const float twiceArea = glm::length(face);
+    if (!(twiceArea > 0.0f)) return std::nullopt;
+    const glm::vec3 n = face / twiceArea;
+    const Hit hit{0.0f, static_cast<int>(place), vec2(1.0f / 3.0f)};
+    const HitPoint p = hitPoint(hit, eyeAxes(vec3(-n.x, -n.y, -n.z)), std::sqrt(twiceArea));
+    const int passed = TRACE_MASK | TRACE_BLEND | TRACE_PANE | TRACE_SOLID;
+    if ((p.flags & passed) != 0) return std::nullopt;
+    SurfaceHit result;
+    describe(hit, p, result);
+    return result;
+}
+
+// See PathTracer::surfaceAlong().
+SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit) {
+    SurfaceHit result;
+    vec3 share(1.0f);
+    float left = limit;
+    const int kMaxSurfaces = 24;  // that a ray passes
+    for (int passed = 0; passed < kMaxSurfaces && maxComponent(share) > 1e-3f; ++passed) {
+        const Hit hit = nearest(start, worldAxes(along));
+        if (hit.place < 0 || hit.distance >= left) {
+            result.share = plain(share);
+            return result;
+        }
+        result.distance += hit.distance;
+        left -= hit.distance;
+        cone.width += cone.pixel * hit.distance;
+        const HitPoint p = hitPoint(hit, along, cone.width);
+        const MaterialPoint& m = p.material;
+        const bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
+        if (back && passed == 0) result.begins = false;
+        if (back || m.baseColor.w < p.cutoff) {
+            start = offsetRayOrigin(p.place, -p.faceNormal, p.reach);
+            continue;
+        }
+        const bool glass = (p.flags & (TRACE_SOLID | TRACE_PANE)) != 0;
+        const float clarity = glass ? clearShare(p.glass.x, m.metallic) : 0.0f;
+        const float coverage =
+            (p.flags & TRACE_BLEND) != 0 ? clamp(m.baseColor.w, 0.0f, 1.0f) : 1.0f;
+        const vec3 color(m.baseColor.x, m.baseColor.y, m.baseColor.z);
+        if (clarity > 0.5f || coverage < 0.5f) {
+            // The stronger of the two ways.
+            const float c = max(-dot(along, m.normal), 0.0f);
+            const bool leaves = (p.flags & TRACE_SOLID) != 0 && !p.front;
+            const float reflected =
+                leaves ? 0.0f : fresnelOfBody(c, max(p.glass.y, 1.0f), m.specular);
+            const vec3 through = leaves ? vec3(1.0f) : color * (clarity * (1.0f - reflected));
+            share *= glass ? through * coverage + vec3(1.0f - coverage) : vec3(1.0f - coverage);
+            start = offsetRayOrigin(p.place, -p.faceNormal, p.reach);
+            continue;
+        }
+        result.share = plain(share);
+        describe(hit, p, result);
+        return result;
+    }
+    result.met = true;
+    result.share = glm::vec3(0.0f);
+    return result;
+}
+
 }  // namespace
 }  // namespace shader
 #pragma GCC diagnostic pop
@@ -260,6 +385,9 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.tracingBlock.limits = {static_cast<float>(s.bounces),
                                  static_cast<float>(s.firstTextureRow), s.leastShare, 0.0f};
     scene.features = s.hitFeatures;
+    scene.viewBits = (s.surfaceLight.empty() ? 0u : shader::VIEW_SURFACE_LIGHT) |
+                     (s.shadows ? shader::VIEW_SHADOWS : 0u);
+    scene.surfaceLight = {s.surfaceLight.data()};
     scene.triangles = {&s.tree};
     scene.vertices = {s.vertices.empty() ? nullptr : &s.vertices.front().position.x};
     scene.indices = {s.indices.data()};
@@ -342,6 +470,18 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
     const float weight = sum.weight + sum.openWeight;
     const vec3 mean = (sum.radiance + sum.open) / weight;
     return {{mean.x, mean.y, mean.z}, sum.surfaces | 1u, weight / sum.nearness, sum.paths};
+}
+
+SurfaceHit PathTracer::surfaceAlong(const glm::vec3& start, const glm::vec3& along, float width,
+                                    float spread, float limit) const {
+    shader::scene = scene_.get();
+    return shader::surfaceAlong({start.x, start.y, start.z}, {along.x, along.y, along.z},
+                                {width, spread, 0.0f}, limit);
+}
+
+std::optional<SurfaceHit> PathTracer::middleOf(std::uint32_t place) const {
+    shader::scene = scene_.get();
+    return shader::middleOf(place);
 }
 
 }  // namespace clerestory::rays

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 namespace clerestory::rays {
 
@@ -44,6 +45,20 @@ struct Path {
     std::uint32_t count;     // of paths
 };
 
+// The first surface along a ray that is neither a hole nor clear.
+struct SurfaceHit {
+    bool met = false;    // else the ray leaves the scene
+    bool begins = true;  // false: the ray began behind a surface that is not drawn from there
+    float distance = 0.0f;
+    std::uint32_t instance = 0;
+    std::uint32_t vertices[3] = {};  // of Surroundings::vertices
+    float weights[3] = {};           // of the vertices
+    glm::vec3 normal{0.0f};          // unit, eye space's axes, towards the ray's start
+    glm::vec3 albedo{0.0f};          // share of uniform light that the surface sends back, 0..1
+    glm::vec3 emitted{0.0f};         // radiance
+    glm::vec3 share{1.0f};           // of the light of what is met (or left) after glass and veils
+};
+
 class PathTracer {
 public:
     // The members of `surroundings` must outlive this object.
@@ -53,6 +68,15 @@ public:
     // Weights of the directions of a lobe add up to one, so that a uniform environment stays as it
     // is.
     Path follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) const;
+
+    // start: world axes, relative to the tree's origin. along: unit, eye space's axes. width,
+    // spread: of the cone that the ray represents, metres at its start and slope. Glass does not
+    // refract. limit: metres; what is farther away is not met.
+    SurfaceHit surfaceAlong(const glm::vec3& start, const glm::vec3& along, float width,
+                            float spread, float limit = 1e30f) const;
+    // The middle of a triangle of the tree as a ray against it meets it, averaged over the
+    // triangle. Nothing if rays may pass it: holes, veils, glass.
+    std::optional<SurfaceHit> middleOf(std::uint32_t place) const;
 
 private:
     struct Scene;

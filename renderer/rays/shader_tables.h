@@ -23,6 +23,9 @@ struct Pairs {
 struct Integers {
     const std::uint32_t* data = nullptr;
 };
+struct Quads {
+    const std::uint32_t* data = nullptr;  // four each
+};
 struct Texels {
     const std::byte* data = nullptr;
 };
@@ -46,6 +49,8 @@ struct Scene {
         vec4 eye, limits;
     } tracingBlock;
     std::uint32_t features;
+    std::uint32_t viewBits;
+    Quads surfaceLight;
     Triangles triangles;
     Pairs vertices;
     Integers indices;
@@ -63,11 +68,12 @@ inline vec4 texelFetch(Pairs table, int i) {
     const float* pair = table.data + std::size_t{2} * static_cast<std::size_t>(i);
     return {pair[0], pair[1], 0.0f, 1.0f};
 }
-struct uvec4 {
-    uint x;
-};
 inline uvec4 texelFetch(Integers table, int i) {
-    return {table.data[i]};
+    return {table.data[i], 0u, 0u, 1u};
+}
+inline uvec4 texelFetch(Quads table, int i) {
+    const std::uint32_t* q = table.data + std::size_t{4} * static_cast<std::size_t>(i);
+    return {q[0], q[1], q[2], q[3]};
 }
 inline vec4 texelFetch(Texels table, int i) {
     const auto* t = reinterpret_cast<const std::uint8_t*>(table.data) +

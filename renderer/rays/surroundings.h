@@ -34,7 +34,11 @@ struct Surroundings {
     glm::mat3 worldFromEye{1.0f};
     std::uint32_t bounces = 0;      // maximum of reflections and refractions of a ray
     std::uint32_t hitFeatures = 0;  // union of the features of all surfaces
-    float leastShare = 0.0f;        // of a ray in its pixel, below which it ends
+    // Values of light at vertices (light/surface_light.h), SURFACE_LIGHT_ROWS of four integers
+    // each; empty: the environment lights all surfaces.
+    std::span<const std::uint32_t> surfaceLight = {};
+    bool shadows = false;     // surfaces hide lights
+    float leastShare = 0.0f;  // of a ray in its pixel, below which it ends
 };
 
 }  // namespace clerestory::rays

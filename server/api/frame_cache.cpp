@@ -143,6 +143,8 @@ std::optional<Answer> FrameCache::find(const FrameRequest& request, const Call& 
 void FrameCache::store(const FrameRequest& request, const Call& call, const Answer& answer) {
     const bool complete = answer.status == 200 && !answer.problem && !answer.stream;
     if (!complete || headerOf(answer, "ETag").empty()) return;
+    const std::string light = headerOf(answer, "Clerestory-Light");
+    if (!light.empty() && light.find("share=1.00") == std::string::npos) return;  // will change
     const auto key = keyFor(request);
     if (!key || key->contentHash != answer.sceneHash) return;  // the scene has changed since
     const std::size_t bytes = bytesOf(answer) + key->text.size() + kEntryBytes;

@@ -12,6 +12,7 @@
 // A hit has the bytes and headers of the drawn answer, so that Server-Timing and Clerestory-Passes
 // are those of the drawing, and the header Age: whole seconds since then. Not stored are:
 // - answers other than 200;
+// - frames whose light of surfaces is not complete (Clerestory-Light);
 // - frames with `explain`, which contain measured times;
 // - frames of a budget, whose settings were chosen from measured times.
 // A request with Cache-Control: no-cache is drawn again and replaces its entry; no-store also

@@ -70,9 +70,10 @@ void FrameService::requireAffordable(const FrameRequest& request) const {
     clerestory::requireAffordable(request, limits_.mostSamples);
 }
 
-std::string FrameService::etagOf(const Resolved& resolved) const {
-    const std::string text =
+std::string FrameService::etagOf(const Resolved& resolved, std::uint32_t lightRevision) const {
+    std::string text =
         contentText(components_.queue, components_.library, *resolved.scene, resolved.request);
+    if (lightRevision > 0) text += "\nlight " + std::to_string(lightRevision);
     return '"' + hashWordOf(text) + '"';
 }
 
@@ -128,6 +129,21 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
         components_.budgets.drawn(*resolved.pick, drawn.drawMs - frame.compileMs);
     }
     return drawn;
+}
+
+std::chrono::milliseconds FrameService::waitForLight(const FrameRequest& request, Turn turn,
+                                                     std::chrono::milliseconds limit) {
+    const auto began = Clock::now();
+    const auto cancellation = turn.cancellation;
+    turn.kind = kPlanKind;
+    const Renderer::LightState light = components_.queue.run(
+        turn, [request](Renderer& renderer) { return renderer.light(request); });
+    if (light.wait && !light.complete) {
+        light.wait([&] {
+            return Clock::now() - began >= limit || (cancellation && cancellation->cancelled());
+        });
+    }
+    return std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - began);
 }
 
 FramePlan FrameService::plan(const FrameRequest& request, Turn turn) {

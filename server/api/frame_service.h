@@ -9,6 +9,7 @@
 #include "server/queue/render_queue.h"
 #include "server/scenes/scene_library.h"
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -67,8 +68,15 @@ public:
     Resolved resolve(FrameRequest request);
     // Throws InvalidRequest if the frame needs more samples than the limit.
     void requireAffordable(const FrameRequest& request) const;
-    // A strong entity tag of the frame.
-    std::string etagOf(const Resolved& resolved) const;
+    // A strong entity tag of the frame. Of a frame with light of surfaces: with the revision that
+    // it shows.
+    std::string etagOf(const Resolved& resolved, std::uint32_t lightRevision = 0) const;
+    // Whether the bytes of the frame depend on a revision of light.
+    static bool showsLight(const FrameRequest& request) { return request.effects.indirectLight; }
+    // Waits until the light that the request shows is complete, for that time at most. Returns the
+    // time waited. Other clients' frames are drawn in the meantime.
+    std::chrono::milliseconds waitForLight(const FrameRequest& request, Turn turn,
+                                           std::chrono::milliseconds limit);
 
     // With the deadline of the limits.
     Turn turnFor(Clock::time_point arrived,

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 
@@ -94,6 +95,28 @@ Readback readbackFor(Explain explain) {
     return Readback::picture;
 }
 
+// Longest time that a client can wait for the light of surfaces.
+constexpr unsigned kMaxLightWait = 60;  // seconds
+
+// Prefer: wait=N (RFC 7240): seconds; 0 without it.
+unsigned preferredWait(const Call& call) {
+    const std::string text = call.header("Prefer");
+    const std::string name = "wait=";
+    const std::size_t at = text.find(name);
+    if (at == std::string::npos) return 0;
+    unsigned seconds = 0;
+    const char* first = text.data() + at + name.size();
+    const auto [end, error] = std::from_chars(first, text.data() + text.size(), seconds);
+    if (error == std::errc::result_out_of_range) return kMaxLightWait;
+    return error == std::errc() && end != first ? std::min(seconds, kMaxLightWait) : 0;
+}
+
+std::string lightHeader(const LightOfFrame& light) {
+    char text[64];
+    std::snprintf(text, sizeof text, "revision=%u, share=%.2f", light.revision, light.share);
+    return text;
+}
+
 Answer frame(const FrameRoutes& routes, const Call& call) {
     FrameCall given = frameCallFrom(call, routes.signedLinks);
     const Explain explain = given.explain;
@@ -102,19 +125,34 @@ Answer frame(const FrameRoutes& routes, const Call& call) {
     const FrameService::Resolved resolved = frames.resolve(std::move(given.request));
     const FrameRequest& request = resolved.request;
     frames.requireAffordable(request);
-    const std::string etag = frames.etagOf(resolved);
+    // The revision of its light is known after the frame is drawn.
+    const bool light = FrameService::showsLight(request);
+    std::string etag = frames.etagOf(resolved);
     Answer answer;
     answer.headers = {{"Cache-Control", "no-cache"}, {"Vary", "Accept"}};
-    // The times of an explanation differ each time.
-    if (!explained) answer.headers.emplace_back("ETag", etag);
-    if (call.method == "GET" && !explained &&
-        matchesEntityTag(call.header("If-None-Match"), etag)) {
+    const auto notModified = [&] {
+        if (call.method != "GET" || explained) return false;
+        if (!matchesEntityTag(call.header("If-None-Match"), etag)) return false;
+        answer.headers.emplace_back("ETag", etag);
         frames.countNotModified();
         answer.status = 304;
-        return answer;
+        return true;
+    };
+    if (!light && notModified()) return answer;
+    Turn turn = turnOf(frames, call);
+    if (const unsigned seconds = light ? preferredWait(call) : 0; seconds > 0) {
+        frames.waitForLight(request, turn, std::chrono::seconds(seconds));
+        answer.headers.emplace_back("Preference-Applied", "wait=" + std::to_string(seconds));
     }
     FrameService::Drawn drawn =
-        frames.draw(resolved, turnOf(frames, call), readbackFor(explain), call.requestId);
+        frames.draw(resolved, std::move(turn), readbackFor(explain), call.requestId);
+    if (light) {
+        etag = frames.etagOf(resolved, drawn.frame.light.revision);
+        answer.headers.emplace_back("Clerestory-Light", lightHeader(drawn.frame.light));
+        if (notModified()) return answer;
+    }
+    // The times of an explanation differ each time.
+    if (!explained) answer.headers.emplace_back("ETag", etag);
     answer.body = std::move(drawn.bytes);
     answer.type = mediaType(request.output.format);
     answer.sceneHash = resolved.scene->contentHash;

@@ -27,6 +27,9 @@ int runScenes();
 // std::runtime_error.
 Scene sceneFor(const CommandLine& line, const EnvironmentMaps& maps);
 
+// Waits for the light of surfaces if the request needs it. Throws if it cannot be computed.
+void requireLight(Renderer& renderer, const FrameRequest& request);
+
 // The text of the request file; {} if there is none. Throws std::runtime_error.
 std::string requestText(const FrameCommand& command);
 

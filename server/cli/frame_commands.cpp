@@ -187,8 +187,16 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
 
 }  // namespace
 
+void requireLight(Renderer& renderer, const FrameRequest& request) {
+    const Renderer::LightState light = renderer.completeLight(request);
+    if (!light.failure.empty()) {
+        throw std::runtime_error("the light of surfaces could not be computed: " + light.failure);
+    }
+}
+
 int runRender(const CommandLine& line) {
     Prepared p = prepare(line, true);
+    requireLight(*p.renderer, p.request);
     const Frame frame = p.renderer->render(p.request);
     if (p.compileAhead) {
         p.compileAhead->stop();

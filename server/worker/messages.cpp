@@ -12,8 +12,8 @@
 namespace clerestory {
 namespace {
 
-constexpr std::array<const char*, 4> kHeaders = {"Content-Type", "Accept", "If-None-Match",
-                                                 "Clerestory-Deadline"};
+constexpr std::array<const char*, 5> kHeaders = {"Content-Type", "Accept", "If-None-Match",
+                                                 "Clerestory-Deadline", "Prefer"};
 
 struct AnyVisitor {
     template <class T, class Kind>

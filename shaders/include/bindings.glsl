@@ -31,6 +31,8 @@
 #define UNIT_TRACE_INSTANCES 17
 #define UNIT_TRACE_MATERIALS 18
 #define UNIT_TRACE_TEXELS 19
+#define UNIT_SURFACE_LIGHT 20
+#define UNIT_SHADOWS 21
 
 // The slots of a material's textures: the first five are their own units.
 #define SLOT_TRANSMISSION 5
@@ -47,10 +49,16 @@
 #define ATTRIBUTE_EYE_FROM_MODEL 6
 #define ATTRIBUTE_NORMAL_FROM_MODEL 9
 
+// Rows of four integers for each value of light at a vertex (renderer/light/surface_light.h).
+#define SURFACE_LIGHT_ROWS 2
+// The least place of an instance's values in a draw's numbers that is one.
+#define SURFACE_LIGHT_NONE -2e9
+
 // Texels of the light table: first the nine harmonics as 27 numbers one after another, then so many
-// for each light.
+// for each light: its place (or direction), its power, its cone, and where its shadows are: about
+// them, their tile, and four rows of the transform to it (draw_stream.cpp).
 #define HARMONIC_ROWS 7
-#define LIGHT_ROWS 3
+#define LIGHT_ROWS 9
 
 // Levels that colours are read from below the one whose texel is as wide as a pixel. Two bilinear
 // look-ups of it average over two pixels and more; half as wide, they cover about the pixel.
@@ -60,7 +68,7 @@
 #define TRACE_NODE_ROWS 2
 #define TRACE_TRIANGLE_ROWS 3
 #define TRACE_VERTEX_PAIRS 9
-#define TRACE_INSTANCE_ROWS 6
+#define TRACE_INSTANCE_ROWS 7
 #define TRACE_MATERIAL_ROWS 20
 #define TRACE_TEXTURE_ROWS 16  // a row about it, and one for each level
 

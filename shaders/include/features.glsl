@@ -40,3 +40,6 @@ const uint VIEW_ORTHOGRAPHIC = 1u << 0;
 const uint VIEW_SUN_ONLY = 1u << 1;  // the only lamp is directional, the first in the table
 const uint VIEW_LAMPS_SHIFT = 2u;    // two bits: each lit draw has the first 1, 2 or 3 lamps of the
 const uint VIEW_LAMPS_MASK = 3u;     // table, which have neither range nor cone; 0: it has a list
+const uint VIEW_SHADOWS = 1u << 5;        // lamps have shadows
+const uint VIEW_SURFACE_LIGHT = 1u << 4;  // vertices have light of their surroundings
+#define viewHas(bit) ((VIEW & (bit)) != 0u)  // a macro as has() is

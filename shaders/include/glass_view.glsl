@@ -185,6 +185,7 @@ vec3 shadedGlass(MaterialPoint m, Surface s) {
     float clear = clearShare(g.transmission, m.metallic);
     m.metallic = metallicBesideGlass(g.transmission, m.metallic);
     Surface opaque = surfaceOf(m, s.toEye);
+    opaque.light = s.light;
     GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
                                                  : glassLight(s, positionEye, g);
     weighRays(mix(opaque.reflectance, light.mirroredShare, clear), clear * light.throughShare);

@@ -3,6 +3,7 @@
 // of the scene has; what none has is left out. After trace.glsl. Compiled as GLSL and as C++
 // (renderer/rays/follow.cpp).
 #include "include/ray.glsl"
+#include "include/surface_light.glsl"
 
 #define hitHas(feature) ((uint(VARIANT) & (feature)) != 0u)  // a macro as has() is
 
@@ -22,6 +23,7 @@ struct HitPoint {
     int lights;
     vec4 glass;       // as in MaterialBlock, thickness in metres
     vec3 attenuation;
+    SurfaceLight light;  // if VIEW_SURFACE_LIGHT
 };
 
 // ---- textures ----------------------------------------------------------------------------------
@@ -133,6 +135,27 @@ float unitsPerMetre(vec2 a, vec2 b, vec2 c, float twiceArea) {
     return sqrt(abs(e1.x * e2.y - e1.y * e2.x) / max(twiceArea, 1e-30f));
 }
 
+SurfaceLight lightOfValue(int value) {
+    return surfaceLightOf(texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value),
+                          texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value + 1));
+}
+
+// Of an instance whose values begin at `first`.
+SurfaceLight lightAtHit(float first, int a, int b, int c, vec3 weights) {
+    // The first value is that of instances without.
+    bool none = first < SURFACE_LIGHT_NONE * 0.5f;
+    int start = none ? 0 : int(first);
+    SurfaceLight la = lightOfValue(none ? 0 : start + a);
+    SurfaceLight lb = lightOfValue(none ? 0 : start + b);
+    SurfaceLight lc = lightOfValue(none ? 0 : start + c);
+    SurfaceLight light;
+    light.irradiance = la.irradiance * weights.x + lb.irradiance * weights.y + lc.irradiance * weights.z;
+    light.turned = la.turned * weights.x + lb.turned * weights.y + lc.turned * weights.z;
+    light.visible = la.visible * weights.x + lb.visible * weights.y + lc.visible * weights.z;
+    light.nearby = la.nearby * weights.x + lb.nearby * weights.y + lc.nearby * weights.z;
+    return light;
+}
+
 // ---- the point ---------------------------------------------------------------------------------
 
 // along: the ray's direction, unit. width: of its cone at the hit, metres.
@@ -157,6 +180,10 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     vec4 e1 = texelFetch(traceInstances, place + 4);
     vec4 e2 = texelFetch(traceInstances, place + 5);
     int m = TRACE_MATERIAL_ROWS * int(n0.w);
+    if (viewHas(VIEW_SURFACE_LIGHT)) {
+        p.light = lightAtHit(texelFetch(traceInstances, place + 6).x, vertexA, vertexB, vertexC,
+                             vec3(wa, wb, wc));
+    }
     p.firstLight = int(n1.w);
     p.lights = int(n2.w);
 

@@ -1,6 +1,8 @@
 // Light that reaches a point of a surface, and what of it the surface sends to who looks: lamps one
 // by one, the environment as nine harmonics and a cube prefiltered by roughness.
 
+#include "include/surface_light.glsl"
+
 // Texels along an edge of environmentBrdf.
 const float kBrdfSize = 32.0f;
 
@@ -24,6 +26,11 @@ struct Surface {
     float f90;
     float roughness;
     vec3 reflectance;  // of the specular lobe in a uniform environment
+    // glTF mixes a metal with a dielectric, whose lobe alone takes light from the diffuse one: what it
+    // leaves of a uniform environment, and its greatest reflectance at normal incidence and edge-on.
+    float diffuseShare;
+    vec2 dielectric;
+    SurfaceLight light;  // if VIEW_SURFACE_LIGHT
     // For lamps, the same for each of them:
     float alphaSquared;
     float masking;  // Smith's root for the eye
@@ -43,7 +50,11 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye) {
     s.roughness = m.roughness;
     vec2 brdf = textureLod(environmentBrdf,
                            environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
-    s.reflectance = specularEnvironment(s.f0, s.f90, brdf);
+    vec3 dielectric = specularEnvironment(m.dielectricF0, m.grazing, brdf);
+    s.reflectance =
+        mix(dielectric, specularEnvironment(m.baseColor.rgb, 1.0f, brdf), m.metallic);
+    s.diffuseShare = diffuseWeight(dielectric);
+    s.dielectric = vec2(maxComponent(m.dielectricF0), m.grazing);
     float lobe = max(s.roughness, kMinRoughness);
     float alpha = lobe * lobe;
     s.alphaSquared = alpha * alpha;
@@ -112,16 +123,19 @@ vec3 evalDirectLight(Surface s, vec3 toLight, float nDotL) {
     vec3 halfway = toLight + s.toEye;
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
     vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
+    float below = 1.0f - (s.dielectric.x + (s.dielectric.y - s.dielectric.x) * pow5(1.0f - eyeDotH));
     float lobe = s.averages ? ggxMeanLobe(s, halfway, nDotL, eyeDotH) : ggxLobe(s, halfway, nDotL);
     return fresnel * s.bounces * lobe +
-           max(nDotL, 0.0f) * (1.0f - maxComponent(fresnel)) * (1.0f / kPi) * s.diffuse;
+           max(nDotL, 0.0f) * below * (1.0f / kPi) * s.diffuse;
 }
 
 // Of a directional lamp whose rows in the table begin at `first`.
-vec3 sunLight(Surface s, int first) {
+vec3 sunLight(Surface s, vec3 position, int first) {
     vec3 toLight = texelFetch(lightTable, first).xyz;
     float nDotL = dot(s.normal, toLight);
-    return texelFetch(lightTable, first + 1).rgb * evalDirectLight(s, toLight, nDotL);
+    vec3 power = texelFetch(lightTable, first + 1).rgb;
+    if (viewHas(VIEW_SHADOWS)) power *= shadowAt(position, s.normal, toLight, toLight, 0.0f, first);
+    return power * evalDirectLight(s, toLight, nDotL);
 }
 
 // Of any lamp; one that is not `limited` has neither range nor cone.
@@ -141,7 +155,12 @@ vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
         float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
         falloff *= inCone * inCone * (1.0f - inRange * inRange);
     }
-    return power.rgb * falloff * evalDirectLight(s, toLight, nDotL);
+    vec3 light = power.rgb * falloff;
+    if (viewHas(VIEW_SHADOWS)) {
+        float metres = place.w > 0.5f ? sqrt(squared) : 0.0f;
+        light *= shadowAt(position, s.normal, place.xyz, toLight, metres, first);
+    }
+    return light * evalDirectLight(s, toLight, nDotL);
 }
 
 // The lamps that stand in the table from number `first` on, at least one. position: of the surface,
@@ -185,13 +204,25 @@ vec3 harmonicsAlong(vec3 towards, vec2 bands) {
                       bands.x * c.yzw, bands.y * d.xyz, bands.y * vec3(d.w, e.xy),
                       bands.y * vec3(e.zw, f.x), bands.y * f.yzw, bands.y * g.xyz);
 }
-vec3 diffuseAround(vec3 normal) {
-    return harmonicsAlong(normal, vec2(1.0f));
+vec3 diffuseAround(Surface s) {
+    if (viewHas(VIEW_SURFACE_LIGHT)) return diffuseFrom(s.light, s.normal);
+    return harmonicsAlong(s.normal, vec2(1.0f));
+}
+
+// What of the environment's light in a lobe about `towards` reaches the surface, and what comes from
+// there instead.
+vec3 reachingSurface(Surface s, vec3 towards, vec3 environment) {
+    if (viewHas(VIEW_SURFACE_LIGHT)) return gatheredFrom(s.light, towards, environment);
+    return environment;
+}
+
+// The diffuse part of that.
+vec3 diffuseLight(Surface s) {
+    return s.diffuseShare * s.diffuse * diffuseAround(s);
 }
 
 // What the surface makes of the light around it. mirrored: the radiance that its specular lobe
 // gathers, from the environment or from what stands before it (reflection.glsl).
 vec3 environmentLight(Surface s, vec3 mirrored) {
-    return s.reflectance * mirrored +
-           diffuseWeight(s.reflectance) * s.diffuse * diffuseAround(s.normal);
+    return s.reflectance * mirrored + diffuseLight(s);
 }

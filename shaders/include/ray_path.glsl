@@ -64,6 +64,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
         cone.width += (cone.pixel + cone.lobe) * travelled;
         HitPoint p = hitPoint(hit, along, cone.width);
         MaterialPoint m = p.material;
+        if (viewHas(VIEW_SURFACE_LIGHT)) m.occlusion = 1.0f;  // it knows what hides the environment
 
         // As pixels are: cut out by masks, and not drawn from the back of one-sided surfaces.
         bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
@@ -97,6 +98,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
         vec3 own = unlit ? m.baseColor.rgb : vec3(0.0f);
         if (there && !leaves && !unlit) {
             Surface s = surfaceOf(m, -along);
+            s.light = p.light;
             reflectance = s.reflectance;
             bool level = p.curvature * hit.distance < kFlatEnough;
             mirror = !solid && !pane && !veil &&
@@ -108,9 +110,11 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
                 if (hitHas(FEATURE_GLASS)) {
                     m.metallic = solid || pane ? metallicBesideGlass(p.glass.x, m.metallic) : m.metallic;
                     unclear = surfaceOf(m, -along);
+                    unclear.light = p.light;
                 }
                 vec3 around = vec3(0.0f);
-                if (!mirror) around = environmentAlong(reflect(along, s.normal), s.roughness);
+                vec3 towards = reflect(along, s.normal);
+                if (!mirror) around = reachingSurface(s, towards, environmentAlong(towards, s.roughness));
                 own = (1.0f - clarity) * environmentLight(unclear, around) *
                       (solid || pane ? 1.0f : m.occlusion);
             }
@@ -171,7 +175,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
         if (mirror) {
             next = mirroredAt(along, facetAt(normal, along, alpha), p.faceNormal);
             crosses = false;
-            weight *= m.occlusion * reflectance;
+            weight *= reflectance;
             cone.lobe += lobeOfPath(2.0f * alpha);
             cone.pixel += 2.0f * p.curvature * cone.width;
         }

@@ -170,8 +170,10 @@ vec3 mapLobe(Surface s, vec3 position) {
 vec3 reflectedRadiance(Surface s, vec3 position) {
     if (has(FEATURE_MIRROR)) return flatMirror(s, position);
     if (has(FEATURE_TRACED_REFLECTION)) return tracedReflection(s, position);
-    if (has(FEATURE_MAP_SAMPLES)) return mapLobe(s, position);
     vec3 towards = reflect(-s.toEye, s.normal);
-    if (has(FEATURE_WIDE_LOBE)) return harmonicsAlong(towards, lobeBands(s.roughness));
-    return mapAlong(position, towards, s.roughness);
+    vec3 gathered = has(FEATURE_MAP_SAMPLES) ? mapLobe(s, position)
+                    : has(FEATURE_WIDE_LOBE) ? harmonicsAlong(towards, lobeBands(s.roughness))
+                                             : mapAlong(position, towards, s.roughness);
+    // Other pictures show what hides the environment, or are the material's own.
+    return has(FEATURE_PROBE | FEATURE_MAP) ? gathered : reachingSurface(s, towards, gathered);
 }

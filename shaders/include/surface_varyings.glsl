@@ -7,6 +7,11 @@ VARYING vec4 vertexTangent;  // w: sign of the bitangent
 VARYING vec2 texCoord0;
 VARYING vec2 texCoord1;
 VARYING vec4 vertexColor;
+// If VIEW_SURFACE_LIGHT:
+VARYING vec3 lightIrradiance;
+VARYING vec4 lightTurned;
+VARYING vec4 lightVisible;
+VARYING vec3 lightNearby;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
 flat VARYING vec3 drawNumbers;  // first light, number of lights, object id or what it is seen as
 
@@ -18,4 +23,3 @@ const uint FEATURES_OF_RAYS = FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS;
 // after it has inlined and optimised everything that the branch holds, which took 12 to 22 times as
 // long (627 ms against 28 for a plain surface).
 #define has(feature) ((FEATURES & (feature)) != 0u)
-#define viewHas(bit) ((VIEW & (bit)) != 0u)

@@ -1,6 +1,8 @@
 // Rays through the scene's triangles: the walk over the hierarchy that renderer/scene/bvh.h lays out.
 // Positions are relative to its origin, in the world's axes. After block_macros.glsl.
 
+// Values of light at vertices; only views with VIEW_SURFACE_LIGHT read it.
+layout(binding = UNIT_SURFACE_LIGHT) uniform usamplerBuffer surfaceLight;
 layout(binding = UNIT_TRACE_NODES) uniform samplerBuffer traceNodes;
 layout(binding = UNIT_TRACE_TRIANGLES) uniform samplerBuffer traceTriangles;
 layout(binding = UNIT_TRACE_VERTICES) uniform samplerBuffer traceVertices;  // two floats each

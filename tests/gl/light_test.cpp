@@ -48,7 +48,8 @@ float centerAfterLight(const Light& light, const glm::dmat4& worldFromLight, con
 
 TEST_F(LightOnSurfaces, WhiteMetalVanishesInAWhiteFurnace) {
     for (const float roughness : {0.0f, 0.1f, 0.25f, 0.5f, 0.75f, 1.0f}) {
-        for (const float metallic : {0.0f, 1.0f}) {
+        // glTF mixes two materials of which each sends all light back.
+        for (const float metallic : {0.0f, 0.25f, 0.5f, 0.75f, 1.0f}) {
             Scene scene;
             const Index white = addMaterial(scene, {.metallic = metallic, .roughness = roughness});
             place(scene, sphere(1.0f, 48, white));

@@ -13,6 +13,7 @@ Renderer& renderer() {
     static Renderer instance({.rays = rays && std::string_view(rays) == "shader"
                                           ? Computation::shader
                                           : Computation::automatic,
+                              .light = {.addedTriangles = 8000, .places = 8000},
                               .debugOutput = true});
     return instance;
 }

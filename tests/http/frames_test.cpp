@@ -166,6 +166,41 @@ TEST(Frames, AnUnchangedFrameIsNotRedrawn) {
     EXPECT_EQ(other->status, 200);
 }
 
+// The same revision of the light has the same bytes and the same tag; other revisions have others.
+TEST(Frames, LightBetweenSurfacesIsReportedAndWaitedFor) {
+    auto client = sharedServer().client();
+    client.set_read_timeout(120);
+    const std::string link =
+        "/v1/frames?scene=orbiting-cubes&width=96&height=64&indirectLight=1&shadows=1&format=png";
+    const auto off = client.Get("/v1/frames?scene=orbiting-cubes&width=96&height=64&format=png");
+    ASSERT_TRUE(off);
+    EXPECT_FALSE(off->has_header("Clerestory-Light"));
+    const auto first = client.Get(link);
+    ASSERT_TRUE(first);
+    ASSERT_EQ(first->status, 200) << first->body;
+    EXPECT_THAT(first->get_header_value("Clerestory-Light"), HasSubstr("revision="));
+    const auto waited = [&] { return client.Get(link, httplib::Headers{{"Prefer", "wait=30"}}); };
+    auto complete = waited();
+    // The light is computed while frames of other tests are drawn.
+    while (complete && complete->status == 200 &&
+           complete->get_header_value("Clerestory-Light").find("share=1.00") == std::string::npos) {
+        complete = waited();
+    }
+    ASSERT_TRUE(complete);
+    ASSERT_EQ(complete->status, 200) << complete->body;
+    EXPECT_EQ(complete->get_header_value("Preference-Applied"), "wait=30");
+    EXPECT_NE(complete->get_header_value("ETag"), off->get_header_value("ETag"));
+    EXPECT_TRUE(complete->body != off->body);
+    const auto again = client.Get(link);
+    ASSERT_TRUE(again);
+    EXPECT_TRUE(again->body == complete->body);
+    EXPECT_EQ(again->get_header_value("ETag"), complete->get_header_value("ETag"));
+    const auto unchanged =
+        client.Get(link, httplib::Headers{{"If-None-Match", complete->get_header_value("ETag")}});
+    ASSERT_TRUE(unchanged);
+    EXPECT_EQ(unchanged->status, 304);
+}
+
 TEST(Frames, TheETagDependsOnEveryFieldAndNothingElse) {
     auto client = sharedServer().client();
     const auto etag = [&](const std::string& more) {

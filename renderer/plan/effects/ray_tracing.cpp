@@ -206,7 +206,8 @@ void addDrawnPass(ViewContext& context, const ViewTask& task, Pass pass) {
 void planRays(FramePlan& plan, const Stage& stage) {
     const bool traces = std::any_of(plan.passes.begin(), plan.passes.end(),
                                     [](const Pass& pass) { return followsRays(pass); });
-    if (!traces) return;
+    // The light of surfaces is computed with rays.
+    if (!traces && !stage.settings.effects.indirectLight) return;
     RayScene rays;
     rays.materialOfInstance = stage.materials.materialOfInstance;
     rays.hitFeatures = featuresOfAll(stage);

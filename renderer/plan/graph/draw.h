@@ -26,6 +26,17 @@ struct View {
     bool operator==(const View&) const = default;
 };
 
+// Where the shadows of a light are in the shadow map of the plan.
+struct LightShadow {
+    // One picture of all that the light reaches, or the six faces of a cube about it, in the order
+    // and with the axes of cubeFaceViews(), three in a row.
+    enum class Kind : std::uint32_t { one, six };
+    Kind kind = Kind::one;
+    TargetRect tile;  // of the (first) picture
+    View view;        // of the (first) picture
+    bool operator==(const LightShadow&) const = default;
+};
+
 // A light with its world transform applied. Draw::lights holds indices of these.
 struct PlacedLight {
     LightKind kind = LightKind::point;
@@ -35,6 +46,7 @@ struct PlacedLight {
     float range = 0.0f;                   // 0: unlimited
     float cosInner = 1.0f;
     float cosOuter = 0.0f;
+    std::optional<LightShadow> shadow;  // none: nothing hides the light
     bool operator==(const PlacedLight&) const = default;
 };
 

@@ -6,7 +6,16 @@
 
 namespace clerestory {
 
-enum class Effect { base, emission, refraction, planarReflection, environmentReflection, filters };
+enum class Effect {
+    base,
+    emission,
+    refraction,
+    planarReflection,
+    environmentReflection,
+    shadows,
+    indirectLight,
+    filters
+};
 std::string_view nameOf(Effect effect);
 
 }  // namespace clerestory

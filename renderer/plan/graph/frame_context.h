@@ -46,6 +46,9 @@ struct FrameContext {
     const EnvironmentMaps& maps;
     const ResidentMaps& resident;
     const DeviceLimits& limits;
+    // Identifies the light at the vertices of `scene` (light/surface_light.h) in its present state;
+    // 0: there is none, and the environment lights all surfaces.
+    std::uint64_t surfaceLight = 0;
 };
 
 }  // namespace clerestory

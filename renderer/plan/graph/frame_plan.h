@@ -48,8 +48,10 @@ struct FramePlan {
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
     std::uint32_t curvedSamples = 0;
-    std::optional<RayScene> rays;  // present if a draw traces rays
-    double perMetre = 1.0;         // 1 / diagonal of the scene; pictures store distances times this
+    std::optional<RayScene> rays;    // present if a draw traces rays
+    std::uint64_t surfaceLight = 0;  // identifies the light at vertices; 0: the environment's
+    TargetId shadowMap = kNoTarget;  // that every pass with lit surfaces reads; see LightShadow
+    double perMetre = 1.0;  // 1 / diagonal of the scene; pictures store distances times this
 
     bool operator==(const FramePlan&) const = default;
 };

@@ -91,6 +91,10 @@ std::string_view nameOf(Effect effect) {
             return "planarReflection";
         case Effect::environmentReflection:
             return "environmentReflection";
+        case Effect::shadows:
+            return "shadows";
+        case Effect::indirectLight:
+            return "indirectLight";
         case Effect::filters:
             return "filters";
     }

@@ -24,8 +24,8 @@ namespace clerestory {
 
 using PassWork =
     std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene, DrawGlass,
-                 DrawBlended, FollowRays, DrawBackFaces, DrawChannel, CopyBackdrop, Twirl, Convolve,
-                 GlowBright, GlowDown, GlowUp, Glow, ToneMapping, EdgeFilter>;
+                 DrawBlended, FollowRays, DrawShadow, DrawBackFaces, DrawChannel, CopyBackdrop,
+                 Twirl, Convolve, GlowBright, GlowDown, GlowUp, Glow, ToneMapping, EdgeFilter>;
 
 struct Pass {
     std::string name;

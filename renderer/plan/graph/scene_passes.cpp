@@ -24,7 +24,8 @@ void addView(PlanHash& hash, const View& view) {
 }
 
 void addLight(PlanHash& hash, const PlacedLight& light) {
-    const auto& [kind, position, toLight, intensity, range, cosInner, cosOuter] = light;
+    // shadow: hashOfPasses() adds the key of the shadow map
+    const auto& [kind, position, toLight, intensity, range, cosInner, cosOuter, shadow] = light;
     hash.add(kind);
     hash.add(position);
     hash.add(toLight);
@@ -238,6 +239,21 @@ void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage) {
     hash.add(face);
     addView(hash, view);
     addRayScene(hash, stage);
+}
+
+std::string_view DrawShadow::knobs() const {
+    return "/effects/shadows, /accuracy";
+}
+std::uint64_t DrawShadow::shadedSamples(const TargetSpec&, const FramePlan&) const {
+    return 0;  // depth only
+}
+void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage) {
+    const auto& [view, tile, draws] = work;
+    hash.add(tile.x);
+    hash.add(tile.y);
+    hash.add(tile.width);
+    hash.add(tile.height);
+    addDrawnView(hash, view, {draws}, stage);
 }
 
 std::string_view DrawBackFaces::knobs() const {

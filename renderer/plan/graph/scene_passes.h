@@ -117,6 +117,23 @@ struct FollowRays {
     bool operator==(const FollowRays&) const = default;
 };
 
+// Draws the depth of what hides a light from others, as the light sees it, into a tile of the
+// shadow map: the back faces of one-sided surfaces, and both of others. The nearest of them hides
+// the light from everything behind it.
+struct DrawShadow {
+    View view;
+    TargetRect tile;
+    std::vector<Draw> draws;
+
+    std::string_view kind() const { return "shadow"; }
+    std::vector<TargetId> reads() const { return {}; }
+    std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
+    std::string_view knobs() const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    friend void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage);
+    bool operator==(const DrawShadow&) const = default;
+};
+
 // Draws the back faces of solid glass, as normals and distances.
 struct DrawBackFaces {
     View view;

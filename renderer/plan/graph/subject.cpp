@@ -16,6 +16,8 @@ std::string_view nameOf(Subject::Kind kind) {
             return "probe";
         case Subject::Kind::glass:
             return "glass";
+        case Subject::Kind::lights:
+            return "lights";
         case Subject::Kind::filter:
             return "filter";
     }

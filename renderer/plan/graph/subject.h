@@ -16,6 +16,7 @@ struct Subject {
         mirror,       // flat mirror
         probe,        // captured cube
         glass,        // glass object
+        lights,       // punctual lights
         filter,       // post-filter
     };
     Kind kind = Kind::view;

@@ -14,6 +14,8 @@ std::string_view nameOf(Format format) {
             return "srgba8";
         case Format::rgba32ui:
             return "rgba32ui";
+        case Format::depth32f:
+            return "depth32f";
     }
     return "";
 }

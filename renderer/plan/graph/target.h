@@ -11,7 +11,7 @@ using TargetId = std::uint32_t;  // index of FramePlan::targets
 inline constexpr TargetId kNoTarget = 0xffffffffu;
 
 enum class TargetKind { plane, cube };
-enum class Format { rgba16f, rgba32f, srgba8, rgba32ui };
+enum class Format { rgba16f, rgba32f, srgba8, rgba32ui, depth32f };
 std::string_view nameOf(Format format);
 // Where texels are: in textures of the driver, or in the program's memory. The latter is for planes
 // of srgba8 that ToneMapping and EdgeFilter write.

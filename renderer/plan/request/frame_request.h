@@ -60,6 +60,8 @@ struct Effects {
     bool refraction = true;
     bool planarReflection = true;
     bool environmentReflection = true;
+    bool shadows = false;
+    bool indirectLight = false;
 };
 
 struct Accuracy {
@@ -173,6 +175,11 @@ void fields(Effects& e, V&& visit) {
           "flat mirrors and glossy floors reflect the scene");
     visit("environmentReflection", e.environmentReflection, Flag{},
           "curved mirrors reflect the scene");
+    visit("shadows", e.shadows, Flag{}, "surfaces hide punctual lights from each other");
+    visit(
+        "indirectLight", e.indirectLight, Flag{},
+        "surfaces hide the environment from each other and light each other; computed once in the "
+        "background, see Clerestory-Light");
 }
 
 inline Choice<Preset> presetChoice() {

@@ -1,0 +1,678 @@
+#include "light/bake.h"
+
+#include "light/places.h"
+#include "rays/path.h"
+#include "rays/triangle_tree.h"
+#include "scene/bvh.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+namespace clerestory::light {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+float luminance(const glm::vec3& c) {
+    return glm::dot(c, glm::vec3(0.2126f, 0.7152f, 0.0722f));
+}
+
+// Sums over rays on one side of a surface.
+struct Sums {
+    float count = 0.0f;    // rays
+    glm::vec3 open{0.0f};  // radiance of the environment and, weighted, of emitters that rays met
+    glm::vec3 openFlux{0.0f};     // its luminance times direction over cosine
+    glm::vec3 emittersMet{0.0f};  // the second part of `open` alone
+    glm::vec3 directions{0.0f};
+    float visible = 0.0f;     // share of the environment
+    glm::vec3 towards{0.0f};  // that times the direction
+    float behind = 0.0f;      // rays that began behind a surface
+    // Light from other surfaces: later rounds know more of it, so that earlier ones count less.
+    float bounceCount = 0.0f;
+    glm::vec3 bounces{0.0f};
+    glm::vec3 bounceFlux{0.0f};
+    // Rays towards emitters: irradiance over pi, weighted.
+    float emitterCount = 0.0f;
+    glm::vec3 emitters{0.0f};
+    glm::vec3 emitterFlux{0.0f};
+
+    void forgetBounces(float factor) {
+        bounceCount *= factor;
+        bounces *= factor;
+        bounceFlux *= factor;
+    }
+    glm::vec3 irradiance() const {  // over pi
+        return open / std::max(count, 1.0f) + bounces / std::max(bounceCount, 1e-6f) +
+               emitters / std::max(emitterCount, 1.0f);
+    }
+    glm::vec3 flux() const {
+        return openFlux / std::max(count, 1.0f) + bounceFlux / std::max(bounceCount, 1e-6f) +
+               emitterFlux / std::max(emitterCount, 1.0f);
+    }
+};
+
+// A triangle that is no hole, no veil and no glass; see PathTracer::middleOf().
+struct Face {
+    glm::vec3 normal{0.0f};  // world, on the front; any length
+    glm::vec3 albedo{0.0f};
+    glm::vec3 emitted{0.0f};
+    float density = 0.0f;  // of rays towards emitters, per square metre
+    bool plain = false;
+    bool twoSided = false;
+};
+
+// A triangle that emits.
+struct Emitter {
+    glm::vec3 a, ab, ac;   // world axes, from the origin
+    double end = 0.0;      // of its part of the sum of powers, 0..1
+    float density = 0.0f;  // per square metre
+    bool plain = false;    // rays that meet it by chance count, too
+};
+
+// Two axes across a unit vector (Duff et al. 2017).
+void axesAbout(const glm::vec3& n, glm::vec3& x, glm::vec3& y) {
+    const float sign = std::copysign(1.0f, n.z);
+    const float a = -1.0f / (sign + n.z), b = n.x * n.y * a;
+    x = {1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x};
+    y = {b, sign + n.y * n.y * a, -n.y};
+}
+
+std::uint32_t hashed(std::uint32_t x) {
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+
+float fraction(float x) {
+    return x - std::floor(x);
+}
+
+// Point `i` of a sequence with even gaps (Roberts 2018), moved by a hash.
+glm::vec2 pointOfSequence(std::uint32_t i, std::uint32_t seed) {
+    const std::uint32_t h = hashed(seed);
+    const double x = 0.7548776662466927 * i, y = 0.5698402909980532 * i;
+    return {
+        fraction(static_cast<float>(x - std::floor(x)) +
+                 static_cast<float>(h & 0xffffu) / 65536.0f),
+        fraction(static_cast<float>(y - std::floor(y)) + static_cast<float>(h >> 16) / 65536.0f)};
+}
+
+// The map with so few texels that one ray stands for each: a ray then sees the mean of its part.
+constexpr std::uint32_t kSkyEdge = 16;
+rays::CubeMap reducedMap(const EnvironmentMap& map) {
+    const std::uint32_t edge = std::min(kSkyEdge, std::max(map.faceSize, 1u));
+    rays::CubeMap cube(edge, 1);
+    std::vector<float> texels(std::size_t{4} * edge * edge);
+    for (std::uint32_t face = 0; face < 6; ++face) {
+        std::fill(texels.begin(), texels.end(), 0.0f);
+        std::vector<float> weights(std::size_t{edge} * edge, 0.0f);
+        for (std::uint32_t y = 0; y < map.faceSize; ++y) {
+            for (std::uint32_t x = 0; x < map.faceSize; ++x) {
+                const std::size_t to = std::size_t{y * edge / map.faceSize} * edge +
+                                       std::size_t{x * edge / map.faceSize};
+                const glm::vec3& c =
+                    map.texels[(std::size_t{face} * map.faceSize + y) * map.faceSize + x];
+                for (int k = 0; k < 3; ++k) texels[4 * to + static_cast<std::size_t>(k)] += c[k];
+                weights[to] += 1.0f;
+            }
+        }
+        for (std::size_t i = 0; i < weights.size(); ++i) {
+            for (std::size_t k = 0; k < 3; ++k) texels[4 * i + k] /= std::max(weights[i], 1.0f);
+        }
+        cube.setFace(0, face, texels);
+    }
+    cube.joinEdges();
+    return cube;
+}
+
+// All sides can be hit: rays that begin inside a body must notice it.
+std::vector<BvhTriangle> fromBothSides(std::vector<BvhTriangle> triangles) {
+    for (BvhTriangle& t : triangles) t.side = 0.0f;
+    return triangles;
+}
+
+// Part of the rays that may begin behind surfaces before a sample counts as buried.
+constexpr float kMaxBehind = 0.25f;
+// Steps from neighbour to neighbour by which buried samples receive values.
+constexpr int kFillSteps = 12;
+
+}  // namespace
+
+struct Bake::State {
+    State(BakeInput given, const BakeQuality& quality);
+
+    void collectFaces();
+    void collectEmitters();
+    const SurfacePoint& pointOf(std::uint32_t place) const {
+        return places.points[places.chosen[place]];
+    }
+    bool buried(std::uint32_t place) const {
+        return sums[0][place].behind > kMaxBehind * sums[0][place].count;
+    }
+    glm::vec3 lampsAt(const SurfacePoint& point, float side) const;
+    void gather(std::uint32_t place, int side);
+    void sampleEmitters(std::uint32_t place, int side);
+    struct Seen {
+        bool met = false, begins = true;
+        glm::vec3 light{0.0f}, share{1.0f};
+        glm::vec3 emitted{0.0f};  // times the weight of rays that meet emitters by chance
+    };
+    Seen look(const glm::vec3& start, const glm::vec3& along, float cosine) const;
+    float chanceWeight(float cosine, float facing, float distance, float density) const;
+    glm::vec3 sentFrom(std::uint32_t instance, const std::uint32_t vertices[3],
+                       const float weights[3], const glm::vec3& normal) const;
+    glm::vec3 startOf(const SurfacePoint& point, float side) const;
+    void fillBuried();
+    void updateRadiosity();
+    LightAtVertex lightOf(std::uint32_t place) const;
+    LightAtVertex unhidden() const;
+
+    const BakeInput input;
+    const BakeQuality quality;
+    BvhTriangles triangles;
+    rays::TriangleTree tree;
+    rays::CubeMap sky;
+    std::vector<glm::vec2> noBrdf{glm::vec2(0.0f)};
+    std::vector<glm::vec4> noLights{glm::vec4(0.0f)};
+    std::optional<rays::PathTracer> tracer;
+    float offset = 0.0f;  // of ray starts, metres
+
+    Places places;
+    std::vector<Face> faces;  // of `tree`
+    std::vector<Emitter> emitters;
+    // Of both sides of each place: sums, and irradiance of punctual lights over pi.
+    std::vector<Sums> sums[2];
+    std::vector<glm::vec3> lamps[2];
+    // Of both sides of each point: light that a white surface sends back, after a round.
+    std::vector<glm::vec3> sent[2];
+    // The point that a point takes its light from if all its places are buried; else itself.
+    std::vector<std::uint32_t> source;
+    glm::vec3 meanSent{0.0f};
+    std::uint32_t round = 0;
+    bool nothingHidden = false;  // in the rounds so far
+    std::atomic<std::uint64_t> rayCount{0};
+};
+
+Bake::State::State(BakeInput given, const BakeQuality& q)
+    : input(std::move(given)), quality(q), sky(reducedMap(*input.environment)) {
+    triangles = stillTriangles(*input.scene, *input.pose, input.materials);
+    tree.setStill(fromBothSides(triangles.triangles));
+    rays::Surroundings surroundings{.tree = tree,
+                                    .vertices = input.scene->vertices,
+                                    .indices = input.scene->indices,
+                                    .instances = input.instances,
+                                    .materials = input.materialRows,
+                                    .firstTextureRow = input.firstTextureRow,
+                                    .texels = *input.texels,
+                                    .lights = noLights,
+                                    .environment = sky,
+                                    .brdf = noBrdf,
+                                    .brdfSize = 1,
+                                    .worldFromEye = glm::mat3(glm::transpose(input.mapFromWorld)),
+                                    .hitFeatures = input.hitFeatures};
+    tracer.emplace(surroundings);
+    const auto diagonal = static_cast<double>(lastingBounds(*input.scene, *input.pose).diagonal());
+    offset = static_cast<float>(1e-4 * diagonal);
+    places = placesOf({.scene = *input.scene,
+                       .pose = *input.pose,
+                       .materials = input.materials,
+                       .mapFromWorld = input.mapFromWorld,
+                       .origin = triangles.origin,
+                       .distance = input.edge > 0.0 ? 0.7 * input.edge : diagonal / 400.0,
+                       .limit = quality.places});
+    collectFaces();
+    if (input.emission) collectEmitters();
+    for (int side = 0; side < 2; ++side) {
+        sums[side].resize(places.chosen.size());
+        lamps[side].resize(places.chosen.size());
+        sent[side].resize(places.points.size());
+    }
+}
+
+void Bake::State::collectFaces() {
+    std::vector<bool> mirrored;
+    for (const Instance& instance : input.scene->instances) {
+        mirrored.push_back(glm::determinant(glm::dmat3(input.pose->worldFromNode[instance.node])) <
+                           0.0);
+    }
+    faces.resize(triangles.triangles.size());
+    for (std::uint32_t i = 0; i < faces.size(); ++i) {
+        const BvhTriangle& t = tree.triangle(i);
+        Face& face = faces[i];
+        face.normal = glm::cross(t.b - t.a, t.c - t.a);
+        const Material& material = input.materials.material(
+            *input.scene, input.materials.materialOf(*input.scene, static_cast<Index>(t.instance)));
+        face.twoSided = material.doubleSided;
+        if (mirrored[static_cast<std::size_t>(t.instance)]) face.normal = -face.normal;
+        if (const auto middle = tracer->middleOf(i)) {
+            face.albedo = middle->albedo;
+            face.emitted = middle->emitted;
+            face.plain = true;
+        }
+    }
+}
+
+void Bake::State::collectEmitters() {
+    double sum = 0.0;
+    std::vector<std::uint32_t> places;
+    for (std::uint32_t i = 0; i < faces.size(); ++i) {
+        const BvhTriangle& t = tree.triangle(i);
+        const Material& material = input.materials.material(
+            *input.scene, input.materials.materialOf(*input.scene, static_cast<Index>(t.instance)));
+        const float radiance = material.unlit ? 0.0f : luminance(emittedRadiance(material));
+        Emitter emitter{t.a, t.b - t.a, t.c - t.a};
+        const float area = 0.5f * glm::length(glm::cross(emitter.ab, emitter.ac));
+        if (!(radiance > 0.0f) || !(area > 0.0f)) continue;
+        sum += double{radiance} * area;
+        emitter.end = sum;
+        emitter.density = radiance;
+        emitter.plain = faces[i].plain;
+        emitters.push_back(emitter);
+        places.push_back(i);
+    }
+    for (std::size_t i = 0; i < emitters.size(); ++i) {
+        Emitter& emitter = emitters[i];
+        emitter.end /= sum;
+        emitter.density = static_cast<float>(emitter.density / sum);
+        if (emitter.plain) faces[places[i]].density = emitter.density;
+    }
+}
+
+glm::vec3 Bake::State::startOf(const SurfacePoint& point, float side) const {
+    const glm::vec3 normal(glm::transpose(input.mapFromWorld) * glm::dvec3(point.normal));
+    return point.position + normal * (side * offset);
+}
+
+glm::vec3 Bake::State::lampsAt(const SurfacePoint& point, float side) const {
+    glm::vec3 sum(0.0f);
+    const glm::vec3 start = startOf(point, side);
+    for (const PlacedLight& lamp : input.lights) {
+        glm::vec3 towards(lamp.toLight);
+        float distance = 1e30f, falloff = 1.0f;
+        if (lamp.kind != LightKind::directional) {
+            const glm::vec3 way = glm::vec3(lamp.position - triangles.origin) - start;
+            distance = std::max(glm::length(way), 1e-6f);
+            towards = way / distance;
+            falloff = 1.0f / std::max(distance * distance, 1e-4f);
+            if (lamp.range > 0.0f) {
+                const float r = std::min(distance / lamp.range, 1.0f);
+                falloff *= 1.0f - r * r * r * r;
+            }
+            if (lamp.kind == LightKind::spot) {
+                const float width = std::max(lamp.cosInner - lamp.cosOuter, 1e-3f);
+                const float in = std::clamp(
+                    (glm::dot(lamp.toLight, towards) - lamp.cosOuter) / width, 0.0f, 1.0f);
+                falloff *= in * in;
+            }
+        }
+        const glm::vec3 along(input.mapFromWorld * glm::dvec3(towards));
+        const float cosine = side * glm::dot(point.normal, along);
+        if (!(cosine > 0.0f) || !(falloff > 0.0f)) continue;
+        const rays::SurfaceHit hit = tracer->surfaceAlong(start, along, 0.0f, 1e-3f, distance);
+        if (!hit.met) sum += lamp.intensity * hit.share * (falloff * cosine / kPi);
+    }
+    return sum;
+}
+
+// Light that a white surface sends back from a point of a triangle. normal: axes of the map, on the
+// side that is seen.
+glm::vec3 Bake::State::sentFrom(std::uint32_t instance, const std::uint32_t vertices[3],
+                                const float weights[3], const glm::vec3& normal) const {
+    const std::int32_t first = places.firstOfInstance[instance];
+    if (first == kNoLight) return meanSent;
+    glm::vec3 sum(0.0f);
+    for (int k = 0; k < 3; ++k) {
+        const std::uint32_t index =
+            places
+                .pointOf[static_cast<std::size_t>(first + static_cast<std::int32_t>(vertices[k]))];
+        const SurfacePoint& point = places.points[index];
+        const int side = point.twoSided && glm::dot(point.normal, normal) < 0.0f ? 1 : 0;
+        sum += weights[k] * sent[side][index];
+    }
+    return sum;
+}
+
+// Weight of a ray that meets an emitter by chance against those that are sent to it (balance
+// heuristic, Veach 1997). cosine: at the start; facing: at the emitter.
+float Bake::State::chanceWeight(float cosine, float facing, float distance, float density) const {
+    const float byChance = static_cast<float>(quality.rays) * cosine / kPi;
+    const float sent = static_cast<float>(quality.emitterRays) * density * distance * distance /
+                       std::max(facing, 1e-6f);
+    return byChance / std::max(byChance + sent, 1e-30f);
+}
+
+// The light along a ray. cosine: between it and the normal of the surface that it leaves.
+Bake::State::Seen Bake::State::look(const glm::vec3& start, const glm::vec3& along,
+                                    float cosine) const {
+    const glm::vec3 world(glm::transpose(input.mapFromWorld) * glm::dvec3(along));
+    rays::TriangleHit hit;
+    if (!tree.nearestHit(&start.x, &world.x, hit)) return {};
+    const Face& face = faces[hit.place];
+    const bool front = glm::dot(face.normal, world) < 0.0f;
+    if (face.plain && (front || face.twoSided)) {
+        const BvhTriangle& t = tree.triangle(hit.place);
+        const std::uint32_t* corners =
+            &input.scene->indices[3 * static_cast<std::size_t>(t.triangle)];
+        const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+        Seen seen{.met = true};
+        seen.light = face.albedo *
+                     sentFrom(static_cast<std::uint32_t>(t.instance), corners, weights, -along);
+        if (face.density > 0.0f) {
+            const float facing =
+                std::abs(glm::dot(face.normal, world)) / std::max(glm::length(face.normal), 1e-30f);
+            seen.emitted = face.emitted * chanceWeight(cosine, facing, hit.distance, face.density);
+        }
+        return seen;
+    }
+    const rays::SurfaceHit passing = tracer->surfaceAlong(start, along, 0.0f, 0.1f);
+    Seen seen{.met = passing.met, .begins = passing.begins, .share = passing.share};
+    if (passing.met) {
+        seen.light = passing.share * passing.albedo *
+                     sentFrom(passing.instance, passing.vertices, passing.weights, passing.normal);
+    }
+    return seen;
+}
+
+void Bake::State::gather(std::uint32_t place, int side) {
+    const SurfacePoint& point = pointOf(place);
+    const float sign = side == 0 ? 1.0f : -1.0f;
+    const glm::vec3 normal = sign * point.normal;
+    const glm::vec3 start = startOf(point, sign);
+    glm::vec3 x, y;
+    axesAbout(normal, x, y);
+    Sums& sum = sums[side][place];
+    if (round <= 3) sum.forgetBounces(0.25f);
+    for (std::uint32_t i = 0; i < quality.rays; ++i) {
+        const glm::vec2 u =
+            pointOfSequence(round * quality.rays + i, 2 * place + static_cast<unsigned>(side));
+        const float radius = std::sqrt(u.x), turn = 2.0f * kPi * u.y;
+        const float cosine = std::sqrt(std::max(1.0f - u.x, 1e-4f));
+        const glm::vec3 along = glm::normalize(x * (radius * std::cos(turn)) +
+                                               y * (radius * std::sin(turn)) + normal * cosine);
+        const Seen seen = look(start, along, cosine);
+        if (!seen.begins) sum.behind += 1.0f;
+        glm::vec3 open = seen.emitted;
+        if (!seen.met) {
+            float rgb[3];
+            sky.sample(&along.x, 0.0f, rgb);
+            open += seen.share * glm::vec3(rgb[0], rgb[1], rgb[2]) * input.environmentIntensity;
+            const float through = luminance(seen.share);
+            sum.visible += through;
+            sum.towards += through * along;
+        }
+        const float perCosine = 1.0f / std::max(cosine, 0.15f);
+        sum.count += 1.0f;
+        sum.directions += along;
+        sum.open += open;
+        sum.openFlux += luminance(open) * perCosine * along;
+        sum.bounceCount += 1.0f;
+        sum.bounces += seen.light;
+        sum.bounceFlux += luminance(seen.light) * perCosine * along;
+        // What is not the environment, for the specular lobe.
+        if (seen.met) sum.emittersMet += seen.emitted;
+    }
+    rayCount.fetch_add(quality.rays, std::memory_order_relaxed);
+}
+
+void Bake::State::sampleEmitters(std::uint32_t place, int side) {
+    const SurfacePoint& from = pointOf(place);
+    const float sign = side == 0 ? 1.0f : -1.0f;
+    const glm::vec3 start = startOf(from, sign);
+    Sums& sum = sums[side][place];
+    for (std::uint32_t i = 0; i < quality.emitterRays; ++i) {
+        const std::uint32_t number = round * quality.emitterRays + i;
+        const glm::vec2 u =
+            pointOfSequence(number, 0x40000000u + 2 * place + static_cast<unsigned>(side));
+        const double part =
+            (i + static_cast<double>(hashed(number ^ (place << 8)) & 0xffffu) / 65536.0) /
+            quality.emitterRays;
+        const auto chosen =
+            std::min(std::upper_bound(emitters.begin(), emitters.end(), part,
+                                      [](double p, const Emitter& e) { return p < e.end; }),
+                     emitters.end() - 1);
+        const float root = std::sqrt(u.x);
+        const glm::vec3 there =
+            chosen->a + chosen->ab * (root * (1.0f - u.y)) + chosen->ac * (root * u.y);
+        const glm::vec3 way = there - start;
+        const float distance = glm::length(way);
+        sum.emitterCount += 1.0f;
+        if (!(distance > 0.0f)) continue;
+        const glm::vec3 along(input.mapFromWorld * glm::dvec3(way / distance));
+        const float cosine = sign * glm::dot(from.normal, along);
+        const glm::vec3 face = glm::normalize(glm::cross(chosen->ab, chosen->ac));
+        const float facing = std::abs(glm::dot(face, way / distance));
+        if (!(cosine > 0.0f)) continue;
+        const rays::SurfaceHit hit =
+            tracer->surfaceAlong(start, along, 0.0f, 1e-3f, distance * 1.001f + offset);
+        if (!hit.met || hit.distance < distance * 0.999f - 2.0f * offset) continue;
+        const float sent = distance * distance * chosen->density / std::max(facing, 1e-6f);
+        const float weight =
+            chosen->plain ? 1.0f - chanceWeight(cosine, facing, distance, chosen->density) : 1.0f;
+        // Without the other rays, no point of an emitter fills more than the hemisphere.
+        const float perSteradian = std::max(sent, chosen->plain ? 0.0f : 1.0f / kPi);
+        const glm::vec3 light =
+            hit.share * hit.emitted * (weight / (std::max(perSteradian, 1e-20f) * kPi));
+        sum.emitters += light * cosine;
+        sum.emitterFlux += luminance(light) * along;
+    }
+    rayCount.fetch_add(quality.emitterRays, std::memory_order_relaxed);
+}
+
+LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
+    LightAtVertex light;
+    const SurfacePoint& sample = pointOf(place);
+    const Sums& front = sums[0][place];
+    light.irradiance = front.irradiance();
+    const float count = std::max(front.count, 1.0f);
+    const Sums& back = sums[1][place];
+    if (sample.twoSided) {
+        const glm::vec3 behind = back.irradiance();
+        const glm::vec3 mean = 0.5f * (light.irradiance + behind);
+        const float scale = std::max(luminance(mean), 1e-20f);
+        const float half = 0.5f * (luminance(light.irradiance) - luminance(behind)) / scale;
+        light.irradiance = mean;
+        light.turned = glm::vec4(sample.normal * half, 1.0f);
+    } else {
+        const glm::vec3 flux = front.flux();
+        const float along = glm::dot(flux, sample.normal);
+        light.turned =
+            along > 0.0f ? glm::vec4(flux / along, 0.0f) : glm::vec4(sample.normal, 0.0f);
+    }
+    // Least squares over directions with the density of cosines: the variance of the direction's
+    // part along the normal is 1/18 on one side and 1/2 on both; of those across it 1/4.
+    const float rays = sample.twoSided ? 2.0f * count : count;
+    const float mean = (front.visible + (sample.twoSided ? back.visible : 0.0f)) / rays;
+    const glm::vec3 towards =
+        (front.towards + (sample.twoSided ? back.towards : glm::vec3(0.0f))) / rays;
+    const glm::vec3 direction =
+        (front.directions + (sample.twoSided ? back.directions : glm::vec3(0.0f))) / rays;
+    const glm::vec3 covariance = towards - mean * direction;
+    const float upward = glm::dot(covariance, sample.normal);
+    const glm::vec3 slope = 4.0f * (covariance - upward * sample.normal) +
+                            (sample.twoSided ? 2.0f : 18.0f) * upward * sample.normal;
+    light.visible = glm::vec4(slope, mean - glm::dot(slope, direction));
+
+    // What is not the environment, over the share of directions that it fills.
+    const auto nearbyOf = [](const Sums& s) {
+        return s.bounces / std::max(s.bounceCount, 1e-6f) +
+               s.emittersMet / std::max(s.count, 1.0f) +
+               s.emitters / std::max(s.emitterCount, 1.0f);
+    };
+    const glm::vec3 nearby =
+        sample.twoSided ? 0.5f * (nearbyOf(front) + nearbyOf(back)) : nearbyOf(front);
+    if (mean < 1.0f) light.nearby = nearby / std::max(1.0f - mean, 0.5f / count);
+    return light;
+}
+
+// Of the whole environment: its mean, and how that changes with the normal.
+LightAtVertex Bake::State::unhidden() const {
+    const std::array<glm::vec3, 9> harmonics = diffuseHarmonics(*input.environment);
+    LightAtVertex light;
+    light.irradiance = harmonics[0] * input.environmentIntensity;
+    const float mean = std::max(luminance(harmonics[0]), 1e-20f);
+    light.turned = {luminance(harmonics[3]) / mean, luminance(harmonics[1]) / mean,
+                    luminance(harmonics[2]) / mean, 1.0f};
+    return light;
+}
+
+void Bake::State::fillBuried() {
+    source.resize(places.points.size());
+    std::vector<bool> known(places.points.size());
+    bool any = false;
+    for (std::uint32_t i = 0; i < places.points.size(); ++i) {
+        source[i] = i;
+        const auto parts = places.partsOf(i);
+        known[i] = std::any_of(parts.begin(), parts.end(),
+                               [&](const Places::Part& part) { return !buried(part.place); });
+        any = any || !known[i];
+    }
+    const Scene& scene = *input.scene;
+    for (int step = 0; any && step < kFillSteps; ++step) {
+        any = false;
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
+        const auto visit = [&](const std::uint32_t corner[3]) {
+            for (std::uint32_t j = 0; j < 3; ++j) {
+                if (known[corner[j]]) continue;
+                any = true;
+                const std::uint32_t next = corner[(j + 1) % 3], other = corner[(j + 2) % 3];
+                if (known[next] || known[other]) {
+                    found.emplace_back(corner[j], source[known[next] ? next : other]);
+                }
+            }
+        };
+        for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+            const std::int32_t first = places.firstOfInstance[i];
+            if (first == kNoLight) continue;
+            const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
+            for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
+                const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
+                for (std::uint32_t k = 0; k < cluster.indexCount; k += 3) {
+                    std::uint32_t corner[3];
+                    for (std::uint32_t j = 0; j < 3; ++j) {
+                        const auto vertex =
+                            static_cast<std::int32_t>(scene.indices[cluster.firstIndex + k + j]);
+                        corner[j] = places.pointOf[static_cast<std::size_t>(first + vertex)];
+                    }
+                    visit(corner);
+                }
+            }
+        }
+        if (found.empty()) break;
+        for (const auto& [to, from] : found) {
+            if (known[to]) continue;
+            source[to] = from;
+            known[to] = true;
+        }
+    }
+}
+
+void Bake::State::updateRadiosity() {
+    glm::dvec3 total(0.0);
+    for (std::uint32_t i = 0; i < places.points.size(); ++i) {
+        for (int side = 0; side < 2; ++side) {
+            glm::vec3 sum(0.0f);
+            float weights = 0.0f;
+            for (const Places::Part& part : places.partsOf(source[i])) {
+                if (buried(part.place)) continue;
+                const Sums& s = sums[side][part.place];
+                sum += part.weight * (s.irradiance() + lamps[side][part.place]);
+                weights += part.weight;
+            }
+            sent[side][i] = weights > 0.0f ? sum / weights : glm::vec3(0.0f);
+        }
+        total += glm::dvec3(sent[0][i]);
+    }
+    if (!places.points.empty()) {
+        meanSent = glm::vec3(total / static_cast<double>(places.points.size()));
+    }
+}
+
+Bake::Bake(BakeInput input, const BakeQuality& quality)
+    : state_(std::make_unique<State>(std::move(input), quality)) {}
+Bake::~Bake() = default;
+
+std::uint32_t Bake::samples() const {
+    return static_cast<std::uint32_t>(state_->places.chosen.size());
+}
+
+bool Bake::complete() const {
+    return state_->round >= state_->quality.rounds || (state_->round > 0 && state_->nothingHidden);
+}
+
+void Bake::work(std::uint32_t first, std::uint32_t end) {
+    State& s = *state_;
+    for (std::uint32_t i = first; i < end; ++i) {
+        const SurfacePoint& point = s.pointOf(i);
+        for (int side = 0; side < (point.twoSided ? 2 : 1); ++side) {
+            if (s.round == 0) s.lamps[side][i] = s.lampsAt(point, side == 0 ? 1.0f : -1.0f);
+            s.gather(i, side);
+            if (!s.emitters.empty()) s.sampleEmitters(i, side);
+        }
+    }
+}
+
+void Bake::endRound() {
+    state_->fillBuried();
+    state_->updateRadiosity();
+    ++state_->round;
+    // Surfaces that see nothing but the environment have nothing to learn from further rounds.
+    const auto open = [](const Sums& s) { return s.visible >= s.count; };
+    state_->nothingHidden = std::all_of(state_->sums[0].begin(), state_->sums[0].end(), open) &&
+                            std::all_of(state_->sums[1].begin(), state_->sums[1].end(), open);
+}
+
+SurfaceLight Bake::light() const {
+    const State& s = *state_;
+    SurfaceLight light{.key = s.input.key,
+                       .revision = s.round,
+                       .share = complete() ? 1.0 : static_cast<double>(s.round) / s.quality.rounds,
+                       .scene = s.input.scene,
+                       .firstOfInstance = s.places.firstOfInstance};
+    for (std::int32_t& first : light.firstOfInstance) {
+        if (first != kNoLight) ++first;  // after the first value
+    }
+    std::vector<LightAtVertex> gathered;
+    for (std::uint32_t i = 0; i < s.places.chosen.size(); ++i) gathered.push_back(s.lightOf(i));
+    std::vector<LightValue> ofPoints;
+    for (std::uint32_t i = 0; i < s.places.points.size(); ++i) {
+        LightAtVertex mean{.turned = glm::vec4(0.0f), .visible = glm::vec4(0.0f)};
+        float weights = 0.0f;
+        for (const Places::Part& part : s.places.partsOf(s.source[i])) {
+            if (s.buried(part.place)) continue;
+            const LightAtVertex& l = gathered[part.place];
+            mean.irradiance += part.weight * l.irradiance;
+            mean.turned += part.weight * l.turned;
+            mean.visible += part.weight * l.visible;
+            mean.nearby += part.weight * l.nearby;
+            weights += part.weight;
+        }
+        const float scale = weights > 0.0f ? 1.0f / weights : 0.0f;
+        ofPoints.push_back(packed({mean.irradiance * scale, mean.turned * scale,
+                                   mean.visible * scale, mean.nearby * scale}));
+    }
+    light.values.reserve(s.places.pointOf.size() + 1);
+    light.values.push_back(packed(s.unhidden()));
+    for (const std::uint32_t point : s.places.pointOf) light.values.push_back(ofPoints[point]);
+    return light;
+}
+
+std::uint64_t Bake::rays() const {
+    return state_->rayCount.load(std::memory_order_relaxed);
+}
+
+std::uint64_t Bake::bytes() const {
+    const Places& p = state_->places;
+    return p.points.size() * (sizeof(SurfacePoint) + 2 * sizeof(glm::vec3)) +
+           p.chosen.size() * 2 * (sizeof(Sums) + sizeof(glm::vec3)) +
+           p.parts.size() * sizeof(Places::Part) + p.pointOf.size() * sizeof(std::uint32_t) +
+           state_->faces.size() * sizeof(Face) + state_->tree.bytes();
+}
+
+}  // namespace clerestory::light

@@ -1,0 +1,251 @@
+#include "light/baker.h"
+
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <list>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace clerestory::light {
+namespace {
+
+// Samples that a thread takes at once: a millisecond or two.
+constexpr std::uint32_t kSamplesAtOnce = 16;
+// A thread that rests looks again after this time even if nobody tells it to.
+constexpr std::chrono::milliseconds kRest{20};
+
+// Where the system refuses, the threads have the priority of the others.
+void lowerPriority() {
+    [[maybe_unused]] const int result =
+        setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 19);
+}
+
+}  // namespace
+
+struct Baker::Shared {
+    explicit Shared(const BakerOptions& given) : options(given) {}
+
+    struct Entry {
+        std::uint64_t key = 0;
+        std::function<std::unique_ptr<Bake>()> make;
+        std::shared_ptr<Bake> bake;
+        std::shared_ptr<const SurfaceLight> light;
+        bool complete = false;
+        std::string failure;
+    };
+    using Entries = std::list<Entry>;
+
+    Entries::iterator find(std::uint64_t key) {
+        return std::find_if(entries.begin(), entries.end(),
+                            [&](const Entry& entry) { return entry.key == key; });
+    }
+    // The entry begun or asked for last that is not finished.
+    Entries::iterator next() {
+        return std::find_if(entries.begin(), entries.end(), [](const Entry& entry) {
+            return !entry.complete && entry.failure.empty();
+        });
+    }
+    void startThreads();
+    void coordinate();
+    void help();
+    bool restOrStop();
+    void workOn(Bake& bake);
+    void runRound(const std::shared_ptr<Bake>& bake);
+
+    const BakerOptions options;
+    std::mutex mutex;
+    std::condition_variable changed;
+    Entries entries;  // last used first
+    bool stopping = false;
+    std::atomic<int> resting{0};
+    std::vector<std::thread> threads;
+
+    // The round in progress.
+    std::shared_ptr<Bake> current;
+    std::atomic<std::uint32_t> nextSample{0};
+    std::uint32_t working = 0;  // helpers in it
+    std::uint64_t roundNumber = 0;
+    std::atomic<bool> cancelled{false};
+};
+
+// Returns false if the round is cancelled.
+bool Baker::Shared::restOrStop() {
+    while (resting.load() > 0 && !cancelled.load()) {
+        std::unique_lock lock(mutex);
+        changed.wait_for(lock, kRest);
+        if (stopping) return false;
+    }
+    return !cancelled.load();
+}
+
+void Baker::Shared::workOn(Bake& bake) {
+    const std::uint32_t count = bake.samples();
+    while (restOrStop()) {
+        const std::uint32_t first = nextSample.fetch_add(kSamplesAtOnce);
+        if (first >= count) return;
+        bake.work(first, std::min(first + kSamplesAtOnce, count));
+    }
+}
+
+void Baker::Shared::help() {
+    lowerPriority();
+    std::uint64_t seen = 0;
+    std::unique_lock lock(mutex);
+    for (;;) {
+        changed.wait(lock, [&] { return stopping || (current && roundNumber != seen); });
+        if (stopping) return;
+        seen = roundNumber;
+        const std::shared_ptr<Bake> bake = current;
+        ++working;
+        lock.unlock();
+        workOn(*bake);
+        lock.lock();
+        --working;
+        changed.notify_all();
+    }
+}
+
+void Baker::Shared::runRound(const std::shared_ptr<Bake>& bake) {
+    {
+        const std::lock_guard lock(mutex);
+        current = bake;
+        nextSample = 0;
+        ++roundNumber;
+    }
+    changed.notify_all();
+    workOn(*bake);
+    std::unique_lock lock(mutex);
+    current.reset();
+    changed.wait(lock, [&] { return working == 0; });
+}
+
+void Baker::Shared::coordinate() {
+    lowerPriority();
+    std::unique_lock lock(mutex);
+    while (!stopping) {
+        const auto entry = next();
+        if (entry == entries.end()) {
+            changed.wait(lock);
+            continue;
+        }
+        const std::uint64_t key = entry->key;
+        std::shared_ptr<Bake> bake = entry->bake;
+        const auto make = entry->make;
+        cancelled = false;
+        lock.unlock();
+        std::string failure;
+        std::shared_ptr<const SurfaceLight> light;
+        bool complete = false;
+        try {
+            if (!bake) bake = make();
+            if (bake->samples() > 0) runRound(bake);
+            if (!cancelled) {
+                bake->endRound();
+                complete = bake->complete() || bake->samples() == 0;
+                light = std::make_shared<const SurfaceLight>(bake->light());
+            }
+        } catch (const std::exception& error) {
+            failure = error.what();
+        }
+        lock.lock();
+        const auto found = find(key);
+        if (found == entries.end() || cancelled) continue;
+        found->bake = complete ? nullptr : bake;
+        if (complete) found->make = nullptr;
+        if (light) found->light = std::move(light);
+        found->complete = complete;
+        found->failure = std::move(failure);
+        changed.notify_all();
+    }
+}
+
+void Baker::Shared::startThreads() {
+    const std::uint32_t count =
+        options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+    threads.emplace_back([this] { coordinate(); });
+    for (std::uint32_t i = 1; i < count; ++i) threads.emplace_back([this] { help(); });
+}
+
+Baker::Baker(const BakerOptions& options) : shared_(std::make_unique<Shared>(options)) {}
+
+Baker::~Baker() {
+    {
+        const std::lock_guard lock(shared_->mutex);
+        shared_->stopping = true;
+        shared_->cancelled = true;
+    }
+    shared_->changed.notify_all();
+    for (std::thread& thread : shared_->threads) thread.join();
+}
+
+void Baker::begin(std::uint64_t key, std::function<std::unique_ptr<Bake>()> make) {
+    Shared& s = *shared_;
+    const std::lock_guard lock(s.mutex);
+    if (s.find(key) != s.entries.end()) return;
+    s.entries.push_front({.key = key, .make = std::move(make)});
+    while (s.entries.size() > s.options.kept) {
+        if (s.current && s.current == s.entries.back().bake) s.cancelled = true;
+        s.entries.pop_back();
+    }
+    if (s.threads.empty()) s.startThreads();
+    s.changed.notify_all();
+}
+
+std::shared_ptr<const SurfaceLight> Baker::latest(std::uint64_t key) {
+    Shared& s = *shared_;
+    const std::lock_guard lock(s.mutex);
+    const auto found = s.find(key);
+    if (found == s.entries.end()) return nullptr;
+    s.entries.splice(s.entries.begin(), s.entries, found);
+    return found->light;
+}
+
+Baker::State Baker::state(std::uint64_t key) const {
+    Shared& s = *shared_;
+    const std::lock_guard lock(s.mutex);
+    const auto found = s.find(key);
+    if (found == s.entries.end()) return {};
+    return {.known = true,
+            .complete = found->complete,
+            .share = found->light ? found->light->share : 0.0,
+            .failure = found->failure};
+}
+
+Baker::State Baker::wait(std::uint64_t key, const std::function<bool()>& abandoned) {
+    Shared& s = *shared_;
+    State now = state(key);
+    while (now.known && !now.complete && now.failure.empty() && !(abandoned && abandoned())) {
+        {
+            std::unique_lock lock(s.mutex);
+            s.changed.wait_for(lock, kRest);
+        }
+        now = state(key);
+    }
+    return now;
+}
+
+void Baker::forget(const Scene& scene) {
+    Shared& s = *shared_;
+    const std::lock_guard lock(s.mutex);
+    std::erase_if(s.entries, [&](const Shared::Entry& entry) {
+        return entry.light && entry.light->scene.get() == &scene;
+    });
+}
+
+Baker::Rest::Rest(Baker& baker) : baker_(baker) {
+    ++baker_.shared_->resting;
+}
+
+Baker::Rest::~Rest() {
+    if (--baker_.shared_->resting == 0) baker_.shared_->changed.notify_all();
+}
+
+}  // namespace clerestory::light

@@ -1,0 +1,68 @@
+// Computes the light of scenes in the background, on threads of low priority that rest while frames
+// are drawn.
+//
+//     Baker baker;
+//     baker.begin(key, [=] { return std::make_unique<Bake>(input, BakeQuality{}); });
+//     if (const auto light = baker.latest(key)) draw(*light);
+//
+// All members may be called from any thread.
+#pragma once
+
+#include "light/bake.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace clerestory::light {
+
+struct BakerOptions {
+    std::uint32_t threads = 0;  // 0: one for each processor
+    std::size_t kept = 4;       // lights in memory; the ones used longest ago are dropped first
+};
+
+class Baker {
+public:
+    explicit Baker(const BakerOptions& options = {});
+    // Cancels the work in progress.
+    ~Baker();
+    Baker(const Baker&) = delete;
+    Baker& operator=(const Baker&) = delete;
+
+    // Begins to compute, unless the key is known. `make` is called on a thread of the baker. The
+    // light that was begun last is computed first.
+    void begin(std::uint64_t key, std::function<std::unique_ptr<Bake>()> make);
+    // The light of the last round that is complete; null before the first one.
+    std::shared_ptr<const SurfaceLight> latest(std::uint64_t key);
+
+    struct State {
+        bool known = false, complete = false;
+        double share = 0.0;
+        std::string failure;  // why it was not computed; else empty
+    };
+    State state(std::uint64_t key) const;
+    // Waits until the light is complete or has failed, or `abandoned` returns true, which is asked
+    // about every 20 ms.
+    State wait(std::uint64_t key, const std::function<bool()>& abandoned = {});
+    // Drops the lights of a scene.
+    void forget(const Scene& scene);
+
+    // While one exists the threads rest.
+    class Rest {
+    public:
+        explicit Rest(Baker& baker);
+        ~Rest();
+        Rest(const Rest&) = delete;
+        Rest& operator=(const Rest&) = delete;
+
+    private:
+        Baker& baker_;
+    };
+
+private:
+    struct Shared;
+    std::unique_ptr<Shared> shared_;
+};
+
+}  // namespace clerestory::light

@@ -1,0 +1,187 @@
+#include "light/places.h"
+
+#include "light/refinement.h"
+#include "light/surface_light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+
+namespace clerestory::light {
+namespace {
+
+// Of two points that are near enough to share a place: cosine of their normals, and distance from
+// each other's plane relative to the distance of places.
+constexpr float kSameNormal = 0.9f, kSamePlane = 0.2f;
+// The same of a place that a point takes a part of its light from.
+constexpr float kMinNormal = 0.6f, kMaxOutOfPlane = 0.35f;
+// Relative to the distance of places: within it a point has no place of its own; to it places
+// count.
+constexpr float kShared = 0.6f, kReach = 1.25f;
+constexpr std::size_t kMaxParts = 12;
+
+struct PointKey {
+    std::uint32_t bits[7] = {};
+    bool operator==(const PointKey&) const = default;
+};
+struct PointHash {
+    std::size_t operator()(const PointKey& key) const {
+        std::uint64_t h = 1469598103934665603ull;
+        for (const std::uint32_t b : key.bits) h = (h ^ b) * 1099511628211ull;
+        return static_cast<std::size_t>(h ^ (h >> 29));
+    }
+};
+
+void collectPoints(const PlacesInput& input, Places& places) {
+    const Scene& scene = input.scene;
+    const std::vector<bool> moves = instancesThatMove(scene);
+    std::unordered_map<PointKey, std::uint32_t, PointHash> found;
+    places.firstOfInstance.assign(scene.instances.size(), kNoLight);
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        const Material& material = input.materials.material(
+            scene, input.materials.materialOf(scene, static_cast<Index>(i)));
+        if (moves[i] || mesh.deformation != kNone || material.unlit) continue;
+        const VertexRange range = vertexRange(scene, mesh);
+        places.firstOfInstance[i] = static_cast<std::int32_t>(places.pointOf.size()) -
+                                    static_cast<std::int32_t>(range.first);
+        const glm::dmat4& world = input.pose.worldFromNode[instance.node];
+        const glm::dmat3 linear(world);
+        glm::dmat3 normals{glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                           glm::cross(linear[0], linear[1])};
+        if (glm::determinant(linear) < 0.0) normals = -normals;
+        for (std::uint32_t v = range.first; v < range.first + range.count; ++v) {
+            const Vertex& vertex = scene.vertices[v];
+            SurfacePoint point;
+            point.position = glm::vec3(
+                glm::dvec3(world * glm::dvec4(glm::dvec3(vertex.position), 1.0)) - input.origin);
+            const glm::dvec3 n = input.mapFromWorld * (normals * glm::dvec3(vertex.normal));
+            const double length = glm::length(n);
+            point.normal = length > 0.0 ? glm::vec3(n / length) : glm::vec3(0.0f, 1.0f, 0.0f);
+            point.twoSided = material.doubleSided;
+            PointKey key;
+            std::memcpy(key.bits, &point.position, 12);
+            std::memcpy(key.bits + 3, &point.normal, 12);
+            key.bits[6] = point.twoSided ? 1u : 0u;
+            const auto [it, isNew] =
+                found.try_emplace(key, static_cast<std::uint32_t>(places.points.size()));
+            if (isNew) places.points.push_back(point);
+            places.pointOf.push_back(it->second);
+        }
+    }
+}
+
+// Places by cells of a grid.
+class Grid {
+public:
+    Grid(const std::vector<SurfacePoint>& points, float cell) : points_(points), cell_(cell) {}
+
+    void add(std::uint32_t place, std::uint32_t point) {
+        cells_[keyOf(cellOf(points_[point].position))].push_back({place, point});
+    }
+    // visit(place, point) for all in the point's cell and the 26 around it, until it returns false.
+    template <class Visit>
+    void around(const glm::vec3& position, Visit visit) const {
+        const glm::ivec3 middle = cellOf(position);
+        for (int x = -1; x <= 1; ++x) {
+            for (int y = -1; y <= 1; ++y) {
+                for (int z = -1; z <= 1; ++z) {
+                    const auto cell = cells_.find(keyOf(middle + glm::ivec3(x, y, z)));
+                    if (cell == cells_.end()) continue;
+                    for (const auto& [place, point] : cell->second) {
+                        if (!visit(place, point)) return;
+                    }
+                }
+            }
+        }
+    }
+
+private:
+    glm::ivec3 cellOf(const glm::vec3& p) const {
+        return glm::ivec3(glm::clamp(glm::floor(p / cell_), -1e9f, 1e9f));
+    }
+    static std::uint64_t keyOf(const glm::ivec3& c) {
+        return static_cast<std::uint32_t>(c.x) * 0x9e3779b97f4a7c15ull ^
+               static_cast<std::uint32_t>(c.y) * 0xc2b2ae3d27d4eb4full ^
+               static_cast<std::uint32_t>(c.z) * 0x165667b19e3779f9ull;
+    }
+
+    struct Entry {
+        std::uint32_t place, point;
+    };
+    const std::vector<SurfacePoint>& points_;
+    float cell_;
+    std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
+};
+
+float outOfPlane(const SurfacePoint& a, const SurfacePoint& b, const glm::dmat3& mapFromWorld) {
+    const glm::vec3 way(mapFromWorld * glm::dvec3(a.position - b.position));
+    return std::max(std::abs(glm::dot(way, a.normal)), std::abs(glm::dot(way, b.normal)));
+}
+
+// Fills in `chosen`. Returns false if there are more than the limit.
+bool choose(const PlacesInput& input, float distance, Places& places, Grid& grid) {
+    places.chosen.clear();
+    for (std::uint32_t i = 0; i < places.points.size(); ++i) {
+        const SurfacePoint& point = places.points[i];
+        bool shared = false;
+        grid.around(point.position, [&](std::uint32_t, std::uint32_t other) {
+            const SurfacePoint& o = places.points[other];
+            shared = o.twoSided == point.twoSided &&
+                     glm::dot(o.normal, point.normal) > kSameNormal &&
+                     glm::length(o.position - point.position) < kShared * distance &&
+                     outOfPlane(o, point, input.mapFromWorld) < kSamePlane * distance;
+            return !shared;
+        });
+        if (shared) continue;
+        if (places.chosen.size() >= input.limit) return false;
+        grid.add(static_cast<std::uint32_t>(places.chosen.size()), i);
+        places.chosen.push_back(i);
+    }
+    return true;
+}
+
+void weigh(const PlacesInput& input, float distance, const Grid& grid, Places& places) {
+    places.firstPart.assign(1, 0);
+    std::vector<Places::Part> found;
+    for (const SurfacePoint& point : places.points) {
+        found.clear();
+        grid.around(point.position, [&](std::uint32_t place, std::uint32_t other) {
+            const SurfacePoint& o = places.points[other];
+            const float along = glm::length(o.position - point.position) / (kReach * distance);
+            const float facing = glm::dot(o.normal, point.normal);
+            if (along < 1.0f && facing > kMinNormal && o.twoSided == point.twoSided &&
+                outOfPlane(o, point, input.mapFromWorld) < kMaxOutOfPlane * distance) {
+                const float near = 1.0f - along;
+                found.push_back({place, near * near * (facing - kMinNormal) + 1e-6f});
+            }
+            return true;
+        });
+        // The order of cells does not matter, and the heaviest parts are enough.
+        std::sort(found.begin(), found.end(), [](const Places::Part& a, const Places::Part& b) {
+            return a.weight != b.weight ? a.weight > b.weight : a.place < b.place;
+        });
+        if (found.size() > kMaxParts) found.resize(kMaxParts);
+        places.parts.insert(places.parts.end(), found.begin(), found.end());
+        places.firstPart.push_back(static_cast<std::uint32_t>(places.parts.size()));
+    }
+}
+
+}  // namespace
+
+Places placesOf(const PlacesInput& input) {
+    Places places;
+    collectPoints(input, places);
+    auto distance = static_cast<float>(std::max(input.distance, 1e-9));
+    for (;; distance *= 1.3f) {
+        Grid grid(places.points, kReach * distance);
+        if (!choose(input, distance, places, grid)) continue;
+        weigh(input, distance, grid, places);
+        places.distance = distance;
+        return places;
+    }
+}
+
+}  // namespace clerestory::light

@@ -1,0 +1,266 @@
+#include "plan/effects/shadows.h"
+
+#include "plan/graph/features.h"
+#include "plan/graph/plan_hash.h"
+#include "plan/visibility/draws.h"
+#include "plan/visibility/mirror.h"
+#include "plan/visibility/view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+namespace clerestory {
+namespace {
+
+// Lights with a shadow; the brightest have one.
+constexpr std::size_t kMaxShadows = 16;
+constexpr std::uint32_t kMaxMapEdge = 4096;
+// Distance from a light within which nothing hides it, relative to the diagonal of the scene.
+constexpr double kNearShare = 1e-4;
+// A wider cone is six pictures.
+constexpr double kMaxConeCosine = 0.35;
+
+// Edges of pictures, texels.
+struct Edges {
+    std::uint32_t sun, cone, face;
+};
+Edges edgesOf(Preset preset) {
+    switch (preset) {
+        case Preset::draft:
+            return {1024, 512, 384};
+        case Preset::standard:
+            return {2048, 1024, 512};
+        case Preset::fine:
+            return {4096, 2048, 1024};
+    }
+    return {2048, 1024, 512};
+}
+
+bool casts(const Stage& stage, const Surface& surface) {
+    return surface.glass == Glass::none && stage.material(surface).alphaMode != AlphaMode::blend;
+}
+
+Bounds worldBox(const Stage& stage, const Surface& surface) {
+    const Instance& instance = stage.scene.instances[surface.instance];
+    return transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
+                       stage.pose.worldFromNode[instance.node]);
+}
+
+// One-sided and flat, with its front to the light: its back is not seen from there.
+bool facesSun(const Stage& stage, const Surface& surface, const glm::dvec3& toLight) {
+    if (surface.flatPart == kNone || stage.material(surface).doubleSided) return false;
+    const Instance& instance = stage.scene.instances[surface.instance];
+    const auto plane = transformed(stage.scene.flatParts[surface.flatPart].plane(),
+                                   stage.pose.worldFromNode[instance.node]);
+    return plane && glm::dot(plane->normal, toLight) > 0.0;
+}
+
+// From a direction: the casters fill the picture, and depth reaches over the whole scene.
+std::optional<View> sunView(const Stage& stage, const glm::dvec3& toLight) {
+    Bounds casters;
+    for (const Surface& surface : stage.surfaces) {
+        if (casts(stage, surface) && !facesSun(stage, surface, toLight)) {
+            casters.add(worldBox(stage, surface));
+        }
+    }
+    if (casters.empty()) return std::nullopt;
+    const Bounds all = worldBounds(stage.scene, stage.pose);
+    const glm::dvec3 middle(casters.center());
+    const double reach = 2.0 * double(all.diagonal()) + 1e-9;
+    const glm::dvec3 eye = middle + toLight * reach;
+    const glm::dmat4 worldFromView = worldFromLookAt(
+        eye, middle, std::abs(toLight.y) > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
+    const glm::dmat3 axes(worldFromView);
+    glm::dvec2 half(1e-9);
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 p((corner & 1) ? casters.max.x : casters.min.x,
+                           (corner & 2) ? casters.max.y : casters.min.y,
+                           (corner & 4) ? casters.max.z : casters.min.z);
+        half.x = std::max(half.x, std::abs(glm::dot(axes[0], p - middle)));
+        half.y = std::max(half.y, std::abs(glm::dot(axes[1], p - middle)));
+    }
+    View view;
+    view.viewFromWorld = glm::dmat4(glm::transpose(axes));
+    view.viewFromWorld[3] = glm::dvec4(-(glm::transpose(axes) * eye), 1.0);
+    view.clipFromView = orthographic(half.x * 1.01, half.y * 1.01, 0.0, 2.0 * reach);
+    view.eye = eye;
+    view.orthographic = true;
+    view.znear = 0.0;
+    return view;
+}
+
+// A light and its pictures.
+struct Shadow {
+    std::size_t light;
+    LightShadow::Kind kind;
+    std::uint32_t edge;
+    std::vector<View> views;
+    TargetRect first;
+};
+
+std::optional<Shadow> shadowOf(const Stage& stage, std::size_t index, const Edges& edges) {
+    const PlacedLight& light = stage.lights[index];
+    const double znear =
+        std::max(1e-9, kNearShare * double(lastingBounds(stage.scene, stage.pose).diagonal()));
+    if (light.kind == LightKind::directional) {
+        const auto view = sunView(stage, glm::normalize(glm::dvec3(light.toLight)));
+        if (!view) return std::nullopt;
+        return Shadow{index, LightShadow::Kind::one, edges.sun, {*view}, {}};
+    }
+    if (light.kind == LightKind::spot && light.cosOuter > kMaxConeCosine) {
+        const glm::dvec3 along = -glm::normalize(glm::dvec3(light.toLight));
+        const glm::dmat4 worldFromView =
+            worldFromLookAt(light.position, light.position + along,
+                            std::abs(along.y) > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
+        const glm::dmat3 axes(worldFromView);
+        View view;
+        view.viewFromWorld = glm::dmat4(glm::transpose(axes));
+        view.viewFromWorld[3] = glm::dvec4(-(glm::transpose(axes) * light.position), 1.0);
+        view.clipFromView =
+            perspective(2.0 * std::acos(double(light.cosOuter)) + 0.02, 1.0, znear, std::nullopt);
+        view.eye = light.position;
+        view.znear = znear;
+        return Shadow{index, LightShadow::Kind::one, edges.cone, {view}, {}};
+    }
+    const auto faces = cubeFaceViews(light.position, znear, glm::dmat3(1.0));
+    return Shadow{index, LightShadow::Kind::six, edges.face, {faces.begin(), faces.end()}, {}};
+}
+
+// Places the pictures in rows. Returns the height of the map, or nothing if it would be too large.
+std::optional<std::uint32_t> place(std::vector<Shadow>& shadows, std::uint32_t width) {
+    std::uint32_t x = 0, y = 0, rowHeight = 0;
+    for (Shadow& shadow : shadows) {
+        const bool six = shadow.kind == LightShadow::Kind::six;
+        const std::uint32_t w = (six ? 3 : 1) * shadow.edge, h = (six ? 2 : 1) * shadow.edge;
+        if (w > width) return std::nullopt;
+        if (x + w > width) {
+            y += rowHeight;
+            x = rowHeight = 0;
+        }
+        shadow.first = {x, y, shadow.edge, shadow.edge};
+        x += w;
+        rowHeight = std::max(rowHeight, h);
+    }
+    const std::uint32_t height = y + rowHeight;
+    return height <= kMaxMapEdge ? std::optional(height) : std::nullopt;
+}
+
+std::vector<Draw> castersFrom(const Stage& stage, const View& view) {
+    std::vector<Draw> draws;
+    for (const SeenSurface& seen : seenFrom(stage, view).surfaces) {
+        if (!casts(stage, *seen.surface)) continue;
+        constexpr Features kShape = FEATURE_MASK | FEATURE_DOUBLE_SIDED;
+        constexpr Features kHoles = FEATURE_BASE_COLOR_MAP | FEATURE_VERTEX_COLOR |
+                                    FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
+        const bool masked = (seen.features & FEATURE_MASK) != 0;
+        for (const SeenCluster& cluster : seen.clusters) {
+            draws.push_back({.instance = seen.surface->instance,
+                             .material = seen.surface->material,
+                             .firstIndex = cluster.firstIndex,
+                             .indexCount = cluster.indexCount,
+                             .features = seen.features & (masked ? kShape | kHoles : kShape)});
+        }
+    }
+    std::stable_sort(draws.begin(), draws.end(), [](const Draw& a, const Draw& b) {
+        return a.features != b.features ? a.features < b.features : a.material < b.material;
+    });
+    return draws;
+}
+
+std::uint64_t keyOf(const Stage& stage, const std::vector<Shadow>& shadows) {
+    PlanHash hash;
+    hash.add(std::string_view("shadow map"));
+    hash.add(stage.scene.contentHash);
+    hash.add(stage.materialsHash);
+    for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
+    for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
+    for (const Shadow& shadow : shadows) {
+        hash.add(shadow.kind);
+        hash.add(shadow.first.x);
+        hash.add(shadow.first.y);
+        hash.add(shadow.edge);
+        hash.add(shadow.views.front().viewFromWorld);
+        hash.add(shadow.views.front().clipFromView);
+    }
+    return hash.value();
+}
+
+}  // namespace
+
+void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& context,
+                 const Stage& stage) {
+    const Subject subject{Subject::Kind::lights};
+    if (!stage.settings.effects.shadows) return;
+    std::vector<std::size_t> order(stage.lights.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto power = [&](std::size_t i) {
+        const glm::vec3& c = stage.lights[i].intensity;
+        return std::max({c.r, c.g, c.b});
+    };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return power(a) > power(b); });
+    const bool anything = std::any_of(stage.surfaces.begin(), stage.surfaces.end(),
+                                      [&](const Surface& s) { return casts(stage, s); });
+    if (order.empty() || !anything) {
+        return builder.skip(
+            subject, Effect::shadows,
+            order.empty() ? "the scene has no punctual light" : "the scene has no opaque surface");
+    }
+    if (order.size() > kMaxShadows) {
+        builder.skip(subject, Effect::shadows,
+                     std::to_string(order.size() - kMaxShadows) + " of " +
+                         std::to_string(order.size()) + " lights have no shadow; the brightest " +
+                         std::to_string(kMaxShadows) + " have one");
+        order.resize(kMaxShadows);
+    }
+    Edges edges = edgesOf(stage.settings.accuracy.preset);
+    std::vector<Shadow> shadows;
+    std::optional<std::uint32_t> height;
+    std::uint32_t width = 0;
+    while (!height) {
+        shadows.clear();
+        for (const std::size_t light : order) {
+            if (auto shadow = shadowOf(stage, light, edges)) shadows.push_back(*std::move(shadow));
+        }
+        if (shadows.empty()) return;
+        std::stable_sort(shadows.begin(), shadows.end(),
+                         [](const Shadow& a, const Shadow& b) { return a.edge > b.edge; });
+        for (width = edges.sun; width <= kMaxMapEdge && !height; width *= 2) {
+            height = place(shadows, width);
+            if (height && *height > width && width < kMaxMapEdge) height.reset();  // wider instead
+            if (height) break;
+        }
+        if (!height) edges = {edges.sun / 2, edges.cone / 2, edges.face / 2};
+    }
+    TargetSpec spec{.name = "shadows",
+                    .format = Format::depth32f,
+                    .width = width,
+                    .height = *height,
+                    .residentKey = keyOf(stage, shadows)};
+    const TargetId target = builder.addTarget(spec);
+    plan.shadowMap = target;
+    for (const Shadow& shadow : shadows) {
+        plan.lights[shadow.light].shadow =
+            LightShadow{shadow.kind, shadow.first, shadow.views.front()};
+    }
+    if (context.resident.keys.contains(spec.residentKey)) {
+        return builder.skip(subject, Effect::shadows, "resident and unchanged");
+    }
+    for (const Shadow& shadow : shadows) {
+        for (std::uint32_t i = 0; i < shadow.views.size(); ++i) {
+            const TargetRect tile{shadow.first.x + i % 3 * shadow.edge,
+                                  shadow.first.y + i / 3 * shadow.edge, shadow.edge, shadow.edge};
+            builder.addPass(
+                {.name = "shadows:light" + std::to_string(shadow.light),
+                 .subject = subject,
+                 .effect = Effect::shadows,
+                 .target = target,
+                 .reason = "what the light sees, for the shadows of everything else",
+                 .work = DrawShadow{shadow.views[i], tile, castersFrom(stage, shadow.views[i])}});
+        }
+    }
+}
+
+}  // namespace clerestory

@@ -1,0 +1,236 @@
+// Shadows of punctual lights (Effects::shadows) with known edges, and hard cases.
+#include "plan/graph/frame_plan.h"
+#include "support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979;
+
+class Shadows : public GlTest {};
+
+Material matte(bool doubleSided = false) {
+    Material m;
+    m.baseColor = glm::vec4(glm::vec3(0.5f), 1.0f);
+    m.metallic = 0.0f;
+    m.specular = 0.0f;
+    m.doubleSided = doubleSided;
+    return m;
+}
+
+glm::dmat4 shiningAlong(const glm::dvec3& position, const glm::dvec3& along) {
+    glm::dmat4 m(1.0);  // lights shine along their -Z
+    const glm::dvec3 z = -glm::normalize(along);
+    const glm::dvec3 x = glm::normalize(glm::cross(glm::dvec3(0.3, 0.9, 0.1), z));
+    m[0] = glm::dvec4(x, 0.0);
+    m[1] = glm::dvec4(glm::cross(z, x), 0.0);
+    m[2] = glm::dvec4(z, 0.0);
+    m[3] = glm::dvec4(position, 1.0);
+    return m;
+}
+
+Light pointLight() {
+    return {.intensity = glm::vec3(4.0f)};
+}
+Light spotLight() {
+    return {.kind = LightKind::spot,
+            .intensity = glm::vec3(4.0f),
+            .innerConeAngle = 1.0f,
+            .outerConeAngle = 1.1f};
+}
+Light sunLight() {
+    return {.kind = LightKind::directional, .intensity = glm::vec3(2.0f)};
+}
+
+struct Pictures {
+    Image with, without;
+};
+Pictures draw(FrameRequest r) {
+    Pictures pictures;
+    pictures.without = renderer().render(r).image;
+    r.effects.shadows = true;
+    pictures.with = renderer().render(r).image;
+    return pictures;
+}
+
+// A square of edge 1 at z = 1 over a wall at z = 0, seen from far below it, through its back: the
+// camera sees the wall only. `size`: factor on all lengths.
+FrameRequest squareOverWall(const Light& light, const glm::dvec3& lightAt, Material blocker,
+                            double size = 1.0, const glm::dvec3& origin = glm::dvec3(0.0)) {
+    Scene scene;
+    const auto s = static_cast<float>(size);
+    const Index wall = addMaterial(scene, matte());
+    place(scene, quad(2.0f * s, wall), glm::translate(glm::dmat4(1.0), origin));
+    place(scene, quad(0.5f * s, addMaterial(scene, std::move(blocker))),
+          glm::translate(glm::dmat4(1.0), origin + glm::dvec3(0.0, 0.0, size)));
+    Light scaled = light;
+    if (scaled.kind != LightKind::directional) scaled.intensity *= s * s;
+    addLight(scene, scaled, shiningAlong(origin + size * lightAt, {0.0, 0.0, -1.0}));
+    FrameRequest r =
+        request(std::move(scene), "square over wall", origin + size * glm::dvec3(0.0, 0.0, 0.9));
+    r.width = r.height = 201;
+    return r;
+}
+
+// Pixels of the wall by their distance from the middle, the greater of both coordinates, in edges
+// of the square. The camera at z = 0.9 sees 0.9 to each side.
+double fromMiddle(std::uint32_t x, std::uint32_t y) {
+    const auto at = [](std::uint32_t i) { return std::abs((i + 0.5) / 201.0 * 2.0 - 1.0) * 0.9; };
+    return std::max(at(x), at(y));
+}
+
+// half: of the shadow's edge, metres; blur: of its rim.
+void expectShadow(const Pictures& p, double half, double blur, const std::string& name) {
+    std::size_t dark = 0, bright = 0, wrong = 0;
+    for (std::uint32_t y = 0; y < 201; ++y) {
+        for (std::uint32_t x = 0; x < 201; ++x) {
+            const double distance = fromMiddle(x, y);
+            const float with = color(p.with, x, y).x, without = color(p.without, x, y).x;
+            if (distance < half - blur) {
+                ++dark;
+                wrong += with > 0.0f;
+            } else if (distance > half + blur) {
+                ++bright;
+                wrong += std::abs(with - without) > 1e-3f * without;
+            }
+        }
+    }
+    EXPECT_EQ(wrong, 0u) << name;
+    EXPECT_GT(dark, 1000u) << name;
+    EXPECT_GT(bright, 1000u) << name;
+}
+
+}  // namespace
+
+TEST_F(Shadows, ASquareCastsASquare) {
+    {
+        const Material blocker = matte(true);
+        // From two edges away a shadow is twice as large, from far away as large as the square.
+        expectShadow(draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, blocker)), 0.75, 0.03,
+                     "point");
+        expectShadow(draw(squareOverWall(spotLight(), {0.0, 0.0, 3.0}, blocker)), 0.75, 0.03,
+                     "spot");
+        expectShadow(draw(squareOverWall(sunLight(), {0.0, 0.0, 3.0}, blocker)), 0.5, 0.02, "sun");
+    }
+}
+
+// Lengths from a millimetre to ten kilometres, and far from the origin.
+TEST_F(Shadows, ScaleAndPlaceDoNotMatter) {
+    for (const double size : {1e-3, 1.0, 1e4}) {
+        for (const double away : {0.0, 1e3}) {
+            const glm::dvec3 origin(away * size, -away * size, 0.0);
+            const std::string name = std::to_string(size) + " at " + std::to_string(away);
+            expectShadow(
+                draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, matte(true), size, origin)),
+                0.75, 0.03, "point, " + name);
+            expectShadow(
+                draw(squareOverWall(sunLight(), {0.0, 0.0, 3.0}, matte(true), size, origin)), 0.5,
+                0.02, "sun, " + name);
+        }
+    }
+}
+
+TEST_F(Shadows, HolesLetLightThroughAndGlassDoes) {
+    Material hole = matte(true);
+    hole.alphaMode = AlphaMode::mask;
+    hole.baseColor.a = 0.1f;
+    for (const Material& blocker : {hole, clearGlass()}) {
+        const Pictures p = draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, blocker));
+        EXPECT_EQ(std::memcmp(p.with.data.data(), p.without.data.data(), p.with.data.size()), 0);
+    }
+}
+
+// A body alone hides light from its own back only, where the cosine already leaves nothing.
+TEST_F(Shadows, ABallAloneLooksAsWithout) {
+    for (const bool doubleSided : {false, true}) {
+        for (const Light& light : {pointLight(), sunLight()}) {
+            Scene scene;
+            place(scene, sphere(0.8f, 64, addMaterial(scene, matte(doubleSided))));
+            addLight(scene, light, shiningAlong({2.0, 2.0, 2.0}, {-1.0, -1.0, -1.0}));
+            FrameRequest r = request(std::move(scene), "ball");
+            r.width = r.height = 128;
+            const Pictures p = draw(r);
+            float greatest = 0.0f;
+            for (std::uint32_t y = 0; y < 128; ++y) {
+                for (std::uint32_t x = 0; x < 128; ++x) {
+                    greatest = std::max(greatest, color(p.without, x, y).x);
+                }
+            }
+            for (std::uint32_t y = 0; y < 128; ++y) {
+                for (std::uint32_t x = 0; x < 128; ++x) {
+                    // Towards the rim of the light facets of the mesh turn away before its normals.
+                    const float without = color(p.without, x, y).x;
+                    const float allowed = without > 0.1f * greatest ? 0.01f * greatest : without;
+                    EXPECT_NEAR(color(p.with, x, y).x, without, allowed + 1e-6f)
+                        << doubleSided << ' ' << x << ' ' << y;
+                }
+            }
+        }
+    }
+}
+
+// Light that grazes a wall: no acne, however flat.
+TEST_F(Shadows, GrazingLightLeavesNoPattern) {
+    for (const double height : {1.0, 0.3, 0.1}) {
+        Scene scene;
+        place(scene, quad(2.0f, addMaterial(scene, matte(true))));
+        addLight(scene, sunLight(), shiningAlong({0.0, 0.0, 0.0}, {-1.0, -0.2, -height}));
+        FrameRequest r = request(std::move(scene), "grazing", {0.0, 0.0, 1.0});
+        const Pictures p = draw(r);
+        EXPECT_EQ(std::memcmp(p.with.data.data(), p.without.data.data(), p.with.data.size()), 0)
+            << height;
+    }
+}
+
+// In the plane of a receiver and inside a closed body: finite, and dark outside.
+TEST_F(Shadows, ALightInsideABodyIsHidden) {
+    Scene scene;
+    place(scene, quad(2.0f, addMaterial(scene, matte())), moved(0.0, 0.0, -0.5));
+    place(scene, sphere(0.4f, 32, addMaterial(scene, matte(true))));
+    addLight(scene, pointLight(), moved(0.0, 0.0, 0.0));
+    FrameRequest r = request(std::move(scene), "inside");
+    const Pictures p = draw(r);
+    for (const std::uint32_t x : {8u, 12u, 51u, 55u}) {
+        EXPECT_GT(color(p.without, x, 32).x, 0.0f) << x;
+        EXPECT_EQ(color(p.with, x, 32).x, 0.0f) << x;
+    }
+    Scene flat;
+    place(flat, quad(2.0f, addMaterial(flat, matte(true))));
+    addLight(flat, pointLight(), moved(0.3, 0.0, 0.0));
+    const Pictures inPlane = draw(request(std::move(flat), "in plane"));
+    const float* values = inPlane.with.floats();
+    EXPECT_TRUE(std::all_of(values, values + std::size_t{3} * 64 * 64,
+                            [](float v) { return std::isfinite(v) && v >= 0.0f; }));
+}
+
+TEST_F(Shadows, TheMapIsDrawnOnceAndOnlyIfItIsNeeded) {
+    const auto passes = [](const FrameRequest& r) {
+        const FramePlan plan = renderer().plan(r);
+        return std::count_if(plan.passes.begin(), plan.passes.end(),
+                             [](const Pass& pass) { return pass.kind() == "shadow"; });
+    };
+    FrameRequest r = squareOverWall(pointLight(), {0.0, 0.0, 3.0}, matte(true));
+    EXPECT_EQ(passes(r), 0);
+    r.effects.shadows = true;
+    EXPECT_EQ(passes(r), 6);
+    renderer().render(r);
+    EXPECT_EQ(passes(r), 0);
+    r.camera.position = glm::dvec3(0.2, 0.1, 0.7);
+    EXPECT_EQ(passes(r), 0);
+    r = squareOverWall(sunLight(), {0.0, 0.0, 3.0}, matte(true));
+    r.effects.shadows = true;
+    EXPECT_EQ(passes(r), 1);
+
+    Scene dark;
+    place(dark, quad(1.0f, addMaterial(dark, matte())));
+    FrameRequest none = request(std::move(dark), "no lights");
+    none.effects.shadows = true;
+    EXPECT_EQ(passes(none), 0);
+}

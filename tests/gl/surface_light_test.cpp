@@ -1,0 +1,209 @@
+// Light between surfaces (Effects::indirectLight) with known results: furnaces, closed rooms, form
+// factors.
+#include "support.h"
+
+#include <cmath>
+#include <cstring>
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979;
+
+class LightBetweenSurfaces : public GlTest {};
+
+// Lambert alone.
+Material matte(float albedo, float emitted = 0.0f) {
+    Material m;
+    m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
+    m.metallic = 0.0f;
+    m.specular = 0.0f;
+    m.emissive = glm::vec3(emitted);
+    return m;
+}
+
+// Six squares of edge 2 about the origin that face inwards.
+void placeRoom(Scene& scene, Index material) {
+    const glm::dvec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const double side : {-1.0, 1.0}) {
+            const glm::dvec3 n = -side * axes[axis], x = axes[(axis + 1) % 3];
+            const glm::dvec3 y = glm::cross(n, x);
+            glm::dmat4 m(1.0);
+            m[0] = glm::dvec4(x, 0.0);
+            m[1] = glm::dvec4(y, 0.0);
+            m[2] = glm::dvec4(n, 0.0);
+            m[3] = glm::dvec4(-n, 1.0);
+            place(scene, quad(1.0f, material), m);
+        }
+    }
+}
+
+glm::dmat4 facingUp() {
+    return glm::rotate(glm::dmat4(1.0), -0.5 * kPi, glm::dvec3(1.0, 0.0, 0.0));
+}
+glm::dmat4 facingDown(double height) {
+    return glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, height, 0.0)) *
+           glm::rotate(glm::dmat4(1.0), 0.5 * kPi, glm::dvec3(1.0, 0.0, 0.0));
+}
+
+// The request with the light of surfaces, complete.
+FrameRequest lit(FrameRequest r) {
+    r.effects.indirectLight = true;
+    const Renderer::LightState light = renderer().completeLight(r);
+    EXPECT_TRUE(light.complete) << light.failure;
+    EXPECT_EQ(light.share, 1.0);
+    return r;
+}
+
+FrameRequest lookingAt(FrameRequest r, const glm::dvec3& from, const glm::dvec3& at) {
+    r.camera.position = from;
+    r.camera.target = at;
+    r.width = r.height = 65;  // a pixel's centre looks straight ahead
+    return r;
+}
+
+bool same(const Image& a, const Image& b) {
+    return a.data.size() == b.data.size() &&
+           std::memcmp(a.data.data(), b.data.data(), a.data.size()) == 0;
+}
+
+}  // namespace
+
+TEST_F(LightBetweenSurfaces, AClosedRoomIsDarkUnderAnySky) {
+    Scene scene;
+    placeRoom(scene, addMaterial(scene, matte(0.5f)));
+    FrameRequest r = request(std::move(scene), "closed", {0.0, 0.0, 0.5});
+    r.environment.map = "white";
+    EXPECT_NEAR(centerColor(renderer().render(r).image).x, 0.5f, 1e-2f);
+    const Image dark = renderer().render(lit(r)).image;
+    for (std::uint32_t y = 0; y < dark.height; y += 7) {
+        for (std::uint32_t x = 0; x < dark.width; x += 7) EXPECT_LT(color(dark, x, y).x, 1e-3f);
+    }
+}
+
+// Each bounce brings half of the one before: the sum is twice the first.
+TEST_F(LightBetweenSurfaces, ARoomOfGlowingWallsHasTheSumOfAllBounces) {
+    Scene scene;
+    placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
+    const FrameRequest r = lit(request(std::move(scene), "glowing", {0.0, 0.0, 0.5}));
+    const Image image = renderer().render(r).image;
+    for (std::uint32_t y = 0; y < image.height; y += 7) {
+        for (std::uint32_t x = 0; x < image.width; x += 7) {
+            EXPECT_NEAR(color(image, x, y).x, 0.5f, 0.025f) << x << ' ' << y;
+        }
+    }
+}
+
+// Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-3: a rectangle over a
+// parallel element below its corner, four times.
+TEST_F(LightBetweenSurfaces, ARectangularLampLightsTheFloorAsItsFormFactor) {
+    for (const double height : {0.5, 1.0, 2.0}) {
+        Scene scene;
+        place(scene, quad(3.0f, addMaterial(scene, matte(0.5f))), facingUp());
+        Material lamp = matte(0.0f, 4.0f);
+        lamp.doubleSided = false;
+        place(scene, quad(0.5f, addMaterial(scene, lamp)), facingDown(height));
+        // From beside the lamp to the point below its centre.
+        const FrameRequest r =
+            lit(lookingAt(request(std::move(scene), "lamp"), {2.0, 0.3, 0.0}, {0.0, 0.0, 0.0}));
+        const double a = 0.5 / height, root = std::sqrt(1.0 + a * a);
+        const double factor = 4.0 / (2.0 * kPi) * 2.0 * a / root * std::atan(a / root);
+        const double expected = 0.5 * 4.0 * factor;
+        EXPECT_NEAR(centerColor(renderer().render(r).image).x, expected, 0.04 * expected) << height;
+    }
+}
+
+// At its foot, half of the sky is behind a high wall.
+TEST_F(LightBetweenSurfaces, AWallHidesHalfOfTheSky) {
+    Scene scene;
+    place(scene, quad(4.0f, addMaterial(scene, matte(0.5f))), facingUp());
+    glm::dmat4 wall(1.0);
+    wall[3] = {0.0, 4.0, -0.25, 1.0};
+    place(scene, quad(4.0f, addMaterial(scene, matte(0.0f))), wall);
+    FrameRequest r = lookingAt(request(std::move(scene), "wall"), {0.0, 0.5, 2.0}, {0.0, 0.0, 0.0});
+    r.environment.map = "white";
+    const double open = centerColor(renderer().render(r).image).x;
+    // A rectangle of half width 4 and height 8 that stands upright at 0.25 (Howell, B-4, twice).
+    const double x = 8.0 / 4.0, y = 0.25 / 4.0;
+    const double hidden = 2.0 / (2.0 * kPi) *
+                          (std::atan(1.0 / y) - y / std::sqrt(x * x + y * y) *
+                                                    std::atan(1.0 / std::sqrt(x * x + y * y)));
+    EXPECT_NEAR(centerColor(renderer().render(lit(r)).image).x / open, 1.0 - hidden, 0.03);
+}
+
+TEST_F(LightBetweenSurfaces, AConvexBodyHasAllOfTheSky) {
+    for (const float metallic : {0.0f, 1.0f}) {
+        Scene scene;
+        place(scene,
+              sphere(1.0f, 48, addMaterial(scene, {.metallic = metallic, .roughness = 0.8f})));
+        FrameRequest r = request(std::move(scene), "ball");
+        r.environment.map = "white";
+        const Frame frame = renderer().render(lit(r));
+        EXPECT_EQ(frame.light.revision, 1u) << "one round shows that nothing is hidden";
+        const Image& image = frame.image;
+        for (std::uint32_t y = 0; y < image.height; y += 5) {
+            for (std::uint32_t x = 0; x < image.width; x += 5) {
+                EXPECT_NEAR(color(image, x, y).x, 1.0f, 0.02f) << metallic << ' ' << x << ' ' << y;
+            }
+        }
+    }
+}
+
+TEST_F(LightBetweenSurfaces, RoughMetalInAClosedRoomDoesNotShowTheSky) {
+    Scene scene;
+    placeRoom(scene, addMaterial(scene, matte(0.5f)));
+    place(scene, sphere(0.3f, 32, addMaterial(scene, {.metallic = 1.0f, .roughness = 0.9f})));
+    FrameRequest r = request(std::move(scene), "metal", {0.0, 0.0, 0.9});
+    r.environment.map = "white";
+    EXPECT_GT(centerColor(renderer().render(r).image).x, 0.9f);
+    EXPECT_LT(centerColor(renderer().render(lit(r)).image).x, 2e-2f);
+}
+
+TEST_F(LightBetweenSurfaces, AFrameBeforeTheLightIsThatOfTheEnvironment) {
+    Scene scene;
+    placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
+    FrameRequest r = request(std::move(scene), "before", {0.0, 0.0, 0.5});
+    const Frame without = renderer().render(r);
+    EXPECT_EQ(without.light.revision, 0u);
+    r.effects.indirectLight = true;
+    renderer().completeLight(r, [] { return true; });  // begins and does not wait
+    const Frame with = renderer().render(lit(r));
+    EXPECT_GT(with.light.revision, 0u);
+    EXPECT_EQ(with.light.share, 1.0);
+    EXPECT_TRUE(same(renderer().render(r).image, with.image));
+    r.effects.indirectLight = false;
+    EXPECT_TRUE(same(renderer().render(r).image, without.image));
+}
+
+TEST_F(LightBetweenSurfaces, LightIsTheSameWhenItIsComputedAgain) {
+    const auto draw = [] {
+        Scene scene;
+        placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
+        place(scene, sphere(0.3f, 16, addMaterial(scene, matte(0.8f))));
+        return renderer().render(lit(request(std::move(scene), "again", {0.0, 0.0, 0.9}))).image;
+    };
+    EXPECT_TRUE(same(draw(), draw()));
+}
+
+// Materials and the environment belong to the light; the camera and the size do not.
+TEST_F(LightBetweenSurfaces, WhatTheLightDependsOnBeginsAnother) {
+    Scene scene;
+    Material walls = matte(0.5f, 0.25f);
+    walls.name = "walls";
+    placeRoom(scene, addMaterial(scene, walls));
+    const FrameRequest r = lit(request(std::move(scene), "other", {0.0, 0.0, 0.5}));
+    const Image before = renderer().render(r).image;
+    FrameRequest view = r;
+    view.camera.position = glm::dvec3(0.1, 0.2, 0.4);
+    view.width = 48;
+    EXPECT_TRUE(renderer().light(view).complete);
+    FrameRequest painted = r;
+    painted.overrides.push_back({.material = "walls", .baseColor = glm::dvec3(0.5, 0.0, 0.0)});
+    const glm::vec3 red = centerColor(renderer().render(lit(painted)).image);
+    EXPECT_NEAR(red.x, 0.5f, 0.025f);
+    EXPECT_NEAR(red.y, 0.25f, 0.01f);  // what the walls emit; they send nothing back
+    EXPECT_TRUE(same(renderer().render(r).image, before));
+}
