@@ -109,11 +109,14 @@ struct Renderer::State {
     std::uint64_t beginLight(const Subject& subject, const FrameRequest& request);
     // Changes the subject to one with light, as far as it is computed.
     void addLight(Subject& subject, const FrameRequest& request);
+    // The refined meshes of a scene, made by the first computation of its light.
     struct RefinedScene {
+        // On a thread of the baker:
         std::shared_ptr<const Scene> scene;
         double edge = 0.0;  // see light::Refined
+        // On the renderer's thread; an earlier load of the scene may have made others.
+        std::vector<std::shared_ptr<const Scene>> uploaded;
     };
-    const RefinedScene& refinedScene(const Subject& subject);
     // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
@@ -172,10 +175,10 @@ struct Renderer::State {
         std::uint64_t generation = 0;
     };
     std::map<std::string, Loaded> scenes;
-    std::uint64_t generations = 0;                       // calls of addScene()
-    mutable EnvironmentMaps environments;                // built-in maps are created on first use
-    std::string firstScene;                              // scene of requests that name none
-    std::map<const Scene*, RefinedScene> refinedScenes;  // by their originals
+    std::uint64_t generations = 0;         // calls of addScene()
+    mutable EnvironmentMaps environments;  // built-in maps are created on first use
+    std::string firstScene;                // scene of requests that name none
+    std::map<const Scene*, std::shared_ptr<RefinedScene>> refinedScenes;  // by their originals
     Executor executor;
     std::uint64_t frames = 0;
     struct Moment {
@@ -191,44 +194,37 @@ struct Renderer::State {
     std::shared_ptr<light::Baker> baker;
 };
 
-const Renderer::State::RefinedScene& Renderer::State::refinedScene(const Subject& subject) {
-    RefinedScene& refined = refinedScenes[subject.scene.get()];
-    if (refined.scene) return refined;
-    light::Refined fine = light::refined(*subject.scene, *subject.pose,
-                                         {.addedTriangles = lightOptions.addedTriangles});
-    const auto scene = std::make_shared<Scene>(std::move(fine.scene));
-    fit(scene->vertices, gl::kSharedMemoryTail);
-    fit(scene->indices, gl::kSharedMemoryTail);
-    guarded([&] { executor.upload(scene, subject.scene.get()); });
-    refined = {scene, fine.edge};
-    return refined;
-}
-
 std::uint64_t Renderer::State::beginLight(const Subject& subject, const FrameRequest& request) {
     const ResidentMaps none;
     LightInputs inputs = lightInputs(contextOf(subject, none), request);
+    std::shared_ptr<RefinedScene>& refined = refinedScenes[subject.scene.get()];
+    if (!refined) refined = std::make_shared<RefinedScene>();
     if (baker->state(inputs.hash).known) return inputs.hash;
-    Subject fine = subject;
-    const RefinedScene& refined = refinedScene(subject);
-    fine.scene = refined.scene;
-    fine.pose = poseOf(fine.scene, *clipsNamed(*fine.scene, request.clip), request.time);
-    light::BakeInput bake{.key = inputs.hash,
-                          .scene = fine.scene,
-                          .pose = fine.pose,
-                          .edge = refined.edge,
-                          .materials = std::move(inputs.materials),
-                          .lights = std::move(inputs.lights),
-                          .environment = subject.environment,
-                          .mapFromWorld = inputs.mapFromWorld,
-                          .environmentIntensity = inputs.environmentIntensity,
-                          .emission = inputs.emission};
-    const FramePlan framePlan = planFrame(contextOf(fine, none), request);
+    const FramePlan framePlan = planFrame(contextOf(subject, none), request);
     if (!framePlan.rays) return inputs.hash;  // not a colour frame
-    guarded([&] { executor.addTables(inputOf(fine, framePlan), bake); });
-    const auto shared = std::make_shared<light::BakeInput>(std::move(bake));
-    const light::BakeQuality quality{.places = lightOptions.places};
-    baker->begin(inputs.hash, [shared, quality] {
-        return std::make_unique<light::Bake>(std::move(*shared), quality);
+    const auto bake = std::make_shared<light::BakeInput>(
+        light::BakeInput{.key = inputs.hash,
+                         .pose = subject.pose,
+                         .materials = std::move(inputs.materials),
+                         .lights = std::move(inputs.lights),
+                         .environment = subject.environment,
+                         .mapFromWorld = inputs.mapFromWorld,
+                         .environmentIntensity = inputs.environmentIntensity,
+                         .emission = inputs.emission});
+    guarded([&] { executor.addTables(inputOf(subject, framePlan), *bake); });
+    baker->begin(inputs.hash, [bake, refined, original = subject.scene, options = lightOptions] {
+        if (!refined->scene) {
+            light::Refined made =
+                light::refined(*original, *bake->pose, {.addedTriangles = options.addedTriangles});
+            fit(made.scene.vertices, gl::kSharedMemoryTail);
+            fit(made.scene.indices, gl::kSharedMemoryTail);
+            refined->scene = std::make_shared<const Scene>(std::move(made.scene));
+            refined->edge = made.edge;
+        }
+        bake->scene = refined->scene;
+        bake->edge = refined->edge;
+        return std::make_unique<light::Bake>(std::move(*bake),
+                                             light::BakeQuality{.places = options.places});
     });
     return inputs.hash;
 }
@@ -237,6 +233,11 @@ void Renderer::State::addLight(Subject& subject, const FrameRequest& request) {
     if (!request.effects.indirectLight || request.output.channel != Channel::color) return;
     std::shared_ptr<const light::SurfaceLight> latest = baker->latest(beginLight(subject, request));
     if (!latest) return;
+    auto& uploaded = refinedScenes.at(subject.scene.get())->uploaded;
+    if (std::find(uploaded.begin(), uploaded.end(), latest->scene) == uploaded.end()) {
+        guarded([&] { executor.upload(latest->scene, subject.scene.get()); });
+        uploaded.push_back(latest->scene);
+    }
     subject.scene = latest->scene;
     subject.pose = poseOf(subject.scene, *clipsNamed(*subject.scene, request.clip), request.time);
     subject.light = std::move(latest);
@@ -341,13 +342,14 @@ void Renderer::removeScene(const std::string& id) {
     if (found == state_->scenes.end()) return;
     state_->context.makeCurrent();
     const auto& scene = found->second.scene;
-    if (const auto refined = state_->refinedScenes.find(scene.get());
-        refined != state_->refinedScenes.end()) {
-        const std::shared_ptr<const Scene> fine = refined->second.scene;
-        state_->baker->forget(*fine);
-        state_->moments.remove_if([&](const auto& m) { return m.scene == fine; });
-        state_->executor.forget(*fine);
-        state_->refinedScenes.erase(refined);
+    if (const auto found = state_->refinedScenes.find(scene.get());
+        found != state_->refinedScenes.end()) {
+        for (const std::shared_ptr<const Scene>& fine : found->second->uploaded) {
+            state_->baker->forget(*fine);
+            state_->moments.remove_if([&](const auto& m) { return m.scene == fine; });
+            state_->executor.forget(*fine);
+        }
+        state_->refinedScenes.erase(found);
     }
     state_->moments.remove_if([&](const auto& m) { return m.scene == scene; });
     state_->executor.forget(*scene);
