@@ -71,7 +71,7 @@ struct Emitter {
     glm::vec3 a, ab, ac;   // world axes, from the origin
     double end = 0.0;      // of its part of the sum of powers, 0..1
     float density = 0.0f;  // per square metre
-    bool plain = false;    // rays that meet it by chance count, too
+    bool plain = false;    // rays that meet it at random count, too
 };
 
 // Two axes across a unit vector (Duff et al. 2017).
@@ -104,7 +104,7 @@ glm::vec2 pointOfSequence(std::uint32_t i, std::uint32_t seed) {
         fraction(static_cast<float>(y - std::floor(y)) + static_cast<float>(h >> 16) / 65536.0f)};
 }
 
-// The map with so few texels that one ray stands for each: a ray then sees the mean of its part.
+// The map with so few texels that one ray represents each: a ray then sees the mean of its part.
 constexpr std::uint32_t kSkyEdge = 16;
 rays::CubeMap reducedMap(const EnvironmentMap& map) {
     const std::uint32_t edge = std::min(kSkyEdge, std::max(map.faceSize, 1u));
@@ -162,10 +162,10 @@ struct Bake::State {
     struct Seen {
         bool met = false, begins = true;
         glm::vec3 light{0.0f}, share{1.0f};
-        glm::vec3 emitted{0.0f};  // times the weight of rays that meet emitters by chance
+        glm::vec3 emitted{0.0f};  // times the weight of rays that meet emitters at random
     };
     Seen look(const glm::vec3& start, const glm::vec3& along, float cosine) const;
-    float chanceWeight(float cosine, float facing, float distance, float density) const;
+    float randomWeight(float cosine, float facing, float distance, float density) const;
     glm::vec3 sentFrom(std::uint32_t instance, const std::uint32_t vertices[3],
                        const float weights[3], const glm::vec3& normal) const;
     glm::vec3 startOf(const SurfacePoint& point, float side) const;
@@ -339,13 +339,13 @@ glm::vec3 Bake::State::sentFrom(std::uint32_t instance, const std::uint32_t vert
     return sum;
 }
 
-// Weight of a ray that meets an emitter by chance against those that are sent to it (balance
+// Weight of a ray that meets an emitter at random against those that are sent to it (balance
 // heuristic, Veach 1997). cosine: at the start; facing: at the emitter.
-float Bake::State::chanceWeight(float cosine, float facing, float distance, float density) const {
-    const float byChance = static_cast<float>(quality.rays) * cosine / kPi;
+float Bake::State::randomWeight(float cosine, float facing, float distance, float density) const {
+    const float atRandom = static_cast<float>(quality.rays) * cosine / kPi;
     const float sent = static_cast<float>(quality.emitterRays) * density * distance * distance /
                        std::max(facing, 1e-6f);
-    return byChance / std::max(byChance + sent, 1e-30f);
+    return atRandom / std::max(atRandom + sent, 1e-30f);
 }
 
 // The light along a ray. cosine: between it and the normal of the surface that it leaves.
@@ -367,7 +367,7 @@ Bake::State::Seen Bake::State::look(const glm::vec3& start, const glm::vec3& alo
         if (face.density > 0.0f) {
             const float facing =
                 std::abs(glm::dot(face.normal, world)) / std::max(glm::length(face.normal), 1e-30f);
-            seen.emitted = face.emitted * chanceWeight(cosine, facing, hit.distance, face.density);
+            seen.emitted = face.emitted * randomWeight(cosine, facing, hit.distance, face.density);
         }
         return seen;
     }
@@ -454,7 +454,7 @@ void Bake::State::sampleEmitters(std::uint32_t place, int side) {
         if (!hit.met || hit.distance < distance * 0.999f - 2.0f * offset) continue;
         const float sent = distance * distance * chosen->density / std::max(facing, 1e-6f);
         const float weight =
-            chosen->plain ? 1.0f - chanceWeight(cosine, facing, distance, chosen->density) : 1.0f;
+            chosen->plain ? 1.0f - randomWeight(cosine, facing, distance, chosen->density) : 1.0f;
         // Without the other rays, no point of an emitter fills more than the hemisphere.
         const float perSteradian = std::max(sent, chosen->plain ? 0.0f : 1.0f / kPi);
         const glm::vec3 light =
@@ -622,7 +622,7 @@ void Bake::endRound() {
     state_->fillBuried();
     state_->updateRadiosity();
     ++state_->round;
-    // Surfaces that see nothing but the environment have nothing to learn from further rounds.
+    // Surfaces that see only the environment have nothing to learn from further rounds.
     const auto open = [](const Sums& s) { return s.visible >= s.count; };
     state_->nothingHidden = std::all_of(state_->sums[0].begin(), state_->sums[0].end(), open) &&
                             std::all_of(state_->sums[1].begin(), state_->sums[1].end(), open);

@@ -19,7 +19,7 @@ namespace {
 
 // Samples that a thread takes at once: a millisecond or two.
 constexpr std::uint32_t kSamplesAtOnce = 16;
-// A thread that rests looks again after this time even if nobody tells it to.
+// A thread that rests looks again after this time even if it is not woken.
 constexpr std::chrono::milliseconds kRest{20};
 
 // Where the system refuses, the threads have the priority of the others.
@@ -47,7 +47,7 @@ struct Baker::Shared {
         return std::find_if(entries.begin(), entries.end(),
                             [&](const Entry& entry) { return entry.key == key; });
     }
-    // The entry begun or asked for last that is not finished.
+    // The entry begun or requested last that is not finished.
     Entries::iterator next() {
         return std::find_if(entries.begin(), entries.end(), [](const Entry& entry) {
             return !entry.complete && entry.failure.empty();

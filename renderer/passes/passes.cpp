@@ -55,6 +55,17 @@ void setSkyDirections(const View& view, const glm::dmat3& eyeFromView, glm::vec4
     directions[2] = glm::vec4(glm::vec3(eyeFromPicture[1]), 0.0f);
 }
 
+std::uint32_t kindOfShadows(const FramePlan& plan) {
+    const auto all = [&](LightShadow::Kind kind) {
+        return std::all_of(plan.lights.begin(), plan.lights.end(), [&](const PlacedLight& light) {
+            return !light.shadow || light.shadow->kind == kind;
+        });
+    };
+    return all(LightShadow::Kind::one)   ? VIEW_SHADOWS_ONE
+           : all(LightShadow::Kind::six) ? VIEW_SHADOWS_SIX
+                                         : 0;
+}
+
 // Loops over lights and reads of uniform blocks cost time per pixel; programs for views without
 // them omit both.
 std::uint32_t viewBits(const PassInput& input, const View& view) {
@@ -62,7 +73,7 @@ std::uint32_t viewBits(const PassInput& input, const View& view) {
     std::uint32_t bits = 0;
     if (view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
     if (input.surfaceLight) bits |= VIEW_SURFACE_LIGHT;
-    if (input.plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS;
+    if (input.plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(input.plan);
     if (lights.size() == 1 && lights.front().kind == LightKind::directional) {
         return bits | VIEW_SUN_ONLY;
     }

@@ -258,12 +258,12 @@ bool mayPass(const Hit& hit) {
 }
 
 vec3 shadowAt(vec3 position, vec3 normal, vec3, vec3 toLight, float metres, int) {
+    if (dot(normal, toLight) <= 0.0f) return vec3(1.0f);  // nothing arrives there
     const float limit = metres > 0.0f ? metres * 0.9999f : 1e30f;
     const vec3 eye(scene->tracingBlock.eye.x, scene->tracingBlock.eye.y, scene->tracingBlock.eye.z);
     const vec3 place = eye + worldAxes(position);
     const float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
-    const vec3 side = dot(normal, toLight) < 0.0f ? -normal : normal;
-    const vec3 start = offsetRayOrigin(place, side, reach + 5.0f * length(position));
+    const vec3 start = offsetRayOrigin(place, normal, reach + 5.0f * length(position));
     const Hit hit = nearest(start, worldAxes(toLight));
     if (hit.place < 0 || hit.distance >= limit) return vec3(1.0f);
     if (!mayPass(hit)) return vec3(0.0f);

@@ -1,6 +1,5 @@
 // Shadows of lamps, in tiles of one map of depths that lamps see. Depth is reversed: 1 at the lamp,
-// 0 far away. After ray.glsl.
-#include "include/ray.glsl"
+// 0 far away. Pictures of six about a lamp have the axes of eye space.
 
 layout(binding = UNIT_SHADOWS) uniform sampler2DShadow shadowMap;
 
@@ -26,15 +25,14 @@ vec4 shadowFace(vec3 way) {
 // or direction; first: the lamp's rows in the table.
 vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first) {
     vec4 about = texelFetch(lightTable, first + 3);  // kind, texel: slope and metres, near
-    if (about.x < 0.5f) return vec3(1.0f);
     vec4 tile = texelFetch(lightTable, first + 4);  // corner and edge, texels; half a texel of the edge
-    float side = dot(normal, toLight) < 0.0f ? -1.0f : 1.0f;
-    vec3 p = position + normal * (side * kShadowOffset * (about.y * metres + about.z));
+    vec3 p = position + normal * (kShadowOffset * (about.y * metres + about.z));
     vec2 at;
     float depth;
     bool inside = true;
-    if (about.x > 1.5f) {
-        vec4 face = shadowFace(worldAxes(p - place));
+    bool six = viewHas(VIEW_SHADOWS_SIX) || (!viewHas(VIEW_SHADOWS_ONE) && about.x > 1.5f);
+    if (six) {
+        vec4 face = shadowFace(p - place);
         float row = face.z > 2.5f ? 1.0f : 0.0f;
         at = clamp(face.xy, tile.w, 1.0f - tile.w) + vec2(face.z - 3.0f * row, row);
         depth = about.w / max(face.w, about.w);
@@ -49,6 +47,10 @@ vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres
                  at.y < 1.0f - tile.w;
         at = clamp(at, tile.w, 1.0f - tile.w);
     }
-    float lit = texture(shadowMap, vec3((tile.xy + at * tile.z) * view.shadows.xy, depth));
+    float lit = 1.0f;
+    // Sides that turn away from the lamp have nothing of it.
+    if (dot(normal, toLight) > 0.0f && about.x > 0.5f) {
+        lit = texture(shadowMap, vec3((tile.xy + at * tile.z) * view.shadows.xy, depth));
+    }
     return vec3(inside ? lit : 1.0f);
 }

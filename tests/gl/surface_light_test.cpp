@@ -106,7 +106,7 @@ TEST_F(LightBetweenSurfaces, ARectangularLampLightsTheFloorAsItsFormFactor) {
         Material lamp = matte(0.0f, 4.0f);
         lamp.doubleSided = false;
         place(scene, quad(0.5f, addMaterial(scene, lamp)), facingDown(height));
-        // From beside the lamp to the point below its centre.
+        // From next to the lamp to the point below its centre.
         const FrameRequest r =
             lit(lookingAt(request(std::move(scene), "lamp"), {2.0, 0.3, 0.0}, {0.0, 0.0, 0.0}));
         const double a = 0.5 / height, root = std::sqrt(1.0 + a * a);

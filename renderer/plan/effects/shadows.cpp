@@ -124,7 +124,8 @@ std::optional<Shadow> shadowOf(const Stage& stage, std::size_t index, const Edge
         view.znear = znear;
         return Shadow{index, LightShadow::Kind::one, edges.cone, {view}, {}};
     }
-    const auto faces = cubeFaceViews(light.position, znear, glm::dmat3(1.0));
+    const auto faces =
+        cubeFaceViews(light.position, znear, glm::transpose(stage.settings.mapFromWorld));
     return Shadow{index, LightShadow::Kind::six, edges.face, {faces.begin(), faces.end()}, {}};
 }
 

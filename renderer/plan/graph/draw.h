@@ -29,7 +29,7 @@ struct View {
 // Where the shadows of a light are in the shadow map of the plan.
 struct LightShadow {
     // One picture of all that the light reaches, or the six faces of a cube about it, in the order
-    // and with the axes of cubeFaceViews(), three in a row.
+    // of cubeFaceViews() and with the axes of the environment map, three in a row.
     enum class Kind : std::uint32_t { one, six };
     Kind kind = Kind::one;
     TargetRect tile;  // of the (first) picture
