@@ -1,9 +1,19 @@
 // The order in which clients use the threads or processes that draw: one, or several equal ones.
-// The queue is limited in number and in predicted time. The client that has used the least time is
-// next, so that a heavy client delays only itself. If the queue is full, the client with the most
-// waiting work loses its last entry.
+// The client that has used the least time is next, so that a heavy client delays only itself. A
+// client that holds one entry at a time (for a second) waits for at most two entries of clients
+// that hold more: the one that runs, and one more, whatever their times are.
+//
+// The queue is limited in number and in predicted time. The limit of time applies to a client's
+// second and further entries only, so that the cost of its frames excludes no client. If the queue
+// is full, the client with the largest share of it, by number or by time, loses its last entry, but
+// never its only one.
 //
 // A value without threads and clock: the time is an argument.
+//
+//     FairQueue queue({.count = 16, .seconds = 2.0});
+//     const FairQueue::Added added = queue.add({.client = "192.0.2.7", .kind = 3}, now);
+//     const FairQueue::Next next = queue.next(now);
+//     queue.finished(*next.id, later);
 #pragma once
 
 #include "server/base/process.h"
@@ -39,7 +49,7 @@ public:
     using Id = std::uint64_t;
     struct Limits {
         std::size_t count = 16;  // of waiting entries
-        // Of predicted work that waits, for each server; one entry may always wait.
+        // Of predicted work that waits, for each server; one entry of each client may always wait.
         double seconds = 2.0;
         std::size_t servers = 1;  // that work at the same time
     };
@@ -89,6 +99,9 @@ private:
         std::deque<Id> ids;
         double waitingSeconds = 0.0;  // predicted
         double usedSeconds = 0.0;     // comparable with usedSeconds_
+        std::size_t running = 0;      // entries
+        std::size_t passed = 0;       // entries of others that started before its first one
+        Clock::time_point lastHeldTwo = Clock::time_point::min();  // or wanted to
     };
     using ClientQueues = std::map<std::string, ClientQueue>;
     struct Running {
@@ -97,10 +110,18 @@ private:
     };
 
     double servers() const { return static_cast<double>(limits_.servers); }
-    double waitingSecondsOf(const std::string& client) const;
-    ClientQueues::const_iterator heaviestClient() const;
+    const ClientQueue* clientNamed(const std::string& name) const;
+    // Of the queue, by number or by time, whichever is larger; 1: all of it.
+    double share(std::size_t count, double seconds) const;
+    // The client with the largest share of those that have more than one waiting entry.
+    ClientQueues::const_iterator greediestClient() const;
+    bool fits(const ClientQueue* client, double seconds) const;
+    bool isUrgent(const ClientQueue& client, Clock::time_point now) const;
+    bool isBefore(const ClientQueue& a, const ClientQueue& b, Clock::time_point now) const;
+    void countPassed(const std::string& started);
     Waiting take(Id id);
     double remaining(Clock::time_point now) const;
+    double onlyEntriesSeconds() const;
     void removeIdleClients();
 
     const Limits limits_;
@@ -109,7 +130,7 @@ private:
     std::unordered_map<Id, Waiting> tickets_;
     ClientQueues clients_;
     double waitingSeconds_ = 0.0;
-    double usedSeconds_ = 0.0;  // of the client that was served last; a new client starts with it
+    double usedSeconds_ = 0.0;  // the least of a waiting client; a new client starts with it
     std::unordered_map<Id, Running> running_;
 };
 

@@ -128,8 +128,10 @@ TEST(FairQueue, SeveralServersWorkAtTheSameTime) {
     EXPECT_TRUE(enter("a", 1)) << "one always waits";
     EXPECT_DOUBLE_EQ(queue.waitingSeconds(), 1.0);
     EXPECT_FALSE(queue.hasRoom());
-    EXPECT_TRUE(enter("b", 2)) << "takes the place of the heavy one";
-    EXPECT_TRUE(queue.hasRoom());
+    EXPECT_FALSE(enter("a", 1)) << "the limit applies to a client's second entry";
+    EXPECT_TRUE(enter("b", 2)) << "but not to the first one of another client";
+    EXPECT_EQ(queue.waiting(), 2u) << "and the heavy client keeps its only entry";
+    EXPECT_FALSE(enter("b", 2));
 }
 
 // L3 of the failure catalogue: one floods, three ask once in a while.
