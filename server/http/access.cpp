@@ -56,6 +56,26 @@ std::string nameIn(std::string_view host) {
     return lower(host.substr(0, host.find(':')));
 }
 
+// Of an IPv6 address the network of 64 bits, since its user chooses the rest; other names as they
+// are. Some proxies write a port, or brackets.
+std::string networkOf(const std::string& name) {
+    const bool bracketed = name.starts_with('[');
+    const std::string host = bracketed ? name.substr(1, name.find(']') - 1) : name;
+    in6_addr address{};
+    if (inet_pton(AF_INET6, host.c_str(), &address) != 1) {
+        const std::size_t colon = name.find(':');
+        return name.find(':', colon + 1) == std::string::npos ? name.substr(0, colon) : name;
+    }
+    char text[INET6_ADDRSTRLEN] = "";
+    if (IN6_IS_ADDR_V4MAPPED(&address)) {
+        return inet_ntop(AF_INET, address.s6_addr + 12, text, sizeof text) ? text : host;
+    }
+    if (!IN6_IS_ADDR_LOOPBACK(&address)) {
+        std::fill(address.s6_addr + 8, address.s6_addr + 16, std::uint8_t{0});
+    }
+    return inet_ntop(AF_INET6, &address, text, sizeof text) ? text : host;
+}
+
 bool isAddress(const std::string& name) {
     in6_addr address{};
     return inet_pton(AF_INET, name.c_str(), &address) == 1 ||
@@ -134,18 +154,27 @@ std::optional<Problem> Access::refusal(const RequestHead& head, Seconds now) con
         if (!token_.empty() && tokenIsValid(head)) return std::nullopt;
         return linkRefusal(head, now);
     }
+    // Without a token, signed links are the only way in: everything else could draw frames, too,
+    // or say what there is to draw.
+    if (token_.empty() && !linkKey_.empty()) {
+        return forbidden("This server answers signed links to frames only.");
+    }
     if (token_.empty() || tokenIsValid(head)) return std::nullopt;
     return unauthorized();
 }
 
 std::string Access::clientOf(const RequestHead& head, const std::string& address) const {
     if (options_.clientHeader.empty()) return address;
-    std::string_view names = head.header(options_.clientHeader);
-    const std::size_t comma =
-        names.rfind(',');  // the client itself may have written what precedes it
+    // The last line and its last entry: the client itself may have written what precedes them.
+    std::string_view names;
+    for (const auto& [name, value] : head.headers) {
+        if (lower(name) == lower(options_.clientHeader)) names = value;
+    }
+    const std::size_t comma = names.rfind(',');
     if (comma != std::string_view::npos) names.remove_prefix(comma + 1);
     while (!names.empty() && names.front() == ' ') names.remove_prefix(1);
-    return names.empty() ? address : std::string(names.substr(0, 64));
+    while (!names.empty() && names.back() == ' ') names.remove_suffix(1);
+    return names.empty() ? address : networkOf(std::string(names.substr(0, 64)));
 }
 
 }  // namespace clerestory

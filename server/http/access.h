@@ -33,7 +33,8 @@ public:
     // Secrets are compared in constant time.
     std::optional<Problem> refusal(const RequestHead& head, Seconds now) const;
 
-    // The client for fair shares: the address, or the last name in the proxy's header.
+    // The client for fair shares: the address, or the last name in the last line of the proxy's
+    // header. An IPv6 address counts as its network of 64 bits.
     std::string clientOf(const RequestHead& head, const std::string& address) const;
 
 private:

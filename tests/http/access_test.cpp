@@ -101,9 +101,18 @@ TEST(Access, ALinkIsValidForItsRequestUntilItExpires) {
     EXPECT_EQ(refusal(access, head("GET " + link + "&width=4096")), 403);
     EXPECT_EQ(refusal(access, head("GET " + link + "0")), 403);
     EXPECT_EQ(refusal(access, head("GET " + link.substr(0, link.size() - 1))), 403);
-    EXPECT_EQ(refusal(access, head("GET /v1/scenes")), 0) << "the key guards frames only";
-    EXPECT_EQ(refusal(access, head("POST /v1/frames", "Host: localhost\r\nContent-Length: 0\r\n")),
-              0);
+    // Without a token, links are the only way in, however a path is spelt.
+    EXPECT_EQ(refusal(access, head("GET /healthz")), 0);
+    for (const char* other :
+         {"GET /v1/scenes", "GET /v1/%66rames?scene=chapel", "GET /v1/%u0066rames?scene=chapel",
+          "GET //v1/frames", "GET /v1/stream?scene=chapel", "GET /metrics"}) {
+        EXPECT_EQ(refusal(access, head(other)), 403) << other;
+    }
+    for (const char* path : {"/v1/frames", "/v1/plans", "/v1/sequences", "/v1/comparisons"}) {
+        const RequestHead post =
+            head(std::string("POST ") + path, "Host: localhost\r\nContent-Length: 0\r\n");
+        EXPECT_EQ(refusal(access, post), 403) << path;
+    }
 }
 
 TEST(Access, ALinkReplacesTheToken) {
@@ -132,6 +141,24 @@ TEST(Access, OnlyTrustedProxiesMayNameTheirClient) {
     const Access behind({.clientHeader = "X-Forwarded-For"}, kPaths);
     EXPECT_EQ(behind.clientOf(request, "127.0.0.1"), "10.0.0.7");
     EXPECT_EQ(behind.clientOf(head("GET /"), "127.0.0.1"), "127.0.0.1");
+    // A proxy may append a line of its own.
+    EXPECT_EQ(behind.clientOf(head("GET /",
+                                   "Host: localhost\r\nX-Forwarded-For: 66.6.6.6\r\n"
+                                   "x-forwarded-for: 10.0.0.8\r\n"),
+                              "127.0.0.1"),
+              "10.0.0.8");
+    // The user of an IPv6 network chooses 64 bits of the address.
+    const std::pair<const char*, const char*> same[] = {
+        {"2001:db8:1:2:3:4:5:6", "2001:db8:1:2::"},
+        {"2001:db8:1:2::1", "2001:db8:1:2::"},
+        {"[2001:db8:1:2::9]:4711", "2001:db8:1:2::"},
+        {"::ffff:10.0.0.7", "10.0.0.7"},
+        {"10.0.0.7:4711", "10.0.0.7"}};
+    for (const auto& [given, client] : same) {
+        const RequestHead one =
+            head("GET /", "Host: localhost\r\nX-Forwarded-For: " + std::string(given) + "\r\n");
+        EXPECT_EQ(behind.clientOf(one, "127.0.0.1"), client) << given;
+    }
 }
 
 }  // namespace
