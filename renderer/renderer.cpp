@@ -78,6 +78,7 @@ struct Renderer::State {
                                                                              : Storage::driver}),
           maxShadedSamples(options.maxShadedSamples),
           onReset(options.onReset),
+          beforeDrawing(options.beforeDrawing),
           lightOptions(options.light),
           baker(std::make_shared<light::Baker>(
               light::BakerOptions{.threads = options.light.threads})) {
@@ -170,6 +171,7 @@ struct Renderer::State {
     DeviceLimits limits;
     std::uint64_t maxShadedSamples;
     std::function<void()> onReset;
+    std::function<void(const FramePlan&)> beforeDrawing;
     struct Loaded {
         std::shared_ptr<const Scene> scene;
         std::uint64_t generation = 0;
@@ -388,6 +390,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback,
     frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 
     requireAffordable(frame.plan, maxShadedSamples);
+    if (beforeDrawing) beforeDrawing(frame.plan);
 
     const gl::CompileCounters before = context.firstUse().counters();
     Execution execution = execute(subject, frame.plan, readback, abandoned);

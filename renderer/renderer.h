@@ -47,6 +47,9 @@ struct RendererOptions {
     // Called on the renderer's thread with true before and with false after the driver compiles
     // code for a frame.
     std::function<void(bool begins)> onCompiling;
+    // Called on the renderer's thread with the plan of a frame before it is drawn; may throw, then
+    // nothing is drawn.
+    std::function<void(const FramePlan& plan)> beforeDrawing;
 };
 
 using RendererIdentity = gl::Capabilities;

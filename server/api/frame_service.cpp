@@ -96,6 +96,7 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
     const auto abandoned = [&queue = components_.queue, cancellation = turn.cancellation,
                             ends = turn.endsInProgress] {
         using Ends = Turn::EndsInProgress;
+        if (queue.isOverdue()) return true;
         if (!cancellation || ends == Ends::never || !cancellation->cancelled()) return false;
         return ends == Ends::always || queue.hasWaiting();
     };

@@ -81,7 +81,6 @@ Answer describeRenderer(const RendererRoutes& routes, const Call&) {
 
 Answer readiness(const RendererRoutes& routes, const Call&) {
     SceneLibrary& library = routes.library;
-    if (!routes.queue.hasRoom()) throw RequestError(notReady("The queue is full."));
     const SceneState first = library.find(library.defaultId()).state;
     if (first != SceneState::ready) {
         throw RequestError(notReady("The default scene is " + std::string(nameOf(first)) + "."));

@@ -348,6 +348,16 @@ Problem overDeadline(double seconds) {
             .detail = "The frame was not rendered within " + secondsText(seconds) + "."};
 }
 
+Problem tooLongForDeadline(double neededSeconds, double leftSeconds) {
+    return {
+        .status = 504,
+        .code = ProblemCode::overDeadline,
+        .title = "Deadline exceeded",
+        .detail = "The frame would take at least " + secondsText(neededSeconds) + ", and " +
+                  secondsText(leftSeconds) +
+                  " are left. Nothing was drawn. Reduce the size, the samples or the accuracy."};
+}
+
 Problem internalError() {
     return {.status = 500,
             .code = ProblemCode::internalError,

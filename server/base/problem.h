@@ -116,9 +116,10 @@ Problem renderFailed();                                              // 503
 Problem shuttingDown();                                              // 503
 Problem notReady(std::string detail);                                // 503
 Problem stillCompiling(std::uint64_t programs);                      // 503
-Problem overDeadline(double seconds);                                // 504
-Problem internalError();                                             // 500
-Problem noRoom(std::string detail);                                  // 507
+Problem tooLongForDeadline(double neededSeconds, double leftSeconds);
+Problem overDeadline(double seconds);  // 504
+Problem internalError();               // 500
+Problem noRoom(std::string detail);    // 507
 
 // The problem document; problemJson() is its text.
 nlohmann::ordered_json problemDocument(const Problem& problem, const std::string& requestId);

@@ -3,6 +3,8 @@
 #include "server/base/log.h"
 #include "server/base/process.h"
 
+#include "plan/graph/work.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -22,6 +24,9 @@ constexpr std::chrono::seconds kCanaryPatience{2};
 std::int64_t nowMilliseconds() {
     return std::chrono::ceil<std::chrono::milliseconds>(Clock::now().time_since_epoch()).count();
 }
+
+// Frames of fewer samples say little about the time of a sample.
+constexpr std::uint64_t kMinPricedSamples = 100'000;
 
 // No surfaces under an environment of radiance 1: every pixel must be white.
 Scene canaryScene() {
@@ -43,6 +48,16 @@ FrameRequest canaryRequest() {
 }
 
 }  // namespace
+
+void SamplePrice::update(std::uint64_t samples, double seconds) {
+    if (samples < kMinPricedSamples) return;
+    const double latest = seconds / static_cast<double>(samples);
+    if (secondsPerSample_ == 0.0 || latest < secondsPerSample_) secondsPerSample_ = latest;
+}
+
+double SamplePrice::leastSeconds(std::uint64_t samples) const {
+    return secondsPerSample_ * static_cast<double>(samples);
+}
 
 RenderQueue::RenderQueue(const RendererOptions& options, const FairQueue::Limits& limits)
     : queue_(limits),
@@ -119,7 +134,7 @@ RenderQueue::Place::Place(RenderQueue& queue, const Turn& turn, Work work)
         const std::lock_guard lock(queue.mutex_);
         deadline_ = queue.queueTime() + patience;
     }
-    id_ = queue.push(turn, deadline_, {std::move(work), dropped_, turn.cancellation});
+    id_ = queue.push(turn, deadline_, {std::move(work), dropped_, turn.cancellation, deadline_});
     if (cancellation_) cancellation_->onCancel([this] { owner_.withdraw(id_, clientLeft()); });
 }
 
@@ -212,6 +227,7 @@ void RenderQueue::serve(const RendererOptions& options) {
     try {
         RendererOptions own = options;
         own.onCompiling = [this](bool begins) { compiling(begins); };
+        own.beforeDrawing = [this](const FramePlan& plan) { requireTime(plan); };
         renderer = std::make_unique<Renderer>(own);
         made_.set_value(renderer->identity());
     } catch (...) {
@@ -240,6 +256,29 @@ void RenderQueue::serve(const RendererOptions& options) {
         const RendererCounters made = renderer->counters();
         compileTotals_ = {made.programsMade, made.pipelinesMade, 1e-3 * made.compileMilliseconds};
     }
+}
+
+// Within a piece of work: refuses a frame that cannot be finished before its deadline, before
+// others wait for it. A frame without a time of its own, such as a step of a job, has none.
+void RenderQueue::requireTime(const FramePlan& plan) {
+    const std::lock_guard lock(mutex_);
+    if (!running_) return;
+    running_->samples = shadedSamples(plan);
+    const double needed = samplePrice_.leastSeconds(running_->samples);
+    const std::chrono::duration<double> left = running_->deadline - queueTime();
+    if (needed <= left.count()) return;
+    running_->samples = 0;  // its time says nothing
+    throw RequestError(tooLongForDeadline(needed, left.count()));
+}
+
+bool RenderQueue::isOverdue() const {
+    const std::lock_guard lock(mutex_);
+    return running_ && queueTime() >= running_->deadline;
+}
+
+std::shared_ptr<CancellationToken> RenderQueue::runningToken() const {
+    const std::lock_guard lock(mutex_);
+    return running_ ? running_->cancellation : nullptr;
 }
 
 void RenderQueue::servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
@@ -296,14 +335,15 @@ std::chrono::duration<double> RenderQueue::workingFor() const {
 void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
     std::vector<Job> gone;
     Job job;
-    const FairQueue::Next next = queue_.next(queueTime());
+    const auto began = queueTime();
+    const FairQueue::Next next = queue_.next(began);
     for (const FairQueue::Id late : next.expired) gone.push_back(dropped(late, overDeadline(0.0)));
     if (next.id) {
-        running_ = true;
         workingSince_ = Clock::now();
         const auto found = jobs_.find(*next.id);
         job = std::move(found->second);
         jobs_.erase(found);
+        running_ = Running{.cancellation = job.cancellation, .deadline = job.deadline};
     }
     lock.unlock();
     gone.clear();
@@ -312,9 +352,13 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     lock.lock();
     workingSince_.reset();
     if (!next.id) return;
-    const bool complete = !job.cancellation || !job.cancellation->cancelled();
-    queue_.finished(*next.id, queueTime(), complete);
-    running_ = false;
+    const auto now = queueTime();
+    const bool complete =
+        (!job.cancellation || !job.cancellation->cancelled()) && now < job.deadline;
+    queue_.finished(*next.id, now, complete);
+    const std::chrono::duration<double> took = now - began;
+    if (complete) samplePrice_.update(running_->samples, took.count());
+    running_.reset();
     if (jobs_.empty()) idle_.notify_all();
 }
 
@@ -337,6 +381,14 @@ void Canary::check() {
         image = queue_.run(
             Turn{.patience = kCanaryPatience, .compilePatience = std::chrono::seconds(0)},
             [](Renderer& r) { return r.render(canaryRequest()).image; });
+    } catch (const RequestError& error) {
+        // A busy renderer is no broken one: the watchdog ends one that hangs.
+        if (queue_.compiledSince(start) || queue_.workingFor() > kCanaryPatience ||
+            error.problem().code == ProblemCode::queueFull) {
+            return;
+        }
+        logError({"the canary frame failed: ", error.what()});
+        throw RequestError(notReady("A canary frame could not be drawn."));
     } catch (const std::exception& error) {
         if (queue_.compiledSince(start)) return;
         logError({"the canary frame failed: ", error.what()});

@@ -38,6 +38,17 @@ struct CompileTotals {
     double seconds = 0.0;
 };
 
+// The least time of a sample that was seen, for a lower bound of the time of a frame that was never
+// drawn. It does not rise, since a refusal could not be corrected by drawing the frame.
+class SamplePrice {
+public:
+    void update(std::uint64_t samples, double seconds);
+    double leastSeconds(std::uint64_t samples) const;  // 0: unknown
+
+private:
+    double secondsPerSample_ = 0.0;
+};
+
 class RenderQueue {
 public:
     // Starts the thread, which creates the Renderer; identity() waits for it.
@@ -93,6 +104,11 @@ public:
     // compiled program.
     std::chrono::duration<double> workingFor() const;
 
+    // Whether the deadline of the work that runs has passed, so that nobody waits for its result.
+    bool isOverdue() const;
+    // Of the work of run() that is running; null if none runs or it cannot be cancelled.
+    std::shared_ptr<CancellationToken> runningToken() const;
+
     CompileTotals compileTotals() const;
     // Whether shaders were compiled at or after that time.
     bool compiledSince(Clock::time_point then) const;
@@ -105,8 +121,15 @@ private:
     using Work = std::function<void(Renderer&)>;
     struct Job {
         Work work;
-        std::shared_ptr<Problem> dropped;                      // the reason if it is dropped
-        std::shared_ptr<CancellationToken> cancellation = {};  // null: cannot be cancelled
+        std::shared_ptr<Problem> dropped;                       // the reason if it is dropped
+        std::shared_ptr<CancellationToken> cancellation = {};   // null: cannot be cancelled
+        Clock::time_point deadline = Clock::time_point::max();  // in the queue's time
+    };
+    // What the thread works on.
+    struct Running {
+        std::shared_ptr<CancellationToken> cancellation;
+        Clock::time_point deadline;
+        std::uint64_t samples = 0;  // that its frame shades
     };
     // A place in the queue during run(); removes the work if run() ends before it starts.
     class Place {
@@ -135,6 +158,7 @@ private:
     void withdraw(FairQueue::Id id, const Problem& why);
     Job dropped(FairQueue::Id id, const Problem& why);
     void serve(const RendererOptions& options);
+    void requireTime(const FramePlan& plan);
     void servePosted(Renderer& renderer, std::unique_lock<std::mutex>& lock);
     void releaseIdleMemory(Renderer& renderer, std::unique_lock<std::mutex>& lock);
     void serveOne(Renderer& renderer, std::unique_lock<std::mutex>& lock);
@@ -151,7 +175,8 @@ private:
     std::optional<Clock::time_point> compilingSince_;
     Clock::time_point lastCompiled_{};
     CompileTotals compileTotals_;
-    bool running_ = false;  // something of run()
+    std::optional<Running> running_;  // of run()
+    SamplePrice samplePrice_;
     std::optional<Clock::time_point> workingSince_;
     std::uint64_t objectsMade_ = 0;  // at the last releaseIdleMemory(); used by the thread only
     bool refusing_ = false;

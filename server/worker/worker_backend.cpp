@@ -153,9 +153,6 @@ Answer WorkerBackend::answerByOneOfSeveral(const Call& call) {
         return answer;
     }
     if (call.path == "/metrics") return metricsOfAll(call);
-    if (call.path == "/readyz" && !queue_->hasRoom()) {
-        throw RequestError(notReady("The queue is full."));
-    }
     Answer answer = jobs_.ask(call, [this](const Call& asked) { return supervisor_.ask(asked); });
     if (answer.problem) return answer;
     const bool isScene = covers("/v1/scenes/{id}", call.path);
