@@ -37,8 +37,9 @@ void addLimitFlags(CLI::App& serve, Config& config) {
     HttpLimits& limits = config.http.limits;
     addCount(serve, "--queue", config.queue, 1, 4096, "maximum number of queued frames");
     serve
-        .add_option("--queue-seconds", config.queueSeconds,
-                    "maximum predicted time of queued frames; one frame may always wait")
+        .add_option(
+            "--queue-seconds", config.queueSeconds,
+            "maximum predicted time of queued frames; one frame of each client may always wait")
         ->check(CLI::Range(0.01, 3600.0).description(""))
         ->type_name("SECONDS")
         ->group("Limits")
