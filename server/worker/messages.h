@@ -64,7 +64,10 @@ enum class MessageKind : std::uint32_t {
     failed,  // it cannot start and ends; the message for people
     loaded,  // LoadedScenes, after a change, before any answer that depends on the change
     // Server to worker: ids of scenes to load.
-    scenes
+    scenes,
+    // Worker to server: it ends because its renderer hangs; the id of the request that it draws, 0
+    // if unknown.
+    hangs
 };
 
 inline constexpr std::uint64_t kCompiling = 1;

@@ -264,10 +264,14 @@ void Supervisor::reportEnd(const Worker& worker) {
 // With the lock held.
 void Supervisor::failOver(std::size_t renderer) {
     const Worker worker = active_[renderer];
-    ++counters_.ended;
-    if (worker->wasSilent()) ++counters_.silent;
     logError({"the render worker ", std::to_string(worker->id()), " ended",
               (worker->wasSilent() ? ": it sent nothing any more" : "")});
+    if (worker->hungOn() != 0) {  // its client may have had an answer long ago
+        logError({"a request is quarantined: the renderer hung on it"});
+        quarantine_.add(worker->hungOn(), Clock::now());
+    }
+    ++counters_.ended;
+    if (worker->wasSilent()) ++counters_.silent;
     active_[renderer] = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
     requested_[renderer].clear();
     standby_ = nullptr;
@@ -283,11 +287,12 @@ std::optional<WorkerReply> Supervisor::askAlone(const WorkerRequest& request, st
     const auto cancellation = cancellationOf(request);
     const ExclusiveGate::Entry entry = gate_.enterAlone();
     for (int crashes = 0, ends = 0; crashes < kMaxCrashes && ends < kMaxEnds; ++ends) {
+        if (quarantine_.contains(fingerprint, Clock::now())) break;
         if (cancellation && cancellation->cancelled()) return std::nullopt;
         const Worker worker = awaitActive(renderer, Clock::now() + kPatience);
         if (!worker) return std::nullopt;
         ++counters_.repeated;
-        if (auto reply = worker->ask(request)) return reply;
+        if (auto reply = worker->ask(request, fingerprint)) return reply;
         if (!worker->wasKilled() && !worker->wasSilent()) ++crashes;
         reportEnd(worker);
     }
@@ -307,7 +312,7 @@ WorkerReply Supervisor::ask(const WorkerRequest& request, std::size_t renderer, 
         const ExclusiveGate::Entry entry = gate_.enter();
         const Worker worker = awaitActive(renderer, Clock::now() + kPatience);
         if (!worker) throw RequestError(noWorker());
-        if (auto reply = worker->ask(request)) return *std::move(reply);
+        if (auto reply = worker->ask(request, fingerprint)) return *std::move(reply);
         reportEnd(worker);
     }
     if (auto reply = askAlone(request, renderer, fingerprint)) return *std::move(reply);

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
+#include <deque>
+#include <unordered_map>
 
 namespace clerestory {
 namespace {
@@ -46,12 +48,57 @@ private:
     std::string sent_;
 };
 
+// The cancellation tokens of the calls that are being answered, by the id of the call. Thread-safe.
+class CancellationTokens {
+public:
+    std::shared_ptr<CancellationToken> add(std::uint64_t id) {
+        const std::lock_guard lock(mutex_);
+        return list_[id] = std::make_shared<CancellationToken>();
+    }
+    // Remembers the last ones: a frame may be drawn beyond its answer.
+    void remove(std::uint64_t id) {
+        const std::lock_guard lock(mutex_);
+        const auto found = list_.find(id);
+        if (found == list_.end()) return;
+        answered_.emplace_back(id, std::move(found->second));
+        list_.erase(found);
+        if (answered_.size() > kAnswered) answered_.pop_front();
+    }
+    void cancel(std::uint64_t id) {
+        std::shared_ptr<CancellationToken> found;
+        {
+            const std::lock_guard lock(mutex_);
+            const auto place = list_.find(id);
+            if (place != list_.end()) found = place->second;
+        }
+        if (found) found->cancel();
+    }
+    // 0 if it is none of these.
+    std::uint64_t idOf(const std::shared_ptr<CancellationToken>& token) const {
+        const std::lock_guard lock(mutex_);
+        for (const auto& [id, own] : list_) {
+            if (own == token) return id;
+        }
+        for (const auto& [id, own] : answered_) {
+            if (own == token) return id;
+        }
+        return 0;
+    }
+
+private:
+    static constexpr std::size_t kAnswered = 64;
+    mutable std::mutex mutex_;
+    std::unordered_map<std::uint64_t, std::shared_ptr<CancellationToken>> list_;
+    std::deque<std::pair<std::uint64_t, std::shared_ptr<CancellationToken>>> answered_;
+};
+
 // Tells the server that this process lives, whether it is warm, and which scenes it has loaded.
 // Ends the process when the renderer hangs, since a thread cannot be ended.
 class Heartbeat {
 public:
-    Heartbeat(MessagePipe& pipe, SceneReporter& reporter, std::chrono::duration<double> hangTime)
-        : thread_([this, &pipe, &reporter, hangTime] {
+    Heartbeat(MessagePipe& pipe, SceneReporter& reporter, const CancellationTokens& tokens,
+              std::chrono::duration<double> hangTime)
+        : thread_([this, &pipe, &reporter, &tokens, hangTime] {
               std::unique_lock lock(mutex_);
               bool warm = false;
               Clock::time_point last{};
@@ -59,6 +106,8 @@ public:
                   if (backend_ && backend_->queue().workingFor() > hangTime) {
                       logCritical({"the renderer worked on one thing for ",
                                    fixedPoint(hangTime.count(), 0), " s"});
+                      const auto token = backend_->queue().runningToken();
+                      pipe.send({.kind = MessageKind::hangs, .id = token ? tokens.idOf(token) : 0});
                       std::_Exit(3);
                   }
                   if (!warm && backend_ && backend_->library().defaultIsWarm()) {
@@ -97,32 +146,6 @@ private:
     std::thread thread_;
 };
 
-// The cancellation tokens of the calls that are being answered, by the id of the call.
-class CancellationTokens {
-public:
-    std::shared_ptr<CancellationToken> add(std::uint64_t id) {
-        const std::lock_guard lock(mutex_);
-        return list_[id] = std::make_shared<CancellationToken>();
-    }
-    void remove(std::uint64_t id) {
-        const std::lock_guard lock(mutex_);
-        list_.erase(id);
-    }
-    void cancel(std::uint64_t id) {
-        std::shared_ptr<CancellationToken> found;
-        {
-            const std::lock_guard lock(mutex_);
-            const auto place = list_.find(id);
-            if (place != list_.end()) found = place->second;
-        }
-        if (found) found->cancel();
-    }
-
-private:
-    std::mutex mutex_;
-    std::unordered_map<std::uint64_t, std::shared_ptr<CancellationToken>> list_;
-};
-
 Message messageOf(MessageKind kind, std::uint64_t id, std::string bytes) {
     return {.kind = kind, .id = id, .bytes = std::move(bytes)};
 }
@@ -151,8 +174,8 @@ Message replyTo(LocalBackend& backend, const Message& request,
     }
 }
 
-void serve(LocalBackend& backend, MessagePipe& pipe, SceneReporter& reporter, std::size_t threads) {
-    CancellationTokens tokens;
+void serve(LocalBackend& backend, MessagePipe& pipe, SceneReporter& reporter,
+           CancellationTokens& tokens, std::size_t threads) {
     WorkerPool pool(threads);
     while (auto message = pipe.receive()) {
         switch (message->kind) {
@@ -213,7 +236,8 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
     setLogLevel(options.logLevel);
     MessagePipe pipe(kWorkerSocket);
     SceneReporter reporter(pipe);
-    Heartbeat heartbeat(pipe, reporter, std::chrono::duration<double>(options.hangSeconds));
+    CancellationTokens tokens;
+    Heartbeat heartbeat(pipe, reporter, tokens, std::chrono::duration<double>(options.hangSeconds));
     try {
         confine(options.memoryBytes);
         endWithoutMemory();
@@ -225,7 +249,7 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
         LocalBackend backend(own);
         heartbeat.watch(backend);
         pipe.send({.kind = MessageKind::ready});
-        serve(backend, pipe, reporter, options.threads);
+        serve(backend, pipe, reporter, tokens, options.threads);
     } catch (const std::exception& error) {
         pipe.send({.kind = MessageKind::failed, .bytes = error.what()});
     }

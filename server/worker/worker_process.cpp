@@ -18,6 +18,8 @@ extern char** environ;
 namespace clerestory {
 namespace {
 
+constexpr std::size_t kMaxFingerprints = 256;
+
 std::runtime_error failure(const char* what) {
     return std::runtime_error(std::string("the render worker: ") + what + " failed");
 }
@@ -119,7 +121,8 @@ void WorkerProcess::awaitReady() {
     ready_.get();
 }
 
-std::optional<WorkerReply> WorkerProcess::ask(const WorkerRequest& request) {
+std::optional<WorkerReply> WorkerProcess::ask(const WorkerRequest& request,
+                                              std::uint64_t fingerprint) {
     Message message = messageOf(request);
     std::future<std::optional<WorkerReply>> reply;
     {
@@ -127,6 +130,8 @@ std::optional<WorkerReply> WorkerProcess::ask(const WorkerRequest& request) {
         if (ended_) return std::nullopt;
         message.id = nextId_++;
         reply = waiting_[message.id].get_future();
+        if (fingerprint != 0) fingerprints_[message.id] = fingerprint;
+        if (fingerprints_.size() > kMaxFingerprints) fingerprints_.erase(fingerprints_.begin());
     }
     pipe_->send(message);
     const auto token = cancellationOf(request);
@@ -186,6 +191,10 @@ bool WorkerProcess::handle(const Message& message) {
         const std::lock_guard lock(mutex_);
         lastHeard_ = Clock::now();
         if (loaded) loaded_ = std::move(loaded);
+        const auto hung = fingerprints_.find(message.id);
+        if (message.kind == MessageKind::hangs && hung != fingerprints_.end()) {
+            hungOn_ = hung->second;
+        }
         if (message.kind == MessageKind::failed) failure_ = message.bytes;
         if (reply) {
             const auto found = waiting_.find(message.id);

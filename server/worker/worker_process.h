@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <filesystem>
 #include <future>
+#include <map>
 #include <optional>
 #include <set>
 #include <thread>
@@ -38,8 +39,8 @@ public:
     // start.
     void awaitReady();
 
-    // Empty if the process ended before it answered.
-    std::optional<WorkerReply> ask(const WorkerRequest& request);
+    // Empty if the process ended before it answered. `fingerprint`: for hungOn(); 0: none.
+    std::optional<WorkerReply> ask(const WorkerRequest& request, std::uint64_t fingerprint = 0);
 
     // Ids of the scenes that it has loaded, the most recently used one last.
     std::vector<std::string> scenes() const;
@@ -51,6 +52,8 @@ public:
     bool warm() const { return warm_; }            // the shaders of the default scene are compiled
     bool compiling() const { return compiling_; }  // shaders, now or a moment ago
     bool alive() const { return !ended_; }
+    // The request on which its renderer hung, answered or not; 0 if it did not hang.
+    std::uint64_t hungOn() const { return hungOn_; }
     bool wasSilent() const { return silent_; }  // it was killed because it sent nothing
     // It was ended by SIGKILL from outside, such as for lack of memory.
     bool wasKilled() const { return killed_; }
@@ -74,6 +77,8 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable ending_;
     std::unordered_map<std::uint64_t, std::promise<std::optional<WorkerReply>>> waiting_;
+    std::map<std::uint64_t, std::uint64_t> fingerprints_;  // of the last requests, by id
+    std::atomic<std::uint64_t> hungOn_{0};
     std::uint64_t nextId_ = 1;
     std::string failure_;  // why it could not start
     std::shared_ptr<const LoadedScenes> loaded_;

@@ -55,6 +55,14 @@ int playWorker(int argc, char** argv) {
             const std::string& word = call.body;
             if (word == "crash") std::abort();
             if (word == "stop") raise(SIGSTOP);
+            if (word == "hang") {  // after its answer, as a frame that is over its deadline
+                pipe.send({.kind = MessageKind::answer,
+                           .id = id,
+                           .bytes = packed(Answer{.status = 504, .body = "late"})});
+                std::this_thread::sleep_for(100ms);
+                pipe.send({.kind = MessageKind::hangs, .id = id});
+                std::_Exit(3);
+            }
             if (word.starts_with("once ")) {  // crashes the first worker that receives it
                 const std::string mark = word.substr(5);
                 if (access(mark.c_str(), F_OK) != 0) {
@@ -401,6 +409,20 @@ TEST(Supervisor, CallsThatCrashEveryWorkerAreQuarantined) {
     EXPECT_EQ(refusalOf(supervisor, "crash"), "quarantined");
     EXPECT_EQ(supervisor.counters().ended, ended) << "no worker is spent on it again";
     EXPECT_THAT(refusalOf(supervisor, "hello"), testing::StartsWith("answered: hello"));
+}
+
+// A3 of the catalogue of attacks: the client had its 504 long before the watchdog ended the worker.
+TEST(Supervisor, ARequestOnWhichTheRendererHangsAfterItsAnswerIsQuarantined) {
+    Supervisor supervisor(options());
+    awaitBoth(supervisor);
+    EXPECT_EQ(supervisor.ask(callWith("hang")).body, "late");
+    for (int i = 0; i < 1000 && supervisor.counters().ended == 0; ++i) {
+        std::this_thread::sleep_for(10ms);
+    }
+    EXPECT_EQ(supervisor.counters().ended, 1u);
+    EXPECT_EQ(refusalOf(supervisor, "hang"), "quarantined");
+    EXPECT_EQ(supervisor.counters().ended, 1u) << "it reached no worker";
+    EXPECT_THAT(refusalOf(supervisor, "plain"), testing::StartsWith("answered"));
 }
 
 TEST(Supervisor, InvalidOutputEndsTheWorker) {
