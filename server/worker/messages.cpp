@@ -351,7 +351,7 @@ void MessagePipe::trySend(MessageKind kind, std::uint64_t id) {
 std::optional<Message> MessagePipe::receive() {
     Head head{};
     if (!readAll(reinterpret_cast<char*>(&head), sizeof head)) return std::nullopt;
-    if (head.kind > MessageKind::scenes || head.size > kMaxBytes) return std::nullopt;
+    if (head.kind > MessageKind::hangs || head.size > kMaxBytes) return std::nullopt;
     Message message{.kind = head.kind, .id = head.id, .bytes = std::string(head.size, '\0')};
     if (!readAll(message.bytes.data(), message.bytes.size())) return std::nullopt;
     return message;
