@@ -8,6 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <sys/prctl.h>
+
 namespace clerestory {
 namespace {
 
@@ -39,6 +41,15 @@ Answer describeScene(const RendererRoutes& routes, const Call& call) {
 Answer removeScene(const RendererRoutes& routes, const Call& call) {
     routes.library.remove(lastPartOf(call.path));
     return {.status = 204};
+}
+
+// Of the process of this renderer, which is confined at its start or not at all
+// (server/worker/confinement.h): with --single-process it is the server.
+ordered_json confinementJson(const JailSupport& possible) {
+    constexpr int kFilterMode = 2;
+    const bool isFiltered = prctl(PR_GET_SECCOMP, 0, 0, 0, 0) == kFilterMode &&
+                            prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0) == 1;
+    return {{"landlock", isFiltered ? possible.landlock : 0}, {"systemCallFilter", isFiltered}};
 }
 
 Answer describeRenderer(const RendererRoutes& routes, const Call&) {
@@ -76,6 +87,7 @@ Answer describeRenderer(const RendererRoutes& routes, const Call&) {
            {"queue", limits.queue},
            {"deadlineSeconds", limits.deadlineSeconds}}},
          {"importer", {{"landlock", jail.landlock}, {"systemCallFilter", jail.systemCallFilter}}},
+         {"confinement", confinementJson(jail)},
          {"program", {{"version", versionText()}, {"build", buildId()}}}});
 }
 

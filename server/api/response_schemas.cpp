@@ -351,6 +351,9 @@ ordered_json rendererSchema() {
          {"importer",
           object({{"landlock", described(kCount, "version of the ABI; 0: not available")},
                   {"systemCallFilter", described(kFlag, "seccomp is active")}})},
+         {"confinement",
+          object({{"landlock", described(kCount, "of the renderer's process; 0: none")},
+                  {"systemCallFilter", described(kFlag, "seccomp is active")}})},
          {"program",
           object({{"version", kText}, {"build", described(kText, "hash of the program")}})}},
         {{"renderers", described(listOf(renderer), "only of a server with several renderers")}});

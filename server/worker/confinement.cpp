@@ -5,20 +5,24 @@
 
 #include <seccomp.h>
 
+#include <fcntl.h>
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <stdexcept>
 
 namespace clerestory {
 namespace {
 
 // Forbidden calls fail with "permission denied", which drivers handle.
-bool forbidNetwork() {
+bool filterSystemCalls() {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
     if (!filter) return false;
     bool made = true;
@@ -28,15 +32,43 @@ bool forbidNetwork() {
     };
     // Local sockets are allowed: the driver may connect to a display server.
     forbid(SCMP_SYS(socket), SCMP_A0(SCMP_CMP_NE, AF_UNIX));
-    forbid(SCMP_SYS(ptrace));
-    forbid(SCMP_SYS(process_vm_readv));
-    forbid(SCMP_SYS(process_vm_writev));
-    forbid(SCMP_SYS(mount));
-    forbid(SCMP_SYS(bpf));
-    forbid(SCMP_SYS(kexec_load));
-    forbid(SCMP_SYS(init_module));
-    forbid(SCMP_SYS(finit_module));
-    made = made && seccomp_load(filter) == 0;
+    // A ring performs calls that no filter sees.
+    for (const int call :
+         {SCMP_SYS(io_uring_setup), SCMP_SYS(io_uring_enter), SCMP_SYS(io_uring_register)}) {
+        forbid(call);
+    }
+    for (const int call :
+         {SCMP_SYS(ptrace), SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev),
+          SCMP_SYS(process_madvise), SCMP_SYS(pidfd_open), SCMP_SYS(pidfd_getfd),
+          SCMP_SYS(pidfd_send_signal), SCMP_SYS(kcmp)}) {
+        forbid(call);
+    }
+    for (const int call :
+         {SCMP_SYS(mount), SCMP_SYS(umount2), SCMP_SYS(pivot_root), SCMP_SYS(unshare),
+          SCMP_SYS(setns), SCMP_SYS(bpf), SCMP_SYS(perf_event_open), SCMP_SYS(userfaultfd),
+          SCMP_SYS(add_key), SCMP_SYS(request_key), SCMP_SYS(keyctl), SCMP_SYS(kexec_load),
+          SCMP_SYS(init_module), SCMP_SYS(finit_module)}) {
+        forbid(call);
+    }
+    // New namespaces. The flags of clone3 lie in memory, where a filter cannot see them; the C
+    // library uses clone instead.
+    for (const scmp_datum_t flag : {CLONE_NEWUSER, CLONE_NEWNS, CLONE_NEWNET, CLONE_NEWPID,
+                                    CLONE_NEWIPC, CLONE_NEWUTS, CLONE_NEWCGROUP}) {
+        forbid(SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, flag, flag));
+    }
+    made = made && seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0;
+    // Signals of files to other processes, and any to the server; its own children get some.
+    for (const scmp_datum_t command : {F_SETOWN, F_SETSIG, F_SETOWN_EX}) {
+        forbid(SCMP_SYS(fcntl), SCMP_A1(SCMP_CMP_EQ, command));
+    }
+    const auto server = static_cast<scmp_datum_t>(getppid());
+    for (const int call : {SCMP_SYS(kill), SCMP_SYS(tkill), SCMP_SYS(tgkill),
+                           SCMP_SYS(rt_sigqueueinfo), SCMP_SYS(rt_tgsigqueueinfo)}) {
+        forbid(call, SCMP_A0(SCMP_CMP_EQ, server));
+    }
+    // All threads, those of libraries, too.
+    made = made && seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1) == 0 &&
+           seccomp_load(filter) == 0;
     seccomp_release(filter);
     return made;
 }
@@ -58,7 +90,7 @@ void endWithParent() {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
 }
 
-void confine(std::uint64_t addressSpaceBytes) {
+Confinement confine(std::uint64_t addressSpaceBytes) {
     const rlimit none{0, 0};
     setrlimit(RLIMIT_CORE, &none);
     if (addressSpaceBytes > 0 && !kSanitized) {
@@ -68,9 +100,20 @@ void confine(std::uint64_t addressSpaceBytes) {
         space.rlim_cur = std::min<rlim_t>(addressSpaceBytes, space.rlim_max);
         setrlimit(RLIMIT_AS, &space);
     }
-    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || !forbidNetwork()) {
+    const JailSupport possible = jailSupport();
+    Confinement enforced{.landlock = separateFromOtherProcesses(), .systemCallFilter = false};
+    enforced.systemCallFilter = prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && filterSystemCalls();
+    if (enforced.landlock < possible.landlock ||
+        (possible.systemCallFilter && !enforced.systemCallFilter)) {
+        throw std::runtime_error("the render worker could not be confined");
+    }
+    if (enforced.landlock == 0) {
+        logWarning({"this kernel has no landlock: renderers and importers are confined less"});
+    }
+    if (!enforced.systemCallFilter) {
         logWarning({"the render worker runs without a filter of system calls"});
     }
+    return enforced;
 }
 
 }  // namespace clerestory

@@ -235,11 +235,16 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
     std::signal(SIGTERM, SIG_IGN);
     setLogLevel(options.logLevel);
     MessagePipe pipe(kWorkerSocket);
+    try {
+        confine(options.memoryBytes);  // before there are other threads
+    } catch (const std::exception& error) {
+        pipe.send({.kind = MessageKind::failed, .bytes = error.what()});
+        std::_Exit(2);
+    }
     SceneReporter reporter(pipe);
     CancellationTokens tokens;
     Heartbeat heartbeat(pipe, reporter, tokens, std::chrono::duration<double>(options.hangSeconds));
     try {
-        confine(options.memoryBytes);
         endWithoutMemory();
         LocalBackendOptions own = given;
         own.renderer.onReset = [] {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/mount.h>
 #include <sys/ptrace.h>
@@ -16,8 +17,12 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace clerestory::test {
@@ -33,6 +38,12 @@ bool opens(const char* path, int flags) {
     const int file = open(path, flags, 0600);
     if (file >= 0) close(file);
     return file >= 0;
+}
+
+// Of a call that makes a process: ends it at once if this is the new one.
+bool succeedsInChild(long result) {
+    if (result == 0) _exit(0);
+    return result > 0;
 }
 
 // In the jail's folder, which is the working directory.
@@ -70,6 +81,31 @@ const Attempt kAttempts[] = {
          char byte = 0;
          iovec here{&byte, 1}, there{&byte, 1};
          return process_vm_readv(getppid(), &here, 1, &there, 1, 0) == 1;
+     }},
+    {"a signal to a thread of the parent", true,
+     [] { return syscall(SYS_tgkill, getppid(), getppid(), 0) == 0; }},
+    {"a signal to a thread by its number", true,
+     [] { return syscall(SYS_tkill, getppid(), 0) == 0; }},
+    {"a file's signals for the parent", true,
+     [] { return fcntl(0, F_SETOWN, getppid()) == 0 || fcntl(0, F_SETSIG, SIGKILL) == 0; }},
+    {"a handle of the parent", true, [] { return syscall(SYS_pidfd_open, getppid(), 0) >= 0; }},
+    {"the parent's memory as a file", false,
+     [] { return opens(("/proc/" + std::to_string(getppid()) + "/mem").c_str(), O_RDONLY); }},
+    {"a process that outlives it", true, [] { return succeedsInChild(syscall(SYS_fork)); }},
+    {"a process by vfork", true,
+     [] { return succeedsInChild(syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0)); }},
+    {"a user namespace", true,
+     [] { return succeedsInChild(syscall(SYS_clone, CLONE_NEWUSER | SIGCHLD, 0, 0, 0, 0)); }},
+    {"a user namespace by clone3", true,
+     [] {
+         std::uint64_t arguments[8] = {CLONE_NEWUSER, 0, 0, 0, SIGCHLD, 0, 0, 0};
+         return succeedsInChild(syscall(SYS_clone3, arguments, sizeof arguments));
+     }},
+    {"a user namespace by unshare", true, [] { return unshare(CLONE_NEWUSER) == 0; }},
+    {"a ring of system calls", true,
+     [] {
+         char parameters[120] = {};
+         return syscall(SYS_io_uring_setup, 1, parameters) >= 0;
      }},
     {"mount", true, [] { return mount("none", "/mnt", "tmpfs", 0, nullptr) == 0; }},
     {"another root", true, [] { return chroot(".") == 0; }},
@@ -112,9 +148,15 @@ TEST_F(ImportSandbox, DeniesEverythingElse) {
         const int code = inChild([&] {
             if (chdir(folder.c_str()) != 0) return 3;
             enterJail(folder);
-            return attempt.succeeds() ? 1 : 0;
+            if (attempt.succeeds()) return 1;
+            // Threads that start later are confined, too.
+            bool succeedsInThread = false;
+            std::thread([&] { succeedsInThread = attempt.succeeds(); }).join();
+            return succeedsInThread ? 2 : 0;
         });
         EXPECT_EQ(code, 0) << attempt.name;
+        if (code != 0) continue;
+        std::printf("denied by %s: %s\n", attempt.byFilter ? "seccomp" : "landlock", attempt.name);
     }
     std::printf("%d of %zu attempts were tried, and refused\n", tried, std::size(kAttempts));
     if (!support.systemCallFilter && support.landlock == 0) GTEST_SKIP() << "no jail here";

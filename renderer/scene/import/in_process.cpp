@@ -79,6 +79,9 @@ void setProcessLimits(const ImportLimits& limits) {
     limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.cpu.count()));
     limit(RLIMIT_NOFILE, 64);
     if (!kSanitized) limit(RLIMIT_AS, limits.addressSpaceBytes);
+    // The result is a file in memory, which the limit of address space does not count.
+    std::signal(SIGXFSZ, SIG_IGN);
+    limit(RLIMIT_FSIZE, limits.addressSpaceBytes);
 }
 
 // The folder that the child may read: of six cube faces, or of the file.
@@ -145,7 +148,7 @@ int importChildMain(int argc, char** argv) {
     }
     const ImportLimits limits = decodedLimits(options["--limits"]);
     setProcessLimits(limits);
-    enterJail(folderOf(file));
+    const JailSupport possible = jailSupport(), enforced = enterJail(folderOf(file));
     const auto report = [&](const std::string& line) {
         writeAll(progress, line.data(), line.size());
     };
@@ -153,6 +156,10 @@ int importChildMain(int argc, char** argv) {
         report(errorLine(reason, message));
         return kChildRefused;
     };
+    if (enforced.landlock != possible.landlock ||
+        enforced.systemCallFilter != possible.systemCallFilter) {
+        return fail(ImportError::Reason::crashed, "the importer could not be confined");
+    }
     try {
         const auto writeResult = [&](const void* bytes, std::size_t count) {
             writeAll(result, bytes, count);

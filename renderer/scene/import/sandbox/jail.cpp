@@ -4,11 +4,13 @@
 #include <seccomp.h>
 
 #include <fcntl.h>
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstddef>
 #include <cstdint>
 
 namespace {
@@ -32,6 +34,36 @@ int landlockAbi() {
     return abi > 0 ? static_cast<int>(abi) : 0;
 }
 
+// As in newer kernels' headers.
+struct RulesetAttributes {
+    std::uint64_t files = 0;
+    std::uint64_t network = 0;
+    std::uint64_t scoped = 0;
+};
+constexpr int kFirstAbiWithScopes = 6;
+constexpr std::uint64_t kScopeAbstractSockets = 1, kScopeSignals = 2;
+
+// A new ruleset, or -1. `scoped`: left out where the kernel does not know it.
+int rulesetFor(std::uint64_t files, std::uint64_t scoped, int abi) {
+    const RulesetAttributes all{
+        .files = files, .network = 0, .scoped = abi >= kFirstAbiWithScopes ? scoped : 0};
+    const std::size_t size =
+        abi >= kFirstAbiWithScopes ? sizeof all : offsetof(RulesetAttributes, network);
+    return static_cast<int>(syscall(SYS_landlock_create_ruleset, &all, size, 0));
+}
+
+// Allows the rights below the path.
+bool addRule(int rules, const char* path, std::uint64_t rights) {
+    landlock_path_beneath_attr below{};
+    below.allowed_access = rights;
+    below.parent_fd = open(path, O_PATH | O_CLOEXEC);
+    if (below.parent_fd < 0) return false;
+    const bool added =
+        syscall(SYS_landlock_add_rule, rules, LANDLOCK_RULE_PATH_BENEATH, &below, 0) == 0;
+    close(below.parent_fd);
+    return added;
+}
+
 // All file access rights of this ABI version.
 std::uint64_t allRights(int abi) {
     constexpr std::uint64_t kRefer = 1ull << 13, kTruncate = 1ull << 14,
@@ -44,22 +76,18 @@ std::uint64_t allRights(int abi) {
 }
 
 bool restrictFiles(const std::filesystem::path& folder, int abi) {
-    landlock_ruleset_attr all{};
-    all.handled_access_fs = allRights(abi);
-    const int rules = static_cast<int>(
-        syscall(SYS_landlock_create_ruleset, &all, sizeof all.handled_access_fs, 0));
+    const int rules = rulesetFor(allRights(abi), kScopeAbstractSockets | kScopeSignals, abi);
     if (rules < 0) return false;
-    landlock_path_beneath_attr below{};
-    below.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
-    below.parent_fd = open(folder.c_str(), O_PATH | O_CLOEXEC);
+    constexpr std::uint64_t kRead = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
     const bool made =
-        below.parent_fd >= 0 &&
-        syscall(SYS_landlock_add_rule, rules, LANDLOCK_RULE_PATH_BENEATH, &below, 0) == 0 &&
-        syscall(SYS_landlock_restrict_self, rules, 0) == 0;
-    if (below.parent_fd >= 0) close(below.parent_fd);
+        addRule(rules, folder.c_str(), kRead) && syscall(SYS_landlock_restrict_self, rules, 0) == 0;
     close(rules);
     return made;
 }
+
+// Commands of fcntl that concern the descriptor only: not those that choose who gets signals.
+constexpr int kFcntlCommands[] = {F_DUPFD, F_DUPFD_CLOEXEC, F_GETFD, F_SETFD,
+                                  F_GETFL, F_GET_SEALS,     F_SETFL};
 
 // For reading files, memory, time, threads and exit.
 constexpr int kAllowed[] = {SCMP_SYS(read),
@@ -86,7 +114,6 @@ constexpr int kAllowed[] = {SCMP_SYS(read),
                             SCMP_SYS(readlinkat),
                             SCMP_SYS(getcwd),
                             SCMP_SYS(getdents64),
-                            SCMP_SYS(fcntl),
                             SCMP_SYS(dup),
                             SCMP_SYS(fadvise64),
                             SCMP_SYS(poll),
@@ -119,13 +146,10 @@ constexpr int kAllowed[] = {SCMP_SYS(read),
                             SCMP_SYS(getcpu),
                             SCMP_SYS(set_robust_list),
                             SCMP_SYS(rseq),
-                            SCMP_SYS(clone),
-                            SCMP_SYS(clone3),
                             SCMP_SYS(rt_sigaction),
                             SCMP_SYS(rt_sigprocmask),
                             SCMP_SYS(rt_sigreturn),
                             SCMP_SYS(sigaltstack),
-                            SCMP_SYS(tgkill),
                             SCMP_SYS(restart_syscall),
                             SCMP_SYS(exit),
                             SCMP_SYS(exit_group)};
@@ -139,7 +163,20 @@ bool filterSystemCalls() {
         const int added = seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 0);
         made = made && (added == 0 || added == -EDOM || added == -EINVAL);
     }
-    made = made && seccomp_load(filter) == 0;
+    const auto allow = [&](int call, scmp_arg_cmp condition) {
+        made = made && seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 1, condition) == 0;
+    };
+    for (const int command : kFcntlCommands) {
+        allow(SCMP_SYS(fcntl), SCMP_A1(SCMP_CMP_EQ, static_cast<scmp_datum_t>(command)));
+    }
+    // Threads, but no processes. The flags of clone3 lie in memory, where a filter cannot see
+    // them; the C library uses clone instead.
+    allow(SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
+    made = made && seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0;
+    // abort() sends itself a signal.
+    allow(SCMP_SYS(tgkill), SCMP_A0(SCMP_CMP_EQ, static_cast<scmp_datum_t>(getpid())));
+    made = made && seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1) == 0 &&
+           seccomp_load(filter) == 0;
     seccomp_release(filter);
     return made;
 }
@@ -149,6 +186,20 @@ bool filterSystemCalls() {
 JailSupport jailSupport() {
     return {.landlock = landlockAbi(),
             .systemCallFilter = prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0 && !kSanitized};
+}
+
+int separateFromOtherProcesses() {
+    const int abi = landlockAbi();
+    if (abi == 0) return 0;
+    // Any domain separates. Renaming between folders is denied unless a rule allows it.
+    constexpr std::uint64_t kDevices = LANDLOCK_ACCESS_FS_MAKE_BLOCK | LANDLOCK_ACCESS_FS_MAKE_CHAR;
+    constexpr std::uint64_t kRefer = 1ull << 13;
+    const int rules = rulesetFor(abi >= 2 ? kDevices | kRefer : kDevices, kScopeSignals, abi);
+    const bool made = rules >= 0 && (abi < 2 || addRule(rules, "/", kRefer)) &&
+                      prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+                      syscall(SYS_landlock_restrict_self, rules, 0) == 0;
+    if (rules >= 0) close(rules);
+    return made ? abi : 0;
 }
 
 JailSupport enterJail(const std::filesystem::path& folder) {

@@ -15,8 +15,13 @@ JailSupport jailSupport();
 
 // Confines this process and its future threads permanently. Only files below `folder` can be
 // opened, for reading. System calls that are not needed for reading and computing fail with EPERM.
-// Best effort: returns what could be enforced.
+// Returns what is enforced; less than jailSupport() is a failure.
 JailSupport enterJail(const std::filesystem::path& folder);
+
+// From now on this thread and its future threads and children can neither trace processes outside,
+// nor read their memory or take their descriptors, nor (ABI 6) send them signals. Call it before
+// there are other threads. Returns the ABI version; 0: not enforced.
+int separateFromOtherProcesses();
 
 // Whether this build uses a sanitizer, which reserves terabytes of address space and makes
 // additional system calls, and fails if either is limited.
