@@ -13,12 +13,10 @@
 namespace clerestory {
 namespace {
 
-constexpr std::size_t kMaxStreams = 16;
-
 // Every waiting frame and every stream occupies a thread; other requests must not wait for them.
 HttpServerOptions httpServerOptions(const Config& config) {
     HttpServerOptions options = config.http;
-    options.threads += config.queue + kMaxStreams;
+    options.threads += config.queue + options.limits.streams;
     options.limits.large.push_back({"POST", "/v1/sequences", config.sequenceBytes});
     const UploadOptions& uploads = config.scenes.uploads;
     if (!uploads.folder.empty()) {
@@ -62,15 +60,15 @@ Answer getOpenApi(const DocumentRoutes&, const Call&) {
 
 struct MetricsRoutes {
     const RequestMetrics& metrics;
-    const HttpServer& http;
+    HttpServer& http;
     RenderBackend& backend;
     FrameCache& cache;
 };
 
 // The metrics of the renderer are missing while there is none.
 Answer getMetrics(const MetricsRoutes& routes, const Call& call) {
-    std::string text = routes.metrics.text(routes.http.counters(), routes.cache.counters(),
-                                           routes.backend.workerStatus());
+    std::string text = routes.metrics.text(routes.http.counters(), routes.http.holdings(),
+                                           routes.cache.counters(), routes.backend.workerStatus());
     try {
         const Answer drawn = routes.backend.answer(call);
         if (!drawn.problem) text += drawn.body;
@@ -91,14 +89,15 @@ Answer forward(const ForwardedRoutes& routes, const Call& call) {
 }  // namespace
 
 Server::Server(const Config& config)
-    : streams_(kMaxStreams),
-      http_(httpServerOptions(config),
+    : http_(httpServerOptions(config),
             {.quick = [this](const Call& call,
                              std::string_view body) { return quickAnswer(call, body); },
              .respond = [this](const Call& call) { return answer(call); },
              .refuse = [this](const Call& call,
                               const Problem& problem) { return refuse(call, problem); },
-             .paths = {.open = isOpenPath, .linked = isLinkedPath}}) {
+             .paths = {.open = isOpenPath, .linked = isLinkedPath}}),
+      streams_(http_.holdings()),
+      views_(http_.holdings()) {
     const UploadOptions& uploads = config.scenes.uploads;
     if (!uploads.folder.empty()) uploads_.emplace(uploads.folder, uploads.limits);
     backend_ = makeBackend(config);

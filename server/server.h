@@ -45,12 +45,12 @@ private:
     Answer answerFrom(const Call& call, std::string& route);
 
     RequestMetrics metrics_;
-    StreamSlots streams_;
-    LiveViews views_;
     std::optional<UploadStore> uploads_;  // empty: uploads are not allowed
     std::atomic<bool> stopping_{false};
     Routes routes_;
     HttpServer http_;  // before the backend: a port that is in use is found at once
+    StreamSlots streams_;
+    LiveViews views_;
     std::unique_ptr<RenderBackend> backend_;
     std::optional<FrameCache> cache_;
     std::optional<FrameSource> frames_;

@@ -226,6 +226,7 @@ std::string problemTable() {
                            tooManyConnections(),
                            streamsFull(),
                            bodiesFull(),
+                           responsesFull(),
                            queueFull(1),
                            jobsFull(),
                            noWorker(),

@@ -22,6 +22,7 @@ struct FrameOrder {
     FrameRequest request;
     bool withPlan = false;
     std::string requestId;      // of the client's request, for the log
+    std::string client;         // for which it is drawn; see Call::client
     Clock::time_point arrived;  // the deadline counts from here
     std::shared_ptr<CancellationToken> cancellation = {};  // null: cannot be cancelled
     // Whether a frame that is being drawn ends before its next pass when it is cancelled.

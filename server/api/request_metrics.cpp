@@ -40,6 +40,21 @@ struct RequestMetrics::Families {
             .Name("clerestory_connection_events")
             .Help("Connections since the start, by what became of them")
             .Register(registry);
+    prometheus::Family<prometheus::Gauge>& held =
+        BuildGauge()
+            .Name("clerestory_held")
+            .Help("What clients hold of each pool: connections, bytes, streams, views")
+            .Register(registry);
+    prometheus::Family<prometheus::Gauge>& heldByOne =
+        BuildGauge()
+            .Name("clerestory_held_by_one")
+            .Help("The most that one client holds of each pool")
+            .Register(registry);
+    prometheus::Family<prometheus::Gauge>& holders =
+        BuildGauge()
+            .Name("clerestory_holders")
+            .Help("Clients that hold something of each pool")
+            .Register(registry);
     prometheus::Family<prometheus::Gauge>& cacheEvents =
         BuildGauge()
             .Name("clerestory_frame_cache_events")
@@ -107,7 +122,8 @@ void RequestMetrics::refused(ProblemCode code) {
     families_->refusals.Add({{"reason", std::string(nameOf(code))}}).Increment();
 }
 
-std::string RequestMetrics::text(const ConnectionCounters& front, const FrameCacheCounters& cache,
+std::string RequestMetrics::text(const ConnectionCounters& front, const Holdings& holdings,
+                                 const FrameCacheCounters& cache,
                                  const std::optional<WorkerStatus>& workers) const {
     const auto set = [](auto& family, const char* label, auto&& rows) {
         for (const auto& [name, count] : rows) {
@@ -126,6 +142,16 @@ std::string RequestMetrics::text(const ConnectionCounters& front, const FrameCac
     set(families_->cacheEvents, "event",
         std::initializer_list<Row>{
             {"hit", cache.hits}, {"miss", cache.misses}, {"evicted", cache.evicted}});
+    for (std::size_t i = 0; i < kPools; ++i) {
+        const auto pool = static_cast<Pool>(i);
+        const Holdings::Usage usage = holdings.usage(pool);
+        families_->held.Add({{"pool", std::string(nameOf(pool))}})
+            .Set(static_cast<double>(usage.total));
+        families_->heldByOne.Add({{"pool", std::string(nameOf(pool))}})
+            .Set(static_cast<double>(usage.greatest));
+        families_->holders.Add({{"pool", std::string(nameOf(pool))}})
+            .Set(static_cast<double>(usage.clients));
+    }
     families_->cacheBytes.Set(static_cast<double>(cache.bytes));
     families_->cacheEntries.Set(static_cast<double>(cache.entries));
     families_->logDropped.Set(static_cast<double>(logLinesDropped()));

@@ -4,6 +4,7 @@
 
 #include "server/api/backend.h"
 #include "server/api/frame_cache.h"
+#include "server/base/holdings.h"
 #include "server/http/limits.h"
 
 #include <memory>
@@ -21,7 +22,8 @@ public:
 
     // Prometheus text, version 0.0.4. Its names differ from those of Metrics::text(). `workers`:
     // empty where the renderer is in this process.
-    std::string text(const ConnectionCounters& front, const FrameCacheCounters& cache,
+    std::string text(const ConnectionCounters& front, const Holdings& holdings,
+                     const FrameCacheCounters& cache,
                      const std::optional<WorkerStatus>& workers) const;
 
 private:

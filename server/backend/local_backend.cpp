@@ -61,6 +61,7 @@ EncodedFrame LocalBackend::draw(const FrameOrder& order) {
         const FrameService::Resolved resolved = frames_.resolve(order.request);
         frames_.requireAffordable(resolved.request);
         Turn turn = frames_.turnFor(order.arrived);
+        turn.client = order.client;
         turn.cancellation = order.cancellation;
         turn.endsInProgress =
             order.endsInProgress ? Turn::EndsInProgress::always : Turn::EndsInProgress::never;

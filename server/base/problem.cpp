@@ -43,6 +43,7 @@ constexpr std::array<std::string_view, kProblemCodes> kCodeNames{"notJson",
                                                                  "jobsFull",
                                                                  "streamsFull",
                                                                  "bodiesFull",
+                                                                 "responsesFull",
                                                                  "noWorker",
                                                                  "renderFailed",
                                                                  "quarantined",
@@ -287,6 +288,14 @@ Problem bodiesFull() {
             .title = "Too many large request bodies",
             .detail = "The limit of large request bodies in transfer is reached; retry later.",
             .retryAfterSeconds = 5};
+}
+
+Problem responsesFull() {
+    return {.status = 503,
+            .code = ProblemCode::responsesFull,
+            .title = "Too many unread responses",
+            .detail = "Responses that were sent to this client are not read yet; read them first.",
+            .retryAfterSeconds = 2};
 }
 
 Problem noWorker() {

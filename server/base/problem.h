@@ -41,6 +41,7 @@ enum class ProblemCode {
     jobsFull,
     streamsFull,
     bodiesFull,
+    responsesFull,
     noWorker,
     renderFailed,
     quarantined,
@@ -108,14 +109,15 @@ Problem versionNotSupported();                                       // 505
 Problem clientLeft();                                                // 503
 Problem tooManyConnections();                                        // 503
 Problem streamsFull();                                               // 503
-Problem bodiesFull();                                                // 503
-Problem queueFull(int retryAfterSeconds);                            // 503
-Problem jobsFull();                                                  // 503
-Problem noWorker();                                                  // 503
-Problem renderFailed();                                              // 503
-Problem shuttingDown();                                              // 503
-Problem notReady(std::string detail);                                // 503
-Problem stillCompiling(std::uint64_t programs);                      // 503
+Problem bodiesFull();
+Problem responsesFull();                         // 503
+Problem queueFull(int retryAfterSeconds);        // 503
+Problem jobsFull();                              // 503
+Problem noWorker();                              // 503
+Problem renderFailed();                          // 503
+Problem shuttingDown();                          // 503
+Problem notReady(std::string detail);            // 503
+Problem stillCompiling(std::uint64_t programs);  // 503
 Problem tooLongForDeadline(double neededSeconds, double leftSeconds);
 Problem overDeadline(double seconds);  // 504
 Problem internalError();               // 500

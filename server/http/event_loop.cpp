@@ -37,15 +37,15 @@ double seconds(milliseconds time) {
 }  // namespace
 
 EventLoop::EventLoop(Listener& listener, const HttpLimits& limits, std::size_t threads, Hooks hooks,
-                     ConnectionCounters& counters)
+                     ConnectionCounters& counters, Holdings& holdings)
     : listener_(listener),
       limits_(limits),
       hooks_(std::move(hooks)),
       counters_(counters),
+      holdings_(holdings),
       epoll_(epoll_create1(EPOLL_CLOEXEC)),
       wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       workers_(threads) {
-    unsent_.max = limits.unsentBytes;
     epoll_event event{.events = EPOLLIN, .data = {.u64 = kWake}};
     if (epoll_ < 0 || wake_ < 0 || epoll_ctl(epoll_, EPOLL_CTL_ADD, wake_, &event) != 0) {
         throw std::runtime_error("cannot wait for connections: " + std::string(strerror(errno)));
@@ -148,16 +148,18 @@ void EventLoop::addClient(Listener::Accepted& accepted) {
     const Id id = nextId_++;
     std::shared_ptr<SocketWriter> writer;
     try {
-        writer = std::make_shared<SocketWriter>(accepted.socket, unsent_,
+        writer = std::make_shared<SocketWriter>(accepted.socket, holdings_, accepted.client,
                                                 [this, id] { post({.id = id}); });
     } catch (...) {
         close(accepted.socket);  // not owned yet
         throw;
     }
     if (clients_.size() >= limits_.connections && !evict(milliseconds(0))) return reject(*writer);
-    clients_.emplace(id, Client{.writer = std::move(writer),
-                                .reader = RequestReader(limits_),
-                                .address = std::move(accepted.client)});
+    clients_.emplace(id,
+                     Client{.writer = std::move(writer),
+                            .reader = RequestReader(limits_),
+                            .address = accepted.client,
+                            .connection = holdings_.take(Pool::connections, accepted.client, 1)});
     counters_.open = clients_.size();
     with(id, [&](Client& client) { advance(id, client); });
 }
@@ -172,14 +174,21 @@ void EventLoop::reject(SocketWriter& writer) {
 
 // Closes the most dispensable connection: one without a request, otherwise one with an incomplete
 // request; of these the one whose deadline is next. Connections with a running request and those
-// younger than `minimumAge` stay.
+// younger than `minimumAge` stay. The client with the most connections loses one first.
 bool EventLoop::evict(milliseconds minimumAge) {
+    const Holdings::Usage held = holdings_.usage(Pool::connections);
+    return (held.clients > 1 && evict(minimumAge, held.greatestClient)) || evict(minimumAge, "");
+}
+
+// Of this client; empty: of any.
+bool EventLoop::evict(milliseconds minimumAge, const std::string& address) {
     const auto now = Clock::now();
     Id slow = 0;
     for (const auto& [deadline, id] : deadlines_.inOrder()) {
         const Client& client = clients_.at(id);
         const bool receiving =
             client.phase == Phase::reading && client.reader.state() != State::idle;
+        if (!address.empty() && client.address != address) continue;
         if (now - (deadline - timeFor(client.wait)) < minimumAge) continue;
         if (client.phase == Phase::draining || (client.phase == Phase::reading && !receiving)) {
             ++counters_.evicted;
@@ -211,7 +220,6 @@ void EventLoop::end(Id id) {
     deadlines_.forget(id);
     if (client.watched) epoll_ctl(epoll_, EPOLL_CTL_DEL, client.writer->socket(), nullptr);
     client.writer->abort();
-    largeBytes_ -= client.largeBytes;
     clients_.erase(found);
     counters_.open = clients_.size();
 }
@@ -297,21 +305,26 @@ milliseconds EventLoop::timeFor(Wait wait) const {
     return kDrainTime;
 }
 
-// A deadline is extended only when the wait changes, or when a client reads a response or sends a
-// large body fast enough.
-void EventLoop::updateDeadline(Id id, Client& client) {
+// Returns whether it was extended. A deadline is extended only when the wait changes, or when a
+// client reads a response or sends a large body fast enough. While stopping, a client has the whole
+// time once.
+bool EventLoop::updateDeadline(Id id, Client& client) {
     const Wait wait = waitOf(client);
     const bool writes = wait == Wait::write, reads = wait == Wait::body;
-    const std::uint64_t transferred = writes  ? client.writer->sentBytes()
+    const std::uint64_t transferred = writes  ? client.writer->deliveredBytes()
                                       : reads ? client.reader.bodyBytes()
                                               : 0;
     const bool progress = (writes || reads) &&
                           transferred >= client.transferred + (writes ? kProgress : kBodyProgress);
-    if (wait == client.wait && !progress) return;
+    if (wait == client.wait && (!progress || (writes && closing_))) return false;
     client.wait = wait;
     client.transferred = transferred;
-    if (wait == Wait::nothing) return deadlines_.forget(id);
+    if (wait == Wait::nothing) {
+        deadlines_.forget(id);
+        return false;
+    }
     deadlines_.set(id, Clock::now() + timeFor(wait));
+    return true;
 }
 
 void EventLoop::expireDeadlines() {
@@ -328,6 +341,8 @@ void EventLoop::expireDeadlines() {
 
 void EventLoop::deadlineExpired(Id id, Client& client) {
     const State state = client.reader.state();
+    // A reader may have taken much since the last event: the kernel sends on without one.
+    if (client.wait == Wait::write && updateDeadline(id, client)) return;
     if (client.phase == Phase::reading && state != State::idle) {
         ++counters_.timeouts;
         const bool head = state == State::head;
@@ -377,7 +392,8 @@ void EventLoop::beginStopping() {
     epoll_ctl(epoll_, EPOLL_CTL_DEL, listener_.socket(), nullptr);
     listener_.close();
     for (const auto& [id, client] : clients_) {
-        if (client.phase != Phase::reading) continue;
+        const bool writes = client.wait == Wait::write;
+        if (client.phase != Phase::reading && !writes) continue;
         deadlines_.shorten(id, Clock::now() + timeFor(client.wait));
     }
 }

@@ -73,7 +73,7 @@ public:
     };
 
     EventLoop(Listener& listener, const HttpLimits& limits, std::size_t threads, Hooks hooks,
-              ConnectionCounters& counters);
+              ConnectionCounters& counters, Holdings& holdings);
     ~EventLoop();
     EventLoop(const EventLoop&) = delete;
     EventLoop& operator=(const EventLoop&) = delete;
@@ -99,9 +99,9 @@ private:
         Phase phase = Phase::reading;
         Wait wait = Wait::nothing;
         std::uint64_t transferred = 0;  // bytes of the body or response, when the deadline was set
-        std::size_t largeBytes = 0;     // part of largeBytes_
-        std::uint32_t interest = 0;     // of epoll
-        bool watched = false;           // by epoll
+        std::optional<Holdings::Held> connection, largeBody;
+        std::uint32_t interest = 0;  // of epoll
+        bool watched = false;        // by epoll
         bool halfClosed = false;
         bool keepAlive = true;
         bool sentContinue = false;
@@ -124,6 +124,7 @@ private:
     void addClient(Listener::Accepted& accepted);
     void reject(SocketWriter& writer);
     bool evict(std::chrono::milliseconds minimumAge);
+    bool evict(std::chrono::milliseconds minimumAge, const std::string& address);
     void pauseAccepting(int error);
     void read(Id id, Client& client);
     void advance(Id id, Client& client);
@@ -141,7 +142,7 @@ private:
     void watch(Id id, Client& client);
     Wait waitOf(const Client& client) const;
     std::chrono::milliseconds timeFor(Wait wait) const;
-    void updateDeadline(Id id, Client& client);
+    bool updateDeadline(Id id, Client& client);
     void end(Id id);
     int millisecondsToNextDeadline() const;
 
@@ -149,8 +150,7 @@ private:
     const HttpLimits limits_;
     const Hooks hooks_;
     ConnectionCounters& counters_;
-    UnsentBytes unsent_;
-    std::size_t largeBytes_ = 0;  // of large bodies that are being received or handled
+    Holdings& holdings_;
     int epoll_ = -1;
     int wake_ = -1;
     std::atomic<bool> stopping_{false};

@@ -15,6 +15,8 @@ using State = RequestReader::State;
 constexpr int kReadsAtOnce = 4;
 // Closing a socket with unread bytes resets the connection, and the client may lose the response.
 constexpr std::size_t kDrainBytes = 1 << 20;
+// A client that may not have another response of this size is refused before the work.
+constexpr std::size_t kLeastResponse = 512 * 1024;
 
 }  // namespace
 
@@ -95,6 +97,11 @@ void EventLoop::begin(Id id, Client& client) {
     if (const auto answer = hooks_.quick(*exchange)) {
         return reply(client, *answer, exchange->requestId, exchange->head.method == "HEAD");
     }
+    client.writer->setClient(exchange->client);
+    if (!client.writer->hasRoomFor(kLeastResponse)) {
+        return reply(client, hooks_.refuse(callOf(*exchange), responsesFull()), exchange->requestId,
+                     exchange->head.method == "HEAD");
+    }
     client.cancellation = exchange->cancellation;
     client.halfClosed = false;
     workers_.run([this, id, exchange, writer = client.writer] {
@@ -117,15 +124,14 @@ void EventLoop::refuse(Client& client, const Problem& problem) {
 // Checks a large body before it is received: access, and the memory of all large bodies together.
 std::optional<Problem> EventLoop::refusalOfBody(Client& client) {
     const RequestReader& reader = client.reader;
-    if (reader.state() != State::body || client.largeBytes > 0) return std::nullopt;
+    if (reader.state() != State::body || client.largeBody) return std::nullopt;
     const std::size_t size = reader.head().contentLength;
     if (size <= limits_.bodyBytes) return std::nullopt;
     if (auto problem = hooks_.admit(reader.head())) return problem;
-    if (size > limits_.largeBytes - std::min(limits_.largeBytes, largeBytes_)) {
-        return bodiesFull();
-    }
-    client.largeBytes = size;
-    largeBytes_ += size;
+    auto held =
+        holdings_.take(Pool::requestBytes, hooks_.client(reader.head(), client.address), size);
+    if (!held) return bodiesFull();
+    client.largeBody.emplace(*std::move(held));
     return std::nullopt;
 }
 
@@ -140,7 +146,7 @@ void EventLoop::finishResponse(Client& client) {
     client.phase = Phase::flushing;
     client.wait = Wait::nothing;  // restarts the deadline
     client.cancellation = nullptr;
-    largeBytes_ -= std::exchange(client.largeBytes, 0);
+    client.largeBody.reset();
     if (client.writer->pending() || client.writer->broken()) return;
     if (client.keepAlive) {
         client.phase = Phase::reading;

@@ -1,5 +1,7 @@
 #include "server/http/exchange.h"
 
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -107,26 +109,45 @@ std::string requestIdFrom(std::string_view given) {
     return text;
 }
 
-SocketWriter::SocketWriter(int socket, UnsentBytes& all, std::function<void()> wake)
-    : socket_(socket), all_(all), wake_(std::move(wake)) {}
+SocketWriter::SocketWriter(int socket, Holdings& holdings, std::string client,
+                           std::function<void()> wake)
+    : socket_(socket),
+      holdings_(holdings),
+      wake_(std::move(wake)),
+      client_(std::move(client)),
+      held_(holdings.take(Pool::responseBytes, client_, 0)) {}
 
 SocketWriter::~SocketWriter() {
-    all_.now -= unsent();
+    held_.reset();
     close(socket_);
 }
 
+void SocketWriter::setClient(const std::string& client) {
+    const std::lock_guard lock(mutex_);
+    if (client == client_) return;
+    client_ = client;
+    held_.reset();
+    held_ = holdings_.take(Pool::responseBytes, client_, 0);
+    held_->resize(unsent());
+}
+
+bool SocketWriter::hasRoomFor(std::size_t bytes) const {
+    const std::lock_guard lock(mutex_);
+    return bytes <= kAhead || holdings_.allows(Pool::responseBytes, client_, bytes);
+}
+
+// A response is taken whole, so that its thread is free; only a stream waits for its reader.
 bool SocketWriter::send(std::string_view bytes, bool streamed) {
     std::unique_lock lock(mutex_);
     while (!bytes.empty() && !broken_) {
-        const std::string_view piece = bytes.substr(0, kAhead);
+        const std::string_view piece = streamed ? bytes.substr(0, kAhead) : bytes;
         bytes.remove_prefix(piece.size());
         bytes_ += piece;
-        all_.now += piece.size();
         if (unsent() == piece.size()) flushLocked();
+        held_->resize(unsent());
         if (unsent() == 0 || broken_) continue;
         wake_();
-        const bool waits = streamed || all_.now > all_.max;
-        if (waits) drained_.wait(lock, [&] { return broken_ || unsent() <= kAhead; });
+        if (streamed) drained_.wait(lock, [&] { return broken_ || unsent() <= kAhead; });
     }
     return !broken_;
 }
@@ -148,7 +169,6 @@ void SocketWriter::flushLocked() {
         }
         begin_ += static_cast<std::size_t>(n);
         sent_ += static_cast<std::size_t>(n);
-        all_.now -= static_cast<std::size_t>(n);
     }
     // Frees sent bytes occasionally: each time would move the rest too often.
     if (unsent() == 0) {
@@ -158,6 +178,7 @@ void SocketWriter::flushLocked() {
         bytes_.erase(0, begin_);
         begin_ = 0;
     }
+    held_->resize(unsent());
     if (broken_ || unsent() <= kAhead) drained_.notify_all();
 }
 
@@ -177,9 +198,11 @@ bool SocketWriter::broken() const {
     return broken_;
 }
 
-std::uint64_t SocketWriter::sentBytes() const {
+std::uint64_t SocketWriter::deliveredBytes() const {
     const std::lock_guard lock(mutex_);
-    return sent_;
+    int waiting = 0;
+    if (ioctl(socket_, SIOCOUTQ, &waiting) != 0) waiting = 0;
+    return sent_ - std::min<std::uint64_t>(sent_, static_cast<std::uint64_t>(waiting));
 }
 
 }  // namespace clerestory

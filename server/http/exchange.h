@@ -4,13 +4,14 @@
 #pragma once
 
 #include "server/base/call.h"
+#include "server/base/holdings.h"
 #include "server/http/request_reader.h"
 
-#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -49,30 +50,33 @@ public:
     // that a stream is no faster than its reader. Returns false if the client disconnected or
     // stalled. May be called from any thread.
     virtual bool send(std::string_view bytes, bool streamed) = 0;
-};
-
-// Bytes that all writers of a server buffer together.
-struct UnsentBytes {
-    std::atomic<std::size_t> now{0};
-    std::size_t max = 0;  // above it send() blocks as for a stream
+    // Whether the client may have a response of this size, besides those that it has not read.
+    virtual bool hasRoomFor(std::size_t bytes) const {
+        static_cast<void>(bytes);
+        return true;
+    }
 };
 
 class SocketWriter final : public ResponseWriter {
 public:
     // Owns the non-blocking socket. `wake` is called when the event loop must call flush().
-    SocketWriter(int socket, UnsentBytes& all, std::function<void()> wake);
+    SocketWriter(int socket, Holdings& holdings, std::string client, std::function<void()> wake);
     ~SocketWriter() override;
     SocketWriter(const SocketWriter&) = delete;
     SocketWriter& operator=(const SocketWriter&) = delete;
 
     bool send(std::string_view bytes, bool streamed) override;
+    bool hasRoomFor(std::size_t bytes) const override;
 
     // Called by the event loop.
-    void flush();  // writes as much as the socket accepts
+    void setClient(const std::string& client);  // to which the next bytes count
+    void flush();                               // writes as much as the socket accepts
     void abort();  // send() returns false from now on and no longer blocks
     bool pending() const;
     bool broken() const;
-    std::uint64_t sentBytes() const;  // total
+    // Total; without those that wait in the kernel for the client to read what it has, which
+    // takes bytes in large pieces.
+    std::uint64_t deliveredBytes() const;
     int socket() const { return socket_; }
 
 private:
@@ -80,10 +84,12 @@ private:
     std::size_t unsent() const { return bytes_.size() - begin_; }
 
     const int socket_;
-    UnsentBytes& all_;
+    Holdings& holdings_;
     const std::function<void()> wake_;
     mutable std::mutex mutex_;
     std::condition_variable drained_;
+    std::string client_;
+    std::optional<Holdings::Held> held_;  // of the unsent bytes
     std::string bytes_;
     std::size_t begin_ = 0;  // of the bytes that are not sent yet
     std::uint64_t sent_ = 0;

@@ -39,7 +39,11 @@ public:
           listener(options.host, options.port),
           port(listener.port()),
           adapter(limits, routes.respond, routes.refuse),
-          loop(listener, limits, options.threads, hooks(), counters) {}
+          holdings({{Pool::requestBytes, {.most = limits.largeBytes}},
+                    {Pool::responseBytes, {.most = limits.unsentBytes, .firstMayExceed = true}},
+                    {Pool::streams, {.most = limits.streams}},
+                    {Pool::views, {.most = limits.views}}}),
+          loop(listener, limits, options.threads, hooks(), counters, holdings) {}
 
     EventLoop::Hooks hooks() {
         return {
@@ -70,6 +74,7 @@ public:
     Listener listener;
     const int port;
     HttplibAdapter adapter;
+    Holdings holdings;
     EventLoop loop;
 };
 
@@ -86,6 +91,9 @@ void HttpServer::serve() {
 void HttpServer::stop() {
     parts_->adapter.endStreams();
     parts_->loop.stop();
+}
+Holdings& HttpServer::holdings() {
+    return parts_->holdings;
 }
 const ConnectionCounters& HttpServer::counters() const {
     return parts_->counters;

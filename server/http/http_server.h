@@ -36,6 +36,8 @@ public:
     void serve();  // until stop(); returns when every response is sent
     void stop();   // from any thread
     const ConnectionCounters& counters() const;
+    // What each client holds; routes take their parts of it.
+    Holdings& holdings();
 
 private:
     class Parts;

@@ -73,6 +73,7 @@ private:
 // The handlers of the library do not pass an exchange; a thread handles one at a time.
 struct Serving {
     Exchange* exchange = nullptr;
+    ResponseWriter* writer = nullptr;
     std::function<bool(const Sink&)> pieces = {};  // writes the body of a streamed response
 };
 thread_local Serving serving;
@@ -114,7 +115,12 @@ public:
                 call.path = request.path;
                 call.query = request.params;
                 call.body = std::move(serving.exchange->body);
-                give(call, responder_(call), response);
+                Answer answer = responder_(call);
+                // Too late to save the work, but not the memory.
+                if (!serving.writer->hasRoomFor(answer.body.size())) {
+                    answer = refuser_(call, responsesFull());
+                }
+                give(call, std::move(answer), response);
                 return HandlerResponse::Handled;
             });
         // Called with the final headers. The library does not know the body of a stream.
@@ -130,7 +136,7 @@ public:
 
     bool answer(Exchange& exchange, ResponseWriter& writer) {
         MemoryStream stream(exchange, writer);
-        serving = {&exchange};
+        serving = {&exchange, &writer};
         bool closing = false;
         const Prepare prepare = [&](httplib::Request& request) {
             request.ranges.clear();           // range requests are not supported

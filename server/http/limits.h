@@ -30,8 +30,11 @@ struct HttpLimits {
     std::chrono::milliseconds body{10000};
     std::chrono::milliseconds write{10000};  // for a client to read 4 KiB of a response
     std::chrono::milliseconds idle{15000};   // between requests
-    // Buffered for all clients together; above it writers block.
-    std::size_t unsentBytes = 64 * 1024 * 1024;
+    // Of responses that are not read yet, of all clients together; see server/base/holdings.h for
+    // the share of one.
+    std::size_t unsentBytes = 128 * 1024 * 1024;
+    std::size_t streams = 32;  // live streams and sequences, of all clients together
+    std::size_t views = 128;   // live views, of all clients together
     std::vector<LargeBodies> large;
     // Of all bodies above bodyBytes together that are being received or handled.
     std::size_t largeBytes = 256 * 1024 * 1024;

@@ -88,6 +88,9 @@ Listener::Accepted Listener::accept() {
     if (fd >= 0) {
         const int on = 1;  // otherwise delayed ACKs add 40 ms on a persistent connection
         setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+        // Otherwise the kernel takes megabytes at once, and says nothing while they are read.
+        const int unsent = 128 * 1024;
+        setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent, sizeof unsent);
         return {.what = What::connection, .socket = fd, .client = nameOf(address)};
     }
     switch (errno) {

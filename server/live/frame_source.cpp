@@ -13,8 +13,9 @@ constexpr std::chrono::minutes kRetryLimit{2};
 }  // namespace
 
 EncodedFrame FrameSource::draw(const FrameRequest& request, bool withPlan,
-                               const std::string& requestId) {
-    return draw({.request = request, .withPlan = withPlan, .requestId = requestId});
+                               const std::string& requestId, const std::string& client) {
+    return draw(
+        {.request = request, .withPlan = withPlan, .requestId = requestId, .client = client});
 }
 
 EncodedFrame FrameSource::draw(FrameOrder order) {
@@ -45,16 +46,10 @@ void FrameSource::count(int status, std::size_t bytes, Clock::time_point arrived
              fixedPoint(millisecondsSince(arrived), 1), " ms ", requestId});
 }
 
-std::shared_ptr<void> StreamSlots::take() {
-    {
-        const std::lock_guard lock(count_->mutex);
-        if (count_->taken == most_) throw RequestError(streamsFull());
-        ++count_->taken;
-    }
-    return {nullptr, [count = count_](void*) {
-                const std::lock_guard lock(count->mutex);
-                --count->taken;
-            }};
+std::shared_ptr<void> StreamSlots::take(const std::string& client) {
+    auto held = holdings_.take(Pool::streams, client, 1);
+    if (!held) throw RequestError(streamsFull());
+    return std::make_shared<Holdings::Held>(*std::move(held));
 }
 
 }  // namespace clerestory

@@ -4,11 +4,12 @@
 
 #include "server/api/backend.h"
 #include "server/api/request_metrics.h"
+#include "server/base/holdings.h"
 
 #include <atomic>
 #include <cstddef>
 #include <memory>
-#include <mutex>
+#include <string>
 
 namespace clerestory {
 
@@ -22,7 +23,8 @@ public:
 
     // Repeats the request for up to two minutes while the problem is temporary: the queue is full,
     // the scene is loading, a budget is being measured. Throws RequestError.
-    EncodedFrame draw(const FrameRequest& request, bool withPlan, const std::string& requestId);
+    EncodedFrame draw(const FrameRequest& request, bool withPlan, const std::string& requestId,
+                      const std::string& client);
 
     // The same with the time of each attempt as FrameOrder::arrived. A cancelled frame is not
     // repeated and counts as no request.
@@ -41,21 +43,18 @@ private:
     const std::size_t renderers_;
 };
 
-// Limits how many streams and sequences run at once: each occupies a thread. Thread-safe.
+// Limits how many streams and sequences run at once, of all clients and of each: each occupies a
+// thread. Thread-safe.
 class StreamSlots {
 public:
-    explicit StreamSlots(std::size_t most) : count_(std::make_shared<Count>()), most_(most) {}
+    explicit StreamSlots(Holdings& holdings) : holdings_(holdings) {}
 
-    // Occupied as long as the result exists. Throws RequestError 503 if there is no free slot.
-    std::shared_ptr<void> take();
+    // Occupied as long as the result exists. Throws RequestError 503 if there is no free slot, or
+    // the client has its share.
+    std::shared_ptr<void> take(const std::string& client);
 
 private:
-    struct Count {
-        std::mutex mutex;
-        std::size_t taken = 0;
-    };
-    std::shared_ptr<Count> count_;
-    std::size_t most_;
+    Holdings& holdings_;
 };
 
 }  // namespace clerestory

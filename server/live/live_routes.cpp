@@ -105,7 +105,8 @@ Answer putView(const LiveRoutes& routes, const Call& call) {
     requireQuery(call, false);
     const json body = strictJson(call.body);
     FrameRequest request = jpegRequestFrom(body);
-    const std::uint64_t version = routes.views.make(name)->put(std::move(request), body.dump());
+    const std::uint64_t version =
+        routes.views.make(name, call.client)->put(std::move(request), body.dump());
     return {.status = 204, .headers = {{"Clerestory-View-Version", std::to_string(version)}}};
 }
 
@@ -118,8 +119,9 @@ Answer getView(const LiveRoutes& routes, const Call& call) {
 
 Answer getStream(const LiveRoutes& routes, const Call& call) {
     StreamRequest request = streamRequestFrom(routes.views, call);
-    const auto stream = std::make_shared<LiveStream>(routes.frames, routes.slots.take(),
-                                                     std::move(request), call.requestId);
+    const auto stream =
+        std::make_shared<LiveStream>(routes.frames, routes.slots.take(call.client),
+                                     std::move(request), call.requestId, call.client);
     try {
         stream->draw();  // before the status is sent, so that a problem has one
     } catch (const RequestError& error) {

@@ -28,11 +28,12 @@ constexpr const char* kDelimiter = "--frame\r\n";
 }  // namespace
 
 LiveStream::LiveStream(FrameSource& frames, std::shared_ptr<void> slot, StreamRequest request,
-                       std::string requestId)
+                       std::string requestId, std::string client)
     : frames_(frames),
       slot_(std::move(slot)),
       request_(std::move(request)),
       requestId_(std::move(requestId)),
+      client_(std::move(client)),
       drawing_(LiveDrawing::of(*request_.view, {.targetMs = request_.targetMs,
                                                 .playRate = request_.play ? request_.rate : 0.0})) {
 }
@@ -41,6 +42,7 @@ LiveDrawing::Draw LiveStream::drawer() {
     return [this](const LiveDrawing::Order& order) {
         EncodedFrame drawn = frames_.draw({.request = order.request,
                                            .requestId = requestId_,
+                                           .client = client_,
                                            .cancellation = order.cancellation,
                                            .endsInProgress = order.isRefinement});
         return LiveDrawing::Drawn{std::move(drawn.bytes), drawn.milliseconds};

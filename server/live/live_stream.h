@@ -22,7 +22,7 @@ class LiveStream {
 public:
     // `slot` is held as long as this exists; `frames` outlives this.
     LiveStream(FrameSource& frames, std::shared_ptr<void> slot, StreamRequest request,
-               std::string requestId);
+               std::string requestId, std::string client);
 
     // Draws the present frame. Throws RequestError.
     void draw();
@@ -40,7 +40,7 @@ private:
     FrameSource& frames_;
     std::shared_ptr<void> slot_;
     StreamRequest request_;
-    std::string requestId_;
+    std::string requestId_, client_;
     std::shared_ptr<LiveDrawing> drawing_;
     LiveDrawing::Picture picture_;
     std::uint64_t version_ = 0;       // of the view, that was drawn or could not be drawn

@@ -54,17 +54,36 @@ std::shared_ptr<LiveDrawing> LiveView::drawing(
     return drawing;
 }
 
-std::shared_ptr<LiveView> LiveViews::make(const std::string& name) {
-    const std::lock_guard lock(mutex_);
-    if (!views_.contains(name) && views_.size() == kMax) {
-        views_.erase(std::min_element(
-            views_.begin(), views_.end(),
-            [](const auto& a, const auto& b) { return a.second.changedAt < b.second.changedAt; }));
+// With the lock held.
+void LiveViews::removeOldest(const std::string& client) {
+    auto oldest = views_.end();
+    for (auto view = views_.begin(); view != views_.end(); ++view) {
+        if (view->second.held.client() != client) continue;
+        if (oldest == views_.end() || view->second.changedAt < oldest->second.changedAt) {
+            oldest = view;
+        }
     }
-    Entry& entry = views_[name];
-    if (!entry.view) entry.view = std::make_shared<LiveView>();
-    entry.changedAt = ++count_;
-    return entry.view;
+    if (oldest != views_.end()) views_.erase(oldest);
+}
+
+std::shared_ptr<LiveView> LiveViews::make(const std::string& name, const std::string& client) {
+    const std::lock_guard lock(mutex_);
+    auto found = views_.find(name);
+    if (found == views_.end()) {
+        auto held = holdings_.take(Pool::views, client, 1);
+        if (!held) {
+            const bool hasShare = holdings_.of(Pool::views, client) > 0;
+            removeOldest(hasShare ? client : holdings_.usage(Pool::views).greatestClient);
+            held = holdings_.take(Pool::views, client, 1);
+        }
+        if (!held) throw RequestError(streamsFull());
+        found = views_
+                    .emplace(name,
+                             Entry{.view = std::make_shared<LiveView>(), .held = *std::move(held)})
+                    .first;
+    }
+    found->second.changedAt = ++count_;
+    return found->second.view;
 }
 
 std::shared_ptr<LiveView> LiveViews::find(const std::string& name) const {

@@ -3,6 +3,7 @@
 
 #include "plan/request/frame_request.h"
 #include "server/base/call.h"
+#include "server/base/holdings.h"
 #include "server/base/process.h"
 
 #include <compare>
@@ -57,11 +58,13 @@ private:
 
 class LiveViews {
 public:
-    static constexpr std::size_t kMax = 64;
+    explicit LiveViews(Holdings& holdings) : holdings_(holdings) {}
 
-    // The view with this name; creates it if there is none, and then removes the view that was
-    // created or changed longest ago if there are too many. Its streams go on with what they show.
-    std::shared_ptr<LiveView> make(const std::string& name);
+    // The view with this name; creates it for the client if there is none. A client that has its
+    // share (server/base/holdings.h) then loses the one of its views that was created or changed
+    // longest ago; if there are views of too many clients, the client with the most loses one. The
+    // streams of a removed view go on with what they show.
+    std::shared_ptr<LiveView> make(const std::string& name, const std::string& client);
     // Null if there is none.
     std::shared_ptr<LiveView> find(const std::string& name) const;
 
@@ -69,7 +72,11 @@ private:
     struct Entry {
         std::shared_ptr<LiveView> view;
         std::uint64_t changedAt = 0;
+        Holdings::Held held;
     };
+    void removeOldest(const std::string& client);
+
+    Holdings& holdings_;
     mutable std::mutex mutex_;
     std::map<std::string, Entry> views_;
     std::uint64_t count_ = 0;

@@ -21,14 +21,14 @@ struct Outcome {
 struct Run {
     FrameSource& source;
     Sequence sequence;
-    std::string requestId;
+    std::string requestId, client;
     bool multipart = false;
     std::shared_ptr<void> slot;
 
     Outcome frame(std::size_t index) const {
         try {
             return {.made = filesOf(sequence, index, [&](const FrameRequest& request) {
-                        return source.draw(request, true, requestId);
+                        return source.draw(request, true, requestId, client);
                     })};
         } catch (const RequestError& error) {
             return {.problem = error.problem()};
@@ -75,8 +75,9 @@ Answer postSequence(const LiveRoutes& routes, const Call& call) {
     requireQuery(call, false);
     auto run = std::make_shared<Run>(Run{.source = routes.frames,
                                          .requestId = call.requestId,
+                                         .client = call.client,
                                          .multipart = acceptsMultipart(call),
-                                         .slot = routes.slots.take()});
+                                         .slot = routes.slots.take(call.client)});
     run->sequence = sequenceFrom(strictJson(call.body));
     // Most errors of the first frame are errors of every frame, and can still have a status.
     auto first = std::make_shared<Outcome>(run->frame(run->sequence.first));

@@ -250,13 +250,13 @@ Call unpackedCall(std::string_view bytes) {
 }
 
 std::string packed(const FrameOrder& order) {
-    return packedParts(order.request, order.withPlan, order.requestId, order.arrived,
+    return packedParts(order.request, order.withPlan, order.requestId, order.client, order.arrived,
                        order.endsInProgress);
 }
 
 FrameOrder unpackedFrameOrder(std::string_view bytes) {
     FrameOrder order;
-    unpackParts(bytes, order.request, order.withPlan, order.requestId, order.arrived,
+    unpackParts(bytes, order.request, order.withPlan, order.requestId, order.client, order.arrived,
                 order.endsInProgress);
     return order;
 }

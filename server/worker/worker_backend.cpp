@@ -227,6 +227,7 @@ EncodedFrame WorkerBackend::draw(const FrameOrder& order) {
                             .onlyFirst = order.request.accuracy.isBudget()};
     if (!queue_ || !isLoaded(supervisor_.renderers(), need.scene)) return supervisor_.ask(order);
     Turn turn = turnFor(order.arrived, options_.deadlineSeconds);
+    turn.client = order.client;
     turn.cancellation = order.cancellation;
     turn.kind = kindOf(order.request);
     const RendererQueue::Place place = queue_->take(turn, need);

@@ -10,6 +10,7 @@
 #include <sys/time.h>
 
 #include <atomic>
+#include <cstdio>
 #include <cstring>
 #include <future>
 #include <thread>
@@ -296,6 +297,110 @@ TEST(Front, AReaderAtTheMinimumRateReceivesEverything) {
         std::this_thread::sleep_for(milliseconds(3));
     }
     EXPECT_EQ(bodyOf(all).size(), 8u << 20);
+}
+
+// A4 of the catalogue of attacks: the kernel takes a megabyte at once, and says nothing while it is
+// read. This reader needs longer for a megabyte than the limit, with a buffer of the usual size.
+TEST(Front, ASteadyReaderReceivesEverythingHoweverTheKernelBuffers) {
+    HttpLimits limits = quickLimits();
+    limits.write = milliseconds(kSanitized ? 3000 : 700);
+    LocalHttpServer server(limits);
+    RawClient client(server.port());
+    client.send(get("/big", "Connection: close\r\n"));
+    std::size_t received = 0;
+    const auto begun = Clock::now();
+    for (;;) {
+        char some[65536];
+        const ssize_t n = ::recv(client.socket(), some, sizeof some, 0);
+        if (n <= 0) break;
+        received += static_cast<std::size_t>(n);
+        // A megabyte a second.
+        std::this_thread::sleep_until(begun + std::chrono::microseconds(received));
+    }
+    EXPECT_GT(received, 8u << 20);
+    EXPECT_EQ(server.counters().stalled, 0u);
+}
+
+// A5 of the catalogue of attacks.
+TEST(Front, ResponsesAreCappedForEachClientAndHoldNoThread) {
+    HttpLimits limits = quickLimits();
+    limits.write = milliseconds(30000);
+    limits.unsentBytes = 20 << 20;
+    LocalHttpServer server(limits, 2);
+    std::vector<RawClient> slow;
+    for (int i = 0; i < 8; ++i) {
+        slow.emplace_back(server.port(), "127.0.0.2", 4096);
+        slow.back().send(get("/big"));
+    }
+    // The first response, then perhaps one more; the others are refused, and nobody waits.
+    int refused = 0;
+    for (RawClient& client : slow) {
+        char some[13] = "";
+        ASSERT_EQ(::recv(client.socket(), some, sizeof some - 1, MSG_WAITALL), 12);
+        refused += std::string_view(some) == "HTTP/1.1 503";
+    }
+    EXPECT_GE(refused, 6);
+    EXPECT_EQ(bodyOf(ask(server.port(), get("/a"), 10)), "GET /a ");
+    EXPECT_EQ(bodyOf(ask(server.port(), get("/big"), 10, "127.0.0.3")).size(), 8u << 20)
+        << "another client has its share";
+    slow.clear();
+}
+
+// A5: readers that read, but slowly, kept the process alive after SIGTERM.
+TEST(Front, StoppingWaitsForReadersOnceForTheWriteLimit) {
+    LocalHttpServer server;
+    RawClient client(server.port(), nullptr, 4096);
+    client.send(get("/big"));
+    std::atomic<bool> ending{false};
+    std::thread reader([&] {
+        char some[8192];  // more than 4 KB within the limit
+        while (!ending && ::recv(client.socket(), some, sizeof some, MSG_DONTWAIT) != 0) {
+            std::this_thread::sleep_for(milliseconds(50));
+        }
+    });
+    EXPECT_TRUE(soon([&] { return server.counters().open == 1; }));
+    std::this_thread::sleep_for(milliseconds(100));
+    const auto begun = Clock::now();
+    server.stop();
+    std::printf("stopped after %.1f s, with a reader of 160 KB a second and 8 MB to read\n",
+                std::chrono::duration<double>(Clock::now() - begun).count());
+    ending = true;
+    reader.join();
+    EXPECT_EQ(server.counters().stalled, 1u);
+}
+
+// A12: four heads that announced large bodies kept everybody else's out.
+TEST(Front, LargeBodiesOfOneClientLeaveRoomForOthers) {
+    HttpLimits limits = limitsWithALargeRoute();
+    limits.body = milliseconds(30000);
+    limits.largeBytes = 8 << 20;
+    LocalHttpServer server(limits);
+    std::vector<RawClient> greedy;
+    int refused = 0;
+    for (int i = 0; i < 4; ++i) {
+        greedy.emplace_back(server.port(), "127.0.0.2");
+        ASSERT_TRUE(greedy.back().send(largeHead(2 << 20)));
+    }
+    for (RawClient& client : greedy) refused += statusOf(client.answer(0.3)) == 503;
+    EXPECT_EQ(refused, 2);
+    const std::string body(2 << 20, 'y');
+    EXPECT_EQ(statusOf(ask(server.port(), largeHead(body.size()) + body, 10, "127.0.0.3")), 200);
+    greedy.clear();
+}
+
+// A12: connections.
+TEST(Front, TheClientWithTheMostConnectionsLosesOneFirst) {
+    HttpLimits limits = quickLimits();
+    limits.connections = 16;
+    limits.idle = milliseconds(60000);
+    LocalHttpServer server(limits);
+    RawClient polite(server.port(), "127.0.0.3");
+    ASSERT_TRUE(soon([&] { return server.counters().open == 1; }));
+    std::vector<RawClient> greedy;
+    for (int i = 0; i < 100; ++i) greedy.emplace_back(server.port(), "127.0.0.2");
+    ASSERT_TRUE(soon([&] { return server.counters().accepted == 101; }));
+    polite.send(get("/a"));
+    EXPECT_EQ(bodyOf(polite.answer(10)), "GET /a ") << "though it was idle longest";
 }
 
 TEST(Front, HandlersLearnThatTheClientDisconnected) {

@@ -124,7 +124,8 @@ TEST(Sequences, MatricesAreReported) {
     for (int i = 0; i < 16; ++i) {
         EXPECT_NEAR(camera["cameraToWorld"][i].get<double>(), asked[i].get<double>(), 1e-8);
     }
-    EXPECT_EQ(camera["cameraToWorld"][13], 1.25) << "the eye is returned with the same bits";
+    EXPECT_EQ(camera["cameraToWorld"][13], 1.25)
+        << "the eye is returned with the same bits";
     EXPECT_EQ(camera["intrinsics"]["pixelCenter"], "half");
     EXPECT_NEAR(camera["intrinsics"]["cx"].get<double>(), 30.5, 1e-9);
     EXPECT_NEAR(camera["intrinsics"]["cy"].get<double>(), 20.5, 1e-9);

@@ -79,8 +79,8 @@ bool restrictFiles(const std::filesystem::path& folder, int abi) {
     const int rules = rulesetFor(allRights(abi), kScopeAbstractSockets | kScopeSignals, abi);
     if (rules < 0) return false;
     constexpr std::uint64_t kRead = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
-    const bool made =
-        addRule(rules, folder.c_str(), kRead) && syscall(SYS_landlock_restrict_self, rules, 0) == 0;
+    addRule(rules, folder.c_str(), kRead);  // without the folder nothing can be read
+    const bool made = syscall(SYS_landlock_restrict_self, rules, 0) == 0;
     close(rules);
     return made;
 }
