@@ -99,6 +99,11 @@ SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id) {
         updateUploads();
         entry = entries_.find(id);
     }
+    // Another process, which has ended since, may have deleted it.
+    if (entry && entry->status.uploaded && uploads_ && !uploads_->find(id)) {
+        updateUploads();
+        entry = entries_.find(id);
+    }
     if (entry) return entry;
     const std::vector<Entry> listed = entries_.listed();
     std::vector<std::string_view> known;
