@@ -92,7 +92,10 @@ std::optional<WorkerReply> replyIn(const Message& message) {
 }  // namespace
 
 WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast)
-    : silence_(program.silence), number_(number), compilesFast_(compileFast) {
+    : silence_(program.silence),
+      start_(program.start),
+      number_(number),
+      compilesFast_(compileFast) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw failure("a socket");
     pipe_ = std::make_unique<MessagePipe>(ends[0]);
@@ -118,6 +121,11 @@ WorkerProcess::~WorkerProcess() {
 }
 
 void WorkerProcess::awaitReady() {
+    if (ready_.wait_for(start_) != std::future_status::ready) {
+        throw std::runtime_error("the render worker was not ready " +
+                                 std::to_string(start_.count() / 1000) +
+                                 " seconds after its start");
+    }
     ready_.get();
 }
 

@@ -23,6 +23,8 @@ struct WorkerProgram {
     std::vector<std::string> arguments;  // those of `clerestory serve`
     // A worker that sends nothing for this long, not even MessageKind::alive, is killed.
     std::chrono::milliseconds silence{3000};
+    // From its start until it answers requests; then it is killed, though it sends signs of life.
+    std::chrono::milliseconds start{120000};
 };
 
 class WorkerProcess {
@@ -67,7 +69,7 @@ private:
     void watch();
     void end(bool byUs);
 
-    const std::chrono::milliseconds silence_;
+    const std::chrono::milliseconds silence_, start_;
     const std::uint64_t number_;
     const bool compilesFast_;
     pid_t id_ = -1;

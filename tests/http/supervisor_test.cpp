@@ -40,6 +40,7 @@ int playWorker(int argc, char** argv) {
         pipe.send({.kind = MessageKind::failed, .bytes = "no driver here"});
         return 2;
     }
+    if (argc > 2 && std::strcmp(argv[2], "never ready") == 0) beatFor(pipe, 1h);
     pipe.send({.kind = MessageKind::ready});
     pipe.send({.kind = MessageKind::warm});
     std::thread([&pipe] { beatFor(pipe, 1h); }).detach();
@@ -284,6 +285,18 @@ TEST(Supervisor, AFailedStartIsExplained) {
         FAIL();
     } catch (const std::runtime_error& error) {
         EXPECT_STREQ(error.what(), "no driver here");
+    }
+}
+
+// A13 of the catalogue of attacks.
+TEST(Supervisor, AWorkerThatLivesAndIsNeverReadyIsGivenUp) {
+    SupervisorOptions never = options("never ready");
+    never.program.start = 700ms;  // longer than the silence
+    try {
+        const Supervisor supervisor(never);
+        ADD_FAILURE() << "it started";
+    } catch (const std::runtime_error& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr("was not ready"));
     }
 }
 
