@@ -117,12 +117,20 @@ std::string lightHeader(const LightOfFrame& light) {
     return text;
 }
 
+// A GET that a page of another site made, as for an image. Browsers write this header, pages
+// cannot.
+bool isForeign(const Call& call) {
+    const std::string site = call.header("Sec-Fetch-Site");
+    return call.method == "GET" && !site.empty() && site != "same-origin" && site != "none";
+}
+
 Answer frame(const FrameRoutes& routes, const Call& call) {
     FrameCall given = frameCallFrom(call, routes.signedLinks);
     const Explain explain = given.explain;
     const bool explained = explain != Explain::no;
     FrameService& frames = routes.frames;
-    const FrameService::Resolved resolved = frames.resolve(std::move(given.request));
+    const FrameService::Resolved resolved =
+        frames.resolve(std::move(given.request), !isForeign(call));
     const FrameRequest& request = resolved.request;
     frames.requireAffordable(request);
     // The revision of its light is known after the frame is drawn.

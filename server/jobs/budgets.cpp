@@ -128,7 +128,7 @@ std::optional<Curve> Budgets::measured(const FrameRequest& request,
     }
 }
 
-Budgets::Pick Budgets::pick(const Scene& scene, const FrameRequest& request) {
+Budgets::Pick Budgets::pick(const Scene& scene, const FrameRequest& request, bool mayMeasure) {
     const std::string key = keyOf(scene, request);
     const std::lock_guard lock(mutex_);
     if (curves_.size() >= kMaxCurves && curves_.count(key) == 0) curves_.clear();
@@ -144,6 +144,11 @@ Budgets::Pick Budgets::pick(const Scene& scene, const FrameRequest& request) {
     }
     if (const auto progress = progressOf(jobs_, found.job)) {
         throw RequestError(stillMeasuring(found.job, *progress));
+    }
+    if (!mayMeasure) {
+        throw RequestError(
+            forbidden("A page of another site cannot start the measurement of a budget. Open the "
+                      "link itself first, or send the frame by POST."));
     }
     const auto work = [this, request, key](const JobControl& control) {
         auto curve = measured(request, control);

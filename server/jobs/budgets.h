@@ -49,7 +49,7 @@ public:
     // lighting, effects and size, not to a view: the first view that is requested is measured.
     // Throws RequestError 409 with the progress of the job while the curve is measured, 503 if
     // there are too many jobs.
-    Pick pick(const Scene& scene, const FrameRequest& request);
+    Pick pick(const Scene& scene, const FrameRequest& request, bool mayMeasure = true);
 
     // A frame with these settings took that many milliseconds: corrects the curve.
     void drawn(const Pick& pick, double milliseconds);

@@ -12,8 +12,8 @@
 namespace clerestory {
 namespace {
 
-constexpr std::array<const char*, 5> kHeaders = {"Content-Type", "Accept", "If-None-Match",
-                                                 "Clerestory-Deadline", "Prefer"};
+constexpr std::array<const char*, 6> kHeaders = {"Content-Type",        "Accept", "If-None-Match",
+                                                 "Clerestory-Deadline", "Prefer", "Sec-Fetch-Site"};
 
 struct AnyVisitor {
     template <class T, class Kind>
