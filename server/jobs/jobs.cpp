@@ -11,8 +11,16 @@
 namespace clerestory {
 namespace {
 
-// A result with its pictures takes a few megabytes.
+// A result with its pictures takes a few megabytes as a rule; one can take more than a hundred.
 constexpr std::size_t kMaxFinished = 16;
+constexpr std::size_t kMaxFinishedBytes = 256 << 20;
+
+std::size_t bytesOf(const JobStatus& status) {
+    std::size_t bytes = 0;
+    if (!status.result) return bytes;
+    for (const JobPicture& picture : status.result->pictures) bytes += picture.bytes.size();
+    return bytes;
+}
 
 bool finished(JobState state) {
     return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
@@ -163,6 +171,18 @@ void Jobs::run(Job& job) {
         job.status.state = JobState::done;
         job.status.progress = 1.0;
         job.status.result = result;
+        discardOldResults(job, lock);
+    }
+}
+
+// Keeps the newest one whatever its size.
+void Jobs::discardOldResults(const Job& newest, const std::lock_guard<std::mutex>&) {
+    std::size_t bytes = 0;
+    for (const auto& job : jobs_) bytes += bytesOf(job->status);
+    for (auto job = jobs_.begin(); job != jobs_.end() && bytes > kMaxFinishedBytes;) {
+        const bool mayGo = job->get() != &newest && finished((*job)->status.state);
+        if (mayGo) bytes -= bytesOf((*job)->status);
+        job = mayGo ? jobs_.erase(job) : std::next(job);
     }
 }
 

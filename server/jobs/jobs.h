@@ -91,6 +91,7 @@ private:
     };
     void serve();
     void run(Job& job);
+    void discardOldResults(const Job& newest, const std::lock_guard<std::mutex>& lock);
     Job* find(std::string_view id, const std::lock_guard<std::mutex>&) const;
     Job& jobFor(const std::string& id, const std::lock_guard<std::mutex>& lock) const;
 
