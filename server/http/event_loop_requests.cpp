@@ -85,7 +85,7 @@ void EventLoop::begin(Id id, Client& client) {
     const RequestReader& reader = client.reader;
     auto exchange = std::make_shared<Exchange>(
         Exchange{.head = reader.head(),
-                 .headBytes = std::string(reader.headBytes()),
+                 .headBytes = headText(reader.head()),
                  .body = client.reader.takeBody(),
                  .requestId = requestIdFrom(reader.head().header("X-Request-Id")),
                  .client = hooks_.client(reader.head(), client.address),

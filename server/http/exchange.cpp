@@ -89,7 +89,9 @@ std::string responseBytes(const Answer& answer, const std::string& requestId, bo
     for (const auto& [name, value] : answer.headers) add(name, value);
     add("X-Request-Id", requestId);
     if (!answer.type.empty()) add("Content-Type", answer.type);
-    add("Content-Length", std::to_string(answer.body.size()));
+    if (answer.status != 204 && answer.status != 304) {
+        add("Content-Length", std::to_string(answer.body.size()));
+    }
     add("Connection", keepAlive ? "keep-alive" : "close");
     text += "\r\n\r\n";
     if (!isHead) text += answer.body;

@@ -125,7 +125,8 @@ public:
             });
         // Called with the final headers. The library does not know the body of a stream.
         set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
-            if (serving.pieces) response.headers.erase("Content-Length");
+            const bool hasNoBody = response.status == 204 || response.status == 304;
+            if (serving.pieces || hasNoBody) response.headers.erase("Content-Length");
         });
         set_error_handler([this](const httplib::Request&, httplib::Response& response) {
             if (!response.has_header("X-Request-Id")) refuse(notHttp(), response);

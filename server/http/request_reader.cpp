@@ -58,12 +58,27 @@ std::string_view nextLine(std::string_view& text) {
     return line;
 }
 
+// Of a target in absolute form, as proxies send it, which becomes a path; otherwise empty.
+std::string_view takeAuthority(std::string_view& target) {
+    for (const std::string_view scheme : {"http://", "https://"}) {
+        if (!sameName(target.substr(0, scheme.size()), scheme)) continue;
+        const std::size_t end = std::min(target.find_first_of("/?", scheme.size()), target.size());
+        const std::string_view authority = target.substr(scheme.size(), end - scheme.size());
+        if (authority.empty() || authority.find('@') != authority.npos) return {};
+        target.remove_prefix(end);
+        if (target.empty()) target = "/";
+        return authority;
+    }
+    return {};
+}
+
 std::optional<Problem> readRequestLine(std::string_view line, RequestHead& head,
                                        const HttpLimits& limits) {
     const std::size_t first = line.find(' '), last = line.rfind(' ');
     if (first == std::string_view::npos || first == last) return notHttp();
     const std::string_view method = line.substr(0, first), version = line.substr(last + 1);
-    const std::string_view target = line.substr(first + 1, last - first - 1);
+    std::string_view target = line.substr(first + 1, last - first - 1);
+    head.authority = takeAuthority(target);
     if (!isToken(method) || !version.starts_with("HTTP/")) return notHttp();
     head.method = method;
     head.target = target;
@@ -158,6 +173,16 @@ std::string_view RequestHead::path() const {
     return std::string_view(target).substr(0, target.find('?'));
 }
 
+std::string headText(const RequestHead& head) {
+    std::string text =
+        head.method + ' ' + head.target + " HTTP/1." + std::to_string(head.minorVersion) + "\r\n";
+    for (const auto& [name, value] : head.headers) {
+        if (sameName(name, "Range")) continue;
+        text.append(name).append(": ").append(value).append("\r\n");
+    }
+    return text + "\r\n";
+}
+
 std::size_t bodyLimit(const RequestHead& head, const HttpLimits& limits) {
     for (const LargeBodies& route : limits.large) {
         if (head.method == route.method && head.path() == route.path) return route.bytes;
@@ -182,6 +207,13 @@ HeadOutcome readHead(std::string_view text, const HttpLimits& limits) {
     const std::size_t hosts = countOf(head, "Host");
     if (!outcome.problem && (hosts > 1 || (hosts == 0 && head.minorVersion == 1))) {
         outcome.problem = badRequest("A request requires exactly one Host header.");
+    }
+    if (!outcome.problem && hosts == 0 && !head.authority.empty()) {
+        head.headers.emplace_back("Host", head.authority);
+    }
+    // The authority of the target replaces the header (RFC 9112 3.2.2).
+    for (auto& [name, value] : head.headers) {
+        if (!head.authority.empty() && sameName(name, "Host")) value = head.authority;
     }
     head.keepAlive = head.minorVersion == 1;
     for (const auto& [name, value] : head.headers) {

@@ -18,8 +18,9 @@ namespace clerestory {
 
 struct RequestHead {
     std::string method;
-    std::string target;    // not decoded: a path from "/" on with its query, or "*"
-    int minorVersion = 1;  // of HTTP/1.x
+    std::string target;     // not decoded: a path from "/" on with its query, or "*"
+    std::string authority;  // of a target in absolute form; also the value of the header Host
+    int minorVersion = 1;   // of HTTP/1.x
     std::vector<std::pair<std::string, std::string>> headers;
     std::size_t contentLength = 0;
     bool keepAlive = true;
@@ -37,6 +38,10 @@ struct HeadOutcome {
 
 // `text`: all lines with their CRLF, up to the blank line.
 HeadOutcome readHead(std::string_view text, const HttpLimits& limits);
+
+// The head as bytes, with the target as a path and without Range: ranges are not supported, so that
+// the header is ignored whatever it says (RFC 9110 14.2).
+std::string headText(const RequestHead& head);
 
 // The maximum size of the body in bytes.
 std::size_t bodyLimit(const RequestHead& head, const HttpLimits& limits);

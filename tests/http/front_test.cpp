@@ -82,6 +82,8 @@ private:
         if (call.path == "/client") return {.type = "text/plain", .body = call.client};
         if (call.path == "/big") return {.type = "image/x", .body = std::string(8 << 20, 'b')};
         if (call.path == "/wait") return wait(call);
+        if (call.path == "/nothing") return {.status = 204};
+        if (call.path == "/same") return {.status = 304};
         if (call.path == "/stream") return stream(call);
         return {.type = "text/plain", .body = call.method + " " + call.path + " " + call.body};
     }
@@ -237,6 +239,29 @@ TEST(Front, HeadResponsesHaveNoBody) {
     EXPECT_EQ(both.find("quick"), std::string::npos);
     EXPECT_EQ(both.rfind("HTTP/1.1 200"), both.find("HTTP/1.1 200", 1)) << "two answers";
     EXPECT_TRUE(both.ends_with("\r\n\r\n"));
+}
+
+TEST(Front, AnswersWithoutABodyHaveNoLength) {
+    LocalHttpServer server;
+    for (const char* path : {"/nothing", "/same"}) {
+        RawClient client(server.port());
+        client.send(get(path, "Connection: close\r\n"));
+        const std::string answer = client.receive(5);
+        EXPECT_TRUE(answer.starts_with("HTTP/1.1 ")) << answer;
+        EXPECT_EQ(headerOf(answer, "Content-Length"), "") << answer;
+    }
+}
+
+TEST(Front, RangesAndAbsoluteTargetsAreReadAsTheStandardSays) {
+    LocalHttpServer server;
+    for (const char* range : {"bytes=0-1", "bytes=9-1", "bytes=a", "lines=1-2", ""}) {
+        const std::string answer =
+            ask(server.port(), get("/a", "Range: " + std::string(range) + "\r\n"));
+        EXPECT_EQ(statusOf(answer), 200) << range;
+        EXPECT_EQ(bodyOf(answer), "GET /a ") << range;
+    }
+    EXPECT_EQ(bodyOf(ask(server.port(), "GET http://localhost/a HTTP/1.1\r\nHost: b\r\n\r\n")),
+              "GET /a ");
 }
 
 TEST(Front, AStreamWaitsForItsReader) {

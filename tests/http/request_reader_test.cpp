@@ -93,6 +93,28 @@ TEST(RequestReader, LimitsAreExactToTheByte) {
     EXPECT_EQ(statusAfter(request("Content-Length: 15\r\n", std::string(14, 'b'))), 0) << "waits";
 }
 
+TEST(RequestReader, TargetsInAbsoluteFormBecomePaths) {
+    const auto read = [](const std::string& line, const std::string& more) {
+        return readHead(line + "\r\n" + more + "\r\n", {});
+    };
+    const HeadOutcome full = read("GET http://frames.example:80/v1/frames?width=9 HTTP/1.1",
+                                  "Host: other.example\r\nRange: bytes=9-1\r\n");
+    ASSERT_FALSE(full.problem);
+    EXPECT_EQ(full.head.target, "/v1/frames?width=9");
+    EXPECT_EQ(full.head.header("Host"), "frames.example:80") << "the target's authority counts";
+    EXPECT_EQ(headText(full.head),
+              "GET /v1/frames?width=9 HTTP/1.1\r\nHost: frames.example:80\r\n\r\n")
+        << "without the range";
+    const HeadOutcome bare = read("GET HTTPS://frames.example HTTP/1.0", "");
+    ASSERT_FALSE(bare.problem);
+    EXPECT_EQ(bare.head.target, "/");
+    EXPECT_EQ(bare.head.header("Host"), "frames.example");
+    for (const char* wrong : {"GET http:///v1 HTTP/1.1", "GET http://a@b/v1 HTTP/1.1",
+                              "GET ftp://a/v1 HTTP/1.1", "GET http://a HTTP/1.1 HTTP/1.1"}) {
+        EXPECT_TRUE(read(wrong, "Host: a\r\n").problem) << wrong;
+    }
+}
+
 TEST(RequestReader, OverlongLinesAreRejectedAtTheLimit) {
     const HttpLimits limits = small();
     RequestReader reader(limits);
