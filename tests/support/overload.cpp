@@ -156,6 +156,46 @@ std::vector<SentRequest> openLoop(int port, const std::string& request, double p
     return shots;
 }
 
+CheapFlood cheapFlood(const ServerProcess& server, double seconds) {
+    CheapFlood result;
+    const auto frame = [](int n, const std::string& size) {
+        // Different each time, so that no cache answers.
+        return post(
+            "/v1/frames",
+            R"({"scene": "six-walls", "exposure": )" + std::to_string(1e-4 * n) + ", " + size + "}",
+            "Connection: close\r\n");
+    };
+    const std::string tiny = R"("width": 16, "height": 16)";
+    const std::string dear = R"("width": 960, "height": 540, "accuracy": {"preset": "fine"})";
+    ask(server.port(), frame(0, tiny), 60);
+    ask(server.port(), frame(0, dear), 60);
+    std::atomic<bool> ending{false};
+    std::atomic<int> number{1};
+    std::mutex mutex;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 24; ++i) {
+        threads.emplace_back([&] {
+            while (!ending) {
+                const auto asked = Clock::now();
+                const std::string answer =
+                    ask(server.port(), frame(number++, tiny), 60, "127.0.0.21");
+                const std::lock_guard lock(mutex);
+                result.flooder.push_back(shotOf(answer, 1000.0 * secondsSince(asked)));
+            }
+        });
+    }
+    const auto start = Clock::now();
+    while (secondsSince(start) < seconds) {
+        std::this_thread::sleep_for(std::chrono::seconds(1));
+        const auto asked = Clock::now();
+        const std::string answer = ask(server.port(), frame(number++, dear), 60, "127.0.0.22");
+        result.polite.push_back(shotOf(answer, 1000.0 * secondsSince(asked)));
+    }
+    ending = true;
+    for (std::thread& thread : threads) thread.join();
+    return result;
+}
+
 double percentile(const std::vector<SentRequest>& shots, int status, double share) {
     std::vector<double> times;
     for (const SentRequest& shot : shots) {

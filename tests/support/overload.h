@@ -47,6 +47,13 @@ struct Flood {
 // L3.
 Flood flood(const ServerProcess& server, double seconds);
 
+// A2 of the catalogue of attacks: 24 connections of tiny frames from one address, and one dear
+// frame a second from another one, which are returned.
+struct CheapFlood {
+    std::vector<SentRequest> polite, flooder;
+};
+CheapFlood cheapFlood(const ServerProcess& server, double seconds);
+
 struct ShutdownCounts {
     int times = 0, cleanExits = 0;
     int answered = 0, refused = 0, notReached = 0;
