@@ -154,7 +154,7 @@ std::optional<Problem> Access::refusal(const RequestHead& head, Seconds now) con
         if (!token_.empty() && tokenIsValid(head)) return std::nullopt;
         return linkRefusal(head, now);
     }
-    // Without a token, signed links are the only way in: everything else could draw frames, too,
+    // Without a token only signed links are answered: everything else could draw frames, too,
     // or say what there is to draw.
     if (token_.empty() && !linkKey_.empty()) {
         return forbidden("This server answers signed links to frames only.");

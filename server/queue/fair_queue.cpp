@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kMaxKinds = 1024;
 constexpr std::size_t kMaxIdleClients = 256;
 // A client that has held one entry at a time for so long is not overtaken repeatedly.
-constexpr std::chrono::seconds kPoliteTime{1};
+constexpr std::chrono::seconds kModerateTime{1};
 // How far a client may be behind the others for what it used before: seconds.
 constexpr double kMaxDebt = 10.0;
 constexpr double kUpdateWeight = 0.2;  // of the latest time in the moving mean
@@ -46,8 +46,8 @@ double FairQueue::share(std::size_t count, double seconds) const {
     return std::max(byCount, seconds / (limits_.seconds * servers()));
 }
 
-FairQueue::ClientQueues::const_iterator FairQueue::greediestClient() const {
-    auto greediest = clients_.end();
+FairQueue::ClientQueues::const_iterator FairQueue::heaviestClient() const {
+    auto heaviest = clients_.end();
     double largest = 0.0;
     for (auto client = clients_.begin(); client != clients_.end(); ++client) {
         const ClientQueue& queue = client->second;
@@ -55,9 +55,9 @@ FairQueue::ClientQueues::const_iterator FairQueue::greediestClient() const {
         const double own = share(queue.ids.size(), queue.waitingSeconds);
         if (own <= largest) continue;
         largest = own;
-        greediest = client;
+        heaviest = client;
     }
-    return greediest;
+    return heaviest;
 }
 
 bool FairQueue::hasRoom() const {
@@ -77,9 +77,9 @@ bool FairQueue::refuses(const std::string& client) const {
     const bool full =
         tickets_.size() >= limits_.count || (count > 0 && waitingSeconds() >= limits_.seconds);
     if (!full || tickets_.empty()) return false;
-    const auto greediest = greediestClient();
-    if (greediest == clients_.end()) return true;
-    const ClientQueue& other = greediest->second;
+    const auto heaviest = heaviestClient();
+    if (heaviest == clients_.end()) return true;
+    const ClientQueue& other = heaviest->second;
     return count > 0 &&
            share(other.ids.size(), other.waitingSeconds) <= share(count + 1, own->waitingSeconds);
 }
@@ -115,12 +115,12 @@ FairQueue::Added FairQueue::add(const Ticket& ticket, Clock::time_point now) {
     if (ticket.deadline <= now || wait > secondsIn(ticket.deadline - now)) return {};
     Added added;
     while (!fits(own, seconds)) {
-        const auto greediest = greediestClient();
-        if (greediest == clients_.end()) break;
-        const ClientQueue& other = greediest->second;
-        const bool isGreedier = ownCount == 0 || share(other.ids.size(), other.waitingSeconds) >
-                                                     share(ownCount + 1, ownSeconds + seconds);
-        if (&other == own || !isGreedier) break;
+        const auto heaviest = heaviestClient();
+        if (heaviest == clients_.end()) break;
+        const ClientQueue& other = heaviest->second;
+        const bool isHeavier = ownCount == 0 || share(other.ids.size(), other.waitingSeconds) >
+                                                    share(ownCount + 1, ownSeconds + seconds);
+        if (&other == own || !isHeavier) break;
         added.evicted.push_back(other.ids.back());
         take(added.evicted.back());
     }
@@ -165,7 +165,7 @@ bool FairQueue::remove(Id id) {
 // that ran when it came.
 bool FairQueue::isUrgent(const ClientQueue& client, Clock::time_point now) const {
     const bool heldOne =
-        client.lastHeldTwo == Clock::time_point::min() || now - client.lastHeldTwo >= kPoliteTime;
+        client.lastHeldTwo == Clock::time_point::min() || now - client.lastHeldTwo >= kModerateTime;
     return heldOne && client.passed >= limits_.servers;
 }
 

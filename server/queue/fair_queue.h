@@ -114,7 +114,7 @@ private:
     // Of the queue, by number or by time, whichever is larger; 1: all of it.
     double share(std::size_t count, double seconds) const;
     // The client with the largest share of those that have more than one waiting entry.
-    ClientQueues::const_iterator greediestClient() const;
+    ClientQueues::const_iterator heaviestClient() const;
     bool fits(const ClientQueue* client, double seconds) const;
     bool isUrgent(const ClientQueue& client, Clock::time_point now) const;
     bool isBefore(const ClientQueue& a, const ClientQueue& b, Clock::time_point now) const;

@@ -104,7 +104,8 @@ public:
     // compiled program.
     std::chrono::duration<double> workingFor() const;
 
-    // Whether the deadline of the work that runs has passed, so that nobody waits for its result.
+    // Whether the deadline of the work that runs has passed, so that no client waits for its
+    // result.
     bool isOverdue() const;
     // Of the work of run() that is running; null if none runs or it cannot be cancelled.
     std::shared_ptr<CancellationToken> runningToken() const;

@@ -84,12 +84,12 @@ void fairness(Bars& bars, double seconds) {
     bars.add({"L3", "three well-behaved clients during a flood",
               text("p99 %.0f ms, alone %.0f ms", loaded, alone), "2 x alone", loaded <= 2 * alone});
     const CheapFlood cheap = cheapFlood(server, std::min(seconds, 9.0));
-    const int polite = static_cast<int>(cheap.polite.size());
-    bars.add({"L3", "one dear frame a second beside 24 connections of tiny ones",
-              std::to_string(countOf(cheap.polite, 200)) + " of " + std::to_string(polite) +
-                  " answered" + text(", slowest %.0f ms", percentile(cheap.polite, 200, 1.0)) +
+    const int moderate = static_cast<int>(cheap.moderate.size());
+    bars.add({"L3", "one expensive frame a second next to 24 connections of tiny ones",
+              std::to_string(countOf(cheap.moderate, 200)) + " of " + std::to_string(moderate) +
+                  " answered" + text(", slowest %.0f ms", percentile(cheap.moderate, 200, 1.0)) +
                   "; of the others " + std::to_string(countOf(cheap.flooder, 200)),
-              "all", countOf(cheap.polite, 200) == polite});
+              "all", countOf(cheap.moderate, 200) == moderate});
     const int refused =
         static_cast<int>(result.duringFlood.size()) - countOf(result.duringFlood, 200);
     bars.add({"L3", "requests of well-behaved clients rejected", std::to_string(refused), "0",

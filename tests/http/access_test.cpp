@@ -101,7 +101,7 @@ TEST(Access, ALinkIsValidForItsRequestUntilItExpires) {
     EXPECT_EQ(refusal(access, head("GET " + link + "&width=4096")), 403);
     EXPECT_EQ(refusal(access, head("GET " + link + "0")), 403);
     EXPECT_EQ(refusal(access, head("GET " + link.substr(0, link.size() - 1))), 403);
-    // Without a token, links are the only way in, however a path is spelt.
+    // Without a token only links are answered, however a path is spelt.
     EXPECT_EQ(refusal(access, head("GET /healthz")), 0);
     for (const char* other : {"GET /v1/scenes", "GET /v1/%66rames?scene=chapel", "GET //v1/frames",
                               "GET /v1/stream?scene=chapel", "GET /metrics"}) {

@@ -21,7 +21,7 @@ using std::chrono::milliseconds;
 // How a client behaves.
 struct Habits {
     int cost = 1;      // of a frame: milliseconds
-    int frames = 1;    // that it wants to hold at the same time; polite: 1
+    int frames = 1;    // that it requests at the same time; moderate: 1
     int pause = 0;     // after an answer, a refusal or the end of its patience: milliseconds
     int patience = 0;  // milliseconds
 };
@@ -31,7 +31,7 @@ struct Outcome {
     int answered = 0;
     int refused = 0;           // while a client with more than one waiting frame had a place
     int expired = 0;           // not answered within their patience
-    int worstForeign = 0;      // frames of greedy clients that started or ran before a frame
+    int worstForeign = 0;      // frames of heavy clients that started or ran before a frame
     double utilisation = 0.0;  // of the renderer's time
 
     std::string text() const {
@@ -76,11 +76,11 @@ public:
 private:
     struct Frame {
         std::size_t client = 0;
-        int greedyBefore = 0;
+        int heavyBefore = 0;
     };
 
     static std::string nameOf(std::size_t client) { return "client" + std::to_string(client); }
-    bool isPolite(std::size_t client) const { return clients_[client].frames == 1; }
+    bool isModerate(std::size_t client) const { return clients_[client].frames == 1; }
     Clock::time_point clock() const { return Clock::time_point(now_); }
     void askAgain(std::size_t client) {
         wishes_.insert({now_ + milliseconds(std::max(clients_[client].pause, 1)), client});
@@ -93,17 +93,17 @@ private:
                         clock() + milliseconds(habits.patience)},
                        clock());
         for (const FairQueue::Id out : added.evicted) {
-            outcome_.refused += isPolite(waiting_.at(out).client);
+            outcome_.refused += isModerate(waiting_.at(out).client);
             askAgain(waiting_.at(out).client);
             waiting_.erase(out);
         }
         if (added.id) {
-            const bool foreign = running_ && !isPolite(runs_.client) && runs_.client != client;
+            const bool foreign = running_ && !isModerate(runs_.client) && runs_.client != client;
             waiting_[*added.id] = {client, foreign ? 1 : 0};
             return;
         }
         askAgain(client);
-        if (!isPolite(client)) return;
+        if (!isModerate(client)) return;
         std::map<std::size_t, int> held;
         for (const auto& [id, frame] : waiting_) ++held[frame.client];
         outcome_.refused +=
@@ -113,7 +113,7 @@ private:
     void start() {
         const FairQueue::Next next = queue_.next(clock());
         for (const FairQueue::Id late : next.expired) {
-            outcome_.expired += isPolite(waiting_.at(late).client);
+            outcome_.expired += isModerate(waiting_.at(late).client);
             askAgain(waiting_.at(late).client);
             waiting_.erase(late);
         }
@@ -122,12 +122,12 @@ private:
         runs_ = waiting_.at(*next.id);
         waiting_.erase(*next.id);
         ends_ = now_ + milliseconds(clients_[runs_.client].cost);
-        if (isPolite(runs_.client)) {
+        if (isModerate(runs_.client)) {
             ++outcome_.answered;
-            outcome_.worstForeign = std::max(outcome_.worstForeign, runs_.greedyBefore);
+            outcome_.worstForeign = std::max(outcome_.worstForeign, runs_.heavyBefore);
             return;
         }
-        for (auto& [id, frame] : waiting_) frame.greedyBefore += frame.client != runs_.client;
+        for (auto& [id, frame] : waiting_) frame.heavyBefore += frame.client != runs_.client;
     }
 
     void finish() {
@@ -146,18 +146,18 @@ private:
     Outcome outcome_;
 };
 
-// A2 of the catalogue of attacks: 24 connections of cheap frames left no room for dear ones.
-TEST(Fairness, APoliteClientWaitsForTwoFramesOfAFloodWhateverTheFramesCost) {
+// A2 of the catalogue of attacks: 24 connections of cheap frames left no room for expensive ones.
+TEST(Fairness, AModerateClientWaitsForTwoFramesOfAFloodWhateverTheFramesCost) {
     int worst = 0;
-    for (const int polite : {1, 3, 10, 30, 100, 190, 300, 1000}) {
+    for (const int moderate : {1, 3, 10, 30, 100, 190, 300, 1000}) {
         for (const int flood : {1, 2, 3, 10, 30, 100, 300, 1000}) {
             for (const int pause : {1, 1000}) {
                 Population population(
                     {.count = 16, .seconds = 2.0},
-                    {{.cost = polite, .frames = 1, .pause = pause, .patience = 10000},
+                    {{.cost = moderate, .frames = 1, .pause = pause, .patience = 10000},
                      {.cost = flood, .frames = 24, .pause = 12, .patience = 10000}});
                 const Outcome outcome = population.run(milliseconds(20000));
-                const std::string words = std::to_string(polite) + " ms beside " +
+                const std::string words = std::to_string(moderate) + " ms next to " +
                                           std::to_string(flood) + " ms: " + outcome.text();
                 EXPECT_GE(outcome.answered, 5) << words;
                 EXPECT_EQ(outcome.refused, 0) << words;

@@ -357,7 +357,7 @@ TEST(Front, ResponsesAreCappedForEachClientAndHoldNoThread) {
         slow.emplace_back(server.port(), "127.0.0.2", 4096);
         slow.back().send(get("/big"));
     }
-    // The first response, then perhaps one more; the others are refused, and nobody waits.
+    // The first response, then perhaps one more; the others are refused, and no client waits.
     int refused = 0;
     for (RawClient& client : slow) {
         char some[13] = "";
@@ -394,23 +394,23 @@ TEST(Front, StoppingWaitsForReadersOnceForTheWriteLimit) {
     EXPECT_EQ(server.counters().stalled, 1u);
 }
 
-// A12: four heads that announced large bodies kept everybody else's out.
+// A12: four heads that announced large bodies kept those of all other clients out.
 TEST(Front, LargeBodiesOfOneClientLeaveRoomForOthers) {
     HttpLimits limits = limitsWithALargeRoute();
     limits.body = milliseconds(30000);
     limits.largeBytes = 8 << 20;
     LocalHttpServer server(limits);
-    std::vector<RawClient> greedy;
+    std::vector<RawClient> heavy;
     int refused = 0;
     for (int i = 0; i < 4; ++i) {
-        greedy.emplace_back(server.port(), "127.0.0.2");
-        ASSERT_TRUE(greedy.back().send(largeHead(2 << 20)));
+        heavy.emplace_back(server.port(), "127.0.0.2");
+        ASSERT_TRUE(heavy.back().send(largeHead(2 << 20)));
     }
-    for (RawClient& client : greedy) refused += statusOf(client.answer(0.3)) == 503;
+    for (RawClient& client : heavy) refused += statusOf(client.answer(0.3)) == 503;
     EXPECT_EQ(refused, 2);
     const std::string body(2 << 20, 'y');
     EXPECT_EQ(statusOf(ask(server.port(), largeHead(body.size()) + body, 10, "127.0.0.3")), 200);
-    greedy.clear();
+    heavy.clear();
 }
 
 // A12: connections.
@@ -419,13 +419,13 @@ TEST(Front, TheClientWithTheMostConnectionsLosesOneFirst) {
     limits.connections = 16;
     limits.idle = milliseconds(60000);
     LocalHttpServer server(limits);
-    RawClient polite(server.port(), "127.0.0.3");
+    RawClient moderate(server.port(), "127.0.0.3");
     ASSERT_TRUE(soon([&] { return server.counters().open == 1; }));
-    std::vector<RawClient> greedy;
-    for (int i = 0; i < 100; ++i) greedy.emplace_back(server.port(), "127.0.0.2");
+    std::vector<RawClient> heavy;
+    for (int i = 0; i < 100; ++i) heavy.emplace_back(server.port(), "127.0.0.2");
     ASSERT_TRUE(soon([&] { return server.counters().accepted == 101; }));
-    polite.send(get("/a"));
-    EXPECT_EQ(bodyOf(polite.answer(10)), "GET /a ") << "though it was idle longest";
+    moderate.send(get("/a"));
+    EXPECT_EQ(bodyOf(moderate.answer(10)), "GET /a ") << "though it was idle longest";
 }
 
 TEST(Front, HandlersLearnThatTheClientDisconnected) {

@@ -65,8 +65,8 @@ TEST(Holdings, SizesAreCountedAsTheyChange) {
     EXPECT_TRUE(holdings.take(Pool::views, "ann", 1'000'000)) << "a pool without a limit";
 }
 
-// As a property: nobody who holds nothing is refused while one client holds half of the pool.
-TEST(Holdings, NobodyIsRefusedBecauseOfOneGreedyClient) {
+// As a property: no client who holds nothing is refused while one client holds half of the pool.
+TEST(Holdings, NoClientIsRefusedBecauseOfOneHeavyClient) {
     std::mt19937 random(1);
     for (int round = 0; round < 200; ++round) {
         const std::size_t most = 2 + random() % 60;

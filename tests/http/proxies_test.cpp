@@ -187,7 +187,7 @@ TEST(Proxies, NginxPassesStreamsAndSequencesOnAsTheyAreDrawn) {
     }
 }
 
-// A1 of the catalogue of attacks: nobody is left without an answer, and every refusal is the
+// A1 of the catalogue of attacks: no client is left without an answer, and every refusal is the
 // server's, which says when to come back.
 TEST(Proxies, HaProxyLosesNothingUnderOverload) {
     if (access(kHaProxy, X_OK) != 0) GTEST_SKIP() << "haproxy is not installed";

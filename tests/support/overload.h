@@ -47,10 +47,10 @@ struct Flood {
 // L3.
 Flood flood(const ServerProcess& server, double seconds);
 
-// A2 of the catalogue of attacks: 24 connections of tiny frames from one address, and one dear
+// A2 of the catalogue of attacks: 24 connections of tiny frames from one address, and one expensive
 // frame a second from another one, which are returned.
 struct CheapFlood {
-    std::vector<SentRequest> polite, flooder;
+    std::vector<SentRequest> moderate, flooder;
 };
 CheapFlood cheapFlood(const ServerProcess& server, double seconds);
 
