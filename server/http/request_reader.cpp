@@ -64,7 +64,11 @@ std::string_view takeAuthority(std::string_view& target) {
         if (!sameName(target.substr(0, scheme.size()), scheme)) continue;
         const std::size_t end = std::min(target.find_first_of("/?", scheme.size()), target.size());
         const std::string_view authority = target.substr(scheme.size(), end - scheme.size());
-        if (authority.empty() || authority.find('@') != authority.npos) return {};
+        const bool isPlain = std::all_of(authority.begin(), authority.end(), [](unsigned char c) {
+            return std::isalnum(c) ||
+                   std::string_view("-._:[]").find(static_cast<char>(c)) != std::string_view::npos;
+        });
+        if (authority.empty() || !isPlain) return {};
         target.remove_prefix(end);
         if (target.empty()) target = "/";
         return authority;

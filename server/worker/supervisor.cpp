@@ -222,7 +222,8 @@ void Supervisor::shareScenes() {
     }
     const bool shares = standby_ && standby_->warm() && sharesScenes_;
     // Removals travel, too: a message also makes it look for what was deleted.
-    if (shares && (requestedOfStandby_ != wanted || !includesAll(standby_->scenes(), scenes_))) {
+    if (shares && !scenes_.empty() &&
+        (requestedOfStandby_ != wanted || !includesAll(standby_->scenes(), scenes_))) {
         requestedOfStandby_ = wanted;
         standby_->loadScenes(scenes_);
     }
@@ -282,7 +283,7 @@ void Supervisor::failOver(std::size_t renderer) {
     requestedOfStandby_.clear();
     standby_ = nullptr;
     // Before its first call: scenes that were deleted meanwhile are removed with it.
-    if (active_[renderer]) active_[renderer]->loadScenes(scenes_);
+    if (active_[renderer] && !scenes_.empty()) active_[renderer]->loadScenes(scenes_);
     sharesScenes_ = true;
     standbyStarted_ = true;
     calmUntil_ = Clock::now() + options_.calm;
