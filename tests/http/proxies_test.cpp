@@ -179,8 +179,9 @@ TEST(Proxies, NginxPassesStreamsAndSequencesOnAsTheyAreDrawn) {
     EXPECT_GE(count(), 4) << "as they are drawn: the stream has no end";
     const std::string body = R"({"common": {"scene": "six-walls", "width": 32, "height": 24},
         "frames": [{"time": 0}, {"time": 1}, {"time": 2}]})";
-    const std::string answer = ask(
-        port, post("/v1/sequences", body, "Accept: multipart/mixed\r\nConnection: close\r\n"), 60);
+    RawClient sequence(port);
+    sequence.send(post("/v1/sequences", body, "Accept: multipart/mixed\r\nConnection: close\r\n"));
+    const std::string answer = sequence.receive(60);
     EXPECT_EQ(statusOf(answer), 200) << answer.substr(0, 500);
     for (const char* name : {"000000", "000002", "manifest"}) {
         EXPECT_NE(answer.find(name), std::string::npos) << name;
