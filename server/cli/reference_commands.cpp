@@ -165,7 +165,10 @@ int runCompare(const CommandLine& line) {
     ProgressLine drawing("drawing");
     const auto comparison = compare(
         request, scene, reference,
-        [&](const FrameRequest& frame) { return drawTimed(renderer, frame); },
+        [&](const FrameRequest& frame) {
+            requireLight(renderer, frame);
+            return drawTimed(renderer, frame);
+        },
         [&](double fraction) {
             drawing.show(fraction);
             return true;

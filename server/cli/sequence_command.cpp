@@ -79,6 +79,7 @@ int runSequence(const CommandLine& line) {
         if (request.accuracy.isBudget()) {
             throw std::runtime_error("sequence does not support budgets; use knobs or a preset");
         }
+        requireLight(renderer, request);
         const Frame frame = renderer.render(request);
         EncodedFrame made{.type = std::string(mediaType(request.output.format)),
                           .bytes = encoded(frame.image, request.output)};
