@@ -41,12 +41,14 @@ void Holdings::Held::resize(std::size_t amount) {
 }
 
 void Holdings::change(Pool pool, const std::string& client, std::size_t from, std::size_t to) {
+    if (from == to) return;
     const std::lock_guard lock(mutex_);
     Account& all = account(pool);
-    all.total += to - from;  // unsigned: may wrap on the way
-    std::size_t& own = all.clients[client];
-    own += to - from;
-    if (own == 0) all.clients.erase(client);
+    // Only growth allocates, before anything is changed: destructors release.
+    const auto own = to > from ? all.clients.try_emplace(client).first : all.clients.find(client);
+    own->second += to - from;  // unsigned: may wrap on the way
+    all.total += to - from;
+    if (own->second == 0) all.clients.erase(own);
 }
 
 bool Holdings::fits(const Account& account, const std::string& client, std::size_t amount) {
@@ -69,10 +71,10 @@ std::optional<Holdings::Held> Holdings::take(Pool pool, const std::string& clien
     const std::lock_guard lock(mutex_);
     Account& all = account(pool);
     if (!fits(all, client, amount)) return std::nullopt;
-    Held held(*this, pool, client, amount);
+    std::string name = client;  // whatever allocates comes before the change
     if (amount > 0) all.clients[client] += amount;
     all.total += amount;
-    return held;
+    return Held(*this, pool, std::move(name), amount);
 }
 
 Holdings::Usage Holdings::usage(Pool pool) const {
