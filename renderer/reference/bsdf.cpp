@@ -195,7 +195,6 @@ Bsdf::Bsdf(const SurfaceInteraction& point, const glm::dvec3& toEye)
     v_.z = std::max(v_.z, 1e-6);
     // KHR_materials_specular.
     dielectric_ = glm::min(f0OfIor_ * glm::dvec3(point.material->specularColor), 1.0) * f90_;
-    f0_ = glm::mix(dielectric_, metal_, metallic_);
 }
 
 bool Bsdf::isMirror() const {
@@ -208,6 +207,15 @@ glm::dvec3 Bsdf::fresnel(double cosine) const {
     const double x = 1.0 - std::clamp(cosine, 0.0, 1.0);
     return glm::mix(dielectricFresnel(cosine),
                     glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x), metallic_);
+}
+
+// Several bounces between microfacets are not linear in the reflectance: each of the two materials
+// has its own.
+glm::dvec3 Bsdf::scatteredFresnel(double cosine, double alpha) const {
+    const double x = 1.0 - std::clamp(cosine, 0.0, 1.0);
+    const glm::dvec3 metal = glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x);
+    return glm::mix(dielectricFresnel(cosine) * multipleScatterFactor(dielectric_, v_.z, alpha),
+                    metal * multipleScatterFactor(metal_, v_.z, alpha), metallic_);
 }
 
 glm::dvec3 Bsdf::dielectricFresnel(double cosine) const {
@@ -227,7 +235,7 @@ Bsdf::SpecularSample Bsdf::sampleSpecular(const glm::dvec2& u) const {
         dielectric = dielectricFresnel(cosine);
     } else if (f.direction.z > 0.0) {
         const double visible = maskingShadowing(v_, f.direction, alpha_) / masking(v_, alpha_);
-        f.weight = fresnel(cosine) * multipleScatterFactor(f0_, v_.z, alpha_) * visible;
+        f.weight = scatteredFresnel(cosine, alpha_) * visible;
         dielectric =
             dielectricFresnel(cosine) * multipleScatterFactor(dielectric_, v_.z, alpha_) * visible;
     }
@@ -237,7 +245,7 @@ Bsdf::SpecularSample Bsdf::sampleSpecular(const glm::dvec2& u) const {
 
 glm::dvec3 Bsdf::microfacetLobe(const glm::dvec3& l, double alpha, double discRadius2) const {
     const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
-    return fresnel(glm::dot(v_, half)) * multipleScatterFactor(f0_, v_.z, alpha) *
+    return scatteredFresnel(glm::dot(v_, half), alpha) *
            (meanNormalDistribution(half, alpha, discRadius2) * maskingShadowing(v_, l, alpha) /
             (4.0 * v_.z * std::max(l.z, 1e-6)));
 }

@@ -112,13 +112,15 @@ public:
 
 private:
     glm::dvec3 dielectricFresnel(double cosine) const;  // of the dielectric alone
+    // With what several bounces between microfacets add (Turquin 2019).
+    glm::dvec3 scatteredFresnel(double cosine, double alpha) const;
     glm::dvec3 microfacetLobe(const glm::dvec3& l, double alpha, double discRadius2) const;
 
     Frame frame_;
     glm::dvec3 v_;
     double alpha_ = 0.0, metallic_ = 0.0;
     double ior_ = 1.5, f0OfIor_ = 0.04, f90_ = 1.0;
-    glm::dvec3 dielectric_{0.04}, metal_{0.0}, diffuse_{0.0}, f0_{0.04};
+    glm::dvec3 dielectric_{0.04}, metal_{0.0}, diffuse_{0.0};
 };
 
 }  // namespace clerestory::reference

@@ -154,7 +154,6 @@ void Supervisor::keep() {
         }
         if (standby_ && !standby_->alive()) {
             standby_ = nullptr;
-            requestedOfStandby_.clear();
             sharesScenes_ = false;  // perhaps for lack of memory: the next one loads fewer scenes
         }
         shareScenes();
@@ -221,12 +220,7 @@ void Supervisor::shareScenes() {
         if (!includesAll(active_[i]->scenes(), scenes_)) active_[i]->loadScenes(scenes_);
     }
     const bool shares = standby_ && standby_->warm() && sharesScenes_;
-    // Removals travel, too: a message also makes it look for what was deleted.
-    if (shares && !scenes_.empty() &&
-        (requestedOfStandby_ != wanted || !includesAll(standby_->scenes(), scenes_))) {
-        requestedOfStandby_ = wanted;
-        standby_->loadScenes(scenes_);
-    }
+    if (shares && !includesAll(standby_->scenes(), scenes_)) standby_->loadScenes(scenes_);
 }
 
 // With the lock held. Pending requests keep the fast worker alive until they are answered.
@@ -280,10 +274,7 @@ void Supervisor::failOver(std::size_t renderer) {
     if (worker->wasSilent()) ++counters_.silent;
     active_[renderer] = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
     requested_[renderer].clear();
-    requestedOfStandby_.clear();
     standby_ = nullptr;
-    // Before its first call: scenes that were deleted meanwhile are removed with it.
-    if (active_[renderer] && !scenes_.empty()) active_[renderer]->loadScenes(scenes_);
     sharesScenes_ = true;
     standbyStarted_ = true;
     calmUntil_ = Clock::now() + options_.calm;

@@ -149,7 +149,6 @@ private:
     std::vector<std::string> scenes_;  // that the first active worker has loaded
     // Which scenes the others were requested to load. Not again: they may not have room for all.
     std::vector<std::vector<std::string>> requested_;
-    std::vector<std::string> requestedOfStandby_;
     Clock::time_point calmUntil_{};  // no standby starts before
     bool standbyStarted_ = false;    // or a failover happened: the next standby starts at once
     std::optional<Clock::time_point> warmSince_;  // of the first worker

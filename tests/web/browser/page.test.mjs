@@ -274,7 +274,7 @@ visit("two settings are compared, and the line moves by key", {}, async (v, page
   await page.click("#wipe-start");
   await page.waitForSelector("#wipe", { state: "visible" });
   await v.settled();
-  assert.deepEqual(Object.values(v.frames.at(-1).effects), [false, false, false, false]);
+  assert.ok(Object.values(v.frames.at(-1).effects).every((on) => on === false));
   const edge = () => page.locator("#wipe-line").evaluate((e) => e.getBoundingClientRect().left);
   const before = await edge();
   await page.focus("#wipe");
