@@ -155,12 +155,16 @@ vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
         float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
         falloff *= inCone * inCone * (1.0f - inRange * inRange);
     }
-    vec3 light = power.rgb * falloff;
-    if (viewHas(VIEW_SHADOWS)) {
-        float metres = place.w > 0.5f ? sqrt(squared) : 0.0f;
-        light *= shadowAt(position, s.normal, place.xyz, toLight, metres, first);
+    vec3 sum = vec3(0.0f);
+    if (nDotL > 0.0f && falloff > 0.0f) {
+        vec3 light = power.rgb * falloff;
+        if (viewHas(VIEW_SHADOWS)) {
+            float metres = place.w > 0.5f ? sqrt(squared) : 0.0f;
+            light *= shadowAt(position, s.normal, place.xyz, toLight, metres, first);
+        }
+        if (maxComponent(light) > 0.0f) sum = light * evalDirectLight(s, toLight, nDotL);
     }
-    return light * evalDirectLight(s, toLight, nDotL);
+    return sum;
 }
 
 // The lamps that stand in the table from number `first` on, at least one. position: of the surface,
