@@ -331,6 +331,14 @@ void Framebuffer::readFloats(std::span<float> rgba) const {
                  rgba.data());
 }
 
+void Framebuffer::readDepths(std::span<float> depths) const {
+    assert(depths.size() == std::size_t{width_} * height_);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(0, 0, static_cast<int>(width_), static_cast<int>(height_), GL_DEPTH_COMPONENT,
+                 GL_FLOAT, depths.data());
+}
+
 void Framebuffer::readHalves(std::span<std::uint64_t> rgba) const {
     assert(rgba.size() == std::size_t{width_} * height_);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());

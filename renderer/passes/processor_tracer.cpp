@@ -78,8 +78,19 @@ const rays::CubeMap& ProcessorTracer::cubeOf(const Target* environment) {
     return cube_;
 }
 
+const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows) {
+    const TargetSpec& spec = shadows.spec();
+    if (spec.residentKey == depthsKey_) return depths_;
+    depthsKey_ = spec.residentKey;
+    depths_.width = spec.width;
+    depths_.height = spec.height;
+    depths_.depths.resize(std::size_t{spec.width} * spec.height);
+    shadows.readable().readDepths(depths_.depths);
+    return depths_;
+}
+
 void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const Target* environment,
-                                DrawStream& draws, const gl::Rect& rect,
+                                const Target* shadows, DrawStream& draws, const gl::Rect& rect,
                                 const light::SurfaceLight* surfaceLight) {
     const Scene& scene = scene_.scene();
     std::span<const std::uint32_t> values;
@@ -108,7 +119,8 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const T
         .bounces = rays_.bounces,
         .hitFeatures = rays_.hitFeatures,
         .surfaceLight = values,
-        .shadows = plan.shadowMap != kNoTarget,
+        .shadows = shadows != nullptr,
+        .shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows) : nullptr,
         .leastShare = rays_.leastShare});
     rect_ = rect;
     sample_ = 0;
@@ -143,7 +155,7 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
 
 std::uint64_t ProcessorTracer::bytes() const {
     return tree_.bytes() + texels_->bytes.size() + materials_.size() * sizeof(glm::vec4) +
-           vertices_.size() * sizeof(Vertex);
+           vertices_.size() * sizeof(Vertex) + depths_.depths.size() * sizeof(float);
 }
 
 }  // namespace clerestory

@@ -33,9 +33,10 @@ public:
 
     // Begins a pass. environment: the prefiltered map, or null for darkness. draws: begun for the
     // view, with the harmonics of the environment; must outlive the pass. rect: of the records.
+    // shadows: what the lights see; may be null.
     // surfaceLight: values at vertices; may be null.
     void beginPass(const FramePlan& plan, const View& view, const Target* environment,
-                   DrawStream& draws, const gl::Rect& rect,
+                   const Target* shadows, DrawStream& draws, const gl::Rect& rect,
                    const light::SurfaceLight* surfaceLight);
     // Begins a sample of the pixels: the light is 0, and a record that equals that of an earlier
     // sample has its path.
@@ -50,6 +51,7 @@ public:
 
 private:
     const rays::CubeMap& cubeOf(const Target* environment);
+    const rays::ShadowMap& depthsOf(const Target& shadows);
 
     const GpuScene& scene_;
     rays::TriangleTree tree_;
@@ -60,6 +62,7 @@ private:
     std::vector<glm::vec2> brdf_;
     gl::Buffer block_;
     rays::CubeMap cube_;
+    rays::ShadowMap depths_;
     // Of the present pass; members so that a frame allocates nothing.
     std::vector<glm::vec4> instances_;
     std::optional<rays::Surroundings> surroundings_;
@@ -74,7 +77,8 @@ private:
     std::vector<rays::Way> ways_;
     std::vector<glm::vec4> radiance_;
 
-    std::uint64_t cubeKey_ = 0;  // TargetSpec::residentKey of cube_; 0: none
+    // TargetSpec::residentKey of cube_ and depths_; 0: none.
+    std::uint64_t cubeKey_ = 0, depthsKey_ = 0;
 
     // The state of the members above.
     glm::dvec3 origin_{0.0};

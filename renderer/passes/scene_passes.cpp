@@ -275,6 +275,7 @@ void execute(PassResources& resources, const PassInput& input, const FollowRays&
     ProcessorTracer& tracer = *input.processorTracer;
     tracer.beginPass(input.plan, work.view,
                      work.environment == kNoTarget ? nullptr : &input.read(work.environment),
+                     input.plan.shadowMap == kNoTarget ? nullptr : &input.read(input.plan.shadowMap),
                      resources.draws, rect, input.surfaceLight);
     for (std::uint32_t sample = 0; sample < samples; ++sample) {
         tracer.beginSample();

@@ -60,7 +60,6 @@ thread_local Scatter scatter;
 // Hooks of ray_path.glsl; the first two follow the includes.
 vec3 facetAt(vec3 normal, vec3 along, float alpha);
 vec3 beyondPane(vec3 along, float lobe);
-// In the place of shadow.glsl.
 vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first);
 float lobeOfPath(float lobe) {
     return lobe * scatter.narrow;
@@ -83,6 +82,7 @@ float lobeOfPath(float lobe) {
 #define lightTable (scene->lights)
 #define environmentBrdf (scene->brdf)
 #define environmentMap (scene->environment)
+#define shadowMap (scene->shadowMap)
 #define xy asXy()
 #define rg asXy()
 #define yz asYz()
@@ -98,6 +98,9 @@ float lobeOfPath(float lobe) {
 #include "include/sampling.glsl"
 #include "include/material_point.glsl"
 #include "include/glass.glsl"
+#define shadowAt shadowInMap
+#include "include/shadow.glsl"
+#undef shadowAt
 #include "include/lighting.glsl"
 #include "include/ray.glsl"
 #include "include/hit.glsl"
@@ -109,6 +112,7 @@ vec3 eyeAxesOf(vec3 world) {
 #undef view
 #undef tracing
 #undef surfaceLight
+#undef shadowMap
 #undef xy
 #undef rg
 #undef yz
@@ -257,13 +261,16 @@ bool mayPass(const Hit& hit) {
     return (flags & (TRACE_MASK | TRACE_BLEND | TRACE_PANE | TRACE_SOLID)) != 0;
 }
 
-vec3 shadowAt(vec3 position, vec3 normal, vec3, vec3 toLight, float metres, int) {
+vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first) {
+    if (scene->shadowMap.map) {
+        return shadowInMap(position, normal, place, toLight, metres, first);
+    }
     if (dot(normal, toLight) <= 0.0f) return vec3(1.0f);  // nothing arrives there
     const float limit = metres > 0.0f ? metres * 0.9999f : 1e30f;
     const vec3 eye(scene->tracingBlock.eye.x, scene->tracingBlock.eye.y, scene->tracingBlock.eye.z);
-    const vec3 place = eye + worldAxes(position);
-    const float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
-    const vec3 start = offsetRayOrigin(place, normal, reach + 5.0f * length(position));
+    const vec3 at = eye + worldAxes(position);
+    const float reach = max(abs(at.x), max(abs(at.y), abs(at.z)));
+    const vec3 start = offsetRayOrigin(at, normal, reach + 5.0f * length(position));
     const Hit hit = nearest(start, worldAxes(toLight));
     if (hit.place < 0 || hit.distance >= limit) return vec3(1.0f);
     if (!mayPass(hit)) return vec3(0.0f);
@@ -397,6 +404,11 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.texels = {s.texels.data()};
     scene.brdf = {s.brdf.empty() ? nullptr : &s.brdf.front().x, static_cast<int>(s.brdfSize)};
     scene.environment = {&s.environment};
+    scene.shadowMap = {s.shadowMap};
+    if (s.shadowMap) {
+        scene.viewBlock.shadows = {1.0f / static_cast<float>(s.shadowMap->width),
+                                   1.0f / static_cast<float>(s.shadowMap->height), 0.0f, 0.0f};
+    }
     return scene;
 }
 

@@ -4,6 +4,7 @@
 
 #include "rays/cube_map.h"
 #include "rays/glsl.h"
+#include "rays/shadow_map.h"
 #include "rays/triangle_tree.h"
 #include "shaders/include/bindings.glsl"
 
@@ -39,11 +40,15 @@ struct Plane {
 struct Cube {
     const CubeMap* map = nullptr;
 };
+struct Depths {
+    const ShadowMap* map = nullptr;
+};
 
 struct Scene {
     struct {
         vec4 worldFromEye[3];
         vec4 environment;
+        vec4 shadows;
     } viewBlock;
     struct {
         vec4 eye, limits;
@@ -58,6 +63,7 @@ struct Scene {
     Texels texels;
     Plane brdf;
     Cube environment;
+    Depths shadowMap;
 };
 
 inline vec4 texelFetch(Rows table, int i) {
@@ -106,6 +112,9 @@ inline vec4 textureLod(Cube cube, vec3 towards, float level) {
     float rgb[3];
     cube.map->sample(&towards.x, level, rgb);
     return {rgb[0], rgb[1], rgb[2], 1.0f};
+}
+inline float texture(Depths depths, vec3 at) {
+    return depths.map->lit(at.x, at.y, at.z);
 }
 
 }  // namespace clerestory::rays::shader

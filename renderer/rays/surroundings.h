@@ -3,6 +3,7 @@
 #pragma once
 
 #include "rays/cube_map.h"
+#include "rays/shadow_map.h"
 #include "rays/triangle_tree.h"
 #include "scene/geometry.h"
 
@@ -38,6 +39,8 @@ struct Surroundings {
     // each; empty: the environment lights all surfaces.
     std::span<const std::uint32_t> surfaceLight = {};
     bool shadows = false;     // surfaces hide lights
+    // What the lights see; null: rays that look to the lights find what hides them.
+    const ShadowMap* shadowMap = nullptr;
     float leastShare = 0.0f;  // of a ray in its pixel, below which it ends
 };
 

@@ -7,5 +7,6 @@
 layout(binding = UNIT_ENVIRONMENT_BRDF) uniform sampler2D environmentBrdf;
 layout(binding = UNIT_ENVIRONMENT) uniform samplerCube environmentMap;
 layout(binding = UNIT_MIRROR) uniform sampler2D mirrorPicture;
+layout(binding = UNIT_SHADOWS) uniform sampler2DShadow shadowMap;
 // The harmonics of the environment, then the lights; draw_stream.h has the rows.
 layout(binding = UNIT_LIGHTS) uniform samplerBuffer lightTable;

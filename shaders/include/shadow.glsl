@@ -1,7 +1,6 @@
 // Shadows of lamps, in tiles of one map of depths that lamps see. Depth is reversed: 1 at the lamp,
-// 0 far away. Pictures of six about a lamp have the axes of eye space.
-
-layout(binding = UNIT_SHADOWS) uniform sampler2DShadow shadowMap;
+// 0 far away. Pictures of six about a lamp have the axes of eye space. Compiled as GLSL and as C++
+// (renderer/rays/path.cpp).
 
 // A receiver is moved off its surface by so many texels of the map.
 const float kShadowOffset = 1.5f;
@@ -18,7 +17,8 @@ vec4 shadowFace(vec3 way) {
     float face = isX ? (way.x > 0.0f ? 0.0f : 1.0f)
                  : isY ? (way.y > 0.0f ? 2.0f : 3.0f)
                        : (way.z > 0.0f ? 4.0f : 5.0f);
-    return vec4(st / max(axis, 1e-30f) * 0.5f + 0.5f, face, axis);
+    st = st / max(axis, 1e-30f) * 0.5f + vec2(0.5f);
+    return vec4(st.x, st.y, face, axis);
 }
 
 // The share of the lamp's light that reaches a surface. position: in eye space; place: of the lamp,
@@ -34,18 +34,18 @@ vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres
     if (six) {
         vec4 face = shadowFace(p - place);
         float row = face.z > 2.5f ? 1.0f : 0.0f;
-        at = clamp(face.xy, tile.w, 1.0f - tile.w) + vec2(face.z - 3.0f * row, row);
+        at = clamp(face.xy, vec2(tile.w), vec2(1.0f - tile.w)) + vec2(face.z - 3.0f * row, row);
         depth = about.w / max(face.w, about.w);
     } else {
         vec4 clip = vec4(dot(texelFetch(lightTable, first + 5), vec4(p, 1.0f)),
                          dot(texelFetch(lightTable, first + 6), vec4(p, 1.0f)),
                          dot(texelFetch(lightTable, first + 7), vec4(p, 1.0f)),
                          dot(texelFetch(lightTable, first + 8), vec4(p, 1.0f)));
-        at = clip.xy / max(clip.w, 1e-20f) * 0.5f + 0.5f;
+        at = clip.xy / max(clip.w, 1e-20f) * 0.5f + vec2(0.5f);
         depth = clip.z / max(clip.w, 1e-20f);
         inside = clip.w > 0.0f && at.x > tile.w && at.y > tile.w && at.x < 1.0f - tile.w &&
                  at.y < 1.0f - tile.w;
-        at = clamp(at, tile.w, 1.0f - tile.w);
+        at = clamp(at, vec2(tile.w), vec2(1.0f - tile.w));
     }
     float lit = 1.0f;
     // Sides that turn away from the lamp have nothing of it.

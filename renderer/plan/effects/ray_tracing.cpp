@@ -217,6 +217,7 @@ void planRays(FramePlan& plan, const Stage& stage) {
     rays.stride = density.stride;
     rays.contrast = density.contrast;
     rays.lobePaths = stage.settings.accuracy.raySamples;
+    rays.shadowRays = stage.settings.accuracy.preset == Preset::fine;
     for (const Instance& instance : stage.scene.instances) {
         rays.instances.push_back({.lights = lightsOf(stage, instance)});
     }

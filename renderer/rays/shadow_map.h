@@ -1,0 +1,35 @@
+// Depths that lights see (shaders/include/shadow.glsl), in main memory.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace clerestory::rays {
+
+struct ShadowMap {
+    std::uint32_t width = 0, height = 0;
+    std::vector<float> depths;  // reversed, first row first
+
+    // Share, 0..1, of the four texels about a place that are not before `depth`, as a driver filters
+    // it. x, y: 0..1 over the map, clamped to its edges.
+    float lit(float x, float y, float depth) const {
+        const auto w = static_cast<int>(width), h = static_cast<int>(height);
+        const float px = std::clamp(x * static_cast<float>(w) - 0.5f, 0.0f, float(w - 1));
+        const float py = std::clamp(y * static_cast<float>(h) - 0.5f, 0.0f, float(h - 1));
+        const int x0 = static_cast<int>(px), y0 = static_cast<int>(py);
+        const int x1 = std::min(x0 + 1, w - 1), y1 = std::min(y0 + 1, h - 1);
+        const auto at = [&](int i, int j) {
+            return depth >= depths[static_cast<std::size_t>(j) * width +
+                                   static_cast<std::size_t>(i)]
+                       ? 1.0f
+                       : 0.0f;
+        };
+        const float fx = px - static_cast<float>(x0), fy = py - static_cast<float>(y0);
+        return (at(x0, y0) * (1.0f - fx) + at(x1, y0) * fx) * (1.0f - fy) +
+               (at(x0, y1) * (1.0f - fx) + at(x1, y1) * fx) * fy;
+    }
+};
+
+}  // namespace clerestory::rays
