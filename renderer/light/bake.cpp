@@ -175,7 +175,7 @@ struct Bake::State {
     LightAtVertex unhidden() const;
 
     const BakeInput input;
-    const BakeQuality quality;
+    BakeQuality quality;
     BvhTriangles triangles;
     rays::TriangleTree tree;
     rays::CubeMap sky;
@@ -227,6 +227,12 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
                        .origin = triangles.origin,
                        .distance = input.edge > 0.0 ? 0.7 * input.edge : diagonal / 400.0,
                        .limit = quality.places});
+    const std::size_t least =
+        std::max<std::size_t>(places.chosen.size(), 1) * (quality.rays + quality.emitterRays);
+    const auto more =
+        static_cast<std::uint32_t>(std::clamp<std::size_t>(quality.allRays / least, 1, 4));
+    quality.rays *= more;
+    quality.emitterRays *= more;
     collectFaces();
     if (input.emission) collectEmitters();
     for (int side = 0; side < 2; ++side) {

@@ -42,9 +42,11 @@ struct BakeInput {
 };
 
 struct BakeQuality {
-    std::uint32_t rays = 48;         // of a sample in a round
+    std::uint32_t rays = 48;         // of a sample in a round, at least
     std::uint32_t emitterRays = 16;  // likewise, towards emissive surfaces
-    std::uint32_t rounds = 6;        // bounces of light are rounds, too
+    // Of a round; fewer samples send up to four times as many each.
+    std::uint32_t allRays = 1'500'000;
+    std::uint32_t rounds = 6;  // bounces of light are rounds, too
     // Places where light is gathered, at most about; the vertices between them have their mean.
     std::uint32_t places = 60'000;
 };

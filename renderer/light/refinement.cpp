@@ -11,8 +11,6 @@ namespace {
 
 // Halvings of an edge: bounds the work for triangles of extreme size.
 constexpr int kMaxDepth = 9;
-// Area of a triangle of the mesh that results, over the square of the longest edge allowed.
-constexpr double kAreaOfEdge = 0.3;
 
 // Largest factor by which an instance of the mesh lengthens an edge; 0 if no instance shows light.
 std::vector<double> scalesOf(const Scene& scene, const Pose& pose) {
@@ -31,51 +29,111 @@ std::vector<double> scalesOf(const Scene& scene, const Pose& pose) {
     return scales;
 }
 
-double edge(const Vertex& a, const Vertex& b) {
-    return glm::length(glm::dvec3(a.position) - glm::dvec3(b.position));
+// Halves edges for which tooLong(a, b) until none is left, and passes the triangles that result to
+// add(a, b, c). Corners may be anything that middle(a, b) is made for.
+template <class Corner, class TooLong, class Middle, class Add>
+void divide(const Corner& a, const Corner& b, const Corner& c, const TooLong& tooLong,
+            const Middle& middle, const Add& add, int depth = 0) {
+    const auto further = [&](const Corner& p, const Corner& q, const Corner& r) {
+        divide(p, q, r, tooLong, middle, add, depth + 1);
+    };
+    // The edge p q, or p q and q r.
+    const auto one = [&](const Corner& p, const Corner& q, const Corner& r) {
+        const Corner x = middle(p, q);
+        further(p, x, r);
+        further(x, q, r);
+    };
+    const auto two = [&](const Corner& p, const Corner& q, const Corner& r) {
+        const Corner x = middle(p, q), y = middle(q, r);
+        further(x, q, y);
+        further(p, x, r);
+        further(x, y, r);
+    };
+    const bool ab = depth < kMaxDepth && tooLong(a, b), bc = depth < kMaxDepth && tooLong(b, c),
+               ca = depth < kMaxDepth && tooLong(c, a);
+    if (ab && bc && ca) {
+        const Corner x = middle(a, b), y = middle(b, c), z = middle(c, a);
+        further(a, x, z);
+        further(x, b, y);
+        further(z, y, c);
+        further(x, y, z);
+    } else if (ab && bc) {
+        two(a, b, c);
+    } else if (bc && ca) {
+        two(b, c, a);
+    } else if (ca && ab) {
+        two(c, a, b);
+    } else if (ab) {
+        one(a, b, c);
+    } else if (bc) {
+        one(b, c, a);
+    } else if (ca) {
+        one(c, a, b);
+    } else {
+        add(a, b, c);
+    }
 }
 
-// A triangle of the scene in the world: its longest edge and its area.
-struct Size {
-    double edge, area;
+// A triangle of the scene with its size in the world.
+struct Sized {
+    glm::dvec3 corners[3];
+    double longest = 0.0;  // edge
 };
 
-std::vector<Size> sizesOf(const Scene& scene, const std::vector<double>& scales) {
-    std::vector<Size> sizes;
+std::vector<Sized> trianglesOf(const Scene& scene, const std::vector<double>& scales) {
+    std::vector<Sized> triangles;
     for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
         if (!(scales[m] > 0.0)) continue;
         const Mesh& mesh = scene.meshes[m];
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
             for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
-                const std::uint32_t* corner = &scene.indices[cluster.firstIndex + i];
-                const Vertex &p = scene.vertices[corner[0]], &q = scene.vertices[corner[1]],
-                             &r = scene.vertices[corner[2]];
-                const glm::dvec3 x = glm::dvec3(q.position) - glm::dvec3(p.position),
-                                 y = glm::dvec3(r.position) - glm::dvec3(p.position);
-                sizes.push_back({scales[m] * std::max({edge(p, q), edge(q, r), edge(r, p)}),
-                                 scales[m] * scales[m] * 0.5 * glm::length(glm::cross(x, y))});
+                Sized t;
+                for (std::uint32_t k = 0; k < 3; ++k) {
+                    const std::uint32_t index = scene.indices[cluster.firstIndex + i + k];
+                    t.corners[k] = scales[m] * glm::dvec3(scene.vertices[index].position);
+                }
+                for (int k = 0; k < 3; ++k) {
+                    t.longest =
+                        std::max(t.longest, glm::distance(t.corners[k], t.corners[(k + 1) % 3]));
+                }
+                triangles.push_back(t);
             }
         }
     }
-    return sizes;
+    return triangles;
 }
 
-// The longest edge in the world with which about so many triangles are added.
-double edgeFor(const std::vector<Size>& sizes, double shortest, double diagonal,
+// Triangles that one is divided into; somewhat more than `limit` if there would be more.
+std::uint64_t countOfParts(const Sized& t, double longest, std::uint64_t limit) {
+    std::uint64_t count = 0;
+    divide(
+        t.corners[0], t.corners[1], t.corners[2],
+        [&](const glm::dvec3& a, const glm::dvec3& b) {
+            return count <= limit && glm::distance(a, b) > longest;
+        },
+        [](const glm::dvec3& a, const glm::dvec3& b) { return 0.5 * (a + b); },
+        [&](const auto&, const auto&, const auto&) { ++count; });
+    return count;
+}
+
+// The shortest length of an edge in the world with which no more triangles are added.
+double edgeFor(const std::vector<Sized>& triangles, double shortest, double diagonal,
                std::uint64_t addedTriangles) {
-    const auto added = [&](double length) {
-        double sum = 0.0;
-        for (const Size& size : sizes) {
-            if (size.edge > length) sum += size.area / (kAreaOfEdge * length * length) + 1.0;
+    const auto isEnough = [&](double length) {
+        std::uint64_t added = 0;
+        for (const Sized& t : triangles) {
+            if (!(t.longest > length)) continue;
+            added += countOfParts(t, length, addedTriangles + 1 - added) - 1;
+            if (added > addedTriangles) return false;
         }
-        return sum;
+        return true;
     };
     double low = shortest, high = std::max(shortest, diagonal);
-    if (added(low) <= static_cast<double>(addedTriangles)) return low;
-    for (int i = 0; i < 40; ++i) {
+    if (isEnough(low)) return low;
+    for (int i = 0; i < 24; ++i) {
         const double middle = std::sqrt(low * high);
-        (added(middle) <= static_cast<double>(addedTriangles) ? high : low) = middle;
+        (isEnough(middle) ? high : low) = middle;
     }
     return high;
 }
@@ -102,31 +160,20 @@ public:
     Divider(std::vector<Vertex>& vertices, std::vector<std::uint32_t>& indices, double longest)
         : vertices_(vertices), indices_(indices), longest_(longest) {}
 
-    void add(std::uint32_t a, std::uint32_t b, std::uint32_t c, int depth = 0) {
-        if (depth < kMaxDepth) {
-            const bool ab = tooLong(a, b), bc = tooLong(b, c), ca = tooLong(c, a);
-            // Turned so that the first case of each number of long edges applies.
-            if (ab && bc && ca) {
-                const std::uint32_t x = middle(a, b), y = middle(b, c), z = middle(c, a);
-                add(a, x, z, depth + 1);
-                add(x, b, y, depth + 1);
-                add(z, y, c, depth + 1);
-                return add(x, y, z, depth + 1);
-            }
-            if (ab && bc) return addTwo(a, b, c, depth);
-            if (bc && ca) return addTwo(b, c, a, depth);
-            if (ca && ab) return addTwo(c, a, b, depth);
-            if (ab) return addOne(a, b, c, depth);
-            if (bc) return addOne(b, c, a, depth);
-            if (ca) return addOne(c, a, b, depth);
-        }
-        indices_.insert(indices_.end(), {a, b, c});
+    void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        divide(
+            a, b, c,
+            [this](std::uint32_t p, std::uint32_t q) {
+                return glm::distance(glm::dvec3(vertices_[p].position),
+                                     glm::dvec3(vertices_[q].position)) > longest_;
+            },
+            [this](std::uint32_t p, std::uint32_t q) { return middle(p, q); },
+            [this](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
+                indices_.insert(indices_.end(), {p, q, r});
+            });
     }
 
 private:
-    bool tooLong(std::uint32_t a, std::uint32_t b) const {
-        return edge(vertices_[a], vertices_[b]) > longest_;
-    }
     std::uint32_t middle(std::uint32_t a, std::uint32_t b) {
         const auto [it, isNew] =
             middles_.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(vertices_.size()));
@@ -135,18 +182,6 @@ private:
             vertices_.push_back(made);
         }
         return it->second;
-    }
-    void addOne(std::uint32_t a, std::uint32_t b, std::uint32_t c, int depth) {
-        const std::uint32_t x = middle(a, b);
-        add(a, x, c, depth + 1);
-        add(x, b, c, depth + 1);
-    }
-    // Edges a b and b c are long.
-    void addTwo(std::uint32_t a, std::uint32_t b, std::uint32_t c, int depth) {
-        const std::uint32_t x = middle(a, b), y = middle(b, c);
-        add(x, b, y, depth + 1);
-        add(a, x, c, depth + 1);
-        add(x, y, c, depth + 1);
     }
 
     std::vector<Vertex>& vertices_;
@@ -196,8 +231,8 @@ Refined refined(const Scene& scene, const Pose& pose, const RefinementLimits& li
 
     const std::vector<double> scales = scalesOf(scene, pose);
     const double diagonal = lastingBounds(scene, pose).diagonal();
-    const double longest = edgeFor(sizesOf(scene, scales), limits.shortestEdge * diagonal, diagonal,
-                                   limits.addedTriangles);
+    const double longest = edgeFor(trianglesOf(scene, scales), limits.shortestEdge * diagonal,
+                                   diagonal, limits.addedTriangles);
     fine.vertices.clear();
     fine.indices.clear();
     for (std::size_t m = 0; m < scene.meshes.size(); ++m) {

@@ -1,6 +1,6 @@
 // A scene with smaller triangles, so that light computed at vertices shows where it changes.
 //
-//     const Refined fine = refined(scene, restPose(scene), {.addedTriangles = 100'000});
+//     const Refined fine = refined(scene, restPose(scene), {.addedTriangles = 20'000});
 //
 // Pure. Nodes, instances, materials, flat parts and deforming meshes stay as they are; so do the
 // positions of all vertices. Images keep their sizes and have no texels.
@@ -13,7 +13,7 @@
 namespace clerestory::light {
 
 struct RefinementLimits {
-    std::uint64_t addedTriangles = 60'000;  // about; edges stay longer if there would be more
+    std::uint64_t addedTriangles = 12'000;  // at most; edges stay longer if there would be more
     double shortestEdge = 1.0 / 400.0;      // relative to the diagonal of the scene
 };
 
