@@ -13,28 +13,50 @@
 
 #include <atomic>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace clerestory::test {
 namespace {
 
 using namespace std::chrono_literals;
 
+// How many servers the proxy believes to be up, at a port of its own.
+std::string stateFrontend(int port) {
+    return "frontend state\n"
+           "    mode http\n"
+           "    timeout client 5s\n"
+           "    bind 127.0.0.1:" +
+           std::to_string(port) +
+           "\n"
+           "    http-request return status 200 content-type text/plain lf-string "
+           "%[nbsrv(renderers)]\n";
+}
+
 class Proxy {
 public:
-    Proxy(const char* program, int port, const std::vector<int>& servers) {
+    Proxy(const char* program, int port, const std::vector<int>& servers) : statePort_(freePort()) {
+        std::filesystem::create_directories(CLERESTORY_TEST_OUTPUT);
+        const std::string stateFile = std::string(CLERESTORY_TEST_OUTPUT) + "/haproxy-state-" +
+                                      std::to_string(statePort_) + ".cfg";
+        std::ofstream(stateFile) << stateFrontend(statePort_);
         setenv("CLERESTORY_BIND", ("127.0.0.1:" + std::to_string(port)).c_str(), 1);
         for (std::size_t i = 0; i < servers.size(); ++i) {
             setenv(("CLERESTORY_" + std::to_string(i + 1)).c_str(),
                    ("127.0.0.1:" + std::to_string(servers[i])).c_str(), 1);
         }
-        std::string words[] = {program, "-db", "-q", "-f",
-                               CLERESTORY_SOURCE_DIR "/deploy/haproxy.cfg"};
-        char* arguments[] = {words[0].data(), words[1].data(), words[2].data(),
-                             words[3].data(), words[4].data(), nullptr};
-        posix_spawn(&id_, program, nullptr, nullptr, arguments, environ);
+        std::string words[] = {
+            program, "-db",    "-q", "-f", CLERESTORY_SOURCE_DIR "/deploy/haproxy.cfg",
+            "-f",    stateFile};
+        std::vector<char*> arguments;
+        for (std::string& word : words) arguments.push_back(word.data());
+        arguments.push_back(nullptr);
+        posix_spawn(&id_, program, nullptr, nullptr, arguments.data(), environ);
     }
     ~Proxy() {
         kill(id_, SIGKILL);
@@ -43,7 +65,21 @@ public:
     Proxy(const Proxy&) = delete;
     Proxy& operator=(const Proxy&) = delete;
 
+    // Waits until the proxy believes so many servers to be up. Returns false after a minute.
+    bool awaitServersUp(int count) const {
+        for (int i = 0; i < 600; ++i) {
+            httplib::Client client("127.0.0.1", statePort_);
+            const auto result = client.Get("/");
+            if (result && result->status == 200 && result->body == std::to_string(count)) {
+                return true;
+            }
+            std::this_thread::sleep_for(100ms);
+        }
+        return false;
+    }
+
 private:
+    const int statePort_;
     pid_t id_ = -1;
 };
 
@@ -85,13 +121,7 @@ TEST(HaProxy, KillingOneServerUnderLoadLosesNoRequest) {
             ASSERT_TRUE(known->second == result->body);
         }
     }
-    // The proxy has seen its servers.
-    for (int i = 0; i < 100; ++i) {
-        httplib::Client probe("127.0.0.1", port);
-        const auto result = probe.Get("/readyz");
-        if (result && result->status == 200) break;
-        std::this_thread::sleep_for(100ms);
-    }
+    ASSERT_TRUE(proxy.awaitServersUp(3));
 
     std::atomic<bool> ending{false};
     std::atomic<int> right{0}, wrong{0};
@@ -119,7 +149,7 @@ TEST(HaProxy, KillingOneServerUnderLoadLosesNoRequest) {
     const int before = right;
     for (int victim = 0; victim < 2; ++victim) {
         servers[victim]->signal(SIGKILL);
-        std::this_thread::sleep_for(2500ms);  // the proxy sees it
+        EXPECT_TRUE(proxy.awaitServersUp(2 - victim));
         awaitMore();
     }
     ending = true;
