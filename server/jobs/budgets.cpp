@@ -4,8 +4,8 @@
 #include "server/base/log.h"
 #include "server/base/problem.h"
 
+#include "scene/cache_file.h"
 #include "scene/hash.h"
-#include "scene/import/cache/scene_cache.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,13 +1,12 @@
-// Imported scenes on disk, so that a restart does not import them again; and the files of such a
-// cache.
+// Imported scenes on disk, so that a restart does not import them again.
 //
 // An entry is identified by the scene file's content and name, the state of every other file that
 // the import looked for, the limits, and the version of the program. Damaged, truncated and
-// outdated entries are ignored. Several processes may share a folder: a file appears complete or
-// not at all. After a power failure a file may be damaged, so its content needs a checksum.
+// outdated entries are ignored. Several processes may share a folder (scene/cache_file.h).
 // Thread-safe.
 #pragma once
 
+#include "scene/cache_file.h"
 #include "scene/import/base/scene_folder.h"
 #include "scene/import/base/types.h"
 #include "scene/scene.h"
@@ -17,7 +16,6 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
-#include <initializer_list>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -26,28 +24,6 @@
 #include <vector>
 
 namespace clerestory {
-
-// Read and not mapped: a failing disk under a mapping would end the process.
-struct CacheContent {
-    std::unique_ptr<std::byte[]> bytes;
-    std::size_t size = 0;
-    std::span<const std::byte> span() const { return {bytes.get(), size}; }
-};
-
-// Nothing if the file does not exist, is not a regular file of this user, or has more than
-// `maxBytes`. Sets the file's time of last use. Throws std::bad_alloc.
-std::optional<CacheContent> readCacheFile(const std::filesystem::path& file,
-                                          std::uint64_t maxBytes);
-
-// Writes the parts one after another. Creates the folder, accessible to its owner alone. Returns
-// false, with errno set, on failure.
-bool writeCacheFile(const std::filesystem::path& file,
-                    std::initializer_list<std::span<const std::byte>> parts);
-
-// Removes the least recently used files with this extension until the others have at most
-// `maxBytes` together, and incomplete files that are older than an hour.
-void trimCacheFolder(const std::filesystem::path& folder, const char* extension,
-                     std::uint64_t maxBytes);
 
 struct SceneCacheOptions {
     std::filesystem::path folder;  // created when first needed, accessible to its owner alone

@@ -1,0 +1,44 @@
+// Files of what was computed before, so that a restart does not compute it again.
+//
+//     writeCacheFile(folder / "name.light", {header, values});
+//     trimCacheFolder(folder, ".light", 1ull << 30);
+//     if (const auto content = readCacheFile(folder / "name.light", 1ull << 30))
+//     use(content->span());
+//
+// Several processes may share a folder: a file appears complete or not at all. After a power
+// failure a file may be damaged, so its content needs a checksum.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <span>
+
+namespace clerestory {
+
+// Read and not mapped: a failing disk under a mapping would end the process.
+struct CacheContent {
+    std::unique_ptr<std::byte[]> bytes;
+    std::size_t size = 0;
+    std::span<const std::byte> span() const { return {bytes.get(), size}; }
+};
+
+// Nothing if the file does not exist, is not a regular file of this user, or has more than
+// `maxBytes`. Sets the file's time of last use. Throws std::bad_alloc.
+std::optional<CacheContent> readCacheFile(const std::filesystem::path& file,
+                                          std::uint64_t maxBytes);
+
+// Writes the parts one after another. Creates the folder, accessible to its owner alone. Returns
+// false, with errno set, on failure.
+bool writeCacheFile(const std::filesystem::path& file,
+                    std::initializer_list<std::span<const std::byte>> parts);
+
+// Removes the least recently used files with this extension until the others have at most
+// `maxBytes` together, and incomplete files that are older than an hour.
+void trimCacheFolder(const std::filesystem::path& folder, const char* extension,
+                     std::uint64_t maxBytes);
+
+}  // namespace clerestory
