@@ -3,13 +3,12 @@
 #include "gl/buffer.h"
 #include "gl/context.h"
 #include "gl/pipeline.h"
-#include "light/baker.h"
-#include "light/refinement.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"
 #include "plan/graph/work.h"
 #include "plan/planner.h"
 #include "plan/warm_up.h"
+#include "scene_lights.h"
 
 #include <algorithm>
 #include <chrono>
@@ -44,18 +43,6 @@ Rays raysOf(Computation requested, bool software) {
     return GpuTracer::supported() ? Rays::shader : Rays::none;
 }
 
-// Reallocates the list unless it has capacity for `tail` bytes past its end and wastes less than an
-// eighth.
-template <class T>
-void fit(std::vector<T>& list, std::size_t tail) {
-    const std::size_t minCapacity = list.size() + (tail + sizeof(T) - 1) / sizeof(T);
-    if (list.capacity() >= minCapacity && list.capacity() <= minCapacity + minCapacity / 8) return;
-    std::vector<T> fitted;
-    fitted.reserve(minCapacity);
-    fitted.insert(fitted.end(), list.begin(), list.end());
-    list = std::move(fitted);
-}
-
 template <class Map>
 std::string keysOf(const Map& map) {
     std::string keys;
@@ -79,9 +66,7 @@ struct Renderer::State {
           maxShadedSamples(options.maxShadedSamples),
           onReset(options.onReset),
           beforeDrawing(options.beforeDrawing),
-          lightOptions(options.light),
-          baker(std::make_shared<light::Baker>(
-              light::BakerOptions{.threads = options.light.threads})) {
+          lights(options.light) {
         context.firstUse().whenCompiling = options.onCompiling;
     }
 
@@ -108,16 +93,8 @@ struct Renderer::State {
     }
     // The key of the light that the request shows; its computation has begun.
     std::uint64_t beginLight(const Subject& subject, const FrameRequest& request);
-    // Changes the subject to one with light, as far as it is computed.
-    void addLight(Subject& subject, const FrameRequest& request);
-    // The refined meshes of a scene, made by the first computation of its light.
-    struct RefinedScene {
-        // On a thread of the baker:
-        std::shared_ptr<const Scene> scene;
-        double edge = 0.0;  // see light::Refined
-        // On the renderer's thread; an earlier load of the scene may have made others.
-        std::vector<std::shared_ptr<const Scene>> uploaded;
-    };
+    // Changes the subject to one with light, as far as it is computed. Returns Frame::lightNow.
+    std::function<LightOfFrame()> addLight(Subject& subject, const FrameRequest& request);
     // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
@@ -180,7 +157,6 @@ struct Renderer::State {
     std::uint64_t generations = 0;         // calls of addScene()
     mutable EnvironmentMaps environments;  // built-in maps are created on first use
     std::string firstScene;                // scene of requests that name none
-    std::map<const Scene*, std::shared_ptr<RefinedScene>> refinedScenes;  // by their originals
     Executor executor;
     std::uint64_t frames = 0;
     struct Moment {
@@ -191,58 +167,44 @@ struct Renderer::State {
     };
     static constexpr std::size_t kMaxMoments = 4;
     mutable std::list<Moment> moments;  // last used first
-    // Clients that wait share it.
-    LightOptions lightOptions;
-    std::shared_ptr<light::Baker> baker;
+    SceneLights lights;
 };
 
 std::uint64_t Renderer::State::beginLight(const Subject& subject, const FrameRequest& request) {
     const ResidentMaps none;
     LightInputs inputs = lightInputs(contextOf(subject, none), request);
-    std::shared_ptr<RefinedScene>& refined = refinedScenes[subject.scene.get()];
-    if (!refined) refined = std::make_shared<RefinedScene>();
-    if (baker->state(inputs.hash).known) return inputs.hash;
-    const FramePlan framePlan = planFrame(contextOf(subject, none), request);
-    if (!framePlan.rays) return inputs.hash;  // not a colour frame
-    const auto bake = std::make_shared<light::BakeInput>(
-        light::BakeInput{.key = inputs.hash,
-                         .pose = subject.pose,
-                         .materials = std::move(inputs.materials),
-                         .lights = std::move(inputs.lights),
-                         .environment = subject.environment,
-                         .mapFromWorld = inputs.mapFromWorld,
-                         .environmentIntensity = inputs.environmentIntensity,
-                         .emission = inputs.emission});
-    guarded([&] { executor.addTables(inputOf(subject, framePlan), *bake); });
-    baker->begin(inputs.hash, [bake, refined, original = subject.scene, options = lightOptions] {
-        if (!refined->scene) {
-            light::Refined made =
-                light::refined(*original, *bake->pose, {.addedTriangles = options.addedTriangles});
-            fit(made.scene.vertices, gl::kSharedMemoryTail);
-            fit(made.scene.indices, gl::kSharedMemoryTail);
-            refined->scene = std::make_shared<const Scene>(std::move(made.scene));
-            refined->edge = made.edge;
-        }
-        bake->scene = refined->scene;
-        bake->edge = refined->edge;
-        return std::make_unique<light::Bake>(std::move(*bake),
-                                             light::BakeQuality{.places = options.places});
-    });
+    light::BakeInput bake{.key = inputs.hash};
+    if (!lights.known(inputs.hash)) {
+        const FramePlan framePlan = planFrame(contextOf(subject, none), request);
+        if (!framePlan.rays) return inputs.hash;  // not a colour frame
+        bake.pose = subject.pose;
+        bake.materials = std::move(inputs.materials);
+        bake.lights = std::move(inputs.lights);
+        bake.environment = subject.environment;
+        bake.mapFromWorld = inputs.mapFromWorld;
+        bake.environmentIntensity = inputs.environmentIntensity;
+        bake.emission = inputs.emission;
+        guarded([&] { executor.addTables(inputOf(subject, framePlan), bake); });
+    }
+    lights.begin(subject.scene, std::move(bake));
     return inputs.hash;
 }
 
-void Renderer::State::addLight(Subject& subject, const FrameRequest& request) {
-    if (!request.effects.indirectLight || request.output.channel != Channel::color) return;
-    std::shared_ptr<const light::SurfaceLight> latest = baker->latest(beginLight(subject, request));
-    if (!latest) return;
-    auto& uploaded = refinedScenes.at(subject.scene.get())->uploaded;
-    if (std::find(uploaded.begin(), uploaded.end(), latest->scene) == uploaded.end()) {
+std::function<LightOfFrame()> Renderer::State::addLight(Subject& subject,
+                                                        const FrameRequest& request) {
+    if (!request.effects.indirectLight || request.output.channel != Channel::color) return {};
+    const std::uint64_t key = beginLight(subject, request);
+    if (!lights.known(key)) return {};
+    std::function<LightOfFrame()> now = lights.now(key);
+    std::shared_ptr<const light::SurfaceLight> latest = lights.latest(key);
+    if (!latest) return now;
+    if (lights.mustUpload(*subject.scene, latest->scene)) {
         guarded([&] { executor.upload(latest->scene, subject.scene.get()); });
-        uploaded.push_back(latest->scene);
     }
     subject.scene = latest->scene;
     subject.pose = poseOf(subject.scene, *clipsNamed(*subject.scene, request.clip), request.time);
     subject.light = std::move(latest);
+    return now;
 }
 
 std::shared_ptr<const Pose> Renderer::State::poseOf(const std::shared_ptr<const Scene>& scene,
@@ -325,8 +287,8 @@ void Renderer::addScene(Scene added) {
     removeScene(added.id);
     state_->context.makeCurrent();
     const auto scene = std::make_shared<Scene>(std::move(added));
-    fit(scene->vertices, gl::kSharedMemoryTail);
-    fit(scene->indices, gl::kSharedMemoryTail);
+    gl::fitForSharing(scene->vertices);
+    gl::fitForSharing(scene->indices);
     try {
         state_->executor.upload(scene);
     } catch (...) {
@@ -344,14 +306,9 @@ void Renderer::removeScene(const std::string& id) {
     if (found == state_->scenes.end()) return;
     state_->context.makeCurrent();
     const auto& scene = found->second.scene;
-    if (const auto found = state_->refinedScenes.find(scene.get());
-        found != state_->refinedScenes.end()) {
-        for (const std::shared_ptr<const Scene>& fine : found->second->uploaded) {
-            state_->baker->forget(*fine);
-            state_->moments.remove_if([&](const auto& m) { return m.scene == fine; });
-            state_->executor.forget(*fine);
-        }
-        state_->refinedScenes.erase(found);
+    for (const std::shared_ptr<const Scene>& fine : state_->lights.forget(*scene)) {
+        state_->moments.remove_if([&](const auto& m) { return m.scene == fine; });
+        state_->executor.forget(*fine);
     }
     state_->moments.remove_if([&](const auto& m) { return m.scene == scene; });
     state_->executor.forget(*scene);
@@ -379,11 +336,11 @@ FramePlan Renderer::plan(const FrameRequest& request) const {
 Frame Renderer::State::frame(const FrameRequest& request, Readback readback,
                              const std::function<bool()>& abandoned) {
     context.makeCurrent();
-    const light::Baker::Rest rest(*baker);
+    const light::Baker::Rest rest = lights.rest();
     Subject subject = subjectOf(request);
     const Clock::time_point start = Clock::now();
-    addLight(subject, request);
     Frame frame;
+    frame.lightNow = addLight(subject, request);
     if (subject.light) frame.light = {subject.light->revision, subject.light->share};
     frame.sceneGeneration = subject.generation;
     frame.plan = plan(subject, request);
@@ -425,17 +382,7 @@ Frame Renderer::render(const FrameRequest& request, Readback readback,
 Renderer::LightState Renderer::light(const FrameRequest& request) {
     if (!request.effects.indirectLight) return {};
     state_->context.makeCurrent();
-    const std::uint64_t key = state_->beginLight(state_->subjectOf(request), request);
-    const light::Baker::State now = state_->baker->state(key);
-    const auto latest = state_->baker->latest(key);
-    return {.wanted = true,
-            .complete = now.complete,
-            .revision = latest ? latest->revision : 0,
-            .share = now.share,
-            .failure = now.failure,
-            .wait = [baker = state_->baker, key](const std::function<bool()>& abandoned) {
-                baker->wait(key, abandoned);
-            }};
+    return state_->lights.state(state_->beginLight(state_->subjectOf(request), request));
 }
 
 Renderer::LightState Renderer::completeLight(const FrameRequest& request,
@@ -522,6 +469,7 @@ RendererCounters Renderer::counters() const {
             .triangles = drawn.triangles,
             .meshesMoved = drawn.meshesMoved,
             .paths = drawn.paths,
+            .lightsComputed = state_->lights.computed(),
             .texturesMade = made.textures,
             .framebuffersMade = made.framebuffers,
             .programsMade = made.programs,

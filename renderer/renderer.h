@@ -29,8 +29,14 @@ enum class Computation { automatic, shader, processor };
 // How finely the light of surfaces is computed (Effects::indirectLight).
 struct LightOptions {
     std::uint32_t threads = 0;              // 0: one for each processor
-    std::uint64_t addedTriangles = 60'000;  // about, to a scene whose triangles are large
+    std::uint64_t addedTriangles = 12'000;  // at most, to a scene whose triangles are large
     std::uint32_t places = 60'000;          // at most, where light is gathered
+    // Where complete light is stored for the next start; empty: nowhere.
+    std::filesystem::path folder;
+    std::uint64_t folderBytes = 1ull << 30;
+    std::string version;  // of the program; light of other versions is not used
+    // Called with one line for the log when light cannot be stored.
+    std::function<void(const std::string&)> reportFailure;
 };
 
 struct RendererOptions {
@@ -79,6 +85,8 @@ struct Frame {
     FramePlan plan;
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     LightOfFrame light;
+    // What the same request would show now, on any thread; empty without Effects::indirectLight.
+    std::function<LightOfFrame()> lightNow;
     double planMs = 0.0;
     double readbackMs = 0.0;
     double compileMs = 0.0;      // time of compilation within the frame
@@ -93,8 +101,9 @@ struct Frame {
 // Objects created and work submitted to OpenGL since start.
 struct RendererCounters {
     std::uint64_t frames = 0, drawCalls = 0, triangles = 0;
-    std::uint64_t meshesMoved = 0;  // uploads of deformed meshes
-    std::uint64_t paths = 0;        // of rays that the processor followed
+    std::uint64_t meshesMoved = 0;     // uploads of deformed meshes
+    std::uint64_t paths = 0;           // of rays that the processor followed
+    std::uint64_t lightsComputed = 0;  // between surfaces; not those found on disk
     std::uint64_t texturesMade = 0, framebuffersMade = 0, programsMade = 0, buffersMade = 0;
     std::uint64_t bytesShared = 0;  // of vertices and indices that the driver reads without a copy
     // Combinations of program, fixed state and target format that were drawn for the first time,

@@ -53,6 +53,12 @@ export function parseServerTiming(header) {
   });
 }
 
+// "revision=2, share=0.50" -> { revision: 2, share: 0.5 }; undefined for a frame without light between surfaces.
+export function lightOf(header) {
+  const found = /revision=(\d+), share=([\d.]+)/.exec(header ?? "");
+  return found ? { revision: Number(found[1]), share: Number(found[2]) } : undefined;
+}
+
 // -> the image as a Blob, with timings and accuracy from the headers; with `explain` also the plan; with explain "maps"
 // also the maps that the frame reads: [{ subject, blob }].
 export async function renderFrame(request, explain = "0", signal = undefined) {
@@ -65,6 +71,7 @@ export async function renderFrame(request, explain = "0", signal = undefined) {
     milliseconds: performance.now() - start,
     timings: parseServerTiming(response.headers.get("Server-Timing") ?? ""),
     accuracy: response.headers.get("Clerestory-Accuracy") ?? "",
+    light: lightOf(response.headers.get("Clerestory-Light")),
   };
   const type = response.headers.get("Content-Type") ?? "";
   if (!type.startsWith("multipart/")) return { ...frame, blob: new Blob([bytes], { type }) };

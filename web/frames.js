@@ -114,6 +114,11 @@ export class Frames {
     return this.#full();
   }
 
+  // The server would draw the same view differently now.
+  refresh() {
+    this.#full();
+  }
+
   #full() {
     clearTimeout(this.#rest);
     this.#resting = false;

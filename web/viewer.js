@@ -18,6 +18,8 @@ const motion = matchMedia("(prefers-reduced-motion: reduce)");
 const reducedMotion = () => motion.matches;
 let session, frames, input, wipe, compare, time, sharing;
 let shownScene;  // id of the scene of the last frame
+let lightTimer;  // of the next look at the progress of its light
+const kLightPollMs = 1000;
 
 // ---- frames ---------------------------------------------------------------------------------
 
@@ -26,14 +28,30 @@ async function shown(frame, request, still) {
   shownScene = request.scene;
   clearMessage();
   const { width, height } = request;
-  $("caption").textContent = `${width} × ${height} · ${millisecondsText(frame.milliseconds)}`;
+  const light = frame.light && frame.light.share < 1 ? ` · light ${Math.round(100 * frame.light.share)} %` : "";
+  $("caption").textContent = `${width} × ${height} · ${millisecondsText(frame.milliseconds)}${light}`;
   $("stage").classList.toggle("moving", !still);
   compare.viewChanged(frameRequest([width, height]));
+  clearTimeout(lightTimer);
   if (!still) return;
+  if (light) followLight(frame.light, request.scene);
   showCost(frame, request);
   if (wipe.on) await wipe.showRight(frameRequest([width, height]), renderFrame);
   if (sharing.live()) await putView(sharing.live(), request);
   history.replaceState(null, "", `#${session.query()}`);
+}
+
+// Requests the frame again when more of its light has been computed.
+function followLight({ revision, share }, id) {
+  lightTimer = setTimeout(async () => {
+    try {
+      const { light } = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
+      if (light && (light.revision > revision || light.share >= 1)) return frames.refresh();
+    } catch (problem) {
+      if (!(problem instanceof Problem)) throw problem;
+    }
+    if (shownScene === id) followLight({ revision, share }, id);
+  }, kLightPollMs);
 }
 
 const frameRequest = (size, options) => (session.camera ? session.request(size, options) : undefined);

@@ -7,11 +7,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace clerestory::gl {
 
 // Bytes past the end of shared memory that a driver may read, because it fetches whole vectors.
 inline constexpr std::size_t kSharedMemoryTail = 64;
+// Reallocates the list unless it has capacity for that tail and wastes less than an eighth.
+template <class T>
+void fitForSharing(std::vector<T>& list) {
+    const std::size_t least = list.size() + (kSharedMemoryTail + sizeof(T) - 1) / sizeof(T);
+    if (list.capacity() >= least && list.capacity() <= least + least / 8) return;
+    std::vector<T> fitted;
+    fitted.reserve(least);
+    fitted.insert(fitted.end(), list.begin(), list.end());
+    list = std::move(fitted);
+}
 
 class Buffer {
 public:

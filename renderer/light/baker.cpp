@@ -35,7 +35,7 @@ struct Baker::Shared {
 
     struct Entry {
         std::uint64_t key = 0;
-        std::function<std::unique_ptr<Bake>()> make;
+        std::function<Work()> make;
         std::shared_ptr<Bake> bake;
         std::shared_ptr<const SurfaceLight> light;
         bool complete = false;
@@ -145,12 +145,18 @@ void Baker::Shared::coordinate() {
         std::shared_ptr<const SurfaceLight> light;
         bool complete = false;
         try {
-            if (!bake) bake = make();
-            if (bake->samples() > 0) runRound(bake);
-            if (!cancelled) {
+            if (!bake) {
+                Work work = make();
+                light = std::move(work.light);
+                bake = std::move(work.bake);
+                complete = light != nullptr;
+            }
+            if (bake && bake->samples() > 0) runRound(bake);
+            if (bake && !cancelled) {
                 bake->endRound();
                 complete = bake->complete() || bake->samples() == 0;
                 light = std::make_shared<const SurfaceLight>(bake->light());
+                if (complete && options.whenComplete) options.whenComplete(*light);
             }
         } catch (const std::exception& error) {
             failure = error.what();
@@ -186,7 +192,7 @@ Baker::~Baker() {
     for (std::thread& thread : shared_->threads) thread.join();
 }
 
-void Baker::begin(std::uint64_t key, std::function<std::unique_ptr<Bake>()> make) {
+void Baker::begin(std::uint64_t key, std::function<Work()> make) {
     Shared& s = *shared_;
     const std::lock_guard lock(s.mutex);
     if (s.find(key) != s.entries.end()) return;

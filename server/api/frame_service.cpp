@@ -120,6 +120,7 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
                  " shader variants took ", fixedPoint(frame.compileMs, 0), " ms of its frame"});
     }
     components_.library.recordMapBytes(request.scene, frame.mapBytes);
+    if (frame.lightNow) components_.library.recordLight(request.scene, frame.lightNow);
     const auto drawnAt = Clock::now();
     drawn.bytes = encoded(frame.image, request.output);
     drawn.encodeMs = millisecondsSince(drawnAt);

@@ -307,7 +307,10 @@ ordered_json sceneSchema() {
          {"curvedMirrors", listOf(surface(mirror))},
          {"probes", listOf(probe)},
          {"warnings", listOf(warning)},
-         {"shaders", object({{"compiled", kCount}, {"total", kCount}, {"finished", kFlag}})}});
+         {"shaders", object({{"compiled", kCount}, {"total", kCount}, {"finished", kFlag}})},
+         {"light",
+          object({{"revision", described(kCount, "as in Clerestory-Light; 0: none yet")},
+                  {"share", described(kNumber, "of the computation that is complete, 0 to 1")}})}});
 }
 
 ordered_json rendererSchema() {

@@ -304,6 +304,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
         return 2;
     }
     line.config.scenes.import.cache = sceneCacheOf(line.config.cache);
+    storeLight(line.config.renderer.light, line.config.cache);
     if (const auto folder = cacheFolderOf(line.config.cache); !folder.empty()) {
         line.config.curves = std::make_shared<CurveStore>(folder);
     }

@@ -1,12 +1,26 @@
 #include "server/scenes/cache_folder.h"
 
+#include "renderer.h"
 #include "scene/import/cache/scene_cache.h"
 #include "server/base/log.h"
 #include "server/base/process.h"
 
 #include <cstdlib>
+#include <functional>
+#include <string>
 
 namespace clerestory {
+namespace {
+
+// Logs that a file cannot be written. The default folder may be missing without harm.
+std::function<void(const std::string&)> reportOf(const CacheOptions& options) {
+    return [chosen = !options.folder.empty()](const std::string& words) {
+        chosen ? logWarning({words}) : logDebug({words});
+    };
+}
+
+}  // namespace
+
 std::filesystem::path userCache() {
     const auto absolute = [](const char* name) -> std::filesystem::path {
         const char* value = std::getenv(name);
@@ -24,17 +38,19 @@ std::filesystem::path cacheFolderOf(const CacheOptions& options) {
 }
 
 std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options) {
-    const bool chosen = !options.folder.empty();
     const std::filesystem::path folder = cacheFolderOf(options);
     if (folder.empty()) return nullptr;
-    return std::make_shared<SceneCache>(
-        SceneCacheOptions{.folder = folder,
-                          .maxBytes = options.mostBytes,
-                          .version = buildId(),
-                          .reportFailure = [chosen](const std::string& words) {
-                              // The default folder may be missing without harm.
-                              chosen ? logWarning({words}) : logDebug({words});
-                          }});
+    return std::make_shared<SceneCache>(SceneCacheOptions{.folder = folder,
+                                                          .maxBytes = options.mostBytes,
+                                                          .version = buildId(),
+                                                          .reportFailure = reportOf(options)});
+}
+
+void storeLight(LightOptions& light, const CacheOptions& options) {
+    light.folder = cacheFolderOf(options);
+    light.folderBytes = options.mostBytes;
+    light.version = buildId();
+    light.reportFailure = reportOf(options);
 }
 
 }  // namespace clerestory

@@ -8,6 +8,7 @@
 namespace clerestory {
 
 class SceneCache;
+struct LightOptions;
 
 struct CacheOptions {
     std::filesystem::path folder;  // empty: the user's cache folder; "none": no cache
@@ -22,5 +23,7 @@ std::filesystem::path cacheFolderOf(const CacheOptions& options);
 
 // Null for no cache.
 std::shared_ptr<SceneCache> sceneCacheOf(const CacheOptions& options);
+// The light between their surfaces is stored in the same folder.
+void storeLight(LightOptions& light, const CacheOptions& options);
 
 }  // namespace clerestory

@@ -3,11 +3,13 @@
 // which UploadStore checks.
 #pragma once
 
+#include "renderer.h"
 #include "scene/import/import.h"
 #include "server/base/process.h"
 #include "server/scenes/upload_store.h"
 
 #include <deque>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -65,6 +67,8 @@ struct SceneStatus {
     std::shared_ptr<const Scene> scene;  // after the first loading; without vertices and texels
     std::size_t vertices = 0;
     SceneBytes bytes;  // while it is loaded
+    // Of the frame with light of surfaces that was drawn last; see Frame::lightNow. May be empty.
+    std::function<LightOfFrame()> lightNow;
 };
 
 struct SceneEntry {

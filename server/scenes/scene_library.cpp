@@ -253,6 +253,12 @@ void SceneLibrary::recordMapBytes(const std::string& id, std::uint64_t bytes) {
     entry->status.bytes.maps = bytes;
 }
 
+void SceneLibrary::recordLight(const std::string& id, std::function<LightOfFrame()> now) {
+    const std::lock_guard lock(mutex_);
+    const Entry entry = entries_.find(id);
+    if (entry && entry->status.state == SceneState::ready) entry->status.lightNow = std::move(now);
+}
+
 // With the lock held: evicts scenes until there is room for that many bytes. The default scene
 // stays, since the server is not ready without it.
 void SceneLibrary::makeRoom(std::uint64_t bytes) {
@@ -279,6 +285,7 @@ void SceneLibrary::evict(SceneEntry& entry) {
     warmUps_.forget(entry.status.id);
     loadedBytes_ -= entry.status.bytes.total();
     entry.status.bytes = {};
+    entry.status.lightNow = {};
     entry.status.state = SceneState::waiting;
     entry.isRequested = false;
 }

@@ -1,0 +1,100 @@
+#include "scene_lights.h"
+
+#include "gl/buffer.h"
+#include "light/refinement.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace clerestory {
+namespace {
+
+// What the light depends on besides its key.
+std::string versionOf(const LightOptions& options) {
+    return options.version + '\n' + std::to_string(options.addedTriangles) + ' ' +
+           std::to_string(options.places);
+}
+
+}  // namespace
+
+SceneLights::SceneLights(const LightOptions& options)
+    : options_(options),
+      computed_(std::make_shared<std::atomic<std::uint64_t>>(0)),
+      files_(std::make_shared<light::LightFiles>(
+          light::LightFilesOptions{.folder = options.folder,
+                                   .maxBytes = options.folderBytes,
+                                   .version = versionOf(options),
+                                   .reportFailure = options.reportFailure})),
+      baker_(std::make_shared<light::Baker>(light::BakerOptions{
+          .threads = options.threads,
+          .whenComplete = [files = files_, computed = computed_](const light::SurfaceLight& light) {
+              ++*computed;
+              files->store(light);
+          }})) {}
+
+void SceneLights::begin(const std::shared_ptr<const Scene>& original, light::BakeInput input) {
+    std::shared_ptr<Refined>& entry = refined_[original.get()];
+    if (!entry) entry = std::make_shared<Refined>();
+    if (known(input.key)) return;
+    const auto bake = std::make_shared<light::BakeInput>(std::move(input));
+    baker_->begin(bake->key, [bake, original, refined = entry, files = files_, options = options_] {
+        if (!refined->scene) {
+            light::Refined made =
+                light::refined(*original, *bake->pose, {.addedTriangles = options.addedTriangles});
+            gl::fitForSharing(made.scene.vertices);
+            gl::fitForSharing(made.scene.indices);
+            refined->edge = made.edge;
+            refined->scene = std::make_shared<const Scene>(std::move(made.scene));
+        }
+        if (auto stored = files->find(bake->key, refined->scene)) {
+            return light::Baker::Work{
+                .light = std::make_shared<const light::SurfaceLight>(*std::move(stored))};
+        }
+        bake->scene = refined->scene;
+        bake->edge = refined->edge;
+        return light::Baker::Work{
+            .bake = std::make_unique<light::Bake>(std::move(*bake),
+                                                  light::BakeQuality{.places = options.places})};
+    });
+}
+
+Renderer::LightState SceneLights::state(std::uint64_t key) const {
+    const light::Baker::State now = baker_->state(key);
+    const auto latest = baker_->latest(key);
+    return {.wanted = true,
+            .complete = now.complete,
+            .revision = latest ? latest->revision : 0,
+            .share = now.share,
+            .failure = now.failure,
+            .wait = [baker = baker_, key](const std::function<bool()>& abandoned) {
+                baker->wait(key, abandoned);
+            }};
+}
+
+std::function<LightOfFrame()> SceneLights::now(std::uint64_t key) const {
+    return [baker = baker_, key] {
+        const auto latest = baker->latest(key);
+        return latest ? LightOfFrame{.revision = latest->revision, .share = latest->share}
+                      : LightOfFrame{};
+    };
+}
+
+bool SceneLights::mustUpload(const Scene& original, const std::shared_ptr<const Scene>& refined) {
+    auto& uploaded = refined_.at(&original)->uploaded;
+    if (std::find(uploaded.begin(), uploaded.end(), refined) != uploaded.end()) return false;
+    uploaded.push_back(refined);
+    return true;
+}
+
+std::vector<std::shared_ptr<const Scene>> SceneLights::forget(const Scene& original) {
+    const auto found = refined_.find(&original);
+    if (found == refined_.end()) return {};
+    std::vector<std::shared_ptr<const Scene>> uploaded = std::move(found->second->uploaded);
+    for (const auto& scene : uploaded) baker_->forget(*scene);
+    refined_.erase(found);
+    return uploaded;
+}
+
+}  // namespace clerestory

@@ -1,0 +1,60 @@
+// The light between surfaces of a renderer's scenes: requests begin it, threads compute it in the
+// background, and it is kept in memory and on disk.
+#pragma once
+
+#include "light/baker.h"
+#include "light/light_files.h"
+#include "renderer.h"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace clerestory {
+
+class SceneLights {
+public:
+    explicit SceneLights(const LightOptions& options);
+
+    bool known(std::uint64_t key) const { return baker_->state(key).known; }
+    // Begins the light of an original scene with this key. input: everything but the refined scene.
+    void begin(const std::shared_ptr<const Scene>& original, light::BakeInput input);
+    // Of the last round that is complete; null before the first one.
+    std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key) const {
+        return baker_->latest(key);
+    }
+    Renderer::LightState state(std::uint64_t key) const;
+    // See Frame::lightNow.
+    std::function<LightOfFrame()> now(std::uint64_t key) const;
+
+    // Returns true once for each refined scene: it has to be uploaded.
+    bool mustUpload(const Scene& original, const std::shared_ptr<const Scene>& refined);
+    // Forgets the lights of an original scene. Returns its refined scenes that were uploaded.
+    std::vector<std::shared_ptr<const Scene>> forget(const Scene& original);
+
+    std::uint64_t computed() const { return *computed_; }
+
+    // While it exists the threads rest.
+    light::Baker::Rest rest() const { return light::Baker::Rest(*baker_); }
+
+private:
+    // The refined meshes of a scene, made by the first computation of its light.
+    struct Refined {
+        // On a thread of the baker:
+        std::shared_ptr<const Scene> scene;
+        double edge = 0.0;  // see light::Refined
+        // On the renderer's thread; an earlier load of the scene may have made others.
+        std::vector<std::shared_ptr<const Scene>> uploaded;
+    };
+
+    const LightOptions options_;
+    const std::shared_ptr<std::atomic<std::uint64_t>> computed_;
+    const std::shared_ptr<light::LightFiles> files_;
+    const std::shared_ptr<light::Baker> baker_;                 // clients that wait share it
+    std::map<const Scene*, std::shared_ptr<Refined>> refined_;  // by their originals
+};
+
+}  // namespace clerestory
