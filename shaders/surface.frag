@@ -61,7 +61,11 @@ vec3 lampsAt(Surface s) {
 #endif
 
 vec3 shaded(MaterialPoint m) {
-    Surface s = surfaceOf(m, towardsEye());
+    vec3 toEye = towardsEye();
+    vec3 face = cross(dFdx(positionEye), dFdy(positionEye));
+    float across = dot(face, toEye);
+    float least = leastCosineOver(across * across / max(dot(face, face), 1e-30f));
+    Surface s = surfaceOf(m, toEye, least);
     if (viewHas(VIEW_SURFACE_LIGHT)) {
         s.light = SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby);
     }

@@ -182,9 +182,18 @@ double cosineHemispherePdf(const glm::dvec3& l) {
     return std::max(l.z, 0.0) / kPi;
 }
 
+namespace {
+
+double leastCosineOver(const glm::dvec3& face, const glm::dvec3& toEye) {
+    return std::sin(0.5 * std::asin(std::clamp(std::abs(glm::dot(face, toEye)), 0.0, 1.0)));
+}
+
+}  // namespace
+
 Bsdf::Bsdf(const SurfaceInteraction& point, const glm::dvec3& toEye)
     : frame_(point.normal),
       v_(frame_.toLocal(toEye)),
+      leastCosine_(leastCosineOver(point.geometricNormal, toEye)),
       alpha_(point.roughness * point.roughness),
       metallic_(point.metallic),
       ior_(std::max(double(point.material->ior), 1.0)),
@@ -197,6 +206,10 @@ Bsdf::Bsdf(const SurfaceInteraction& point, const glm::dvec3& toEye)
     dielectric_ = glm::min(f0OfIor_ * glm::dvec3(point.material->specularColor), 1.0) * f90_;
 }
 
+double Bsdf::clampedCosine(double cosine) const {
+    return std::clamp(cosine, leastCosine_, 1.0);
+}
+
 bool Bsdf::isMirror() const {
     return alpha_ < kMinReferenceAlpha;
 }
@@ -204,22 +217,22 @@ bool Bsdf::isMirror() const {
 // glTF defines metals by Schlick's approximation. For dielectrics, the exact curve interpolates
 // between the colours at normal incidence and at grazing.
 glm::dvec3 Bsdf::fresnel(double cosine) const {
-    const double x = 1.0 - std::clamp(cosine, 0.0, 1.0);
-    return glm::mix(dielectricFresnel(cosine),
-                    glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x), metallic_);
+    const double x = 1.0 - clampedCosine(cosine);
+    return glm::mix(dielectricFresnel(cosine), glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x),
+                    metallic_);
 }
 
 // Several bounces between microfacets are not linear in the reflectance: each of the two materials
 // has its own.
 glm::dvec3 Bsdf::scatteredFresnel(double cosine, double alpha) const {
-    const double x = 1.0 - std::clamp(cosine, 0.0, 1.0);
+    const double x = 1.0 - clampedCosine(cosine);
     const glm::dvec3 metal = glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x);
     return glm::mix(dielectricFresnel(cosine) * multipleScatterFactor(dielectric_, v_.z, alpha),
                     metal * multipleScatterFactor(metal_, v_.z, alpha), metallic_);
 }
 
 glm::dvec3 Bsdf::dielectricFresnel(double cosine) const {
-    const double exact = reference::fresnel(std::clamp(cosine, 0.0, 1.0), ior_).mean();
+    const double exact = reference::fresnel(clampedCosine(cosine), ior_).mean();
     const double curve = std::clamp((exact - f0OfIor_) / (1.0 - f0OfIor_), 0.0, 1.0);
     return glm::mix(dielectric_, glm::dvec3(f90_), curve);
 }

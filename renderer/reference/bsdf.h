@@ -87,7 +87,9 @@ public:
     bool isMirror() const;                                  // the lobe is a delta distribution
     const glm::dvec3& diffuse() const { return diffuse_; }  // albedo of the dielectric part
 
-    // Reflectance of a microfacet at this cosine.
+    // Reflectance of a microfacet at this cosine. What a surface mirrors leaves its face, so that
+    // the half vector of the eye and any such direction has a least cosine: sin(e / 2), e the
+    // elevation of the eye over the face.
     glm::dvec3 fresnel(double cosine) const;
 
     // A direction of the specular lobe, sampled from the visible normals.
@@ -111,6 +113,7 @@ public:
                             double discRadius2 = 0.0) const;
 
 private:
+    double clampedCosine(double cosine) const;
     glm::dvec3 dielectricFresnel(double cosine) const;  // of the dielectric alone
     // With what several bounces between microfacets add (Turquin 2019).
     glm::dvec3 scatteredFresnel(double cosine, double alpha) const;
@@ -118,6 +121,7 @@ private:
 
     Frame frame_;
     glm::dvec3 v_;
+    double leastCosine_ = 0.0;
     double alpha_ = 0.0, metallic_ = 0.0;
     double ior_ = 1.5, f0OfIor_ = 0.04, f90_ = 1.0;
     glm::dvec3 dielectric_{0.04}, metal_{0.0}, diffuse_{0.0};

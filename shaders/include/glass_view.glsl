@@ -184,7 +184,7 @@ vec3 shadedGlass(MaterialPoint m, Surface s) {
     lit.diffuse *= 1.0f - g.transmission;
     float clear = clearShare(g.transmission, m.metallic);
     m.metallic = metallicBesideGlass(g.transmission, m.metallic);
-    Surface opaque = surfaceOf(m, s.toEye);
+    Surface opaque = surfaceOf(m, s.toEye, s.nDotV);
     opaque.light = s.light;
     GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
                                                  : glassLight(s, positionEye, g);

@@ -39,11 +39,21 @@ struct Surface {
     Covered covered;
 };
 
-Surface surfaceOf(MaterialPoint m, vec3 toEye) {
+// What a surface mirrors leaves its face. The eye and any direction above the face are at most 180
+// degrees less the eye's elevation apart, and half of that is the greatest angle of incidence on a
+// facet. Bumps and smoothed normals that turn further away would show a rim of full reflection.
+// faceCosineSquared: of the eye and the face's normal. Returns the least cosine.
+float leastCosineOver(float faceCosineSquared) {
+    float sine = sqrt(clamp(1.0f - faceCosineSquared, 0.0f, 1.0f));
+    return max(sqrt(0.5f - 0.5f * sine), kMinCosine);
+}
+
+// leastCosine: see leastCosineOver().
+Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
     Surface s;
     s.normal = m.normal;
     s.toEye = toEye;
-    s.nDotV = max(dot(s.normal, s.toEye), kMinCosine);
+    s.nDotV = max(dot(s.normal, s.toEye), leastCosine);
     s.diffuse = m.baseColor.rgb * (1.0f - m.metallic);
     s.f0 = mix(m.dielectricF0, m.baseColor.rgb, m.metallic);
     s.f90 = mix(m.grazing, 1.0f, m.metallic);

@@ -97,7 +97,9 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
         // What the surface itself sends along the ray: all but what the path goes on for.
         vec3 own = unlit ? m.baseColor.rgb : vec3(0.0f);
         if (there && !leaves && !unlit) {
-            Surface s = surfaceOf(m, -along);
+            float across = dot(p.faceNormal, along);
+            float least = leastCosineOver(across * across);
+            Surface s = surfaceOf(m, -along, least);
             s.light = p.light;
             reflectance = s.reflectance;
             bool level = p.curvature * hit.distance < kFlatEnough;
@@ -109,7 +111,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
                 Surface unclear = s;
                 if (hitHas(FEATURE_GLASS)) {
                     m.metallic = solid || pane ? metallicBesideGlass(p.glass.x, m.metallic) : m.metallic;
-                    unclear = surfaceOf(m, -along);
+                    unclear = surfaceOf(m, -along, least);
                     unclear.light = p.light;
                 }
                 vec3 around = vec3(0.0f);

@@ -67,6 +67,29 @@ TEST_F(LightOnSurfaces, WhiteMetalVanishesInAWhiteFurnace) {
     }
 }
 
+// A normal of 60 degrees seen from 40 degrees above the face on the other side turns away from the
+// eye. What leaves the face is at most 140 degrees from the eye, so that a facet is met at 70
+// degrees at most, where glass of index 1.5 reflects 17 % (Fresnel).
+TEST_F(LightOnSurfaces, NormalsThatTurnAwayMirrorNoMoreThanTheFaceLets) {
+    for (const float roughness : {0.0f, 0.1f, 0.3f}) {
+        Scene scene;
+        Material black = matte(0.0f);
+        black.specular = 1.0f;
+        black.roughness = roughness;
+        MeshDraft draft = quad(2.0f, addMaterial(scene, black));
+        for (Vertex& vertex : draft.vertices) vertex.normal = {0.8660254f, 0.0f, 0.5f};
+        place(scene, std::move(draft));
+        FrameRequest r = request(std::move(scene), "turned");
+        r.environment.map = "white";
+        r.camera.position = {-0.7660444, 0.0, 0.6427876};
+        r.camera.target = {0.0, 0.0, 0.0};
+        r.width = r.height = 65;
+        const float reflected = centerColor(renderer().render(r).image).x;
+        EXPECT_LE(reflected, 0.18f) << roughness;
+        EXPECT_GE(reflected, 0.08f) << roughness;
+    }
+}
+
 TEST_F(LightOnSurfaces, APointLightFallsOffWithTheSquareOfDistance) {
     for (const double distance : {0.5, 1.0, 2.0, 4.0}) {
         const float seen =

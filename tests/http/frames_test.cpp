@@ -199,6 +199,11 @@ TEST(Frames, LightBetweenSurfacesIsReportedAndWaitedFor) {
         client.Get(link, httplib::Headers{{"If-None-Match", complete->get_header_value("ETag")}});
     ASSERT_TRUE(unchanged);
     EXPECT_EQ(unchanged->status, 304);
+    const auto scene = client.Get("/v1/scenes/orbiting-cubes");
+    ASSERT_TRUE(scene);
+    const auto progress = json::parse(scene->body).at("light");
+    EXPECT_EQ(progress.at("share"), 1.0);
+    EXPECT_GE(progress.at("revision"), 1);
 }
 
 TEST(Frames, TheETagDependsOnEveryFieldAndNothingElse) {

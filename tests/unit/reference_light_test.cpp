@@ -37,6 +37,23 @@ TEST(ReferenceFurnace, EnergyIsConservedByOpaqueSurfaces) {
     }
 }
 
+// As NormalsThatTurnAwayMirrorNoMoreThanTheFaceLets of the frames: at the foremost point of the
+// ball the face looks along z, the normal is 60 degrees from it, and the eye 50 degrees on the
+// other side.
+TEST(ReferenceFurnace, NormalsThatTurnAwayMirrorNoMoreThanTheFaceLets) {
+    for (const float roughness : {0.0f, 0.1f, 0.3f}) {
+        Scene scene = ballScene(plain(0.0f, 0.0f, roughness));
+        for (Vertex& vertex : scene.vertices) vertex.normal = {0.8660254f, 0.0f, 0.5f};
+        const glm::dvec3 foremost{0.0, 0.0, 1.0};
+        const FrameRequest frame =
+            narrow(foremost + glm::dvec3{-7.660444, 0.0, 6.427876}, foremost, 1e-4);
+        const ReferenceImage image =
+            traced(scene, frame, uniformMap(1.0f), ReferenceMode::full, 1024);
+        EXPECT_LE(meanColor(image).x, 0.18) << roughness;
+        EXPECT_GE(meanColor(image).x, 0.08) << roughness;
+    }
+}
+
 TEST(ReferenceFurnace, GlassLosesNothing) {
     const EnvironmentMap map = uniformMap(1.0f);
     for (const float ior : {1.0f, 1.33f, 1.5f, 3.0f}) {

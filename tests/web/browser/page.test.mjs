@@ -120,6 +120,18 @@ test("diagonals are not faster than straight flight", { timeout: 120000 }, async
   near([diagonal.way], [ahead.way], 2e-3);
 });
 
+visit("the page shows the progress of the light between surfaces until it is complete", {}, async (v, page) => {
+  const answers = [];
+  page.on("response", async (response) => {
+    const light = response.headers()["clerestory-light"];
+    if (light) answers.push(light);
+  });
+  await page.check("#effects [data-field=indirectLight] input", { force: true });
+  while (!answers.some((light) => light.includes("share=1.00"))) await page.waitForTimeout(100);
+  await page.waitForFunction(() => !document.querySelector("#caption").textContent.includes("light"));
+  assert.ok(v.frames.at(-1).effects.indirectLight);
+});
+
 visit("the keyboard reaches the image, rotation, panning, zoom, effects and tabs", {}, async (v, page) => {
   const start = v.frames.at(-1);
   const focused = () => page.evaluate(() => document.activeElement.id);
