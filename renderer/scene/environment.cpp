@@ -12,9 +12,9 @@
 namespace clerestory {
 namespace {
 
+constexpr float kTurn = 2.0f * std::numbers::pi_v<float>;
 constexpr float kMaxTexel = 65504.0f;
-constexpr std::uint32_t kMaxFaceSize =
-    512;  // more detail is not visible in 8 bits or in rough lobes
+constexpr std::uint32_t kMaxFaceSize = 1024;
 
 // NaN, infinities and negative values become 0: comparisons with NaN are false.
 float clampedRadiance(float x) {
@@ -44,13 +44,18 @@ Panorama halved(const Panorama& from) {
     return to;
 }
 
-// Bilinear; repeats in x, clamps at the poles.
-glm::vec3 lookUp(const Panorama& map, const glm::vec3& direction) {
-    constexpr float kTurn = 2.0f * std::numbers::pi_v<float>;
+// In turns: about the vertical from +Z, and half of the way from +Y to -Y.
+float azimuth(const glm::vec3& direction) {
+    return 0.5f + std::atan2(direction.x, -direction.z) / kTurn;
+}
+float fall(const glm::vec3& direction) {
     const float length = glm::length(direction);  // at least 1, see cubeTexelDirection
-    const float turn = 0.5f + std::atan2(direction.x, -direction.z) / kTurn;
-    const float fall = std::acos(std::clamp(direction.y / length, -1.0f, 1.0f)) * 2.0f / kTurn;
-    const float x = turn * float(map.width) - 0.5f;
+    return std::acos(std::clamp(direction.y / length, -1.0f, 1.0f)) * 2.0f / kTurn;
+}
+
+// Bilinear; repeats in x, clamps at the poles.
+glm::vec3 lookUp(const Panorama& map, float azimuth, float fall) {
+    const float x = azimuth * float(map.width) - 0.5f;
     const float y = std::clamp(fall * float(map.height) - 0.5f, 0.0f, float(map.height - 1));
     const float left = std::floor(x), top = std::floor(y);
     const auto column = [&](float c) {
@@ -63,11 +68,15 @@ glm::vec3 lookUp(const Panorama& map, const glm::vec3& direction) {
                     glm::mix(map.at(x0, y1), map.at(x1, y1), x - left), y - top);
 }
 
-// The greatest power of two that is at most x; x is at least 1.
-std::uint32_t powerOfTwoWithin(std::uint32_t x) {
-    std::uint32_t power = 1;
-    while (power <= x / 2) power *= 2;
-    return power;
+// Texels in the middle of a face are the largest: 2 / faceSize. None is larger than one of the
+// panorama, 2 pi / width.
+std::uint32_t faceSizeFor(std::uint32_t width) {
+    std::uint32_t size = 4;
+    while (size < kMaxFaceSize &&
+           static_cast<float>(size) * std::numbers::pi_v<float> < static_cast<float>(width)) {
+        size *= 2;
+    }
+    return size;
 }
 
 // OpenGL's table of faces; s and t in -1..1 from the texture's left and first row.
@@ -143,29 +152,37 @@ EnvironmentMap environmentFromEquirectangular(std::string name,
     for (glm::vec3& texel : panorama.texels) {
         texel = {clampedRadiance(texel.x), clampedRadiance(texel.y), clampedRadiance(texel.z)};
     }
-    // A face covers a quarter of the azimuth.
     EnvironmentMap map{.name = name, .title = name};
-    map.faceSize = std::min(powerOfTwoWithin(std::max(width / 4, 4u)), kMaxFaceSize);
+    map.faceSize = faceSizeFor(width);
     while (panorama.width >= 8 * map.faceSize && panorama.height >= 2) panorama = halved(panorama);
 
-    // Four bilinear samples a texel: each covers at most one texel of the panorama.
-    const float scale = 2.0f / float(map.faceSize);
-    map.texels.reserve(6 * std::size_t(map.faceSize) * map.faceSize);
+    // Four bilinear samples a texel keep the flux of lights as small as a texel of the panorama.
+    // On the four faces about the vertical, rows of samples differ in their fall alone, columns in
+    // their azimuth.
+    const std::uint32_t samples = 2 * map.faceSize;
+    const auto direction = [&](std::uint32_t face, std::uint32_t x, std::uint32_t y) {
+        return cubeTexelDirection(face, x, y, samples);
+    };
+    std::vector<float> falls(std::size_t{samples} * samples), azimuths(samples);
+    for (std::uint32_t y = 0, i = 0; y < samples; ++y) {
+        for (std::uint32_t x = 0; x < samples; ++x, ++i) falls[i] = fall(direction(0, x, y));
+    }
+    map.texels.resize(6 * std::size_t(map.faceSize) * map.faceSize);
     for (std::uint32_t face = 0; face < 6; ++face) {
-        for (std::uint32_t y = 0; y < map.faceSize; ++y) {
-            for (std::uint32_t x = 0; x < map.faceSize; ++x) {
-                glm::vec3 sum(0.0f);
-                for (const float dy : {0.25f, 0.75f}) {
-                    for (const float dx : {0.25f, 0.75f}) {
-                        sum += lookUp(panorama, cubeDirection(face, (float(x) + dx) * scale - 1.0f,
-                                                              (float(y) + dy) * scale - 1.0f));
-                    }
-                }
-                // Interpolation may round above the largest input.
-                map.texels.push_back(glm::min(0.25f * sum, glm::vec3(kMaxTexel)));
+        const bool aside = face != 2 && face != 3;
+        for (std::uint32_t x = 0; x < samples; ++x) azimuths[x] = azimuth(direction(face, x, 0));
+        glm::vec3* texels = &map.texels[std::size_t{face} * map.faceSize * map.faceSize];
+        for (std::uint32_t y = 0, i = 0; y < samples; ++y) {
+            for (std::uint32_t x = 0; x < samples; ++x, ++i) {
+                const glm::vec3 d = aside ? glm::vec3(0.0f) : direction(face, x, y);
+                texels[y / 2 * map.faceSize + x / 2] +=
+                    0.25f *
+                    lookUp(panorama, aside ? azimuths[x] : azimuth(d), aside ? falls[i] : fall(d));
             }
         }
     }
+    // Interpolation may round above the largest input.
+    for (glm::vec3& texel : map.texels) texel = glm::min(texel, glm::vec3(kMaxTexel));
     completeMap(map);
     return map;
 }
