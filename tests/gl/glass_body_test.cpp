@@ -23,6 +23,26 @@ TEST_F(GlassPictures, OfABallShowTheSceneUpsideDown) {
     }
 }
 
+// Without a change of index light goes straight on: small balls before a wall are invisible.
+TEST_F(GlassPictures, OfSmallBodiesShowWhatIsBehindThem) {
+    for (const float radius : {0.06f, 0.09f, 0.12f}) {
+        Scene scene;
+        place(scene, quad(10.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -2));
+        Material m = clearGlass(1.0f);
+        m.thickness = 1.0f;
+        place(scene, sphere(radius, 24, addMaterial(scene, m)));
+        FrameRequest r = request(std::move(scene), "small");
+        r.width = 320;
+        r.height = 180;
+        const Image image = renderer().render(r).image;
+        for (std::uint32_t y = 80; y < 100; ++y) {
+            for (std::uint32_t x = 150; x < 170; ++x) {
+                EXPECT_NEAR(color(image, x, y).x, 1.0f, 0.01f) << radius << ' ' << x << ' ' << y;
+            }
+        }
+    }
+}
+
 // A ball with a cavity, so that light passes two walls.
 MeshDraft bottle(float radius, float wall, Index material) {
     MeshDraft draft = sphere(radius, 48, material);

@@ -7,6 +7,7 @@
 #include "plan/visibility/visibility.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 namespace clerestory {
@@ -68,6 +69,15 @@ std::vector<Candidate> candidatesFor(const ViewContext& context, const ViewTask&
                               tracedError(body.roughness, paths)});
     }
     return candidates;
+}
+
+// Glass that shows the environment instead of what lies behind it looks opaque. Who sees a small
+// piece compares it with itself, not with the frame: below 5 % of the picture its weight falls with
+// the root of its share. `draft` looks at the frame.
+double weightOf(const GlassBody& body, Preset preset) {
+    constexpr double kSmall = 0.05;
+    if (preset == Preset::draft) return body.share;
+    return std::max(body.share, std::sqrt(body.share * kSmall));
 }
 
 Features featuresOf(const Material& material, Method method) {
@@ -139,7 +149,8 @@ void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen
         const bool solid = surface.glass == Glass::solid;
         const Method method =
             chooseMethod(context, task,
-                         {subject, Effect::refraction, body.share, body.share,
+                         {subject, Effect::refraction, body.share,
+                          weightOf(body, stage.settings.accuracy.preset),
                           requestedMethod(stage.settings.accuracy.glass, Method::backdrop)},
                          candidatesFor(context, task, body, solid));
         Features features = featuresOf(stage.material(surface), method);
