@@ -1,4 +1,4 @@
-// Lights on disk, beside imported scenes, so that a restart does not compute them again.
+// Lights on disk, next to imported scenes, so that a restart does not compute them again.
 //
 //     LightFiles files({.folder = folder, .version = "1.2"});
 //     if (auto light = files.find(key, scene)) return *light;

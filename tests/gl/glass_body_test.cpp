@@ -23,7 +23,7 @@ TEST_F(GlassPictures, OfABallShowTheSceneUpsideDown) {
     }
 }
 
-// Without a change of index light goes straight on: small balls before a wall are invisible.
+// Without a change of index light does not turn: small balls before a wall are invisible.
 TEST_F(GlassPictures, OfSmallBodiesShowWhatIsBehindThem) {
     for (const float radius : {0.06f, 0.09f, 0.12f}) {
         Scene scene;
