@@ -22,6 +22,13 @@ void count(const gl::Framebuffer& picture, bool light, TexelCounts& counts) {
     }
 }
 
+void countDepths(const gl::Framebuffer& picture, TexelCounts& counts) {
+    std::vector<float> depths(std::size_t{picture.width()} * picture.height());
+    picture.readDepths(depths);
+    counts.texels += depths.size();
+    for (const float depth : depths) counts.nonFinite += !std::isfinite(depth);
+}
+
 // False for targets whose channels hold normals or identifiers.
 bool holdsLight(const FramePlan& plan, TargetId target) {
     return std::none_of(plan.passes.begin(), plan.passes.end(), [&](const Pass& pass) {
@@ -74,6 +81,10 @@ std::vector<TexelCounts> countInvalidTexels(const FramePlan& plan,
     for (std::size_t i = 0; i < targets.size(); ++i) {
         const TargetSpec& spec = targets[i]->spec();
         if (spec.format == Format::srgba8 || spec.format == Format::rgba32ui) continue;
+        if (spec.format == Format::depth32f) {
+            countDepths(targets[i]->readable(), result[i]);
+            continue;
+        }
         const bool light = holdsLight(plan, static_cast<TargetId>(i));
         for (std::uint32_t level = 0; level < spec.levels; ++level) {
             for (std::uint32_t f = 0; f < (spec.kind == TargetKind::cube ? 6u : 1u); ++f) {
