@@ -46,14 +46,52 @@ struct Sums {
         bounces *= factor;
         bounceFlux *= factor;
     }
-    glm::vec3 irradiance() const {  // over pi
-        return open / std::max(count, 1.0f) + bounces / std::max(bounceCount, 1e-6f) +
-               emitters / std::max(emitterCount, 1.0f);
+    // Irradiance over pi, from the environment and emitters, and from other surfaces.
+    glm::vec3 direct() const {
+        return open / std::max(count, 1.0f) + emitters / std::max(emitterCount, 1.0f);
     }
-    glm::vec3 flux() const {
-        return openFlux / std::max(count, 1.0f) + bounceFlux / std::max(bounceCount, 1e-6f) +
+    glm::vec3 bounced() const { return bounces / std::max(bounceCount, 1e-6f); }
+    // bounceScale: see BounceSeries.
+    glm::vec3 flux(const glm::vec3& bounceScale) const {
+        return openFlux / std::max(count, 1.0f) +
+               bounceScale * bounceFlux / std::max(bounceCount, 1e-6f) +
                emitterFlux / std::max(emitterCount, 1.0f);
     }
+};
+
+// Rounds before this one count for less in the bounces that follow them.
+float keptOfBounces(std::uint32_t round) {
+    return round <= 3 ? 0.25f : 1.0f;
+}
+
+// Scales the bounces to the sum of all, of which n rounds know the first n - 1. The light S that
+// surfaces have from each other and the light D that they have from elsewhere fulfil S = T (D + S).
+// In the mean over all places T is the factor by which a round's bounces fall behind what the round
+// before has sent; then S = t D / (1 - t), which is exact once S has the shape of the limit.
+class BounceSeries {
+public:
+    // Means over all places after a round: of light from elsewhere, and of Sums::bounced().
+    void endRound(std::uint32_t round, const glm::dvec3& direct, const glm::dvec3& bounced) {
+        const double kept = keptOfBounces(round) * weight_;
+        for (int c = 0; c < 3; ++c) {
+            const double ofRound = bounced[c] * (kept + 1.0) - bounced_[c] * kept;
+            const double factor = sent_[c] > 0.0 ? std::clamp(ofRound / sent_[c], 0.0, 0.98) : 0.0;
+            const double limit = factor * direct[c] / (1.0 - factor);
+            scale_[c] = bounced[c] > 0.0 && limit > bounced[c]
+                            ? static_cast<float>(std::min(limit / bounced[c], kMaxScale))
+                            : 1.0f;
+            sent_[c] = direct[c] + double{scale_[c]} * bounced[c];
+        }
+        weight_ = kept + 1.0;
+        bounced_ = bounced;
+    }
+    const glm::vec3& scale() const { return scale_; }
+
+private:
+    static constexpr double kMaxScale = 8.0;
+    glm::vec3 scale_{1.0f};
+    glm::dvec3 sent_{0.0}, bounced_{0.0};
+    double weight_ = 0.0;  // of the rounds in `bounced_`, in rounds
 };
 
 // A triangle that is no hole, no veil and no glass; see PathTracer::middleOf().
@@ -171,6 +209,9 @@ struct Bake::State {
     glm::vec3 startOf(const SurfacePoint& point, float side) const;
     void fillBuried();
     void updateRadiosity();
+    glm::vec3 irradianceOf(const Sums& s) const {  // over pi; without lamps
+        return s.direct() + series.scale() * s.bounced();
+    }
     LightAtVertex lightOf(std::uint32_t place) const;
     LightAtVertex unhidden() const;
 
@@ -195,6 +236,7 @@ struct Bake::State {
     // The point that a point takes its light from if all its places are buried; else itself.
     std::vector<std::uint32_t> source;
     glm::vec3 meanSent{0.0f};
+    BounceSeries series;
     std::uint32_t round = 0;
     bool nothingHidden = false;  // in the rounds so far
     std::atomic<std::uint64_t> rayCount{0};
@@ -394,7 +436,7 @@ void Bake::State::gather(std::uint32_t place, int side) {
     glm::vec3 x, y;
     axesAbout(normal, x, y);
     Sums& sum = sums[side][place];
-    if (round <= 3) sum.forgetBounces(0.25f);
+    sum.forgetBounces(keptOfBounces(round));
     for (std::uint32_t i = 0; i < quality.rays; ++i) {
         const glm::vec2 u =
             pointOfSequence(round * quality.rays + i, 2 * place + static_cast<unsigned>(side));
@@ -475,18 +517,18 @@ LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
     LightAtVertex light;
     const SurfacePoint& sample = pointOf(place);
     const Sums& front = sums[0][place];
-    light.irradiance = front.irradiance();
+    light.irradiance = irradianceOf(front);
     const float count = std::max(front.count, 1.0f);
     const Sums& back = sums[1][place];
     if (sample.twoSided) {
-        const glm::vec3 behind = back.irradiance();
+        const glm::vec3 behind = irradianceOf(back);
         const glm::vec3 mean = 0.5f * (light.irradiance + behind);
         const float scale = std::max(luminance(mean), 1e-20f);
         const float half = 0.5f * (luminance(light.irradiance) - luminance(behind)) / scale;
         light.irradiance = mean;
         light.turned = glm::vec4(sample.normal * half, 1.0f);
     } else {
-        const glm::vec3 flux = front.flux();
+        const glm::vec3 flux = front.flux(series.scale());
         const float along = glm::dot(flux, sample.normal);
         light.turned =
             along > 0.0f ? glm::vec4(flux / along, 0.0f) : glm::vec4(sample.normal, 0.0f);
@@ -506,9 +548,8 @@ LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
     light.visible = glm::vec4(slope, mean - glm::dot(slope, direction));
 
     // What is not the environment, over the share of directions that it fills.
-    const auto nearbyOf = [](const Sums& s) {
-        return s.bounces / std::max(s.bounceCount, 1e-6f) +
-               s.emittersMet / std::max(s.count, 1.0f) +
+    const auto nearbyOf = [this](const Sums& s) {
+        return series.scale() * s.bounced() + s.emittersMet / std::max(s.count, 1.0f) +
                s.emitters / std::max(s.emitterCount, 1.0f);
     };
     const glm::vec3 nearby =
@@ -580,6 +621,16 @@ void Bake::State::fillBuried() {
 }
 
 void Bake::State::updateRadiosity() {
+    glm::dvec3 direct(0.0), bounced(0.0);
+    for (int side = 0; side < 2; ++side) {
+        for (std::uint32_t i = 0; i < places.chosen.size(); ++i) {
+            if (buried(i)) continue;
+            direct += glm::dvec3(sums[side][i].direct() + lamps[side][i]);
+            bounced += glm::dvec3(sums[side][i].bounced());
+        }
+    }
+    series.endRound(round, direct, bounced);
+
     glm::dvec3 total(0.0);
     for (std::uint32_t i = 0; i < places.points.size(); ++i) {
         for (int side = 0; side < 2; ++side) {
@@ -587,8 +638,8 @@ void Bake::State::updateRadiosity() {
             float weights = 0.0f;
             for (const Places::Part& part : places.partsOf(source[i])) {
                 if (buried(part.place)) continue;
-                const Sums& s = sums[side][part.place];
-                sum += part.weight * (s.irradiance() + lamps[side][part.place]);
+                sum +=
+                    part.weight * (irradianceOf(sums[side][part.place]) + lamps[side][part.place]);
                 weights += part.weight;
             }
             sent[side][i] = weights > 0.0f ? sum / weights : glm::vec3(0.0f);

@@ -84,17 +84,36 @@ TEST_F(LightBetweenSurfaces, AClosedRoomIsDarkUnderAnySky) {
     }
 }
 
-// Each bounce brings half of the one before: the sum is twice the first.
+// Each bounce brings `albedo` times the one before: the sum is 1 / (1 - albedo) times the first.
 TEST_F(LightBetweenSurfaces, ARoomOfGlowingWallsHasTheSumOfAllBounces) {
-    Scene scene;
-    placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
-    const FrameRequest r = lit(request(std::move(scene), "glowing", {0.0, 0.0, 0.5}));
-    const Image image = renderer().render(r).image;
-    for (std::uint32_t y = 0; y < image.height; y += 7) {
-        for (std::uint32_t x = 0; x < image.width; x += 7) {
-            EXPECT_NEAR(color(image, x, y).x, 0.5f, 0.025f) << x << ' ' << y;
+    for (const float albedo : {0.5f, 0.8f, 0.9f}) {
+        Scene scene;
+        placeRoom(scene, addMaterial(scene, matte(albedo, 0.25f)));
+        const FrameRequest r = lit(request(std::move(scene), "glowing", {0.0, 0.0, 0.5}));
+        const Image image = renderer().render(r).image;
+        const float expected = 0.25f / (1.0f - albedo);
+        for (std::uint32_t y = 0; y < image.height; y += 7) {
+            for (std::uint32_t x = 0; x < image.width; x += 7) {
+                EXPECT_NEAR(color(image, x, y).x, expected, 0.03f * expected)
+                    << albedo << ' ' << x << ' ' << y;
+            }
         }
     }
+}
+
+// Between two large plates at a small distance each sees the other only. With albedo a and one
+// plate that emits e, the plates have e / (1 - a^2) and a e / (1 - a^2).
+TEST_F(LightBetweenSurfaces, ACorridorOfTwoGreyWallsHasItsSeries) {
+    Scene scene;
+    place(scene, quad(20.0f, addMaterial(scene, matte(0.5f))));
+    Material bright = matte(0.5f, 0.3f);
+    bright.doubleSided = true;
+    place(scene, quad(20.0f, addMaterial(scene, bright)), moved(0.0, 0.0, 1));
+    FrameRequest r = request(std::move(scene), "corridor");
+    r = lit(lookingAt(r, {0.0, 0.0, 0.5}, {0.01, 0.0, 0.0}));
+    EXPECT_NEAR(centerColor(renderer().render(r).image).x, 0.2f, 0.006f);
+    r.camera.target = {0.01, 0.0, 1};
+    EXPECT_NEAR(centerColor(renderer().render(r).image).x, 0.4f, 0.012f);
 }
 
 // Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-3: a rectangle over a

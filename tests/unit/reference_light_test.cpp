@@ -169,6 +169,25 @@ TEST(ReferenceLights, EmissiveSquareLightsTheFloorBelow) {
     EXPECT_EQ(meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::effects, 2)).x, 0.0);
 }
 
+// Between two large plates at a small distance each sees the other only. With albedo a and one
+// plate that emits e, the plates have e / (1 - a^2) and a e / (1 - a^2).
+TEST(ReferenceLights, ACorridorOfTwoGreyWallsHasItsSeries) {
+    Scene scene;
+    Material dull = chalk(0.5f), bright = chalk(0.5f);
+    bright.emissive = glm::vec3(0.3f);
+    dull.doubleSided = bright.doubleSided = true;
+    placeAt(scene, addSquareMesh(scene, "dull", addMaterial(scene, dull)),
+            lyingFaceDown(0.0, 400.0));
+    placeAt(scene, addSquareMesh(scene, "bright", addMaterial(scene, bright)),
+            lyingFaceDown(1.0, 400.0));
+    const auto seen = [&](double height) {
+        const FrameRequest frame = narrow({0.0, 0.5, 0.0}, {0.1, height, 0.0}, 0.005);
+        return meanColor(traced(scene, frame, uniformMap(1.0f), ReferenceMode::full, 4096)).x;
+    };
+    EXPECT_NEAR(seen(0.0), 0.2, 0.004);
+    EXPECT_NEAR(seen(1.0), 0.4, 0.004);
+}
+
 TEST(ReferenceLights, CastsShadowsInModeFullOnly) {
     Index black = 0;
     Scene scene = floorUnder(black);
