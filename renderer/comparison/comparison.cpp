@@ -53,7 +53,23 @@ constexpr EffectSwitch kSwitches[] = {
     {Effect::refraction, &Effects::refraction},
     {Effect::planarReflection, &Effects::planarReflection},
     {Effect::environmentReflection, &Effects::environmentReflection},
+    {Effect::shadows, &Effects::shadows},
+    {Effect::indirectLight, &Effects::indirectLight},
 };
+
+// Pixels whose first surface shows the effect; all surfaces show shadows and light.
+Mask maskFor(Effect effect, const Image& ids, const Image& through, const Scene& scene,
+             const FrameRequest& frame) {
+    switch (effect) {
+        case Effect::emission:
+            return emissionMask(ids, scene, bindMaterials(scene, frame.overrides));
+        case Effect::shadows:
+        case Effect::indirectLight:
+            return modelMask(ids);
+        default:
+            return maskOf(through, effect);
+    }
+}
 
 // The baseline that the errors of all settings are related to.
 struct Baseline {
@@ -97,12 +113,13 @@ public:
         : request_(request), scene_(scene), truth_(truth), frames_(frames) {}
 
     // The whole frame first, then each effect that is on and visible.
-    std::vector<Baseline> baselines() const {
+    std::vector<Baseline> baselines() {
         FrameRequest base = request_.frame;
         base.accuracy = accuracyOf(Preset::standard);
         const FrameRequest masks = maskRequest(request_.frame);
         const Image through = frames_.draw(inChannel(masks, Channel::through)).image;
         const Image ids = frames_.draw(inChannel(masks, Channel::objectId)).image;
+        model_ = modelMask(ids);
         const auto baseline = [&](Effect effect, std::optional<Mask> mask, const Effects& off) {
             const Mask* pixels = mask ? &*mask : nullptr;
             FrameRequest without = base;
@@ -114,13 +131,11 @@ public:
             return Baseline{effect, std::move(mask), relMseOff, noise};
         };
         std::vector<Baseline> all;
-        all.push_back(baseline(Effect::base, std::nullopt, {false, false, false, false}));
+        all.push_back(
+            baseline(Effect::base, std::nullopt, {false, false, false, false, false, false}));
         for (const EffectSwitch& s : kSwitches) {
             if (!(request_.frame.effects.*s.on)) continue;
-            Mask mask =
-                s.effect == Effect::emission
-                    ? emissionMask(ids, scene_, bindMaterials(scene_, request_.frame.overrides))
-                    : maskOf(through, s.effect);
+            Mask mask = maskFor(s.effect, ids, through, scene_, request_.frame);
             if (mask.pixels() == 0) continue;
             Effects off = request_.frame.effects;
             off.*s.on = false;
@@ -153,6 +168,7 @@ public:
             displayed(truth_.image.color, request_.frame.toneMap,
                       static_cast<float>(std::exp2(request_.frame.exposure)));
         result.displayed = displayedErrors(last.image, truthDisplayed);
+        result.modelDecibels = decibels(last.image, truthDisplayed, &model_);
         const Output& output = request_.frame.output;
         result.jpegPsnr = psnr(decodeJpeg(encodeJpeg(last.image, static_cast<int>(output.quality),
                                                      output.subsampling == Subsampling::s420)),
@@ -181,6 +197,7 @@ private:
     const Scene& scene_;
     const ReferenceRender& truth_;
     ProgressDraw& frames_;
+    Mask model_;
 };
 
 }  // namespace
@@ -245,7 +262,7 @@ std::optional<Comparison> compare(const ComparisonRequest& request, const Scene&
     const std::size_t frameCount =
         2 + 1 + std::size(kSwitches) + settings.size() * (request.frames + 2);
     ProgressDraw progressDraw(frameCount, draw, progress);
-    const SettingComparison comparison(request, scene, truth, progressDraw);
+    SettingComparison comparison(request, scene, truth, progressDraw);
     try {
         const std::vector<Baseline> baselines = comparison.baselines();
         Comparison result{.mode = request.mode,

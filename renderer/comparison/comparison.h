@@ -15,7 +15,7 @@ namespace clerestory {
 struct ComparisonRequest {
     FrameRequest frame;              // its accuracy is the first setting if settings is empty
     std::vector<Accuracy> settings;  // empty: the frame's own and every preset
-    ReferenceMode mode = ReferenceMode::effects;
+    ReferenceMode mode = ReferenceMode::full;
     std::uint32_t samples = 64;  // paths per pixel of the reference
     std::uint32_t seed = 1;      // of the reference's random numbers
     std::uint32_t frames = 15;   // warm frames measured for each setting
@@ -34,8 +34,8 @@ void fields(ComparisonRequest& c, V&& visit) {
     visit(
         "mode", c.mode,
         Choice<ReferenceMode>{{{"effects", ReferenceMode::effects}, {"full", ReferenceMode::full}}},
-        "light transport of the reference; effects: the renderer's lights with exact mirrors and "
-        "glass; full: also shadows and light between surfaces");
+        "light transport of the reference; full: all of it; effects: exact mirrors and glass, but "
+        "neither shadows nor light between surfaces");
     visit("samples", c.samples, Range{2, 16384}, "paths per pixel of the reference");
     visit("seed", c.seed, Range{0, 4294967295.0}, "seed of the reference's random numbers");
     visit("frames", c.frames, Range{1, 200}, "warm frames measured for each setting");
@@ -82,6 +82,7 @@ struct SettingResult {
     PlanTotals totals;                   // of a warm frame
     LinearErrors frame;                  // linear radiance before tone mapping
     DisplayedErrors displayed;           // of displayed values, before JPEG
+    double modelDecibels = 0.0;          // decibels() over the pixels that show the scene
     double closedGap = 0.0;
     std::vector<EffectErrors> effects;  // those that are on and visible
     double jpegPsnr = 0.0;              // of the JPEG relative to the uncompressed image

@@ -94,6 +94,10 @@ Mask emissionMask(const Image& objectIds, const Scene& scene, const MaterialBind
     });
 }
 
+Mask modelMask(const Image& objectIds) {
+    return maskWhere(objectIds, [](std::uint32_t id) { return id > 0; });
+}
+
 ComparedPair comparedPair(const Image& actual, const Image& reference, const Mask* mask) {
     requireComparable(actual, reference, mask);
     const std::size_t pixels = std::size_t(actual.width) * actual.height;

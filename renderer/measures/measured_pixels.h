@@ -34,6 +34,9 @@ Mask maskOf(const Image& through, Effect effect);
 Mask emissionMask(const Image& objectIds, const Scene& scene,
                   const MaterialBindings& materials = {});
 
+// Pixels that show an instance, from the channel `objectId`. Throws as maskOf().
+Mask modelMask(const Image& objectIds);
+
 struct Layer {
     std::uint32_t width = 0, height = 0;
     std::vector<double> values;  // row by row

@@ -65,7 +65,11 @@ ordered_json linearErrors(ordered_json more) {
 
 ordered_json comparisonSchema() {
     const ordered_json frame = linearErrors(
-        {{"psnr", kMeasure}, {"ssim", kMeasure}, {"flip", kMeasure}, {"decibels", kMeasure}});
+        {{"psnr", kMeasure},
+         {"ssim", kMeasure},
+         {"flip", kMeasure},
+         {"decibels", kMeasure},
+         {"modelDecibels", described(kMeasure, "decibels over the pixels that show the scene")}});
     const ordered_json effect =
         linearErrors({{"relMseOff", kMeasure}, {"relMseNoise", kMeasure}, {"closedGap", kMeasure}});
     const ordered_json setting = object(
@@ -81,7 +85,9 @@ ordered_json comparisonSchema() {
          {"error", object({{"frame", frame}}, {{"emission", effect},
                                                {"refraction", effect},
                                                {"planarReflection", effect},
-                                               {"environmentReflection", effect}})},
+                                               {"environmentReflection", effect},
+                                               {"shadows", effect},
+                                               {"indirectLight", effect}})},
          {"closedGap", kMeasure},
          {"jpeg", object({{"psnr", kMeasure}})}},
         {{"errorPicture", described(kText, "path of the picture")}});

@@ -15,8 +15,8 @@ void addRendererFlags(CLI::App& command, Config& config) {
                                                              {"software", Backend::software},
                                                              {"hardware", Backend::hardware}};
     static const std::map<std::string, Computation> kRays = {{"auto", Computation::automatic},
-                                                            {"shader", Computation::shader},
-                                                            {"cpu", Computation::processor}};
+                                                             {"shader", Computation::shader},
+                                                             {"cpu", Computation::processor}};
     command
         .add_option("--rays", config.renderer.rays,
                     "where rays of mirrors and glass are followed: auto, shader or cpu")
@@ -186,9 +186,9 @@ void addReferenceFlags(CLI::App& command, ReferenceCommand& reference) {
         ->type_name("N")
         ->capture_default_str();
     command
-        .add_option(
-            "--mode", reference.mode,
-            "effects (light as in the renderer, effects exact) or full (all light transport)")
+        .add_option("--mode", reference.mode,
+                    "full (all light transport) or effects (exact mirrors and glass, no shadows, "
+                    "no light between surfaces); default full")
         ->transform(CLI::CheckedTransformer(kModes).description(""))
         ->type_name("MODE");
     command.add_option("--seed", reference.seed, "random seed")

@@ -27,7 +27,7 @@ struct FrameCommand {
 
 // `clerestory reference` and `compare`: the path-traced reference.
 struct ReferenceCommand {
-    ReferenceMode mode = ReferenceMode::effects;
+    ReferenceMode mode = ReferenceMode::full;
     std::uint32_t samples = 64;
     std::uint64_t seed = 1;
     std::uint32_t threads = 0;  // 0: one for each processor

@@ -109,10 +109,13 @@ std::string Budgets::keyOf(const Scene& scene, const FrameRequest& request) cons
 
 std::optional<Curve> Budgets::measured(const FrameRequest& request,
                                        const JobControl& control) const {
+    // A picture without these effects is compared with a truth without them.
+    const bool full = request.effects.shadows && request.effects.indirectLight;
+    const ReferenceMode mode = full ? ReferenceMode::full : ReferenceMode::effects;
     const auto trace = [&](const FrameRequest& frame,
                            std::uint32_t samples) -> std::optional<ReferenceImage> {
         const auto truth = traceReference(
-            resources_.library, frame, ReferenceMode::effects, samples, 1,
+            resources_.library, frame, mode, samples, 1,
             [&](double share) { return control.proceed(kCurveTracingShare * share); });
         if (!truth) return std::nullopt;
         return truth->image;

@@ -222,10 +222,18 @@ DrawnFrame drawTimed(Renderer& renderer, const FrameRequest& request) {
 
 DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& request,
                        const JobControl& control) {
+    const auto cancelled = [&] { return !control.proceed(0.0); };
     for (;;) {
-        if (!control.proceed(0.0)) throw JobCancelled{};
+        if (cancelled()) throw JobCancelled{};
         try {
             const auto scene = resources.library.require(request.scene);
+            if (request.effects.indirectLight) {
+                const Renderer::LightState light = resources.queue.run(
+                    kFramePatience,
+                    [request](Renderer& renderer) { return renderer.light(request); });
+                if (light.wait) light.wait(cancelled);
+                if (cancelled()) throw JobCancelled{};
+            }
             return resources.queue.run(kFramePatience, [request](Renderer& renderer) {
                 return drawTimed(renderer, request);
             });

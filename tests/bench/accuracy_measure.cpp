@@ -35,6 +35,7 @@ public:
         }
         overrides_ = scene.overrides;
         renderer_.addScene(scene_);
+        renderer_.completeLight(request(accuracyOf(Preset::standard)));
     }
 
     FrameRequest request(const Accuracy& accuracy, double angle = 0.0) const {
@@ -42,6 +43,7 @@ public:
         r.width = options_.width;
         r.height = options_.height;
         r.overrides = overrides_;
+        r.effects.shadows = r.effects.indirectLight = true;
         r.accuracy = accuracy;
         return r;
     }
@@ -68,6 +70,7 @@ public:
                                      .frame = frame,
                                      .environment = *maps_.at(scene_.environment),
                                      .maps = maps_,
+                                     .mode = ReferenceMode::full,
                                      .samples = options_.samples});
         return {*std::move(image), watch.milliseconds()};
     }
@@ -79,6 +82,7 @@ public:
         comparison.samples = options_.samples;
         comparison.frames = 1;
         return *compare(comparison, scene_, truth, [&](const FrameRequest& frame) {
+            renderer_.completeLight(frame);
             const Stopwatch watch;
             Frame drawn = renderer_.render(frame);
             return DrawnFrame{std::move(drawn.image), watch.milliseconds(), std::move(drawn.plan)};

@@ -50,7 +50,7 @@ TEST(Comparisons, AJobReportsTimeAndErrorOfEachSetting) {
     ASSERT_EQ(job["state"], "done") << job;
     EXPECT_EQ(job["progress"], 1.0);
     const json& result = job["result"];
-    EXPECT_EQ(result["reference"]["mode"], "effects");
+    EXPECT_EQ(result["reference"]["mode"], "full");
     EXPECT_EQ(result["reference"]["samples"], 16);
     EXPECT_EQ(result["reference"]["nonFinite"], 0);
     ASSERT_EQ(result["settings"].size(), 2u);
