@@ -86,7 +86,10 @@ struct Renderer::State {
                 .maps = environments,
                 .resident = resident,
                 .limits = limits,
-                .surfaceLight = subject.light ? hashOf(*subject.light) : 0};
+                .surfaceLight = subject.light ? hashOf(*subject.light) : 0,
+                .light = subject.light
+                             ? LightProgress{subject.light->revision, subject.light->share}
+                             : LightProgress{}};
     }
     static std::uint64_t hashOf(const light::SurfaceLight& light) {
         return light.key * 0x9e3779b97f4a7c15ull + light.revision + 1;
@@ -94,7 +97,7 @@ struct Renderer::State {
     // The key of the light that the request shows; its computation has begun.
     std::uint64_t beginLight(const Subject& subject, const FrameRequest& request);
     // Changes the subject to one with light, as far as it is computed. Returns Frame::lightNow.
-    std::function<LightOfFrame()> addLight(Subject& subject, const FrameRequest& request);
+    std::function<LightProgress()> addLight(Subject& subject, const FrameRequest& request);
     // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
@@ -190,12 +193,12 @@ std::uint64_t Renderer::State::beginLight(const Subject& subject, const FrameReq
     return inputs.hash;
 }
 
-std::function<LightOfFrame()> Renderer::State::addLight(Subject& subject,
-                                                        const FrameRequest& request) {
+std::function<LightProgress()> Renderer::State::addLight(Subject& subject,
+                                                         const FrameRequest& request) {
     if (!request.effects.indirectLight || request.output.channel != Channel::color) return {};
     const std::uint64_t key = beginLight(subject, request);
     if (!lights.known(key)) return {};
-    std::function<LightOfFrame()> now = lights.now(key);
+    std::function<LightProgress()> now = lights.now(key);
     std::shared_ptr<const light::SurfaceLight> latest = lights.latest(key);
     if (!latest) return now;
     if (lights.mustUpload(*subject.scene, latest->scene)) {
@@ -341,9 +344,9 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback,
     const Clock::time_point start = Clock::now();
     Frame frame;
     frame.lightNow = addLight(subject, request);
-    if (subject.light) frame.light = {subject.light->revision, subject.light->share};
     frame.sceneGeneration = subject.generation;
     frame.plan = plan(subject, request);
+    frame.light = frame.plan.light.value_or(LightProgress{});
     frame.planMs = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 
     requireAffordable(frame.plan, maxShadedSamples);

@@ -74,19 +74,13 @@ struct TargetHealth {
     std::uint64_t negative = 0;   // finite, with negative light
 };
 
-// The light of surfaces in a frame (Effects::indirectLight).
-struct LightOfFrame {
-    std::uint32_t revision = 0;  // 0: the frame shows that of the environment
-    double share = 0.0;          // of the computation that was completed, 0..1
-};
-
 struct Frame {
     Image image;
     FramePlan plan;
     std::vector<PassTime> passTimes;  // in the order of plan.passes
-    LightOfFrame light;
+    LightProgress light;
     // What the same request would show now, on any thread; empty without Effects::indirectLight.
-    std::function<LightOfFrame()> lightNow;
+    std::function<LightProgress()> lightNow;
     double planMs = 0.0;
     double readbackMs = 0.0;
     double compileMs = 0.0;      // time of compilation within the frame

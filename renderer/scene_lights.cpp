@@ -73,11 +73,11 @@ Renderer::LightState SceneLights::state(std::uint64_t key) const {
             }};
 }
 
-std::function<LightOfFrame()> SceneLights::now(std::uint64_t key) const {
+std::function<LightProgress()> SceneLights::now(std::uint64_t key) const {
     return [baker = baker_, key] {
         const auto latest = baker->latest(key);
-        return latest ? LightOfFrame{.revision = latest->revision, .share = latest->share}
-                      : LightOfFrame{};
+        return latest ? LightProgress{.revision = latest->revision, .share = latest->share}
+                      : LightProgress{};
     };
 }
 

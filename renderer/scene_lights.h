@@ -28,7 +28,7 @@ public:
     }
     Renderer::LightState state(std::uint64_t key) const;
     // See Frame::lightNow.
-    std::function<LightOfFrame()> now(std::uint64_t key) const;
+    std::function<LightProgress()> now(std::uint64_t key) const;
 
     // Returns true once for each refined scene: it has to be uploaded.
     bool mustUpload(const Scene& original, const std::shared_ptr<const Scene>& refined);

@@ -147,7 +147,10 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     FramePlan plan = planOf(context, request, settings);
-    if (settings.effects.indirectLight) plan.surfaceLight = context.surfaceLight;
+    if (settings.effects.indirectLight) {
+        plan.surfaceLight = context.surfaceLight;
+        plan.light = context.light;
+    }
     const MaterialBindings materials = bindMaterials(context.scene, request.overrides);
     plan.materials = materials.own;
     const std::vector<Surface> surfaces = surfacesOf(context.scene, materials);

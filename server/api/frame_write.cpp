@@ -237,6 +237,9 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
         json["decisions"].push_back(decisionJson(decision));
     }
     if (const auto camera = cameraOf(plan)) json["camera"] = cameraJson(*camera);
+    if (plan.light) {
+        json["light"] = {{"revision", plan.light->revision}, {"share", plan.light->share}};
+    }
     const PlanTotals t = totals(plan);
     json["totals"] = {{"passes", t.passes},
                       {"views", t.views},

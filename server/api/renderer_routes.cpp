@@ -141,7 +141,7 @@ std::string sceneDescription(SceneLibrary& library, const SceneStatus& status) {
         const WarmUps::Progress p = library.warmUp(status.id);
         json["shaders"] = {{"compiled", p.done}, {"total", p.total}, {"finished", p.finished}};
         if (status.lightNow) {
-            const LightOfFrame light = status.lightNow();
+            const LightProgress light = status.lightNow();
             json["light"] = {{"revision", light.revision}, {"share", light.share}};
         }
     }

@@ -145,6 +145,12 @@ ordered_json subjectSchema() {
                      "object, map or filter that it belongs to; null: the view as a whole");
 }
 
+// Of the light between surfaces.
+ordered_json lightSchema() {
+    return object({{"revision", described(kCount, "as in Clerestory-Light; 0: none yet")},
+                   {"share", described(kNumber, "of the computation that is complete, 0 to 1")}});
+}
+
 ordered_json planSchema() {
     const ordered_json pass =
         object({{"kind", described(kText, "type of the pass")},
@@ -161,7 +167,7 @@ ordered_json planSchema() {
                {{"target", kText},
                 {"width", kCount},
                 {"height", kCount},
-                {"format", oneOf({"rgba16f", "rgba32f", "srgba8", "rgba32ui"})},
+                {"format", oneOf({"rgba16f", "rgba32f", "srgba8", "rgba32ui", "depth32f"})},
                 {"samples", described(kCount, "samples per pixel")},
                 {"milliseconds", described(kNumber, "measured; only of frames that were drawn")},
                 {"paths", described(kCount, "rays followed; only of drawn passes of kind rays")}});
@@ -203,6 +209,7 @@ ordered_json planSchema() {
          {"decisions", listOf(decision)},
          {"totals", totals}},
         {{"camera", camera},
+         {"light", lightSchema()},
          {"maps",
           described(listOf(map), "with explain=maps: of each map, in the order of the parts")}});
 }
@@ -314,9 +321,7 @@ ordered_json sceneSchema() {
          {"probes", listOf(probe)},
          {"warnings", listOf(warning)},
          {"shaders", object({{"compiled", kCount}, {"total", kCount}, {"finished", kFlag}})},
-         {"light",
-          object({{"revision", described(kCount, "as in Clerestory-Light; 0: none yet")},
-                  {"share", described(kNumber, "of the computation that is complete, 0 to 1")}})}});
+         {"light", lightSchema()}});
 }
 
 ordered_json rendererSchema() {

@@ -68,7 +68,7 @@ struct SceneStatus {
     std::size_t vertices = 0;
     SceneBytes bytes;  // while it is loaded
     // Of the frame with light of surfaces that was drawn last; see Frame::lightNow. May be empty.
-    std::function<LightOfFrame()> lightNow;
+    std::function<LightProgress()> lightNow;
 };
 
 struct SceneEntry {

@@ -253,7 +253,7 @@ void SceneLibrary::recordMapBytes(const std::string& id, std::uint64_t bytes) {
     entry->status.bytes.maps = bytes;
 }
 
-void SceneLibrary::recordLight(const std::string& id, std::function<LightOfFrame()> now) {
+void SceneLibrary::recordLight(const std::string& id, std::function<LightProgress()> now) {
     const std::lock_guard lock(mutex_);
     const Entry entry = entries_.find(id);
     if (entry && entry->status.state == SceneState::ready) entry->status.lightNow = std::move(now);

@@ -74,7 +74,7 @@ public:
     // Records the memory of the maps of one of its frames.
     void recordMapBytes(const std::string& id, std::uint64_t bytes);
     // Records where the progress of its light is found; see Frame::lightNow.
-    void recordLight(const std::string& id, std::function<LightOfFrame()> now);
+    void recordLight(const std::string& id, std::function<LightProgress()> now);
 
     // The environment map with this name; null if it is not loaded.
     std::shared_ptr<const EnvironmentMap> environment(const std::string& name) const;

@@ -50,9 +50,9 @@ TEST_F(LightLimits, ExtremeRadianceStaysFinite) {
         place(scene, quad(2.0f, addMaterial(scene, matte(1.0f))));
         place(scene, quad(0.5f, addMaterial(scene, matte(1.0f, emitted))), moved(0.0, 0.0, 0.5));
         addLight(scene, {.intensity = glm::vec3(6e4f)}, moved(1.0, 0.0, 0.5));
-        const glm::vec3 beside = color(lit(lookingDown(std::move(scene), "extreme")), 8, 32);
-        EXPECT_TRUE(std::isfinite(beside.x));
-        EXPECT_GT(beside.x, 0.0f);
+        const glm::vec3 onFloor = color(lit(lookingDown(std::move(scene), "extreme")), 8, 32);
+        EXPECT_TRUE(std::isfinite(onFloor.x));
+        EXPECT_GT(onFloor.x, 0.0f);
     }
 }
 
@@ -62,7 +62,7 @@ TEST_F(LightLimits, BrokenGeometryDoesNotDisturbItsNeighbours) {
     Scene scene;
     const Index grey = addMaterial(scene, matte(0.5f));
     place(scene, quad(2.0f, grey));
-    place(scene, quad(2.0f, grey));  // the same once more
+    place(scene, quad(2.0f, grey));  // again
     MeshDraft broken = quad(1.0f, grey);
     const Vertex corner = broken.vertices[0];
     const auto first = static_cast<std::uint32_t>(broken.vertices.size());

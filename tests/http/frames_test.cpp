@@ -204,6 +204,11 @@ TEST(Frames, LightBetweenSurfacesIsReportedAndWaitedFor) {
     const auto progress = json::parse(scene->body).at("light");
     EXPECT_EQ(progress.at("share"), 1.0);
     EXPECT_GE(progress.at("revision"), 1);
+    const auto plan = postJson(client, "/v1/plans",
+                               R"({"scene": "orbiting-cubes", "width": 96, "height": 64,
+                                   "effects": {"indirectLight": true, "shadows": true}})");
+    ASSERT_TRUE(plan && plan->status == 200) << plan->body;
+    EXPECT_EQ(json::parse(plan->body).at("light"), progress);
 }
 
 TEST(Frames, TheETagDependsOnEveryFieldAndNothingElse) {

@@ -1,6 +1,7 @@
 // Everything except the request on which a plan depends.
 #pragma once
 
+#include "plan/graph/light_progress.h"
 #include "plan/graph/target.h"
 #include "scene/environment.h"
 #include "scene/scene.h"
@@ -49,6 +50,7 @@ struct FrameContext {
     // Identifies the light at the vertices of `scene` (light/surface_light.h) in its present state;
     // 0: there is none, and the environment lights all surfaces.
     std::uint64_t surfaceLight = 0;
+    LightProgress light = {};
 };
 
 }  // namespace clerestory

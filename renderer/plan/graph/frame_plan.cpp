@@ -79,6 +79,10 @@ std::string toText(const FramePlan& plan) {
         out << "take  " << decision.name << " (" << nameOf(decision.effect)
             << "): " << nameOf(decision.taken) << ", " << decision.reason << "\n";
     }
+    if (plan.light) {
+        out << "light revision " << plan.light->revision << ", " << 100.0 * plan.light->share
+            << " % computed\n";
+    }
     const PlanTotals t = totals(plan);
     out << "total " << t.passes << " passes, " << t.views << " views, " << t.draws << " draws, "
         << t.triangles << " triangles\n";

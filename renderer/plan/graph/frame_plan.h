@@ -3,6 +3,7 @@
 #pragma once
 
 #include "plan/graph/decision.h"
+#include "plan/graph/light_progress.h"
 #include "plan/graph/pass.h"
 #include "plan/graph/ray_scene.h"
 #include "scene/environment.h"
@@ -48,9 +49,10 @@ struct FramePlan {
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
     std::uint32_t curvedSamples = 0;
-    std::optional<RayScene> rays;    // present if a draw traces rays
-    std::uint64_t surfaceLight = 0;  // identifies the light at vertices; 0: the environment's
-    TargetId shadowMap = kNoTarget;  // that every pass with lit surfaces reads; see LightShadow
+    std::optional<RayScene> rays;        // present if a draw traces rays
+    std::uint64_t surfaceLight = 0;      // identifies the light at vertices; 0: the environment's
+    std::optional<LightProgress> light;  // Effects::indirectLight
+    TargetId shadowMap = kNoTarget;      // that every pass with lit surfaces reads; see LightShadow
     double perMetre = 1.0;  // 1 / diagonal of the scene; pictures store distances times this
 
     bool operator==(const FramePlan&) const = default;

@@ -31,7 +31,8 @@ struct RayScene {
     std::uint32_t stride = 1;
     float contrast = 0.0f;
     std::uint32_t lobePaths = 1;  // of a rough lobe; see rays::Density. Processor only.
-    // What hides lights from what a ray meets is found by rays, not in the shadow map. Processor only.
+    // What hides lights from what a ray meets is found by rays, not in the shadow map. Processor
+    // only.
     bool shadowRays = false;
     bool operator==(const RayScene&) const = default;
 };
