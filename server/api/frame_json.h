@@ -21,13 +21,17 @@ inline constexpr int kMaxJsonDepth = 16;
 nlohmann::json strictJson(std::string_view text);
 
 // Absent fields have their values from `defaults`. Throws RequestError (422) that lists every wrong
-// field.
-FrameRequest frameRequestFrom(const nlohmann::json& body, const FrameRequest& defaults = {});
+// field, after the `errors` that were found before.
+FrameRequest frameRequestFrom(const nlohmann::json& body, const FrameRequest& defaults = {},
+                              std::vector<FieldError> errors = {});
 
 // The body that corresponds to the query of a link. A name is a path with dots ("camera.yfov"), its
 // last part if only one field ends in it ("yfov"), or one of shortQueryNames(). Throws RequestError
 // (422).
 nlohmann::json bodyFromQuery(const std::multimap<std::string, std::string>& query);
+// The same, without the names that are wrong; these are added to `errors`.
+nlohmann::json bodyFromQuery(const std::multimap<std::string, std::string>& query,
+                             std::vector<FieldError>& errors);
 
 // Every field.
 nlohmann::ordered_json accuracyJson(const Accuracy& accuracy);

@@ -134,6 +134,13 @@ const std::map<std::string, std::string, std::less<>>& shortQueryNames() {
 
 json bodyFromQuery(const std::multimap<std::string, std::string>& query) {
     std::vector<FieldError> errors;
+    json body = bodyFromQuery(query, errors);
+    if (!errors.empty()) throw RequestError(invalidFields(std::move(errors)));
+    return body;
+}
+
+json bodyFromQuery(const std::multimap<std::string, std::string>& query,
+                   std::vector<FieldError>& errors) {
     std::map<std::string, std::string> given;  // path -> name in the query
     json body = json::object();
     for (const auto& [name, text] : query) {
@@ -156,7 +163,6 @@ json bodyFromQuery(const std::multimap<std::string, std::string>& query) {
         }
         body[json::json_pointer(pointerOf(f->path))] = f->read(text);
     }
-    if (!errors.empty()) throw RequestError(invalidFields(std::move(errors)));
     return body;
 }
 

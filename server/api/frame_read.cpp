@@ -89,8 +89,8 @@ json strictJson(std::string_view text) {
     return parsed;
 }
 
-FrameRequest frameRequestFrom(const json& body, const FrameRequest& defaults) {
-    std::vector<FieldError> errors;
+FrameRequest frameRequestFrom(const json& body, const FrameRequest& defaults,
+                              std::vector<FieldError> errors) {
     FrameRequest request = defaults;
     FieldReader(errors).object(body, request, "");
     // Rules that involve several fields apply only if each field is valid.

@@ -17,10 +17,11 @@
 namespace clerestory {
 namespace {
 
-FrameRequest requestFrom(const nlohmann::json& body, const Call& call) {
+FrameRequest requestFrom(const nlohmann::json& body, const Call& call,
+                         std::vector<FieldError> errors) {
     FrameRequest defaults;
     defaults.output.format = formatFor(call.header("Accept"));
-    return frameRequestFrom(body, defaults);
+    return frameRequestFrom(body, defaults, std::move(errors));
 }
 
 std::string serverTiming(const FrameService::Drawn& drawn, double totalMs) {
@@ -72,14 +73,14 @@ void addExplanation(Answer& answer, const Frame& frame, const FrameRequest& requ
     putExplained(answer, explained, "clerestory-" + etag.substr(1, etag.size() - 2));
 }
 
-Explain explainOf(const Call& call) {
+Explain explainOf(const Call& call, std::vector<FieldError>& errors) {
     const auto found = call.query.find("explain");
     if (found == call.query.end() || found->second == "0") return Explain::no;
     if (found->second == "1") return Explain::plan;
     if (found->second == "health") return Explain::health;
     if (found->second == "maps") return Explain::maps;
-    throw RequestError(
-        invalidFields({{"/explain", "is not a known word", "0, 1, health or maps"}}));
+    errors.push_back({"/explain", "is not a known word", "0, 1, health or maps"});
+    return Explain::no;
 }
 
 Readback readbackFor(Explain explain) {
@@ -111,7 +112,7 @@ unsigned preferredWait(const Call& call) {
     return error == std::errc() && end != first ? std::min(seconds, kMaxLightWait) : 0;
 }
 
-std::string lightHeader(const LightOfFrame& light) {
+std::string lightHeader(const LightProgress& light) {
     char text[64];
     std::snprintf(text, sizeof text, "revision=%u, share=%.2f", light.revision, light.share);
     return text;
@@ -195,11 +196,12 @@ void addRoutes(Routes& routes, const FrameRoutes& components) {
 }
 
 FrameCall frameCallFrom(const Call& call, bool signedLinks) {
+    std::vector<FieldError> errors;
+    const Explain explain = explainOf(call, errors);
     if (call.method == "POST") {
         requireJsonType(call);
         requireQuery(call, call.path == "/v1/frames");
-        FrameRequest request = requestFrom(strictJson(call.body), call);
-        return {std::move(request), explainOf(call)};
+        return {requestFrom(strictJson(call.body), call, std::move(errors)), explain};
     }
     auto query = call.query;
     query.erase("explain");
@@ -207,8 +209,8 @@ FrameCall frameCallFrom(const Call& call, bool signedLinks) {
         query.erase("expires");
         query.erase("signature");
     }
-    FrameRequest request = requestFrom(bodyFromQuery(query), call);
-    return {std::move(request), explainOf(call)};
+    const nlohmann::json body = bodyFromQuery(query, errors);
+    return {requestFrom(body, call, std::move(errors)), explain};
 }
 
 // The header compares weakly (RFC 9110 13.1.2), so that W/"x" names "x" too.

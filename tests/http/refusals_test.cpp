@@ -236,6 +236,20 @@ TEST(Refusals, LinksAreCheckedAsStrictlyAsBodies) {
     }
 }
 
+TEST(Refusals, ALinkListsAllItsErrorsAtOnce) {
+    auto client = sharedServer().client();
+    const json problem = problemOf(
+        client.Get("/v1/frames?widht=64&width=64px&emission=maybe&explain=2&format=gif"), 422);
+    ASSERT_FALSE(problem.is_null());
+    std::vector<std::string> pointers;
+    for (const json& error : problem.at("errors")) {
+        pointers.push_back(error.at("pointer"));
+        EXPECT_FALSE(error.at("allowed").get<std::string>().empty()) << error;
+    }
+    EXPECT_THAT(pointers, testing::UnorderedElementsAre("/widht", "/width", "/effects/emission",
+                                                        "/explain", "/output/format"));
+}
+
 TEST(Refusals, PathsThatDoNotExist) {
     auto client = sharedServer().client();
     for (const char* path :
