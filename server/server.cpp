@@ -1,5 +1,7 @@
 #include "server/server.h"
 
+#include "scene/hash.h"
+#include "server/api/frames.h"
 #include "server/api/openapi.h"
 #include "server/api/page.h"
 #include "server/api/uploads.h"
@@ -13,10 +15,11 @@
 namespace clerestory {
 namespace {
 
-// Every waiting frame and every stream occupies a thread; other requests must not wait for them.
+// Every waiting frame, stream and wait for light occupies a thread; other requests must not wait
+// for them.
 HttpServerOptions httpServerOptions(const Config& config) {
     HttpServerOptions options = config.http;
-    options.threads += config.queue + options.limits.streams;
+    options.threads += config.queue + options.limits.streams + options.limits.waits;
     options.limits.large.push_back({"POST", "/v1/sequences", config.sequenceBytes});
     const UploadOptions& uploads = config.scenes.uploads;
     if (!uploads.folder.empty()) {
@@ -54,8 +57,19 @@ Answer getHealth(const DocumentRoutes&, const Call&) {
     return {.type = "application/json", .body = R"({"status":"alive"})"};
 }
 
-Answer getOpenApi(const DocumentRoutes&, const Call&) {
-    return {.type = "application/json", .body = openApiText()};
+// A document that changes with the program only: 304 if the client has it.
+Answer documentAnswer(const Call& call, Answer document) {
+    const std::string etag = '"' + hashWordOf(document.body) + '"';
+    if (matchesEntityTag(call.header("If-None-Match"), etag)) {
+        document = {.status = 304};
+    }
+    document.headers.emplace_back("Cache-Control", "no-cache");
+    document.headers.emplace_back("ETag", etag);
+    return document;
+}
+
+Answer getOpenApi(const DocumentRoutes&, const Call& call) {
+    return documentAnswer(call, {.type = "application/json", .body = openApiText()});
 }
 
 struct MetricsRoutes {
@@ -135,13 +149,27 @@ void Server::stop() {
     listener_.join();
 }
 
+// Waiting for light occupies a thread, so that few calls may do so at once. The others are answered
+// with what is computed: a server may ignore a preference (RFC 7240, 2).
+Answer Server::answerWaiting(const Call& call) {
+    const auto share = http_.holdings().take(Pool::waits, call.client, 1);
+    if (share) return cache_->answer(call);
+    Call now = call;
+    now.header = [&call](const char* name) {
+        return std::string_view(name) == "Prefer" ? std::string() : call.header(name);
+    };
+    return cache_->answer(now);
+}
+
 Answer Server::answerFrom(const Call& call, std::string& route) {
     if (auto answer = routes_.answer(call, route)) return *std::move(answer);
     if (auto file = pageFile(call.path)) {
         route = "page";
-        return call.method == "GET" ? *std::move(file) : otherMethod(call, "GET, HEAD");
+        return call.method == "GET" ? documentAnswer(call, *std::move(file))
+                                    : otherMethod(call, "GET, HEAD");
     }
-    Answer answer = cache_->answer(call);
+    const bool waits = call.path == "/v1/frames" && !call.header("Prefer").empty();
+    Answer answer = waits ? answerWaiting(call) : cache_->answer(call);
     route = answer.route;
     return answer;
 }

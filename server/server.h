@@ -42,6 +42,7 @@ private:
     std::optional<Answer> quickAnswer(const Call& call, std::string_view body);
     Answer refuse(const Call& call, const Problem& problem);
     Answer finish(const Call& call, Answer answer, const std::string& route);
+    Answer answerWaiting(const Call& call);
     Answer answerFrom(const Call& call, std::string& route);
 
     RequestMetrics metrics_;

@@ -36,6 +36,11 @@ ordered_json answers(const char* description, ordered_json content) {
             {"default", problemAnswer("the error, with every wrong field")}};
 }
 
+ordered_json withNotModified(ordered_json answers) {
+    answers["304"] = {{"description", "the content has the ETag of If-None-Match"}};
+    return answers;
+}
+
 ordered_json frameAnswers() {
     ordered_json content = ordered_json::object();
     for (const OutputFormat format :
@@ -48,8 +53,7 @@ ordered_json frameAnswers() {
         {"Age",
          {{"description", "seconds since the frame was drawn; only for an answer from the cache"},
           {"schema", {{"type", "integer"}, {"minimum", 0}}}}}};
-    json["304"] = {{"description", "the frame has the ETag of If-None-Match"}};
-    return json;
+    return withNotModified(std::move(json));
 }
 
 ordered_json frameBody() {
@@ -270,10 +274,10 @@ ordered_json paths() {
              "Status")},
         {"/metrics", get("Returns metrics as Prometheus text",
                          answers("metrics", {{"text/plain", {{"schema", {{"type", "string"}}}}}}))},
-        {"/openapi.json",
-         get("Returns the OpenAPI document",
-             answers("OpenAPI 3.1",
-                     jsonContent({{"type", "object"}, {"additionalProperties", true}})))}};
+        {"/openapi.json", get("Returns the OpenAPI document",
+                              withNotModified(answers(
+                                  "OpenAPI 3.1", jsonContent({{"type", "object"},
+                                                              {"additionalProperties", true}}))))}};
 }
 
 // The names of operations in generated clients.

@@ -19,9 +19,7 @@ std::optional<Answer> pageFile(const std::string& path) {
     const std::string name = path == "/" ? "index.html" : path.substr(1);
     for (const EmbeddedFile& file : webFiles()) {
         if (file.name != name) continue;
-        return Answer{.type = typeOf(file.name),
-                      .body = std::string(file.content),
-                      .headers = {{"Cache-Control", "no-cache"}}};
+        return Answer{.type = typeOf(file.name), .body = std::string(file.content)};
     }
     return std::nullopt;
 }

@@ -43,7 +43,7 @@ struct RequestMetrics::Families {
     prometheus::Family<prometheus::Gauge>& held =
         BuildGauge()
             .Name("clerestory_held")
-            .Help("What clients hold of each pool: connections, bytes, streams, views")
+            .Help("What clients hold of each pool: connections, bytes, streams, views, waits")
             .Register(registry);
     prometheus::Family<prometheus::Gauge>& heldByOne =
         BuildGauge()

@@ -6,8 +6,8 @@
 namespace clerestory {
 
 std::string_view nameOf(Pool pool) {
-    constexpr std::array<std::string_view, kPools> kNames = {"connections", "requestBytes",
-                                                             "responseBytes", "streams", "views"};
+    constexpr std::array<std::string_view, kPools> kNames = {
+        "connections", "requestBytes", "responseBytes", "streams", "views", "waits"};
     return kNames.at(static_cast<std::size_t>(pool));
 }
 

@@ -27,9 +27,10 @@ enum class Pool : std::uint8_t {
     requestBytes,   // of large bodies that are received or handled
     responseBytes,  // that wait for their readers
     streams,        // live streams and sequences
-    views           // live views
+    views,          // live views
+    waits           // frames that wait for light; each occupies a thread of the front
 };
-inline constexpr std::size_t kPools = 5;
+inline constexpr std::size_t kPools = 6;
 std::string_view nameOf(Pool pool);
 
 class Holdings {

@@ -42,7 +42,8 @@ public:
           holdings({{Pool::requestBytes, {.most = limits.largeBytes}},
                     {Pool::responseBytes, {.most = limits.unsentBytes, .firstMayExceed = true}},
                     {Pool::streams, {.most = limits.streams}},
-                    {Pool::views, {.most = limits.views}}}),
+                    {Pool::views, {.most = limits.views}},
+                    {Pool::waits, {.most = limits.waits}}}),
           loop(listener, limits, options.threads, hooks(), counters, holdings) {}
 
     EventLoop::Hooks hooks() {

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <httplib.h>
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -43,6 +45,45 @@ TEST(Attacks, TheServerSurvivesEachAttack) {
     expectAll(crowds(target));
     expectAll(connectionFloods(target, 2'000));
     EXPECT_EQ(statusOf(ask(server.port(), slowFrame(), 60)), 200) << "and it still draws";
+}
+
+// Clients that wait for light that takes long leave threads for all other clients.
+TEST(Attacks, WaitingForLightLeavesThreads) {
+    const ServerProcess server({"--scene", "chapel"});
+    ASSERT_TRUE(server.waitUntilReady());
+    std::atomic<int> waited{0}, answered{0}, pending{20};
+    std::vector<std::thread> clients;
+    for (int i = 0; i < 20; ++i) {
+        clients.emplace_back([&, i] {
+            httplib::Client client("127.0.0.1", server.port());
+            client.set_read_timeout(300);
+            // Another intensity needs another light.
+            const std::string body = R"({"scene": "chapel", "width": 32, "height": 24, "effects": )"
+                                     R"({"indirectLight": true}, "environment": {"intensity": )" +
+                                     std::to_string(1.0 + 0.01 * i) + "}}";
+            const auto answer =
+                client.Post("/v1/frames", {{"Prefer", "wait=60"}}, body, "application/json");
+            if (answer && answer->status == 200) {
+                ++(answer->has_header("Preference-Applied") ? waited : answered);
+            }
+            --pending;
+        });
+    }
+    double most = 0.0;
+    while (pending > 0) {
+        httplib::Client client("127.0.0.1", server.port());
+        const auto metrics = client.Get("/metrics");
+        ASSERT_TRUE(metrics);
+        const std::string name = "clerestory_held{pool=\"waits\"} ";
+        const std::size_t at = metrics->body.find(name);
+        ASSERT_NE(at, std::string::npos);
+        most = std::max(most, std::stod(metrics->body.substr(at + name.size())));
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    for (std::thread& client : clients) client.join();
+    EXPECT_LE(most, 8.0);
+    EXPECT_GT(waited, 0);
+    EXPECT_GT(answered, 0) << "at once, with the light of the environment";
 }
 
 // C3: descriptors run out, and come back.

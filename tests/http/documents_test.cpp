@@ -313,5 +313,25 @@ TEST(Documents, ThePageAndItsFilesComeFromTheProgram) {
     EXPECT_GE(named.size(), 2u) << "a script and a style";
 }
 
+TEST(Documents, HaveEntityTags) {
+    auto client = sharedServer().client();
+    for (const char* path : {"/", "/viewer.js", "/style.css", "/openapi.json"}) {
+        SCOPED_TRACE(path);
+        const auto first = client.Get(path);
+        ASSERT_TRUE(first && first->status == 200);
+        const std::string etag = first->get_header_value("ETag");
+        ASSERT_FALSE(etag.empty());
+        const auto again = client.Get(path, httplib::Headers{{"If-None-Match", etag}});
+        ASSERT_TRUE(again);
+        EXPECT_EQ(again->status, 304);
+        EXPECT_EQ(again->body, "");
+        EXPECT_EQ(again->get_header_value("ETag"), etag);
+        EXPECT_FALSE(again->has_header("Content-Length"));
+        const auto other = client.Get(path, httplib::Headers{{"If-None-Match", "\"x\""}});
+        ASSERT_TRUE(other);
+        EXPECT_EQ(other->body, first->body);
+    }
+}
+
 }  // namespace
 }  // namespace clerestory::test
