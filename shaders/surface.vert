@@ -39,8 +39,7 @@ void main() {
     // A mirrored instance turns the cross product of normal and tangent round.
     vertexTangent.w = volume < 0.0f ? -tangent.w : tangent.w;
     if (viewHas(VIEW_SURFACE_LIGHT)) {
-        float first = normalFromModel[2].w;
-        int value = first < SURFACE_LIGHT_NONE * 0.5f ? 0 : gl_VertexID + int(first);
+        int value = surfaceLightValue(normalFromModel[2].w, gl_VertexID);
         SurfaceLight light = surfaceLightOf(texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value),
                                             texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value + 1));
         lightIrradiance = light.irradiance;

@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -207,6 +208,9 @@ struct Bake::State {
     glm::vec3 sentFrom(std::uint32_t instance, const std::uint32_t vertices[3],
                        const float weights[3], const glm::vec3& normal) const;
     glm::vec3 startOf(const SurfacePoint& point, float side) const;
+    // Light at a point of the grid; nothing if it lies within a body.
+    std::optional<LightAtVertex> lightAround(const glm::vec3& point) const;
+    void updateGrid();
     void fillBuried();
     void updateRadiosity();
     glm::vec3 irradianceOf(const Sums& s) const {  // over pi; without lamps
@@ -235,6 +239,8 @@ struct Bake::State {
     std::vector<glm::vec3> sent[2];
     // The point that a point takes its light from if all its places are buried; else itself.
     std::vector<std::uint32_t> source;
+    LightGrid grid;
+    std::vector<std::uint32_t> moving;  // instances
     glm::vec3 meanSent{0.0f};
     BounceSeries series;
     std::uint32_t round = 0;
@@ -275,6 +281,15 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
         static_cast<std::uint32_t>(std::clamp<std::size_t>(quality.allRays / least, 1, 4));
     quality.rays *= more;
     quality.emitterRays *= more;
+    if (!triangles.triangles.empty()) {
+        const std::vector<bool> moves = instancesThatMove(*input.scene);
+        for (std::uint32_t i = 0; i < moves.size(); ++i) {
+            if (moves[i]) moving.push_back(i);
+        }
+    }
+    if (!moving.empty()) {
+        grid = gridOver(lastingBounds(*input.scene, *input.pose), quality.gridPoints);
+    }
     collectFaces();
     if (input.emission) collectEmitters();
     for (int side = 0; side < 2; ++side) {
@@ -396,7 +411,8 @@ float Bake::State::randomWeight(float cosine, float facing, float distance, floa
     return atRandom / std::max(atRandom + sent, 1e-30f);
 }
 
-// The light along a ray. cosine: between it and the normal of the surface that it leaves.
+// The light along a ray. cosine: between it and the normal of the surface that it leaves; below 0
+// if it leaves none, and no other rays are sent to emitters.
 Bake::State::Seen Bake::State::look(const glm::vec3& start, const glm::vec3& along,
                                     float cosine) const {
     const glm::vec3 world(glm::transpose(input.mapFromWorld) * glm::dvec3(along));
@@ -415,7 +431,10 @@ Bake::State::Seen Bake::State::look(const glm::vec3& start, const glm::vec3& alo
         if (face.density > 0.0f) {
             const float facing =
                 std::abs(glm::dot(face.normal, world)) / std::max(glm::length(face.normal), 1e-30f);
-            seen.emitted = face.emitted * randomWeight(cosine, facing, hit.distance, face.density);
+            seen.emitted = face.emitted;
+            if (cosine >= 0.0f) {
+                seen.emitted *= randomWeight(cosine, facing, hit.distance, face.density);
+            }
         }
         return seen;
     }
@@ -651,6 +670,66 @@ void Bake::State::updateRadiosity() {
     }
 }
 
+std::optional<LightAtVertex> Bake::State::lightAround(const glm::vec3& point) const {
+    constexpr int kRays = 192;
+    const auto golden = static_cast<float>(std::numbers::pi * (3.0 - std::sqrt(5.0)));
+    glm::vec3 mean(0.0f), met(0.0f), moment(0.0f), towards(0.0f);
+    float visible = 0.0f;
+    int behind = 0;
+    for (int i = 0; i < kRays; ++i) {
+        const float z = 1.0f - (2.0f * static_cast<float>(i) + 1.0f) / kRays;
+        const float radius = std::sqrt(1.0f - z * z), turn = golden * static_cast<float>(i);
+        const glm::vec3 along(radius * std::cos(turn), radius * std::sin(turn), z);
+        const Seen seen = look(point, along, -1.0f);
+        if (!seen.begins) ++behind;
+        const glm::vec3 fromSurfaces = seen.light + seen.emitted;
+        glm::vec3 light = fromSurfaces;
+        if (!seen.met) {
+            float rgb[3];
+            sky.sample(&along.x, 0.0f, rgb);
+            light += seen.share * glm::vec3(rgb[0], rgb[1], rgb[2]) * input.environmentIntensity;
+            const float through = luminance(seen.share);
+            visible += through;
+            towards += through * along;
+        }
+        mean += light;
+        met += fromSurfaces;
+        moment += luminance(light) * along;
+    }
+    if (behind > kMaxBehind * kRays) return std::nullopt;
+    // Radiance a + b w, of which a surface with the normal n receives pi (a + 2/3 b n); b is three
+    // times the mean of radiance times direction.
+    const float perRay = 1.0f / kRays, share = visible * perRay;
+    LightAtVertex light;
+    light.irradiance = mean * perRay;
+    const float scale = std::max(luminance(light.irradiance), 1e-20f);
+    light.turned = glm::vec4(2.0f * perRay / scale * moment, 1.0f);
+    light.visible = glm::vec4(3.0f * perRay * towards, share);
+    if (share < 1.0f) light.nearby = met * (perRay / std::max(1.0f - share, 0.5f * perRay));
+    return light;
+}
+
+void Bake::State::updateGrid() {
+    std::vector<bool> known(grid.points());
+    for (std::size_t i = 0; i < grid.points(); ++i) {
+        const auto light = lightAround(glm::vec3(grid.point(i) - triangles.origin));
+        known[i] = light.has_value();
+        if (light) grid.values[i] = packed(*light);
+    }
+    // Points within bodies have the value of the nearest one that is not.
+    for (std::size_t i = 0; i < grid.points(); ++i) {
+        if (known[i]) continue;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t k = 0; k < grid.points(); ++k) {
+            const double distance = glm::distance(grid.point(i), grid.point(k));
+            if (!known[k] || distance >= least) continue;
+            least = distance;
+            grid.values[i] = grid.values[k];
+        }
+        if (std::isinf(least)) grid.values[i] = packed(unhidden());
+    }
+}
+
 Bake::Bake(BakeInput input, const BakeQuality& quality)
     : state_(std::make_unique<State>(std::move(input), quality)) {}
 Bake::~Bake() = default;
@@ -678,6 +757,7 @@ void Bake::work(std::uint32_t first, std::uint32_t end) {
 void Bake::endRound() {
     state_->fillBuried();
     state_->updateRadiosity();
+    state_->updateGrid();
     ++state_->round;
     // Surfaces that see only the environment have nothing to learn from further rounds.
     const auto open = [](const Sums& s) { return s.visible >= s.count; };
@@ -691,9 +771,16 @@ SurfaceLight Bake::light() const {
                        .revision = s.round,
                        .share = complete() ? 1.0 : static_cast<double>(s.round) / s.quality.rounds,
                        .scene = s.input.scene,
-                       .firstOfInstance = s.places.firstOfInstance};
+                       .firstOfInstance = s.places.firstOfInstance,
+                       .moving = s.moving,
+                       .grid = s.grid};
+    // After the values of the open environment and of what moves.
+    const auto before = static_cast<std::int32_t>(1 + s.moving.size());
     for (std::int32_t& first : light.firstOfInstance) {
-        if (first != kNoLight) ++first;  // after the first value
+        if (!isConstant(first)) first += before;
+    }
+    for (std::size_t i = 0; i < s.moving.size(); ++i) {
+        light.firstOfInstance[s.moving[i]] = kNoLight + 1 + static_cast<std::int32_t>(i);
     }
     std::vector<LightAtVertex> gathered;
     for (std::uint32_t i = 0; i < s.places.chosen.size(); ++i) gathered.push_back(s.lightOf(i));
@@ -714,8 +801,8 @@ SurfaceLight Bake::light() const {
         ofPoints.push_back(packed({mean.irradiance * scale, mean.turned * scale,
                                    mean.visible * scale, mean.nearby * scale}));
     }
-    light.values.reserve(s.places.pointOf.size() + 1);
-    light.values.push_back(packed(s.unhidden()));
+    light.values.reserve(s.places.pointOf.size() + 1 + s.moving.size());
+    light.values.assign(1 + s.moving.size(), packed(s.unhidden()));
     for (const std::uint32_t point : s.places.pointOf) light.values.push_back(ofPoints[point]);
     return light;
 }

@@ -49,6 +49,8 @@ struct BakeQuality {
     std::uint32_t rounds = 6;  // bounces of light are rounds, too
     // Places where light is gathered, at most about; the vertices between them have their mean.
     std::uint32_t places = 60'000;
+    // Of the grid for what moves, about.
+    std::uint32_t gridPoints = 1000;
 };
 
 class Bake {

@@ -1,13 +1,16 @@
-// Layout of a file: header, SurfaceLight::firstOfInstance, SurfaceLight::values.
+// Layout of a file: header, SurfaceLight::firstOfInstance, SurfaceLight::values, LightGrid::values.
 #include "light/light_files.h"
 
 #include "light/refinement.h"
 #include "scene/cache_file.h"
 #include "scene/hash.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <initializer_list>
 #include <span>
+#include <utility>
 
 namespace clerestory::light {
 namespace {
@@ -21,15 +24,19 @@ struct Header {
     std::uint64_t key = 0;
     std::uint64_t meshes = 0;  // a hash of the refined ones, whose vertices have the values
     std::uint64_t instances = 0, values = 0;
+    glm::dvec3 gridFirst{0.0}, gridSpacing{1.0};
+    glm::uvec3 gridCount{0u};
+    std::uint32_t reserved = 0;
     std::uint64_t checksum = 0;  // of everything, with this field 0
 };
-static_assert(sizeof(Header) == 56);
+static_assert(sizeof(Header) == 120);
 
-std::uint64_t checksumOf(Header header, std::span<const std::byte> first,
-                         std::span<const std::byte> values) {
+// rest: everything after the header.
+std::uint64_t checksumOf(Header header, std::initializer_list<std::span<const std::byte>> rest) {
     header.checksum = 0;
-    return hashOfBytes(values,
-                       hashOfBytes(first, hashOfBytes(std::as_bytes(std::span(&header, 1)))));
+    std::uint64_t hash = hashOfBytes(std::as_bytes(std::span(&header, 1)));
+    for (const std::span<const std::byte> part : rest) hash = hashOfBytes(part, hash);
+    return hash;
 }
 
 std::uint64_t hashOfMeshes(const Scene& scene) {
@@ -37,8 +44,8 @@ std::uint64_t hashOfMeshes(const Scene& scene) {
                        hashOfBytes(std::as_bytes(std::span(scene.vertices))));
 }
 
-// Every vertex of an instance with light has a value.
-bool belongs(const SurfaceLight& light) {
+// Every vertex of an instance with light has a value. Finds SurfaceLight::moving.
+bool belongs(SurfaceLight& light) {
     const Scene& scene = *light.scene;
     if (light.firstOfInstance.size() != scene.instances.size() || light.values.empty()) {
         return false;
@@ -46,13 +53,19 @@ bool belongs(const SurfaceLight& light) {
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const std::int64_t first = light.firstOfInstance[i];
         if (first == kNoLight) continue;
+        if (isConstant(first)) {
+            if (constantValue(first) != light.moving.size() + 1) return false;
+            light.moving.push_back(static_cast<std::uint32_t>(i));
+            continue;
+        }
         const VertexRange range = vertexRange(scene, scene.meshes[scene.instances[i].mesh]);
         if (first + range.first < 0 || first + std::int64_t{range.first} + range.count >
                                            static_cast<std::int64_t>(light.values.size())) {
             return false;
         }
     }
-    return true;
+    return light.moving.size() < light.values.size() &&
+           (light.moving.empty() || light.grid.points() > 0);
 }
 
 }  // namespace
@@ -71,23 +84,36 @@ std::optional<SurfaceLight> LightFiles::find(std::uint64_t key,
     if (!content || content->size < sizeof header) return std::nullopt;
     std::memcpy(&header, content->bytes.get(), sizeof header);
     const auto rest = content->span().subspan(sizeof header);
+    LightGrid grid{header.gridFirst, header.gridSpacing, header.gridCount, {}};
+    const glm::uvec3 cells = grid.count;
+    constexpr std::size_t kMost = 1u << 30;  // of each list
     if (std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 ||
         header.version != expected.version || header.key != key ||
-        header.meshes != hashOfMeshes(*scene) ||
-        header.instances > rest.size() / sizeof(std::int32_t) ||
-        header.values > rest.size() / sizeof(LightValue) ||
-        header.instances * sizeof(std::int32_t) + header.values * sizeof(LightValue) !=
+        header.meshes != hashOfMeshes(*scene) || header.instances > kMost ||
+        header.values > kMost || std::max({cells.x, cells.y, cells.z}) > 1024u ||
+        header.instances * sizeof(std::int32_t) +
+                (header.values + grid.points()) * sizeof(LightValue) !=
             rest.size()) {
         return std::nullopt;
     }
-    const auto first = rest.first(header.instances * sizeof(std::int32_t));
-    const auto values = rest.subspan(first.size());
-    if (header.checksum != checksumOf(header, first, values)) return std::nullopt;
+    const std::size_t afterFirst = header.instances * sizeof(std::int32_t);
+    const std::size_t afterValues = afterFirst + header.values * sizeof(LightValue);
+    if (header.checksum != checksumOf(header, {rest.first(afterFirst),
+                                               rest.subspan(afterFirst, afterValues - afterFirst),
+                                               rest.subspan(afterValues)})) {
+        return std::nullopt;
+    }
     SurfaceLight light{.key = key, .revision = header.revision, .share = 1.0, .scene = scene};
-    light.firstOfInstance.resize(header.instances);
-    light.values.resize(header.values);
-    std::memcpy(light.firstOfInstance.data(), first.data(), first.size());
-    std::memcpy(light.values.data(), values.data(), values.size());
+    auto read = [&, at = std::size_t{0}](auto& list, std::size_t count) mutable {
+        list.resize(count);
+        const std::size_t bytes = count * sizeof list[0];
+        if (bytes > 0) std::memcpy(list.data(), rest.data() + at, bytes);
+        at += bytes;
+    };
+    read(light.firstOfInstance, header.instances);
+    read(light.values, header.values);
+    read(grid.values, grid.points());
+    light.grid = std::move(grid);
     if (!belongs(light)) return std::nullopt;
     return light;
 }
@@ -102,8 +128,13 @@ void LightFiles::store(const SurfaceLight& light) {
     header.meshes = hashOfMeshes(*light.scene);
     header.instances = light.firstOfInstance.size();
     header.values = light.values.size();
-    header.checksum = checksumOf(header, first, values);
-    if (writeCacheFile(fileOf(light.key), {std::as_bytes(std::span(&header, 1)), first, values})) {
+    header.gridFirst = light.grid.first;
+    header.gridSpacing = light.grid.spacing;
+    header.gridCount = light.grid.count;
+    const auto gridValues = std::as_bytes(std::span(light.grid.values));
+    header.checksum = checksumOf(header, {first, values, gridValues});
+    if (writeCacheFile(fileOf(light.key),
+                       {std::as_bytes(std::span(&header, 1)), first, values, gridValues})) {
         failureReported_ = false;
         return trimCacheFolder(options_.folder, kExtension, options_.maxBytes);
     }

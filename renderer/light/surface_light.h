@@ -34,7 +34,31 @@ struct LightAtVertex {
 LightValue packed(const LightAtVertex& light);
 LightAtVertex unpacked(const LightValue& value);
 
-inline constexpr std::int32_t kNoLight = INT32_MIN;
+// Entries of SurfaceLight::firstOfInstance from kNoLight on stand for one value that all vertices
+// of an instance show.
+inline constexpr std::int32_t kNoLight = INT32_MIN;  // values[0]
+inline constexpr std::int32_t kEndOfConstants = INT32_MIN + (1 << 24);
+constexpr bool isConstant(std::int32_t first) {
+    return first < kEndOfConstants;
+}
+constexpr std::uint32_t constantValue(std::int32_t first) {
+    return static_cast<std::uint32_t>(first - kNoLight);
+}
+
+// Light at points of a regular grid in the world, for what moves through it.
+struct LightGrid {
+    glm::dvec3 first{0.0};    // the first point
+    glm::dvec3 spacing{1.0};  // metres
+    glm::uvec3 count{0u};     // points along each axis; x varies fastest
+    std::vector<LightValue> values;
+
+    std::size_t points() const { return std::size_t{count.x} * count.y * count.z; }
+    glm::dvec3 point(std::size_t i) const;
+};
+// Centres of about so many equal cells of the bounds.
+LightGrid gridOver(const Bounds& bounds, std::uint32_t cells);
+// Between the eight points around; beyond the grid that of its border. The grid is not empty.
+LightAtVertex lightAt(const LightGrid& grid, const glm::dvec3& place);
 
 // A value is a snapshot: light that is computed further is another object with a higher revision.
 struct SurfaceLight {
@@ -43,10 +67,17 @@ struct SurfaceLight {
     double share = 0.0;  // of the computation that is completed, 0..1
     // The scene with refined meshes, to which the values belong.
     std::shared_ptr<const Scene> scene;
-    // The value of vertex v of an instance is values[firstOfInstance[instance] + v]; kNoLight if it
-    // has none and shows values[0], the light of an open environment.
+    // The value of vertex v of an instance is values[firstOfInstance[instance] + v], or one for all
+    // vertices; see isConstant(). values[0] is the light of an open environment. Instance moving[i]
+    // has values[1 + i], which depends on the pose: lightOfMoving().
     std::vector<std::int32_t> firstOfInstance;
+    std::vector<std::uint32_t> moving;
     std::vector<LightValue> values;
+    LightGrid grid;  // empty if nothing moves
 };
+
+// The values of SurfaceLight::moving in a pose of its scene: those of the grid at the centres of
+// their bounds.
+std::vector<LightValue> lightOfMoving(const SurfaceLight& light, const Pose& pose);
 
 }  // namespace clerestory::light

@@ -132,7 +132,7 @@ std::uint32_t DrawStream::firstLight(const std::vector<std::uint8_t>& list) {
 float DrawStream::firstLightValue(std::uint32_t instance) const {
     const std::int32_t first =
         surfaceLight_ ? surfaceLight_->firstOfInstance[instance] : light::kNoLight;
-    return first == light::kNoLight ? static_cast<float>(SURFACE_LIGHT_NONE)
+    return light::isConstant(first) ? static_cast<float>(light::constantValue(first)) + 0.5f
                                     : static_cast<float>(first);
 }
 

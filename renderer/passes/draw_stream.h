@@ -36,7 +36,7 @@ public:
     // Values of light at vertices for the draws and the rays of the view; see
     // light/surface_light.h. Must outlive the stream's use.
     void setSurfaceLight(const light::SurfaceLight& light) { surfaceLight_ = &light; }
-    // Where the values of an instance begin; SURFACE_LIGHT_NONE if it has none.
+    // Where the values of an instance begin; with a half added: the one of all its vertices.
     float firstLightValue(std::uint32_t instance) const;
     // Returns the index of the first draw's record; the others follow it.
     std::uint32_t add(const std::vector<Draw>& draws);

@@ -78,6 +78,16 @@ const gl::BufferTexture& Executor::uploaded(
     return lights_.front().texture;
 }
 
+// What moves has the light of where it is.
+void Executor::moveLight(const ExecutionInput& frame) {
+    movingLight_.clear();
+    if (!frame.surfaceLight || frame.surfaceLight->moving.empty()) return;
+    movingLight_ = light::lightOfMoving(*frame.surfaceLight, frame.pose);
+    uploaded(frame.surfaceLight);
+    lights_.front().values.replace(sizeof(light::LightValue),
+                                   std::as_bytes(std::span(movingLight_)));
+}
+
 void Executor::addTables(const ExecutionInput& input, light::BakeInput& bake) {
     const View view;  // rays need no positions of instances
     resources_.draws.begin(input.scene, input.pose, view, input.plan.mapFromWorld,
@@ -160,6 +170,7 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
                     .environment = name.empty() ? nullptr : &uploaded(map),
                     .surfaceLight = frame.surfaceLight.get()};
     if (frame.surfaceLight) input.surfaceLightTexture = &uploaded(frame.surfaceLight);
+    input.movingLight = movingLight_;
     const RecordedDraws* recorded = pass.recorded();
     if (recorded && !recorded->draws.empty()) {
         std::vector<Target*> records;
@@ -180,6 +191,7 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
 void Executor::runAlone(const ExecutionInput& input, std::size_t pass) {
     const std::vector<Target*> targets = begin(input.plan);
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
+    moveLight(input);
     runPass(input, input.plan.passes[pass], targets);
     glFinish();
     gl::Context::current().throwIfFailed();
@@ -191,6 +203,7 @@ Execution Executor::run(const ExecutionInput& input, Readback readback,
     const std::vector<Target*> targets = begin(input.plan);
     Execution result;
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
+    moveLight(input);
     for (const Pass& pass : input.plan.passes) {
         if (abandoned && abandoned()) {
             // A map of several passes was marked after the first one.

@@ -84,7 +84,9 @@ private:
         gl::Buffer values;
         gl::BufferTexture texture{values, gl::BufferFormat::rgba32ui};
     };
-    std::list<UploadedLight> lights_;  // last used first
+    std::list<UploadedLight> lights_;             // last used first
+    std::vector<light::LightValue> movingLight_;  // of the present frame; see lightOfMoving()
+    void moveLight(const ExecutionInput& frame);
 };
 
 }  // namespace clerestory

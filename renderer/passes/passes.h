@@ -11,6 +11,8 @@
 #include "passes/shader_library.h"
 #include "passes/targets.h"
 
+#include <span>
+
 namespace clerestory {
 
 struct DrawCounters {
@@ -48,6 +50,7 @@ struct PassInput {
     // Values of light at vertices, and the same as a texture; null without.
     const light::SurfaceLight* surfaceLight = nullptr;
     const gl::BufferTexture* surfaceLightTexture = nullptr;
+    std::span<const light::LightValue> movingLight = {};  // see light::lightOfMoving()
     const gl::Framebuffer* recording = nullptr;  // draws into the target and into records of rays
 
     const Target& target() const { return *targets[pass.target]; }

@@ -91,11 +91,18 @@ const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows) {
 
 void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const Target* environment,
                                 const Target* shadows, DrawStream& draws, const gl::Rect& rect,
-                                const light::SurfaceLight* surfaceLight) {
+                                const light::SurfaceLight* surfaceLight,
+                                std::span<const light::LightValue> movingLight) {
     const Scene& scene = scene_.scene();
     std::span<const std::uint32_t> values;
     if (surfaceLight) {
-        values = {surfaceLight->values.front().halves, 8 * surfaceLight->values.size()};
+        std::span<const light::LightValue> all = surfaceLight->values;
+        if (!movingLight.empty()) {
+            lightValues_.assign(all.begin(), all.end());
+            std::copy(movingLight.begin(), movingLight.end(), lightValues_.begin() + 1);
+            all = lightValues_;
+        }
+        values = {all.front().halves, 8 * all.size()};
     }
     instances_ = instanceRows(scene, rays_, draws);
     surroundings_.emplace(rays::Surroundings{

@@ -34,10 +34,11 @@ public:
     // Begins a pass. environment: the prefiltered map, or null for darkness. draws: begun for the
     // view, with the harmonics of the environment; must outlive the pass. rect: of the records.
     // shadows: what the lights see; may be null.
-    // surfaceLight: values at vertices; may be null.
+    // surfaceLight: values at vertices; may be null. movingLight: see light::lightOfMoving().
     void beginPass(const FramePlan& plan, const View& view, const Target* environment,
                    const Target* shadows, DrawStream& draws, const gl::Rect& rect,
-                   const light::SurfaceLight* surfaceLight);
+                   const light::SurfaceLight* surfaceLight,
+                   std::span<const light::LightValue> movingLight);
     // Begins a sample of the pixels: the light is 0, and a record that equals that of an earlier
     // sample has its path.
     void beginSample();
@@ -66,6 +67,7 @@ private:
     // Of the present pass; members so that a frame allocates nothing.
     std::vector<glm::vec4> instances_;
     std::optional<rays::Surroundings> surroundings_;
+    std::vector<light::LightValue> lightValues_;  // if something moves
     gl::Rect rect_;
     std::uint32_t sample_ = 0;  // from 1
     // The samples of one of the rays of each pixel.

@@ -273,10 +273,11 @@ void execute(PassResources& resources, const PassInput& input, const FollowRays&
         multisampled ? input.read(work.records.front()).spec().samples : 1;
     beginView(resources, input, {.view = work.view, .environment = work.environment});
     ProcessorTracer& tracer = *input.processorTracer;
-    tracer.beginPass(input.plan, work.view,
-                     work.environment == kNoTarget ? nullptr : &input.read(work.environment),
-                     input.plan.shadowMap == kNoTarget ? nullptr : &input.read(input.plan.shadowMap),
-                     resources.draws, rect, input.surfaceLight);
+    tracer.beginPass(
+        input.plan, work.view,
+        work.environment == kNoTarget ? nullptr : &input.read(work.environment),
+        input.plan.shadowMap == kNoTarget ? nullptr : &input.read(input.plan.shadowMap),
+        resources.draws, rect, input.surfaceLight, input.movingLight);
     for (std::uint32_t sample = 0; sample < samples; ++sample) {
         tracer.beginSample();
         // Rays through glass first: they bring more light than those that it mirrors, which may

@@ -51,8 +51,6 @@
 
 // Rows of four integers for each value of light at a vertex (renderer/light/surface_light.h).
 #define SURFACE_LIGHT_ROWS 2
-// The least place of an instance's values in a draw's numbers that is one.
-#define SURFACE_LIGHT_NONE -2e9
 
 // Texels of the light table: first the nine harmonics as 27 numbers one after another, then so many
 // for each light: its place (or direction), its power, its cone, and where its shadows are: about

@@ -142,12 +142,9 @@ SurfaceLight lightOfValue(int value) {
 
 // Of an instance whose values begin at `first`.
 SurfaceLight lightAtHit(float first, int a, int b, int c, vec3 weights) {
-    // The first value is that of instances without.
-    bool none = first < SURFACE_LIGHT_NONE * 0.5f;
-    int start = none ? 0 : int(first);
-    SurfaceLight la = lightOfValue(none ? 0 : start + a);
-    SurfaceLight lb = lightOfValue(none ? 0 : start + b);
-    SurfaceLight lc = lightOfValue(none ? 0 : start + c);
+    SurfaceLight la = lightOfValue(surfaceLightValue(first, a));
+    SurfaceLight lb = lightOfValue(surfaceLightValue(first, b));
+    SurfaceLight lc = lightOfValue(surfaceLightValue(first, c));
     SurfaceLight light;
     light.irradiance = la.irradiance * weights.x + lb.irradiance * weights.y + lc.irradiance * weights.z;
     light.turned = la.turned * weights.x + lb.turned * weights.y + lc.turned * weights.z;

@@ -11,6 +11,13 @@ struct SurfaceLight {
     vec3 nearby;      // mean radiance of what hides the environment
 };
 
+// The value of a vertex of an instance whose values begin at `first`. With a half added it is that of
+// all vertices.
+int surfaceLightValue(float first, int vertex) {
+    float whole = floor(first);
+    return int(whole) + (first > whole ? 0 : vertex);
+}
+
 SurfaceLight surfaceLightOf(uvec4 first, uvec4 second) {
     vec2 a = unpackHalf2x16(first.x);
     vec2 b = unpackHalf2x16(first.y);

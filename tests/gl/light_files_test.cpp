@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A lamp over a floor.
-Scene lampOverFloor(float emitted) {
+// A lamp over a floor, and a ball that moves between them.
+Scene lampOverFloor(float emitted, bool ball) {
     Scene scene;
     scene.id = "lamp";
     scene.environment = "black";
@@ -29,6 +29,10 @@ Scene lampOverFloor(float emitted) {
     Material lamp = glowing(glm::vec3(emitted));
     lamp.doubleSided = true;
     place(scene, quad(0.5f, addMaterial(scene, lamp)), moved(0.0, 0.0, 1.0));
+    if (ball) {
+        place(scene, sphere(0.2f, 16, addMaterial(scene, floor)));
+        moveLast(scene, {0.0f, 0.0f, 0.4f}, {0.5f, 0.0f, 0.4f});
+    }
     updateContentHash(scene);
     return scene;
 }
@@ -41,13 +45,13 @@ struct Start {
     std::vector<std::string> failures;
 };
 
-Start start(LightOptions options, float emitted = 4.0f) {
+Start start(LightOptions options, float emitted = 4.0f, bool ball = false) {
     Start result;
     options.addedTriangles = options.places = 2000;
     options.reportFailure = [&](const std::string& words) { result.failures.push_back(words); };
     {
         Renderer renderer({.light = options});
-        renderer.addScene(lampOverFloor(emitted));
+        renderer.addScene(lampOverFloor(emitted, ball));
         FrameRequest r;
         r.scene = "lamp";
         r.width = r.height = 32;
@@ -94,6 +98,15 @@ TEST(LightFiles, StoredLightIsNotComputedAgain) {
     EXPECT_TRUE(second.picture == first.picture);
     EXPECT_EQ(filesIn(folder / "cache").size(), 1u);
     EXPECT_EQ(start({}).computed, 1u);  // without a folder
+}
+
+TEST(LightFiles, StoredLightHasWhatMoves) {
+    const TemporaryFolder folder;
+    const Start first = start({.folder = folder.path()}, 4.0f, true);
+    const Start second = start({.folder = folder.path()}, 4.0f, true);
+    EXPECT_EQ(second.computed, 0u);
+    EXPECT_TRUE(second.picture == first.picture);
+    EXPECT_FALSE(start({}, 4.0f, false).picture == first.picture);
 }
 
 TEST(LightFiles, OtherLightAndOtherVersionsAreOtherFiles) {

@@ -134,6 +134,14 @@ Index addTexture2x2(Scene& scene, const std::array<glm::u8vec4, 4>& texels, Wrap
     return static_cast<Index>(scene.textures.size() - 1);
 }
 
+void moveLast(Scene& scene, const glm::vec3& from, const glm::vec3& to) {
+    scene.movingNodes.push_back({static_cast<Index>(scene.nodes.size() - 1), {}});
+    Track track{.target = static_cast<Index>(scene.movingNodes.size() - 1), .times = {0.0f, 2.0f}};
+    track.values = {from.x, from.y, from.z, to.x, to.y, to.z};
+    scene.clips.push_back({"move", 2.0, {track}});
+    finishMotion(scene);
+}
+
 FrameRequest request(Scene scene, const std::string& id, const glm::dvec3& eye) {
     scene.id = id;
     scene.environment = "black";

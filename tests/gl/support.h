@@ -43,6 +43,9 @@ Index addLight(Scene& scene, Light light, const glm::dmat4& worldFromLocal);
 Index addTexture2x2(Scene& scene, const std::array<glm::u8vec4, 4>& texels, Wrap wrap,
                     Filter filter = Filter::nearest);
 
+// Makes the node that was placed last move from `from` to `to` (x, y, z; metres) in two seconds.
+void moveLast(Scene& scene, const glm::vec3& from, const glm::vec3& to);
+
 // Finishes the scene, hands it to renderer() under `id` and returns a request for it: 64x64, black
 // environment, camera at `eye` looking down -Z with a vertical angle of 90 degrees, linear float
 // colour, nothing filtered.

@@ -226,3 +226,33 @@ TEST_F(LightBetweenSurfaces, WhatTheLightDependsOnBeginsAnother) {
     EXPECT_NEAR(red.y, 0.25f, 0.01f);  // what the walls emit; they send nothing back
     EXPECT_TRUE(same(renderer().render(r).image, before));
 }
+
+// In uniform radiance L a matte ball of albedo 0.5 shows 0.5 L and white metal L, wherever it is.
+TEST_F(LightBetweenSurfaces, WhatMovesHasTheLightOfItsPlace) {
+    for (const bool metal : {false, true}) {
+        for (const float emitted : {0.0f, 0.25f}) {
+            Scene scene;
+            placeRoom(scene, addMaterial(scene, matte(0.5f, emitted)));
+            const Index ball = addMaterial(
+                scene, metal ? Material{.metallic = 1.0f, .roughness = 0.9f} : matte(0.5f));
+            place(scene, sphere(0.2f, 24, ball));
+            moveLast(scene, {-0.3f, 0.0f, -0.5f}, {0.3f, 0.0f, -0.5f});
+            FrameRequest r = request(std::move(scene), "moving", {0.0, 0.0, 0.8});
+            r.environment.map = "white";
+            r.clip = "move";
+            r = lit(r);
+            const float expected = 2.0f * emitted * (metal ? 1.0f : 0.5f);
+            std::vector<Image> images;
+            for (const double time : {0.0, 0.5, 1.0, 1.5, 0.0}) {
+                r.time = time;
+                images.push_back(renderer().render(lit(r)).image);
+                // The room is 2 wide at a distance of 1.3, where the picture is 2.6 wide.
+                const double x = (-0.3 + 0.3 * time) / 2.6 + 0.5;
+                const auto column = static_cast<std::uint32_t>(x * 64.0);
+                const float seen = color(images.back(), column, 32).x;
+                EXPECT_NEAR(seen, expected, 0.02f) << metal << ' ' << emitted << ' ' << time;
+            }
+            EXPECT_TRUE(same(images.front(), images.back()));
+        }
+    }
+}
