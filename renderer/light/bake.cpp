@@ -350,7 +350,7 @@ void Bake::State::collectEmitters() {
 
 glm::vec3 Bake::State::startOf(const SurfacePoint& point, float side) const {
     const glm::vec3 normal(glm::transpose(input.mapFromWorld) * glm::dvec3(point.normal));
-    return point.position + normal * (side * offset);
+    return point.start + normal * (side * offset);
 }
 
 glm::vec3 Bake::State::lampsAt(const SurfacePoint& point, float side) const {
@@ -552,19 +552,22 @@ LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
         light.turned =
             along > 0.0f ? glm::vec4(flux / along, 0.0f) : glm::vec4(sample.normal, 0.0f);
     }
-    // Least squares over directions with the density of cosines: the variance of the direction's
-    // part along the normal is 1/18 on one side and 1/2 on both; of those across it 1/4.
-    const float rays = sample.twoSided ? 2.0f * count : count;
-    const float mean = (front.visible + (sample.twoSided ? back.visible : 0.0f)) / rays;
-    const glm::vec3 towards =
-        (front.towards + (sample.twoSided ? back.towards : glm::vec3(0.0f))) / rays;
-    const glm::vec3 direction =
-        (front.directions + (sample.twoSided ? back.directions : glm::vec3(0.0f))) / rays;
-    const glm::vec3 covariance = towards - mean * direction;
-    const float upward = glm::dot(covariance, sample.normal);
-    const glm::vec3 slope = 4.0f * (covariance - upward * sample.normal) +
-                            (sample.twoSided ? 2.0f : 18.0f) * upward * sample.normal;
-    light.visible = glm::vec4(slope, mean - glm::dot(slope, direction));
+    float mean = front.visible / count;
+    if (sample.twoSided) {
+        const float behind = back.visible / std::max(back.count, 1.0f);
+        light.visible =
+            glm::vec4(0.5f * (mean - behind) * sample.normal, 0.5f * (mean + behind) + kOfSides);
+        mean = 0.5f * (mean + behind);
+    } else {
+        // Least squares over directions with the density of cosines: the variance of the
+        // direction's part along the normal is 1/18, of those across it 1/4.
+        const glm::vec3 direction = front.directions / count;
+        const glm::vec3 covariance = front.towards / count - mean * direction;
+        const float upward = glm::dot(covariance, sample.normal);
+        const glm::vec3 slope =
+            4.0f * (covariance - upward * sample.normal) + 18.0f * upward * sample.normal;
+        light.visible = glm::vec4(slope, mean - glm::dot(slope, direction));
+    }
 
     // What is not the environment, over the share of directions that it fills.
     const auto nearbyOf = [this](const Sums& s) {

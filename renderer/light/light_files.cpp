@@ -86,11 +86,11 @@ std::optional<SurfaceLight> LightFiles::find(std::uint64_t key,
     const auto rest = content->span().subspan(sizeof header);
     LightGrid grid{header.gridFirst, header.gridSpacing, header.gridCount, {}};
     const glm::uvec3 cells = grid.count;
-    constexpr std::size_t kMost = 1u << 30;  // of each list
+    constexpr std::size_t kMaxEntries = 1u << 30;  // of each list
     if (std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 ||
         header.version != expected.version || header.key != key ||
-        header.meshes != hashOfMeshes(*scene) || header.instances > kMost ||
-        header.values > kMost || std::max({cells.x, cells.y, cells.z}) > 1024u ||
+        header.meshes != hashOfMeshes(*scene) || header.instances > kMaxEntries ||
+        header.values > kMaxEntries || std::max({cells.x, cells.y, cells.z}) > 1024u ||
         header.instances * sizeof(std::int32_t) +
                 (header.values + grid.points()) * sizeof(LightValue) !=
             rest.size()) {

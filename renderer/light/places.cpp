@@ -20,6 +20,9 @@ constexpr float kMinNormal = 0.6f, kMaxOutOfPlane = 0.35f;
 // count.
 constexpr float kShared = 0.6f, kReach = 1.25f;
 constexpr std::size_t kMaxParts = 12;
+// How far rays begin from a point, relative to the mean of the ways to the centres of its
+// triangles: not at all within a regular mesh.
+constexpr float kInwards = 0.25f;
 
 struct PointKey {
     std::uint32_t bits[7] = {};
@@ -32,6 +35,44 @@ struct PointHash {
         return static_cast<std::size_t>(h ^ (h >> 29));
     }
 };
+
+void addWaysToCentres(const PlacesInput& input, std::size_t i, Places& places,
+                      std::vector<glm::vec4>& ways) {
+    const Scene& scene = input.scene;
+    const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
+    const std::int32_t first = places.firstOfInstance[i];
+    for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
+        const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
+        for (std::uint32_t k = 0; k < cluster.indexCount; k += 3) {
+            std::uint32_t corner[3];
+            glm::vec3 centre(0.0f);
+            for (std::uint32_t j = 0; j < 3; ++j) {
+                const auto vertex =
+                    static_cast<std::int32_t>(scene.indices[cluster.firstIndex + k + j]);
+                corner[j] = places.pointOf[static_cast<std::size_t>(first + vertex)];
+                centre += places.points[corner[j]].position / 3.0f;
+            }
+            for (const std::uint32_t point : corner) {
+                ways[point] += glm::vec4(centre - places.points[point].position, 1.0f);
+            }
+        }
+    }
+}
+
+void setStarts(const PlacesInput& input, Places& places) {
+    std::vector<glm::vec4> ways(places.points.size(), glm::vec4(0.0f));
+    for (std::size_t i = 0; i < places.firstOfInstance.size(); ++i) {
+        if (places.firstOfInstance[i] != kNoLight) addWaysToCentres(input, i, places, ways);
+    }
+    const glm::dmat3 worldFromMap = glm::transpose(input.mapFromWorld);
+    for (std::size_t i = 0; i < places.points.size(); ++i) {
+        SurfacePoint& point = places.points[i];
+        const glm::vec3 way = glm::vec3(ways[i]) / std::max(ways[i].w, 1.0f);
+        const glm::vec3 normal(worldFromMap * glm::dvec3(point.normal));
+        const glm::vec3 along = way - glm::dot(way, normal) * normal;
+        point.start = point.position + kInwards * along;
+    }
+}
 
 void collectPoints(const PlacesInput& input, Places& places) {
     const Scene& scene = input.scene;
@@ -174,6 +215,7 @@ void weigh(const PlacesInput& input, float distance, const Grid& grid, Places& p
 Places placesOf(const PlacesInput& input) {
     Places places;
     collectPoints(input, places);
+    setStarts(input, places);
     auto distance = static_cast<float>(std::max(input.distance, 1e-9));
     for (;; distance *= 1.3f) {
         Grid grid(places.points, kReach * distance);

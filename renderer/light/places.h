@@ -16,7 +16,10 @@ namespace clerestory::light {
 // A point on a surface.
 struct SurfacePoint {
     glm::vec3 position{0.0f};  // world axes, from an origin
-    glm::vec3 normal{0.0f};    // unit, axes of the environment map
+    // Where rays begin: next to the position, within the triangles around it. The position itself
+    // may lie in the plane of another surface, whose two sides differ.
+    glm::vec3 start{0.0f};
+    glm::vec3 normal{0.0f};  // unit, axes of the environment map
     bool twoSided = false;
 };
 

@@ -27,15 +27,17 @@ struct LightAtVertex {
     // max(dot(turned.xyz, n) + turned.w, 0).
     glm::vec4 turned{0.0f, 0.0f, 0.0f, 1.0f};
     // Share of the environment's light from direction w that arrives:
-    // clamp(dot(visible.xyz, w) + visible.w, 0, 1).
+    // clamp(dot(visible.xyz, w) + visible.w, 0, 1). Of a two-sided surface: that of all directions
+    // on the side of the normal n, clamp(dot(visible.xyz, n) + visible.w - kOfSides, 0, 1).
     glm::vec4 visible{0.0f, 0.0f, 0.0f, 1.0f};
     glm::vec3 nearby{0.0f};  // mean radiance of what hides the environment
 };
+inline constexpr float kOfSides = 4.0f;
 LightValue packed(const LightAtVertex& light);
 LightAtVertex unpacked(const LightValue& value);
 
-// Entries of SurfaceLight::firstOfInstance from kNoLight on stand for one value that all vertices
-// of an instance show.
+// Entries of SurfaceLight::firstOfInstance from kNoLight on are one value for all vertices of an
+// instance.
 inline constexpr std::int32_t kNoLight = INT32_MIN;  // values[0]
 inline constexpr std::int32_t kEndOfConstants = INT32_MIN + (1 << 24);
 constexpr bool isConstant(std::int32_t first) {

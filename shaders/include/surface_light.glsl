@@ -7,7 +7,7 @@
 struct SurfaceLight {
     vec3 irradiance;  // over pi
     vec4 turned;      // factor of it for another normal
-    vec4 visible;     // share of the environment from a direction
+    vec4 visible;     // share of the environment from a direction, or on a side; see gatheredFrom()
     vec3 nearby;      // mean radiance of what hides the environment
 };
 
@@ -39,9 +39,16 @@ vec3 diffuseFrom(SurfaceLight light, vec3 normal) {
     return light.irradiance * factor;
 }
 
-// environment: what the lobe about `towards` would gather if nothing hid it.
-vec3 gatheredFrom(SurfaceLight light, vec3 towards, vec3 environment) {
-    float share = clamp(dot(light.visible.xyz, towards) + light.visible.w, 0.0f, 1.0f);
+// As kOfSides in renderer/light/surface_light.h.
+const float kLightOfSides = 4.0f;
+
+// environment: what the lobe about `towards` would gather if nothing hid it. normal: on the side that
+// is seen. What a thin wall sees of the environment on one side says nothing about the other one.
+vec3 gatheredFrom(SurfaceLight light, vec3 normal, vec3 towards, vec3 environment) {
+    bool ofSides = light.visible.w > 0.5f * kLightOfSides;
+    vec3 at = ofSides ? normal : towards;
+    float constant = light.visible.w - (ofSides ? kLightOfSides : 0.0f);
+    float share = clamp(dot(light.visible.xyz, at) + constant, 0.0f, 1.0f);
     return environment * share + light.nearby * (1.0f - share);
 }
 

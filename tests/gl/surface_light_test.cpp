@@ -181,6 +181,50 @@ TEST_F(LightBetweenSurfaces, RoughMetalInAClosedRoomDoesNotShowTheSky) {
     EXPECT_LT(centerColor(renderer().render(lit(r)).image).x, 2e-2f);
 }
 
+// Seen from inside, along the walls: all of the sky arrives on their other side.
+TEST_F(LightBetweenSurfaces, ThinWallsDoNotShowTheSkyOfTheirOtherSide) {
+    for (const float roughness : {0.3f, 0.9f}) {
+        Scene scene;
+        placeRoom(scene, addMaterial(scene, {.baseColor = {0.5f, 0.5f, 0.5f, 1.0f},
+                                             .metallic = 1.0f,
+                                             .roughness = roughness,
+                                             .doubleSided = true}));
+        FrameRequest r = request(std::move(scene), "thin", {0.9, 0.0, 0.9});
+        r.camera.target = {0.99, 0.0, -1.0};
+        r.effects.planarReflection = false;
+        r.environment.map = "white";
+        const Image inside = renderer().render(lit(r)).image;
+        for (std::uint32_t y = 0; y < inside.height; y += 3) {
+            for (std::uint32_t x = 0; x < inside.width; x += 3) {
+                EXPECT_LT(color(inside, x, y).x, 2e-2f) << roughness << ' ' << x << ' ' << y;
+            }
+        }
+        r.camera.position = {3.0, 0.0, 0.0};
+        r.camera.target = {0.0, 0.0, 0.0};
+        const float open = centerColor(renderer().render(r).image).x;
+        EXPECT_GT(open, 0.3f);
+        EXPECT_NEAR(centerColor(renderer().render(lit(r)).image).x, open, 0.02f * open);
+    }
+}
+
+// Rays from the edge of a wall begin in the plane of the next one.
+TEST_F(LightBetweenSurfaces, EdgesOfThinWallsDoNotShowTheSkyOfTheirOtherSide) {
+    Scene scene;
+    Material thin = matte(0.5f);
+    thin.doubleSided = true;
+    placeRoom(scene, addMaterial(scene, thin));
+    FrameRequest r = request(std::move(scene), "edges", {0.0, 0.0, 0.9});
+    r.camera.target = {-0.9, -0.9, -0.9};
+    r.environment.map = "white";
+    r = lit(r);
+    const Image inside = renderer().render(r).image;
+    for (std::uint32_t y = 0; y < inside.height; ++y) {
+        for (std::uint32_t x = 0; x < inside.width; ++x) {
+            EXPECT_LT(color(inside, x, y).x, 2e-2f) << x << ' ' << y;
+        }
+    }
+}
+
 TEST_F(LightBetweenSurfaces, AFrameBeforeTheLightIsThatOfTheEnvironment) {
     Scene scene;
     placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
