@@ -262,6 +262,7 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
             {{"/environment/map", "there is no such environment map", environmentList()}});
     }
     std::vector<FieldError> errors = problems(*held, request.overrides);
+    for (FieldError& e : problems(*held, request.lights)) errors.push_back(std::move(e));
     for (std::size_t i = 0; i < request.overrides.size(); ++i) {
         const auto& map = request.overrides[i].environmentMap;
         if (map && !map->empty() && !hasEnvironment(*map)) {

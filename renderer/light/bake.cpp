@@ -18,6 +18,8 @@ namespace clerestory::light {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
+constexpr float kGoldenAngle = 2.39996323f;
+constexpr std::uint32_t kLampRays = 12;  // to a lamp with a radius
 
 float luminance(const glm::vec3& c) {
     return glm::dot(c, glm::vec3(0.2126f, 0.7152f, 0.0722f));
@@ -196,6 +198,8 @@ struct Bake::State {
         return sums[0][place].behind > kMaxBehind * sums[0][place].count;
     }
     glm::vec3 lampsAt(const SurfacePoint& point, float side) const;
+    glm::vec3 shareOf(const PlacedLight& lamp, const glm::vec3& start, const glm::vec3& along,
+                      float distance) const;
     void gather(std::uint32_t place, int side);
     void sampleEmitters(std::uint32_t place, int side);
     struct Seen {
@@ -353,6 +357,25 @@ glm::vec3 Bake::State::startOf(const SurfacePoint& point, float side) const {
     return point.start + normal * (side * offset);
 }
 
+// What arrives of a lamp's light: along: to its centre, axes of the map; distance: to it.
+glm::vec3 Bake::State::shareOf(const PlacedLight& lamp, const glm::vec3& start,
+                               const glm::vec3& along, float distance) const {
+    const bool soft = lamp.radius > 0.0f;
+    const float reach = lamp.kind == LightKind::directional ? 1.0f : distance;
+    glm::vec3 x, y, sum(0.0f);
+    axesAbout(along, x, y);
+    for (std::uint32_t i = 0; i < (soft ? kLampRays : 1u); ++i) {
+        const float radius = lamp.radius * std::sqrt(static_cast<float>(i) / kLampRays);
+        const float turn = kGoldenAngle * static_cast<float>(i);
+        const glm::vec3 way = glm::normalize(along * reach + x * (radius * std::cos(turn)) +
+                                             y * (radius * std::sin(turn)));
+        const float limit = std::min(distance / std::max(glm::dot(way, along), 1e-6f), 1e30f);
+        const rays::SurfaceHit hit = tracer->surfaceAlong(start, way, 0.0f, 1e-3f, limit);
+        if (!hit.met) sum += hit.share;
+    }
+    return soft ? sum / static_cast<float>(kLampRays) : sum;
+}
+
 glm::vec3 Bake::State::lampsAt(const SurfacePoint& point, float side) const {
     glm::vec3 sum(0.0f);
     const glm::vec3 start = startOf(point, side);
@@ -378,8 +401,8 @@ glm::vec3 Bake::State::lampsAt(const SurfacePoint& point, float side) const {
         const glm::vec3 along(input.mapFromWorld * glm::dvec3(towards));
         const float cosine = side * glm::dot(point.normal, along);
         if (!(cosine > 0.0f) || !(falloff > 0.0f)) continue;
-        const rays::SurfaceHit hit = tracer->surfaceAlong(start, along, 0.0f, 1e-3f, distance);
-        if (!hit.met) sum += lamp.intensity * hit.share * (falloff * cosine / kPi);
+        const glm::vec3 arriving = shareOf(lamp, start, along, distance);
+        sum += lamp.intensity * arriving * (falloff * cosine / kPi);
     }
     return sum;
 }

@@ -54,6 +54,8 @@ void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const 
     const auto texel = static_cast<float>(std::max(extent, other));
     rows[first] = {six ? 2.0f : 1.0f, view.orthographic ? 0.0f : texel,
                    view.orthographic ? texel : 0.0f, static_cast<float>(view.znear)};
+    rows[first + 6] = {light.radius, view.orthographic ? 1.0 / view.clipFromView[2][2] : 0.0, 0.0f,
+                       0.0f};
     rows[first + 1] = {tile.x, tile.y, tile.width, 0.5f / static_cast<float>(tile.width)};
     if (six) return;
     glm::dmat4 worldFromEye{glm::transpose(axesFromWorld)};

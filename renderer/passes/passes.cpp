@@ -74,6 +74,7 @@ std::uint32_t viewBits(const PassInput& input, const View& view) {
     if (view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
     if (input.surfaceLight) bits |= VIEW_SURFACE_LIGHT;
     if (input.plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(input.plan);
+    if (input.plan.shadowSamples > 0) bits |= VIEW_SHADOWS_SOFT;
     if (lights.size() == 1 && lights.front().kind == LightKind::directional) {
         return bits | VIEW_SUN_ONLY;
     }
@@ -124,7 +125,8 @@ void bindView(PassResources& resources, const PassInput& input, const PassView& 
     if (input.plan.shadowMap != kNoTarget) {
         const TargetSpec& map = input.read(input.plan.shadowMap).spec();
         block.shadows = {1.0f / static_cast<float>(map.width),
-                         1.0f / static_cast<float>(map.height), 0.0f, 0.0f};
+                         1.0f / static_cast<float>(map.height),
+                         static_cast<float>(input.plan.shadowSamples), 0.0f};
     }
     for (int row = 0; row < 3; ++row) {  // the transpose of a rotation
         block.worldFromEye[row] = glm::vec4(glm::vec3(axesFromWorld[row]), 0.0f);

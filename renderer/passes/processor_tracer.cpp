@@ -128,6 +128,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const T
         .surfaceLight = values,
         .shadows = shadows != nullptr,
         .shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows) : nullptr,
+        .shadowSamples = shadows ? plan.shadowSamples : 0,
         .leastShare = rays_.leastShare});
     rect_ = rect;
     sample_ = 0;

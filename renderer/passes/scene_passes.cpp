@@ -28,6 +28,9 @@ void bindLight(PassResources& resources, const PassInput& input, TargetId enviro
     if (input.plan.shadowMap != kNoTarget) {
         input.read(input.plan.shadowMap).texture().bind(UNIT_SHADOWS);
         resources.samplers.sampler({.compare = true}).bind(UNIT_SHADOWS);
+        input.read(input.plan.shadowMap).texture().bind(UNIT_SHADOW_DEPTHS);
+        resources.samplers.sampler({.magnifyLinear = false, .minifyLinear = false})
+            .bind(UNIT_SHADOW_DEPTHS);
     }
     if (input.surfaceLightTexture) input.surfaceLightTexture->bind(UNIT_SURFACE_LIGHT);
 }

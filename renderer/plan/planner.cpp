@@ -50,9 +50,9 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
     plan.mapFromWorld = settings.mapFromWorld;
     if (plan.channel == Channel::color) {
-        plan.lights =
-            placedLights(context.scene, context.pose, context.environment,
-                         glm::transpose(settings.mapFromWorld), settings.environmentIntensity);
+        plan.lights = placedLights(lightsWith(context.scene, request.lights), context.pose,
+                                   context.environment, glm::transpose(settings.mapFromWorld),
+                                   settings.environmentIntensity);
     }
     return plan;
 }
@@ -112,13 +112,14 @@ LightInputs lightInputs(const FrameContext& context, const FrameRequest& request
     }
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
-    LightInputs inputs{.lights = placedLights(context.scene, context.pose, context.environment,
-                                              glm::transpose(settings.mapFromWorld),
-                                              settings.environmentIntensity),
-                       .materials = bindMaterials(context.scene, request.overrides),
-                       .mapFromWorld = settings.mapFromWorld,
-                       .environmentIntensity = settings.environmentIntensity,
-                       .emission = settings.effects.emission};
+    LightInputs inputs{
+        .lights = placedLights(lightsWith(context.scene, request.lights), context.pose,
+                               context.environment, glm::transpose(settings.mapFromWorld),
+                               settings.environmentIntensity),
+        .materials = bindMaterials(context.scene, request.overrides),
+        .mapFromWorld = settings.mapFromWorld,
+        .environmentIntensity = settings.environmentIntensity,
+        .emission = settings.effects.emission};
     ContentHash hash;
     hash.add(context.scene.contentHash);
     hash.add(context.environment.contentHash);
@@ -130,6 +131,7 @@ LightInputs lightInputs(const FrameContext& context, const FrameRequest& request
         hash.add(light.range);
         hash.add(light.cosInner);
         hash.add(light.cosOuter);
+        hash.add(light.radius);
     }
     for (const Material& material : inputs.materials.own) hash.add(contentHash(material));
     for (const Index index : inputs.materials.materialOfInstance) hash.add(index);

@@ -83,6 +83,7 @@ float lobeOfPath(float lobe) {
 #define environmentBrdf (scene->brdf)
 #define environmentMap (scene->environment)
 #define shadowMap (scene->shadowMap)
+#define shadowDepths (scene->shadowDepths)
 #define xy asXy()
 #define rg asXy()
 #define yz asYz()
@@ -113,6 +114,7 @@ vec3 eyeAxesOf(vec3 world) {
 #undef tracing
 #undef surfaceLight
 #undef shadowMap
+#undef shadowDepths
 #undef xy
 #undef rg
 #undef yz
@@ -393,7 +395,8 @@ shader::Scene sceneOf(const Surroundings& s) {
                                  static_cast<float>(s.firstTextureRow), s.leastShare, 0.0f};
     scene.features = s.hitFeatures;
     scene.viewBits = (s.surfaceLight.empty() ? 0u : shader::VIEW_SURFACE_LIGHT) |
-                     (s.shadows ? shader::VIEW_SHADOWS : 0u);
+                     (s.shadows ? shader::VIEW_SHADOWS : 0u) |
+                     (s.shadowSamples > 0 ? shader::VIEW_SHADOWS_SOFT : 0u);
     scene.surfaceLight = {s.surfaceLight.data()};
     scene.triangles = {&s.tree};
     scene.vertices = {s.vertices.empty() ? nullptr : &s.vertices.front().position.x};
@@ -405,9 +408,11 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.brdf = {s.brdf.empty() ? nullptr : &s.brdf.front().x, static_cast<int>(s.brdfSize)};
     scene.environment = {&s.environment};
     scene.shadowMap = {s.shadowMap};
+    scene.shadowDepths = {s.shadowMap};
     if (s.shadowMap) {
         scene.viewBlock.shadows = {1.0f / static_cast<float>(s.shadowMap->width),
-                                   1.0f / static_cast<float>(s.shadowMap->height), 0.0f, 0.0f};
+                                   1.0f / static_cast<float>(s.shadowMap->height),
+                                   static_cast<float>(s.shadowSamples), 0.0f};
     }
     return scene;
 }

@@ -44,6 +44,10 @@ struct Depths {
     const ShadowMap* map = nullptr;
 };
 
+struct RawDepths {
+    const ShadowMap* map = nullptr;
+};
+
 struct Scene {
     struct {
         vec4 worldFromEye[3];
@@ -64,6 +68,7 @@ struct Scene {
     Plane brdf;
     Cube environment;
     Depths shadowMap;
+    RawDepths shadowDepths;
 };
 
 inline vec4 texelFetch(Rows table, int i) {
@@ -112,6 +117,9 @@ inline vec4 textureLod(Cube cube, vec3 towards, float level) {
     float rgb[3];
     cube.map->sample(&towards.x, level, rgb);
     return {rgb[0], rgb[1], rgb[2], 1.0f};
+}
+inline vec4 texture(RawDepths depths, vec2 at) {
+    return {depths.map->depthAt(at.x, at.y), 0.0f, 0.0f, 1.0f};
 }
 inline float texture(Depths depths, vec3 at) {
     return depths.map->lit(at.x, at.y, at.z);

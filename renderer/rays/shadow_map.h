@@ -12,8 +12,15 @@ struct ShadowMap {
     std::uint32_t width = 0, height = 0;
     std::vector<float> depths;  // reversed, first row first
 
-    // Share, 0..1, of the four texels about a place that are not before `depth`, as a driver filters
-    // it. x, y: 0..1 over the map, clamped to its edges.
+    // Of the texel at a place, as lit().
+    float depthAt(float x, float y) const {
+        const auto w = static_cast<int>(width), h = static_cast<int>(height);
+        const int i = std::clamp(static_cast<int>(x * static_cast<float>(w)), 0, w - 1);
+        const int j = std::clamp(static_cast<int>(y * static_cast<float>(h)), 0, h - 1);
+        return depths[static_cast<std::size_t>(j) * width + static_cast<std::size_t>(i)];
+    }
+    // Share, 0..1, of the four texels about a place that are not before `depth`, as a driver
+    // filters it. x, y: 0..1 over the map, clamped to its edges.
     float lit(float x, float y, float depth) const {
         const auto w = static_cast<int>(width), h = static_cast<int>(height);
         const float px = std::clamp(x * static_cast<float>(w) - 0.5f, 0.0f, float(w - 1));
@@ -21,8 +28,8 @@ struct ShadowMap {
         const int x0 = static_cast<int>(px), y0 = static_cast<int>(py);
         const int x1 = std::min(x0 + 1, w - 1), y1 = std::min(y0 + 1, h - 1);
         const auto at = [&](int i, int j) {
-            return depth >= depths[static_cast<std::size_t>(j) * width +
-                                   static_cast<std::size_t>(i)]
+            return depth >=
+                           depths[static_cast<std::size_t>(j) * width + static_cast<std::size_t>(i)]
                        ? 1.0f
                        : 0.0f;
         };

@@ -38,10 +38,11 @@ struct Surroundings {
     // Values of light at vertices (light/surface_light.h), SURFACE_LIGHT_ROWS of four integers
     // each; empty: the environment lights all surfaces.
     std::span<const std::uint32_t> surfaceLight = {};
-    bool shadows = false;     // surfaces hide lights
+    bool shadows = false;  // surfaces hide lights
     // What the lights see; null: rays that look to the lights find what hides them.
     const ShadowMap* shadowMap = nullptr;
-    float leastShare = 0.0f;  // of a ray in its pixel, below which it ends
+    std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius
+    float leastShare = 0.0f;          // of a ray in its pixel, below which it ends
 };
 
 }  // namespace clerestory::rays

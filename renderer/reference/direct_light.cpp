@@ -63,6 +63,7 @@ glm::dvec3 PathTracer::evalPunctualLights(Path& path, const SurfaceInteraction& 
     // Mode `full` samples one light in proportion to its unshadowed contribution (weighted
     // reservoir sampling).
     struct Chosen {
+        const PunctualLight* source = nullptr;
         LightSample light;
         glm::dvec3 reflected{0.0};
         double luminance = 0.0;
@@ -83,13 +84,20 @@ glm::dvec3 PathTracer::evalPunctualLights(Path& path, const SurfaceInteraction& 
         // One random number serves all choices: after each choice it is rescaled to [0, 1).
         const double probability = weight / total;
         if (u < probability) {
-            chosen = {light, reflected, weight};
+            chosen = {&source, light, reflected, weight};
             u /= probability;
         } else {
             u = (u - probability) / (1.0 - probability);
         }
     }
     if (mode_ == ReferenceMode::effects) return sum;
+    if (chosen.source && chosen.source->radius > 0.0) {
+        chosen.light = towardsDisc(*chosen.source, chosen.light, path.sampler.get2D());
+        const glm::dvec3& towards = chosen.light.toLight;
+        chosen.reflected =
+            chosen.light.irradiance * std::max(glm::dot(point.normal, towards), 0.0) *
+            bsdf.evalPunctual(bsdf.frame().toLocal(towards), diffuseScale, point.discRadius2);
+    }
     if (!(chosen.luminance > 0.0) || glm::dot(chosen.light.toLight, point.geometricNormal) <= 0.0) {
         return glm::dvec3(0.0);
     }

@@ -112,13 +112,13 @@ std::vector<DirectionalSample> directionalSamples(const EnvironmentMap& map) {
 
 }  // namespace
 
-std::vector<PunctualLight> collectPunctualLights(const Scene& scene, const Pose& pose,
-                                                 const glm::dvec3& origin,
+std::vector<PunctualLight> collectPunctualLights(const std::vector<Light>& sources,
+                                                 const Pose& pose, const glm::dvec3& origin,
                                                  const EnvironmentMap& environment,
                                                  const glm::dmat3& worldFromMap,
                                                  double environmentIntensity) {
     std::vector<PunctualLight> lights;
-    for (const Light& light : scene.lights) {
+    for (const Light& light : sources) {
         if (!(greatest(light.intensity) > 0.0)) continue;
         const glm::dmat4 m = light.node == kNone ? glm::dmat4(1.0) : pose.worldFromNode[light.node];
         lights.push_back({.kind = light.kind,
@@ -127,7 +127,8 @@ std::vector<PunctualLight> collectPunctualLights(const Scene& scene, const Pose&
                           .intensity = light.intensity,
                           .range = light.range,
                           .cosInner = std::cos(double(light.innerConeAngle)),
-                          .cosOuter = std::cos(double(light.outerConeAngle))});
+                          .cosOuter = std::cos(double(light.outerConeAngle)),
+                          .radius = light.radius});
     }
     if (environment.sun) {
         const glm::dvec3 irradiance =
@@ -162,6 +163,19 @@ LightSample evalLight(const PunctualLight& light, const glm::dvec3& position) {
     }
     sample.irradiance = light.intensity * attenuation;
     return sample;
+}
+
+LightSample towardsDisc(const PunctualLight& light, LightSample centre, const glm::dvec2& u) {
+    const bool placed = light.kind != LightKind::directional;
+    const glm::dvec3& along = centre.toLight;
+    const glm::dvec3 aside = std::abs(along.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
+    const glm::dvec3 x = glm::normalize(glm::cross(along, aside)), y = glm::cross(along, x);
+    const double radius = light.radius * std::sqrt(u.x), turn = 2.0 * kPi * u.y;
+    const glm::dvec3 way = along * (placed ? centre.distance : 1.0) +
+                           x * (radius * std::cos(turn)) + y * (radius * std::sin(turn));
+    centre.toLight = unitOr(way, along);
+    if (placed) centre.distance = glm::length(way);
+    return centre;
 }
 
 Emitters::Emitters(const SceneGeometry& geometry) : geometry_(geometry) {

@@ -17,9 +17,10 @@ struct PunctualLight {
     glm::dvec3 intensity{0.0};  // lux if directional, else candela
     double range = 0.0;         // metres; 0: unlimited
     double cosInner = 1.0, cosOuter = 0.0;
+    double radius = 0.0;  // as Light::radius
 };
 
-std::vector<PunctualLight> collectPunctualLights(const Scene& scene, const Pose& pose,
+std::vector<PunctualLight> collectPunctualLights(const std::vector<Light>& lights, const Pose& pose,
                                                  const glm::dvec3& origin,
                                                  const EnvironmentMap& environment,
                                                  const glm::dmat3& worldFromMap,
@@ -31,7 +32,10 @@ struct LightSample {
     double distance = 0.0;       // infinite for directional lights
     glm::dvec3 irradiance{0.0};  // unoccluded, on a surface that faces the light
 };
+// Of the centre.
 LightSample evalLight(const PunctualLight& light, const glm::dvec3& position);
+// Turned to a point of the disc that the light shows to the position, uniform in area over u, 0..1.
+LightSample towardsDisc(const PunctualLight& light, LightSample centre, const glm::dvec2& u);
 
 // All emissive triangles, sampled in proportion to the flux of the untextured material.
 class Emitters {

@@ -78,6 +78,9 @@ void check(const ReferenceRequest& r) {
     if (std::vector<FieldError> errors = problems(r.scene, r.frame.overrides); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
     }
+    if (std::vector<FieldError> errors = problems(r.scene, r.frame.lights); !errors.empty()) {
+        throw InvalidRequest(std::move(errors));
+    }
     if (!clipsNamed(r.scene, r.frame.clip)) throw InvalidRequest({unknownClip(r.scene)});
     if (r.samples < 2 || r.samples > kMaxReferenceSamples) {
         throw std::invalid_argument("samples must be 2 to " + std::to_string(kMaxReferenceSamples));
@@ -240,10 +243,11 @@ bool traceAll(TiledImage& image, std::uint32_t threads,
 Lighting lightingOf(const ReferenceRequest& request, const Pose& pose, const glm::dvec3& origin,
                     const glm::dmat3& worldFromMap) {
     const double intensity = request.frame.environment.intensity;
-    Lighting lighting{.environment = {request.environment, worldFromMap, intensity},
-                      .lights = collectPunctualLights(request.scene, pose, origin,
-                                                      request.environment, worldFromMap, intensity),
-                      .backgroundVisible = request.frame.environment.visible};
+    Lighting lighting{
+        .environment = {request.environment, worldFromMap, intensity},
+        .lights = collectPunctualLights(lightsWith(request.scene, request.frame.lights), pose,
+                                        origin, request.environment, worldFromMap, intensity),
+        .backgroundVisible = request.frame.environment.visible};
     if (request.mode == ReferenceMode::effects)
         lighting.environment.prepareIrradiance();
     else

@@ -9,17 +9,6 @@
 namespace clerestory {
 namespace {
 
-template <class Named>
-std::vector<std::string_view> namesOf(const std::vector<Named>& things) {
-    std::vector<std::string_view> names;
-    for (const Named& thing : things) {
-        if (!thing.name.empty()) names.push_back(thing.name);
-    }
-    std::sort(names.begin(), names.end());
-    names.erase(std::unique(names.begin(), names.end()), names.end());
-    return names;
-}
-
 // For each node whether it or an ancestor has the name. Parents precede their children.
 std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name) {
     std::vector<bool> chosen(scene.nodes.size());

@@ -169,7 +169,7 @@ void updateContentHash(Scene& scene) {
         h.add(l.node);
         h.add(l.kind);
         h.add(l.intensity);
-        for (const float v : {l.range, l.innerConeAngle, l.outerConeAngle}) h.add(v);
+        for (const float v : {l.range, l.innerConeAngle, l.outerConeAngle, l.radius}) h.add(v);
     }
     for (const Camera& c : scene.cameras) {
         h.add(c.name);

@@ -99,6 +99,8 @@ struct Light {
     float range = 0.0f;           // metres; 0 is unlimited
     float innerConeAngle = 0.0f;  // radians from the axis; spot only
     float outerConeAngle = 0.785398163f;
+    // Of the sphere that shines, metres; directional: at a distance of one metre. 0 is a point.
+    float radius = 0.0f;
 };
 
 struct Camera {

@@ -196,7 +196,7 @@ private:
             const Light& l = scene_.lights[i];
             require((l.node == kNone || hasNode(l.node)) && finite(l.intensity) &&
                         finite(l.range) && l.range >= 0.0f && finite(l.innerConeAngle) &&
-                        finite(l.outerConeAngle),
+                        finite(l.outerConeAngle) && finite(l.radius) && l.radius >= 0.0f,
                     "a light is out of range", i);
         }
         for (std::size_t i = 0; i < scene_.cameras.size(); ++i) {

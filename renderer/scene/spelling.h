@@ -1,11 +1,24 @@
 // Suggestions for misspelt names.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace clerestory {
+
+// The names of things that have one, sorted, each once.
+template <class Named>
+std::vector<std::string_view> namesOf(const std::vector<Named>& things) {
+    std::vector<std::string_view> names;
+    for (const Named& thing : things) {
+        if (!thing.name.empty()) names.push_back(thing.name);
+    }
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    return names;
+}
 
 // The candidate with the smallest edit distance (insert, delete, replace, transpose; ignores case),
 // or an empty view if none is close.

@@ -273,7 +273,8 @@ ordered_json sceneSchema() {
                                        {"direction", numbers(3)},
                                        {"range", kNumber},
                                        {"innerConeAngle", kNumber},
-                                       {"outerConeAngle", kNumber}});
+                                       {"outerConeAngle", kNumber},
+                                       {"radius", described(kNumber, "of a sphere that shines")}});
     const ordered_json probe =
         object({{"name", kText}, {"position", numbers(3)}, {"size", kNumber}},
                {{"node", kText},

@@ -228,6 +228,7 @@ ordered_json lights(const Scene& scene, const Pose& pose) {
             entry["innerConeAngle"] = shortest(light.innerConeAngle);
             entry["outerConeAngle"] = shortest(light.outerConeAngle);
         }
+        if (light.radius > 0.0f) entry["radius"] = shortest(light.radius);
         list.push_back(std::move(entry));
     }
     return list;

@@ -33,6 +33,7 @@
 #define UNIT_TRACE_TEXELS 19
 #define UNIT_SURFACE_LIGHT 20
 #define UNIT_SHADOWS 21
+#define UNIT_SHADOW_DEPTHS 22
 
 // The slots of a material's textures: the first five are their own units.
 #define SLOT_TRANSMISSION 5
@@ -54,9 +55,9 @@
 
 // Texels of the light table: first the nine harmonics as 27 numbers one after another, then so many
 // for each light: its place (or direction), its power, its cone, and where its shadows are: about
-// them, their tile, and four rows of the transform to it (draw_stream.cpp).
+// them, their tile, four rows of the transform to it, and its disc (draw_stream.cpp).
 #define HARMONIC_ROWS 7
-#define LIGHT_ROWS 9
+#define LIGHT_ROWS 10
 
 // Levels that colours are read from below the one whose texel is as wide as a pixel. Two bilinear
 // look-ups of it average over two pixels and more; half as wide, they cover about the pixel.

@@ -12,7 +12,7 @@ BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     vec4 picture;           // width, height, pixels per unit of slope, 1 / diagonal of the scene
     vec4 worldFromEye[3];   // rows
     vec4 backdrop;          // last level
-    vec4 shadows;           // 1 / width and 1 / height of the shadow map
+    vec4 shadows;           // 1 / width and 1 / height of the shadow map, samples of soft shadows
 BLOCK_END(view)
 
 BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)

@@ -43,5 +43,6 @@ const uint VIEW_LAMPS_MASK = 3u;     // table, which have neither range nor cone
 const uint VIEW_SHADOWS = 1u << 5;      // lamps have shadows
 const uint VIEW_SHADOWS_ONE = 1u << 6;  // of one picture each (LightShadow::Kind)
 const uint VIEW_SHADOWS_SIX = 1u << 7;  // of six each
+const uint VIEW_SHADOWS_SOFT = 1u << 8;  // a lamp has a radius
 const uint VIEW_SURFACE_LIGHT = 1u << 4;  // vertices have light of their surroundings
 #define viewHas(bit) ((VIEW & (bit)) != 0u)  // a macro as has() is

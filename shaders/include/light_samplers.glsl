@@ -10,3 +10,4 @@ layout(binding = UNIT_MIRROR) uniform sampler2D mirrorPicture;
 layout(binding = UNIT_SHADOWS) uniform sampler2DShadow shadowMap;
 // The harmonics of the environment, then the lights; draw_stream.h has the rows.
 layout(binding = UNIT_LIGHTS) uniform samplerBuffer lightTable;
+layout(binding = UNIT_SHADOW_DEPTHS) uniform sampler2D shadowDepths;  // of shadowMap

@@ -21,36 +21,124 @@ vec4 shadowFace(vec3 way) {
     return vec4(st.x, st.y, face, axis);
 }
 
+// Where a point is in the pictures of a lamp.
+struct ShadowPlace {
+    vec2 at;  // of the map, 0..1
+    float depth;
+    bool inside;  // one of the pictures shows it
+};
+
+bool hasSixPictures(vec4 about) {
+    return viewHas(VIEW_SHADOWS_SIX) || (!viewHas(VIEW_SHADOWS_ONE) && about.x > 1.5f);
+}
+
+// What shadowPlace() takes of a point (w: 1) or a way (w: 0) in eye space; it is linear. place: of
+// the lamp, whose rows begin at `first`.
+vec4 shadowCoordinates(vec4 p, vec3 place, int first, bool six) {
+    if (six) return vec4(p.xyz - place * p.w, 0.0f);
+    return vec4(dot(texelFetch(lightTable, first + 5), p), dot(texelFetch(lightTable, first + 6), p),
+                dot(texelFetch(lightTable, first + 7), p), dot(texelFetch(lightTable, first + 8), p));
+}
+
+// about, tile: the lamp's rows.
+ShadowPlace shadowPlace(vec4 c, bool six, vec4 about, vec4 tile) {
+    ShadowPlace found;
+    vec2 at;
+    found.inside = true;
+    if (six) {
+        vec4 face = shadowFace(c.xyz);
+        float row = face.z > 2.5f ? 1.0f : 0.0f;
+        at = clamp(face.xy, vec2(tile.w), vec2(1.0f - tile.w)) + vec2(face.z - 3.0f * row, row);
+        found.depth = about.w / max(face.w, about.w);
+    } else {
+        at = c.xy / max(c.w, 1e-20f) * 0.5f + vec2(0.5f);
+        found.depth = c.z / max(c.w, 1e-20f);
+        found.inside = c.w > 0.0f && at.x > tile.w && at.y > tile.w && at.x < 1.0f - tile.w &&
+                       at.y < 1.0f - tile.w;
+        at = clamp(at, vec2(tile.w), vec2(1.0f - tile.w));
+    }
+    found.at = (tile.xy + at * tile.z) * view.shadows.xy;
+    return found;
+}
+
+// A blocker at the side of a ray to the lamp's centre hides a part of its disc if it is no further
+// from that ray than the radius of the beam that comes from the disc. The search for blockers goes so
+// far as the beam is wide where those are that are at a quarter of the distance, or as deep as a
+// quarter of what a directional lamp sees.
+const float kShadowSearch = 3.0f, kSunSearch = 0.25f;
+// Blockers differ in distance: those within the mean beam count if theirs is at least so wide.
+const float kShadowSpread = 0.5f;
+
+// Turned by the golden angle.
+vec2 nextTurn(vec2 turn) {
+    return vec2(turn.x * -0.7373688f - turn.y * 0.6754903f,
+                turn.x * 0.6754903f + turn.y * -0.7373688f);
+}
+
+// The share of the disc of a lamp that is seen from a place with the coordinates c (Fernando 2005,
+// with beams instead of fixed widths). lit: of its centre.
+float softShadow(vec4 c, vec3 place, vec3 toLight, float metres, int first, vec4 about, vec4 tile,
+                 float lit) {
+    bool six = hasSixPictures(about);
+    vec4 disc = texelFetch(lightTable, first + 9);  // radius; metres per depth of one with a direction
+    bool placed = metres > 0.0f;
+    vec3 x = normalize(cross(toLight, abs(toLight.y) < 0.9f ? vec3(0.0f, 1.0f, 0.0f)
+                                                            : vec3(1.0f, 0.0f, 0.0f)));
+    vec4 alongX = shadowCoordinates(vec4(x, 0.0f), place, first, six);
+    vec4 alongY = shadowCoordinates(vec4(cross(toLight, x), 0.0f), place, first, six);
+    float reach = placed ? min(kShadowSearch * disc.x, metres) : kSunSearch * disc.x * disc.y;
+    float count = view.shadows.z;
+    vec2 turn = vec2(1.0f, 0.0f);
+    float sum = 0.0f;
+    float blockers = 0.0f;
+    float pairs = 0.5f * count;
+    for (float i = 0.0f; i < pairs; i += 0.5f) {
+        float t = (floor(i) + 0.5f) / pairs;
+        float away = reach * t * t * t;
+        ShadowPlace s = shadowPlace(c + alongX * (away * turn.x) + alongY * (away * turn.y), six, about,
+                                    tile);
+        float blocker = texture(shadowDepths, s.at).r;
+        float beam = placed ? disc.x * (blocker / max(s.depth, 1e-30f) - 1.0f)
+                            : disc.x * disc.y * (blocker - s.depth);
+        if (s.inside && blocker > s.depth && beam >= away) {
+            sum += min(beam, reach);
+            blockers += 1.0f;
+        }
+        turn = i - floor(i) < 0.25f ? -turn : nextTurn(-turn);
+    }
+    if (blockers > 0.0f) {
+        float width = sum / blockers;
+        lit = 0.0f;
+        for (float i = 0.5f; i < count; i += 1.0f) {
+            float away = width * sqrt(i / count);
+            ShadowPlace s = shadowPlace(c + alongX * (away * turn.x) + alongY * (away * turn.y), six,
+                                        about, tile);
+            float least = kShadowSpread * away / max(disc.x, 1e-30f);
+            float depth = placed ? s.depth * (1.0f + least) : s.depth + least / max(disc.y, 1e-30f);
+            lit += s.inside ? texture(shadowMap, vec3(s.at, depth)) : 1.0f;
+            turn = nextTurn(turn);
+        }
+        lit /= count;
+    }
+    return lit;
+}
+
 // The share of the lamp's light that reaches a surface. position: in eye space; place: of the lamp,
 // or direction; first: the lamp's rows in the table.
 vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first) {
     vec4 about = texelFetch(lightTable, first + 3);  // kind, texel: slope and metres, near
     vec4 tile = texelFetch(lightTable, first + 4);  // corner and edge, texels; half a texel of the edge
     vec3 p = position + normal * (kShadowOffset * (about.y * metres + about.z));
-    vec2 at;
-    float depth;
-    bool inside = true;
-    bool six = viewHas(VIEW_SHADOWS_SIX) || (!viewHas(VIEW_SHADOWS_ONE) && about.x > 1.5f);
-    if (six) {
-        vec4 face = shadowFace(p - place);
-        float row = face.z > 2.5f ? 1.0f : 0.0f;
-        at = clamp(face.xy, vec2(tile.w), vec2(1.0f - tile.w)) + vec2(face.z - 3.0f * row, row);
-        depth = about.w / max(face.w, about.w);
-    } else {
-        vec4 clip = vec4(dot(texelFetch(lightTable, first + 5), vec4(p, 1.0f)),
-                         dot(texelFetch(lightTable, first + 6), vec4(p, 1.0f)),
-                         dot(texelFetch(lightTable, first + 7), vec4(p, 1.0f)),
-                         dot(texelFetch(lightTable, first + 8), vec4(p, 1.0f)));
-        at = clip.xy / max(clip.w, 1e-20f) * 0.5f + vec2(0.5f);
-        depth = clip.z / max(clip.w, 1e-20f);
-        inside = clip.w > 0.0f && at.x > tile.w && at.y > tile.w && at.x < 1.0f - tile.w &&
-                 at.y < 1.0f - tile.w;
-        at = clamp(at, vec2(tile.w), vec2(1.0f - tile.w));
-    }
+    bool six = hasSixPictures(about);
+    vec4 c = shadowCoordinates(vec4(p, 1.0f), place, first, six);
+    ShadowPlace s = shadowPlace(c, six, about, tile);
     float lit = 1.0f;
     // Sides that turn away from the lamp have nothing of it.
     if (dot(normal, toLight) > 0.0f && about.x > 0.5f) {
-        lit = texture(shadowMap, vec3((tile.xy + at * tile.z) * view.shadows.xy, depth));
+        lit = texture(shadowMap, vec3(s.at, s.depth));
+        if (viewHas(VIEW_SHADOWS_SOFT) && texelFetch(lightTable, first + 9).x > 0.0f) {
+            lit = softShadow(c, place, toLight, metres, first, about, tile, s.inside ? lit : 1.0f);
+        }
     }
-    return vec3(inside ? lit : 1.0f);
+    return vec3(s.inside ? lit : 1.0f);
 }

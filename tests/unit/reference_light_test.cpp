@@ -204,6 +204,31 @@ TEST(ReferenceLights, CastsShadowsInModeFullOnly) {
     EXPECT_EQ(meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::full, 64)).x, 0.0);
 }
 
+// From the floor, an edge hides the part of a disc that is behind a line.
+TEST(ReferenceLights, AnEdgeHidesAPartOfARoundLamp) {
+    Index black = 0;
+    Scene scene = floorUnder(black);
+    placeAt(scene, addSquareMesh(scene, "shade", black),
+            glm::translate(glm::dmat4(1.0), {-1.0, 0.0, 0.0}) * lyingFaceDown(0.5, 1.0));
+    scene.materials[black].doubleSided = true;
+    constexpr double kRadius = 0.3;
+    scene.lights.push_back(
+        {.name = "lamp",
+         .node = addNode(scene, "lamp", glm::translate(glm::dmat4(1.0), {0.0, 2.0, 0.0})),
+         .intensity = glm::vec3(1.0f),
+         .radius = kRadius});
+    const double lit = 0.8 / 4.0 / kPi;
+    for (const double x : {-0.05, 0.0, 0.05}) {
+        const FrameRequest frame = narrow({2.0, 0.4, 0.0}, {x, 0.0, 0.0}, 0.002);
+        const double seen =
+            meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::full, 4096)).x;
+        // The lamp is three times as far above the edge as the floor is below it.
+        const double line = -3.0 * x / kRadius;
+        const double share = (std::acos(line) - line * std::sqrt(1.0 - line * line)) / kPi;
+        EXPECT_NEAR(seen / lit, share, 0.02) << x;
+    }
+}
+
 // Two long mirrors face each other; a slanted ray leaves between their ends after k
 // reflections.
 TEST(ReferenceMirrors, TheKthImageIsReflectedKTimes) {

@@ -16,7 +16,7 @@ using testing::Not;
 
 // A floor and a wall of one material each, at nodes of a hall.
 constexpr const char* kHall = R"({
-  "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+  "asset": {"version": "2.0"}, LIGHTS "scene": 0, "scenes": [{"nodes": [0]}],
   "nodes": [{"name": "hall", "children": [1, 2]},
             {"name": "ground", "mesh": 0, "extras": {"probe": {"size": 0.5, "resolution": 64}}},
             {"name": "side", "mesh": 1, "translation": [0, 1, 0]}],
@@ -32,11 +32,19 @@ constexpr const char* kHall = R"({
 
 class SideFile : public testing::Test {
 protected:
-    Scene load(const std::string& sideFile, const std::string& extras = "{}") {
+    // lights: members of the file; two nodes have its lights 0 and 1.
+    Scene load(const std::string& sideFile, const std::string& extras = "{}",
+               const std::string& lights = "") {
         const float corners[] = {0, 0, 0, 1, 0, 0, 1, 0, -1, 0, 0, 0, 1, 0, -1, 0, 0, -1};
         folder_.write("hall.bin", {reinterpret_cast<const char*>(corners), sizeof corners});
         std::string model = kHall;
         model.replace(model.find("EXTRAS"), 6, extras);
+        model.replace(model.find("LIGHTS"), 6, lights);
+        for (int node = 0; node < 2 && !lights.empty(); ++node) {
+            const std::string number = std::to_string(node), mesh = "\"mesh\": " + number;
+            model.insert(model.find(mesh),
+                         R"("extensions": {"KHR_lights_punctual": {"light": )" + number + "}}, ");
+        }
         if (!sideFile.empty()) folder_.write("hall.clerestory.json", sideFile);
         return importSceneInProcess(folder_.write("hall.gltf", model));
     }
@@ -64,6 +72,32 @@ TEST_F(SideFile, ChangesMaterialsPermanently) {
     EXPECT_EQ(surfacesOf(scene)[0].reason, ReflectorReason::gloss);
     EXPECT_EQ(surfacesOf(scene)[1].reason, ReflectorReason::requested);
     EXPECT_EQ(surfacesOf(plain)[0].reason, ReflectorReason::roughDielectric);
+}
+
+TEST_F(SideFile, LightsHaveARadius) {
+    const auto lit = [this](const std::string& sideFile, const std::string& radius) {
+        std::string lights = R"("extensions": {"KHR_lights_punctual": {"lights": [)"
+                             R"({"name": "lamp", "type": "point", "extras": {"radius": RADIUS}},)"
+                             R"({"name": "sun", "type": "directional"}]}},)";
+        lights.replace(lights.find("RADIUS"), 6, radius);
+        return load(sideFile, "{}", lights);
+    };
+    const Scene own = lit("", "0.25");
+    ASSERT_EQ(own.lights.size(), 2u);
+    EXPECT_EQ(own.lights[0].radius, 0.25f);
+    EXPECT_EQ(own.lights[1].radius, 0.0f);
+    EXPECT_EQ(warning(own, "badExtras"), nullptr);
+    const Scene wrong = lit("", "-1");
+    EXPECT_EQ(wrong.lights[0].radius, 0.0f);
+    ASSERT_NE(warning(wrong, "badExtras"), nullptr);
+    const Scene changed =
+        lit(R"({"lights": [{"radius": 0.1}, {"light": "sun", "radius": 0.005}]})", "0.25");
+    EXPECT_EQ(changed.lights[0].radius, 0.1f);
+    EXPECT_EQ(changed.lights[1].radius, 0.005f);
+    EXPECT_NE(changed.contentHash, own.contentHash);
+    const Scene unknown = lit(R"({"lights": [{"light": "son", "radius": 0.1}]})", "0.25");
+    EXPECT_EQ(unknown.lights[1].radius, 0.0f);
+    ASSERT_NE(warning(unknown, "sideFile"), nullptr);
 }
 
 TEST_F(SideFile, ProbesCanBeNamedByMaterials) {

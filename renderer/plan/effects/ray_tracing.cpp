@@ -217,7 +217,8 @@ void planRays(FramePlan& plan, const Stage& stage) {
     rays.stride = density.stride;
     rays.contrast = density.contrast;
     rays.lobePaths = stage.settings.accuracy.raySamples;
-    rays.shadowRays = stage.settings.accuracy.preset == Preset::fine;
+    // A ray looks to the centre of a light: soft shadows are in the map.
+    rays.shadowRays = stage.settings.accuracy.preset == Preset::fine && plan.shadowSamples == 0;
     for (const Instance& instance : stage.scene.instances) {
         rays.instances.push_back({.lights = lightsOf(stage, instance)});
     }

@@ -38,6 +38,11 @@ Edges edgesOf(Preset preset) {
     return {2048, 1024, 512};
 }
 
+// Of the disc of a light with a radius.
+std::uint32_t samplesOf(Preset preset) {
+    return preset == Preset::draft ? 8 : preset == Preset::fine ? 48 : 24;
+}
+
 bool casts(const Stage& stage, const Surface& surface) {
     return surface.glass == Glass::none && stage.material(surface).alphaMode != AlphaMode::blend;
 }
@@ -243,8 +248,9 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     const TargetId target = builder.addTarget(spec);
     plan.shadowMap = target;
     for (const Shadow& shadow : shadows) {
-        plan.lights[shadow.light].shadow =
-            LightShadow{shadow.kind, shadow.first, shadow.views.front()};
+        PlacedLight& light = plan.lights[shadow.light];
+        light.shadow = LightShadow{shadow.kind, shadow.first, shadow.views.front()};
+        if (light.radius > 0.0f) plan.shadowSamples = samplesOf(stage.settings.accuracy.preset);
     }
     if (context.resident.keys.contains(spec.residentKey)) {
         return builder.skip(subject, Effect::shadows, "resident and unchanged");

@@ -46,6 +46,7 @@ struct PlacedLight {
     float range = 0.0f;                   // 0: unlimited
     float cosInner = 1.0f;
     float cosOuter = 0.0f;
+    float radius = 0.0f;                // as Light::radius
     std::optional<LightShadow> shadow;  // none: nothing hides the light
     bool operator==(const PlacedLight&) const = default;
 };

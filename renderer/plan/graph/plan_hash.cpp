@@ -36,6 +36,7 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
     hash.add(plan.mapFromWorld);
     hash.add(plan.environmentIntensity);
     hash.add(plan.anisotropy);
+    hash.add(plan.shadowSamples);
     hash.add(plan.shadowMap == kNoTarget ? 0 : plan.targets[plan.shadowMap].residentKey);
     for (const std::size_t i : passes) {
         const Pass& pass = plan.passes[i];

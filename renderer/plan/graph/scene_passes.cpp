@@ -25,7 +25,8 @@ void addView(PlanHash& hash, const View& view) {
 
 void addLight(PlanHash& hash, const PlacedLight& light) {
     // shadow: hashOfPasses() adds the key of the shadow map
-    const auto& [kind, position, toLight, intensity, range, cosInner, cosOuter, shadow] = light;
+    const auto& [kind, position, toLight, intensity, range, cosInner, cosOuter, radius, shadow] =
+        light;
     hash.add(kind);
     hash.add(position);
     hash.add(toLight);
@@ -33,6 +34,7 @@ void addLight(PlanHash& hash, const PlacedLight& light) {
     hash.add(range);
     hash.add(cosInner);
     hash.add(cosOuter);
+    hash.add(radius);
 }
 
 void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {

@@ -5,6 +5,7 @@
 
 #include "plan/request/filter_request.h"
 #include "scene/fields.h"
+#include "scene/light_override.h"
 #include "scene/material_override.h"
 
 #include <glm/glm.hpp>
@@ -119,6 +120,7 @@ struct FrameRequest {
     Accuracy accuracy;
     EnvironmentRequest environment;
     std::vector<MaterialOverride> overrides;  // in order; a later one wins
+    std::vector<LightOverride> lights;        // in order; a later one wins
     std::vector<FilterRequest> filters;       // post-filters, in order
     ToneMap toneMap = ToneMap::neutral;
     double exposure = 0.0;  // stops
@@ -316,6 +318,8 @@ void fields(FrameRequest& r, V&& visit) {
     visit("overrides", r.overrides, NestedList{64},
           "changes of the materials that are selected by material or node name; a later entry "
           "overrides earlier ones");
+    visit("lights", r.lights, NestedList{64},
+          "changes of the lights that are selected by name; a later entry overrides earlier ones");
     visit("filters", r.filters, NestedUnionList{kMaxFilters, "Filter"},
           "post-filters, applied in order to linear light before tone mapping; the channels depth, "
           "normal, objectId and through are not filtered");

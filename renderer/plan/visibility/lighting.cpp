@@ -36,11 +36,11 @@ double strengthAt(const PlacedLight& light, const glm::dvec3& eye, const Bounds&
 
 }  // namespace
 
-std::vector<PlacedLight> placedLights(const Scene& scene, const Pose& pose,
+std::vector<PlacedLight> placedLights(const std::vector<Light>& lights, const Pose& pose,
                                       const EnvironmentMap& environment,
                                       const glm::dmat3& worldFromMap, float environmentIntensity) {
     std::vector<PlacedLight> placed;
-    for (const Light& light : scene.lights) {
+    for (const Light& light : lights) {
         if (placed.size() + 1 >= kMaxLights) break;
         if (!(brightest(light.intensity) > 0.0f)) continue;
         const glm::dmat4 m = light.node == kNone ? glm::dmat4(1.0) : pose.worldFromNode[light.node];
@@ -53,7 +53,8 @@ std::vector<PlacedLight> placedLights(const Scene& scene, const Pose& pose,
              .intensity = light.intensity,
              .range = light.range,
              .cosInner = std::cos(light.innerConeAngle),
-             .cosOuter = std::cos(light.outerConeAngle)});
+             .cosOuter = std::cos(light.outerConeAngle),
+             .radius = light.radius});
     }
     if (environment.sun && brightest(environment.sun->irradiance) * environmentIntensity > 0.0f) {
         placed.push_back({.kind = LightKind::directional,

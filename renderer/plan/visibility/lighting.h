@@ -7,7 +7,7 @@ namespace clerestory {
 
 // The lights of the scene in world space, then the sun of the environment. At most kMaxLights;
 // lights of zero intensity are left out.
-std::vector<PlacedLight> placedLights(const Scene& scene, const Pose& pose,
+std::vector<PlacedLight> placedLights(const std::vector<Light>& lights, const Pose& pose,
                                       const EnvironmentMap& environment,
                                       const glm::dmat3& worldFromMap, float environmentIntensity);
 

@@ -2,6 +2,7 @@
 
 #include "scene/import/base/field_reader.h"
 #include "scene/import/base/types.h"
+#include "scene/light_override.h"
 #include "scene/material_override.h"
 
 #include <algorithm>
@@ -47,6 +48,7 @@ void fields(EnvironmentFields& e, V&& visit) {
 
 struct Sidecar {
     std::vector<MaterialOverride> overrides;
+    std::vector<LightOverride> lights;
     std::vector<ProbeFields> probes;
     EnvironmentFields environment;
 };
@@ -54,6 +56,7 @@ struct Sidecar {
 template <class V>
 void fields(Sidecar& s, V&& visit) {
     visit("overrides", s.overrides, NestedList{1000}, "material overrides, as in a request");
+    visit("lights", s.lights, NestedList{1000}, "changes of lights, as in a request");
     visit("probes", s.probes, NestedList{100}, "probes");
     visit("environment", s.environment, Nested{}, "default environment");
 }
@@ -146,8 +149,10 @@ bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& mo
     if (const auto& q = sidecar.environment.rotation) {
         scene.environmentRotation = glm::normalize(glm::dquat((*q)[3], (*q)[0], (*q)[1], (*q)[2]));
     }
+    for (const FieldError& e : problems(scene, sidecar.lights)) errors.push_back(e);
     warn(scene, kSidecarCode, name, errors);
     applyOverrides(scene, sidecar.overrides);
+    scene.lights = lightsWith(scene, sidecar.lights);
     return true;
 }
 
@@ -169,6 +174,15 @@ void readMaterialExtras(const Json& extras, Material& material, Scene& scene) {
     }
     warn(scene, kExtrasCode, material.name, errors);
     apply(scene, extrasFields.fields, material);
+}
+
+void readLightExtras(const Json& extras, Light& light, Scene& scene) {
+    if (!extras.is_object() || !extras.contains("radius")) return;
+    LightOverride radius;
+    std::vector<FieldError> errors;
+    FieldReader(errors).object(Json{{"radius", extras["radius"]}}, radius, "");
+    warn(scene, kExtrasCode, light.name, errors);
+    light.radius = static_cast<float>(radius.radius.value_or(0.0));
 }
 
 void readNodeExtras(const Json& extras, Index node, Scene& scene) {

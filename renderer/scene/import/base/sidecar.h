@@ -1,6 +1,6 @@
-// The sidecar file of a scene, MODEL.clerestory.json, with material overrides and probes; and the
-// same fields in the extras of a glTF file. Every error in them is a warning with a JSON Pointer;
-// the scene is imported without the invalid field.
+// The sidecar file of a scene, MODEL.clerestory.json, with changes of materials and lights, and
+// probes; and the same fields in the extras of a glTF file. Every error in them is a warning with a
+// JSON Pointer; the scene is imported without the invalid field.
 #pragma once
 
 #include "scene/import/base/json_fields.h"
@@ -24,6 +24,9 @@ void readMaterialExtras(const Json& extras, Material& material, Scene& scene);
 
 // A glTF node's extras: "probe", an object as in the sidecar, attached to this node.
 void readNodeExtras(const Json& extras, Index node, Scene& scene);
+
+// A light's extras: "radius", as in the sidecar.
+void readLightExtras(const Json& extras, Light& light, Scene& scene);
 
 // Removes references of materials to unknown probes, with a warning. Returns whether there were
 // any.

@@ -80,8 +80,8 @@ std::span<const FileFormat> fileFormats() {
                    "Square images of one size, each .hdr, .exr, .png or .jpg."},
         FileFormat{
             sidecar, "Clerestory sidecar", ".clerestory.json",
-            "Material overrides, probes and the default environment of the scene file with the "
-            "same stem."},
+            "Changes of materials and lights, probes and the default environment of the scene file "
+            "with the same stem."},
     };
     return kFormats;
 }

@@ -16,7 +16,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 7;
+    std::uint32_t version = 8;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -93,7 +93,7 @@ void serialize(A& a, Node& n) {
 template <class A>
 void serialize(A& a, Light& l) {
     a(l.name), a(l.node), a(l.kind, LightKind::directional), a(l.intensity), a(l.range);
-    a(l.innerConeAngle), a(l.outerConeAngle);
+    a(l.innerConeAngle), a(l.outerConeAngle), a(l.radius);
 }
 template <class A>
 void serialize(A& a, Camera& c) {

@@ -316,6 +316,7 @@ private:
                                           static_cast<float>(kPi / 2.0));
         light.innerConeAngle =
             std::clamp(real(spot, "innerConeAngle", 0.0f), 0.0f, light.outerConeAngle);
+        if (json.contains("extras")) readLightExtras(json["extras"], light, scene_);
         scene_.lights.push_back(light);
     }
 

@@ -1,0 +1,156 @@
+// Shadows of lights with a radius: the share of a disc that an edge leaves is known.
+#include "plan/graph/frame_plan.h"
+#include "support.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+using namespace clerestory;
+using namespace clerestory::test;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979;
+
+class SoftShadows : public GlTest {};
+
+Light lightOf(LightKind kind, double radius) {
+    return {.kind = kind,
+            .intensity = glm::vec3(kind == LightKind::directional ? 2.0f : 8.0f),
+            .innerConeAngle = 1.0f,
+            .outerConeAngle = 1.1f,
+            .radius = static_cast<float>(radius)};
+}
+
+// A wall at z = 0. Half of what is at z = 1, that of negative x, hides a light at z = 3, straight
+// over the edge. `size`: factor on all lengths.
+FrameRequest edgeOverWall(Light light, double size = 1.0) {
+    Scene scene;
+    const auto s = static_cast<float>(size);
+    Material white;
+    white.metallic = 0.0f;
+    white.specular = 0.0f;
+    place(scene, quad(4.0f * s, addMaterial(scene, white)));
+    white.doubleSided = true;
+    place(scene, quad(2.0f * s, addMaterial(scene, white)), moved(-2.0 * size, 0.0, size));
+    light.name = "lamp";
+    if (light.kind != LightKind::directional) {
+        light.intensity *= s * s;
+        light.radius *= s;
+    }
+    addLight(scene, light, moved(0.0, 0.0, 3.0 * size));
+    FrameRequest r = request(std::move(scene), "edge over wall", size * glm::dvec3(0.0, 0.0, 0.95));
+    r.camera.znear = 0.01 * size;
+    r.width = r.height = 128;
+    return r;
+}
+
+// Of a disc of radius 1, the area right of a line at c.
+double shareRightOf(double c) {
+    c = std::clamp(c, -1.0, 1.0);
+    return (std::acos(c) - c * std::sqrt(1.0 - c * c)) / kPi;
+}
+
+struct Deviation {
+    double mean = 0.0, largest = 0.0;
+};
+
+// From the share of the disc, over the wall's points within twice the half shadow. penumbra: half
+// of its width.
+Deviation deviation(FrameRequest r, double penumbra) {
+    const Image without = renderer().render(r).image;
+    r.effects.shadows = true;
+    const Image with = renderer().render(r).image;
+    Deviation found;
+    int count = 0;
+    for (std::uint32_t x = 0; x < 128; ++x) {
+        const double at = ((x + 0.5) / 64.0 - 1.0) * 0.95;
+        if (std::abs(at) > 2.0 * penumbra) continue;
+        for (std::uint32_t y = 32; y < 96; y += 9, ++count) {
+            const double seen = color(with, x, y).x / color(without, x, y).x;
+            const double error = std::abs(seen - shareRightOf(-at / penumbra));
+            found.mean += error;
+            found.largest = std::max(found.largest, error);
+        }
+    }
+    found.mean /= count;
+    return found;
+}
+
+}  // namespace
+
+// The lamp is twice as far from the edge as the wall is: half shadows are half as wide as the lamp.
+// A directional light of radius r has half shadows of r to each side at a distance of 1.
+TEST_F(SoftShadows, AnEdgeShowsTheShareOfTheDisc) {
+    for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::directional}) {
+        for (const double radius : {0.1, 0.3, 0.8}) {
+            for (const Preset preset : {Preset::draft, Preset::standard, Preset::fine}) {
+                FrameRequest r = edgeOverWall(lightOf(kind, radius));
+                r.accuracy = accuracyOf(preset);
+                r.accuracy.edgeFilter = false;
+                const Deviation d =
+                    deviation(r, kind == LightKind::directional ? radius : 0.5 * radius);
+                const std::string name = std::to_string(static_cast<int>(kind)) + ' ' +
+                                         std::to_string(radius) + ' ' +
+                                         std::to_string(static_cast<int>(preset));
+                const auto i = static_cast<std::size_t>(preset);
+                EXPECT_LT(d.mean, (std::array{0.07, 0.03, 0.02})[i]) << name;
+                EXPECT_LT(d.largest, (std::array{0.4, 0.25, 0.2})[i]) << name;
+            }
+        }
+    }
+}
+
+TEST_F(SoftShadows, ScaleDoesNotMatter) {
+    for (const double size : {1e-3, 1e4}) {
+        for (const LightKind kind : {LightKind::point, LightKind::directional}) {
+            const Deviation d = deviation(edgeOverWall(lightOf(kind, 0.3), size),
+                                          kind == LightKind::directional ? 0.3 : 0.15);
+            EXPECT_LT(d.mean, 0.03) << size;
+        }
+    }
+}
+
+// Without a radius nothing changes, and one that is larger than the scene stays finite.
+TEST_F(SoftShadows, AnyRadiusIsFinite) {
+    FrameRequest r = edgeOverWall(lightOf(LightKind::point, 0.3));
+    r.effects.shadows = true;
+    const Image soft = renderer().render(r).image;
+    r.lights = {{.light = "lamp", .radius = 0.0}};
+    const Image sharp = renderer().render(r).image;
+    EXPECT_NE(std::memcmp(soft.data.data(), sharp.data.data(), sharp.data.size()), 0);
+    const Image point = [&] {
+        FrameRequest q = edgeOverWall(lightOf(LightKind::point, 0.0));
+        q.effects.shadows = true;
+        return renderer().render(q).image;
+    }();
+    EXPECT_EQ(std::memcmp(point.data.data(), sharp.data.data(), sharp.data.size()), 0);
+    for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::directional}) {
+        FrameRequest huge = edgeOverWall(lightOf(kind, 1.0));
+        huge.effects.shadows = true;
+        huge.lights = {{.radius = 1e9}};
+        const Image image = renderer().render(huge).image;
+        for (std::uint32_t y = 0; y < image.height; y += 3) {
+            for (std::uint32_t x = 0; x < image.width; x += 3) {
+                const float seen = color(image, x, y).x;
+                EXPECT_TRUE(std::isfinite(seen) && seen >= 0.0f);
+            }
+        }
+    }
+}
+
+TEST_F(SoftShadows, AnUnknownLightIsNamed) {
+    FrameRequest r = edgeOverWall(lightOf(LightKind::point, 0.3));
+    r.lights = {{.light = "lomp", .radius = 0.1}};
+    try {
+        renderer().render(r);
+        FAIL();
+    } catch (const InvalidRequest& error) {
+        ASSERT_EQ(error.errors().size(), 1u);
+        EXPECT_EQ(error.errors()[0].pointer, "/lights/0/light");
+        EXPECT_NE(error.errors()[0].detail.find("did you mean \"lamp\""), std::string::npos);
+    }
+}
