@@ -192,7 +192,12 @@ std::optional<Answer> Server::quickAnswer(const Call& call, std::string_view bod
 }
 
 Answer Server::refuse(const Call& call, const Problem& problem) {
-    return finish(call, problemAnswer(problem, call.requestId), "");
+    // A method that the path does not have is refused for that, with or without a body.
+    const bool lacksLength = problem.code == ProblemCode::lengthRequired;
+    const std::string allow = lacksLength ? methodsOf(call.path) : "";
+    const bool unknown = !allow.empty() && allow.find(call.method) == std::string::npos;
+    return finish(call, problemAnswer(unknown ? methodNotAllowed(allow) : problem, call.requestId),
+                  "");
 }
 
 Answer Server::finish(const Call& call, Answer answer, const std::string& route) {

@@ -3,10 +3,14 @@
 #include "server/api/comparison_json.h"
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
+#include "server/api/route_table.h"
 #include "server/api/sequence_request.h"
 #include "server/base/process.h"
 
 #include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cctype>
 
 namespace clerestory {
 namespace {
@@ -347,6 +351,23 @@ ordered_json openApiDocument() {
 
 std::string openApiText() {
     return openApiDocument().dump();
+}
+
+std::string methodsOf(const std::string& path) {
+    static const ordered_json paths = openApiDocument()["paths"];
+    for (const auto& [pattern, operations] : paths.items()) {
+        if (!covers(pattern, path)) continue;
+        std::string allow;
+        for (const auto& [method, operation] : operations.items()) {
+            if (method == "parameters") continue;
+            std::string word = method;
+            std::transform(word.begin(), word.end(), word.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+            allow += (allow.empty() ? "" : ", ") + word + (word == "GET" ? ", HEAD" : "");
+        }
+        return allow;
+    }
+    return {};
 }
 
 }  // namespace clerestory

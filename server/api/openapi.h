@@ -11,6 +11,9 @@ namespace clerestory {
 nlohmann::ordered_json openApiDocument();
 std::string openApiText();
 
+// Methods of a path, as in the header Allow; empty if there is no such path.
+std::string methodsOf(const std::string& path);
+
 // docs/api.md: the same as Markdown, and the problem codes.
 std::string apiDocument();
 

@@ -115,7 +115,8 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
             "--size",
             [&frame](const std::string& text) {
                 const std::size_t x = text.find('x');
-                if (x == std::string::npos) throw CLI::ValidationError("--size", "must be WxH");
+                if (x == std::string::npos)
+                    throw CLI::ValidationError("--size", "must be WxH, such as 640x360");
                 frame.fields.emplace("width", text.substr(0, x));
                 frame.fields.emplace("height", text.substr(x + 1));
             },
@@ -126,17 +127,19 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
             "--effects",
             [&frame](const std::vector<std::string>& on) {
                 std::vector<std::string> unknown = on;
+                std::string allowed = "all, none";
                 Effects defaults;
                 fields(defaults, [&](const char* name, bool, const Flag&, const char*) {
                     const auto found = std::find(unknown.begin(), unknown.end(), name);
                     const bool all = !on.empty() && on.front() == "all";
                     const bool isOn = all || found != unknown.end();
                     if (found != unknown.end()) unknown.erase(found);
+                    allowed += std::string(", ") + name;
                     frame.fields.emplace(std::string("effects.") + name, isOn ? "1" : "0");
                 });
                 if (!unknown.empty() && unknown.front() != "all" && unknown.front() != "none") {
-                    throw CLI::ValidationError("--effects",
-                                               "no effect \"" + unknown.front() + "\"");
+                    throw CLI::ValidationError(
+                        "--effects", "no effect \"" + unknown.front() + "\"; allowed: " + allowed);
                 }
             },
             "enabled effects, separated by commas; or all, or none")
@@ -150,7 +153,8 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
                 for (const std::string& pair : pairs) {
                     const std::size_t equals = pair.find('=');
                     if (equals == std::string::npos) {
-                        throw CLI::ValidationError("--set", "must be NAME=VALUE");
+                        throw CLI::ValidationError(
+                            "--set", "must be NAME=VALUE, such as effects.shadows=true");
                     }
                     frame.fields.emplace(pair.substr(0, equals), pair.substr(equals + 1));
                 }

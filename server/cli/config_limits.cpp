@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <cctype>
+
 namespace clerestory {
 namespace {
 
@@ -29,6 +32,19 @@ void addSeconds(CLI::App& serve, const char* flag, std::chrono::milliseconds& va
         ->type_name("SECONDS")
         ->group("Limits")
         ->default_str(std::to_string(static_cast<int>(now)));
+}
+
+// Browsers send an origin without a path, in lower case.
+std::string originProblem(const std::string& origin) {
+    const std::size_t scheme = origin.find("://");
+    const bool plain = scheme != std::string::npos && scheme > 0 && scheme + 3 < origin.size() &&
+                       origin.find('/', scheme + 3) == std::string::npos &&
+                       std::none_of(origin.begin(), origin.end(), [](unsigned char c) {
+                           return c <= ' ' || std::isupper(c) || c == ',' || c == 127;
+                       });
+    return plain || origin == "*"
+               ? ""
+               : "must be SCHEME://HOST or SCHEME://HOST:PORT in lower case, or *";
 }
 
 }  // namespace
@@ -87,6 +103,15 @@ void addAccessFlags(CLI::App& serve, Config& config) {
             "allowed host name, besides localhost and IP addresses; may be repeated; * allows "
             "any")
         ->type_name("NAME")
+        ->group("Access")
+        ->take_all()
+        ->allow_extra_args(false);
+    serve
+        .add_option("--allow-origin", access.origins,
+                    "origin whose pages may read answers (CORS), such as https://shop.example; may "
+                    "be repeated; * allows any")
+        ->check([](const std::string& origin) { return originProblem(origin); })
+        ->type_name("ORIGIN")
         ->group("Access")
         ->take_all()
         ->allow_extra_args(false);

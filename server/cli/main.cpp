@@ -1,4 +1,4 @@
-// The program: reads the command line and runs one command. Failures become one line on stderr.
+// The program: reads the command line and runs one command. Failures become lines on stderr.
 #include "renderer.h"
 #include "scene/import/in_process.h"
 #include "server/base/log.h"
@@ -8,6 +8,7 @@
 #include "server/worker/worker.h"
 
 #include <cstring>
+#include <filesystem>
 #include <iostream>
 
 namespace {
@@ -43,6 +44,15 @@ int fail(const std::string& message) {
     return 2;
 }
 
+// One line for each wrong field.
+int fail(const std::vector<FieldError>& errors) {
+    for (const FieldError& e : errors) {
+        fail((e.pointer.empty() ? "the request" : e.pointer) + " " + e.detail +
+             (e.allowed.empty() ? "" : "; allowed: " + e.allowed));
+    }
+    return 2;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -62,7 +72,14 @@ int main(int argc, char** argv) {
         endDriver();
         return status;
     } catch (const RequestError& error) {
+        if (!error.problem().errors.empty()) return fail(error.problem().errors);
         return fail(error.problem().detail);
+    } catch (const InvalidRequest& error) {
+        return fail(error.errors());
+    } catch (const std::filesystem::filesystem_error& error) {
+        return fail(error.path1().string() + ": " + error.code().message());
+    } catch (const std::bad_alloc&) {
+        return fail("out of memory");
     } catch (const std::exception& error) {
         return fail(error.what());
     }

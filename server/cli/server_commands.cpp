@@ -5,6 +5,7 @@
 
 #include "server/base/log.h"
 #include "server/http/access.h"
+#include "server/http/listener.h"
 #include "server/scenes/compile_ahead.h"
 #include "server/scenes/shader_cache.h"
 #include "server/server.h"
@@ -66,8 +67,8 @@ int runServe(const CommandLine& line) {
         config.fastStart && !compiledBefore(firstSourceOf(config.scenes));
     Server server(config);
     server.start();
-    std::cout << "Clerestory listens on http://" << config.http.host << ":" << server.port() << "/"
-              << std::endl;
+    std::cout << "Clerestory listens on http://" << authorityOf(config.http.host, server.port())
+              << "/" << std::endl;
 
     int signal = 0;
     sigwait(&signals, &signal);

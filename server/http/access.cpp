@@ -90,6 +90,7 @@ std::string secretFrom(const std::string& file) {
     if (!stream || !std::getline(stream, secret)) {
         throw std::runtime_error("cannot read a secret from " + file);
     }
+    if (secret.starts_with("\xEF\xBB\xBF")) secret.erase(0, 3);  // byte order mark
     while (!secret.empty() && (secret.back() == '\r' || secret.back() == ' ')) secret.pop_back();
     if (secret.size() < kMinSecret) {
         throw std::runtime_error("the secret in " + file + " is shorter than " +

@@ -12,10 +12,11 @@
 namespace clerestory {
 
 struct AccessOptions {
-    std::vector<std::string> hosts;  // names allowed besides localhost and IP addresses; "*": any
-    std::string tokenFile;           // empty: no token is required
-    std::string linkKeyFile;         // empty: links are not signed
-    std::string clientHeader;        // header in which a reverse proxy names its client; or empty
+    std::vector<std::string> hosts;    // names allowed besides localhost and IP addresses; "*": any
+    std::vector<std::string> origins;  // of other pages that may read answers; see CrossOrigin
+    std::string tokenFile;             // empty: no token is required
+    std::string linkKeyFile;           // empty: links are not signed
+    std::string clientHeader;          // header in which a reverse proxy names its client; or empty
 };
 
 class Access {

@@ -1,5 +1,6 @@
 #include "server/http/http_server.h"
 
+#include "server/http/cross_origin.h"
 #include "server/http/event_loop.h"
 
 #include <sys/resource.h>
@@ -33,7 +34,8 @@ HttpLimits withinDescriptors(HttpLimits limits) {
 class HttpServer::Parts {
 public:
     Parts(const HttpServerOptions& options, Routes given)
-        : routes(std::move(given)),
+        : crossOrigin(options.access.origins),
+          routes(permitted(std::move(given))),
           access(options.access, routes.paths),
           limits(withinDescriptors(options.limits)),
           listener(options.host, options.port),
@@ -57,6 +59,25 @@ public:
                              ResponseWriter& writer) { return adapter.answer(exchange, writer); }};
     }
 
+    // The routes, whose answers pages of allowed origins may read.
+    Routes permitted(Routes given) const {
+        return {
+            .quick = [this, quick = given.quick](const Call& call,
+                                                 std::string_view body) -> std::optional<Answer> {
+                if (auto answer = quick(call, body)) {
+                    return crossOrigin.permitted(call, *std::move(answer));
+                }
+                return std::nullopt;
+            },
+            .respond = [this, respond = given.respond](
+                           const Call& call) { return crossOrigin.permitted(call, respond(call)); },
+            .refuse =
+                [this, refuse = given.refuse](const Call& call, const Problem& problem) {
+                    return crossOrigin.permitted(call, refuse(call, problem));
+                },
+            .paths = std::move(given.paths)};
+    }
+
     std::optional<Problem> refusal(const RequestHead& head) const {
         return access.refusal(
             head, std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()));
@@ -64,10 +85,12 @@ public:
 
     std::optional<Answer> quick(const Exchange& exchange) const {
         const Call call = callOf(exchange);
+        if (auto answer = crossOrigin.preflight(call)) return answer;
         if (const auto problem = refusal(exchange.head)) return routes.refuse(call, *problem);
         return routes.quick(call, exchange.body);
     }
 
+    const CrossOrigin crossOrigin;
     const Routes routes;
     const Access access;
     const HttpLimits limits;

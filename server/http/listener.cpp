@@ -54,17 +54,24 @@ int portOf(int fd) {
 
 }  // namespace
 
+std::string authorityOf(const std::string& host, int port) {
+    const bool isV6 = host.find(':') != std::string::npos && !host.starts_with('[');
+    return (isV6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
+}
+
 Listener::Listener(const std::string& host, int port) {
     addrinfo hints{};
     hints.ai_socktype = SOCK_STREAM;
     hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+    const bool bracketed = host.starts_with('[') && host.ends_with(']');
+    const std::string name = bracketed ? host.substr(1, host.size() - 2) : host;
     addrinfo* found = nullptr;
-    if (getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) == 0) {
+    if (getaddrinfo(name.c_str(), std::to_string(port).c_str(), &hints, &found) == 0) {
         const std::unique_ptr<addrinfo, void (*)(addrinfo*)> list(found, freeaddrinfo);
         for (const addrinfo* at = found; at && socket_ < 0; at = at->ai_next) socket_ = bound(*at);
     }
     if (socket_ < 0) {
-        throw std::runtime_error("cannot listen on " + host + ":" + std::to_string(port) +
+        throw std::runtime_error("cannot listen on " + authorityOf(host, port) +
                                  ": the port is in use or the address is not local");
     }
     port_ = portOf(socket_);

@@ -5,6 +5,9 @@
 
 namespace clerestory {
 
+// "host:port" as in a URL: IPv6 addresses have brackets.
+std::string authorityOf(const std::string& host, int port);
+
 class Listener {
 public:
     // Port 0 selects a free one. Throws std::runtime_error with a message for the user.

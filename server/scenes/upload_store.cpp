@@ -106,6 +106,7 @@ std::string UploadStore::kindOf(std::string_view content) {
     if (content.starts_with("PK\x03\x04")) return "zip";
     if (content.starts_with("\x1f\x8b")) return "tgz";
     if (content.size() > kTarMark + 5 && content.substr(kTarMark, 5) == "ustar") return "tar";
+    if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);  // byte order mark
     const std::size_t first = content.find_first_not_of(" \t\r\n");
     return first != std::string_view::npos && content[first] == '{' ? "gltf" : "";
 }

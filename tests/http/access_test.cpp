@@ -68,6 +68,11 @@ TEST(Access, ATokenIsRequiredExceptOnPublicPaths) {
     EXPECT_EQ(refusal(access, head("GET /v1/scenes?token=" + kToken)), 401) << "never in a link";
     EXPECT_EQ(with("GET /v1/scenes", "Bearer " + kToken), 0);
     EXPECT_EQ(with("GET /v1/scenes", "bearer " + kToken), 0);
+    const Access marked({.tokenFile = fileWith("marked-token", "\xEF\xBB\xBF" + kToken)}, kPaths);
+    EXPECT_EQ(refusal(marked, head("GET /v1/scenes",
+                                   "Host: localhost\r\nAuthorization: Bearer " + kToken + "\r\n")),
+              0)
+        << "a byte order mark is not content";
     for (const std::string& wrong :
          {kToken, std::string("Bearer"), "Bearer " + kToken + "x", "Bearer " + kToken.substr(1),
           "Bearer  " + kToken, "Basic " + kToken, "Bearer x" + kToken.substr(1)}) {

@@ -234,6 +234,38 @@ TEST(CommandLine, UsageErrorsPrintOneLineAndExitWith2) {
     }
 }
 
+TEST(CommandLine, ErrorsSayWhatIsAllowed) {
+    const auto says = [](const std::string& arguments, const std::string& before = "") {
+        const Outcome outcome = run(arguments, before);
+        EXPECT_EQ(outcome.exitCode, 2);
+        return outcome.output;
+    };
+    EXPECT_THAT(says("plan six-walls --accuracy best"), HasSubstr("draft, standard, fine"));
+    EXPECT_THAT(says("plan six-walls --yfov 9"), HasSubstr("a number from 0.017"));
+    EXPECT_THAT(says("plan six-walls --effects glow"), HasSubstr("planarReflection"));
+    EXPECT_THAT(says("plan six-walls --size 64"), HasSubstr("640x360"));
+    EXPECT_THAT(says("plan six-walls --clip dance"), HasSubstr("allowed: "));
+    EXPECT_THAT(says("serve --rays gpu"), HasSubstr("cpu"));
+    EXPECT_THAT(says("serve --port 99999"), HasSubstr("65535"));
+    EXPECT_THAT(says("serve --allow-origin shop.example"), HasSubstr("SCHEME://HOST"));
+    EXPECT_THAT(says("serve --allow-origin https://shop.example/"), HasSubstr("SCHEME://HOST"));
+    // One line for each wrong field.
+    const std::string several =
+        says("plan six-walls --request -", R"(echo '{"width": 0, "lights": [{"radius": -1}]}' |)");
+    EXPECT_EQ(std::count(several.begin(), several.end(), '\n'), 2) << several;
+    EXPECT_THAT(several, HasSubstr("/width is out of range; allowed: a whole number from 1 to "));
+    EXPECT_THAT(several,
+                HasSubstr("/lights/0/radius is out of range; allowed: a number from 0 to "));
+}
+
+// A URL with an address of IPv6 has brackets.
+TEST(CommandLine, AnAddressOfIPv6HasBrackets) {
+    EXPECT_THAT(run("serve --host 2001:db8::1 --port 81").output,
+                HasSubstr("cannot listen on [2001:db8::1]:81: "));
+    EXPECT_THAT(run("serve --host [2001:db8::1] --port 81").output,
+                HasSubstr("cannot listen on [2001:db8::1]:81: "));
+}
+
 TEST(CommandLine, SignalsEndTheServerAfterTheCurrentFrame) {
     for (const int signal : {SIGTERM, SIGINT}) {
         test::ServerProcess server;

@@ -282,6 +282,17 @@ TEST(Refusals, MethodsThatAreNotAllowedListTheAllowedOnes) {
     EXPECT_TRUE(head->body.empty());
 }
 
+// As in the files of scenes (SideFile).
+TEST(Refusals, AByteOrderMarkIsNotContent) {
+    auto client = sharedServer().client();
+    const std::string mark = "\xEF\xBB\xBF";
+    const auto marked = postJson(client, "/v1/frames", mark + smallFrame());
+    ASSERT_TRUE(marked);
+    EXPECT_EQ(marked->status, 200);
+    EXPECT_EQ(marked->body, postJson(client, "/v1/frames", smallFrame())->body);
+    problemOf(postJson(client, "/v1/frames", mark + mark + smallFrame()), 400);
+}
+
 TEST(Refusals, OversizedAndMistypedBodies) {
     auto client = sharedServer().client();
     const std::string large = "{\"scene\": \"" + std::string(80 * 1024, 'x') + "\"}";
@@ -329,6 +340,12 @@ TEST(Refusals, NonHttpRequestsGetOneResponseAndAreClosed) {
     EXPECT_EQ(status("\x16\x03\x01\x02\r\n\r\n"), "HTTP/1.1 400");
     EXPECT_EQ(status(head + "Transfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n"),
               "HTTP/1.1 411");
+    EXPECT_EQ(status("DELETE /v1/frames HTTP/1.1\r\nHost: localhost\r\n"
+                     "Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n"),
+              "HTTP/1.1 405");
+    EXPECT_EQ(status("PUT /v1/frames HTTP/1.1\r\nHost: localhost\r\n\r\n"), "HTTP/1.1 405");
+    EXPECT_EQ(status("POST /v1/jobs/0 HTTP/1.1\r\nHost: localhost\r\n\r\n"), "HTTP/1.1 405");
+    EXPECT_EQ(status("POST /v1/frames HTTP/1.1\r\nHost: localhost\r\n\r\n"), "HTTP/1.1 411");
     EXPECT_EQ(status(head + "Content-Length: abc\r\n\r\n{}"), "HTTP/1.1 400");
     EXPECT_EQ(status(head + "Content-Length: -1\r\n\r\n{}"), "HTTP/1.1 400");
     EXPECT_EQ(status(head + "Content-Length: 2\r\nContent-Length: 3\r\n\r\n{}"), "HTTP/1.1 400");

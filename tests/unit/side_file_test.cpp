@@ -74,6 +74,27 @@ TEST_F(SideFile, ChangesMaterialsPermanently) {
     EXPECT_EQ(surfacesOf(plain)[0].reason, ReflectorReason::roughDielectric);
 }
 
+TEST_F(SideFile, AByteOrderMarkIsNotContent) {
+    const Scene scene = load(
+        "\xEF\xBB\xBF"
+        R"({"overrides": [{"material": "stone", "metallic": 1}]})");
+    EXPECT_TRUE(scene.warnings.empty());
+    EXPECT_EQ(of(scene, 0).metallic, 1.0f);
+    try {
+        importSceneInProcess(folder_.write(
+            "marked.gltf", "\xEF\xBB\xBF{\"asset\": {\"version\": \"2.0\"}, \"scenes\": [{}]}"));
+        FAIL();
+    } catch (const ImportError& error) {
+        EXPECT_STREQ(error.what(), "the file has no triangles to draw");
+    }
+}
+
+TEST_F(SideFile, ErrorsNameThePlaceInTheFile) {
+    const Scene scene = load(R"({"overrides": ])");
+    ASSERT_EQ(scene.warnings.size(), 1u);
+    EXPECT_THAT(scene.warnings[0].message, HasSubstr("not valid JSON at byte 15"));
+}
+
 TEST_F(SideFile, LightsHaveARadius) {
     const auto lit = [this](const std::string& sideFile, const std::string& radius) {
         std::string lights = R"("extensions": {"KHR_lights_punctual": {"lights": [)"

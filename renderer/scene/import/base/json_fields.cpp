@@ -38,8 +38,10 @@ Json parsedFile(std::string_view text) {
             malformed("the JSON is not an object");
         }
         return json;
-    } catch (const Json::exception& error) {
-        malformed(std::string("not JSON: ") + error.what());
+    } catch (const Json::parse_error& error) {
+        malformed("not valid JSON at byte " + std::to_string(error.byte));
+    } catch (const Json::exception&) {
+        malformed("the JSON has a number that is out of range");
     }
 }
 
