@@ -67,7 +67,9 @@ vec3 shaded(MaterialPoint m) {
     float least = leastCosineOver(across * across / max(dot(face, face), 1e-30f));
     Surface s = surfaceOf(m, toEye, least);
     if (viewHas(VIEW_SURFACE_LIGHT)) {
-        s.light = SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby);
+        SurfaceLight light =
+            SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby, lightSides);
+        s.light = lightOnSide(light, gl_FrontFacing, s.normal);
     }
     if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) return shadedGlass(m, s);
     vec3 mirrored = reflectedRadiance(s, positionEye);

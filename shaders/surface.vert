@@ -46,6 +46,7 @@ void main() {
         lightTurned = light.turned;
         lightVisible = light.visible;
         lightNearby = light.nearby;
+        lightSides = light.sides;
     }
     texCoord0 = inTexCoord0;
     texCoord1 = inTexCoord1;

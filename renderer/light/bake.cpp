@@ -19,6 +19,8 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kGoldenAngle = 2.39996323f;
+// An emitter that fills this share of the directions is what a specular lobe sees.
+constexpr float kLargeEmitter = 0.25f;
 constexpr std::uint32_t kLampRays = 12;  // to a lamp with a radius
 
 float luminance(const glm::vec3& c) {
@@ -43,6 +45,7 @@ struct Sums {
     float emitterCount = 0.0f;
     glm::vec3 emitters{0.0f};
     glm::vec3 emitterFlux{0.0f};
+    float emitterShare = 0.0f;  // of the directions, by cosine, that emitters fill
 
     void forgetBounces(float factor) {
         bounceCount *= factor;
@@ -54,6 +57,17 @@ struct Sums {
         return open / std::max(count, 1.0f) + emitters / std::max(emitterCount, 1.0f);
     }
     glm::vec3 bounced() const { return bounces / std::max(bounceCount, 1e-6f); }
+    // The share of the environment by direction, as LightAtVertex::visible: least squares over
+    // directions with the density of cosines. The variance of the direction's part along the normal
+    // is 1/18, of those across it 1/4.
+    glm::vec4 visibleFrom(const glm::vec3& normal) const {
+        const float rays = std::max(count, 1.0f), mean = visible / rays;
+        const glm::vec3 direction = directions / rays;
+        const glm::vec3 covariance = towards / rays - mean * direction;
+        const float upward = glm::dot(covariance, normal);
+        const glm::vec3 slope = 4.0f * (covariance - upward * normal) + 18.0f * upward * normal;
+        return {slope, mean - glm::dot(slope, direction)};
+    }
     // bounceScale: see BounceSeries.
     glm::vec3 flux(const glm::vec3& bounceScale) const {
         return openFlux / std::max(count, 1.0f) +
@@ -220,6 +234,7 @@ struct Bake::State {
     glm::vec3 irradianceOf(const Sums& s) const {  // over pi; without lamps
         return s.direct() + series.scale() * s.bounced();
     }
+    glm::vec3 nearbyFrom(const Sums& s) const;
     LightAtVertex lightOf(std::uint32_t place) const;
     LightAtVertex unhidden() const;
 
@@ -550,56 +565,46 @@ void Bake::State::sampleEmitters(std::uint32_t place, int side) {
         const glm::vec3 light =
             hit.share * hit.emitted * (weight / (std::max(perSteradian, 1e-20f) * kPi));
         sum.emitters += light * cosine;
+        sum.emitterShare += cosine / (std::max(perSteradian, 1e-20f) * kPi);
         sum.emitterFlux += luminance(light) * along;
     }
     rayCount.fetch_add(quality.emitterRays, std::memory_order_relaxed);
 }
 
+// The light of what is not the environment, as much as specular lobes see of it. Most do not see a
+// small emitter.
+glm::vec3 Bake::State::nearbyFrom(const Sums& s) const {
+    const float emitterRays = std::max(s.emitterCount, 1.0f);
+    const float seen = std::min(s.emitterShare / (kLargeEmitter * emitterRays), 1.0f);
+    return series.scale() * s.bounced() +
+           seen * (s.emittersMet / std::max(s.count, 1.0f) + s.emitters / emitterRays);
+}
+
 LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
-    LightAtVertex light;
     const SurfacePoint& sample = pointOf(place);
     const Sums& front = sums[0][place];
-    light.irradiance = irradianceOf(front);
-    const float count = std::max(front.count, 1.0f);
     const Sums& back = sums[1][place];
-    if (sample.twoSided) {
-        const glm::vec3 behind = irradianceOf(back);
-        const glm::vec3 mean = 0.5f * (light.irradiance + behind);
-        const float scale = std::max(luminance(mean), 1e-20f);
-        const float half = 0.5f * (luminance(light.irradiance) - luminance(behind)) / scale;
-        light.irradiance = mean;
-        light.turned = glm::vec4(sample.normal * half, 1.0f);
-    } else {
-        const glm::vec3 flux = front.flux(series.scale());
-        const float along = glm::dot(flux, sample.normal);
-        light.turned =
-            along > 0.0f ? glm::vec4(flux / along, 0.0f) : glm::vec4(sample.normal, 0.0f);
+    // The weights are for two sides: the inside of a body is dark, and nobody sees it.
+    glm::vec3 nearby(0.0f);
+    float hidden = 0.0f;
+    for (int side = 0; side < (sample.twoSided ? 2 : 1); ++side) {
+        const Sums& s = sums[side][place];
+        const float weight = luminance(irradianceOf(s));
+        nearby += weight * nearbyFrom(s);
+        hidden += weight * std::max(1.0f - s.visible / std::max(s.count, 1.0f), 0.0f);
     }
-    float mean = front.visible / count;
+    nearby = hidden > 0.0f ? nearby / hidden : glm::vec3(0.0f);
     if (sample.twoSided) {
-        const float behind = back.visible / std::max(back.count, 1.0f);
-        light.visible =
-            glm::vec4(0.5f * (mean - behind) * sample.normal, 0.5f * (mean + behind) + kOfSides);
-        mean = 0.5f * (mean + behind);
-    } else {
-        // Least squares over directions with the density of cosines: the variance of the
-        // direction's part along the normal is 1/18, of those across it 1/4.
-        const glm::vec3 direction = front.directions / count;
-        const glm::vec3 covariance = front.towards / count - mean * direction;
-        const float upward = glm::dot(covariance, sample.normal);
-        const glm::vec3 slope =
-            4.0f * (covariance - upward * sample.normal) + 18.0f * upward * sample.normal;
-        light.visible = glm::vec4(slope, mean - glm::dot(slope, direction));
+        return ofBothSides({irradianceOf(front), front.visibleFrom(sample.normal)},
+                           {irradianceOf(back), back.visibleFrom(sample.normal)}, sample.normal,
+                           nearby);
     }
-
-    // What is not the environment, over the share of directions that it fills.
-    const auto nearbyOf = [this](const Sums& s) {
-        return series.scale() * s.bounced() + s.emittersMet / std::max(s.count, 1.0f) +
-               s.emitters / std::max(s.emitterCount, 1.0f);
-    };
-    const glm::vec3 nearby =
-        sample.twoSided ? 0.5f * (nearbyOf(front) + nearbyOf(back)) : nearbyOf(front);
-    if (mean < 1.0f) light.nearby = nearby / std::max(1.0f - mean, 0.5f / count);
+    LightAtVertex light{.irradiance = irradianceOf(front),
+                        .visible = front.visibleFrom(sample.normal),
+                        .nearby = nearby};
+    const glm::vec3 flux = front.flux(series.scale());
+    const float along = glm::dot(flux, sample.normal);
+    light.turned = along > 0.0f ? glm::vec4(flux / along, 0.0f) : glm::vec4(sample.normal, 0.0f);
     return light;
 }
 
@@ -821,11 +826,12 @@ SurfaceLight Bake::light() const {
             mean.turned += part.weight * l.turned;
             mean.visible += part.weight * l.visible;
             mean.nearby += part.weight * l.nearby;
+            mean.sides += part.weight * l.sides;
             weights += part.weight;
         }
         const float scale = weights > 0.0f ? 1.0f / weights : 0.0f;
         ofPoints.push_back(packed({mean.irradiance * scale, mean.turned * scale,
-                                   mean.visible * scale, mean.nearby * scale}));
+                                   mean.visible * scale, mean.nearby * scale, mean.sides * scale}));
     }
     light.values.reserve(s.places.pointOf.size() + 1 + s.moving.size());
     light.values.assign(1 + s.moving.size(), packed(s.unhidden()));

@@ -20,7 +20,7 @@ LightValue packed(const LightAtVertex& l) {
     return {{pair(l.irradiance.r, l.irradiance.g), pair(l.irradiance.b, l.nearby.r),
              pair(l.nearby.g, l.nearby.b), pair(l.visible.w, l.turned.w),
              pair(l.turned.x, l.turned.y), pair(l.turned.z, l.visible.x),
-             pair(l.visible.y, l.visible.z), 0u}};
+             pair(l.visible.y, l.visible.z), pair(l.sides.x, l.sides.y)}};
 }
 
 LightAtVertex unpacked(const LightValue& value) {
@@ -29,7 +29,21 @@ LightAtVertex unpacked(const LightValue& value) {
     return {.irradiance = {h[0].x, h[0].y, h[1].x},
             .turned = {h[4].x, h[4].y, h[5].x, h[3].y},
             .visible = {h[5].y, h[6].x, h[6].y, h[3].x},
-            .nearby = {h[1].y, h[2].x, h[2].y}};
+            .nearby = {h[1].y, h[2].x, h[2].y},
+            .sides = h[7]};
+}
+
+LightAtVertex ofBothSides(const SideLight& front, const SideLight& back, const glm::vec3& normal,
+                          const glm::vec3& nearby) {
+    const glm::vec3 ahead(front.visible);
+    const glm::vec3 behind = glm::reflect(glm::vec3(back.visible), normal);
+    const float a = glm::dot(ahead, ahead), b = glm::dot(behind, behind);
+    const float both = glm::dot(ahead, behind) / std::max({a, b, 1e-20f});
+    return {.irradiance = front.irradiance,
+            .turned = glm::vec4(back.irradiance, back.visible.w),
+            .visible = glm::vec4(a >= b ? ahead : behind, front.visible.w + kOfSides),
+            .nearby = nearby,
+            .sides = a >= b ? glm::vec2(1.0f, both) : glm::vec2(both, 1.0f)};
 }
 
 glm::dvec3 LightGrid::point(std::size_t i) const {
@@ -77,6 +91,7 @@ LightAtVertex lightAt(const LightGrid& grid, const glm::dvec3& place) {
         sum.turned += w * l.turned;
         sum.visible += w * l.visible;
         sum.nearby += w * l.nearby;
+        sum.sides += w * l.sides;
     }
     return sum;
 }

@@ -27,12 +27,24 @@ struct LightAtVertex {
     // max(dot(turned.xyz, n) + turned.w, 0).
     glm::vec4 turned{0.0f, 0.0f, 0.0f, 1.0f};
     // Share of the environment's light from direction w that arrives:
-    // clamp(dot(visible.xyz, w) + visible.w, 0, 1). Of a two-sided surface: that of all directions
-    // on the side of the normal n, clamp(dot(visible.xyz, n) + visible.w - kOfSides, 0, 1).
+    // clamp(dot(visible.xyz, w) + visible.w, 0, 1).
     glm::vec4 visible{0.0f, 0.0f, 0.0f, 1.0f};
     glm::vec3 nearby{0.0f};  // mean radiance of what hides the environment
+    glm::vec2 sides{0.0f};   // see ofBothSides()
 };
+// A two-sided surface has the light of both sides in one value, whose visible.w is greater by
+// kOfSides. `irradiance` is that of the front, turned.xyz that of the back. The share of the
+// environment on the front is clamp(sides.x * dot(visible.xyz, w) + visible.w - kOfSides, 0, 1), on
+// the back clamp(sides.y * dot(visible.xyz, m) + turned.w, 0, 1), where m is w mirrored in the
+// surface: how the share depends on the direction is that of one side, and the other has a part
+// of it.
 inline constexpr float kOfSides = 4.0f;
+struct SideLight {
+    glm::vec3 irradiance{0.0f};
+    glm::vec4 visible{0.0f};  // as LightAtVertex::visible
+};
+LightAtVertex ofBothSides(const SideLight& front, const SideLight& back, const glm::vec3& normal,
+                          const glm::vec3& nearby);
 LightValue packed(const LightAtVertex& light);
 LightAtVertex unpacked(const LightValue& value);
 

@@ -150,6 +150,7 @@ SurfaceLight lightAtHit(float first, int a, int b, int c, vec3 weights) {
     light.turned = la.turned * weights.x + lb.turned * weights.y + lc.turned * weights.z;
     light.visible = la.visible * weights.x + lb.visible * weights.y + lc.visible * weights.z;
     light.nearby = la.nearby * weights.x + lb.nearby * weights.y + lc.nearby * weights.z;
+    light.sides = la.sides * weights.x + lb.sides * weights.y + lc.sides * weights.z;
     return light;
 }
 
@@ -264,6 +265,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     }
     n = direction(n);
     point.normal = p.front ? n : -n;
+    if (viewHas(VIEW_SURFACE_LIGHT)) p.light = lightOnSide(p.light, p.front, n);
     point.occlusion = 1.0f;
     if (hitHas(FEATURE_OCCLUSION_MAP)) {
         point.occlusion +=

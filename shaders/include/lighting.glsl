@@ -226,7 +226,7 @@ vec3 diffuseAround(Surface s) {
 // What of the environment's light in a lobe about `towards` reaches the surface, and what comes from
 // there instead.
 vec3 reachingSurface(Surface s, vec3 towards, vec3 environment) {
-    if (viewHas(VIEW_SURFACE_LIGHT)) return gatheredFrom(s.light, s.normal, towards, environment);
+    if (viewHas(VIEW_SURFACE_LIGHT)) return gatheredFrom(s.light, towards, environment);
     return environment;
 }
 

@@ -7,8 +7,9 @@
 struct SurfaceLight {
     vec3 irradiance;  // over pi
     vec4 turned;      // factor of it for another normal
-    vec4 visible;     // share of the environment from a direction, or on a side; see gatheredFrom()
+    vec4 visible;     // share of the environment from a direction; see gatheredFrom()
     vec3 nearby;      // mean radiance of what hides the environment
+    vec2 sides;       // of a two-sided surface; see lightOnSide()
 };
 
 // The value of a vertex of an instance whose values begin at `first`. With a half added it is that of
@@ -19,6 +20,7 @@ int surfaceLightValue(float first, int vertex) {
 }
 
 SurfaceLight surfaceLightOf(uvec4 first, uvec4 second) {
+    SurfaceLight light;
     vec2 a = unpackHalf2x16(first.x);
     vec2 b = unpackHalf2x16(first.y);
     vec2 c = unpackHalf2x16(first.z);
@@ -26,11 +28,27 @@ SurfaceLight surfaceLightOf(uvec4 first, uvec4 second) {
     vec2 e = unpackHalf2x16(second.x);
     vec2 f = unpackHalf2x16(second.y);
     vec2 g = unpackHalf2x16(second.z);
-    SurfaceLight light;
+    light.sides = unpackHalf2x16(second.w);
     light.irradiance = vec3(a.x, a.y, b.x);
     light.nearby = vec3(b.y, c.x, c.y);
     light.visible = vec4(f.y, g.x, g.y, d.x);
     light.turned = vec4(e.x, e.y, f.x, d.y);
+    return light;
+}
+
+// As kOfSides in renderer/light/surface_light.h.
+const float kLightOfSides = 4.0f;
+
+// A two-sided surface has the light of both sides in one value (ofBothSides()). normal: of either.
+SurfaceLight lightOnSide(SurfaceLight light, bool front, vec3 normal) {
+    if (light.visible.w > 0.5f * kLightOfSides) {
+        vec3 slope = light.visible.xyz;
+        slope -= front ? vec3(0.0f) : 2.0f * dot(slope, normal) * normal;
+        light.visible = vec4((front ? light.sides.x : light.sides.y) * slope,
+                             front ? light.visible.w - kLightOfSides : light.turned.w);
+        light.irradiance = front ? light.irradiance : light.turned.xyz;
+        light.turned = vec4(0.0f, 0.0f, 0.0f, 1.0f);
+    }
     return light;
 }
 
@@ -39,16 +57,9 @@ vec3 diffuseFrom(SurfaceLight light, vec3 normal) {
     return light.irradiance * factor;
 }
 
-// As kOfSides in renderer/light/surface_light.h.
-const float kLightOfSides = 4.0f;
-
-// environment: what the lobe about `towards` would gather if nothing hid it. normal: on the side that
-// is seen. What a thin wall sees of the environment on one side says nothing about the other one.
-vec3 gatheredFrom(SurfaceLight light, vec3 normal, vec3 towards, vec3 environment) {
-    bool ofSides = light.visible.w > 0.5f * kLightOfSides;
-    vec3 at = ofSides ? normal : towards;
-    float constant = light.visible.w - (ofSides ? kLightOfSides : 0.0f);
-    float share = clamp(dot(light.visible.xyz, at) + constant, 0.0f, 1.0f);
+// environment: what the lobe about `towards` would gather if nothing hid it.
+vec3 gatheredFrom(SurfaceLight light, vec3 towards, vec3 environment) {
+    float share = clamp(dot(light.visible.xyz, towards) + light.visible.w, 0.0f, 1.0f);
     return environment * share + light.nearby * (1.0f - share);
 }
 

@@ -12,6 +12,7 @@ VARYING vec3 lightIrradiance;
 VARYING vec4 lightTurned;
 VARYING vec4 lightVisible;
 VARYING vec3 lightNearby;
+VARYING vec2 lightSides;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
 flat VARYING vec3 drawNumbers;  // first light, number of lights, object id or what it is seen as
 

@@ -207,6 +207,67 @@ TEST_F(LightBetweenSurfaces, ThinWallsDoNotShowTheSkyOfTheirOtherSide) {
     }
 }
 
+// A wall between a red light and a blue one.
+TEST_F(LightBetweenSurfaces, EachSideOfAWallHasItsOwnColour) {
+    Scene scene;
+    Material wall = matte(0.5f);
+    wall.doubleSided = true;
+    place(scene, quad(1.0f, addMaterial(scene, wall)));
+    Material red = matte(0.0f), blue = matte(0.0f);
+    red.emissive = {1.0f, 0.0f, 0.0f};
+    blue.emissive = {0.0f, 0.0f, 1.0f};
+    red.doubleSided = blue.doubleSided = true;
+    place(scene, quad(2.0f, addMaterial(scene, red)), moved(0.0, 0.0, 1.0));
+    place(scene, quad(2.0f, addMaterial(scene, blue)), moved(0.0, 0.0, -1.0));
+    FrameRequest r = request(std::move(scene), "colours", {0.0, 0.0, 0.9});
+    r.environment.intensity = 0.0;
+    const glm::vec3 front = centerColor(renderer().render(lit(r)).image);
+    r.camera.position = {0.0, 0.0, -0.9};
+    const glm::vec3 back = centerColor(renderer().render(lit(r)).image);
+    EXPECT_GT(front.x, 0.25f);
+    EXPECT_LT(front.z, 1e-2f * front.x);
+    EXPECT_NEAR(back.z, front.x, 1e-2f * front.x);
+    EXPECT_LT(back.x, 1e-2f * back.z);
+}
+
+// A box of thin walls that is open towards +z. The same point of a rough metal wall shows the
+// inside to who looks in, and the sky to who looks out.
+TEST_F(LightBetweenSurfaces, ThinWallsMirrorWhatTheyFace) {
+    Scene scene;
+    const auto metal = [](float reflectance) {
+        return Material{.baseColor = glm::vec4(glm::vec3(reflectance), 1.0f),
+                        .metallic = 1.0f,
+                        .roughness = 0.3f,
+                        .doubleSided = true};
+    };
+    placeRoom(scene, addMaterial(scene, metal(0.1f)));
+    scene.instances.pop_back();  // the wall at z = 1
+    const Index wall = addMaterial(scene, metal(1.0f));
+    scene.instances[1].material = wall;  // at x = 1
+    FrameRequest r = request(std::move(scene), "box", {0.0, 0.0, 0.9});
+    r.effects.planarReflection = false;
+    r.environment.map = "white";
+    r.camera.target = {1.0, 0.0, 0.0};
+    const float inwards = centerColor(renderer().render(lit(r)).image).x;
+    r.camera.position = {0.0, 0.0, -0.9};
+    const float outwards = centerColor(renderer().render(lit(r)).image).x;
+    EXPECT_LT(inwards, 0.1f);
+    EXPECT_GT(outwards, 0.5f);  // linear in the direction
+}
+
+// A lamp that fills a hundredth of the directions is in few lobes.
+TEST_F(LightBetweenSurfaces, ASmallLampIsNotInEveryLobe) {
+    Scene scene;
+    placeRoom(scene, addMaterial(scene, matte(0.0f)));
+    Material metal{.metallic = 1.0f, .roughness = 0.3f};
+    place(scene, quad(0.5f, addMaterial(scene, metal)), moved(0.0, 0.0, -0.99));
+    place(scene, quad(0.1f, addMaterial(scene, matte(0.0f, 100.0f))),
+          moved(0.0, 0.9, 0.0) * facingDown(0.0));
+    FrameRequest r = request(std::move(scene), "lamp", {0.0, -0.5, 0.0});
+    r.camera.target = {0.0, -0.4, -0.99};
+    EXPECT_LT(centerColor(renderer().render(lit(r)).image).x, 0.1f);
+}
+
 // Rays from the edge of a wall begin in the plane of the next one.
 TEST_F(LightBetweenSurfaces, EdgesOfThinWallsDoNotShowTheSkyOfTheirOtherSide) {
     Scene scene;
