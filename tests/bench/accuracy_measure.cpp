@@ -1,5 +1,6 @@
 #include "accuracy_measure.h"
 
+#include "room_scene.h"
 #include "scenes.h"
 #include "statistics.h"
 
@@ -28,7 +29,7 @@ struct TimedFrame {
 class Subject {
 public:
     Subject(const AccuracyScene& scene, const MeasureOptions& options)
-        : scene_(loadScene(scene.argument)), options_(options) {
+        : scene_(roomOrScene(scene.argument)), options_(options) {
         view_ = defaultView(scene_);
         for (const std::string& name : builtinEnvironmentNames()) {
             maps_[name] = std::make_shared<const EnvironmentMap>(*builtinEnvironment(name));
@@ -149,7 +150,8 @@ Measured measureAccuracy(const AccuracyScene& scene, const std::vector<Accuracy>
                     .closedGap = result.closedGap,
                     .frameRelMse = result.frame.relMse,
                     .psnr = result.displayed.psnr,
-                    .decibels = result.displayed.decibels};
+                    .decibels = result.displayed.decibels,
+                    .modelDecibels = result.modelDecibels};
         if (isPreset(result.accuracy)) point.preset = result.accuracy.preset;
         measured.points.push_back(point);
         for (const EffectErrors& e : result.effects) {

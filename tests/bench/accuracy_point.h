@@ -23,6 +23,7 @@ struct Point {
     double closedGap = 0.0;
     double frameRelMse = 0.0;           // of the whole frame
     double psnr = 0.0, decibels = 0.0;  // of the whole displayed frame
+    double modelDecibels = 0.0;         // of the displayed pixels that show the scene
 };
 using Points = std::vector<Point>;
 
@@ -47,8 +48,13 @@ inline std::vector<Curve> curvesOf(const Points& points) {
     return curves;
 }
 
-inline constexpr Effect kCurveEffects[] = {Effect::base, Effect::emission, Effect::refraction,
-                                           Effect::planarReflection, Effect::environmentReflection};
+inline constexpr Effect kCurveEffects[] = {Effect::base,
+                                           Effect::emission,
+                                           Effect::refraction,
+                                           Effect::planarReflection,
+                                           Effect::environmentReflection,
+                                           Effect::shadows,
+                                           Effect::indirectLight};
 
 // "frame" for the whole frame.
 inline std::string curveName(Effect effect) {

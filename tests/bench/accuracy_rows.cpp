@@ -7,7 +7,7 @@
 namespace clerestory::bench {
 namespace {
 
-constexpr std::size_t kColumns = 18;
+constexpr std::size_t kColumns = 19;
 
 std::vector<std::string> cellsOf(const std::string& line) {
     std::vector<std::string> cells(1);
@@ -54,6 +54,7 @@ Point pointFrom(const std::string& line) {
     p.frameRelMse = number(c[15]);
     p.psnr = number(c[16]);
     p.decibels = number(c[17]);
+    p.modelDecibels = number(c[18]);
     return p;
 }
 

@@ -103,6 +103,7 @@ std::vector<AccuracyScene> builtinAccuracyScenes() {
 std::vector<AccuracyScene> allAccuracyScenes(const std::filesystem::path& shared) {
     std::vector<AccuracyScene> scenes = builtinAccuracyScenes();
     scenes.push_back({"meadow", "meadow", {}});
+    scenes.push_back({"room", "room", {}});  // closed on all sides
     for (const SharedScene& s : kSharedScenes) {
         const std::filesystem::path file = shared / s.file;
         if (!std::filesystem::exists(file)) continue;

@@ -6,11 +6,10 @@
 #include "predictions.h"
 #include "prices.h"
 #include "program.h"
-#include "room.h"
+#include "room_scene.h"
 #include "scenes.h"
 #include "statistics.h"
 
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
@@ -95,15 +94,6 @@ void measure(Renderer& renderer, Scene scene, const FrameRequest& shape, int rou
     renderer.removeScene(id);
 }
 
-Scene room() {
-    const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / ("clerestory-room-" + std::to_string(getpid()));
-    std::filesystem::create_directory(folder);
-    Scene scene = loadScene(writeRoom(folder).string());
-    std::filesystem::remove_all(folder);
-    return scene;
-}
-
 int run(int argc, char** argv) {
     CLI::App app{"Prices of the cost model, measured"};
     std::vector<std::string> scenes;
@@ -147,7 +137,7 @@ int run(int argc, char** argv) {
         width, height, preset.c_str());
     std::vector<Row> rows;
     for (const std::string& name : scenes) {
-        measure(renderer, name == "room" ? room() : loadScene(name), shape, rounds, rows);
+        measure(renderer, roomOrScene(name), shape, rounds, rows);
     }
     std::vector<double> factors;
     double worst = 1.0;
