@@ -1,6 +1,7 @@
 #include "light/bake.h"
 
 #include "light/places.h"
+#include "light/sky.h"
 #include "rays/path.h"
 #include "rays/triangle_tree.h"
 #include "scene/bvh.h"
@@ -29,10 +30,12 @@ float luminance(const glm::vec3& c) {
 
 // Sums over rays on one side of a surface.
 struct Sums {
-    float count = 0.0f;    // rays
-    glm::vec3 open{0.0f};  // radiance of the environment and, weighted, of emitters that rays met
-    glm::vec3 openFlux{0.0f};     // its luminance times direction over cosine
-    glm::vec3 emittersMet{0.0f};  // the second part of `open` alone
+    float count = 0.0f;           // rays
+    glm::vec3 open{0.0f};         // radiance of the environment that arrives
+    glm::vec3 hidden{0.0f};       // and that does not
+    glm::vec3 wholeSky{0.0f};     // irradiance over pi if nothing hid it
+    glm::vec3 emittersMet{0.0f};  // of emitters that rays met, weighted
+    glm::vec3 openFlux{0.0f};     // luminance of both times direction over cosine
     glm::vec3 directions{0.0f};
     float visible = 0.0f;     // share of the environment
     glm::vec3 towards{0.0f};  // that times the direction
@@ -52,9 +55,17 @@ struct Sums {
         bounces *= factor;
         bounceFlux *= factor;
     }
-    // Irradiance over pi, from the environment and emitters, and from other surfaces.
+    // Irradiance over pi. The more of the environment is open, the less does what is hidden vary:
+    // a surface that sees bright windows of a map from everywhere has no noise.
+    glm::vec3 fromSky() const {
+        const float perRay = 1.0f / std::max(count, 1.0f);
+        const glm::vec3 less = glm::max(wholeSky - hidden * perRay, 0.0f);
+        return glm::mix(open * perRay, less, std::clamp(visible * perRay, 0.0f, 1.0f));
+    }
+    // From the environment and emitters, and from other surfaces.
     glm::vec3 direct() const {
-        return open / std::max(count, 1.0f) + emitters / std::max(emitterCount, 1.0f);
+        return fromSky() + emittersMet / std::max(count, 1.0f) +
+               emitters / std::max(emitterCount, 1.0f);
     }
     glm::vec3 bounced() const { return bounces / std::max(bounceCount, 1e-6f); }
     // The share of the environment by direction, as LightAtVertex::visible: least squares over
@@ -159,34 +170,6 @@ glm::vec2 pointOfSequence(std::uint32_t i, std::uint32_t seed) {
         fraction(static_cast<float>(y - std::floor(y)) + static_cast<float>(h >> 16) / 65536.0f)};
 }
 
-// The map with so few texels that one ray represents each: a ray then sees the mean of its part.
-constexpr std::uint32_t kSkyEdge = 16;
-rays::CubeMap reducedMap(const EnvironmentMap& map) {
-    const std::uint32_t edge = std::min(kSkyEdge, std::max(map.faceSize, 1u));
-    rays::CubeMap cube(edge, 1);
-    std::vector<float> texels(std::size_t{4} * edge * edge);
-    for (std::uint32_t face = 0; face < 6; ++face) {
-        std::fill(texels.begin(), texels.end(), 0.0f);
-        std::vector<float> weights(std::size_t{edge} * edge, 0.0f);
-        for (std::uint32_t y = 0; y < map.faceSize; ++y) {
-            for (std::uint32_t x = 0; x < map.faceSize; ++x) {
-                const std::size_t to = std::size_t{y * edge / map.faceSize} * edge +
-                                       std::size_t{x * edge / map.faceSize};
-                const glm::vec3& c =
-                    map.texels[(std::size_t{face} * map.faceSize + y) * map.faceSize + x];
-                for (int k = 0; k < 3; ++k) texels[4 * to + static_cast<std::size_t>(k)] += c[k];
-                weights[to] += 1.0f;
-            }
-        }
-        for (std::size_t i = 0; i < weights.size(); ++i) {
-            for (std::size_t k = 0; k < 3; ++k) texels[4 * i + k] /= std::max(weights[i], 1.0f);
-        }
-        cube.setFace(0, face, texels);
-    }
-    cube.joinEdges();
-    return cube;
-}
-
 // All sides can be hit: rays that begin inside a body must notice it.
 std::vector<BvhTriangle> fromBothSides(std::vector<BvhTriangle> triangles) {
     for (BvhTriangle& t : triangles) t.side = 0.0f;
@@ -242,7 +225,7 @@ struct Bake::State {
     BakeQuality quality;
     BvhTriangles triangles;
     rays::TriangleTree tree;
-    rays::CubeMap sky;
+    Sky sky;
     std::vector<glm::vec2> noBrdf{glm::vec2(0.0f)};
     std::vector<glm::vec4> noLights{glm::vec4(0.0f)};
     std::optional<rays::PathTracer> tracer;
@@ -268,7 +251,7 @@ struct Bake::State {
 };
 
 Bake::State::State(BakeInput given, const BakeQuality& q)
-    : input(std::move(given)), quality(q), sky(reducedMap(*input.environment)) {
+    : input(std::move(given)), quality(q), sky(*input.environment) {
     triangles = stillTriangles(*input.scene, *input.pose, input.materials);
     tree.setStill(fromBothSides(triangles.triangles));
     rays::Surroundings surroundings{.tree = tree,
@@ -279,7 +262,7 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
                                     .firstTextureRow = input.firstTextureRow,
                                     .texels = *input.texels,
                                     .lights = noLights,
-                                    .environment = sky,
+                                    .environment = sky.map(),
                                     .brdf = noBrdf,
                                     .brdfSize = 1,
                                     .worldFromEye = glm::mat3(glm::transpose(input.mapFromWorld)),
@@ -494,6 +477,7 @@ void Bake::State::gather(std::uint32_t place, int side) {
     axesAbout(normal, x, y);
     Sums& sum = sums[side][place];
     sum.forgetBounces(keptOfBounces(round));
+    sum.wholeSky = sky.irradiance(normal) * input.environmentIntensity;
     for (std::uint32_t i = 0; i < quality.rays; ++i) {
         const glm::vec2 u =
             pointOfSequence(round * quality.rays + i, 2 * place + static_cast<unsigned>(side));
@@ -503,11 +487,9 @@ void Bake::State::gather(std::uint32_t place, int side) {
                                                y * (radius * std::sin(turn)) + normal * cosine);
         const Seen seen = look(start, along, cosine);
         if (!seen.begins) sum.behind += 1.0f;
-        glm::vec3 open = seen.emitted;
+        const glm::vec3 radiance = sky.radiance(along) * input.environmentIntensity;
+        const glm::vec3 open = seen.met ? glm::vec3(0.0f) : seen.share * radiance;
         if (!seen.met) {
-            float rgb[3];
-            sky.sample(&along.x, 0.0f, rgb);
-            open += seen.share * glm::vec3(rgb[0], rgb[1], rgb[2]) * input.environmentIntensity;
             const float through = luminance(seen.share);
             sum.visible += through;
             sum.towards += through * along;
@@ -516,12 +498,12 @@ void Bake::State::gather(std::uint32_t place, int side) {
         sum.count += 1.0f;
         sum.directions += along;
         sum.open += open;
-        sum.openFlux += luminance(open) * perCosine * along;
+        sum.hidden += radiance - open;
+        sum.openFlux += luminance(open + seen.emitted) * perCosine * along;
         sum.bounceCount += 1.0f;
         sum.bounces += seen.light;
         sum.bounceFlux += luminance(seen.light) * perCosine * along;
-        // What is not the environment, for the specular lobe.
-        if (seen.met) sum.emittersMet += seen.emitted;
+        sum.emittersMet += seen.emitted;
     }
     rayCount.fetch_add(quality.rays, std::memory_order_relaxed);
 }
@@ -584,7 +566,7 @@ LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
     const SurfacePoint& sample = pointOf(place);
     const Sums& front = sums[0][place];
     const Sums& back = sums[1][place];
-    // The weights are for two sides: the inside of a body is dark, and nobody sees it.
+    // The weights are for two sides: the inside of a body is dark, and it is not seen.
     glm::vec3 nearby(0.0f);
     float hidden = 0.0f;
     for (int side = 0; side < (sample.twoSided ? 2 : 1); ++side) {
@@ -716,9 +698,7 @@ std::optional<LightAtVertex> Bake::State::lightAround(const glm::vec3& point) co
         const glm::vec3 fromSurfaces = seen.light + seen.emitted;
         glm::vec3 light = fromSurfaces;
         if (!seen.met) {
-            float rgb[3];
-            sky.sample(&along.x, 0.0f, rgb);
-            light += seen.share * glm::vec3(rgb[0], rgb[1], rgb[2]) * input.environmentIntensity;
+            light += seen.share * sky.radiance(along) * input.environmentIntensity;
             const float through = luminance(seen.share);
             visible += through;
             towards += through * along;
