@@ -113,8 +113,13 @@ void apply(const State& state) {
     const GLboolean color = state.colorWrite ? GL_TRUE : GL_FALSE;
     glColorMask(color, color, color, color);
     enable(GL_BLEND, state.blending != Blending::none);
-    const GLenum behind = state.blending == Blending::add ? GL_ONE : GL_ONE_MINUS_SRC_ALPHA;
-    glBlendFuncSeparate(GL_ONE, behind, GL_ZERO, GL_ONE);
+    const bool attenuates = state.blending == Blending::attenuate;
+    const GLenum behind = attenuates                        ? GL_SRC_COLOR
+                          : state.blending == Blending::add ? GL_ONE
+                                                            : GL_ONE_MINUS_SRC_ALPHA;
+    glBlendFuncSeparate(attenuates ? GL_ZERO : GL_ONE, behind, attenuates ? GL_ONE : GL_ZERO,
+                        GL_ONE);
+    glBlendEquationSeparate(GL_FUNC_ADD, attenuates ? GL_MAX : GL_FUNC_ADD);
     enable(GL_CLIP_DISTANCE0, state.clip);
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
     glEnable(GL_FRAMEBUFFER_SRGB);
@@ -143,6 +148,14 @@ void setAllSamples() {
     glDisable(GL_SAMPLE_MASK);
 }
 
+namespace {
+void scissor(const Rect& part) {
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
+              static_cast<int>(part.height));
+}
+}  // namespace
+
 void clearColorAndDepth() {
     const float black[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
@@ -157,10 +170,15 @@ void clearDepth() {
 }
 
 void clearDepth(const Rect& part) {
-    glEnable(GL_SCISSOR_TEST);
-    glScissor(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
-              static_cast<int>(part.height));
+    scissor(part);
     clearDepth();
+    glDisable(GL_SCISSOR_TEST);
+}
+
+void clearColor(const Rect& part, const float (&rgba)[4]) {
+    scissor(part);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glClearBufferfv(GL_COLOR, 0, rgba);
     glDisable(GL_SCISSOR_TEST);
 }
 

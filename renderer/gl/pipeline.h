@@ -54,13 +54,14 @@ void releaseShaderCompiler();
 
 // Depth is reversed: greater is nearer.
 enum class DepthTest { none, nearer, nearerOrEqual, equal };
-enum class Blending { none, premultiplied, add };
+// attenuate: colour times what was there, and the greater alpha.
+enum class Blending { none, premultiplied, add, attenuate };
 
 struct State {
     DepthTest depthTest = DepthTest::none;
     bool depthWrite = false;
     bool colorWrite = true;
-    Blending blending = Blending::none;  // of colour; alpha then stays as it was
+    Blending blending = Blending::none;  // of colour; alpha stays as it was unless it attenuates
     bool clip = false;                   // gl_ClipDistance[0] counts
 };
 
@@ -86,6 +87,7 @@ void clearColorAndDepth();
 void clearDepth();
 // The same in a part of the framebuffer.
 void clearDepth(const Rect& part);
+void clearColor(const Rect& part, const float (&rgba)[4]);
 
 // The plan's clip space has depth 0..1. Without clip control OpenGL requires -1..1: only this
 // function converts.

@@ -56,7 +56,7 @@ void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const 
                    view.orthographic ? texel : 0.0f, static_cast<float>(view.znear)};
     rows[first + 6] = {light.radius, view.orthographic ? 1.0 / view.clipFromView[2][2] : 0.0, 0.0f,
                        0.0f};
-    rows[first + 1] = {tile.x, tile.y, tile.width, 0.5f / static_cast<float>(tile.width)};
+    rows[first + 1] = {tile.x, tile.y, tile.width, 1.0f / static_cast<float>(tile.width)};
     if (six) return;
     glm::dmat4 worldFromEye{glm::transpose(axesFromWorld)};
     worldFromEye[3] = glm::dvec4(eye, 1.0);

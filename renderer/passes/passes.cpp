@@ -75,6 +75,7 @@ std::uint32_t viewBits(const PassInput& input, const View& view) {
     if (input.surfaceLight) bits |= VIEW_SURFACE_LIGHT;
     if (input.plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(input.plan);
     if (input.plan.shadowSamples > 0) bits |= VIEW_SHADOWS_SOFT;
+    if (input.plan.shadowTints != kNoTarget) bits |= VIEW_SHADOWS_TINTED;
     if (lights.size() == 1 && lights.front().kind == LightKind::directional) {
         return bits | VIEW_SUN_ONLY;
     }

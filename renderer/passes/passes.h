@@ -66,6 +66,7 @@ void execute(PassResources& resources, const PassInput& input, const DrawGlass& 
 void execute(PassResources& resources, const PassInput& input, const DrawBlended& work);
 void execute(PassResources& resources, const PassInput& input, const FollowRays& work);
 void execute(PassResources& resources, const PassInput& input, const DrawShadow& work);
+void execute(PassResources& resources, const PassInput& input, const DrawShadowTint& work);
 void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work);
 void execute(PassResources& resources, const PassInput& input, const DrawChannel& work);
 void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work);

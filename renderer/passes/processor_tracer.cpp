@@ -78,7 +78,7 @@ const rays::CubeMap& ProcessorTracer::cubeOf(const Target* environment) {
     return cube_;
 }
 
-const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows) {
+const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Target* tints) {
     const TargetSpec& spec = shadows.spec();
     if (spec.residentKey == depthsKey_) return depths_;
     depthsKey_ = spec.residentKey;
@@ -86,12 +86,17 @@ const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows) {
     depths_.height = spec.height;
     depths_.depths.resize(std::size_t{spec.width} * spec.height);
     shadows.readable().readDepths(depths_.depths);
+    depths_.tints.clear();
+    if (tints) {
+        depths_.tints.resize(std::size_t{tints->spec().width} * tints->spec().height);
+        tints->readable().readHalves(depths_.tints);
+    }
     return depths_;
 }
 
 void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const Target* environment,
-                                const Target* shadows, DrawStream& draws, const gl::Rect& rect,
-                                const light::SurfaceLight* surfaceLight,
+                                const Target* shadows, const Target* tints, DrawStream& draws,
+                                const gl::Rect& rect, const light::SurfaceLight* surfaceLight,
                                 std::span<const light::LightValue> movingLight) {
     const Scene& scene = scene_.scene();
     std::span<const std::uint32_t> values;
@@ -127,7 +132,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const T
         .hitFeatures = rays_.hitFeatures,
         .surfaceLight = values,
         .shadows = shadows != nullptr,
-        .shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows) : nullptr,
+        .shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows, tints) : nullptr,
         .shadowSamples = shadows ? plan.shadowSamples : 0,
         .leastShare = rays_.leastShare});
     rect_ = rect;

@@ -36,8 +36,8 @@ public:
     // shadows: what the lights see; may be null.
     // surfaceLight: values at vertices; may be null. movingLight: see light::lightOfMoving().
     void beginPass(const FramePlan& plan, const View& view, const Target* environment,
-                   const Target* shadows, DrawStream& draws, const gl::Rect& rect,
-                   const light::SurfaceLight* surfaceLight,
+                   const Target* shadows, const Target* tints, DrawStream& draws,
+                   const gl::Rect& rect, const light::SurfaceLight* surfaceLight,
                    std::span<const light::LightValue> movingLight);
     // Begins a sample of the pixels: the light is 0, and a record that equals that of an earlier
     // sample has its path.
@@ -52,7 +52,7 @@ public:
 
 private:
     const rays::CubeMap& cubeOf(const Target* environment);
-    const rays::ShadowMap& depthsOf(const Target& shadows);
+    const rays::ShadowMap& depthsOf(const Target& shadows, const Target* tints);
 
     const GpuScene& scene_;
     rays::TriangleTree tree_;

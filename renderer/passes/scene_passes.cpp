@@ -32,6 +32,10 @@ void bindLight(PassResources& resources, const PassInput& input, TargetId enviro
         resources.samplers.sampler({.magnifyLinear = false, .minifyLinear = false})
             .bind(UNIT_SHADOW_DEPTHS);
     }
+    if (input.plan.shadowTints != kNoTarget) {
+        input.read(input.plan.shadowTints).texture().bind(UNIT_SHADOW_TINTS);
+        resources.samplers.sampler(kOneLevel).bind(UNIT_SHADOW_TINTS);
+    }
     if (input.surfaceLightTexture) input.surfaceLightTexture->bind(UNIT_SURFACE_LIGHT);
 }
 
@@ -209,6 +213,26 @@ void execute(PassResources& resources, const PassInput& input, const DrawShadow&
             records + static_cast<std::uint32_t>(opaque), kMasked);
 }
 
+void execute(PassResources& resources, const PassInput& input, const DrawShadowTint& work) {
+    constexpr DrawProgram kTint{
+        .vertex = "surface.vert",
+        .fragment = "tint.frag",
+        .relevant = kCoverage | FEATURE_MASK | FEATURE_BLEND | FEATURE_GLASS | FEATURE_SOLID |
+                    FEATURE_TRANSMISSION_MAP | FEATURE_THICKNESS_MAP | FEATURE_DEFAULT_NUMBERS |
+                    FEATURE_METALLIC_ROUGHNESS_MAP | FEATURE_PACKED_NORMAL};
+    const PassView view{.view = work.view};
+    resources.draws.begin(input.scene->scene(), input.pose, work.view, input.plan.mapFromWorld,
+                          input.plan.lights);
+    const std::uint32_t records = resources.draws.add(work.draws);
+    resources.draws.upload();
+    bindView(resources, input, view, input.plan.mapFromWorld);
+    const gl::Rect tile = glRect(work.tile);
+    input.target().drawn().bindPart(tile);
+    gl::apply(gl::State{.blending = gl::Blending::attenuate});
+    gl::clearColor(tile, {1.0f, 1.0f, 1.0f, 0.0f});
+    drawAll(resources, input, view, work.draws, records, kTint);
+}
+
 void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work) {
     constexpr DrawProgram kBackFaces{.vertex = "surface.vert",
                                      .fragment = "channel.frag",
@@ -280,6 +304,7 @@ void execute(PassResources& resources, const PassInput& input, const FollowRays&
         input.plan, work.view,
         work.environment == kNoTarget ? nullptr : &input.read(work.environment),
         input.plan.shadowMap == kNoTarget ? nullptr : &input.read(input.plan.shadowMap),
+        input.plan.shadowTints == kNoTarget ? nullptr : &input.read(input.plan.shadowTints),
         resources.draws, rect, input.surfaceLight, input.movingLight);
     for (std::uint32_t sample = 0; sample < samples; ++sample) {
         tracer.beginSample();

@@ -113,6 +113,13 @@ private:
         }
     }
 
+    void add(const Pass& pass, const DrawShadowTint& work) {
+        for (const Draw& draw : work.draws) {
+            add(pass, DrawShadowTint{.view = work.view, .tile = work.tile}, &DrawShadowTint::draws,
+                draw, DrawStage::opaque);
+        }
+    }
+
     void add(const Pass& pass, const DrawBackFaces& work) {
         for (const Draw& draw : work.draws) {
             add(pass, DrawBackFaces{.view = work.view}, &DrawBackFaces::draws, draw,

@@ -84,6 +84,7 @@ float lobeOfPath(float lobe) {
 #define environmentMap (scene->environment)
 #define shadowMap (scene->shadowMap)
 #define shadowDepths (scene->shadowDepths)
+#define shadowTints (scene->shadowTints)
 #define xy asXy()
 #define rg asXy()
 #define yz asYz()
@@ -115,6 +116,7 @@ vec3 eyeAxesOf(vec3 world) {
 #undef surfaceLight
 #undef shadowMap
 #undef shadowDepths
+#undef shadowTints
 #undef xy
 #undef rg
 #undef yz
@@ -394,9 +396,11 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.tracingBlock.limits = {static_cast<float>(s.bounces),
                                  static_cast<float>(s.firstTextureRow), s.leastShare, 0.0f};
     scene.features = s.hitFeatures;
-    scene.viewBits = (s.surfaceLight.empty() ? 0u : shader::VIEW_SURFACE_LIGHT) |
-                     (s.shadows ? shader::VIEW_SHADOWS : 0u) |
-                     (s.shadowSamples > 0 ? shader::VIEW_SHADOWS_SOFT : 0u);
+    scene.viewBits =
+        (s.surfaceLight.empty() ? 0u : shader::VIEW_SURFACE_LIGHT) |
+        (s.shadows ? shader::VIEW_SHADOWS : 0u) |
+        (s.shadowSamples > 0 ? shader::VIEW_SHADOWS_SOFT : 0u) |
+        (s.shadowMap && !s.shadowMap->tints.empty() ? shader::VIEW_SHADOWS_TINTED : 0u);
     scene.surfaceLight = {s.surfaceLight.data()};
     scene.triangles = {&s.tree};
     scene.vertices = {s.vertices.empty() ? nullptr : &s.vertices.front().position.x};
@@ -409,6 +413,7 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.environment = {&s.environment};
     scene.shadowMap = {s.shadowMap};
     scene.shadowDepths = {s.shadowMap};
+    scene.shadowTints = {s.shadowMap};
     if (s.shadowMap) {
         scene.viewBlock.shadows = {1.0f / static_cast<float>(s.shadowMap->width),
                                    1.0f / static_cast<float>(s.shadowMap->height),

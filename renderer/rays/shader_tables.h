@@ -48,6 +48,10 @@ struct RawDepths {
     const ShadowMap* map = nullptr;
 };
 
+struct Tints {
+    const ShadowMap* map = nullptr;
+};
+
 struct Scene {
     struct {
         vec4 worldFromEye[3];
@@ -69,6 +73,7 @@ struct Scene {
     Cube environment;
     Depths shadowMap;
     RawDepths shadowDepths;
+    Tints shadowTints;
 };
 
 inline vec4 texelFetch(Rows table, int i) {
@@ -120,6 +125,11 @@ inline vec4 textureLod(Cube cube, vec3 towards, float level) {
 }
 inline vec4 texture(RawDepths depths, vec2 at) {
     return {depths.map->depthAt(at.x, at.y), 0.0f, 0.0f, 1.0f};
+}
+inline vec4 texture(Tints tints, vec2 at) {
+    float rgba[4];
+    tints.map->tintAt(at.x, at.y, rgba);
+    return {rgba[0], rgba[1], rgba[2], rgba[3]};
 }
 inline float texture(Depths depths, vec3 at) {
     return depths.map->lit(at.x, at.y, at.z);

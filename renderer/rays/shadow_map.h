@@ -1,6 +1,8 @@
 // Depths that lights see (shaders/include/shadow.glsl), in main memory.
 #pragma once
 
+#include <glm/gtc/packing.hpp>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +13,9 @@ namespace clerestory::rays {
 struct ShadowMap {
     std::uint32_t width = 0, height = 0;
     std::vector<float> depths;  // reversed, first row first
+    // What glass and veils leave, red in the lowest bits of four halves, and their depth; half as
+    // wide and high. Empty: nothing lets light through.
+    std::vector<std::uint64_t> tints;
 
     // Of the texel at a place, as lit().
     float depthAt(float x, float y) const {
@@ -36,6 +41,23 @@ struct ShadowMap {
         const float fx = px - static_cast<float>(x0), fy = py - static_cast<float>(y0);
         return (at(x0, y0) * (1.0f - fx) + at(x1, y0) * fx) * (1.0f - fy) +
                (at(x0, y1) * (1.0f - fx) + at(x1, y1) * fx) * fy;
+    }
+    // Interpolated between the four texels about a place, clamped to the edges.
+    void tintAt(float x, float y, float (&rgba)[4]) const {
+        const auto w = static_cast<int>(width / 2), h = static_cast<int>(height / 2);
+        const float px = std::clamp(x * static_cast<float>(w) - 0.5f, 0.0f, float(w - 1));
+        const float py = std::clamp(y * static_cast<float>(h) - 0.5f, 0.0f, float(h - 1));
+        const int x0 = static_cast<int>(px), y0 = static_cast<int>(py);
+        const int x1 = std::min(x0 + 1, w - 1), y1 = std::min(y0 + 1, h - 1);
+        const float fx = px - static_cast<float>(x0), fy = py - static_cast<float>(y0);
+        const auto at = [&](int i, int j) {
+            return glm::unpackHalf4x16(
+                tints[static_cast<std::size_t>(j) * static_cast<std::size_t>(w) +
+                      static_cast<std::size_t>(i)]);
+        };
+        const glm::vec4 tint = glm::mix(glm::mix(at(x0, y0), at(x1, y0), fx),
+                                        glm::mix(at(x0, y1), at(x1, y1), fx), fy);
+        for (int i = 0; i < 4; ++i) rgba[i] = tint[i];
     }
 };
 

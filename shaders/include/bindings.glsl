@@ -34,6 +34,7 @@
 #define UNIT_SURFACE_LIGHT 20
 #define UNIT_SHADOWS 21
 #define UNIT_SHADOW_DEPTHS 22
+#define UNIT_SHADOW_TINTS 23
 
 // The slots of a material's textures: the first five are their own units.
 #define SLOT_TRANSMISSION 5

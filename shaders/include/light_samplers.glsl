@@ -11,3 +11,4 @@ layout(binding = UNIT_SHADOWS) uniform sampler2DShadow shadowMap;
 // The harmonics of the environment, then the lights; draw_stream.h has the rows.
 layout(binding = UNIT_LIGHTS) uniform samplerBuffer lightTable;
 layout(binding = UNIT_SHADOW_DEPTHS) uniform sampler2D shadowDepths;  // of shadowMap
+layout(binding = UNIT_SHADOW_TINTS) uniform sampler2D shadowTints;  // of what lets light through

@@ -123,11 +123,14 @@ float softShadow(vec4 c, vec3 place, vec3 toLight, float metres, int first, vec4
     return lit;
 }
 
+// What glass tints lies further from the lamp than the glass itself; halves hold its depth.
+const float kBehindGlass = 0.998f, kBehindGlassOfSun = 6e-4f;
+
 // The share of the lamp's light that reaches a surface. position: in eye space; place: of the lamp,
 // or direction; first: the lamp's rows in the table.
 vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first) {
     vec4 about = texelFetch(lightTable, first + 3);  // kind, texel: slope and metres, near
-    vec4 tile = texelFetch(lightTable, first + 4);  // corner and edge, texels; half a texel of the edge
+    vec4 tile = texelFetch(lightTable, first + 4);  // corner and edge, texels; a texel of the edge
     vec3 p = position + normal * (kShadowOffset * (about.y * metres + about.z));
     bool six = hasSixPictures(about);
     vec4 c = shadowCoordinates(vec4(p, 1.0f), place, first, six);
@@ -139,6 +142,11 @@ vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres
         if (viewHas(VIEW_SHADOWS_SOFT) && texelFetch(lightTable, first + 9).x > 0.0f) {
             lit = softShadow(c, place, toLight, metres, first, about, tile, s.inside ? lit : 1.0f);
         }
+    }
+    if (viewHas(VIEW_SHADOWS_TINTED) && about.x > 0.5f && s.inside && lit > 0.0f) {
+        vec4 tint = texture(shadowTints, s.at);
+        bool behind = metres > 0.0f ? s.depth < tint.a * kBehindGlass : s.depth < tint.a - kBehindGlassOfSun;
+        return lit * (behind ? clamp(tint.rgb, 0.0f, 1.0f) : vec3(1.0f));
     }
     return vec3(s.inside ? lit : 1.0f);
 }

@@ -137,13 +137,55 @@ TEST_F(Shadows, ScaleAndPlaceDoNotMatter) {
     }
 }
 
-TEST_F(Shadows, HolesLetLightThroughAndGlassDoes) {
+TEST_F(Shadows, HolesLetLightThrough) {
     Material hole = matte(true);
     hole.alphaMode = AlphaMode::mask;
     hole.baseColor.a = 0.1f;
-    for (const Material& blocker : {hole, clearGlass()}) {
-        const Pictures p = draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, blocker));
-        EXPECT_EQ(std::memcmp(p.with.data.data(), p.without.data.data(), p.with.data.size()), 0);
+    const Pictures p = draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, hole));
+    EXPECT_EQ(std::memcmp(p.with.data.data(), p.without.data.data(), p.with.data.size()), 0);
+}
+
+// A pane transmits (1 - f) / (1 + f) at normal incidence, with all bounces between its faces, and
+// its colour of that; a blended surface what it does not cover.
+TEST_F(Shadows, GlassCastsItsTint) {
+    const float pane = (1.0f - 0.04f) / (1.0f + 0.04f);
+    Material coloured = clearGlass();
+    coloured.baseColor = {0.9f, 0.4f, 0.1f, 1.0f};
+    Material absorbing = clearGlass(1.0f);  // no interface
+    absorbing.thickness = 0.5f;
+    absorbing.attenuationDistance = 0.25f;
+    absorbing.attenuationColor = {0.5f, 0.8f, 1.0f};
+    Material veil = matte(true);
+    veil.alphaMode = AlphaMode::blend;
+    veil.baseColor.a = 0.3f;
+    const struct {
+        Material blocker;
+        glm::vec3 left;
+    } cases[] = {{clearGlass(), glm::vec3(pane)},
+                 {coloured, glm::vec3(0.9f, 0.4f, 0.1f) * pane},
+                 {absorbing, {0.25f, 0.64f, 1.0f}},
+                 {veil, glm::vec3(0.7f)}};
+    for (const auto& [blocker, left] : cases) {
+        for (const Light& light : {pointLight(), spotLight(), sunLight()}) {
+            const Pictures p = draw(squareOverWall(light, {0.0, 0.0, 3.0}, blocker));
+            const glm::vec3 with = centerColor(p.with), without = centerColor(p.without);
+            for (int k = 0; k < 3; ++k) {
+                EXPECT_NEAR(with[k] / without[k], left[k], 0.01f) << k << ' ' << left[0];
+            }
+        }
+    }
+}
+
+TEST_F(Shadows, GlassDoesNotTintWhatIsBeforeIt) {
+    for (const Light& light : {pointLight(), spotLight(), sunLight()}) {
+        Scene scene;
+        place(scene, quad(0.5f, addMaterial(scene, matte())), moved(0.0, 0.0, 2.0));
+        Material black = clearGlass();
+        black.baseColor = {0.0f, 0.0f, 0.0f, 1.0f};
+        place(scene, quad(2.0f, addMaterial(scene, black)), moved(0.0, 0.0, 1.0));
+        addLight(scene, light, shiningAlong({0.0, 0.0, 4.0}, {0.0, 0.0, -1.0}));
+        const Pictures p = draw(request(std::move(scene), "before glass", {0.0, 0.0, 2.5}));
+        EXPECT_EQ(centerColor(p.with), centerColor(p.without));
     }
 }
 

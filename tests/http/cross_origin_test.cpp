@@ -1,4 +1,4 @@
-// Pages of other origins: which may read answers, and what a browser is told before it asks.
+// Pages of other origins: which may read answers, and what answers the question of a browser.
 #include "server/http/cross_origin.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"

@@ -47,6 +47,11 @@ bool casts(const Stage& stage, const Surface& surface) {
     return surface.glass == Glass::none && stage.material(surface).alphaMode != AlphaMode::blend;
 }
 
+// Some light passes it.
+bool tints(const Stage& stage, const Surface& surface) {
+    return surface.glass != Glass::none || stage.material(surface).alphaMode == AlphaMode::blend;
+}
+
 Bounds worldBox(const Stage& stage, const Surface& surface) {
     const Instance& instance = stage.scene.instances[surface.instance];
     return transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
@@ -153,20 +158,44 @@ std::optional<std::uint32_t> place(std::vector<Shadow>& shadows, std::uint32_t w
     return height <= kMaxMapEdge ? std::optional(height) : std::nullopt;
 }
 
-std::vector<Draw> castersFrom(const Stage& stage, const View& view) {
+constexpr Features kHoles = FEATURE_BASE_COLOR_MAP | FEATURE_VERTEX_COLOR |
+                            FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
+
+Features featuresOfCaster(const Stage&, const SeenSurface& seen, const SeenView&) {
+    constexpr Features kShape = FEATURE_MASK | FEATURE_DOUBLE_SIDED;
+    return seen.features & ((seen.features & FEATURE_MASK) != 0 ? kShape | kHoles : kShape);
+}
+
+// Both faces of solid glass count.
+Features featuresOfTint(const Stage&, const SeenSurface& seen, const SeenView& all) {
+    constexpr Features kLook = kHoles | FEATURE_MASK | FEATURE_BLEND | FEATURE_DOUBLE_SIDED |
+                               FEATURE_DEFAULT_NUMBERS | FEATURE_METALLIC_ROUGHNESS_MAP |
+                               FEATURE_PACKED_NORMAL;
+    Features features = seen.features & kLook;
+    if (seen.surface->glass == Glass::none) return features;
+    features |=
+        FEATURE_GLASS | (all.glassFeatures & (FEATURE_TRANSMISSION_MAP | FEATURE_THICKNESS_MAP |
+                                              FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD));
+    if (seen.surface->glass == Glass::solid) features |= FEATURE_SOLID | FEATURE_DOUBLE_SIDED;
+    return features;
+}
+
+using Chooses = bool (*)(const Stage&, const Surface&);
+using FeaturesOf = Features (*)(const Stage&, const SeenSurface&, const SeenView&);
+
+std::vector<Draw> drawsFrom(const Stage& stage, const View& view, Chooses chooses,
+                            FeaturesOf featuresOf) {
     std::vector<Draw> draws;
-    for (const SeenSurface& seen : seenFrom(stage, view).surfaces) {
-        if (!casts(stage, *seen.surface)) continue;
-        constexpr Features kShape = FEATURE_MASK | FEATURE_DOUBLE_SIDED;
-        constexpr Features kHoles = FEATURE_BASE_COLOR_MAP | FEATURE_VERTEX_COLOR |
-                                    FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
-        const bool masked = (seen.features & FEATURE_MASK) != 0;
+    const SeenView all = seenFrom(stage, view);
+    for (const SeenSurface& seen : all.surfaces) {
+        if (!chooses(stage, *seen.surface)) continue;
+        const Features features = featuresOf(stage, seen, all);
         for (const SeenCluster& cluster : seen.clusters) {
             draws.push_back({.instance = seen.surface->instance,
                              .material = seen.surface->material,
                              .firstIndex = cluster.firstIndex,
                              .indexCount = cluster.indexCount,
-                             .features = seen.features & (masked ? kShape | kHoles : kShape)});
+                             .features = features});
         }
     }
     std::stable_sort(draws.begin(), draws.end(), [](const Draw& a, const Draw& b) {
@@ -175,9 +204,9 @@ std::vector<Draw> castersFrom(const Stage& stage, const View& view) {
     return draws;
 }
 
-std::uint64_t keyOf(const Stage& stage, const std::vector<Shadow>& shadows) {
+std::uint64_t keyOf(std::string_view name, const Stage& stage, const std::vector<Shadow>& shadows) {
     PlanHash hash;
-    hash.add(std::string_view("shadow map"));
+    hash.add(name);
     hash.add(stage.scene.contentHash);
     hash.add(stage.materialsHash);
     for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
@@ -191,6 +220,29 @@ std::uint64_t keyOf(const Stage& stage, const std::vector<Shadow>& shadows) {
         hash.add(shadow.views.front().clipFromView);
     }
     return hash.value();
+}
+
+// A pass for each picture. scale: how much smaller than the shadow map the target is.
+template <class WorkOf>
+void addPictures(PlanBuilder& builder, const std::vector<Shadow>& shadows, TargetId target,
+                 std::uint32_t scale, WorkOf workOf) {
+    for (const Shadow& shadow : shadows) {
+        const std::uint32_t edge = shadow.edge / scale;
+        for (std::uint32_t i = 0; i < shadow.views.size(); ++i) {
+            const TargetRect tile{shadow.first.x / scale + i % 3 * edge,
+                                  shadow.first.y / scale + i / 3 * edge, edge, edge};
+            auto work = workOf(shadow.views[i], tile);
+            const std::string prefix = scale == 1 ? "shadows:light" : "shadowTints:light";
+            builder.addPass(
+                {.name = prefix + std::to_string(shadow.light),
+                 .subject = Subject{Subject::Kind::lights},
+                 .effect = Effect::shadows,
+                 .target = target,
+                 .reason = scale == 1 ? "what the light sees, for the shadows of everything else"
+                                      : "what glass and blended surfaces leave of the light",
+                 .work = std::move(work)});
+        }
+    }
 }
 
 }  // namespace
@@ -244,7 +296,7 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
                     .format = Format::depth32f,
                     .width = width,
                     .height = *height,
-                    .residentKey = keyOf(stage, shadows)};
+                    .residentKey = keyOf("shadow map", stage, shadows)};
     const TargetId target = builder.addTarget(spec);
     plan.shadowMap = target;
     for (const Shadow& shadow : shadows) {
@@ -253,21 +305,26 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
         if (light.radius > 0.0f) plan.shadowSamples = samplesOf(stage.settings.accuracy.preset);
     }
     if (context.resident.keys.contains(spec.residentKey)) {
-        return builder.skip(subject, Effect::shadows, "resident and unchanged");
+        builder.skip(subject, Effect::shadows, "resident and unchanged");
+    } else {
+        addPictures(builder, shadows, target, 1, [&](const View& view, const TargetRect& tile) {
+            return DrawShadow{view, tile, drawsFrom(stage, view, casts, featuresOfCaster)};
+        });
     }
-    for (const Shadow& shadow : shadows) {
-        for (std::uint32_t i = 0; i < shadow.views.size(); ++i) {
-            const TargetRect tile{shadow.first.x + i % 3 * shadow.edge,
-                                  shadow.first.y + i / 3 * shadow.edge, shadow.edge, shadow.edge};
-            builder.addPass(
-                {.name = "shadows:light" + std::to_string(shadow.light),
-                 .subject = subject,
-                 .effect = Effect::shadows,
-                 .target = target,
-                 .reason = "what the light sees, for the shadows of everything else",
-                 .work = DrawShadow{shadow.views[i], tile, castersFrom(stage, shadow.views[i])}});
-        }
-    }
+    const bool anyTints = std::any_of(stage.surfaces.begin(), stage.surfaces.end(),
+                                      [&](const Surface& s) { return tints(stage, s); });
+    if (!anyTints) return;
+    spec = {.name = "shadowTints",
+            .format = Format::rgba16f,
+            .width = width / 2,
+            .height = *height / 2,
+            .residentKey = keyOf("shadow tints", stage, shadows)};
+    plan.shadowTints = builder.addTarget(spec);
+    if (context.resident.keys.contains(spec.residentKey)) return;
+    addPictures(
+        builder, shadows, plan.shadowTints, 2, [&](const View& view, const TargetRect& tile) {
+            return DrawShadowTint{view, tile, drawsFrom(stage, view, tints, featuresOfTint)};
+        });
 }
 
 }  // namespace clerestory

@@ -53,6 +53,7 @@ struct FramePlan {
     std::uint64_t surfaceLight = 0;      // identifies the light at vertices; 0: the environment's
     std::optional<LightProgress> light;  // Effects::indirectLight
     TargetId shadowMap = kNoTarget;      // that every pass with lit surfaces reads; see LightShadow
+    TargetId shadowTints = kNoTarget;    // half as large, if something lets light through
     std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius; 0: none has one
     double perMetre = 1.0;  // 1 / diagonal of the scene; pictures store distances times this
 

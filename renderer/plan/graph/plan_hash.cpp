@@ -37,7 +37,9 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
     hash.add(plan.environmentIntensity);
     hash.add(plan.anisotropy);
     hash.add(plan.shadowSamples);
-    hash.add(plan.shadowMap == kNoTarget ? 0 : plan.targets[plan.shadowMap].residentKey);
+    for (const TargetId map : {plan.shadowMap, plan.shadowTints}) {
+        hash.add(map == kNoTarget ? 0 : plan.targets[map].residentKey);
+    }
     for (const std::size_t i : passes) {
         const Pass& pass = plan.passes[i];
         hash.add(pass.kind());

@@ -258,6 +258,21 @@ void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage) {
     addDrawnView(hash, view, {draws}, stage);
 }
 
+std::string_view DrawShadowTint::knobs() const {
+    return "/effects/shadows, /accuracy";
+}
+std::uint64_t DrawShadowTint::shadedSamples(const TargetSpec&, const FramePlan&) const {
+    return 0;  // resident, and small next to a picture
+}
+void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage) {
+    const auto& [view, tile, draws] = work;
+    hash.add(tile.x);
+    hash.add(tile.y);
+    hash.add(tile.width);
+    hash.add(tile.height);
+    addDrawnView(hash, view, {draws}, stage);
+}
+
 std::string_view DrawBackFaces::knobs() const {
     return kKnobsOfTheFrame;
 }

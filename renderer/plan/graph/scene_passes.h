@@ -134,6 +134,23 @@ struct DrawShadow {
     bool operator==(const DrawShadow&) const = default;
 };
 
+// Draws what glass and blended surfaces leave of a light, and the depth of the nearest of them,
+// into a tile of a map that is half as large as the shadow map. What is behind the nearest has the
+// light that all of them leave.
+struct DrawShadowTint {
+    View view;
+    TargetRect tile;
+    std::vector<Draw> draws;
+
+    std::string_view kind() const { return "shadowTint"; }
+    std::vector<TargetId> reads() const { return {}; }
+    std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
+    std::string_view knobs() const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    friend void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage);
+    bool operator==(const DrawShadowTint&) const = default;
+};
+
 // Draws the back faces of solid glass, as normals and distances.
 struct DrawBackFaces {
     View view;

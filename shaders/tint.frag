@@ -1,0 +1,42 @@
+// What glass and veils leave of a lamp's light, and how near to the lamp they are, as it sees them.
+#include "include/block_macros.glsl"
+#include "include/features.glsl"
+#define VARYING in
+#include "include/surface_varyings.glsl"
+#include "include/optics.glsl"
+#include "include/material.glsl"
+#include "include/glass.glsl"
+
+out vec4 tint;  // alpha: depth, greater is nearer
+
+// Light passes straight through a body, without refraction.
+vec3 throughGlass(vec3 baseColor) {
+    vec3 ahead = view.forward.w > 0.5f ? view.forward.xyz : direction(positionEye);
+    float c = abs(dot(direction(vertexNormal), ahead));
+    float ior = max(material.glass.y, 1.0f);
+    float fresnel = fresnelOfBody(c, ior, material.dielectricF0.w);
+    float transmission = material.glass.x;
+    if (has(FEATURE_TRANSMISSION_MAP)) {
+        transmission *= texture(transmissionMap, texCoordOf(SLOT_TRANSMISSION)).r;
+    }
+    float clear = clearShare(transmission, metallicRoughnessAt().x);
+    if (has(FEATURE_SOLID) && !gl_FrontFacing) return vec3(clear * (1.0f - fresnel));
+    float thickness = material.glass.z * modelScale;
+    if (has(FEATURE_THICKNESS_MAP)) {
+        thickness *= texture(thicknessMap, texCoordOf(SLOT_THICKNESS)).g;
+    }
+    float bent = sqrt(max(1.0f - (1.0f - c * c) / (ior * ior), 1e-6f));
+    vec3 left = absorption(material.attenuation.rgb, material.glass.w,
+                           has(FEATURE_SOLID) ? thickness : thickness / bent);
+    vec3 passed =
+        has(FEATURE_SOLID) ? (1.0f - fresnel) * left : paneShares(fresnel, left).transmitted;
+    return clear * baseColor * passed;
+}
+
+void main() {
+    vec4 base = baseColorAt();
+    if (has(FEATURE_MASK) && base.a < material.emissive.w) discard;
+    float coverage = has(FEATURE_BLEND) ? clamp(base.a, 0.0f, 1.0f) : 1.0f;
+    vec3 through = has(FEATURE_GLASS) ? throughGlass(clamp(base.rgb, 0.0f, 1.0f)) : vec3(0.0f);
+    tint = vec4(vec3(1.0f - coverage) + coverage * through, gl_FragCoord.z);
+}
