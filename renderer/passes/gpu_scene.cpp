@@ -180,7 +180,7 @@ GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRec
         images->reserve(scene_->images.size());
         for (const TextureImage& image : scene_->images) images->push_back(uploaded(image));
         images_ = std::move(images);
-        texels_ = std::make_shared<std::shared_ptr<const TracedTexels>>();
+        texels_ = std::make_shared<std::weak_ptr<const TracedTexels>>();
     }
     for (const Material& material : scene_->materials) {
         const auto slots = textureSlots(material);
@@ -193,10 +193,12 @@ GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRec
 }
 
 std::shared_ptr<const TracedTexels> GpuScene::texels() const {
-    if (!*texels_) {
-        *texels_ = std::make_shared<const TracedTexels>(tracedTexels(*scene_, *images_));
+    auto texels = texels_->lock();
+    if (!texels) {
+        texels = std::make_shared<const TracedTexels>(tracedTexels(*scene_, *images_));
+        *texels_ = texels;
     }
-    return *texels_;
+    return texels;
 }
 
 std::uint64_t GpuScene::follow(const Pose& pose) {

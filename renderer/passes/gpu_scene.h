@@ -75,7 +75,7 @@ private:
     gl::VertexArray vertexArray_;
     MaterialBlocks materials_;
     std::shared_ptr<const std::vector<gl::Texture>> images_;
-    std::shared_ptr<std::shared_ptr<const TracedTexels>> texels_;
+    std::shared_ptr<std::weak_ptr<const TracedTexels>> texels_;
     // For slots that a program samples and a material leaves empty: like the slot's first texture
     // in the scene, so that a driver compiles nothing for it.
     struct White {
