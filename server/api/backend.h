@@ -6,6 +6,7 @@
 #include "server/api/frame_json.h"
 #include "server/base/call.h"
 #include "server/base/process.h"
+#include "server/queue/fair_queue.h"
 #include "server/scenes/scene_entries.h"
 
 #include <cstdint>
@@ -73,7 +74,7 @@ struct WorkerStatus {
     bool hasStandby = false, standbyIsWarm = false;
     std::size_t active = 0;
     std::size_t warm = 0;     // active ones that have compiled the shaders of the default scene
-    std::size_t waiting = 0;  // frames that wait for one of several renderers
+    std::optional<QueueUsage> queue;  // of several renderers
     std::size_t activeScenes = 0, standbyScenes = 0;
 };
 

@@ -55,12 +55,13 @@ std::shared_ptr<const Scene> FrameService::requireScene(const std::string& id) {
     return components_.library.require(id);
 }
 
-FrameService::Resolved FrameService::resolve(FrameRequest request, bool mayMeasure) {
+FrameService::Resolved FrameService::resolve(FrameRequest request,
+                                             const Budgets::Requester& requester) {
     Resolved resolved{.request = std::move(request)};
     resolved.scene = requireScene(resolved.request.scene);
     resolved.request.scene = resolved.scene->id;
     if (resolved.request.accuracy.isBudget()) {
-        resolved.pick = components_.budgets.pick(*resolved.scene, resolved.request, mayMeasure);
+        resolved.pick = components_.budgets.pick(*resolved.scene, resolved.request, requester);
         resolved.request.accuracy = resolved.pick->accuracy;
     }
     return resolved;

@@ -65,7 +65,7 @@ public:
     // exists. Throws RequestError: no such scene (404), loading (409), failed (422).
     std::shared_ptr<const Scene> requireScene(const std::string& id);
     // Throws as requireScene(); 409 also while the curve of a budget is measured.
-    Resolved resolve(FrameRequest request, bool mayMeasure = true);
+    Resolved resolve(FrameRequest request, const Budgets::Requester& requester);
     // Throws InvalidRequest if the frame needs more samples than the limit.
     void requireAffordable(const FrameRequest& request) const;
     // A strong entity tag of the frame. Of a frame with light of surfaces: with the revision that

@@ -131,7 +131,7 @@ Answer frame(const FrameRoutes& routes, const Call& call) {
     const bool explained = explain != Explain::no;
     FrameService& frames = routes.frames;
     const FrameService::Resolved resolved =
-        frames.resolve(std::move(given.request), !isForeign(call));
+        frames.resolve(std::move(given.request), {call.client, !isForeign(call)});
     const FrameRequest& request = resolved.request;
     frames.requireAffordable(request);
     // The revision of its light is known after the frame is drawn.
@@ -177,7 +177,7 @@ Answer frame(const FrameRoutes& routes, const Call& call) {
 
 Answer postPlan(const FrameRoutes& routes, const Call& call) {
     const FrameService::Resolved resolved =
-        routes.frames.resolve(frameCallFrom(call, false).request);
+        routes.frames.resolve(frameCallFrom(call, false).request, {call.client});
     const FramePlan plan = routes.frames.plan(resolved.request, turnOf(routes.frames, call));
     nlohmann::ordered_json json = planJson(plan);
     if (resolved.pick) {

@@ -48,7 +48,7 @@ Answer postComparison(const JobRoutes& routes, const Call& call) {
     request.frame.scene = scene->id;
     // Finds errors that need the scene, such as the name of a camera, before the job starts.
     routes.frames.plan(request.frame, turnOf(routes.frames, call));
-    return jobStarted(routes.comparisons.start(request, call.job));
+    return jobStarted(routes.comparisons.start(request, call.client, call.job));
 }
 
 Answer getJob(const JobRoutes& routes, const Call& call) {

@@ -1,5 +1,6 @@
 #include "server/api/metrics.h"
 
+#include "server/api/held_metrics.h"
 #include "server/base/process.h"
 
 #include <prometheus/counter.h>
@@ -87,6 +88,7 @@ struct Metrics::Families {
                                         .Help("Frames waiting or being drawn")
                                         .Register(registry)
                                         .Add({});
+    HeldMetrics held{registry, "clerestory_renderer_held"};
     prometheus::Family<prometheus::Gauge>& sceneBytes = BuildGauge()
                                                             .Name("clerestory_scene_bytes")
                                                             .Help("Memory of loaded scenes")
@@ -196,11 +198,12 @@ void Metrics::notModified() {
     families_->notModified.Increment();
 }
 
-std::string Metrics::text(std::size_t queueDepth, const CompileTotals& compiled,
-                          const SceneTotals& scenes) const {
-    families_->tell(scenes);
-    families_->setCompiled(compiled);
-    families_->queueDepth.Set(static_cast<double>(queueDepth));
+std::string Metrics::text(const State& state) const {
+    families_->tell(state.scenes);
+    families_->setCompiled(state.compiled);
+    families_->queueDepth.Set(static_cast<double>(state.queueDepth));
+    families_->held.set(state.queue);
+    families_->held.set(nameOf(Pool::jobs), state.jobs);
     families_->resident.Set(residentBytes());
     families_->allocated.Set(allocatedBytes());
     std::ostringstream out;

@@ -26,9 +26,16 @@ public:
     void frame(const Frame& frame, double seconds, double queueSeconds, double encodeSeconds);
     void notModified();
 
+    // What others count.
+    struct State {
+        std::size_t queueDepth = 0;  // waiting or running
+        QueueUsage queue;
+        Holdings::Usage jobs;  // that wait or run
+        CompileTotals compiled;
+        SceneTotals scenes;
+    };
     // Prometheus text, version 0.0.4.
-    std::string text(std::size_t queueDepth, const CompileTotals& compiled,
-                     const SceneTotals& scenes) const;
+    std::string text(const State& state) const;
 
 private:
     struct Families;

@@ -110,8 +110,11 @@ Answer readiness(const RendererRoutes& routes, const Call&) {
 // Of the renderer; the server adds its own (server/api/request_metrics.h).
 Answer metrics(const RendererRoutes& routes, const Call&) {
     return {.type = kMetricsType,
-            .body = routes.metrics.text(routes.queue.depth(), routes.queue.compileTotals(),
-                                        routes.library.totals())};
+            .body = routes.metrics.text({.queueDepth = routes.queue.depth(),
+                                         .queue = routes.queue.usage(),
+                                         .jobs = routes.jobs.usage(),
+                                         .compiled = routes.queue.compileTotals(),
+                                         .scenes = routes.library.totals()})};
 }
 
 }  // namespace

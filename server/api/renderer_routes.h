@@ -4,6 +4,7 @@
 #include "server/api/backend.h"
 #include "server/api/metrics.h"
 #include "server/api/route_table.h"
+#include "server/jobs/jobs.h"
 #include "server/queue/render_queue.h"
 #include "server/scenes/scene_library.h"
 
@@ -25,6 +26,7 @@ struct ServerLimits {
 struct RendererRoutes {
     RenderQueue& queue;
     SceneLibrary& library;
+    const Jobs& jobs;
     Metrics& metrics;
     Canary& canary;
     ServerLimits limits;

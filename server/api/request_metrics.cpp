@@ -1,5 +1,6 @@
 #include "server/api/request_metrics.h"
 
+#include "server/api/held_metrics.h"
 #include "server/base/log.h"
 #include "server/base/process.h"
 
@@ -40,21 +41,7 @@ struct RequestMetrics::Families {
             .Name("clerestory_connection_events")
             .Help("Connections since the start, by what became of them")
             .Register(registry);
-    prometheus::Family<prometheus::Gauge>& held =
-        BuildGauge()
-            .Name("clerestory_held")
-            .Help("What clients hold of each pool: connections, bytes, streams, views, waits")
-            .Register(registry);
-    prometheus::Family<prometheus::Gauge>& heldByOne =
-        BuildGauge()
-            .Name("clerestory_held_by_one")
-            .Help("The most that one client holds of each pool")
-            .Register(registry);
-    prometheus::Family<prometheus::Gauge>& holders =
-        BuildGauge()
-            .Name("clerestory_holders")
-            .Help("Clients that hold something of each pool")
-            .Register(registry);
+    HeldMetrics held{registry, "clerestory_held"};
     prometheus::Family<prometheus::Gauge>& cacheEvents =
         BuildGauge()
             .Name("clerestory_frame_cache_events")
@@ -88,11 +75,6 @@ struct RequestMetrics::Families {
             .Name("clerestory_worker_scenes")
             .Help("Scenes that a render worker holds; the standby follows the one that answers")
             .Register(registry);
-    prometheus::Gauge& waiting = BuildGauge()
-                                     .Name("clerestory_waiting_frames")
-                                     .Help("Frames that wait for one of several renderers")
-                                     .Register(registry)
-                                     .Add({});
     prometheus::Family<prometheus::Gauge>& workerEvents =
         BuildGauge()
             .Name("clerestory_worker_events")
@@ -142,15 +124,9 @@ std::string RequestMetrics::text(const ConnectionCounters& front, const Holdings
     set(families_->cacheEvents, "event",
         std::initializer_list<Row>{
             {"hit", cache.hits}, {"miss", cache.misses}, {"evicted", cache.evicted}});
-    for (std::size_t i = 0; i < kPools; ++i) {
-        const auto pool = static_cast<Pool>(i);
-        const Holdings::Usage usage = holdings.usage(pool);
-        families_->held.Add({{"pool", std::string(nameOf(pool))}})
-            .Set(static_cast<double>(usage.total));
-        families_->heldByOne.Add({{"pool", std::string(nameOf(pool))}})
-            .Set(static_cast<double>(usage.greatest));
-        families_->holders.Add({{"pool", std::string(nameOf(pool))}})
-            .Set(static_cast<double>(usage.clients));
+    for (const Pool pool : {Pool::connections, Pool::requestBytes, Pool::responseBytes,
+                            Pool::streams, Pool::views, Pool::waits}) {
+        families_->held.set(nameOf(pool), holdings.usage(pool));
     }
     families_->cacheBytes.Set(static_cast<double>(cache.bytes));
     families_->cacheEntries.Set(static_cast<double>(cache.entries));
@@ -168,7 +144,7 @@ std::string RequestMetrics::text(const ConnectionCounters& front, const Holdings
                                        {"warm", workers->warm},
                                        {"standby", workers->hasStandby},
                                        {"warmStandby", workers->standbyIsWarm}});
-        families_->waiting.Set(static_cast<double>(workers->waiting));
+        if (workers->queue) families_->held.set(*workers->queue);
         set(families_->workerScenes, "role",
             std::initializer_list<Row>{{"active", workers->activeScenes},
                                        {"standby", workers->standbyScenes}});

@@ -33,7 +33,7 @@ LocalBackend::LocalBackend(const LocalBackendOptions& options)
       jobs_(kMaxJobs) {
     addRoutes(routes_, FrameRoutes{frames_, options.signedLinks});
     addRoutes(routes_, JobRoutes{frames_, jobs_, comparisons_});
-    addRoutes(routes_, RendererRoutes{queue_, library_, metrics_, canary_, options.limits});
+    addRoutes(routes_, RendererRoutes{queue_, library_, jobs_, metrics_, canary_, options.limits});
     std::string text = rendererText(queue_);  // throws when there is no driver
     for (const std::string& map : library_.environmentNames()) {
         text += '\n' + map + ' ' + std::to_string(library_.environmentHash(map));
@@ -58,7 +58,7 @@ std::optional<Problem> LocalBackend::refusalFor(const std::string& client) const
 
 EncodedFrame LocalBackend::draw(const FrameOrder& order) {
     try {
-        const FrameService::Resolved resolved = frames_.resolve(order.request);
+        const FrameService::Resolved resolved = frames_.resolve(order.request, {order.client});
         frames_.requireAffordable(resolved.request);
         Turn turn = frames_.turnFor(order.arrived);
         turn.client = order.client;

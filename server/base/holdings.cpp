@@ -7,7 +7,7 @@ namespace clerestory {
 
 std::string_view nameOf(Pool pool) {
     constexpr std::array<std::string_view, kPools> kNames = {
-        "connections", "requestBytes", "responseBytes", "streams", "views", "waits"};
+        "connections", "requestBytes", "responseBytes", "streams", "views", "waits", "jobs"};
     return kNames.at(static_cast<std::size_t>(pool));
 }
 

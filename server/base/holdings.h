@@ -1,5 +1,6 @@
-// What each client holds of the server's bounded pools: one account that every pool consults and
-// /metrics shows. Thread-safe.
+// What each client holds of a process's bounded pools: one account that every pool consults and
+// /metrics shows. Thread-safe. The queue of frames has rules of its own, which also take a place
+// from a client (server/queue/fair_queue.h), and reports its use in the same form.
 //
 //     Holdings holdings({{Pool::streams, {.most = 32}}});
 //     auto held = holdings.take(Pool::streams, call.client, 1);
@@ -28,9 +29,10 @@ enum class Pool : std::uint8_t {
     responseBytes,  // that wait for their readers
     streams,        // live streams and sequences
     views,          // live views
-    waits           // frames that wait for light; each occupies a thread of the front
+    waits,          // frames that wait for light; each occupies a thread of the front
+    jobs            // that wait or run
 };
-inline constexpr std::size_t kPools = 6;
+inline constexpr std::size_t kPools = 7;
 std::string_view nameOf(Pool pool);
 
 class Holdings {

@@ -131,7 +131,8 @@ std::optional<Curve> Budgets::measured(const FrameRequest& request,
     }
 }
 
-Budgets::Pick Budgets::pick(const Scene& scene, const FrameRequest& request, bool mayMeasure) {
+Budgets::Pick Budgets::pick(const Scene& scene, const FrameRequest& request,
+                            const Requester& requester) {
     const std::string key = keyOf(scene, request);
     const std::lock_guard lock(mutex_);
     if (curves_.size() >= kMaxCurves && curves_.count(key) == 0) curves_.clear();
@@ -148,7 +149,7 @@ Budgets::Pick Budgets::pick(const Scene& scene, const FrameRequest& request, boo
     if (const auto progress = progressOf(jobs_, found.job)) {
         throw RequestError(stillMeasuring(found.job, *progress));
     }
-    if (!mayMeasure) {
+    if (!requester.mayMeasure) {
         throw RequestError(
             forbidden("A page of another site cannot start the measurement of a budget. Open the "
                       "link itself first, or send the frame by POST."));
@@ -162,7 +163,7 @@ Budgets::Pick Budgets::pick(const Scene& scene, const FrameRequest& request, boo
         curves_[key].curve = std::make_shared<Curve>(*std::move(curve));
         return result;
     };
-    found.job = jobs_.start([&](const std::string&) { return work; }).id;
+    found.job = jobs_.start([&](const std::string&) { return work; }, requester.client).id;
     throw RequestError(stillMeasuring(found.job, 0.0));
 }
 

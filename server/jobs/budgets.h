@@ -42,14 +42,19 @@ public:
         std::size_t point = 0;
     };
 
+    struct Requester {
+        std::string client;
+        bool mayMeasure = true;  // begin a measurement
+    };
+
     // `store`: keeps curves on disk; null: in memory only. `jobs` must end before this.
     Budgets(Jobs& jobs, const JobResources& resources, std::shared_ptr<const CurveStore> store);
 
     // The settings for the request's budget. A curve belongs to a scene with its overrides,
     // lighting, effects and size, not to a view: the first view that is requested is measured.
-    // Throws RequestError 409 with the progress of the job while the curve is measured, 503 if
-    // there are too many jobs.
-    Pick pick(const Scene& scene, const FrameRequest& request, bool mayMeasure = true);
+    // Throws RequestError 409 with the progress of the job while the curve is measured, 403 if the
+    // requester may not begin it, 503 if there are too many jobs.
+    Pick pick(const Scene& scene, const FrameRequest& request, const Requester& requester);
 
     // A frame with these settings took that many milliseconds: corrects the curve.
     void drawn(const Pick& pick, double milliseconds);

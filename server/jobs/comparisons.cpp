@@ -69,11 +69,12 @@ std::shared_ptr<const ReferenceRender> ReferenceCache::find(
     return reference;
 }
 
-JobStatus Comparisons::start(const ComparisonRequest& request, const std::string& knownId) {
+JobStatus Comparisons::start(const ComparisonRequest& request, const std::string& client,
+                             const std::string& knownId) {
     const auto work = [this, request](const std::string&) {
         return [this, request](const JobControl& control) { return run(request, control); };
     };
-    return jobs_.start(work, knownId);
+    return jobs_.start(work, client, knownId);
 }
 
 JobResult Comparisons::run(const ComparisonRequest& request, const JobControl& control) {

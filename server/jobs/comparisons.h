@@ -38,7 +38,8 @@ public:
 
     // request.frame.scene is the id of a loaded scene. `knownId`: see Jobs::start(). Throws
     // RequestError 503 if there are too many jobs.
-    JobStatus start(const ComparisonRequest& request, const std::string& knownId = "");
+    JobStatus start(const ComparisonRequest& request, const std::string& client,
+                    const std::string& knownId = "");
 
 private:
     JobResult run(const ComparisonRequest& request, const JobControl& control);

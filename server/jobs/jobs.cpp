@@ -22,10 +22,6 @@ std::size_t bytesOf(const JobStatus& status) {
     return bytes;
 }
 
-bool finished(JobState state) {
-    return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
-}
-
 std::string newId() {
     std::random_device random;
     char text[33];
@@ -66,7 +62,8 @@ std::string_view nameOf(JobState state) {
 }
 
 Jobs::Jobs(std::size_t capacity)
-    : capacity_(std::max<std::size_t>(capacity, 1)), thread_([this] { serve(); }) {}
+    : open_({{Pool::jobs, {.most = std::max<std::size_t>(capacity, 1)}}}),
+      thread_([this] { serve(); }) {}
 
 Jobs::~Jobs() {
     {
@@ -78,19 +75,31 @@ Jobs::~Jobs() {
     thread_.join();
 }
 
-JobStatus Jobs::start(std::function<Work(const std::string& id)> work, const std::string& knownId) {
+JobStatus Jobs::start(std::function<Work(const std::string& id)> work, const std::string& client,
+                      const std::string& knownId) {
     auto job = std::make_shared<Job>();
     job->status.id = knownId.empty() ? newId() : knownId;
     job->work = work(job->status.id);
     const std::lock_guard lock(mutex_);
     if (const Job* same = find(job->status.id, lock)) return same->status;
-    const auto open = std::count_if(jobs_.begin(), jobs_.end(),
-                                    [](const auto& j) { return !finished(j->status.state); });
-    if (static_cast<std::size_t>(open) >= capacity_) throw RequestError(jobsFull());
+    // A job that continues had its place before.
+    job->place = open_.take(Pool::jobs, client, knownId.empty() ? 1 : 0);
+    if (!job->place) throw RequestError(jobsFull());
+    job->place->resize(1);
+    // A round has one job of each client.
+    job->round = round_;
+    std::size_t ended = 0;
+    for (const auto& other : jobs_) {
+        if (!other->place) {
+            ++ended;
+        } else if (other->place->client() == client) {
+            job->round = std::max(job->round, other->round + 1);
+        }
+    }
     // Discards the oldest result.
-    if (jobs_.size() - static_cast<std::size_t>(open) >= kMaxFinished) {
-        jobs_.erase(std::find_if(jobs_.begin(), jobs_.end(),
-                                 [](const auto& j) { return finished(j->status.state); }));
+    if (ended >= kMaxFinished) {
+        jobs_.erase(
+            std::find_if(jobs_.begin(), jobs_.end(), [](const auto& j) { return !j->place; }));
     }
     jobs_.push_back(job);
     wake_.notify_all();
@@ -123,21 +132,33 @@ JobStatus Jobs::cancel(const std::string& id) {
     const std::lock_guard lock(mutex_);
     Job& job = jobFor(id, lock);
     job.cancelled = true;
-    if (job.status.state == JobState::queued) job.status.state = JobState::cancelled;
+    if (job.status.state == JobState::queued) job.end(JobState::cancelled);
     return job.status;
+}
+
+void Jobs::Job::end(JobState state) {
+    status.state = state;
+    place.reset();
+}
+
+// With the lock held: the oldest one of the first round.
+std::shared_ptr<Jobs::Job> Jobs::nextQueued() const {
+    std::shared_ptr<Job> next;
+    for (const auto& job : jobs_) {
+        if (job->status.state != JobState::queued) continue;
+        if (!next || job->round < next->round) next = job;
+    }
+    return next;
 }
 
 void Jobs::serve() {
     std::unique_lock lock(mutex_);
     for (;;) {
-        const auto next = [&] {
-            return std::find_if(jobs_.begin(), jobs_.end(),
-                                [](const auto& j) { return j->status.state == JobState::queued; });
-        };
-        wake_.wait(lock, [&] { return ending_ || next() != jobs_.end(); });
+        std::shared_ptr<Job> job;
+        wake_.wait(lock, [&] { return ending_ || (job = nextQueued()); });
         if (ending_) return;
-        const std::shared_ptr<Job> job = *next();
         job->status.state = JobState::running;
+        round_ = job->round;
         lock.unlock();
         run(*job);
         lock.lock();
@@ -163,12 +184,12 @@ void Jobs::run(Job& job) {
     job.work = nullptr;
     const std::lock_guard lock(mutex_);
     if (job.cancelled) {
-        job.status.state = JobState::cancelled;
+        job.end(JobState::cancelled);
     } else if (!result) {
-        job.status.state = JobState::failed;
+        job.end(JobState::failed);
         job.status.failure = failure;
     } else {
-        job.status.state = JobState::done;
+        job.end(JobState::done);
         job.status.progress = 1.0;
         job.status.result = result;
         discardOldResults(job, lock);
@@ -180,7 +201,7 @@ void Jobs::discardOldResults(const Job& newest, const std::lock_guard<std::mutex
     std::size_t bytes = 0;
     for (const auto& job : jobs_) bytes += bytesOf(job->status);
     for (auto job = jobs_.begin(); job != jobs_.end() && bytes > kMaxFinishedBytes;) {
-        const bool mayGo = job->get() != &newest && finished((*job)->status.state);
+        const bool mayGo = job->get() != &newest && !(*job)->place;
         if (mayGo) bytes -= bytesOf((*job)->status);
         job = mayGo ? jobs_.erase(job) : std::next(job);
     }

@@ -1,8 +1,10 @@
 // Work that takes longer than a request may: a bounded queue of jobs and the one thread that runs
-// them in order; and what jobs do again and again: trace a reference, and draw frames in turn with
-// clients. Finished jobs are kept for a while, under ids that cannot be guessed.
+// them, those of different clients in turns; and what jobs do again and again: trace a reference,
+// and draw frames in turn with clients. Finished jobs are kept for a while, under ids that cannot
+// be guessed.
 #pragma once
 
+#include "server/base/holdings.h"
 #include "server/queue/render_queue.h"
 #include "server/scenes/scene_library.h"
 
@@ -63,16 +65,18 @@ public:
     using Work = std::function<JobResult(const JobControl&)>;
 
     // `capacity`: the most jobs that wait or run at once, at least 1.
+    // A client has a share of them (server/base/holdings.h).
     explicit Jobs(std::size_t capacity);
     ~Jobs();  // cancels all jobs and waits for the one that runs
     Jobs(const Jobs&) = delete;
     Jobs& operator=(const Jobs&) = delete;
 
-    // `work` receives the id of the new job. `knownId`: the id that the job must have; if there is
-    // a job with this id, it is returned and nothing starts. Throws RequestError 503 if the queue
-    // is full. If the work throws, the job fails; the failure is the message of a RequestError or
-    // InvalidRequest, and a general message for any other exception.
-    JobStatus start(std::function<Work(const std::string& id)> work,
+    // `work` receives the id of the new job. `knownId`: the id of a job that continues, which has a
+    // place without a check; if there is a job with this id, it is returned and nothing starts.
+    // Throws RequestError 503 if the client
+    // has its share of the queue. If the work throws, the job fails; the failure is the message of
+    // a RequestError or InvalidRequest, and a general message for any other exception.
+    JobStatus start(std::function<Work(const std::string& id)> work, const std::string& client,
                     const std::string& knownId = "");
 
     // Empty if there is no such job, or its result was discarded.
@@ -83,22 +87,30 @@ public:
     // Finished jobs stay finished. Throws like find().
     JobStatus cancel(const std::string& id);
 
+    Holdings::Usage usage() const { return open_.usage(Pool::jobs); }
+
 private:
     struct Job {
         JobStatus status;
         Work work;
+        std::optional<Holdings::Held> place;  // until it has ended
+        std::uint64_t round = 0;              // lower ones run first
         bool cancelled = false;
+
+        void end(JobState state);
     };
     void serve();
     void run(Job& job);
+    std::shared_ptr<Job> nextQueued() const;
     void discardOldResults(const Job& newest, const std::lock_guard<std::mutex>& lock);
     Job* find(std::string_view id, const std::lock_guard<std::mutex>&) const;
     Job& jobFor(const std::string& id, const std::lock_guard<std::mutex>& lock) const;
 
-    const std::size_t capacity_;
+    Holdings open_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;
     std::deque<std::shared_ptr<Job>> jobs_;  // oldest first
+    std::uint64_t round_ = 0;                // of the job that started last
     bool ending_ = false;
     std::thread thread_;
 };

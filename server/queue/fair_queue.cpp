@@ -232,6 +232,24 @@ void FairQueue::finished(Id id, Clock::time_point now, bool complete) {
     --client.running;
 }
 
+QueueUsage FairQueue::usage() const {
+    QueueUsage usage;
+    const auto add = [](Holdings::Usage& to, const std::string& client, std::size_t amount) {
+        to.total += amount;
+        ++to.clients;
+        if (amount <= to.greatest) return;
+        to.greatest = amount;
+        to.greatestClient = client;
+    };
+    for (const auto& [name, client] : clients_) {
+        if (client.ids.empty()) continue;
+        add(usage.entries, name, client.ids.size());
+        add(usage.milliseconds, name,
+            static_cast<std::size_t>(std::lround(1e3 * client.waitingSeconds)));
+    }
+    return usage;
+}
+
 int FairQueue::retryAfterSeconds() const {
     return static_cast<int>(std::clamp(std::ceil(0.5 * waitingSeconds()), 1.0, 60.0));
 }

@@ -16,6 +16,7 @@
 //     queue.finished(*next.id, later);
 #pragma once
 
+#include "server/base/holdings.h"
 #include "server/base/process.h"
 
 #include <cstdint>
@@ -42,6 +43,11 @@ private:
     };
     std::unordered_map<std::uint64_t, Cost> costs_;
     double mean_ = 0.05;  // of all kinds
+};
+
+// What clients have waiting in a queue: entries, and their predicted time.
+struct QueueUsage {
+    Holdings::Usage entries, milliseconds;
 };
 
 class FairQueue {
@@ -87,6 +93,7 @@ public:
     // Predicted time until all that waits has started.
     double waitingSeconds() const { return waitingSeconds_ / servers(); }
     bool hasRoom() const;
+    QueueUsage usage() const;
     // How long a client without a place should wait: half of the waiting work, 1 to 60 seconds.
     int retryAfterSeconds() const;
 

@@ -212,6 +212,11 @@ std::size_t RenderQueue::depth() const {
     return jobs_.size() + (running_ ? 1 : 0);
 }
 
+QueueUsage RenderQueue::usage() const {
+    const std::lock_guard lock(mutex_);
+    return queue_.usage();
+}
+
 bool RenderQueue::hasWaiting() const {
     const std::lock_guard lock(mutex_);
     return !jobs_.empty();

@@ -117,6 +117,7 @@ public:
     std::size_t depth() const;  // waiting or running, of run()
     bool hasWaiting() const;    // of run()
     bool hasRoom() const;
+    QueueUsage usage() const;  // of what waits in run()
 
 private:
     using Work = std::function<void(Renderer&)>;

@@ -172,9 +172,9 @@ void RendererQueue::refuseNew() {
     });
 }
 
-std::size_t RendererQueue::waiting() const {
+QueueUsage RendererQueue::usage() const {
     const std::lock_guard lock(mutex_);
-    return waiting_.size();
+    return queue_.usage();
 }
 
 bool RendererQueue::hasRoom() const {

@@ -83,7 +83,7 @@ public:
     // From now on take() refuses; returns when every place is left.
     void refuseNew();
 
-    std::size_t waiting() const;
+    QueueUsage usage() const;  // of what waits
     bool hasRoom() const;
 
 private:

@@ -250,7 +250,7 @@ std::optional<WorkerStatus> WorkerBackend::workerStatus() const {
                         .quarantinedCalls = counters.quarantined,
                         .hasStandby = standby != 0,
                         .standbyIsWarm = supervisor_.standbyIsWarm(),
-                        .waiting = queue_ ? queue_->waiting() : 0,
+                        .queue = queue_ ? std::optional(queue_->usage()) : std::nullopt,
                         .activeScenes = activeScenes,
                         .standbyScenes = standbyScenes};
     for (const RendererState& state : supervisor_.renderers()) {

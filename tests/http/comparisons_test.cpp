@@ -145,6 +145,31 @@ TEST(Budgets, AFrameReportsTheSettingThatItsBudgetChose) {
     problemOf(postJson(client, "/v1/comparisons", within(R"({"maxError": 1})")), 422);
 }
 
+// A picture on a page of another site would otherwise start minutes of work (Fetch Metadata).
+TEST(Budgets, APageOfAnotherSiteStartsNoMeasurement) {
+    TestServer server;
+    server.awaitReady();
+    auto client = server.client();
+    const std::string link = "/v1/frames?scene=six-walls&width=24&height=24&accuracy.maxError=1";
+    const auto from = [&](const char* site) {
+        return client.Get(link, {{"Sec-Fetch-Site", site}});
+    };
+    const auto open = [&] {
+        const std::string text = client.Get("/metrics")->body;
+        const std::string name = "clerestory_renderer_held{pool=\"jobs\"} ";
+        const std::size_t at = text.find(name);
+        return at == std::string::npos ? -1 : std::stoi(text.substr(at + name.size()));
+    };
+    for (const char* site : {"cross-site", "same-site"}) {
+        problemOf(from(site), 403);
+        EXPECT_EQ(open(), 0) << site;
+    }
+    const json problem = problemOf(from("same-origin"), 409);
+    EXPECT_EQ(open(), 1) << problem;
+    problemOf(from("cross-site"), 409);
+    EXPECT_EQ(open(), 1) << "one measurement";
+}
+
 TEST(Comparisons, EveryWrongFieldIsNamed) {
     auto client = sharedServer().client();
     const auto refused = postJson(client, "/v1/comparisons",

@@ -10,9 +10,12 @@
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
+#include <linux/filter.h>
 #include <linux/landlock.h>
+#include <linux/seccomp.h>
 #include <sched.h>
 #include <sys/mount.h>
+#include <sys/prctl.h>
 #include <sys/ptrace.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -23,7 +26,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <csignal>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -136,6 +141,24 @@ int inChild(Work work) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
 }
 
+// From now on this process is on a kernel without landlock, as older ones and containers are.
+bool removeLandlock() {
+    sock_filter program[] = {
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_landlock_create_ruleset, 0, 1),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+    };
+    const sock_fprog filter{.len = std::size(program), .filter = program};
+    return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+           prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0) == 0;
+}
+
+struct Circumstances {
+    bool asOrdinaryUser = false;
+    bool withoutLandlock = false;
+};
+
 bool isEnforced(By by, const JailSupport& support) {
     switch (by) {
         case By::filter:
@@ -148,8 +171,9 @@ bool isEnforced(By by, const JailSupport& support) {
     return false;
 }
 
-void tryAll(bool asOrdinaryUser) {
-    const JailSupport support = jailSupport();
+void tryAll(const Circumstances& circumstances) {
+    JailSupport support = jailSupport();
+    if (circumstances.withoutLandlock) support.landlock = 0;
     int openBefore = 0, tried = 0;
     for (const Attempt& attempt : kAttempts) {
         if (!isEnforced(attempt.by, support)) continue;
@@ -157,7 +181,8 @@ void tryAll(bool asOrdinaryUser) {
         const auto attemptIn = [&](bool confined) {
             return inChild([&] {
                 handleOfParent = static_cast<int>(syscall(SYS_pidfd_open, getppid(), 0));
-                if (asOrdinaryUser && setuid(65534) != 0) return 4;
+                if (circumstances.asOrdinaryUser && setuid(65534) != 0) return 4;
+                if (circumstances.withoutLandlock && !removeLandlock()) return 6;
                 // A thread that exists before, as those of libraries may.
                 std::atomic<int> state{0};
                 bool succeedsInThread = false;
@@ -166,7 +191,7 @@ void tryAll(bool asOrdinaryUser) {
                     succeedsInThread = attempt.by == By::filter && attempt.succeeds();
                 });
                 try {
-                    if (confined) confine(0);
+                    if (confined && confine(0).landlock != support.landlock) return 7;
                 } catch (const std::exception&) {
                     return 5;
                 }
@@ -188,12 +213,18 @@ void tryAll(bool asOrdinaryUser) {
 }
 
 TEST(Confinement, AWorkerReachesNoOtherProcess) {
-    tryAll(false);
+    tryAll({});
 }
 
 TEST(Confinement, AWorkerOfAnOrdinaryUserReachesNoOtherProcess) {
     if (getuid() != 0) GTEST_SKIP() << "not root: the other test is this one";
-    tryAll(true);
+    tryAll({.asOrdinaryUser = true});
+}
+
+// What the filter of system calls forbids stays forbidden; the rest is said, not enforced.
+TEST(Confinement, WithoutLandlockTheFilterRemains) {
+    if (!jailSupport().systemCallFilter) GTEST_SKIP() << "no seccomp here";
+    tryAll({.withoutLandlock = true});
 }
 
 // A6 of the catalogue of attacks: one thread of each renderer started before the filter.

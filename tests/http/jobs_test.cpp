@@ -55,10 +55,12 @@ struct BlockingWork {
 TEST(Jobs, AResultIsStoredUnderItsId) {
     Jobs jobs(2);
     std::string observedId;
-    const JobStatus started = jobs.start([&](const std::string& id) {
-        observedId = id;
-        return saying(42);
-    });
+    const JobStatus started = jobs.start(
+        [&](const std::string& id) {
+            observedId = id;
+            return saying(42);
+        },
+        "");
     EXPECT_EQ(started.id, observedId);
     EXPECT_EQ(started.id.size(), 32u);
     const JobStatus status = ended(jobs, started.id);
@@ -72,12 +74,12 @@ TEST(Jobs, AResultIsStoredUnderItsId) {
 TEST(Jobs, ProgressIsMonotonicAndTheQueueIsBounded) {
     Jobs jobs(2);
     BlockingWork gate;
-    const std::string running = jobs.start(simply(gate.work())).id;
+    const std::string running = jobs.start(simply(gate.work()), "").id;
     gate.entered.get_future().wait();
-    const std::string waiting = jobs.start(simply(saying(2))).id;
+    const std::string waiting = jobs.start(simply(saying(2)), "b").id;
     EXPECT_EQ(jobs.find(waiting).state, JobState::queued);
     try {
-        jobs.start(simply(saying(3)));
+        jobs.start(simply(saying(3)), "c");
         FAIL() << "a third job was taken";
     } catch (const RequestError& error) {
         EXPECT_EQ(error.problem().status, 503);
@@ -91,10 +93,47 @@ TEST(Jobs, ProgressIsMonotonicAndTheQueueIsBounded) {
     EXPECT_EQ(jobs.find(waiting).state, JobState::cancelled) << "it ran although cancelled";
 }
 
+// One client fills its share; the next one finds room, and its job runs second.
+TEST(Jobs, ClientsHaveSharesAndTurns) {
+    Jobs jobs(8);
+    BlockingWork gate;
+    std::vector<std::string> order;
+    const auto noting = [&](const std::string& name) {
+        return simply([&order, name](const JobControl&) {
+            order.push_back(name);
+            return JobResult{};
+        });
+    };
+    jobs.start(simply(gate.work()), "heavy");
+    gate.entered.get_future().wait();
+    std::string last;
+    for (const char* name : {"heavy 2", "heavy 3", "heavy 4"}) {
+        last = jobs.start(noting(name), "heavy").id;
+    }
+    EXPECT_THROW(jobs.start(noting("heavy 5"), "heavy"), RequestError) << "half of the places";
+    jobs.start(noting("moderate 1"), "moderate");
+    jobs.start(noting("moderate 2"), "moderate");
+    const Holdings::Usage open = jobs.usage();
+    EXPECT_EQ(open.total, 6u);
+    EXPECT_EQ(open.clients, 2u);
+    EXPECT_EQ(open.greatest, 4u);
+    const std::string cancelled = jobs.start(noting("other"), "other").id;
+    jobs.cancel(cancelled);
+    EXPECT_EQ(jobs.usage().clients, 2u) << "a cancelled job holds no place";
+    // A job that continues after a failover has its place.
+    jobs.start(noting("heavy 6"), "heavy", "known");
+    gate.open.set_value();
+    ended(jobs, last);
+    ended(jobs, "known");
+    EXPECT_EQ(order, (std::vector<std::string>{"moderate 1", "heavy 2", "moderate 2", "heavy 3",
+                                               "heavy 4", "heavy 6"}));
+    EXPECT_EQ(jobs.usage().total, 0u);
+}
+
 TEST(Jobs, CancelledWorkIsNotified) {
     Jobs jobs(1);
     BlockingWork gate;
-    const std::string id = jobs.start(simply(gate.work())).id;
+    const std::string id = jobs.start(simply(gate.work()), "").id;
     gate.entered.get_future().wait();
     EXPECT_EQ(jobs.cancel(id).state, JobState::running);
     EXPECT_EQ(jobs.find(id).progress, 0.25);
@@ -108,23 +147,25 @@ TEST(Jobs, CancelledWorkIsNotified) {
 TEST(Jobs, AFailureHasAMessageWithoutInternals) {
     Jobs jobs(2);
     const std::string ours = jobs.start(simply([](const JobControl&) -> JobResult {
-                                     throw std::runtime_error("secret path");
-                                 }))
+                                            throw std::runtime_error("secret path");
+                                        }),
+                                        "")
                                  .id;
     EXPECT_EQ(ended(jobs, ours).state, JobState::failed);
     EXPECT_EQ(ended(jobs, ours).failure.find("secret"), std::string::npos);
     const std::string theirs = jobs.start(simply([](const JobControl&) -> JobResult {
-                                       throw RequestError(notFound("No such thing."));
-                                   }))
+                                              throw RequestError(notFound("No such thing."));
+                                          }),
+                                          "")
                                    .id;
     EXPECT_EQ(ended(jobs, theirs).failure, "No such thing.");
 }
 
 TEST(Jobs, OldResultsAreEvicted) {
     Jobs jobs(1);
-    const std::string first = jobs.start(simply(saying(0))).id;
+    const std::string first = jobs.start(simply(saying(0)), "").id;
     ended(jobs, first);
-    for (int i = 0; i < 16; ++i) ended(jobs, jobs.start(simply(saying(1))).id);
+    for (int i = 0; i < 16; ++i) ended(jobs, jobs.start(simply(saying(1)), "").id);
     EXPECT_THROW(jobs.find(first), RequestError);
 }
 
@@ -134,11 +175,12 @@ TEST(Jobs, StoppingCancelsRunningJobs) {
     {
         Jobs jobs(2);
         jobs.start(simply([&](const JobControl& control) {
-            gate.entered.set_value();
-            while (control.proceed(0.0)) std::this_thread::sleep_for(1ms);
-            cancelled = true;
-            return JobResult{};
-        }));
+                       gate.entered.set_value();
+                       while (control.proceed(0.0)) std::this_thread::sleep_for(1ms);
+                       cancelled = true;
+                       return JobResult{};
+                   }),
+                   "");
         gate.entered.get_future().wait();
     }
     EXPECT_TRUE(cancelled);

@@ -269,6 +269,25 @@ TEST(Live, AViewThatCannotBeDrawnKeepsTheStreamOpen) {
     EXPECT_TRUE(seen);
 }
 
+// A client that names ever more views loses its own oldest ones, never those of others.
+TEST(LiveViews, AClientLosesItsOwnOldestView) {
+    Holdings holdings({{Pool::views, {.most = 8}}});
+    LiveViews views(holdings);
+    const auto first = views.make("moderate", "a");
+    for (int i = 0; i < 64; ++i) views.make("x" + std::to_string(i), "b");
+    EXPECT_EQ(views.find("moderate"), first);
+    EXPECT_EQ(holdings.of(Pool::views, "b"), 4u) << "not more than are free";
+    EXPECT_EQ(views.find("x59"), nullptr);
+    EXPECT_NE(views.find("x60"), nullptr);
+    // A view that is changed is not the oldest one any more.
+    views.make("x60", "b");
+    views.make("x64", "b");
+    EXPECT_NE(views.find("x60"), nullptr);
+    EXPECT_EQ(views.find("x61"), nullptr);
+    for (const char* client : {"c", "d", "e"}) EXPECT_NE(views.make(client, client), nullptr);
+    EXPECT_EQ(views.find("moderate"), first);
+}
+
 TEST(Live, StreamsAreBoundedAndEndWithTheServer) {
     auto server = std::make_unique<TestServer>();
     std::vector<std::unique_ptr<StreamViewer>> watchers;

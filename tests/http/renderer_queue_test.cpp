@@ -82,7 +82,7 @@ protected:
             new RendererQueue::Place(queue.take(turnOf(client), {.scene = scene})));
     }
     void awaitWaiting(std::size_t count) {
-        while (queue.waiting() != count) std::this_thread::sleep_for(1ms);
+        while (queue.usage().entries.total != count) std::this_thread::sleep_for(1ms);
     }
     template <class Work>
     static ProblemCode codeOf(Work work) {
@@ -104,7 +104,7 @@ TEST_F(TwoRenderers, BothDrawAtOnceAndTheNextWaits) {
     EXPECT_EQ(second.renderer(), 1u);
     EXPECT_EQ(codeOf([&] { queue.take(turnOf("x", 20ms), {.scene = "a"}); }),
               ProblemCode::overDeadline);
-    EXPECT_EQ(queue.waiting(), 0u);
+    EXPECT_EQ(queue.usage().entries.total, 0u);
 }
 
 TEST_F(TwoRenderers, AnEntryThatMustWaitForOneDoesNotHoldUpTheOther) {
@@ -116,7 +116,7 @@ TEST_F(TwoRenderers, AnEntryThatMustWaitForOneDoesNotHoldUpTheOther) {
     auto waitsForB = taken("y", {.scene = "b"}, released);
     awaitWaiting(1);
     EXPECT_EQ(taken("z", {.scene = "a"}, released).get(), 0u) << "the free renderer";
-    EXPECT_EQ(queue.waiting(), 1u);
+    EXPECT_EQ(queue.usage().entries.total, 1u);
     drawsB.reset();
     EXPECT_EQ(waitsForB.get(), 1u);
 }
@@ -169,7 +169,7 @@ TEST_F(TwoRenderers, ClientsThatLeaveLoseTheirPlace) {
     awaitWaiting(1);
     turn.cancellation->cancel();
     EXPECT_EQ(left.get(), ProblemCode::clientLeft);
-    EXPECT_EQ(queue.waiting(), 0u);
+    EXPECT_EQ(queue.usage().entries.total, 0u);
 }
 
 TEST_F(TwoRenderers, DeadlinesStandStillWhileShadersAreCompiled) {

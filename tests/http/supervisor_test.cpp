@@ -424,6 +424,21 @@ TEST(Supervisor, CallsThatCrashEveryWorkerAreQuarantined) {
     EXPECT_THAT(refusalOf(supervisor, "hello"), testing::StartsWith("answered: hello"));
 }
 
+TEST(Quarantine, LastsTenMinutesAndIsBounded) {
+    Quarantine quarantine;
+    const Clock::time_point now{};
+    quarantine.add(1, now);
+    EXPECT_TRUE(quarantine.contains(1, now + 10min - 1s));
+    EXPECT_FALSE(quarantine.contains(1, now + 10min + 1s));
+    EXPECT_FALSE(quarantine.contains(2, now));
+    for (std::uint64_t i = 0; i < 2 * Quarantine::kMax; ++i) {
+        quarantine.add(100 + i, now + std::chrono::milliseconds(i));
+    }
+    EXPECT_FALSE(quarantine.contains(1, now)) << "the oldest entries are removed";
+    EXPECT_FALSE(quarantine.contains(100, now + 1s));
+    EXPECT_TRUE(quarantine.contains(99 + 2 * Quarantine::kMax, now + 10s));
+}
+
 // A3 of the catalogue of attacks: the client had its 504 long before the watchdog ended the worker.
 TEST(Supervisor, ARequestOnWhichTheRendererHangsAfterItsAnswerIsQuarantined) {
     Supervisor supervisor(options());

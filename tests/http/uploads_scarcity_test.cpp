@@ -229,6 +229,24 @@ TEST_F(UploadsOfWorkers, SurviveTheirRenderer) {
     EXPECT_THAT(client.Get("/v1/scenes")->body, testing::Not(HasSubstr(id)));
 }
 
+// The next renderer has loaded the scene before its deletion, and answers after it.
+TEST_F(UploadsOfWorkers, ADeletedSceneDoesNotReturnWithTheNextRenderer) {
+    auto client = this->client();
+    const std::string id = idOf(send(client, triangleGlb()));
+    EXPECT_EQ(postJson(client, "/v1/frames", frameOf(id))->status, 200);
+    const Supervisor& supervisor = supervisorOf(server);
+    const auto standbyHasIt = [&] {
+        const auto [active, standby] = supervisor.scenes();
+        return supervisor.standbyIsWarm() && standby == active && active > 1;
+    };
+    for (int i = 0; i < 6000 && !standbyHasIt(); ++i) std::this_thread::sleep_for(10ms);
+    ASSERT_TRUE(standbyHasIt());
+    EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
+    killWorker(server);
+    for (int i = 0; i < 3; ++i) problemOf(postJson(client, "/v1/frames", frameOf(id)), 404);
+    EXPECT_THAT(client.Get("/v1/scenes")->body, testing::Not(HasSubstr(id)));
+}
+
 // Of several renderers.
 TEST(UploadsOfSeveralRenderers, AreDeletedInAll) {
     Config config = uploadConfig();

@@ -81,6 +81,16 @@ TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
     EXPECT_THAT(metrics, testing::HasSubstr("clerestory_workers{role=\"active\"} 1"));
 }
 
+TEST_F(WorkerServer, ReportsItsConfinement) {
+    auto client = this->client();
+    const json renderer = json::parse(client.Get("/v1/renderer")->body);
+    const JailSupport kernel = jailSupport();
+    for (const char* process : {"importer", "confinement"}) {
+        EXPECT_EQ(renderer[process]["landlock"], kernel.landlock) << process;
+        EXPECT_EQ(renderer[process]["systemCallFilter"], kernel.systemCallFilter) << process;
+    }
+}
+
 TEST_F(WorkerServer, ClientDeadlinesAreForwarded) {
     auto client = this->client();
     // Shaders are already compiled here.
@@ -236,7 +246,8 @@ TEST_F(SeveralRenderers, ShareTheFramesAndGiveTheBytesOfOne) {
     const std::string metrics = client.Get("/metrics")->body;
     for (const char* line :
          {"clerestory_workers{role=\"active\"} 2", "clerestory_workers{role=\"warm\"} 2",
-          "clerestory_waiting_frames 0", "clerestory_frame_seconds_count{renderer=\"1\"} ",
+          "clerestory_held{pool=\"queueEntries\"} 0",
+          "clerestory_frame_seconds_count{renderer=\"1\"} ",
           "clerestory_frame_seconds_count{renderer=\"2\"} "}) {
         EXPECT_THAT(metrics, testing::HasSubstr(line));
     }
