@@ -70,43 +70,6 @@ std::uint64_t triangleCount(const Scene& scene) {
     return triangles;
 }
 
-namespace {
-
-// The view of a camera: its position, and the point on its axis closest to the scene's centre.
-std::optional<DefaultView> viewThrough(const Camera& camera, const Pose& pose,
-                                       const Bounds& bounds) {
-    const glm::dmat4& m = pose.worldFromNode[camera.node];
-    const glm::dvec3 eye(m[3]), back(m[2]);
-    if (camera.orthographic || !(glm::length(back) > 0.0)) return std::nullopt;
-    const glm::dvec3 forward = -glm::normalize(back);
-    const double middle =
-        bounds.empty() ? 1.0 : glm::dot(glm::dvec3(bounds.center()) - eye, forward);
-    const double minDistance =
-        bounds.empty() ? 1.0 : 0.01 * std::max(1e-6, double{bounds.diagonal()});
-    return DefaultView{eye, eye + std::max(middle, minDistance) * forward, camera.yfov};
-}
-
-}  // namespace
-
-DefaultView defaultView(const Scene& scene) {
-    if (scene.defaultView) return *scene.defaultView;
-    DefaultView view;
-    const Pose pose = poseAt(scene, 0.0);
-    const Bounds bounds = lastingBounds(scene, pose);
-    for (const Camera& camera : scene.cameras) {
-        if (const auto through = viewThrough(camera, pose, bounds)) return *through;
-    }
-    if (bounds.empty()) return view;
-    // Three-quarter view from the front, right and slightly above. The bounding sphere is visible
-    // at any common aspect ratio.
-    view.yfov = 0.7;
-    view.target = glm::dvec3(bounds.center());
-    const double radius = std::max(1e-6, 0.5 * static_cast<double>(bounds.diagonal()));
-    const double distance = radius / std::sin(0.5 * view.yfov);
-    view.position = view.target + distance * glm::normalize(glm::dvec3(0.5, 0.35, 1.0));
-    return view;
-}
-
 std::uint64_t contentHash(const Material& material) {
     ContentHash h;
     add(h, material);
@@ -191,6 +154,7 @@ void updateContentHash(Scene& scene) {
         h.add(scene.defaultView->position);
         h.add(scene.defaultView->target);
         h.add(scene.defaultView->yfov);
+        h.add(scene.defaultView->fit);
     }
     h.add(scene.environment);
     h.add(scene.environmentRotation);

@@ -117,6 +117,9 @@ struct DefaultView {
     glm::dvec3 position{0.0, 0.0, 1.0};
     glm::dvec3 target{0.0};
     double yfov = 0.9;
+    // Tangents of half the angles, right and up, that the surfaces fill; 0: the view of a camera,
+    // whose yfov holds for frames of every shape. See fieldOfView().
+    glm::dvec2 fit{0.0};
 };
 
 // A repair or an omission by the importer, for the author of the file.
@@ -216,10 +219,6 @@ Bounds lastingBounds(const Scene& scene, const Pose& pose);
 
 // Sum over all instances.
 std::uint64_t triangleCount(const Scene& scene);
-
-// The scene's default view, else that of its first perspective camera, else a view of its bounds
-// from slightly above.
-DefaultView defaultView(const Scene& scene);
 
 // Checks that every index is in range, every number is finite and every count is consistent.
 // Returns the problems, at most a few dozen; empty for a valid scene. Never throws, never reads out

@@ -218,7 +218,8 @@ private:
         if (scene_.defaultView) {
             const DefaultView& v = *scene_.defaultView;
             require(finite(v.position) && finite(v.target) && v.position != v.target &&
-                        finite(v.yfov) && v.yfov > 0.0 && v.yfov < 3.1416,
+                        finite(v.yfov) && v.yfov > 0.0 && v.yfov < 3.1416 &&
+                        v.fit.x >= 0.0 && v.fit.x <= 10.0 && v.fit.y >= 0.0 && v.fit.y <= 10.0,
                     "the default view is out of range", 0);
         }
     }

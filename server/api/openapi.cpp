@@ -138,15 +138,16 @@ ordered_json scenesPath() {
         return ordered_json{{"description", words}, {"content", jsonContent(reference("Scene"))}};
     };
     ordered_json content = ordered_json::object();
-    for (const char* type : {"model/gltf-binary", "model/gltf+json", "application/zip",
+    for (const char* type : {"model/gltf-binary", "model/gltf+json", "model/stl",
+                             "model/vnd.collada+xml", "application/zip",
                              "application/x-tar", "application/gzip", "application/octet-stream"}) {
         content[type] = binaryContent();
     }
     path["post"] = {
         {"summary", "Uploads a scene, where uploads are allowed"},
         {"description",
-         "The body is a .glb file, a .gltf file with embedded data, or an archive of one scene and "
-         "its files. The id is derived from the content. Uploads are off (403) where "
+         "The body is a .glb file, a .gltf file with embedded data, a .fbx, .dae, .ply, .stl or .3ds "
+         "file, or an archive of one scene and its files. The id is derived from the content. Uploads are off (403) where "
          "limits.uploadBytes of GET /v1/renderer is 0. With Prefer: respond-async the answer is "
          "202 at once."},
         {"parameters", ordered_json::array({{{"name", "title"},

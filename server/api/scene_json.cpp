@@ -1,5 +1,6 @@
 #include "server/api/scene_json.h"
 
+#include "scene/default_view.h"
 #include "scene/classification.h"
 
 #include <nlohmann/json.hpp>

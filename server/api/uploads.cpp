@@ -24,6 +24,8 @@ const MediaType kMediaTypes[] = {
     {"application/octet-stream", {}},
     {"model/gltf-binary", {"glb"}},
     {"model/gltf+json", {"gltf"}},
+    {"model/stl", {"stl"}},
+    {"model/vnd.collada+xml", {"dae"}},
     {"application/zip", {"zip"}},
     {"application/x-zip-compressed", {"zip"}},
     {"application/x-tar", {"tar"}},

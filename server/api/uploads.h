@@ -19,7 +19,7 @@ struct UploadRoutes {
     const std::atomic<bool>& stopping;     // the server ends: requests do not wait any longer
 };
 
-// POST: the body is the file (.glb, .gltf, .zip, .tar or .tar.gz), the query may have a `title`.
+// POST: the body is the file (a scene of one file, or an archive), the query may have a `title`.
 // 201 for a new scene, 200 for a scene that was there, 202 while it loads. Problems: uploads are
 // not allowed (403), unknown type (415), no scene in the file (422), no room (507).
 void addRoutes(Routes& routes, const UploadRoutes& components);

@@ -206,9 +206,11 @@ Problem notSceneType() {
             .title = "Unsupported media type",
             .detail =
                 "Supported are .glb (model/gltf-binary), .gltf with embedded files "
-                "(model/gltf+json), and .zip, .tar or .tar.gz archives of one scene and its "
-                "files (application/zip, application/x-tar, application/gzip), each also as "
-                "application/octet-stream. The format is detected from the content."};
+                "(model/gltf+json), .stl (model/stl), .dae (model/vnd.collada+xml), .fbx, .ply and "
+                ".3ds (application/octet-stream), and .zip, .tar or .tar.gz archives of one scene "
+                "and its files (application/zip, application/x-tar, application/gzip), each also "
+                "as application/octet-stream. The format is detected from the content; a .obj has "
+                "no mark and must be in an archive."};
 }
 
 Problem sceneFailed(std::string detail, std::string reason) {

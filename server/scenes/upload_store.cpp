@@ -27,7 +27,8 @@ constexpr std::string_view kIdBegin = "upload-";
 constexpr std::size_t kIdDigits = 32;  // of SHA-256, in hex
 constexpr const char* kUnfinished = ".coming-";
 constexpr const char* kTries = "tries";
-constexpr const char* kKinds[] = {"glb", "gltf", "zip", "tar", "tgz"};
+constexpr const char* kKinds[] = {"glb", "gltf", "zip", "tar", "tgz",
+                                  "stl", "ply",  "fbx", "dae", "3ds"};
 
 bool isId(std::string_view text) {
     if (!text.starts_with(kIdBegin) || text.size() != kIdBegin.size() + kIdDigits) return false;
@@ -100,15 +101,51 @@ UploadStore::UploadStore(fs::path folder, const UploadLimits& limits)
     }
 }
 
+namespace {
+
+std::uint32_t number32(std::string_view content, std::size_t at) {  // little-endian
+    std::uint32_t number = 0;
+    std::memcpy(&number, content.data() + at, sizeof number);
+    return number;
+}
+
+// The header has no mark, so the number of its triangles must give the size of the file. An ASCII
+// header begins with "solid", which many binary ones do as well.
+bool isStl(std::string_view content) {
+    constexpr std::size_t kHeader = 80, kTriangle = 50;
+    const bool isBinary =
+        content.size() >= kHeader + 4 &&
+        content.size() == kHeader + 4 + kTriangle * std::size_t{number32(content, kHeader)};
+    return isBinary || (content.starts_with("solid") &&
+                        content.substr(0, 1024).find("facet") != std::string_view::npos);
+}
+
+// Chunk 0x4D4D, which holds all others, with its length.
+bool is3ds(std::string_view content) {
+    return content.size() >= 6 && content.starts_with("MM") &&
+           number32(content, 2) == content.size();
+}
+
+}  // namespace
+
 std::string UploadStore::kindOf(std::string_view content) {
     constexpr std::size_t kTarMark = 257;
     if (content.starts_with("glTF")) return "glb";
     if (content.starts_with("PK\x03\x04")) return "zip";
     if (content.starts_with("\x1f\x8b")) return "tgz";
     if (content.size() > kTarMark + 5 && content.substr(kTarMark, 5) == "ustar") return "tar";
+    if (content.starts_with("Kaydara FBX Binary") || content.starts_with("; FBX")) return "fbx";
+    if (content.starts_with("ply\n") || content.starts_with("ply\r")) return "ply";
+    if (isStl(content)) return "stl";
+    if (is3ds(content)) return "3ds";
     if (content.starts_with("\xEF\xBB\xBF")) content.remove_prefix(3);  // byte order mark
     const std::size_t first = content.find_first_not_of(" \t\r\n");
-    return first != std::string_view::npos && content[first] == '{' ? "gltf" : "";
+    if (first == std::string_view::npos) return "";
+    const bool isXml = content[first] == '<';
+    if (isXml && content.substr(first, 4096).find("<COLLADA") != std::string_view::npos) {
+        return "dae";
+    }
+    return content[first] == '{' ? "gltf" : "";
 }
 
 std::string UploadStore::idOf(std::string_view content) {

@@ -33,7 +33,8 @@ public:
     // Creates the folder, accessible to its owner only. Throws std::runtime_error with one line.
     UploadStore(std::filesystem::path folder, const UploadLimits& limits);
 
-    // The type by the first bytes: "glb", "gltf", "zip", "tar" or "tgz"; empty for any other.
+    // The type by the content: an extension of a scene or an archive without its dot ("glb"), empty
+    // if it is none of them. A .obj has no mark; it is read from archives.
     static std::string kindOf(std::string_view content);
     // Equal content has an equal id; a collision cannot be constructed (SHA-256).
     static std::string idOf(std::string_view content);

@@ -1,3 +1,4 @@
+#include "scene/default_view.h"
 #include "accuracy_measure.h"
 
 #include "room_scene.h"

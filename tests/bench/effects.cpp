@@ -3,6 +3,7 @@
 // rotates a little, and with everything redrawn in every frame. Settings alternate frame by frame,
 // so that other load on the machine affects all equally. Encoding is not counted. Then the
 // planner's predicted milliseconds and error of each technique, with the measured ones.
+#include "scene/default_view.h"
 #include "predictions.h"
 #include "program.h"
 #include "scenes.h"

@@ -3,6 +3,7 @@
 // to frame, because a driver may skip repeated work. Prints a Markdown table: median and 95th
 // percentile of warm frames, the cold first frame, processor time, milliseconds of each pass and of
 // encoding, and memory.
+#include "scene/default_view.h"
 #include "image/image.h"
 #include "program.h"
 #include "renderer.h"

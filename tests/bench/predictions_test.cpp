@@ -1,4 +1,5 @@
 // Compares the planner's predicted errors of each technique with measured ones.
+#include "scene/default_view.h"
 #include "predictions.h"
 #include "scenes.h"
 

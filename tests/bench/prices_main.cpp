@@ -2,6 +2,7 @@
 // the cost model as this machine measures it, next to the compiled-in value; then, for each scene
 // and technique, the predicted milliseconds and the measured ones: the frame with the technique
 // less the frame with environment maps, in turns, each the fastest of its rounds.
+#include "scene/default_view.h"
 #include "plan/cost/cost.h"
 #include "predictions.h"
 #include "prices.h"

@@ -11,6 +11,17 @@
 
 namespace clerestory::bench {
 
+// From the same direction as a fitted view, with the bounding sphere in the frame: the view of the
+// published figures, which do not change when default views do.
+inline DefaultView sphereView(const Scene& scene) {
+    const Bounds bounds = lastingBounds(scene, poseAt(scene, 0.0));
+    DefaultView view{.target = glm::dvec3(bounds.center()), .yfov = 0.7};
+    const double radius = std::max(1e-6, 0.5 * static_cast<double>(bounds.diagonal()));
+    const double distance = radius / std::sin(0.5 * view.yfov);
+    view.position = view.target + distance * glm::normalize(glm::dvec3(0.5, 0.35, 1.0));
+    return view;
+}
+
 // A built-in's id or a file; `NAME@x,y,z:x,y,z` puts the eye at the first point, looking at the
 // second.
 inline Scene loadScene(const std::string& argument) {
@@ -27,6 +38,8 @@ inline Scene loadScene(const std::string& argument) {
             throw std::runtime_error("a view is written @x,y,z:x,y,z, not " + argument.substr(at));
         }
         scene.defaultView = view;
+    } else if (scene.defaultView && scene.defaultView->fit != glm::dvec2(0.0)) {
+        scene.defaultView = sphereView(scene);
     }
     return scene;
 }

@@ -1,3 +1,4 @@
+#include "scene/default_view.h"
 #include "tests/fuzz/targets.h"
 
 #include "scene/classification.h"

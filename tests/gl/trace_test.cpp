@@ -1,4 +1,5 @@
 // Rays compared with rasterisation.
+#include "scene/default_view.h"
 #include "scene/builtin/builtin_scenes.h"
 #include "scene/import/in_process.h"
 #include "support.h"

@@ -1,4 +1,5 @@
 // Light along traced paths: furnaces, Snell's law, mirrors, and shading of hits.
+#include "scene/default_view.h"
 #include "../support/compare_images.h"
 #include "plan/graph/features.h"
 #include "scene/builtin/builtin_scenes.h"

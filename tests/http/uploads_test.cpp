@@ -168,6 +168,69 @@ TEST(Uploads, FormatsAreDetectedByContent) {
               413);
 }
 
+std::string fileOf(const std::string& name) {
+    std::ifstream in(std::string(CLERESTORY_SHARED_SCENES) + "/" + name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// One triangle or more in every format of one file, alone and in an archive.
+TEST(Uploads, EverySceneFormatIsAccepted) {
+    std::vector<std::pair<std::string, std::string>> files = {
+        {"stl",
+         "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+         "endloop\nendfacet\nendsolid x\n"},
+        {"ply",
+         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+         "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
+        {"dae",
+         R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"
+version="1.4.1"><asset><unit meter="1"/><up_axis>Y_UP</up_axis></asset><library_geometries>
+<geometry id="g"><mesh><source id="p"><float_array id="a" count="9">0 0 0 1 0 0 0 1 0</float_array>
+<technique_common><accessor source="#a" count="3" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="1">
+<input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry>
+</library_geometries><library_visual_scenes><visual_scene id="s"><node id="n">
+<instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)"}};
+    std::string binary(80, ' ');  // a header, which may begin as that of a text does
+    binary.replace(0, 5, "solid");
+    const auto append = [&](auto value) {
+        binary.append(reinterpret_cast<const char*>(&value), sizeof value);
+    };
+    append(std::uint32_t{1});
+    for (const float number : {0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}) append(number);
+    append(std::uint16_t{0});
+    files.emplace_back("stl", binary);
+    for (const char* name : {"FormatsFBX/phong_cube.fbx", "FormatsMisc/fels.3ds",
+                             "FormatsMisc/cube_binary.ply", "FormatsMisc/Spider_binary.stl"}) {
+        const std::string content = fileOf(name);
+        if (content.empty()) {
+            std::printf("%s is not here and was not sent\n", name);
+            continue;
+        }
+        files.emplace_back(std::string(name).substr(std::string(name).rfind('.') + 1), content);
+    }
+    TestServer server(uploadConfig());
+    auto client = server.client();
+    for (const auto& [extension, content] : files) {
+        EXPECT_EQ(UploadStore::kindOf(content), extension);
+        const auto alone = send(client, content);
+        ASSERT_EQ(alone->status, 201) << extension << ": " << alone->body;
+        const auto inArchive =
+            send(client, packed(Packing::zip, {{"folder/model." + extension, content}}));
+        ASSERT_EQ(inArchive->status, 201) << extension << ": " << inArchive->body;
+        EXPECT_EQ(pictureOf(client, idOf(alone)), pictureOf(client, idOf(inArchive))) << extension;
+    }
+    EXPECT_EQ(send(client, files[0].second, "model/stl")->status, 200);
+    problemOf(send(client, files[0].second, "model/gltf-binary"), 415);
+    // A scene of several files, sent alone: what is missing, and what to send instead.
+    const json problem = problemOf(send(client, triangleGltf("triangle.bin")), 422);
+    EXPECT_THAT(problem["detail"].get<std::string>(),
+                testing::AllOf(HasSubstr("'triangle.bin' is missing"), HasSubstr(".zip")));
+}
+
 TEST(Uploads, FilesWithoutASceneAreRejectedWithTheReason) {
     Config config = uploadConfig();
     config.scenes.uploads.limits.count = 4;

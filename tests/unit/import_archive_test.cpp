@@ -63,7 +63,7 @@ TEST(ImportArchive, UnsupportedArchivesAreRejected) {
     folder.write("outside.bin", triangleBuffer());
     const std::string gltf = triangleGltf();
     const Refused rows[] = {
-        {"nothing", {{"readme.txt", "words"}}, Reason::unsupported, "no .glb"},
+        {"nothing", {{"readme.txt", "words"}}, Reason::unsupported, "no scene file (.gltf"},
         {"two", {{"a.glb", "x"}, {"b.glb", "y"}}, Reason::unsupported, "more than one"},
         {"up", {{"../scene.gltf", gltf}}, Reason::malformed, "leads out"},
         {"up inside", {{"a/../../scene.gltf", gltf}}, Reason::malformed, "leads out"},

@@ -209,7 +209,7 @@ TEST(Gltf, InvalidFilesAreRejectedByName) {
         {"a matrix of 15",
          changed("/nodes/0/matrix", Json::array({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0})),
          Reason::malformed},
-        {"nothing to draw", changed("/nodes/0", Json::object()), Reason::malformed},
+        {"nothing to draw", changed("/nodes/0", Json::object()), Reason::unsupported},
     };
     for (const auto& c : cases) {
         EXPECT_EQ(reasonFor(c.json), c.reason) << c.what;

@@ -1,5 +1,6 @@
 // Poses, bounds, identity, and the validation that finds every planted fault.
 #include "plan_scenes.h"
+#include "scene/default_view.h"
 
 #include "scene/texture_images.h"
 
@@ -73,19 +74,89 @@ TEST(Scene, WorldBoundsCoverEveryInstance) {
     EXPECT_EQ(triangleCount(scene), 24u);
 }
 
-TEST(Scene, TheDefaultViewShowsTheBoundsAtAnyScale) {
+// Of the corners of all instances: the most that they are away from the middle of a frame of this
+// aspect, in halves of its width and height.
+glm::dvec2 extentIn(const Scene& scene, const DefaultView& view, double aspect) {
+    const Pose pose = poseAt(scene, 0.0);
+    const glm::dvec3 back = glm::normalize(view.position - view.target);
+    const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back));
+    const glm::dvec3 up = glm::cross(back, right);
+    const double tangent = std::tan(0.5 * fieldOfView(view, aspect));
+    glm::dvec2 extent(0.0);
+    for (const Instance& instance : scene.instances) {
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
+            const Cluster& cluster = scene.clusters[mesh.firstCluster + k];
+            for (std::uint32_t i = 0; i < cluster.indexCount; ++i) {
+                const Vertex& vertex = scene.vertices[scene.indices[cluster.firstIndex + i]];
+                const glm::dvec3 p = glm::dvec3(pose.worldFromNode[instance.node] *
+                                                glm::dvec4(vertex.position, 1.0)) -
+                                     view.position;
+                const double depth = -glm::dot(p, back);
+                EXPECT_GT(depth, 0.0);
+                extent = glm::max(
+                    extent, glm::abs(glm::dvec2(glm::dot(p, right) / aspect, glm::dot(p, up)) /
+                                     (depth * tangent)));
+            }
+        }
+    }
+    return extent;
+}
+
+// The narrower margin is a tenth of the frame on each side.
+TEST(DefaultView, FillsTheSameShareOfFramesOfEveryShapeAtAnyScale) {
     for (const double size : {1e-4, 1.0, 1e6}) {
-        Scene scene;
-        place(scene, addBoxMesh(scene, "box", addMaterial(scene, {})), {3 * size, 0, 0}, size);
-        const DefaultView view = defaultView(scene);
-        const double radius = std::sqrt(3.0) * size;
-        EXPECT_NEAR(view.target.x, 3 * size, 1e-6 * size);
-        EXPECT_GT(glm::length(view.position - view.target) * std::sin(0.5 * view.yfov),
-                  0.99 * radius);
+        for (const glm::dvec3& shape :
+             {glm::dvec3(1, 1, 1), glm::dvec3(8, 1, 1), glm::dvec3(1, 9, 1), glm::dvec3(1, 1, 7)}) {
+            Scene scene;
+            place(scene, addBoxMesh(scene, "box", addMaterial(scene, {})), {3 * size, 0, 0}, size);
+            scene.nodes.back().parentFromLocal =
+                glm::scale(scene.nodes.back().parentFromLocal, shape);
+            const DefaultView view = defaultView(scene);
+            for (const double aspect : {0.5, 1.0, 4.0 / 3.0, 16.0 / 9.0, 3.0}) {
+                const glm::dvec2 extent = extentIn(scene, view, aspect);
+                EXPECT_NEAR(std::max(extent.x, extent.y), kFittedShare, 1e-6)
+                    << size << ", aspect " << aspect;
+            }
+        }
     }
 }
 
-TEST(Scene, TheDefaultViewIsTheFirstPerspectiveCamera) {
+TEST(DefaultView, FewCornersFarAwayAreLeftOut) {
+    Scene scene;
+    const Index box = addBoxMesh(scene, "box", addMaterial(scene, {}));
+    for (int i = 0; i < 30; ++i) place(scene, box, {3.0 * (i % 6), 0, 3.0 * (i / 6)}, 1.0);
+    const DefaultView clean = defaultView(scene);
+    place(scene, box, {1e5, 2e4, 0}, 1.0);
+    EXPECT_EQ(defaultView(scene).position, clean.position);
+    // Not if they are near enough to belong to the others.
+    place(scene, box, {40, 0, 0}, 1.0);
+    EXPECT_GT(glm::distance(defaultView(scene).position, clean.position), 5.0);
+}
+
+TEST(DefaultView, ACameraThatSeesNothingIsNotUsed) {
+    Scene scene = boxScene();
+    const Index away = addNode(scene, "away", glm::translate(glm::dmat4(1.0), {0, 0, -70}));
+    scene.cameras.push_back({.node = away, .yfov = 0.5});  // the box is behind it
+    EXPECT_NE(defaultView(scene).fit, glm::dvec2(0.0)) << "a fitted view";
+    const Index inside = addNode(scene, "inside", glm::dmat4(1.0));
+    scene.cameras.push_back({.node = inside, .yfov = 0.5});
+    EXPECT_EQ(defaultView(scene).position, glm::dvec3(0.0)) << "it sees a box from its inside";
+}
+
+// A box of 2 metres, 12 metres from the eye and in the middle of a frame that is as high as 4
+// of them at that distance.
+TEST(DefaultView, CoveredSharesAreThoseOfTheFrame) {
+    Scene scene;
+    place(scene, addBoxMesh(scene, "box", addMaterial(scene, {})), {0, 0, -13}, 1.0);
+    const DefaultView view{{0, 0, 0}, {0, 0, -1}, 2.0 * std::atan(4.0 / 12.0)};
+    EXPECT_DOUBLE_EQ(coveredShare(scene, poseAt(scene, 0.0), view), 1.0 / 16.0);
+    EXPECT_EQ(coveredShare(scene, poseAt(scene, 0.0), {{0, 0, 0}, {0, 0, 1}, 1.0}), 0.0);
+    EXPECT_EQ(coveredShare(scene, poseAt(scene, 0.0), {{0, 0, -13}, {1, 0, -12}, 1.0}), 1.0)
+        << "inside";
+}
+
+TEST(DefaultView, IsTheFirstPerspectiveCamera) {
     Scene scene = boxScene();
     const Index node = addNode(scene, "eye", glm::translate(glm::dmat4(1.0), {0, 0, 7}));
     scene.cameras.push_back({.node = 0, .orthographic = true});

@@ -1,6 +1,8 @@
 // With the camera looking along -Z, w = -Z, and the x coordinate of a pixel is fx X / w + cx.
 #include "plan/visibility/view.h"
 
+#include "scene/default_view.h"
+
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <cmath>
@@ -59,7 +61,8 @@ PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose
                            names.empty() ? "none: the scene has no cameras" : "one of: " + names}});
 }
 
-PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose& pose) {
+PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose& pose,
+                          double aspect) {
     if (c.name) return sceneCamera(*c.name, scene, pose);
     PlacedCamera placed;
     if (const auto own = worldFromPose(c)) {
@@ -68,7 +71,7 @@ PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose
         const DefaultView view = defaultView(scene);
         placed.worldFromCamera =
             worldFromLookAt(view.position, view.target, glm::dvec3(0.0, 1.0, 0.0));
-        placed.yfov = view.yfov;
+        placed.yfov = fieldOfView(view, aspect);
     }
     return placed;
 }
@@ -166,11 +169,11 @@ glm::dmat4 orthographic(double halfWidth, double halfHeight, double znear, doubl
 
 View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
                    std::uint32_t width, std::uint32_t height) {
-    const PlacedCamera placed = placedCamera(camera, scene, pose);
+    const double aspect = static_cast<double>(width) / height;
+    const PlacedCamera placed = placedCamera(camera, scene, pose, aspect);
     const Bounds bounds = lastingBounds(scene, pose);
     const double diagonal =
         bounds.empty() ? 1.0 : std::max(1e-6, static_cast<double>(bounds.diagonal()));
-    const double aspect = static_cast<double>(width) / height;
 
     View view;
     view.eye = glm::dvec3(placed.worldFromCamera[3]);

@@ -99,9 +99,11 @@ Scene importSceneInProcess(const std::filesystem::path& file, const ImportLimits
     const std::string extension = lowerExtension(file);
     const auto& known = importableExtensions();
     if (std::find(known.begin(), known.end(), extension) == known.end()) {
-        throw ImportError(
-            ImportError::Reason::unsupported,
-            "files with the extension '." + cleanText(extension) + "' are not supported");
+        throw ImportError(ImportError::Reason::unsupported,
+                          "files with the extension '." + cleanText(extension) +
+                              "' are not supported; scenes are " +
+                              extensionsText(FormatUse::scene) + ", archives of one " +
+                              extensionsText(FormatUse::archive));
     }
     if (progress) {
         progress({"reading", 0.0});

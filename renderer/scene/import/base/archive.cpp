@@ -127,7 +127,9 @@ int rankOf(const std::string& path) {
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (extension == ".glb" || extension == ".gltf") return 1;
-    return extension == ".obj" ? 2 : 0;
+    if (isArchive(extension.substr(1))) return 0;
+    const auto& known = importableExtensions();
+    return std::find(known.begin(), known.end(), extension.substr(1)) == known.end() ? 0 : 2;
 }
 
 std::string scenePath(const Files& files) {
@@ -141,7 +143,9 @@ std::string scenePath(const Files& files) {
         if (best.empty()) leastSoFar = key;
         if (key == leastSoFar) best.push_back(path);
     }
-    if (best.empty()) refuse(Reason::unsupported, "the archive has no .glb, .gltf or .obj");
+    if (best.empty())
+        refuse(Reason::unsupported,
+               "the archive has no scene file (" + extensionsText(FormatUse::scene) + ")");
     if (best.size() > 1) {
         refuse(Reason::unsupported, "the archive has more than one scene: '" + cleanText(best[0]) +
                                         "', '" + cleanText(best[1]) + "'");

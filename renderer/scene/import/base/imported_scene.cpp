@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include "scene/default_view.h"
 
 namespace clerestory {
 namespace {
@@ -210,7 +211,7 @@ void finishScene(Scene& scene) {
             const ImportWarning& first = scene.warnings.front();
             message += ": " + (first.subject.empty() ? "" : first.subject + ": ") + first.message;
         }
-        throw ImportError(Reason::malformed, message);
+        throw ImportError(Reason::unsupported, message);
     }
     if (scene.warnings.size() > kMaxWarnings) {
         const std::uint64_t more = scene.warnings.size() - kMaxWarnings;
@@ -221,6 +222,7 @@ void finishScene(Scene& scene) {
     if (const auto problems = sceneProblems(scene); !problems.empty()) {
         throw ImportError(Reason::malformed, "the scene is invalid: " + problems.front());
     }
+    scene.defaultView = chosenView(scene);
     updateContentHash(scene);
 }
 

@@ -60,9 +60,9 @@ std::span<const FileFormat> fileFormats() {
         FileFormat{scene, "STL", ".stl", "One mesh without material, through Assimp."},
         FileFormat{scene, "3D Studio", ".3ds", "Meshes, materials and textures through Assimp."},
         FileFormat{archive, "ZIP", ".zip",
-                   "One .glb, .gltf or .obj file with the files it refers to, unpacked in memory."},
+                   "One scene file with the files that it refers to, unpacked in memory."},
         FileFormat{archive, "tar, plain or gzip", ".tar .tgz",
-                   "One .glb, .gltf or .obj file with the files it refers to, unpacked in memory."},
+                   "One scene file with the files that it refers to, unpacked in memory."},
         FileFormat{texture, "JPEG", ".jpg .jpeg", "8 bits a channel, grey, RGB and CMYK."},
         FileFormat{texture, "PNG", ".png",
                    "8 or 16 bits a channel, reduced to 8 bits; with alpha."},
@@ -76,8 +76,10 @@ std::span<const FileFormat> fileFormats() {
             environment, "KTX cube map", ".ktx .ktx2",
             "Three or four channels of 8 or 16 bits, half or single floats, E5B9G9R9, "
             "B10G11R11, A2B10G10R10; S3TC, BPTC, ETC1 and ETC2 blocks. No supercompression."},
-        FileFormat{environment, "folder of six faces", "px nx py ny pz nz",
-                   "Square images of one size, each .hdr, .exr, .png or .jpg."},
+        FileFormat{
+            environment, "folder of six faces", "px nx py ny pz nz",
+            "Square images of one size, each .hdr, .exr, .png or .jpg; also named posx, negx "
+            "and so on."},
         FileFormat{
             sidecar, "Clerestory sidecar", ".clerestory.json",
             "Changes of materials and lights, probes and the default environment of the scene file "
@@ -107,6 +109,16 @@ const std::vector<std::string>& importableExtensions() {
         return list;
     }();
     return kExtensions;
+}
+
+std::string extensionsText(FormatUse use) {
+    std::string all;
+    for (const FileFormat& format : fileFormats()) {
+        if (format.use != use) continue;
+        all += all.empty() ? "" : ", ";
+        for (const char c : format.extensions) all += c == ' ' ? ", " : std::string(1, c);
+    }
+    return all;
 }
 
 std::span<const GltfExtension> gltfExtensions() {

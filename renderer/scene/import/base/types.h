@@ -68,6 +68,8 @@ std::string_view nameOf(FormatUse use);  // the enumerator's name
 
 // Extensions of scenes and archives, lower case, without the dot.
 const std::vector<std::string>& importableExtensions();
+// The same of one use for messages: ".gltf, .glb, .obj".
+std::string extensionsText(FormatUse use);
 
 enum class Support : std::uint8_t {
     drawn,         // read completely

@@ -1,5 +1,6 @@
 #include "scene/import/gltf/document.h"
 
+#include "scene/import/base/imported_scene.h"
 #include "scene/import/base/types.h"
 
 #include <algorithm>
@@ -190,7 +191,10 @@ const std::string& GltfDocument::buffer(Index i) {
             bytes = folder_.read(percentDecoded(uri));
         } catch (const ImportError& error) {
             if (error.reason() == ImportError::Reason::notFound) {
-                malformed(error.what());  // the scene exists, a part of it does not
+                // The scene exists, a part of it does not.
+                malformed("the file '" + cleanText(uri) +
+                          "' is missing; it belongs beside the scene, or into an archive (" +
+                          extensionsText(FormatUse::archive) + ") with the scene");
             }
             throw;
         }

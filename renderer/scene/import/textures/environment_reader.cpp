@@ -189,20 +189,33 @@ EnvironmentMap mapOf(RadianceCube cube) {
     return map;
 }
 
+// Two customs of naming the sides of +x, -x, +y, -y, +z and -z, OpenGL's order.
+using FaceNames = std::array<const char*, 2>;
+constexpr std::array<FaceNames, 6> kFaces{{{"px", "posx"},
+                                           {"nx", "negx"},
+                                           {"py", "posy"},
+                                           {"ny", "negy"},
+                                           {"pz", "posz"},
+                                           {"nz", "negz"}}};
+
+std::string faceFile(const SceneFolder& folder, const FaceNames& names) {
+    for (const std::string name : names) {
+        for (const char* extension : {".hdr", ".exr", ".png", ".jpg", ".jpeg"}) {
+            if (folder.has(name + extension)) return name + extension;
+        }
+    }
+    throw ImportError(Reason::notFound, std::string("the folder has no image named ") + names[0] +
+                                            " or " + names[1] +
+                                            " (.hdr, .exr, .png, .jpg or .jpeg)");
+}
+
 RadianceCube sixImages(const std::filesystem::path& path, const ImportLimits& limits) {
-    constexpr std::array kFaces{"px", "nx", "py", "ny", "pz", "nz"};  // OpenGL's order
-    constexpr std::array kKinds{".hdr", ".exr", ".png", ".jpg", ".jpeg"};
     const SceneFolder folder(path, limits.fileBytes);
     RadianceCube cube;
-    for (const std::string face : kFaces) {
-        const auto kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const char* extension) {
-            return folder.has(face + extension);
-        });
-        if (kind == kKinds.end()) {
-            throw ImportError(Reason::notFound, "the folder has no image named " + face);
-        }
+    for (const FaceNames& names : kFaces) {
+        const std::string face = faceFile(folder, names);
         const RadianceImage image =
-            decodedRadiance(bytesOf(folder.read(face + *kind)), limits.maxImagePixels / 6);
+            decodedRadiance(bytesOf(folder.read(face)), limits.maxImagePixels / 6);
         if (cube.faceSize == 0) cube.faceSize = image.width;
         if (image.width != cube.faceSize || image.height != cube.faceSize) {
             throw ImportError(

@@ -1,0 +1,252 @@
+#include "scene/default_view.h"
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <cmath>
+#include <utility>
+
+namespace clerestory {
+namespace {
+
+constexpr double kFittedYfov = 0.7;  // in frames of the following shape
+constexpr double kFittedAspect = 4.0 / 3.0;
+// A camera that sees less sees nothing.
+constexpr double kLeastCovered = 0.004;
+constexpr int kSamples = 32;  // along each side of the frame
+
+// The view of a camera: its position, and the point on its axis closest to the scene's centre.
+std::optional<DefaultView> viewThrough(const Camera& camera, const Pose& pose,
+                                       const Bounds& bounds) {
+    const glm::dmat4& m = pose.worldFromNode[camera.node];
+    const glm::dvec3 eye(m[3]), back(m[2]);
+    if (camera.orthographic || !(glm::length(back) > 0.0)) return std::nullopt;
+    const glm::dvec3 forward = -glm::normalize(back);
+    const double middle =
+        bounds.empty() ? 1.0 : glm::dot(glm::dvec3(bounds.center()) - eye, forward);
+    const double minDistance =
+        bounds.empty() ? 1.0 : 0.01 * std::max(1e-6, double{bounds.diagonal()});
+    return DefaultView{eye, eye + std::max(middle, minDistance) * forward, camera.yfov};
+}
+
+// Calls visit(a, b, c) with the corners of every triangle in world space.
+template <class Visit>
+void forEachTriangle(const Scene& scene, const Pose& pose, const Visit& visit) {
+    for (const Instance& instance : scene.instances) {
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        const MeshVertices vertices = verticesOf(scene, pose, mesh);
+        const glm::dmat4& worldFromMesh = pose.worldFromNode[instance.node];
+        const auto corner = [&](std::uint32_t index) {
+            const glm::dvec4 position(vertices[scene.indices[index]].position, 1.0);
+            return glm::dvec3(worldFromMesh * position);
+        };
+        for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
+            const Cluster& cluster = scene.clusters[mesh.firstCluster + k];
+            for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
+                const std::uint32_t first = cluster.firstIndex + i;
+                visit(corner(first), corner(first + 1), corner(first + 2));
+            }
+        }
+    }
+}
+
+template <class Visit>
+void forEachCorner(const glm::dvec3& low, const glm::dvec3& high, const Visit& visit) {
+    for (int i = 0; i < 8; ++i) {
+        visit(glm::dvec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z));
+    }
+}
+
+std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose, std::size_t most) {
+    std::vector<glm::dvec3> corners;
+    const auto add = [&](const glm::dvec3& p) { corners.push_back(p); };
+    if (3 * triangleCount(scene) <= most) {
+        forEachTriangle(scene, pose, [&](const auto&... each) { (add(each), ...); });
+        return corners;
+    }
+    for (const Instance& instance : scene.instances) {
+        const Bounds& box = boundsOf(pose, scene.meshes[instance.mesh]);
+        const glm::dmat4& worldFromMesh = pose.worldFromNode[instance.node];
+        forEachCorner(glm::dvec3(box.min), glm::dvec3(box.max), [&](const glm::dvec3& p) {
+            add(glm::dvec3(worldFromMesh * glm::dvec4(p, 1.0)));
+        });
+    }
+    return corners;
+}
+
+// Few corners, far outside of the box of the others.
+struct Stray {
+    double share;      // of the corners at each end of an axis, at most
+    double diagonals;  // of that box
+};
+constexpr std::array kStray{Stray{0.002, 1.0}, Stray{0.05, 8.0}};
+
+void removeStray(std::vector<glm::dvec3>& corners) {
+    for (const Stray& stray : kStray) {
+        const auto skip =
+            static_cast<std::ptrdiff_t>(stray.share * static_cast<double>(corners.size()));
+        if (skip == 0) continue;
+        glm::dvec3 low, high;
+        std::vector<double> along(corners.size());
+        for (int axis = 0; axis < 3; ++axis) {
+            std::transform(corners.begin(), corners.end(), along.begin(),
+                           [&](const glm::dvec3& p) { return p[axis]; });
+            const auto first = along.begin() + skip, last = along.end() - 1 - skip;
+            std::nth_element(along.begin(), first, along.end());
+            low[axis] = *first;
+            std::nth_element(along.begin(), last, along.end());
+            high[axis] = *last;
+        }
+        const glm::dvec3 margin(stray.diagonals * glm::length(high - low));
+        if (!(margin.x > 0.0)) continue;
+        std::erase_if(corners, [&](const glm::dvec3& p) {
+            return glm::any(glm::lessThan(p, low - margin)) ||
+                   glm::any(glm::greaterThan(p, high + margin));
+        });
+    }
+}
+
+struct Axes {
+    glm::dvec3 right, up, back;  // unit, orthogonal
+};
+
+// Looks at the world upright.
+Axes axesOf(const glm::dvec3& back) {
+    const bool vertical = std::abs(back.y) > 0.9999;
+    const glm::dvec3 right =
+        glm::normalize(glm::cross(vertical ? glm::dvec3(0, 0, -1) : glm::dvec3(0, 1, 0), back));
+    return {right, glm::cross(back, right), back};
+}
+
+// Which samples of a square frame a triangle covers: a sample's ray lies inside the three planes
+// through the eye and an edge, and meets the triangle's plane in front of the eye.
+class Coverage {
+public:
+    explicit Coverage(double yfov) : extent_(std::tan(0.5 * yfov)) {}
+
+    // Corners in camera space: right, up, back.
+    void add(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+        const std::array<glm::dvec3, 3> corners{a, b, c};
+        int first[2] = {0, 0}, last[2] = {kSamples - 1, kSamples - 1};
+        if (std::all_of(corners.begin(), corners.end(),
+                        [](const glm::dvec3& p) { return p.z < 0.0; })) {
+            for (int axis = 0; axis < 2; ++axis) {
+                double low = 1e9, high = -1e9;
+                for (const glm::dvec3& p : corners) {
+                    low = std::min(low, p[axis] / -p.z);
+                    high = std::max(high, p[axis] / -p.z);
+                }
+                first[axis] = static_cast<int>(std::ceil(std::clamp(sample(low), 0.0, 1e3)));
+                last[axis] =
+                    static_cast<int>(std::floor(std::clamp(sample(high), -1.0, kSamples - 1.0)));
+            }
+        } else if (a.z >= 0.0 && b.z >= 0.0 && c.z >= 0.0) {
+            return;
+        }
+        const glm::dvec3 ab = glm::cross(a, b), bc = glm::cross(b, c), ca = glm::cross(c, a);
+        const double volume = glm::dot(a, bc);
+        if (volume == 0.0) return;
+        const double side = volume > 0.0 ? 1.0 : -1.0;
+        for (int y = first[1]; y <= last[1]; ++y) {
+            for (int x = first[0]; x <= last[0]; ++x) {
+                const glm::dvec3 ray(tangent(x), tangent(y), -1.0);
+                if (side * glm::dot(ray, ab) >= 0.0 && side * glm::dot(ray, bc) >= 0.0 &&
+                    side * glm::dot(ray, ca) >= 0.0) {
+                    covered_.set(static_cast<std::size_t>(y * kSamples + x));
+                }
+            }
+        }
+    }
+
+    double share() const {
+        return static_cast<double>(covered_.count()) / static_cast<double>(covered_.size());
+    }
+
+private:
+    double tangent(int i) const { return extent_ * ((2.0 * i + 1.0) / kSamples - 1.0); }
+    double sample(double tangent) const { return 0.5 * kSamples * (tangent / extent_ + 1.0) - 0.5; }
+
+    double extent_;
+    std::bitset<kSamples * kSamples> covered_;
+};
+
+}  // namespace
+
+double coveredShare(const Scene& scene, const Pose& pose, const DefaultView& view) {
+    const Axes axes = axesOf(glm::normalize(view.position - view.target));
+    const auto inCamera = [&](const glm::dvec3& p) {
+        const glm::dvec3 v = p - view.position;
+        return glm::dvec3(glm::dot(v, axes.right), glm::dot(v, axes.up), glm::dot(v, axes.back));
+    };
+    Coverage coverage(view.yfov);
+    forEachTriangle(scene, pose, [&](const auto& a, const auto& b, const auto& c) {
+        coverage.add(inCamera(a), inCamera(b), inCamera(c));
+    });
+    return coverage.share();
+}
+
+// A corner at right x and back z is within a frame of tangents t if |x - eye.x| <= t (eye.z - z):
+// the largest of x + t z and of -x + t z over all corners bound the eye from both sides. The eye is
+// in the middle, as near as the narrower of both directions allows.
+DefaultView fittedView(const Scene& scene, std::size_t most) {
+    const Pose pose = poseAt(scene, 0.0);
+    std::vector<glm::dvec3> corners = cornersOf(scene, pose, most);
+    if (corners.empty()) return {};
+    removeStray(corners);
+    if (!scene.reach.empty()) {
+        forEachCorner(glm::dvec3(scene.reach.min), glm::dvec3(scene.reach.max),
+                      [&](const glm::dvec3& p) { corners.push_back(p); });
+    }
+    const Axes axes = axesOf(glm::normalize(glm::dvec3(0.5, 0.35, 1.0)));
+    const double tanY = kFittedShare * std::tan(0.5 * kFittedYfov);
+    const glm::dvec2 tangents(kFittedAspect * tanY, tanY);
+    const glm::dvec3 origin = corners.front();
+    glm::dvec2 high(-1e300), low(-1e300);
+    double nearest = -1e300, farthest = 1e300, reach = 0.0;
+    for (glm::dvec3& p : corners) {
+        p -= origin;
+        p = {glm::dot(p, axes.right), glm::dot(p, axes.up), glm::dot(p, axes.back)};
+        const glm::dvec2 xy(p);
+        high = glm::max(high, xy + tangents * p.z);
+        low = glm::max(low, -xy + tangents * p.z);
+        nearest = std::max(nearest, p.z);
+        farthest = std::min(farthest, p.z);
+        reach = std::max(reach, glm::length(p));
+    }
+    const glm::dvec2 distance = 0.5 * (high + low) / tangents;
+    // Not closer than a hundredth of the extents, for corners that lie in a line towards the eye.
+    const double eyeZ = std::max({distance.x, distance.y, nearest + 0.01 * reach, nearest + 1e-6});
+    const glm::dvec2 eye = 0.5 * (high - low);
+    glm::dvec2 fit(0.0);
+    for (const glm::dvec3& p : corners) {
+        fit = glm::max(fit, glm::abs(glm::dvec2(p) - eye) / (eyeZ - p.z));
+    }
+    const auto world = [&](double z) {
+        return origin + eye.x * axes.right + eye.y * axes.up + z * axes.back;
+    };
+    DefaultView view{world(eyeZ), world(0.5 * (nearest + farthest)), kFittedYfov,
+                     glm::clamp(fit, 1e-4, 10.0)};
+    view.yfov = fieldOfView(view, kFittedAspect);
+    return view;
+}
+
+double fieldOfView(const DefaultView& view, double aspect) {
+    if (view.fit == glm::dvec2(0.0)) return view.yfov;
+    return 2.0 * std::atan(std::max(view.fit.y, view.fit.x / aspect) / kFittedShare);
+}
+
+DefaultView chosenView(const Scene& scene) {
+    const Pose pose = poseAt(scene, 0.0);
+    const Bounds bounds = lastingBounds(scene, pose);
+    for (const Camera& camera : scene.cameras) {
+        const auto view = viewThrough(camera, pose, bounds);
+        if (view && coveredShare(scene, pose, *view) >= kLeastCovered) return *view;
+    }
+    return fittedView(scene);
+}
+
+DefaultView defaultView(const Scene& scene) {
+    return scene.defaultView ? *scene.defaultView : chosenView(scene);
+}
+
+}  // namespace clerestory
