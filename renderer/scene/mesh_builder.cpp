@@ -130,14 +130,24 @@ void makeNormals(Scene& scene, MeshDraft& draft, const std::vector<Triangle>& tr
     }
 }
 
-void makeTangents(MeshDraft& draft, const std::vector<Triangle>& triangles) {
+// Along the axes of the texture as the slot maps it (KHR_texture_transform without its offset).
+glm::dvec2 texCoordOf(const Vertex& vertex, const TextureSlot& slot) {
+    const glm::dvec2 scaled = glm::dvec2(slot.texCoord == 1 ? vertex.texCoord1 : vertex.texCoord0) *
+                              glm::dvec2(slot.scale);
+    const double cosine = std::cos(slot.rotation), sine = std::sin(slot.rotation);
+    return {cosine * scaled.x + sine * scaled.y, cosine * scaled.y - sine * scaled.x};
+}
+
+void makeTangents(MeshDraft& draft, const std::vector<Triangle>& triangles,
+                  const TextureSlot& slot) {
     std::vector<glm::dvec3> along(draft.vertices.size(), glm::dvec3(0.0)), across(along);
     if (!draft.hasTangents && draft.hasTexCoords) {
         for (const Triangle& t : triangles) {
             const Vertex &a = draft.vertices[t.corner[0]], &b = draft.vertices[t.corner[1]],
                          &c = draft.vertices[t.corner[2]];
             const glm::dvec3 e1(b.position - a.position), e2(c.position - a.position);
-            const glm::dvec2 d1(b.texCoord0 - a.texCoord0), d2(c.texCoord0 - a.texCoord0);
+            const glm::dvec2 ta = texCoordOf(a, slot);
+            const glm::dvec2 d1 = texCoordOf(b, slot) - ta, d2 = texCoordOf(c, slot) - ta;
             // Weighted by area in texture space; the sign of the determinant is the handedness.
             const double sign = d1.x * d2.y - d2.x * d1.y < 0.0 ? -1.0 : 1.0;
             for (const std::uint32_t v : t.corner) {
@@ -301,7 +311,10 @@ Index addMesh(Scene& scene, MeshDraft draft, std::vector<std::uint32_t>& sources
     }
     sources = compact(draft.vertices, triangles);
     makeNormals(scene, draft, triangles);
-    makeTangents(draft, triangles);
+    makeTangents(draft, triangles,
+                 draft.material < scene.materials.size()
+                     ? scene.materials[draft.material].normalTexture
+                     : TextureSlot{});
     mendAttributes(scene, draft);
 
     Mesh mesh;

@@ -1,7 +1,7 @@
 #include "server/api/scene_json.h"
 
-#include "scene/default_view.h"
 #include "scene/classification.h"
+#include "scene/default_view.h"
 
 #include <nlohmann/json.hpp>
 
@@ -186,6 +186,13 @@ ordered_json animations(const Scene& scene) {
     return list;
 }
 
+// Of a camera or a light, which look along -Z: unit, whatever the scale of its node.
+glm::dvec3 directionOf(const glm::dmat4& world) {
+    const glm::dvec3 back(world[2]);
+    const double length = glm::length(back);
+    return length > 0.0 ? back / -length : glm::dvec3(0, 0, -1);
+}
+
 ordered_json cameras(const Scene& scene, const Pose& pose) {
     ordered_json list = ordered_json::array();
     for (const Camera& camera : scene.cameras) {
@@ -193,7 +200,7 @@ ordered_json cameras(const Scene& scene, const Pose& pose) {
             camera.node == kNone ? glm::dmat4(1.0) : pose.worldFromNode[camera.node];
         ordered_json entry = {{"name", camera.name},
                               {"position", vector3(glm::dvec3(world[3]))},
-                              {"direction", vector3(-glm::dvec3(world[2]))},
+                              {"direction", vector3(directionOf(world))},
                               {"orthographic", camera.orthographic}};
         if (camera.orthographic) {
             entry["yHalfHeight"] = camera.yHalfHeight;
@@ -224,7 +231,7 @@ ordered_json lights(const Scene& scene, const Pose& pose) {
             entry["position"] = vector3(glm::dvec3(world[3]));
             if (light.range > 0.0f) entry["range"] = shortest(light.range);
         }
-        if (light.kind != LightKind::point) entry["direction"] = vector3(-glm::dvec3(world[2]));
+        if (light.kind != LightKind::point) entry["direction"] = vector3(directionOf(world));
         if (light.kind == LightKind::spot) {
             entry["innerConeAngle"] = shortest(light.innerConeAngle);
             entry["outerConeAngle"] = shortest(light.outerConeAngle);

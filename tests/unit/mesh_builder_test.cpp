@@ -139,6 +139,28 @@ TEST(MeshBuilder, NormalsFollowWindingAndTangentsFollowTexture) {
     EXPECT_EQ(sceneOf(mirrored).vertices[0].tangent, glm::vec4(-1, 0, 0, -1));
 }
 
+// The tangent points to where the normal map's u increases.
+TEST(MeshBuilder, TangentsFollowTheTransformOfTheNormalTexture) {
+    const auto tangentWith = [](const TextureSlot& slot) {
+        Scene scene;
+        scene.materials.push_back({.normalTexture = slot});
+        MeshDraft draft = square();
+        draft.material = 0;
+        for (Vertex& v : draft.vertices) v.texCoord1 = {v.texCoord0.y, v.texCoord0.x};
+        addMesh(scene, draft);
+        return scene.vertices[0].tangent;
+    };
+    const auto near = [](const glm::vec4& a, const glm::vec4& b) {
+        return glm::distance(a, b) < 1e-6f;
+    };
+    constexpr float kQuarter = 1.57079633f;
+    EXPECT_TRUE(near(tangentWith({.offset = {5, 7}, .scale = {3, 2}}), {1, 0, 0, 1}));
+    // u' = v: the texture coordinate that increases downwards.
+    EXPECT_TRUE(near(tangentWith({.rotation = kQuarter}), {0, -1, 0, 1}));
+    EXPECT_TRUE(near(tangentWith({.scale = {-1, 1}}), {-1, 0, 0, -1}));
+    EXPECT_TRUE(near(tangentWith({.texCoord = 1}), {0, -1, 0, -1}));
+}
+
 // A bumpy sheet of n x n squares.
 MeshDraft sheet(int n) {
     MeshDraft draft{.name = "sheet"};

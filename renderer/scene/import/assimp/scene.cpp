@@ -84,6 +84,22 @@ glm::dmat4 scaled(const glm::dmat4& matrix, double factor) {
     return scale * matrix;
 }
 
+// Some files have all their normals turned away from the side of which their triangles are
+// counter-clockwise.
+void alignNormals(MeshDraft& draft) {
+    std::int64_t agreeing = 0;
+    for (std::size_t i = 0; i + 2 < draft.indices.size(); i += 3) {
+        const Vertex &a = draft.vertices[draft.indices[i]],
+                     &b = draft.vertices[draft.indices[i + 1]],
+                     &c = draft.vertices[draft.indices[i + 2]];
+        const float cosine = glm::dot(glm::cross(b.position - a.position, c.position - a.position),
+                                      a.normal + b.normal + c.normal);
+        agreeing += (cosine > 0.0f) - (cosine < 0.0f);
+    }
+    if (agreeing >= 0) return;
+    for (Vertex& v : draft.vertices) v.normal = -v.normal;
+}
+
 class AssimpReader {
 public:
     AssimpReader(const aiScene& file, const std::string& extension, const ImportLimits& limits)
@@ -146,6 +162,7 @@ private:
                 draft.indices.insert(draft.indices.end(), face.mIndices, face.mIndices + 3);
             }
         }
+        if (draft.hasNormals) alignNormals(draft);
         if (!animations_.moves(from)) return addMesh(scene_, std::move(draft));
         draft.deforms = true;
         std::vector<std::uint32_t> sources;
