@@ -50,25 +50,21 @@ void forEachTriangle(const Scene& scene, const Pose& pose, const Visit& visit) {
     }
 }
 
-template <class Visit>
-void forEachCorner(const glm::dvec3& low, const glm::dvec3& high, const Visit& visit) {
-    for (int i = 0; i < 8; ++i) {
-        visit(glm::dvec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z));
+std::vector<glm::dvec3> cornersOf(const Scene& scene, std::size_t most) {
+    constexpr int kTimes = 8;  // of a scene with clips
+    double duration = 0.0;
+    for (const Index clip : defaultClips(scene)) {
+        duration = std::max(duration, scene.clips[clip].duration);
     }
-}
-
-std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose, std::size_t most) {
+    const int times = duration > 0.0 ? kTimes : 1;
+    const std::uint64_t step =
+        1 + 3 * triangleCount(scene) * static_cast<std::uint64_t>(times) / most;
     std::vector<glm::dvec3> corners;
-    const auto add = [&](const glm::dvec3& p) { corners.push_back(p); };
-    if (3 * triangleCount(scene) <= most) {
-        forEachTriangle(scene, pose, [&](const auto&... each) { (add(each), ...); });
-        return corners;
-    }
-    for (const Instance& instance : scene.instances) {
-        const Bounds& box = boundsOf(pose, scene.meshes[instance.mesh]);
-        const glm::dmat4& worldFromMesh = pose.worldFromNode[instance.node];
-        forEachCorner(glm::dvec3(box.min), glm::dvec3(box.max), [&](const glm::dvec3& p) {
-            add(glm::dvec3(worldFromMesh * glm::dvec4(p, 1.0)));
+    for (int i = 0; i < times; ++i) {
+        const Pose pose = poseAt(scene, duration * i / times);
+        std::uint64_t triangle = 0;
+        forEachTriangle(scene, pose, [&](const auto&... each) {
+            if (triangle++ % step == 0) (corners.push_back(each), ...);
         });
     }
     return corners;
@@ -189,14 +185,9 @@ double coveredShare(const Scene& scene, const Pose& pose, const DefaultView& vie
 // the largest of x + t z and of -x + t z over all corners bound the eye from both sides. The eye is
 // in the middle, as near as the narrower of both directions allows.
 DefaultView fittedView(const Scene& scene, std::size_t most) {
-    const Pose pose = poseAt(scene, 0.0);
-    std::vector<glm::dvec3> corners = cornersOf(scene, pose, most);
+    std::vector<glm::dvec3> corners = cornersOf(scene, most);
     if (corners.empty()) return {};
     removeStray(corners);
-    if (!scene.reach.empty()) {
-        forEachCorner(glm::dvec3(scene.reach.min), glm::dvec3(scene.reach.max),
-                      [&](const glm::dvec3& p) { corners.push_back(p); });
-    }
     const Axes axes = axesOf(glm::normalize(glm::dvec3(0.5, 0.35, 1.0)));
     const double tanY = kFittedShare * std::tan(0.5 * kFittedYfov);
     const glm::dvec2 tangents(kFittedAspect * tanY, tanY);

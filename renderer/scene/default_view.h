@@ -19,10 +19,10 @@ DefaultView defaultView(const Scene& scene);
 // the triangles.
 DefaultView chosenView(const Scene& scene);
 
-// From the front, the right and slightly above, so that the surfaces, as they are at time 0 and
-// where clips move them, fill kFittedShare of the frame. A few corners that lie far away from all
-// others (errors of exporters) are left out. `most`: corners that are looked at; above it, those of
-// the meshes' boxes are.
+// From the front, the right and slightly above, so that the surfaces, as they are at time 0 and at
+// other times of the default clips, fill kFittedShare of the frame. A few corners that lie far away
+// from all others (errors of exporters) are left out. `most`: corners that are looked at; of more,
+// evenly many are.
 DefaultView fittedView(const Scene& scene, std::size_t most = 4'000'000);
 
 // The view's vertical field of view in a frame of this width / height, radians. A fitted view

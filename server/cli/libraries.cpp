@@ -6,11 +6,15 @@
 
 #include <archive.h>
 #include <assimp/version.h>
+#include <avif/avif.h>
+#include <draco/core/draco_version.h>
+#include <meshoptimizer.h>
 #include <openssl/crypto.h>
 #include <openssl/opensslv.h>
 #include <png.h>
 #include <seccomp.h>
 #include <spdlog/version.h>
+#include <webp/decode.h>
 #include <zlib.h>
 #include <CLI/Version.hpp>
 #include <glm/glm.hpp>
@@ -43,6 +47,11 @@ std::string embreeVersion() {
                   part(RTC_DEVICE_PROPERTY_VERSION_PATCH));
 }
 
+std::string webpVersion() {
+    const auto version = static_cast<unsigned>(WebPGetDecoderVersion());
+    return dotted(version >> 16, version >> 8 & 0xff, version & 0xff);
+}
+
 // Creates a context, which is required to query the version.
 std::string openglVersion() {
     try {
@@ -62,6 +71,7 @@ std::vector<LibraryVersion> libraryVersions() {
          dotted(aiGetVersionMajor(), aiGetVersionMinor(), aiGetVersionPatch())},
         {"CLI11", CLI11_VERSION, ""},
         {"cpp-httplib", CLERESTORY_HTTPLIB_VERSION, ""},
+        {"draco", draco::kDracoVersion, ""},
         {"embree", RTC_VERSION_STRING, embreeVersion()},
         {"glm",
          dotted(GLM_VERSION_MAJOR, GLM_VERSION_MINOR, GLM_VERSION_PATCH) + "." +
@@ -69,9 +79,16 @@ std::vector<LibraryVersion> libraryVersions() {
          ""},
         {"libarchive", ARCHIVE_VERSION_ONLY_STRING,
          archiveVersion.substr(archiveVersion.rfind(' ') + 1)},
+        {"libavif", dotted(AVIF_VERSION_MAJOR, AVIF_VERSION_MINOR, AVIF_VERSION_PATCH),
+         avifVersion()},
         {"libjpeg-turbo", CLERESTORY_JPEG_VERSION, ""},
         {"libpng", PNG_LIBPNG_VER_STRING, png_get_libpng_ver(nullptr)},
         {"libseccomp", dotted(SCMP_VER_MAJOR, SCMP_VER_MINOR, SCMP_VER_MICRO), seccompVersion()},
+        {"libwebp", CLERESTORY_WEBP_VERSION, webpVersion()},
+        {"meshoptimizer",
+         dotted(MESHOPTIMIZER_VERSION / 1000, MESHOPTIMIZER_VERSION / 10 % 100,
+                MESHOPTIMIZER_VERSION % 10),
+         ""},
         {"nlohmann-json",
          dotted(NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
                 NLOHMANN_JSON_VERSION_PATCH),

@@ -66,6 +66,8 @@ std::span<const FileFormat> fileFormats() {
         FileFormat{texture, "JPEG", ".jpg .jpeg", "8 bits a channel, grey, RGB and CMYK."},
         FileFormat{texture, "PNG", ".png",
                    "8 or 16 bits a channel, reduced to 8 bits; with alpha."},
+        FileFormat{texture, "WebP and AVIF", ".webp .avif",
+                   "Still images with alpha; more than 8 bits a channel are rounded."},
         FileFormat{texture, "BMP, TGA and PSD", ".bmp .tga .psd", "8 bits a channel."},
         FileFormat{environment, "Radiance HDR", ".hdr",
                    "Equirectangular, or one of six cube faces."},
@@ -128,9 +130,8 @@ std::span<const GltfExtension> gltfExtensions() {
             "KHR_animation_pointer", ignored,
             "Animations of node transforms and morph weights are played; animated pointers "
             "keep their initial values."},
-        GltfExtension{"KHR_draco_mesh_compression", refused,
-                      "Compressed meshes are not decoded; a mesh with uncompressed accessors as a "
-                      "fallback is drawn from these."},
+        GltfExtension{"KHR_draco_mesh_compression", drawn,
+                      "Compressed primitives; attributes that the stream lacks are read as usual."},
         GltfExtension{"KHR_lights_punctual", drawn,
                       "Point, spot and directional lights with range and cone angles."},
         GltfExtension{"KHR_materials_anisotropy", ignored, "Highlights are isotropic."},
@@ -175,12 +176,11 @@ std::span<const GltfExtension> gltfExtensions() {
                       "Environment maps are loaded as files of their own."},
         GltfExtension{"EXT_mesh_gpu_instancing", drawn,
                       "One instance for each translation, rotation and scale."},
-        GltfExtension{"EXT_meshopt_compression", refused,
-                      "Compressed buffer views are not decoded; fallback buffers are read."},
-        GltfExtension{"EXT_texture_avif", refused, "AVIF images are not decoded."},
-        GltfExtension{
-            "EXT_texture_webp", ignored,
-            "The fallback image is used; a texture without one is left out with a warning."},
+        GltfExtension{"EXT_meshopt_compression", drawn,
+                      "Compressed buffer views in every mode and with every filter of the codec's "
+                      "version 0."},
+        GltfExtension{"EXT_texture_avif", drawn, "Still AVIF images, before the fallback."},
+        GltfExtension{"EXT_texture_webp", drawn, "Still WebP images, before the fallback."},
         GltfExtension{"FB_ngon_encoding", ignored, "Polygons are drawn as their triangles."},
         GltfExtension{"MSFT_lod", refused, "Levels of detail are not selected."},
         GltfExtension{"MSFT_texture_dds", refused, "DDS images are not decoded."},

@@ -16,7 +16,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 8;
+    std::uint32_t version = 9;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -132,7 +132,7 @@ void serialize(A& a, Deformation& d) {
 }
 template <class A>
 void serialize(A& a, DefaultView& v) {
-    a(v.position), a(v.target), a(v.yfov);
+    a(v.position), a(v.target), a(v.yfov), a(v.fit);
 }
 template <class A>
 void serialize(A& a, ImportWarning& w) {

@@ -2,6 +2,7 @@
 
 #include "scene/import/base/imported_scene.h"
 #include "scene/import/base/types.h"
+#include "scene/import/gltf/compression.h"
 
 #include <algorithm>
 #include <cstring>
@@ -48,6 +49,10 @@ std::string base64Decoded(std::string_view text) {
         }
     }
     return bytes;
+}
+
+ByteSpan bytesOf(const std::string& text) {
+    return {reinterpret_cast<const unsigned char*>(text.data()), text.size()};
 }
 
 template <class T>
@@ -205,15 +210,43 @@ const std::string& GltfDocument::buffer(Index i) {
     return buffers_[i] = std::move(bytes);
 }
 
-ByteSpan GltfDocument::bufferView(Index i) {
-    const Json& view = item("bufferViews", i);
+ByteSpan GltfDocument::part(const Json& view, const std::string& name) {
     const std::string& bytes = buffer(indexAt(view, "buffer"));
     const std::uint64_t offset = wholeNumber(view, "byteOffset", 0);
     const std::uint64_t length = wholeNumber(view, "byteLength", 0);
     if (offset > bytes.size() || length > bytes.size() - offset) {
-        malformed("buffer view " + std::to_string(i) + " exceeds its buffer");
+        malformed(name + " exceeds its buffer");
     }
-    return {reinterpret_cast<const unsigned char*>(bytes.data()) + offset, length};
+    return bytesOf(bytes).subspan(offset, length);
+}
+
+ByteSpan GltfDocument::bufferView(Index i) {
+    const Json& view = item("bufferViews", i);
+    const std::string name = "buffer view " + std::to_string(i);
+    const Json* compressed = extension(view, "EXT_meshopt_compression");
+    if (!compressed) return part(view, name);
+    const auto known = decompressedViews_.find(i);
+    if (known != decompressedViews_.end()) return bytesOf(known->second);
+    const std::string mode = text(*compressed, "mode"), filter = text(*compressed, "filter");
+    std::string bytes = decodedMeshopt({.count = wholeNumber(*compressed, "count", 0),
+                                        .stride = wholeNumber(*compressed, "byteStride", 0),
+                                        .mode = mode,
+                                        .filter = filter},
+                                       part(*compressed, name), name);
+    if (wholeNumber(view, "byteLength", 0) != bytes.size()) {
+        malformed(name + " does not have the byteLength of its compressed form, " +
+                  std::to_string(bytes.size()));
+    }
+    return bytesOf(decompressedViews_[i] = std::move(bytes));
+}
+
+void GltfDocument::setElements(Index accessor, std::string bytes) {
+    const Layout at = layout(item("accessors", accessor));
+    if (bytes.size() != at.count * at.elementBytes) {
+        malformed("accessor " + std::to_string(accessor) +
+                  " does not have as many elements as its compressed form");
+    }
+    elements_[accessor] = std::move(bytes);
 }
 
 GltfDocument::Layout GltfDocument::layout(const Json& accessor) const {
@@ -240,6 +273,11 @@ GltfDocument::Layout GltfDocument::layout(const Json& accessor) const {
     return layout;
 }
 
+GltfDocument::Shape GltfDocument::shape(Index accessor) const {
+    const Layout at = layout(item("accessors", accessor));
+    return {at.type, at.components};
+}
+
 // Copies all elements to `out`, then the sparse ones.
 template <class Out, class Convert>
 void GltfDocument::read(Index index_, std::vector<Out>& out, const Convert& convert) {
@@ -256,8 +294,12 @@ void GltfDocument::read(Index index_, std::vector<Out>& out, const Convert& conv
     const auto outside = [&] {
         malformed("accessor " + std::to_string(index_) + " exceeds its buffer view");
     };
-    if (const Index viewIndex = indexAt(accessor, "bufferView");
-        viewIndex != kNone && at.count > 0) {
+    if (const auto own = elements_.find(index_); own != elements_.end()) {
+        for (std::uint64_t i = 0; i < at.count; ++i) {
+            copyElement(bytesOf(own->second).data() + i * at.elementBytes, i);
+        }
+    } else if (const Index viewIndex = indexAt(accessor, "bufferView");
+               viewIndex != kNone && at.count > 0) {
         const ByteSpan bytes = bufferView(viewIndex);
         const std::uint64_t offset = wholeNumber(accessor, "byteOffset", 0);
         std::uint64_t stride = wholeNumber(item("bufferViews", viewIndex), "byteStride", 0);

@@ -33,11 +33,22 @@ public:
     const Json& json() const { return json_; }
     const Json& item(const char* list, Index i) const;  // json[list][i]; throws ImportError
 
+    struct Shape {
+        std::uint64_t componentType = 0;  // 5120 to 5126
+        std::size_t components = 0;       // per element
+    };
+    Shape shape(Index accessor) const;
+
     // An accessor as floats (normalised integers decoded, sparse values applied) or as integers.
     Numbers floats(Index accessor);
     std::vector<std::uint32_t> integers(Index accessor);
 
+    // Decompressed where the view is compressed.
     ByteSpan bufferView(Index view);
+    // The accessor's elements are these bytes, tightly packed, and not those of its buffer view.
+    // They must be as many as it declares.
+    void setElements(Index accessor, std::string bytes);
+    bool hasElements(Index accessor) const { return elements_.contains(accessor); }
     // The content of a base64 data URI; the document owns the bytes. Throws ImportError for others.
     ByteSpan dataUri(const std::string& uri);
 
@@ -45,6 +56,8 @@ private:
     struct Layout;
     Layout layout(const Json& accessor) const;
     const std::string& buffer(Index i);
+    // The part of a buffer that a buffer view, or its compressed form, describes.
+    ByteSpan part(const Json& view, const std::string& name);
     template <class Out, class Convert>
     void read(Index accessor, std::vector<Out>& out, const Convert& convert);
 
@@ -54,6 +67,8 @@ private:
     bool hasBinaryChunk_ = false;
     std::map<Index, std::string> buffers_;
     std::map<std::string, std::string> dataUris_;
+    std::map<Index, std::string> decompressedViews_;
+    std::map<Index, std::string> elements_;  // by accessor
 };
 
 bool isDataUri(const std::string& uri);

@@ -179,10 +179,11 @@ Index GltfMaterials::texture(Index gltfTexture, ColorSpace colorSpace) {
         sampler = sampling(document_.item("samplers", index));
     }
     Index source = indexAt(json, "source");
-    for (const char* name : {"EXT_texture_webp", "KHR_texture_basisu"}) {
-        if (const Json* other = extension(json, name); other && source == kNone) {
-            source = indexAt(*other, "source");  // the decoder reports that it is not supported
-        }
+    for (const char* name : {"EXT_texture_webp", "EXT_texture_avif"}) {
+        if (const Json* other = extension(json, name)) source = indexAt(*other, "source");
+    }
+    if (const Json* other = extension(json, "KHR_texture_basisu"); other && source == kNone) {
+        source = indexAt(*other, "source");  // the decoder reports that it is not supported
     }
     if (source == kNone) {
         scene_.warnings.push_back({"missingTexture", text(json, "name"), "a texture has no image"});

@@ -1,6 +1,7 @@
 #include "scene/import/gltf/parts.h"
 
 #include "scene/import/base/imported_scene.h"
+#include "scene/import/gltf/compression.h"
 
 #include <algorithm>
 #include <cmath>
@@ -127,6 +128,26 @@ std::vector<std::uint32_t> GltfMeshes::triangles(const Json& primitive, std::siz
     return list;
 }
 
+// The accessors of a primitive with Draco declare type and count; their elements are in the stream.
+// Those of attributes that the stream lacks, such as morph targets, are as usual.
+void GltfMeshes::decompress(const Json& primitive, const Json& compressed,
+                            const std::string& name) {
+    const Json& attributes = object(primitive, "attributes");
+    const Json& ids = object(compressed, "attributes");
+    if (document_.hasElements(indexAt(attributes, "POSITION"))) return;  // drawn before
+    const DracoMesh mesh(document_.bufferView(indexAt(compressed, "bufferView")), name);
+    for (const auto& [key, id] : ids.items()) {
+        const Index accessor = indexAt(attributes, key.c_str());
+        if (accessor == kNone) continue;
+        const GltfDocument::Shape shape = document_.shape(accessor);
+        document_.setElements(accessor, mesh.attribute(indexAt(ids, key.c_str()),
+                                                       shape.componentType, shape.components));
+    }
+    if (const Index accessor = indexAt(primitive, "indices"); accessor != kNone) {
+        document_.setElements(accessor, mesh.indices(document_.shape(accessor).componentType));
+    }
+}
+
 Index GltfMeshes::add(const Json& primitive, const std::string& name, const RestPose& pose,
                       const MeshAnimation& animation) {
     const Json& attributes = object(primitive, "attributes");
@@ -134,6 +155,9 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
     if (positionAccessor == kNone) {
         scene_.warnings.push_back({"noPositions", name, "a mesh without positions is not drawn"});
         return kNone;
+    }
+    if (const Json* compressed = extension(primitive, "KHR_draco_mesh_compression")) {
+        decompress(primitive, *compressed, name);
     }
     const Numbers positions = document_.floats(positionAccessor);
     if (positions.components != 3) {

@@ -69,6 +69,7 @@ public:
 private:
     Index add(const Json& primitive, const std::string& name, const RestPose& pose,
               const MeshAnimation& animation);
+    void decompress(const Json& primitive, const Json& compressed, const std::string& name);
     void addDeformation(const Json& primitive, std::size_t fileVertices,
                         const std::vector<std::uint32_t>& fileVertexOf,
                         const MeshAnimation& animation, bool flatNormals);

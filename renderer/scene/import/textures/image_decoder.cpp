@@ -1,6 +1,7 @@
 #include "scene/import/textures/image_decoder.h"
 
 #include "scene/import/base/types.h"
+#include "scene/import/textures/web_images.h"
 
 #include <tinyexr.h>
 #include <turbojpeg.h>
@@ -35,17 +36,13 @@ struct StbDeleter {
     void operator()(void* pixels) const { stbi_image_free(pixels); }
 };
 
-bool startsWith(Bytes file, std::string_view magic, std::size_t at = 0) {
-    return file.size() >= at + magic.size() &&
-           std::memcmp(file.data() + at, magic.data(), magic.size()) == 0;
+bool startsWith(Bytes file, std::string_view magic) {
+    return file.size() >= magic.size() && std::memcmp(file.data(), magic.data(), magic.size()) == 0;
 }
 
 void rejectUnsupportedFormats(Bytes file) {
     if (file.size() > INT_MAX) {
         throw ImportError(Reason::limit, "the image file is too large");
-    }
-    if (startsWith(file, "RIFF") && startsWith(file, "WEBP", 8)) {
-        throw ImportError(Reason::unsupported, "WebP images are not supported");
     }
     if (startsWith(file, "\xABKTX")) {
         throw ImportError(Reason::unsupported, "KTX2 images are not supported");
@@ -186,6 +183,12 @@ void checkHeader(std::span<const unsigned char> file, std::uint64_t maxPixels) {
 TextureImage decodedImage(Bytes file, std::uint64_t maxPixels,
                           std::atomic<std::uint64_t>& pixelsLeft) {
     rejectUnsupportedFormats(file);
+    const AdmitSize admit = [&](std::uint32_t width, std::uint32_t height) {
+        checkSize(static_cast<int>(width), static_cast<int>(height), maxPixels);
+        spend(pixelsLeft, std::uint64_t{width} * height);
+    };
+    if (isWebp(file)) return decodedWebp(file, admit);
+    if (isAvif(file)) return decodedAvif(file, admit);
     if (startsWith(file, "\xFF\xD8")) {
         if (auto image = decodedByTurboJpeg(file, maxPixels, pixelsLeft)) {
             return std::move(*image);
