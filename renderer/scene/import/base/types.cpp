@@ -147,8 +147,7 @@ std::span<const GltfExtension> gltfExtensions() {
                       "The index of refraction sets reflectance and refraction."},
         GltfExtension{"KHR_materials_iridescence", ignored, "Thin films are not drawn."},
         GltfExtension{"KHR_materials_pbrSpecularGlossiness", approximated,
-                      "Factors are converted to metallic and roughness; the specular-glossiness "
-                      "texture is not used."},
+                      "Factors and textures are converted to metallic and roughness."},
         GltfExtension{"KHR_materials_sheen", ignored, "Cloth is drawn without its sheen layer."},
         GltfExtension{
             "KHR_materials_specular", approximated,

@@ -198,7 +198,7 @@ const std::string& GltfDocument::buffer(Index i) {
             if (error.reason() == ImportError::Reason::notFound) {
                 // The scene exists, a part of it does not.
                 malformed("the file '" + cleanText(uri) +
-                          "' is missing; it belongs beside the scene, or into an archive (" +
+                          "' is missing; it belongs next to the scene, or into an archive (" +
                           extensionsText(FormatUse::archive) + ") with the scene");
             }
             throw;

@@ -100,11 +100,48 @@ void GltfMaterials::readMetallicRoughness(const Json& json, Material& m) {
     m.metallicRoughnessTexture = slot(json, "metallicRoughnessTexture", ColorSpace::linear);
 }
 
+// With textures the factors are part of the converted images.
+void GltfMaterials::readSpecularGlossinessTextures(const Json& json, Material& m) {
+    ConvertedSource source;
+    source.factors = {.diffuse = glm::vec3(m.baseColor),
+                      .specular = color(json, "specularFactor", 1.0),
+                      .glossiness = real(json, "glossinessFactor", 1.0f)};
+    TextureSlot slots[2];
+    Texture sampling[2];
+    for (const int k : {0, 1}) {
+        const char* key = k == 0 ? "diffuseTexture" : "specularGlossinessTexture";
+        if (!json.contains(key)) continue;
+        const Json& texture = document_.item("textures", indexAt(object(json, key), "index"));
+        const Index image = imageOf(texture);
+        if (image == kNone) {
+            scene_.warnings.push_back({"missingTexture", m.name, "a texture has no image"});
+            continue;
+        }
+        (k == 0 ? source.diffuse : source.specular) = imageSource(image);
+        slots[k] = placement(object(json, key));
+        sampling[k] = samplerOf(texture);
+    }
+    if (!source.diffuse) slots[0] = slots[1], sampling[0] = sampling[1];
+    if (!source.specular) slots[1] = slots[0], sampling[1] = sampling[0];
+    source.result = ConvertedTo::baseColor;
+    m.baseColorTexture = slots[0];
+    m.baseColorTexture.texture = textures_.texture(source, sampling[0]);
+    source.result = ConvertedTo::metallicRoughness;
+    m.metallicRoughnessTexture = slots[1];
+    m.metallicRoughnessTexture.texture = textures_.texture(source, sampling[1]);
+    m.baseColor = glm::vec4(1.0f, 1.0f, 1.0f, m.baseColor.w);
+    m.metallic = m.roughness = 1.0f;
+}
+
 // Converts the factors: a bright specular colour over a dark diffuse one is a metal.
 void GltfMaterials::readSpecularGlossiness(const Json& json, Material& m) {
     const glm::vec3 specular = color(json, "specularFactor", 1.0);
     const float brightest = std::max({specular.x, specular.y, specular.z});
     m.baseColor = glm::vec4(numbers<4>(json, "diffuseFactor", glm::dvec4(1.0)));
+    if (json.contains("specularGlossinessTexture")) {
+        readSpecularGlossinessTextures(json, m);
+        return;
+    }
     m.baseColorTexture = slot(json, "diffuseTexture", ColorSpace::srgb);
     m.metallicRoughnessTexture = {};
     m.roughness = 1.0f - real(json, "glossinessFactor", 1.0f);
@@ -114,12 +151,8 @@ void GltfMaterials::readSpecularGlossiness(const Json& json, Material& m) {
     if (diffuse < kDielectricF0 && brightest > kDielectricF0) {
         m.metallic = 1.0f;
         m.baseColor = glm::vec4(specular, m.baseColor.w);
-    } else if (brightest > 0.0f && !json.contains("specularGlossinessTexture")) {
+    } else if (brightest > 0.0f) {
         m.specularColor = specular / kDielectricF0;
-    }
-    if (json.contains("specularGlossinessTexture")) {
-        scene_.warnings.push_back(
-            {"unsupportedTexture", m.name, "the specular and glossiness texture is not used"});
     }
 }
 
@@ -155,12 +188,16 @@ void GltfMaterials::readExtensions(const Json& json, Material& m) {
 }
 
 TextureSlot GltfMaterials::slot(const Json& parent, const char* key, ColorSpace colorSpace) {
-    TextureSlot slot;
-    if (!parent.contains(key)) {
-        return slot;
-    }
+    if (!parent.contains(key)) return {};
     const Json& json = object(parent, key);
+    TextureSlot slot = placement(json);
     slot.texture = texture(indexAt(json, "index"), colorSpace);
+    return slot;
+}
+
+// Without its texture.
+TextureSlot GltfMaterials::placement(const Json& json) const {
+    TextureSlot slot;
     slot.texCoord = static_cast<std::uint32_t>(wholeNumber(json, "texCoord", 0));
     if (const Json* transform = extension(json, "KHR_texture_transform")) {
         slot.offset = glm::vec2(numbers<2>(*transform, "offset", glm::dvec2(0.0)));
@@ -174,28 +211,35 @@ TextureSlot GltfMaterials::slot(const Json& parent, const char* key, ColorSpace 
 
 Index GltfMaterials::texture(Index gltfTexture, ColorSpace colorSpace) {
     const Json& json = document_.item("textures", gltfTexture);
-    Texture sampler;
-    if (const Index index = indexAt(json, "sampler"); index != kNone) {
-        sampler = sampling(document_.item("samplers", index));
-    }
-    Index source = indexAt(json, "source");
-    for (const char* name : {"EXT_texture_webp", "EXT_texture_avif"}) {
-        if (const Json* other = extension(json, name)) source = indexAt(*other, "source");
-    }
-    if (const Json* other = extension(json, "KHR_texture_basisu"); other && source == kNone) {
-        source = indexAt(*other, "source");  // the decoder reports that it is not supported
-    }
+    const Index source = imageOf(json);
     if (source == kNone) {
         scene_.warnings.push_back({"missingTexture", text(json, "name"), "a texture has no image"});
         return kNone;
     }
     try {
-        return textures_.texture(imageSource(source), colorSpace, sampler);
+        return textures_.texture(imageSource(source), colorSpace, samplerOf(json));
     } catch (const ImportError& error) {  // the scene is imported without the texture
         scene_.warnings.push_back(
             {"brokenTexture", "image " + std::to_string(source), error.what()});
         return kNone;
     }
+}
+
+Texture GltfMaterials::samplerOf(const Json& texture) const {
+    const Index index = indexAt(texture, "sampler");
+    return index == kNone ? Texture{} : sampling(document_.item("samplers", index));
+}
+
+// kNone if there is none.
+Index GltfMaterials::imageOf(const Json& texture) const {
+    Index source = indexAt(texture, "source");
+    for (const char* name : {"EXT_texture_webp", "EXT_texture_avif"}) {
+        if (const Json* other = extension(texture, name)) source = indexAt(*other, "source");
+    }
+    if (const Json* other = extension(texture, "KHR_texture_basisu"); other && source == kNone) {
+        source = indexAt(*other, "source");  // the decoder reports that it is not supported
+    }
+    return source;
 }
 
 ImageSource GltfMaterials::imageSource(Index gltfImage) {

@@ -29,9 +29,13 @@ private:
     Material material(const Json& json);
     void readMetallicRoughness(const Json& json, Material& m);
     void readSpecularGlossiness(const Json& json, Material& m);
+    void readSpecularGlossinessTextures(const Json& json, Material& m);
     void readExtensions(const Json& json, Material& m);
     TextureSlot slot(const Json& parent, const char* key, ColorSpace colorSpace);
+    TextureSlot placement(const Json& json) const;
     Index texture(Index gltfTexture, ColorSpace colorSpace);
+    Texture samplerOf(const Json& texture) const;
+    Index imageOf(const Json& texture) const;
     ImageSource imageSource(Index gltfImage);
 
     GltfDocument& document_;

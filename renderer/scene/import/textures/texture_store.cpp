@@ -39,8 +39,22 @@ Index TextureStore::texture(const ImageSource& source, ColorSpace colorSpace,
     if (isNew) {
         requests_.push_back({source, colorSpace});
     }
+    return textureOf(entry->second, sampling);
+}
+
+Index TextureStore::texture(const ConvertedSource& source, const Texture& sampling) {
+    const bool isColor = source.result == ConvertedTo::baseColor;
+    const auto& first = isColor ? source.diffuse : source.specular;
+    const auto& named = first ? first : isColor ? source.specular : source.diffuse;
+    requests_.push_back({{.name = named ? named->name : "", .key = {}, .embedded = {}},
+                         isColor ? ColorSpace::srgb : ColorSpace::linear,
+                         source});
+    return textureOf(static_cast<Index>(requests_.size() - 1), sampling);
+}
+
+Index TextureStore::textureOf(Index request, const Texture& sampling) {
     Texture texture = sampling;
-    texture.image = entry->second;
+    texture.image = request;
     const auto known = std::find_if(textures_.begin(), textures_.end(), [&](const Texture& other) {
         return sameSampling(other, texture);
     });
@@ -53,7 +67,7 @@ Index TextureStore::texture(const ImageSource& source, ColorSpace colorSpace,
 
 void TextureStore::finish(Scene& scene, const ProgressCallback& progress) {
     struct Outcome {
-        TextureImage image;
+        std::optional<TextureImage> image;
         std::optional<ImportWarning> warning;
     };
     std::vector<Outcome> outcomes(requests_.size());
@@ -63,30 +77,51 @@ void TextureStore::finish(Scene& scene, const ProgressCallback& progress) {
     std::mutex progressMutex;
     std::size_t done = 0;
 
-    const auto decoded = [&](const std::string& name) {
+    const auto decodedFile = [&](const std::string& name) {
         const std::string file = folder_.read(name);
         return decodedImage({reinterpret_cast<const unsigned char*>(file.data()), file.size()},
                             limits_.maxImagePixels, pixelsLeft);
     };
+    const auto decoded = [&](const ImageSource& source) {
+        TextureImage image =
+            source.embedded.empty()
+                ? decodedFile(source.name)
+                : decodedImage(source.embedded, limits_.maxImagePixels, pixelsLeft);
+        if (!source.coverage.empty()) setCoverage(image, decodedFile(source.coverage));
+        return image;
+    };
+    const auto warningOf = [](const ImageSource& source, const ImportError& error) {
+        const bool missing = error.reason() == ImportError::Reason::notFound;
+        return ImportWarning{missing ? "missingTexture" : "brokenTexture", source.name,
+                             error.what()};
+    };
+    const auto convertedFrom = [&](const ConvertedSource& source, Outcome& outcome) {
+        const auto one =
+            [&](const std::optional<ImageSource>& from) -> std::optional<TextureImage> {
+            try {
+                if (from) return decoded(*from);
+            } catch (const ImportError& error) {
+                outcome.warning = warningOf(*from, error);
+            }
+            return std::nullopt;
+        };
+        const auto diffuse = one(source.diffuse), specular = one(source.specular);
+        return converted(diffuse ? &*diffuse : nullptr, specular ? &*specular : nullptr,
+                         source.factors, source.result);
+    };
     auto work = [&] {
         for (std::size_t i = next++; i < requests_.size(); i = next++) {
             const ImageSource& source = requests_[i].source;
+            const auto& conversion = requests_[i].converted;
             try {
                 TextureImage image =
-                    source.embedded.empty()
-                        ? decoded(source.name)
-                        : decodedImage(source.embedded, limits_.maxImagePixels, pixelsLeft);
-                if (!source.coverage.empty()) {
-                    setCoverage(image, decoded(source.coverage));
-                }
+                    conversion ? convertedFrom(*conversion, outcomes[i]) : decoded(source);
                 image.name = source.name;
                 image.colorSpace = requests_[i].colorSpace;
                 buildLevels(image);
                 outcomes[i].image = std::move(image);
             } catch (const ImportError& error) {
-                const bool missing = error.reason() == ImportError::Reason::notFound;
-                outcomes[i].warning = ImportWarning{missing ? "missingTexture" : "brokenTexture",
-                                                    source.name, error.what()};
+                outcomes[i].warning = warningOf(source, error);
             } catch (const std::bad_alloc&) {
                 outOfMemory = true;
             }
@@ -110,12 +145,10 @@ void TextureStore::finish(Scene& scene, const ProgressCallback& progress) {
 
     std::vector<Index> imageOf(requests_.size(), kNone);
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
-        if (outcomes[i].warning) {
-            scene.warnings.push_back(*outcomes[i].warning);
-        } else {
-            imageOf[i] = static_cast<Index>(scene.images.size());
-            scene.images.push_back(std::move(outcomes[i].image));
-        }
+        if (outcomes[i].warning) scene.warnings.push_back(*outcomes[i].warning);
+        if (!outcomes[i].image) continue;
+        imageOf[i] = static_cast<Index>(scene.images.size());
+        scene.images.push_back(*std::move(outcomes[i].image));
     }
     std::vector<Index> textureOf(textures_.size(), kNone);
     for (std::size_t i = 0; i < textures_.size(); ++i) {
