@@ -272,6 +272,7 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
     }
     const auto clips = clipsNamed(*held, request.clip);
     if (!clips) errors.push_back(unknownClip(*held));
+    if (!hasVariant(*held, request.variant)) errors.push_back(unknownVariant(*held));
     if (!errors.empty()) throw InvalidRequest(std::move(errors));
     for (const Material& material : held->materials) hasEnvironment(material.environmentMap);
     return {held, generation, environments.at(name), poseOf(held, *clips, request.time)};

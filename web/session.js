@@ -4,7 +4,7 @@ import { queryOf, requestOf, rounded } from "./links.js";
 import { defaultsOf, fieldsOfType, objectOf } from "./schema.js";
 
 // Fields with controls elsewhere on the page; the others have controls under "Image".
-const kHandledElsewhere = ["scene", "camera", "width", "height", "time", "clip", "effects", "accuracy", "environment", "overrides",
+const kHandledElsewhere = ["scene", "camera", "width", "height", "time", "clip", "variant", "effects", "accuracy", "environment", "overrides",
                  "filters", "output"];
 
 export class Session {
@@ -15,6 +15,7 @@ export class Session {
   knobs = {};  // that differ from the preset
   time = 0;
   clip;  // animation of the scene; undefined: the default of the server
+  variant;  // of the scene's materials; undefined: the default ones
   filters = [];
   headingDegrees = 0;  // rotation of the environment map about +Y
 
@@ -42,6 +43,7 @@ export class Session {
     this.headingDegrees = 0;
     this.time = 0;
     this.clip = undefined;
+    this.variant = undefined;
   }
 
   // The value of a knob: set explicitly, or that of the preset.
@@ -79,6 +81,7 @@ export class Session {
     return {
       ...(this.time ? { time: this.time } : {}),
       ...(this.clip === undefined ? {} : { clip: this.clip }),
+      ...(this.variant === undefined ? {} : { variant: this.variant }),
       effects: this.effects,
       accuracy: this.accuracy,
       environment,
@@ -117,7 +120,7 @@ export class Session {
 
   // Applies such an address. -> its scene and view, if any; the view applies when the scene is loaded.
   read(query) {
-    const { scene, camera, time, clip, effects, accuracy, environment, filters, ...rest } = requestOf(query, this.schema);
+    const { scene, camera, time, clip, variant, effects, accuracy, environment, filters, ...rest } = requestOf(query, this.schema);
     Object.assign(this.effects, effects);
     if (accuracy) {
       const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
@@ -130,6 +133,7 @@ export class Session {
     if (filters) this.filters = filters;
     if (time !== undefined) this.time = time;
     if (clip !== undefined) this.clip = clip;
+    if (variant !== undefined) this.variant = variant;
     for (const name of Object.keys(this.imageSchemas)) if (rest[name] !== undefined) this.image[name] = rest[name];
     const hasPose = camera?.position && camera.target;
     return { scene, view: hasPose ? { yfov: 0.9, ...camera } : undefined };

@@ -12,11 +12,12 @@ import { clearMessage, messageOf, millisecondsText, showMessage, showProblem, sh
 import { labelOf, resolved } from "./schema.js";
 import { Session } from "./session.js";
 import { TimeRow } from "./time_row.js";
+import { VariantRow } from "./variant_row.js";
 import { Wipe, wipeChoices } from "./wipe.js";
 
 const motion = matchMedia("(prefers-reduced-motion: reduce)");
 const reducedMotion = () => motion.matches;
-let session, frames, input, wipe, compare, time, sharing;
+let session, frames, input, wipe, compare, time, variants, sharing;
 let shownScene;  // id of the scene of the last frame
 let lightTimer;  // of the next look at the progress of its light
 const kLightPollMs = 1000;
@@ -128,6 +129,7 @@ async function chooseScene(id, view) {
     session.start = start;
   }
   time.sceneChanged();
+  variants.sceneChanged();
   changed();
   showCompilation(id);
   return true;
@@ -255,6 +257,7 @@ async function start() {
     return request && wipe.left(request);
   } });
   time = new TimeRow(session, moved);
+  variants = new VariantRow(session, changed);
   wipe = new Wipe(wipeChoices(session.presets, Object.keys(session.effects), labelOf), changed);
   compare = new ComparePanel({ session, request: frameRequest, use: (accuracy) => {
     const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;

@@ -62,7 +62,7 @@ Mask maskFor(Effect effect, const Image& ids, const Image& through, const Scene&
              const FrameRequest& frame) {
     switch (effect) {
         case Effect::emission:
-            return emissionMask(ids, scene, bindMaterials(scene, frame.overrides));
+            return emissionMask(ids, scene, bindMaterials(scene, frame.overrides, frame.variant));
         case Effect::shadows:
         case Effect::indirectLight:
             return modelMask(ids);

@@ -106,6 +106,20 @@ FieldError unknownClip(const Scene& scene) {
             names.empty() ? "none: the scene has no animations" : names};
 }
 
+FieldError unknownVariant(const Scene& scene) {
+    std::string names;
+    for (const Variant& variant : scene.variants) {
+        names += (names.empty() ? "one of: " : ", ") + variant.name;
+    }
+    return {"/variant", "the scene has no material variant of this name",
+            names.empty() ? "none: the scene has no variants" : names};
+}
+
+bool hasVariant(const Scene& scene, const std::optional<std::string>& name) {
+    return !name || std::any_of(scene.variants.begin(), scene.variants.end(),
+                                [&](const Variant& variant) { return variant.name == *name; });
+}
+
 LightInputs lightInputs(const FrameContext& context, const FrameRequest& request) {
     if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
@@ -116,7 +130,7 @@ LightInputs lightInputs(const FrameContext& context, const FrameRequest& request
         .lights = placedLights(lightsWith(context.scene, request.lights), context.pose,
                                context.environment, glm::transpose(settings.mapFromWorld),
                                settings.environmentIntensity),
-        .materials = bindMaterials(context.scene, request.overrides),
+        .materials = bindMaterials(context.scene, request.overrides, request.variant),
         .mapFromWorld = settings.mapFromWorld,
         .environmentIntensity = settings.environmentIntensity,
         .emission = settings.effects.emission};
@@ -153,7 +167,8 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
         plan.surfaceLight = context.surfaceLight;
         plan.light = context.light;
     }
-    const MaterialBindings materials = bindMaterials(context.scene, request.overrides);
+    const MaterialBindings materials =
+        bindMaterials(context.scene, request.overrides, request.variant);
     plan.materials = materials.own;
     const std::vector<Surface> surfaces = surfacesOf(context.scene, materials);
     const Stage stage{.scene = context.scene,

@@ -9,6 +9,9 @@ namespace clerestory {
 
 // The error for a request that names a clip that the scene does not have; lists those that it has.
 FieldError unknownClip(const Scene& scene);
+FieldError unknownVariant(const Scene& scene);
+// Whether it is absent or a variant of the scene.
+bool hasVariant(const Scene& scene, const std::optional<std::string>& name);
 
 // Equal arguments give equal plans.
 //

@@ -82,6 +82,7 @@ void check(const ReferenceRequest& r) {
         throw InvalidRequest(std::move(errors));
     }
     if (!clipsNamed(r.scene, r.frame.clip)) throw InvalidRequest({unknownClip(r.scene)});
+    if (!hasVariant(r.scene, r.frame.variant)) throw InvalidRequest({unknownVariant(r.scene)});
     if (r.samples < 2 || r.samples > kMaxReferenceSamples) {
         throw std::invalid_argument("samples must be 2 to " + std::to_string(kMaxReferenceSamples));
     }
@@ -267,7 +268,7 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
     const FrameRequest& frame = request.frame;
     const Pose pose = poseAt(request.scene, *clipsNamed(request.scene, frame.clip), frame.time);
     const View view = requestedView(frame.camera, request.scene, pose, frame.width, frame.height);
-    const MaterialBindings materials = bindMaterials(request.scene, frame.overrides);
+    const MaterialBindings materials = bindMaterials(request.scene, frame.overrides, frame.variant);
 
     const SceneGeometry geometry(request.scene, pose, materials, frame.effects);
     const Lighting lighting =

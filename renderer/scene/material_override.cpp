@@ -21,6 +21,7 @@ std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name) {
 
 // For each instance the indices of the overrides that select it, in order.
 std::vector<std::vector<std::uint32_t>> choicesOf(const Scene& scene,
+                                                  const std::vector<Index>& materialOfInstance,
                                                   const std::vector<MaterialOverride>& overrides) {
     std::vector<std::vector<std::uint32_t>> choices(scene.instances.size());
     for (std::uint32_t o = 0; o < overrides.size(); ++o) {
@@ -29,13 +30,27 @@ std::vector<std::vector<std::uint32_t>> choicesOf(const Scene& scene,
         std::vector<bool> nodes;
         if (from.node) nodes = nodesAtOrBelow(scene, *from.node);
         for (std::size_t i = 0; i < choices.size(); ++i) {
-            const Instance& instance = scene.instances[i];
             const bool byMaterial =
-                !from.material || scene.materials[instance.material].name == *from.material;
-            if (byMaterial && (!from.node || nodes[instance.node])) choices[i].push_back(o);
+                !from.material || scene.materials[materialOfInstance[i]].name == *from.material;
+            const bool byNode = !from.node || nodes[scene.instances[i].node];
+            if (byMaterial && byNode) choices[i].push_back(o);
         }
     }
     return choices;
+}
+
+std::vector<Index> materialsOf(const Scene& scene, const std::optional<std::string>& name) {
+    std::vector<Index> ofMesh(scene.meshes.size(), kNone);
+    for (const Variant& variant : scene.variants) {
+        if (variant.name != name) continue;
+        for (const Variant::Choice& choice : variant.choices) ofMesh[choice.mesh] = choice.material;
+    }
+    std::vector<Index> materials;
+    for (const Instance& instance : scene.instances) {
+        const Index chosen = ofMesh[instance.mesh];
+        materials.push_back(chosen == kNone ? instance.material : chosen);
+    }
+    return materials;
 }
 
 glm::vec4 slotMean(const Scene& scene, const TextureSlot& slot) {
@@ -122,14 +137,17 @@ std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialO
     return errors;
 }
 
-MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides) {
+MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides,
+                               const std::optional<std::string>& variant) {
     MaterialBindings materials;
-    if (overrides.empty()) return materials;
-    const auto choices = choicesOf(scene, overrides);
+    if (overrides.empty() && !variant) return materials;
+    materials.materialOfInstance = materialsOf(scene, variant);
+    const auto choices = choicesOf(scene, materials.materialOfInstance, overrides);
     std::map<std::pair<Index, std::vector<std::uint32_t>>, Index> made;
+    bool changes = false;
     for (std::size_t i = 0; i < choices.size(); ++i) {
-        const Index own = scene.instances[i].material;
-        materials.materialOfInstance.push_back(own);
+        const Index own = materials.materialOfInstance[i];
+        changes = changes || own != scene.instances[i].material || !choices[i].empty();
         if (choices[i].empty()) continue;
         const auto next = static_cast<Index>(scene.materials.size() + materials.own.size());
         const auto [found, isNew] = made.try_emplace({own, choices[i]}, next);
@@ -138,9 +156,9 @@ MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOve
             for (const std::uint32_t o : choices[i]) apply(scene, overrides[o], material);
             materials.own.push_back(std::move(material));
         }
-        materials.materialOfInstance.back() = found->second;
+        materials.materialOfInstance[i] = found->second;
     }
-    if (materials.own.empty()) materials.materialOfInstance.clear();
+    if (!changes) materials.materialOfInstance.clear();
     return materials;
 }
 

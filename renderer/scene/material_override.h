@@ -83,9 +83,11 @@ void apply(const Scene& scene, const MaterialOverride& from, Material& to);
 std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialOverride>& overrides,
                                  const std::string& pointer = "/overrides");
 
-// Applies the overrides in order. Instances with the same material and the same overrides share one
-// modified material. An override that selects nothing is no error.
-MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides);
+// The variant's materials, then the overrides in order. Instances with the same material and the
+// same overrides share one modified material. An override that selects nothing is no error, nor is
+// a variant that the scene does not have.
+MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides,
+                               const std::optional<std::string>& variant = {});
 
 // Applies the overrides to the scene itself.
 void applyOverrides(Scene& scene, const std::vector<MaterialOverride>& overrides);

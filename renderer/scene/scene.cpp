@@ -150,6 +150,13 @@ void updateContentHash(Scene& scene) {
         add(h, p.blur);
     }
     addMotion(h, scene);
+    for (const Variant& variant : scene.variants) {
+        h.add(variant.name);
+        for (const Variant::Choice& choice : variant.choices) {
+            h.add(choice.mesh);
+            h.add(choice.material);
+        }
+    }
     if (scene.defaultView) {
         h.add(scene.defaultView->position);
         h.add(scene.defaultView->target);

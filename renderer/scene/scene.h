@@ -122,6 +122,16 @@ struct DefaultView {
     glm::dvec2 fit{0.0};
 };
 
+// A named choice of materials for some of the meshes (KHR_materials_variants): requests select one.
+struct Variant {
+    struct Choice {
+        Index mesh = 0;
+        Index material = 0;
+    };
+    std::string name;             // not empty, unique in the scene
+    std::vector<Choice> choices;  // at most one for each mesh; the others keep their materials
+};
+
 // A repair or an omission by the importer, for the author of the file.
 struct ImportWarning {
     std::string code;     // stable, camelCase: "degenerateTriangles", "missingTexture"
@@ -141,6 +151,7 @@ struct Scene {
     std::vector<FlatPart> flatParts;
     std::vector<Mesh> meshes;
     std::vector<Material> materials;
+    std::vector<Variant> variants;
     std::vector<TextureImage> images;
     std::vector<Texture> textures;
     std::vector<Node> nodes;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -215,11 +216,22 @@ private:
         }
         require(unitQuaternion(scene_.environmentRotation),
                 "the environment's rotation is no unit quaternion", 0);
+        std::set<std::string_view> variants;
+        for (std::size_t k = 0; k < scene_.variants.size(); ++k) {
+            const Variant& variant = scene_.variants[k];
+            require(!variant.name.empty() && variants.insert(variant.name).second,
+                    "a variant has no unique name", k);
+            for (const Variant::Choice& choice : variant.choices) {
+                require(
+                    choice.mesh < scene_.meshes.size() && choice.material < scene_.materials.size(),
+                    "a variant has no such mesh or material", k);
+            }
+        }
         if (scene_.defaultView) {
             const DefaultView& v = *scene_.defaultView;
             require(finite(v.position) && finite(v.target) && v.position != v.target &&
-                        finite(v.yfov) && v.yfov > 0.0 && v.yfov < 3.1416 &&
-                        v.fit.x >= 0.0 && v.fit.x <= 10.0 && v.fit.y >= 0.0 && v.fit.y <= 10.0,
+                        finite(v.yfov) && v.yfov > 0.0 && v.yfov < 3.1416 && v.fit.x >= 0.0 &&
+                        v.fit.x <= 10.0 && v.fit.y >= 0.0 && v.fit.y <= 10.0,
                     "the default view is out of range", 0);
         }
     }

@@ -311,6 +311,7 @@ ordered_json sceneSchema() {
          {"counts", counts},
          {"memory", memory},
          {"animations", listOf(animation)},
+         {"variants", described(listOf(kText), "names of material variants")},
          {"cameras", listOf(camera)},
          {"lights", listOf(light)},
          {"emitters",

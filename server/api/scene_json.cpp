@@ -293,6 +293,8 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
                       {"maps", status.bytes.maps},
                       {"total", status.bytes.total()}};
     json["animations"] = animations(scene);
+    auto& variants = json["variants"] = ordered_json::array();
+    for (const Variant& variant : scene.variants) variants.push_back(variant.name);
     json["cameras"] = cameras(scene, pose);
     json["lights"] = lights(scene, pose);
     const Surfaces surfaces(scene, pose);

@@ -107,6 +107,7 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
     field("--yfov", "camera.yfov", "vertical field of view in radians", "ANGLE");
     field("--time", "time", "seconds", "SECONDS");
     field("--clip", "clip", "animation to play", "NAME");
+    field("--variant", "variant", "material variant of the scene", "NAME");
     field("--accuracy", "accuracy.preset", "draft, standard or fine", "PRESET");
     field("--channel", "output.channel", "color, depth, normal, objectId or through", "NAME");
     field("--quality", "output.quality", "JPEG quality, 1 to 100", "N");

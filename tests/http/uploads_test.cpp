@@ -168,6 +168,36 @@ TEST(Uploads, FormatsAreDetectedByContent) {
               413);
 }
 
+// KHR_materials_variants: the triangle glows red in one variant.
+TEST(Uploads, VariantsAreSelectedByRequestsAndLinks) {
+    json file = json::parse(triangleGltf());
+    file["materials"] = {{{"name", "dark"}},
+                         {{"name", "red"}, {"emissiveFactor", {1.0, 0.0, 0.0}}}};
+    json& primitive = file["meshes"][0]["primitives"][0];
+    primitive["material"] = 0;
+    primitive["extensions"]["KHR_materials_variants"]["mappings"] = {
+        {{"material", 1}, {"variants", {0}}}};
+    file["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "at night"}}};
+    TestServer server(uploadConfig());
+    auto client = server.client();
+    const std::string id = idOf(send(client, file.dump()));
+    const json scene = json::parse(client.Get("/v1/scenes/" + id)->body);
+    EXPECT_EQ(scene["variants"], json({"at night"}));
+    const auto frame = [&](const std::string& more) {
+        return postJson(client, "/v1/frames",
+                        R"({"scene": ")" + id + R"(", "width": 24, "height": 24)" + more + "}");
+    };
+    const auto plain = frame(""), red = frame(R"(, "variant": "at night")");
+    ASSERT_EQ(red->status, 200) << red->body;
+    EXPECT_NE(red->body, plain->body);
+    EXPECT_NE(red->get_header_value("ETag"), plain->get_header_value("ETag"));
+    EXPECT_EQ(client.Get("/v1/frames?scene=" + id + "&width=24&height=24&variant=at%20night")->body,
+              red->body);
+    const json problem = problemOf(frame(R"(, "variant": "night")"), 422);
+    EXPECT_EQ(problem["errors"][0]["pointer"], "/variant");
+    EXPECT_EQ(problem["errors"][0]["allowed"], "one of: at night");
+}
+
 std::string fileOf(const std::string& name) {
     std::ifstream in(std::string(CLERESTORY_SHARED_SCENES) + "/" + name, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};

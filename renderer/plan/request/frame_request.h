@@ -115,7 +115,8 @@ struct FrameRequest {
     std::uint32_t width = 1280;
     std::uint32_t height = 720;
     double time = 0.0;
-    std::optional<std::string> clip;  // none: defaultClips(); empty: no clip
+    std::optional<std::string> clip;     // none: defaultClips(); empty: no clip
+    std::optional<std::string> variant;  // of the scene's materials; none: the default ones
     Effects effects;
     Accuracy accuracy;
     EnvironmentRequest environment;
@@ -312,6 +313,8 @@ void fields(FrameRequest& r, V&& visit) {
     visit("clip", r.clip, Text{256},
           "name of the animation that plays; absent: the first one, and those that move nothing "
           "which it moves; empty: none");
+    visit("variant", r.variant, Text{256},
+          "name of a material variant of the scene; absent: its default materials");
     visit("effects", r.effects, Nested{}, "switches of the effects");
     visit("accuracy", r.accuracy, NestedPreset{}, "the name of a preset, or an object of settings");
     visit("environment", r.environment, Nested{}, "environment map that lights the scene");

@@ -89,7 +89,7 @@ void AssimpAnimations::readClips() {
 }
 
 void AssimpAnimations::readClip(const aiAnimation& animation, std::size_t number) {
-    Clip clip{.name = uniqueClipName(names_, animation.mName.C_Str(), number)};
+    Clip clip{.name = uniqueName(names_, animation.mName.C_Str(), "clip", number)};
     const bool hasRate =
         animation.mTicksPerSecond > 0.0 && std::isfinite(animation.mTicksPerSecond);
     const double ticksPerSecond = hasRate ? animation.mTicksPerSecond : kTicksPerSecond;

@@ -141,6 +141,7 @@ void cleanTexts(Scene& scene) {
     cleanNames(scene.lights);
     cleanNames(scene.cameras);
     cleanNames(scene.probes);
+    cleanNames(scene.variants);
     for (Material& m : scene.materials) {
         fields(m, [](const char*, auto& member, const auto& kind) {
             if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, Text>) {
@@ -257,10 +258,10 @@ Transform partsOf(const glm::dmat4& matrix) {
     return t;
 }
 
-std::string uniqueClipName(std::set<std::string>& names, const std::string& requestedName,
-                           std::size_t number) {
+std::string uniqueName(std::set<std::string>& names, const std::string& requestedName,
+                       const std::string& kind, std::size_t number) {
     std::string name = cleanText(requestedName);
-    if (name.empty()) name = "clip " + std::to_string(number + 1);
+    if (name.empty()) name = kind + " " + std::to_string(number + 1);
     // Leaves room for the number within the length limit of cleanText().
     if (names.contains(name)) {
         name = cleanText(name.substr(0, 150) + " " + std::to_string(number + 1));

@@ -34,10 +34,10 @@ glm::dvec3 skinOrigin(const Scene& scene, Index firstJoint);
 // Decomposes a matrix. Shear is lost.
 Transform partsOf(const glm::dmat4& matrix);
 
-// `requestedName` after cleanText(), or "clip N" if that is empty; made unique among `names` and
-// added to them. number: the clip's index in the file.
-std::string uniqueClipName(std::set<std::string>& names, const std::string& requestedName,
-                           std::size_t number);
+// `requestedName` after cleanText(), or "KIND N" if that is empty; made unique among `names` and
+// added to them. number: its index in the file.
+std::string uniqueName(std::set<std::string>& names, const std::string& requestedName,
+                       const std::string& kind, std::size_t number);
 
 // Appends the node to Scene::movingNodes, which must not contain it, and returns the index. kNone
 // if numbers in `rest` are too large.

@@ -156,8 +156,9 @@ std::span<const GltfExtension> gltfExtensions() {
                       "Glass: thin-walled, or solid with KHR_materials_volume."},
         GltfExtension{"KHR_materials_unlit", drawn,
                       "The base colour is shown as it is, without lights or reflections."},
-        GltfExtension{"KHR_materials_variants", ignored,
-                      "Every mesh has its default material; a request may override it."},
+        GltfExtension{"KHR_materials_variants", drawn,
+                      "Requests select one by `variant`; without it every mesh has its default "
+                      "material."},
         GltfExtension{"KHR_materials_volume", drawn, "Thickness and attenuation of solid glass."},
         GltfExtension{"KHR_materials_volume_scatter", refused,
                       "Volumes absorb but do not scatter."},

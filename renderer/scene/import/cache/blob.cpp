@@ -24,7 +24,7 @@ template <class T>
 constexpr bool kFlat =
     std::is_arithmetic_v<T> || std::is_same_v<T, Vertex> || std::is_same_v<T, Cluster> ||
     std::is_same_v<T, Instance> || std::is_same_v<T, BaseVertex> || std::is_same_v<T, Influence> ||
-    std::is_same_v<T, MorphDelta>;
+    std::is_same_v<T, MorphDelta> || std::is_same_v<T, Variant::Choice>;
 template <class T>
 struct FlatVector : std::false_type {};
 template <class T, glm::qualifier Q, int N>
@@ -135,6 +135,10 @@ void serialize(A& a, DefaultView& v) {
     a(v.position), a(v.target), a(v.yfov), a(v.fit);
 }
 template <class A>
+void serialize(A& a, Variant& v) {
+    a(v.name), a(v.choices);
+}
+template <class A>
 void serialize(A& a, ImportWarning& w) {
     a(w.code), a(w.subject), a(w.message), a(w.count);
 }
@@ -142,7 +146,7 @@ template <class A>
 void serialize(A& a, Scene& s) {
     a(s.id), a(s.title), a(s.contentHash), a(s.vertices), a(s.indices), a(s.clusters),
         a(s.flatParts);
-    a(s.meshes), a(s.materials), a(s.images), a(s.textures), a(s.nodes), a(s.instances);
+    a(s.meshes), a(s.materials), a(s.variants), a(s.images), a(s.textures), a(s.nodes), a(s.instances);
     a(s.lights), a(s.cameras), a(s.probes), a(s.clips), a(s.movingNodes), a(s.morphWeights);
     a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView), a(s.environment);
     a(s.environmentRotation), a(s.warnings);

@@ -76,7 +76,7 @@ void GltfAnimations::readClips() {
 }
 
 void GltfAnimations::readClip(const Json& animation, std::size_t number) {
-    Clip clip{.name = uniqueClipName(names_, text(animation, "name"), number)};
+    Clip clip{.name = uniqueName(names_, text(animation, "name"), "clip", number)};
     std::uint64_t dropped = 0;
     movedByClip_.clear();
     const Json& channels = array(animation, "channels");

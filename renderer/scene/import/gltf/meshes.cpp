@@ -202,14 +202,34 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
     } else if (draft.material >= defaultMaterial_) {
         malformed("there is no material with index " + std::to_string(draft.material));
     }
-    if (!animation.any()) return addMesh(scene_, std::move(draft));
+    if (!animation.any()) {
+        const Index mesh = addMesh(scene_, std::move(draft));
+        addVariants(primitive, mesh);
+        return mesh;
+    }
     draft.deforms = true;
     std::vector<std::uint32_t> sources;
     const Index mesh = addMesh(scene_, std::move(draft), sources);
     if (mesh == kNone) return kNone;
+    addVariants(primitive, mesh);
     for (std::uint32_t& source : sources) source = fileVertexOf[source];
     addDeformation(primitive, count, sources, animation, flatNormals);
     return mesh;
+}
+
+// A mesh of several nodes is added once for each pose; its choices are too.
+void GltfMeshes::addVariants(const Json& primitive, Index mesh) {
+    const Json* choices = extension(primitive, "KHR_materials_variants");
+    if (!choices || mesh == kNone) return;
+    for (const Json& mapping : array(*choices, "mappings")) {
+        const Index material = indexAt(mapping, "material");
+        if (material >= defaultMaterial_) malformed("a variant has no such material");
+        for (const Index variant : indexList(mapping, "variants")) {
+            if (variant >= scene_.variants.size()) malformed("a mesh has no such variant");
+            auto& list = scene_.variants[variant].choices;
+            if (list.empty() || list.back().mesh != mesh) list.push_back({mesh, material});
+        }
+    }
 }
 
 // For the last mesh of the scene.

@@ -59,7 +59,7 @@ struct MeshAnimation {
 
 class GltfMeshes {
 public:
-    // The scene's last material must be glTF's default material.
+    // The scene's last material must be glTF's default material, and its variants must have names.
     GltfMeshes(GltfDocument& document, Scene& scene, const ImportLimits& limits);
 
     // One mesh for each primitive with triangles; made once and shared.
@@ -73,6 +73,7 @@ public:
 private:
     Index add(const Json& primitive, const std::string& name, const RestPose& pose,
               const MeshAnimation& animation);
+    void addVariants(const Json& primitive, Index mesh);
     void decompress(const Json& primitive, const Json& compressed, const std::string& name);
     void addDeformation(const Json& primitive, std::size_t fileVertices,
                         const std::vector<std::uint32_t>& fileVertexOf,

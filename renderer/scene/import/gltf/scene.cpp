@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 namespace clerestory {
 namespace {
@@ -51,6 +52,8 @@ glm::dmat4 parentFromLocal(const Json& node) {
     return matrix;
 }
 
+constexpr std::size_t kMaxVariants = 1024;
+
 class GltfReader {
 public:
     GltfReader(std::string file, const SceneFolder& folder, const ImportLimits& limits)
@@ -59,6 +62,7 @@ public:
     Scene run(const ProgressCallback& progress) {
         checkVersionAndExtensions();
         GltfMaterials(document_, textures_, scene_).read();
+        readVariants();
         report(progress, "meshes", 0.1);
         readNodes();
         animations_.readClips();
@@ -104,6 +108,21 @@ private:
                     {"unsupportedExtension", name, "this glTF extension is not supported"});
             }
         });
+    }
+
+    void readVariants() {
+        const Json* list = extension(document_.json(), "KHR_materials_variants");
+        if (!list) return;
+        std::set<std::string> names;
+        for (const Json& variant : array(*list, "variants")) {
+            if (scene_.variants.size() >= kMaxVariants) {
+                throw ImportError(Reason::limit, "the file has more than " +
+                                                     std::to_string(kMaxVariants) + " variants");
+            }
+            const std::string name =
+                uniqueName(names, text(variant, "name"), "variant", scene_.variants.size());
+            scene_.variants.push_back({.name = name, .choices = {}});
+        }
     }
 
     // The root nodes of the scene; without a scene, all nodes without a parent.
