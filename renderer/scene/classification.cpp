@@ -98,6 +98,10 @@ MaterialClass classOf(const Scene& scene, const Material& m) {
     c.roughness = m.roughness * surface.g;
     c.transmission = m.transmission * meanOf(scene, m.transmissionTexture).r;
     c.reflectance = reflectanceOf(scene, m, c.metallic);
+    if (m.normalTexture.present()) {
+        const Index image = scene.textures[m.normalTexture.texture].image;
+        c.slope = scene.images[image].slope * std::abs(m.normalScale);
+    }
     const glm::vec3 emitted = emittedRadiance(m);
     c.emitter = !m.unlit && std::max({emitted.x, emitted.y, emitted.z}) > 0.0f;
     // Alpha is coverage, never glass (erratum G6). Metals do not transmit.
@@ -128,6 +132,7 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
                      .reason = c.reasonCurved,
                      .roughness = c.roughness,
                      .reflectance = c.reflectance,
+                     .slope = c.slope,
                      .area = mesh.area};
         if (c.onFlat == Reflector::flat) {
             for (std::uint32_t p = 0; p < mesh.flatPartCount; ++p) {

@@ -54,6 +54,7 @@ struct MaterialClass {
                     reasonCurved = ReflectorReason::roughDielectric;
     float metallic = 0.0f, roughness = 1.0f, transmission = 0.0f;
     float reflectance = 0.0f;  // at normal incidence, mean of the channels
+    float slope = 0.0f;        // of its normal map: root mean square
 };
 MaterialClass classOf(const Scene& scene, const Material& material);
 
@@ -70,6 +71,7 @@ struct Surface {
     ReflectorReason reason = ReflectorReason::roughDielectric;
     float roughness = 1.0f;    // mean
     float reflectance = 0.0f;  // at normal incidence, mean
+    float slope = 0.0f;        // of its bumps: root mean square
     double area = 0.0;         // mesh space
 
     bool plain() const { return !emitter && glass == Glass::none && reflector == Reflector::none; }

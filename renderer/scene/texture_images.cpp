@@ -146,7 +146,26 @@ void forget(Scene& scene, const std::vector<bool>& joined) {
 
 }  // namespace
 
+namespace {
+
+// Squared, less what the rounding of a flat normal gives.
+float slopeOf(const TextureImage& image) {
+    constexpr double kRounding = 1e-4, kLeastZ = 0.1;
+    const std::size_t texels = std::size_t{image.width} * image.height;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < 4 * texels; i += 4) {
+        const auto along = [&](std::size_t k) { return image.texels[i + k] / 127.5 - 1.0; };
+        const double x = along(0), y = along(1), z = std::max(along(2), kLeastZ);
+        sum += (x * x + y * y) / (z * z);
+    }
+    const double mean = texels > 0 ? sum / static_cast<double>(texels) : 0.0;
+    return static_cast<float>(std::sqrt(std::max(mean - kRounding, 0.0)));
+}
+
+}  // namespace
+
 void buildLevels(TextureImage& image) {
+    image.slope = image.colorSpace == ColorSpace::linear ? slopeOf(image) : 0.0f;
     image.hasAlpha = false;
     for (std::size_t i = 3; i < 4ull * image.width * image.height; i += 4) {
         if (image.texels[i] != 255) {

@@ -118,6 +118,45 @@ TEST(RayPlan, PathsOfRoughRaysAreWorkAndLowerTheError) {
     EXPECT_EQ(samples(8) - samples(4), 4 * (samples(4) - samples(1)) / 3);
 }
 
+// Bumps turn reflections to where a mirrored view shows nothing: rays follow them, and without rays
+// the environment map is nearer to the truth.
+TEST(RayPlan, BumpyMirrorsAreNotFlat) {
+    EXPECT_EQ(mirrorError(0.1, 0.0), mirrorError(0.1));
+    EXPECT_LT(mirrorError(0.1, 0.02), 0.5 * environmentError(0.1));
+    EXPECT_GT(mirrorError(0.1, 0.35), environmentError(0.1));
+    const auto taken = [](float scale, Rays rays) {
+        Scene scene = mirrorScene(mirror(0.1f));
+        scene.images.push_back(
+            {.name = "bumps", .width = 1, .height = 1, .levels = 1, .slope = 0.5f});
+        scene.images.back().texels = {128, 128, 255, 255};
+        scene.textures.push_back({.image = 0});
+        for (Material& m : scene.materials) {
+            if (m.metallic < 1.0f) continue;
+            m.normalTexture.texture = 0;
+            m.normalScale = scale;
+        }
+        updateContentHash(scene);
+        const EnvironmentMap map = plainMap();
+        const Pose pose = poseAt(scene, 0.0);
+        const FramePlan plan = planFrame({.scene = scene,
+                                          .pose = pose,
+                                          .environment = map,
+                                          .maps = {},
+                                          .resident = {},
+                                          .limits = {.rays = rays}},
+                                         lookingFrom({0, 0, 5}));
+        for (const Decision& decision : plan.decisions) {
+            if (decision.effect == Effect::planarReflection) return decision.taken;
+        }
+        ADD_FAILURE() << "no mirror was planned";
+        return Method::environment;
+    };
+    EXPECT_EQ(taken(0.0f, Rays::processor), Method::mirror);
+    EXPECT_EQ(taken(0.7f, Rays::processor), Method::traced);
+    EXPECT_EQ(taken(0.0f, Rays::none), Method::mirror);
+    EXPECT_EQ(taken(0.7f, Rays::none), Method::environment);
+}
+
 TEST(RayPlan, SamplesHaveRecordsWithinALimitOfMemory) {
     FrameRequest request = traced(lookingFrom({0, 0, 4}));
     request.accuracy.samples = 4;

@@ -12,6 +12,30 @@
 namespace clerestory::test {
 namespace {
 
+// A wave along x: its slope is that of a sine.
+TEST(TextureImages, SlopesOfNormalMapsAreRootMeanSquares) {
+    TextureImage image{.width = 64, .height = 8, .colorSpace = ColorSpace::linear};
+    for (int i = 0; i < 64 * 8; ++i) {
+        const double slope = 0.4 * std::sin(2.0 * 3.14159265358979 * (i % 64) / 64.0);
+        const glm::dvec3 n = glm::normalize(glm::dvec3(-slope, 0.0, 1.0));
+        for (int k = 0; k < 3; ++k) {
+            image.texels.push_back(static_cast<std::uint8_t>(std::lround(127.5 * (n[k] + 1.0))));
+        }
+        image.texels.push_back(255);
+    }
+    TextureImage color = image, flat = image;
+    buildLevels(image);
+    EXPECT_NEAR(image.slope, 0.4 / std::sqrt(2.0), 3e-3);
+    color.colorSpace = ColorSpace::srgb;
+    buildLevels(color);
+    EXPECT_EQ(color.slope, 0.0f);
+    for (std::size_t i = 0; i < flat.texels.size(); ++i) {
+        flat.texels[i] = i % 4 < 2 ? 128 : 255;  // as editors write an even surface
+    }
+    buildLevels(flat);
+    EXPECT_EQ(flat.slope, 0.0f);
+}
+
 TEST(Pose, ChildrenFollowTheirParents) {
     Scene scene;
     const Index parent = addNode(scene, "parent", glm::translate(glm::dmat4(1.0), {1, 2, 3}));

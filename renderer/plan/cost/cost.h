@@ -75,8 +75,9 @@ double environmentError(double roughness, double enclosed = 0.0);
 double probeError(double roughness, double apart = 0.0);
 // paths: that share a ray.
 double tracedError(double roughness, double paths = 1.0);
-// The same of a flat mirror with a mirrored view.
-double mirrorError(double roughness);
+// The same of a flat mirror with a mirrored view. slope: root mean square of the slopes of its bumps,
+// for whose directions the picture was not drawn.
+double mirrorError(double roughness, double slope = 0.0);
 
 // Relative RMSE of the pixels of glass over the environment map, and over a copy of the picture
 // behind it. solid: a body, not a pane; backFaces: exit points come from its back faces.

@@ -55,6 +55,7 @@ struct MirrorGroup {
     Plane plane;                       // world; its front faces the eye
     double height = 0.0;               // of the eye above the plane, metres
     double roughness = 0.0;            // of the roughest surface, 0..1
+    double slope = 0.0;                // of the bumps of the most uneven surface
     double share = 0.0, weight = 0.0;  // in the view, 0..1; see kMinWeight
     Subject subject;
     Index instance = 0;    // of its first surface
@@ -155,6 +156,7 @@ std::vector<MirrorGroup> visibleMirrors(ViewContext& context, const ViewTask& ta
         group.share = std::min(1.0, group.share + s.share);
         group.weight += reflectanceSeen(s.surface->reflectance, cosine) * s.share;
         group.roughness = std::max(group.roughness, double(s.surface->roughness));
+        group.slope = std::max(group.slope, double(s.surface->slope));
         group.seen.push_back(i);
     }
     return groups;
@@ -205,7 +207,7 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .views = 1.0,
                        .shading = context.shading,
                        .software = limits.software}),
-         mirrorError(group.roughness)}};
+         mirrorError(group.roughness, group.slope)}};
     if (limits.rays != Rays::none) {
         const double paths = pathsOfRay(context.stage.settings.accuracy.raySamples, group.roughness,
                                         limits.rays == Rays::processor);

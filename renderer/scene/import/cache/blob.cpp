@@ -16,7 +16,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 9;
+    std::uint32_t version = 10;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -40,7 +40,7 @@ void serialize(A& a, glm::dmat4& m) {
 }
 template <class A>
 void serialize(A& a, TextureImage& i) {
-    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.packedNormal), a(i.mean);
+    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.packedNormal), a(i.mean), a(i.slope);
     a(i.texels);
     a(i.colorSpace, ColorSpace::srgb);
 }
