@@ -1,9 +1,12 @@
 #include "scene/default_view.h"
 
+#include "scene/fit.h"
+
 #include <algorithm>
 #include <array>
 #include <bitset>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace clerestory {
@@ -50,22 +53,19 @@ void forEachTriangle(const Scene& scene, const Pose& pose, const Visit& visit) {
     }
 }
 
-std::vector<glm::dvec3> cornersOf(const Scene& scene, std::size_t most) {
-    constexpr int kTimes = 8;  // of a scene with clips
+// At time 0 and at other times of the default clips.
+std::vector<glm::dvec3> lastingCorners(const Scene& scene, std::size_t most) {
+    constexpr int kTimes = 8;
     double duration = 0.0;
     for (const Index clip : defaultClips(scene)) {
         duration = std::max(duration, scene.clips[clip].duration);
     }
     const int times = duration > 0.0 ? kTimes : 1;
-    const std::uint64_t step =
-        1 + 3 * triangleCount(scene) * static_cast<std::uint64_t>(times) / most;
     std::vector<glm::dvec3> corners;
     for (int i = 0; i < times; ++i) {
         const Pose pose = poseAt(scene, duration * i / times);
-        std::uint64_t triangle = 0;
-        forEachTriangle(scene, pose, [&](const auto&... each) {
-            if (triangle++ % step == 0) (corners.push_back(each), ...);
-        });
+        const auto now = cornersOf(scene, pose, {}, most / static_cast<std::size_t>(times));
+        corners.insert(corners.end(), now.begin(), now.end());
     }
     return corners;
 }
@@ -100,18 +100,6 @@ void removeStray(std::vector<glm::dvec3>& corners) {
                    glm::any(glm::greaterThan(p, high + margin));
         });
     }
-}
-
-struct Axes {
-    glm::dvec3 right, up, back;  // unit, orthogonal
-};
-
-// Looks at the world upright.
-Axes axesOf(const glm::dvec3& back) {
-    const bool vertical = std::abs(back.y) > 0.9999;
-    const glm::dvec3 right =
-        glm::normalize(glm::cross(vertical ? glm::dvec3(0, 0, -1) : glm::dvec3(0, 1, 0), back));
-    return {right, glm::cross(back, right), back};
 }
 
 // Which samples of a square frame a triangle covers: a sample's ray lies inside the three planes
@@ -169,7 +157,7 @@ private:
 }  // namespace
 
 double coveredShare(const Scene& scene, const Pose& pose, const DefaultView& view) {
-    const Axes axes = axesOf(glm::normalize(view.position - view.target));
+    const ViewAxes axes = uprightAxes(glm::normalize(view.position - view.target));
     const auto inCamera = [&](const glm::dvec3& p) {
         const glm::dvec3 v = p - view.position;
         return glm::dvec3(glm::dot(v, axes.right), glm::dot(v, axes.up), glm::dot(v, axes.back));
@@ -181,42 +169,25 @@ double coveredShare(const Scene& scene, const Pose& pose, const DefaultView& vie
     return coverage.share();
 }
 
-// A corner at right x and back z is within a frame of tangents t if |x - eye.x| <= t (eye.z - z):
-// the largest of x + t z and of -x + t z over all corners bound the eye from both sides. The eye is
-// in the middle, as near as the narrower of both directions allows.
 DefaultView fittedView(const Scene& scene, std::size_t most) {
-    std::vector<glm::dvec3> corners = cornersOf(scene, most);
+    std::vector<glm::dvec3> corners = lastingCorners(scene, most);
     if (corners.empty()) return {};
     removeStray(corners);
-    const Axes axes = axesOf(glm::normalize(glm::dvec3(0.5, 0.35, 1.0)));
-    const double tanY = kFittedShare * std::tan(0.5 * kFittedYfov);
-    const glm::dvec2 tangents(kFittedAspect * tanY, tanY);
-    const glm::dvec3 origin = corners.front();
-    glm::dvec2 high(-1e300), low(-1e300);
-    double nearest = -1e300, farthest = 1e300, reach = 0.0;
-    for (glm::dvec3& p : corners) {
-        p -= origin;
-        p = {glm::dot(p, axes.right), glm::dot(p, axes.up), glm::dot(p, axes.back)};
-        const glm::dvec2 xy(p);
-        high = glm::max(high, xy + tangents * p.z);
-        low = glm::max(low, -xy + tangents * p.z);
-        nearest = std::max(nearest, p.z);
-        farthest = std::min(farthest, p.z);
-        reach = std::max(reach, glm::length(p));
+    const ViewAxes axes = uprightAxes(glm::normalize(glm::dvec3(0.5, 0.35, 1.0)));
+    const double y = kFittedShare * std::tan(0.5 * kFittedYfov), x = kFittedAspect * y;
+    const glm::dvec3 eye = fittedEye(corners, axes, {x, x, y, y});
+    DefaultView view{.position = eye};
+    double nearest = std::numeric_limits<double>::max(), farthest = 0.0;
+    for (const glm::dvec3& corner : corners) {
+        const glm::dvec3 p = corner - eye;
+        const double depth = -glm::dot(p, axes.back);
+        const glm::dvec2 across(glm::dot(p, axes.right), glm::dot(p, axes.up));
+        view.fit = glm::max(view.fit, glm::abs(across) / depth);
+        nearest = std::min(nearest, depth);
+        farthest = std::max(farthest, depth);
     }
-    const glm::dvec2 distance = 0.5 * (high + low) / tangents;
-    // Not closer than a hundredth of the extents, for corners that lie in a line towards the eye.
-    const double eyeZ = std::max({distance.x, distance.y, nearest + 0.01 * reach, nearest + 1e-6});
-    const glm::dvec2 eye = 0.5 * (high - low);
-    glm::dvec2 fit(0.0);
-    for (const glm::dvec3& p : corners) {
-        fit = glm::max(fit, glm::abs(glm::dvec2(p) - eye) / (eyeZ - p.z));
-    }
-    const auto world = [&](double z) {
-        return origin + eye.x * axes.right + eye.y * axes.up + z * axes.back;
-    };
-    DefaultView view{world(eyeZ), world(0.5 * (nearest + farthest)), kFittedYfov,
-                     glm::clamp(fit, 1e-4, 10.0)};
+    view.target = eye - 0.5 * (nearest + farthest) * axes.back;
+    view.fit = glm::clamp(view.fit, 1e-4, 10.0);
     view.yfov = fieldOfView(view, kFittedAspect);
     return view;
 }

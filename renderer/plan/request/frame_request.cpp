@@ -68,7 +68,14 @@ void checkPose(const CameraRequest& c, std::vector<FieldError>& errors) {
         errors.push_back({pointer, detail, allowed});
     };
     const char* onePose =
-        "one of: position + target (+ up), position + orientation, cameraToWorld, name, or nothing";
+        "one of: position + target (+ up), position + orientation, cameraToWorld, name, fit, or "
+        "nothing";
+    if (c.fit && (c.cameraToWorld || c.position || c.target || c.up || c.orientation || c.name)) {
+        refuse("/camera/fit", "conflicts with another form of the pose", onePose);
+    }
+    if (c.fit && c.orthographicHeight) {
+        refuse("/camera/orthographicHeight", "conflicts with fit", "fit with yfov or intrinsics");
+    }
     if (c.cameraToWorld && (c.position || c.target || c.up || c.orientation || c.name)) {
         refuse("/camera/cameraToWorld", "conflicts with another form of the pose", onePose);
     }
@@ -116,6 +123,10 @@ std::vector<FieldError> problems(const FrameRequest& request) {
     checkPose(c, errors);
     if (c.yfov && c.intrinsics) {
         errors.push_back({"/camera/intrinsics", "conflicts with yfov", "one of the two"});
+    }
+    if (c.orthographicHeight && (c.yfov || c.intrinsics)) {
+        errors.push_back({"/camera/orthographicHeight", "conflicts with another lens",
+                          "one of yfov, orthographicHeight and intrinsics"});
     }
     if (c.znear && c.zfar && !(*c.znear < *c.zfar)) {
         errors.push_back({"/camera/zfar", "is not greater than znear", "more than znear"});

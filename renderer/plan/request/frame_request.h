@@ -42,6 +42,14 @@ struct Intrinsics {  // pixels, first row on top
     PixelCenter pixelCenter = PixelCenter::half;
 };
 
+// A pose from which chosen surfaces fill the frame; see scene/fit.h.
+struct FitRequest {
+    std::optional<std::string> node, material;  // names; none: everything
+    double azimuth = 0.463647609;               // as the default view of a scene without a camera
+    double elevation = 0.303385417;
+    double margin = 0.1;  // of the frame, on each of two opposite sides
+};
+
 struct CameraRequest {
     std::optional<glm::dvec3> position;
     std::optional<glm::dvec3> target;
@@ -50,7 +58,9 @@ struct CameraRequest {
     std::optional<std::array<double, 16>> cameraToWorld;  // column-major
     Convention convention = Convention::opengl;
     std::optional<std::string> name;
+    std::optional<FitRequest> fit;
     std::optional<double> yfov;
+    std::optional<double> orthographicHeight;
     std::optional<Intrinsics> intrinsics;
     std::optional<double> znear;
     std::optional<double> zfar;
@@ -145,6 +155,18 @@ void fields(Intrinsics& i, V&& visit) {
 }
 
 template <class V>
+void fields(FitRequest& f, V&& visit) {
+    visit("node", f.node, Text{256}, "name of a node: what is at or below it");
+    visit("material", f.material, Text{256}, "name of a material: what has it");
+    visit("azimuth", f.azimuth, Range{-1e3, 1e3, "radians"},
+          "direction of the camera about +Y: 0 is +Z, a quarter turn is +X");
+    visit("elevation", f.elevation, Range{-1.5707964, 1.5707964, "radians"},
+          "of the camera above the horizon");
+    visit("margin", f.margin, Range{0, 0.45},
+          "share of the frame left free on each of two opposite sides");
+}
+
+template <class V>
 void fields(CameraRequest& c, V&& visit) {
     visit("position", c.position, Range{-1e9, 1e9, "metres"},
           "position of the camera in the world");
@@ -160,8 +182,12 @@ void fields(CameraRequest& c, V&& visit) {
           "camera axes of cameraToWorld: opengl has +Y up and looks along -Z, opencv has +Y down "
           "and looks along +Z");
     visit("name", c.name, Text{256}, "name of a camera of the scene");
+    visit("fit", c.fit, Nested{},
+          "instead of a pose: chosen surfaces fill the frame, seen from a direction");
     visit("yfov", c.yfov, Range{0.0174532925, 3.1241394, "radians"},
-          "vertical field of view (1 to 179 degrees)");
+          "vertical field of view (1 to 179 degrees); 0.7 with fit when absent");
+    visit("orthographicHeight", c.orthographicHeight, Range{1e-9, 1e9, "metres"},
+          "height of what an orthographic lens shows, instead of yfov");
     visit("intrinsics", c.intrinsics, Nested{},
           "focal lengths and principal point, instead of yfov");
     visit("znear", c.znear, Range{1e-9, 1e9, "metres"},

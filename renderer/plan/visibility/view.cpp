@@ -2,9 +2,12 @@
 #include "plan/visibility/view.h"
 
 #include "scene/default_view.h"
+#include "scene/fit.h"
+#include "scene/spelling.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace clerestory {
@@ -61,9 +64,50 @@ PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose
                            names.empty() ? "none: the scene has no cameras" : "one of: " + names}});
 }
 
+// Which instances a name of a node, or of a material, or both choose.
+std::vector<bool> chosenBy(const FitRequest& fit, const Scene& scene) {
+    std::vector<bool> nodes(scene.nodes.size(), !fit.node);
+    for (std::size_t i = 0; fit.node && i < nodes.size(); ++i) {
+        const Node& node = scene.nodes[i];
+        nodes[i] = node.name == *fit.node || (node.parent != kNone && nodes[node.parent]);
+    }
+    std::vector<bool> chosen;
+    for (const Instance& instance : scene.instances) {
+        const std::string& material = scene.materials[instance.material].name;
+        chosen.push_back(nodes[instance.node] && (!fit.material || material == *fit.material));
+    }
+    if (std::find(chosen.begin(), chosen.end(), true) != chosen.end()) return chosen;
+    const auto names = fit.node ? namesOf(scene.nodes) : namesOf(scene.materials);
+    const std::string wanted = fit.node ? *fit.node : fit.material.value_or("");
+    throw InvalidRequest(
+        {{fit.node ? "/camera/fit/node" : "/camera/fit/material",
+          "chooses no surface" + didYouMean(wanted, names),
+          names.empty() ? "no names in this scene" : listedNearest(wanted, names)}});
+}
+
+// lens: clipFromView, whose sides give the frame.
+glm::dmat4 fittedCamera(const FitRequest& fit, const Scene& scene, const Pose& pose,
+                        const glm::dmat4& lens) {
+    const double inner = 1.0 - 2.0 * fit.margin;
+    const FrameTangents frame{.left = (inner - lens[2][0]) / lens[0][0],
+                              .right = (inner + lens[2][0]) / lens[0][0],
+                              .bottom = (inner - lens[2][1]) / lens[1][1],
+                              .top = (inner + lens[2][1]) / lens[1][1]};
+    const ViewAxes axes = uprightAxes(directionTo(fit.azimuth, fit.elevation));
+    const auto corners = cornersOf(scene, pose, chosenBy(fit, scene));
+    return rigid({axes.right, axes.up, axes.back}, fittedEye(corners, axes, frame));
+}
+
 PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose& pose,
-                          double aspect) {
+                          std::uint32_t width, std::uint32_t height) {
+    const double aspect = static_cast<double>(width) / height;
     if (c.name) return sceneCamera(*c.name, scene, pose);
+    if (c.fit) {
+        const double yfov = c.yfov.value_or(kFitYfov);
+        const glm::dmat4 lens = c.intrinsics ? perspective(*c.intrinsics, width, height, 1.0, {})
+                                             : perspective(yfov, aspect, 1.0, {});
+        return {.worldFromCamera = fittedCamera(*c.fit, scene, pose, lens), .yfov = yfov};
+    }
     PlacedCamera placed;
     if (const auto own = worldFromPose(c)) {
         placed.worldFromCamera = *own;
@@ -170,7 +214,7 @@ glm::dmat4 orthographic(double halfWidth, double halfHeight, double znear, doubl
 View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
                    std::uint32_t width, std::uint32_t height) {
     const double aspect = static_cast<double>(width) / height;
-    const PlacedCamera placed = placedCamera(camera, scene, pose, aspect);
+    const PlacedCamera placed = placedCamera(camera, scene, pose, width, height);
     const Bounds bounds = lastingBounds(scene, pose);
     const double diagonal =
         bounds.empty() ? 1.0 : std::max(1e-6, static_cast<double>(bounds.diagonal()));
@@ -190,9 +234,9 @@ View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& 
             zfar.reset();
     }
 
-    const bool keepsOrthographic =
-        placed.orthographicHalfHeight && !camera.yfov && !camera.intrinsics;
-    if (keepsOrthographic) {
+    const auto halfHeight = camera.orthographicHeight ? 0.5 * *camera.orthographicHeight
+                                                      : placed.orthographicHalfHeight;
+    if (halfHeight && !camera.yfov && !camera.intrinsics) {
         view.orthographic = true;
         if (!camera.znear && !placed.znear) view.znear = 0.0;
         if (!zfar) {
@@ -201,8 +245,8 @@ View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& 
                                : glm::length(glm::dvec3(bounds.center()) - view.eye) + diagonal;
             zfar = view.znear + reach;
         }
-        const double halfHeight = std::max(1e-9, *placed.orthographicHalfHeight);
-        view.clipFromView = orthographic(halfHeight * aspect, halfHeight, view.znear, *zfar);
+        const double half = std::max(1e-9, *halfHeight);
+        view.clipFromView = orthographic(half * aspect, half, view.znear, *zfar);
     } else if (camera.intrinsics) {
         view.clipFromView = perspective(*camera.intrinsics, width, height, view.znear, zfar);
     } else {

@@ -14,6 +14,7 @@ namespace clerestory {
 View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
                    std::uint32_t width, std::uint32_t height);
 
+inline constexpr double kFitYfov = 0.7;      // radians; of CameraRequest::fit
 inline constexpr double kDefaultYfov = 0.9;  // radians; if neither request nor scene has one
 
 // World from camera for a pose in the request; none for a camera of the scene and for the default
