@@ -349,8 +349,9 @@ TEST_F(Compression, WrongDescriptionsAreRejectedWithTheirReason) {
           Row{"byteStride", 260, "byteStride of 4 to 256"}, Row{"byteStride", 6, "multiple of 4"},
           Row{"mode", "TRIANGLES", "byteStride of 2 or 4"},
           Row{"filter", "QUATERNION", "QUATERNION of 8"},
-          Row{"filter", "UNKNOWN", "filter that does not fit"}, Row{"count", 37, "does not have the byteLength"},
-          Row{"count", 4'000'000, "too short"}, Row{"count", 4'000'000'000, "too many elements"},
+          Row{"filter", "UNKNOWN", "filter that does not fit"},
+          Row{"count", 37, "does not have the byteLength"}, Row{"count", 4'000'000, "too short"},
+          Row{"count", 4'000'000'000, "too many elements"},
           Row{"byteLength", 1'000'000, "exceeds its buffer"}, Row{"byteLength", 0, "damaged"}}) {
         EXPECT_THAT(refusalOf(meshoptWith(row)).what(), HasSubstr(row.words)) << row.key;
     }
@@ -359,6 +360,9 @@ TEST_F(Compression, WrongDescriptionsAreRejectedWithTheirReason) {
     };
     EXPECT_THAT(dracoWith([](json& d) { d["accessors"][0]["count"] = 1'000'000; }).what(),
                 HasSubstr("does not have as many elements"));
+    const ImportError bomb = dracoWith([](json& d) { d["accessors"][0]["count"] = 3; });
+    EXPECT_EQ(bomb.reason(), ImportError::Reason::limit) << "before it is decoded";
+    EXPECT_THAT(bomb.what(), HasSubstr("declares 50 triangles and 36 vertices"));
     EXPECT_THAT(dracoWith([](json& d) { d["accessors"][3]["componentType"] = 5126; }).what(),
                 HasSubstr("component type cannot hold"));
     EXPECT_THAT(dracoWith([](json& d) {

@@ -150,6 +150,8 @@ int importChildMain(int argc, char** argv) {
     }
     const ImportLimits limits = decodedLimits(options["--limits"]);
     setProcessLimits(limits);
+    // Libraries print what they find in damaged files. Standard output is /dev/null.
+    if (!kSanitized) dup2(STDOUT_FILENO, STDERR_FILENO);
     const JailSupport possible = jailSupport(), enforced = enterJail(folderOf(file));
     const auto report = [&](const std::string& line) {
         writeAll(progress, line.data(), line.size());

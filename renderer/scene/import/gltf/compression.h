@@ -25,13 +25,18 @@ struct MeshoptLayout {
 std::string decodedMeshopt(const MeshoptLayout& layout, std::span<const unsigned char> encoded,
                            const std::string& name);
 
+struct DracoLimits {
+    std::uint64_t triangles = 0, vertices = 0;
+};
+
 // One primitive.
 //
-//     const DracoMesh mesh(document.bufferView(view), name);
-//     if (mesh.vertices() == accessorCount) bytes = mesh.attribute(id, kFloat, 3);
+//     const DracoMesh mesh(document.bufferView(view), {1000, accessorCount}, name);
+//     bytes = mesh.attribute(id, kFloat, 3);
 class DracoMesh {
 public:
-    DracoMesh(std::span<const unsigned char> encoded, std::string name);
+    // What the stream declares is compared with the limits before anything is allocated for it.
+    DracoMesh(std::span<const unsigned char> encoded, const DracoLimits& limits, std::string name);
     ~DracoMesh();
 
     std::size_t vertices() const;

@@ -275,7 +275,7 @@ GltfDocument::Layout GltfDocument::layout(const Json& accessor) const {
 
 GltfDocument::Shape GltfDocument::shape(Index accessor) const {
     const Layout at = layout(item("accessors", accessor));
-    return {at.type, at.components};
+    return {at.type, at.components, at.count};
 }
 
 // Copies all elements to `out`, then the sparse ones.

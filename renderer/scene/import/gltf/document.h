@@ -36,6 +36,7 @@ public:
     struct Shape {
         std::uint64_t componentType = 0;  // 5120 to 5126
         std::size_t components = 0;       // per element
+        std::uint64_t count = 0;          // of elements
     };
     Shape shape(Index accessor) const;
 

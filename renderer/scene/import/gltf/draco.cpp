@@ -4,8 +4,11 @@
 #include "scene/import/base/types.h"
 
 #include <draco/compression/decode.h>
+#include <draco/compression/point_cloud/point_cloud_decoder.h>
 #include <draco/core/decoder_buffer.h>
+#include <draco/core/varint_decoding.h>
 #include <draco/mesh/mesh.h>
+#include <draco/metadata/metadata_decoder.h>
 
 #include <cstring>
 #include <limits>
@@ -37,16 +40,21 @@ std::string packedIndices(const draco::Mesh& mesh) {
     return bytes;
 }
 
-// Empty if a value does not fit.
+// Empty if a value does not fit, or lies outside of the attribute's memory, which the library does
+// not check.
 template <class T>
 std::string packedValues(const draco::PointAttribute& attribute, std::size_t vertices,
                          std::size_t components) {
+    if (!attribute.is_mapping_identity() && attribute.indices_map_size() < vertices) return {};
+    const std::uint64_t size = attribute.buffer() ? attribute.buffer()->data_size() : 0;
+    const auto stride = static_cast<std::uint64_t>(attribute.byte_stride());
     std::string bytes;
     bytes.reserve(vertices * components * sizeof(T));
     T values[4] = {};
     for (draco::PointIndex vertex(0); vertex < static_cast<std::uint32_t>(vertices); ++vertex) {
         const draco::AttributeValueIndex at = attribute.mapped_index(vertex);
-        if (at.value() >= attribute.size() ||
+        const auto position = static_cast<std::uint64_t>(attribute.GetBytePos(at));
+        if (size < stride || position > size - stride ||
             !attribute.ConvertValue<T>(at, static_cast<std::int8_t>(components), values)) {
             return {};
         }
@@ -55,16 +63,63 @@ std::string packedValues(const draco::PointAttribute& attribute, std::size_t ver
     return bytes;
 }
 
+draco::DecoderBuffer bufferOf(std::span<const unsigned char> encoded) {
+    draco::DecoderBuffer buffer;
+    buffer.Init(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+    return buffer;
+}
+
+// The numbers at the start of the connectivity: Draco bitstream specification 2.2, sections
+// "Connectivity Decoder", "Sequential Decoder" and "EdgeBreaker Decoder".
+void checkDeclared(std::span<const unsigned char> encoded, const DracoLimits& limits,
+                   const std::string& name) {
+    draco::DecoderBuffer buffer = bufferOf(encoded);
+    draco::DracoHeader header{};
+    if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok() ||
+        header.encoder_type != draco::TRIANGULAR_MESH) {
+        wrongMesh(name, "is damaged or no Draco mesh");
+    }
+    if (header.version_major != 2 || header.version_minor != 2) {
+        throw ImportError(ImportError::Reason::unsupported,
+                          "compressed " + name + " has version " +
+                              std::to_string(header.version_major) + "." +
+                              std::to_string(header.version_minor) + " of Draco; supported is 2.2");
+    }
+    buffer.set_bitstream_version(draco::kDracoMeshBitstreamVersion);
+    draco::GeometryMetadata ignored;
+    const bool hasMetadata = (header.flags & METADATA_FLAG_MASK) != 0;
+    bool sound = !hasMetadata || draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &ignored);
+    std::uint32_t triangles = 0, vertices = 0;
+    if (header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING) {
+        std::uint8_t traversal = 0;
+        sound = sound && buffer.Decode(&traversal) && draco::DecodeVarint(&vertices, &buffer) &&
+                draco::DecodeVarint(&triangles, &buffer);
+    } else {
+        sound = sound && draco::DecodeVarint(&triangles, &buffer) &&
+                draco::DecodeVarint(&vertices, &buffer);
+    }
+    if (!sound) wrongMesh(name, "is damaged or no Draco mesh");
+    if (triangles > limits.triangles || vertices > limits.vertices) {
+        throw ImportError(ImportError::Reason::limit,
+                          "compressed " + name + " declares " + std::to_string(triangles) +
+                              " triangles and " + std::to_string(vertices) +
+                              " vertices; its accessors and the limit of triangles allow " +
+                              std::to_string(limits.triangles) + " and " +
+                              std::to_string(limits.vertices));
+    }
+}
+
 }  // namespace
 
 struct DracoMesh::Decoded {
     std::unique_ptr<draco::Mesh> mesh;
 };
 
-DracoMesh::DracoMesh(std::span<const unsigned char> encoded, std::string name)
+DracoMesh::DracoMesh(std::span<const unsigned char> encoded, const DracoLimits& limits,
+                     std::string name)
     : name_(std::move(name)) {
-    draco::DecoderBuffer buffer;
-    buffer.Init(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+    checkDeclared(encoded, limits, name_);
+    draco::DecoderBuffer buffer = bufferOf(encoded);
     draco::Decoder decoder;
     auto result = decoder.DecodeMeshFromBuffer(&buffer);
     if (!result.ok()) wrongMesh(name_, "is damaged or no Draco mesh");

@@ -134,8 +134,14 @@ void GltfMeshes::decompress(const Json& primitive, const Json& compressed,
                             const std::string& name) {
     const Json& attributes = object(primitive, "attributes");
     const Json& ids = object(compressed, "attributes");
-    if (document_.hasElements(indexAt(attributes, "POSITION"))) return;  // drawn before
-    const DracoMesh mesh(document_.bufferView(indexAt(compressed, "bufferView")), name);
+    const Index positions = indexAt(attributes, "POSITION"),
+                indices = indexAt(primitive, "indices");
+    if (document_.hasElements(positions)) return;  // drawn before
+    if (indices == kNone) malformed("compressed " + name + " has no accessor of indices");
+    const DracoLimits limits{.triangles = std::min<std::uint64_t>(
+                                 limits_.maxTriangles, document_.shape(indices).count / 3),
+                             .vertices = document_.shape(positions).count};
+    const DracoMesh mesh(document_.bufferView(indexAt(compressed, "bufferView")), limits, name);
     for (const auto& [key, id] : ids.items()) {
         const Index accessor = indexAt(attributes, key.c_str());
         if (accessor == kNone) continue;
@@ -143,9 +149,7 @@ void GltfMeshes::decompress(const Json& primitive, const Json& compressed,
         document_.setElements(accessor, mesh.attribute(indexAt(ids, key.c_str()),
                                                        shape.componentType, shape.components));
     }
-    if (const Index accessor = indexAt(primitive, "indices"); accessor != kNone) {
-        document_.setElements(accessor, mesh.indices(document_.shape(accessor).componentType));
-    }
+    document_.setElements(indices, mesh.indices(document_.shape(indices).componentType));
 }
 
 Index GltfMeshes::add(const Json& primitive, const std::string& name, const RestPose& pose,
