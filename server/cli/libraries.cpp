@@ -16,6 +16,7 @@
 #include <spdlog/version.h>
 #include <webp/decode.h>
 #include <zlib.h>
+#include <zstd.h>
 #include <CLI/Version.hpp>
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
@@ -97,7 +98,8 @@ std::vector<LibraryVersion> libraryVersions() {
         {"prometheus-cpp", CLERESTORY_PROMETHEUS_VERSION, ""},
         {"spdlog", dotted(SPDLOG_VER_MAJOR, SPDLOG_VER_MINOR, SPDLOG_VER_PATCH), ""},
         {"xxHash", dotted(XXH_VERSION_MAJOR, XXH_VERSION_MINOR, XXH_VERSION_RELEASE), ""},
-        {"zlib", ZLIB_VERSION, zlibVersion()}};
+        {"zlib", ZLIB_VERSION, zlibVersion()},
+        {"zstd", ZSTD_VERSION_STRING, ZSTD_versionString()}};
 }
 
 std::string versionReport() {

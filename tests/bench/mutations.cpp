@@ -1,5 +1,6 @@
 // Damages scene files in many ways and imports each: the result must be a valid scene or an error,
-// within the time limit. scripts/fuzz scenes N [FOLDER]
+// within the time limit. scripts/fuzz scenes N [FOLDER]: without FOLDER the third-party scenes, and
+// files with each kind of compression.
 #include "tests/bench/bars.h"
 
 #include "scene/import/import.h"
@@ -175,7 +176,11 @@ int main(int argc, char** argv) {
     options.limits.cpu = std::chrono::seconds(5);
     options.limits.addressSpaceBytes = 1ull << 30;
     std::vector<fs::path> files;
-    if (fs::is_directory(folder)) files = loading(copied(filesIn(folder), work), options);
+    if (fs::is_directory(folder)) files = filesIn(folder);
+    if (argc <= 2) {
+        for (const fs::path& file : filesIn(CLERESTORY_COMPRESSED_SCENES)) files.push_back(file);
+    }
+    files = loading(copied(files, work), options);
     if (files.empty()) {
         std::fprintf(stderr, "no scene file to damage in that folder\n");
         fs::remove_all(work);

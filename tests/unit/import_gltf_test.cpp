@@ -39,6 +39,19 @@ ImportError::Reason reasonFor(const Json& json) {
     return ImportError::Reason::crashed;
 }
 
+// Files with each kind of compression, as this and other versions of the libraries write them.
+TEST(Gltf, CompressedFilesLoadInTheChildProcess) {
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(ownScene("../compressed"))) {
+        SCOPED_TRACE(entry.path().filename().string());
+        const Scene scene = importScene(entry.path());
+        EXPECT_TRUE(scene.warnings.empty());
+        EXPECT_GE(triangleCount(scene), 8u);
+        ++files;
+    }
+    EXPECT_EQ(files, 10u);
+}
+
 TEST(Gltf, MaterialsKeepEveryProperty) {
     const Material& m = *material(everything(), "everything");
     EXPECT_EQ(m.baseColor, glm::vec4(0.5f, 0.25f, 0.125f, 0.75f));

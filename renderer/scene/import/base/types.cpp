@@ -66,8 +66,13 @@ std::span<const FileFormat> fileFormats() {
         FileFormat{texture, "JPEG", ".jpg .jpeg", "8 bits a channel, grey, RGB and CMYK."},
         FileFormat{texture, "PNG", ".png",
                    "8 or 16 bits a channel, reduced to 8 bits; with alpha."},
-        FileFormat{texture, "WebP and AVIF", ".webp .avif",
-                   "Still images with alpha; more than 8 bits a channel are rounded."},
+        FileFormat{texture, "WebP", ".webp", "Lossy and lossless, with alpha. No animations."},
+        FileFormat{texture, "AVIF", ".avif",
+                   "8, 10 or 12 bits a channel, reduced to 8 bits; with alpha. No sequences, no "
+                   "cropping, rotation or mirroring."},
+        FileFormat{texture, "KTX2", ".ktx2",
+                   "UASTC, with or without Zstandard, and ETC1S with BasisLZ; two dimensions, the "
+                   "largest level."},
         FileFormat{texture, "BMP, TGA and PSD", ".bmp .tga .psd", "8 bits a channel."},
         FileFormat{environment, "Radiance HDR", ".hdr",
                    "Equirectangular, or one of six cube faces."},
@@ -131,7 +136,8 @@ std::span<const GltfExtension> gltfExtensions() {
             "Animations of node transforms and morph weights are played; animated pointers "
             "keep their initial values."},
         GltfExtension{"KHR_draco_mesh_compression", drawn,
-                      "Compressed primitives; attributes that the stream lacks are read as usual."},
+                      "Bitstream version 2.2; uncompressed accessors are used if the file has them "
+                      "and does not require the extension."},
         GltfExtension{"KHR_lights_punctual", drawn,
                       "Point, spot and directional lights with range and cone angles."},
         GltfExtension{"KHR_materials_anisotropy", ignored, "Highlights are isotropic."},
@@ -165,9 +171,9 @@ std::span<const GltfExtension> gltfExtensions() {
         GltfExtension{"KHR_mesh_quantization", drawn,
                       "8-bit and 16-bit vertex attributes, normalised or not."},
         GltfExtension{"KHR_node_visibility", refused, "Hidden nodes would be drawn."},
-        GltfExtension{
-            "KHR_texture_basisu", ignored,
-            "The fallback image is used; a texture without one is left out with a warning."},
+        GltfExtension{"KHR_texture_basisu", drawn,
+                      "UASTC and ETC1S in KTX2 files are decoded and used instead of the fallback "
+                      "image."},
         GltfExtension{"KHR_texture_transform", drawn,
                       "Offset, scale, rotation and texture coordinate set of each texture."},
         GltfExtension{"KHR_xmp", ignored, "Metadata does not change the image."},

@@ -1,8 +1,7 @@
 #include "scene/import/gltf/document.h"
 
 #include "scene/import/base/imported_scene.h"
-#include "scene/import/base/types.h"
-#include "scene/import/gltf/compression.h"
+#include "scene/import/gltf/meshopt.h"
 
 #include <algorithm>
 #include <cstring>
@@ -51,10 +50,6 @@ std::string base64Decoded(std::string_view text) {
     return bytes;
 }
 
-ByteSpan bytesOf(const std::string& text) {
-    return {reinterpret_cast<const unsigned char*>(text.data()), text.size()};
-}
-
 template <class T>
 T loaded(const unsigned char* from) {
     T value;
@@ -62,20 +57,17 @@ T loaded(const unsigned char* from) {
     return value;
 }
 
-constexpr std::uint64_t kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
-                        kUnsignedInt = 5125, kFloat = 5126;
-
 double component(const unsigned char* from, std::uint64_t type) {
     switch (type) {
-        case kByte:
+        case kGltfByte:
             return loaded<std::int8_t>(from);
-        case kUnsignedByte:
+        case kGltfUnsignedByte:
             return loaded<std::uint8_t>(from);
-        case kShort:
+        case kGltfShort:
             return loaded<std::int16_t>(from);
-        case kUnsignedShort:
+        case kGltfUnsignedShort:
             return loaded<std::uint16_t>(from);
-        case kUnsignedInt:
+        case kGltfUnsignedInt:
             return loaded<std::uint32_t>(from);
         default:
             return static_cast<double>(loaded<float>(from));
@@ -84,14 +76,14 @@ double component(const unsigned char* from, std::uint64_t type) {
 
 std::size_t componentBytes(std::uint64_t type) {
     switch (type) {
-        case kByte:
-        case kUnsignedByte:
+        case kGltfByte:
+        case kGltfUnsignedByte:
             return 1;
-        case kShort:
-        case kUnsignedShort:
+        case kGltfShort:
+        case kGltfUnsignedShort:
             return 2;
-        case kUnsignedInt:
-        case kFloat:
+        case kGltfUnsignedInt:
+        case kGltfFloat:
             return 4;
         default:
             malformed("an accessor has an unknown component type");
@@ -102,13 +94,13 @@ std::size_t componentBytes(std::uint64_t type) {
 double normalizedOne(std::uint64_t type, bool normalized) {
     if (!normalized) return 0.0;
     switch (type) {
-        case kByte:
+        case kGltfByte:
             return 127.0;
-        case kUnsignedByte:
+        case kGltfUnsignedByte:
             return 255.0;
-        case kShort:
+        case kGltfShort:
             return 32767.0;
-        case kUnsignedShort:
+        case kGltfUnsignedShort:
             return 65535.0;
         default:
             return 0.0;
@@ -128,7 +120,8 @@ struct GltfDocument::Layout {
     double one = 0.0;
 };
 
-GltfDocument::GltfDocument(std::string file, const SceneFolder& folder) : folder_(folder) {
+GltfDocument::GltfDocument(std::string file, const SceneFolder& folder, const ImportLimits& limits)
+    : folder_(folder), limits_(limits) {
     if (!file.starts_with("glTF")) {
         json_ = parsedFile(file);
         return;
@@ -210,43 +203,39 @@ const std::string& GltfDocument::buffer(Index i) {
     return buffers_[i] = std::move(bytes);
 }
 
-ByteSpan GltfDocument::part(const Json& view, const std::string& name) {
-    const std::string& bytes = buffer(indexAt(view, "buffer"));
-    const std::uint64_t offset = wholeNumber(view, "byteOffset", 0);
-    const std::uint64_t length = wholeNumber(view, "byteLength", 0);
+ByteSpan GltfDocument::bufferPart(const Json& part, const std::string& name) {
+    const std::string& bytes = buffer(indexAt(part, "buffer"));
+    const std::uint64_t offset = wholeNumber(part, "byteOffset", 0);
+    const std::uint64_t length = wholeNumber(part, "byteLength", 0);
     if (offset > bytes.size() || length > bytes.size() - offset) {
         malformed(name + " exceeds its buffer");
     }
-    return bytesOf(bytes).subspan(offset, length);
+    return {reinterpret_cast<const unsigned char*>(bytes.data()) + offset, length};
 }
 
 ByteSpan GltfDocument::bufferView(Index i) {
     const Json& view = item("bufferViews", i);
     const std::string name = "buffer view " + std::to_string(i);
     const Json* compressed = extension(view, "EXT_meshopt_compression");
-    if (!compressed) return part(view, name);
-    const auto known = decompressedViews_.find(i);
-    if (known != decompressedViews_.end()) return bytesOf(known->second);
-    const std::string mode = text(*compressed, "mode"), filter = text(*compressed, "filter");
-    std::string bytes = decodedMeshopt({.count = wholeNumber(*compressed, "count", 0),
-                                        .stride = wholeNumber(*compressed, "byteStride", 0),
-                                        .mode = mode,
-                                        .filter = filter},
-                                       part(*compressed, name), name);
-    if (wholeNumber(view, "byteLength", 0) != bytes.size()) {
-        malformed(name + " does not have the byteLength of its compressed form, " +
-                  std::to_string(bytes.size()));
+    if (!compressed) return bufferPart(view, name);
+    auto known = decompressedViews_.find(i);
+    if (known == decompressedViews_.end()) {
+        const MeshoptLayout layout = meshoptLayout(view, *compressed, name, limits_.fileBytes);
+        const ByteSpan stream = bufferPart(*compressed, name);
+        countDecompressed(layout.bytes());
+        known = decompressedViews_.emplace(i, decodedMeshopt(stream, layout, name)).first;
     }
-    return bytesOf(decompressedViews_[i] = std::move(bytes));
+    return {reinterpret_cast<const unsigned char*>(known->second.data()), known->second.size()};
 }
 
-void GltfDocument::setElements(Index accessor, std::string bytes) {
-    const Layout at = layout(item("accessors", accessor));
-    if (bytes.size() != at.count * at.elementBytes) {
-        malformed("accessor " + std::to_string(accessor) +
-                  " does not have as many elements as its compressed form");
+// As for files: all of them together may have four times as many bytes as one.
+void GltfDocument::countDecompressed(std::uint64_t bytes) {
+    decompressedBytes_ += bytes;
+    if (decompressedBytes_ > 4 * limits_.fileBytes) {
+        throw ImportError(ImportError::Reason::limit, "the compressed data expands to more than " +
+                                                          std::to_string(4 * limits_.fileBytes) +
+                                                          " bytes");
     }
-    elements_[accessor] = std::move(bytes);
 }
 
 GltfDocument::Layout GltfDocument::layout(const Json& accessor) const {
@@ -273,9 +262,27 @@ GltfDocument::Layout GltfDocument::layout(const Json& accessor) const {
     return layout;
 }
 
-GltfDocument::Shape GltfDocument::shape(Index accessor) const {
+AccessorShape GltfDocument::shape(Index accessor) const {
     const Layout at = layout(item("accessors", accessor));
-    return {at.type, at.components, at.count};
+    return {at.count, at.type, at.components, at.elementBytes};
+}
+
+bool GltfDocument::hasBufferView(Index accessor) const {
+    return item("accessors", accessor).contains("bufferView");
+}
+
+bool GltfDocument::requiresExtension(const char* name) const {
+    const Json& required = array(json_, "extensionsRequired");
+    return std::find(required.begin(), required.end(), Json(name)) != required.end();
+}
+
+void GltfDocument::setContent(Index accessor, std::uint64_t source, std::string bytes) {
+    contents_[accessor] = {source, std::move(bytes)};
+}
+
+bool GltfDocument::hasContent(Index accessor, std::uint64_t source) const {
+    const auto found = contents_.find(accessor);
+    return found != contents_.end() && found->second.source == source;
 }
 
 // Copies all elements to `out`, then the sparse ones.
@@ -294,10 +301,10 @@ void GltfDocument::read(Index index_, std::vector<Out>& out, const Convert& conv
     const auto outside = [&] {
         malformed("accessor " + std::to_string(index_) + " exceeds its buffer view");
     };
-    if (const auto own = elements_.find(index_); own != elements_.end()) {
-        for (std::uint64_t i = 0; i < at.count; ++i) {
-            copyElement(bytesOf(own->second).data() + i * at.elementBytes, i);
-        }
+    if (const auto content = contents_.find(index_); content != contents_.end()) {
+        if (content->second.bytes.size() != at.count * at.elementBytes) outside();
+        const auto* bytes = reinterpret_cast<const unsigned char*>(content->second.bytes.data());
+        for (std::uint64_t i = 0; i < at.count; ++i) copyElement(bytes + i * at.elementBytes, i);
     } else if (const Index viewIndex = indexAt(accessor, "bufferView");
                viewIndex != kNone && at.count > 0) {
         const ByteSpan bytes = bufferView(viewIndex);

@@ -230,14 +230,11 @@ Texture GltfMaterials::samplerOf(const Json& texture) const {
     return index == kNone ? Texture{} : sampling(document_.item("samplers", index));
 }
 
-// kNone if there is none.
+// The image of an extension, else the fallback; kNone if there is none.
 Index GltfMaterials::imageOf(const Json& texture) const {
     Index source = indexAt(texture, "source");
-    for (const char* name : {"EXT_texture_webp", "EXT_texture_avif"}) {
+    for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif"}) {
         if (const Json* other = extension(texture, name)) source = indexAt(*other, "source");
-    }
-    if (const Json* other = extension(texture, "KHR_texture_basisu"); other && source == kNone) {
-        source = indexAt(*other, "source");  // the decoder reports that it is not supported
     }
     return source;
 }

@@ -1,7 +1,7 @@
 #include "scene/import/gltf/parts.h"
 
 #include "scene/import/base/imported_scene.h"
-#include "scene/import/gltf/compression.h"
+#include "scene/import/gltf/draco.h"
 
 #include <algorithm>
 #include <cmath>
@@ -128,30 +128,6 @@ std::vector<std::uint32_t> GltfMeshes::triangles(const Json& primitive, std::siz
     return list;
 }
 
-// The accessors of a primitive with Draco declare type and count; their elements are in the stream.
-// Those of attributes that the stream lacks, such as morph targets, are as usual.
-void GltfMeshes::decompress(const Json& primitive, const Json& compressed,
-                            const std::string& name) {
-    const Json& attributes = object(primitive, "attributes");
-    const Json& ids = object(compressed, "attributes");
-    const Index positions = indexAt(attributes, "POSITION"),
-                indices = indexAt(primitive, "indices");
-    if (document_.hasElements(positions)) return;  // drawn before
-    if (indices == kNone) malformed("compressed " + name + " has no accessor of indices");
-    const DracoLimits limits{.triangles = std::min<std::uint64_t>(
-                                 limits_.maxTriangles, document_.shape(indices).count / 3),
-                             .vertices = document_.shape(positions).count};
-    const DracoMesh mesh(document_.bufferView(indexAt(compressed, "bufferView")), limits, name);
-    for (const auto& [key, id] : ids.items()) {
-        const Index accessor = indexAt(attributes, key.c_str());
-        if (accessor == kNone) continue;
-        const GltfDocument::Shape shape = document_.shape(accessor);
-        document_.setElements(accessor, mesh.attribute(indexAt(ids, key.c_str()),
-                                                       shape.componentType, shape.components));
-    }
-    document_.setElements(indices, mesh.indices(document_.shape(indices).componentType));
-}
-
 Index GltfMeshes::add(const Json& primitive, const std::string& name, const RestPose& pose,
                       const MeshAnimation& animation) {
     const Json& attributes = object(primitive, "attributes");
@@ -160,9 +136,7 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
         scene_.warnings.push_back({"noPositions", name, "a mesh without positions is not drawn"});
         return kNone;
     }
-    if (const Json* compressed = extension(primitive, "KHR_draco_mesh_compression")) {
-        decompress(primitive, *compressed, name);
-    }
+    decodeDraco(document_, primitive, limits_.maxTriangles - triangles_);
     const Numbers positions = document_.floats(positionAccessor);
     if (positions.components != 3) {
         malformed("positions do not have three components");

@@ -74,7 +74,6 @@ private:
     Index add(const Json& primitive, const std::string& name, const RestPose& pose,
               const MeshAnimation& animation);
     void addVariants(const Json& primitive, Index mesh);
-    void decompress(const Json& primitive, const Json& compressed, const std::string& name);
     void addDeformation(const Json& primitive, std::size_t fileVertices,
                         const std::vector<std::uint32_t>& fileVertexOf,
                         const MeshAnimation& animation, bool flatNormals);

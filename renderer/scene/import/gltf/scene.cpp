@@ -57,7 +57,7 @@ constexpr std::size_t kMaxVariants = 1024;
 class GltfReader {
 public:
     GltfReader(std::string file, const SceneFolder& folder, const ImportLimits& limits)
-        : limits_(limits), document_(std::move(file), folder), textures_(folder, limits) {}
+        : limits_(limits), document_(std::move(file), folder, limits), textures_(folder, limits) {}
 
     Scene run(const ProgressCallback& progress) {
         checkVersionAndExtensions();

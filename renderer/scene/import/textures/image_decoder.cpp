@@ -1,7 +1,10 @@
 #include "scene/import/textures/image_decoder.h"
 
 #include "scene/import/base/types.h"
-#include "scene/import/textures/web_images.h"
+#include "scene/import/textures/avif_decoder.h"
+#include "scene/import/textures/image_size.h"
+#include "scene/import/textures/ktx2_texture.h"
+#include "scene/import/textures/webp_decoder.h"
 
 #include <tinyexr.h>
 #include <turbojpeg.h>
@@ -44,38 +47,10 @@ void rejectUnsupportedFormats(Bytes file) {
     if (file.size() > INT_MAX) {
         throw ImportError(Reason::limit, "the image file is too large");
     }
-    if (startsWith(file, "\xABKTX")) {
-        throw ImportError(Reason::unsupported, "KTX2 images are not supported");
+    if (startsWith(file, "\xABKTX 11")) {
+        throw ImportError(Reason::unsupported,
+                          "images in KTX files of version 1 are not supported");
     }
-}
-
-void checkSize(int width, int height, std::uint64_t maxPixels) {
-    if (width <= 0 || height <= 0) {
-        throw ImportError(Reason::malformed, "the image has no pixels");
-    }
-    if (static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) > maxPixels) {
-        throw ImportError(Reason::limit, "the image of " + std::to_string(width) + " x " +
-                                             std::to_string(height) + " pixels exceeds the limit");
-    }
-}
-
-// Subtracts the pixels from the scene's remaining allowance. Throws ImportError if it is too small.
-void spend(std::atomic<std::uint64_t>& pixelsLeft, std::uint64_t pixels) {
-    std::uint64_t left = pixelsLeft.load();
-    do {
-        if (left < pixels) {
-            throw ImportError(Reason::limit, "the scene's images have too many pixels in total");
-        }
-    } while (!pixelsLeft.compare_exchange_weak(left, left - pixels));
-}
-
-TextureImage sized(int width, int height) {
-    TextureImage image;
-    image.width = static_cast<std::uint32_t>(width);
-    image.height = static_cast<std::uint32_t>(height);
-    image.levels = 1;
-    image.texels.resize(std::size_t{4} * image.width * image.height);
-    return image;
 }
 
 // Nothing if TurboJPEG does not support the variant, for example CMYK.
@@ -90,12 +65,11 @@ std::optional<TextureImage> decodedByTurboJpeg(Bytes file, std::uint64_t maxPixe
                                         &subsampling, &colorSpace) != 0) {
         return std::nullopt;
     }
-    checkSize(width, height, maxPixels);
+    checkImageSize(width, height, maxPixels);
     if (colorSpace == TJCS_CMYK || colorSpace == TJCS_YCCK) {
         return std::nullopt;
     }
-    spend(pixelsLeft, static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
-    TextureImage image = sized(width, height);
+    TextureImage image = allottedImage(width, height, maxPixels, pixelsLeft);
     const int failed = tjDecompress2(decoder.get(), file.data(), file.size(), image.texels.data(),
                                      width, 0, height, TJPF_RGBA, 0);
     // After a warning (a truncated file) the image is usable.
@@ -114,14 +88,12 @@ TextureImage decodedByStb(Bytes file, std::uint64_t maxPixels,
     if (!stbi_info_from_memory(file.data(), length, &width, &height, &channels)) {
         throw ImportError(Reason::malformed, "the image is damaged or of an unknown format");
     }
-    checkSize(width, height, maxPixels);
-    spend(pixelsLeft, static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
+    TextureImage image = allottedImage(width, height, maxPixels, pixelsLeft);
     const std::unique_ptr<stbi_uc, StbDeleter> pixels(
         stbi_load_from_memory(file.data(), length, &width, &height, &channels, 4));
     if (!pixels) {
         throw ImportError(Reason::malformed, "the image is damaged");
     }
-    TextureImage image = sized(width, height);
     std::memcpy(image.texels.data(), pixels.get(), image.texels.size());
     return image;
 }
@@ -183,12 +155,9 @@ void checkHeader(std::span<const unsigned char> file, std::uint64_t maxPixels) {
 TextureImage decodedImage(Bytes file, std::uint64_t maxPixels,
                           std::atomic<std::uint64_t>& pixelsLeft) {
     rejectUnsupportedFormats(file);
-    const AdmitSize admit = [&](std::uint32_t width, std::uint32_t height) {
-        checkSize(static_cast<int>(width), static_cast<int>(height), maxPixels);
-        spend(pixelsLeft, std::uint64_t{width} * height);
-    };
-    if (isWebp(file)) return decodedWebp(file, admit);
-    if (isAvif(file)) return decodedAvif(file, admit);
+    if (isWebp(file)) return decodedWebp(file, maxPixels, pixelsLeft);
+    if (isKtx2(file)) return decodedKtx2(file, maxPixels, pixelsLeft);
+    if (isAvif(file)) return decodedAvif(file, maxPixels, pixelsLeft);
     if (startsWith(file, "\xFF\xD8")) {
         if (auto image = decodedByTurboJpeg(file, maxPixels, pixelsLeft)) {
             return std::move(*image);
@@ -223,7 +192,7 @@ RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
     if (!stbi_info_from_memory(file.data(), length, &width, &height, &channels)) {
         throw ImportError(Reason::malformed, "the .hdr image is damaged");
     }
-    checkSize(width, height, maxPixels);
+    checkImageSize(width, height, maxPixels);
     const std::unique_ptr<float, StbDeleter> pixels(
         stbi_loadf_from_memory(file.data(), length, &width, &height, &channels, 3));
     if (!pixels) {
