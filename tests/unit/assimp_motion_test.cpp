@@ -3,6 +3,8 @@
 #include "import_support.h"
 
 #include <gmock/gmock.h>
+#include <regex>
+#include <sstream>
 
 #include <numbers>
 
@@ -118,6 +120,20 @@ TEST(AssimpMotion, FbxSkeletonsStayConnected) {
         }
     }
     EXPECT_GT(furthest, 0.01 * worldBounds(scene, start).diagonal()) << "something moves";
+}
+
+// XML allows spaces before numbers, which some exporters write after every tag.
+TEST(Collada, SpacesBeforeNumbersChangeNothing) {
+    std::ifstream stream(ownScene("moving.dae"));
+    std::stringstream text;
+    text << stream.rdbuf();
+    const std::string spaced =
+        std::regex_replace(text.str(), std::regex(">(?=[-+.0-9])"), ">\n \t ");
+    ASSERT_NE(spaced, text.str());
+    const TemporaryFolder folder;
+    const Scene plain = importScene(folder.write("a/scene.dae", text.str()));
+    const Scene other = importScene(folder.write("b/scene.dae", spaced));
+    EXPECT_EQ(other.contentHash, plain.contentHash);
 }
 
 }  // namespace

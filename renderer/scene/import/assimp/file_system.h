@@ -6,9 +6,11 @@
 #include <assimp/MemoryIOWrapper.h>
 #include <assimp/IOSystem.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <string_view>
 
 namespace clerestory {
 
@@ -24,7 +26,11 @@ public:
             return nullptr;  // importers do not write
         }
         try {
-            const std::string content = folder_.read(name);
+            std::string content = folder_.read(name);
+            if (std::string_view(name).ends_with(".dae") ||
+                std::string_view(name).ends_with(".DAE")) {
+                content = withoutLeadingSpaces(content);
+            }
             auto* bytes = new std::uint8_t[content.size() + 1];
             std::memcpy(bytes, content.data(), content.size());
             return new Assimp::MemoryIOStream(bytes, content.size(), true);
@@ -36,6 +42,23 @@ public:
     void Close(Assimp::IOStream* stream) override { delete stream; }
 
 private:
+    // Assimp's reader of COLLADA rejects spaces between a tag and its first number, which XML
+    // allows.
+    static std::string withoutLeadingSpaces(std::string_view xml) {
+        constexpr std::string_view kSpaces = " \t\r\n", kNumber = "+-.0123456789";
+        std::string text;
+        text.reserve(xml.size());
+        for (std::size_t at = 0; at < xml.size();) {
+            const std::size_t end = std::min(xml.find('>', at), xml.size() - 1) + 1;
+            text.append(xml, at, end - at);
+            const std::size_t first = std::min(xml.find_first_not_of(kSpaces, end), xml.size());
+            const bool number =
+                first < xml.size() && kNumber.find(xml[first]) != std::string_view::npos;
+            at = number ? first : end;
+        }
+        return text;
+    }
+
     const SceneFolder& folder_;
 };
 
