@@ -48,6 +48,8 @@ using Bytes = std::string;  // file content
 
 // srgb8 images of 3 or 4 channels; alpha is ignored. quality 1..100.
 Bytes encodeJpeg(const Image& image, int quality, bool subsample420);
+// The same; lossy, at most 16383 pixels along an edge.
+Bytes encodeWebp(const Image& image, int quality);
 Bytes encodePng(const Image& image);  // srgb8, 1, 3 or 4 channels
 Bytes encodeNpy(const Image& image);  // float32, shape H x W x C (NPY version 1.0)
 Bytes encodeExr(const Image& image);  // float32; channels named Y, or R G B (A)

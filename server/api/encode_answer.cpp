@@ -52,13 +52,15 @@ std::string_view mediaType(OutputFormat format) {
             return "application/x-npy";
         case OutputFormat::exr:
             return "image/x-exr";
+        case OutputFormat::webp:
+            return "image/webp";
     }
     return "";
 }
 
 OutputFormat formatFor(const std::string& accept) {
-    for (const OutputFormat format :
-         {OutputFormat::jpeg, OutputFormat::png, OutputFormat::npy, OutputFormat::exr}) {
+    for (const OutputFormat format : {OutputFormat::jpeg, OutputFormat::png, OutputFormat::npy,
+                                      OutputFormat::exr, OutputFormat::webp}) {
         if (accepts(accept, mediaType(format))) return format;
     }
     return OutputFormat::jpeg;
@@ -75,6 +77,8 @@ Bytes encoded(const Image& image, const Output& output) {
             return encodeNpy(image);
         case OutputFormat::exr:
             return encodeExr(image);
+        case OutputFormat::webp:
+            return encodeWebp(image, static_cast<int>(output.quality));
     }
     return {};
 }

@@ -47,8 +47,8 @@ ordered_json withNotModified(ordered_json answers) {
 
 ordered_json frameAnswers() {
     ordered_json content = ordered_json::object();
-    for (const OutputFormat format :
-         {OutputFormat::jpeg, OutputFormat::png, OutputFormat::npy, OutputFormat::exr}) {
+    for (const OutputFormat format : {OutputFormat::jpeg, OutputFormat::png, OutputFormat::npy,
+                                      OutputFormat::exr, OutputFormat::webp}) {
         content[std::string(mediaType(format))] = binaryContent();
     }
     content["multipart/mixed"] = binaryContent();
@@ -138,16 +138,18 @@ ordered_json scenesPath() {
         return ordered_json{{"description", words}, {"content", jsonContent(reference("Scene"))}};
     };
     ordered_json content = ordered_json::object();
-    for (const char* type : {"model/gltf-binary", "model/gltf+json", "model/stl",
-                             "model/vnd.collada+xml", "application/zip",
-                             "application/x-tar", "application/gzip", "application/octet-stream"}) {
+    for (const char* type :
+         {"model/gltf-binary", "model/gltf+json", "model/stl", "model/vnd.collada+xml",
+          "application/zip", "application/x-tar", "application/gzip", "application/octet-stream"}) {
         content[type] = binaryContent();
     }
     path["post"] = {
         {"summary", "Uploads a scene, where uploads are allowed"},
         {"description",
-         "The body is a .glb file, a .gltf file with embedded data, a .fbx, .dae, .ply, .stl or .3ds "
-         "file, or an archive of one scene and its files. The id is derived from the content. Uploads are off (403) where "
+         "The body is a .glb file, a .gltf file with embedded data, a .fbx, .dae, .ply, .stl or "
+         ".3ds "
+         "file, or an archive of one scene and its files. The id is derived from the content. "
+         "Uploads are off (403) where "
          "limits.uploadBytes of GET /v1/renderer is 0. With Prefer: respond-async the answer is "
          "202 at once."},
         {"parameters", ordered_json::array({{{"name", "title"},

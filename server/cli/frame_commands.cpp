@@ -40,6 +40,7 @@ std::optional<OutputFormat> formatOf(const std::filesystem::path& file) {
     if (extension == ".png") return OutputFormat::png;
     if (extension == ".npy") return OutputFormat::npy;
     if (extension == ".exr") return OutputFormat::exr;
+    if (extension == ".webp") return OutputFormat::webp;
     return std::nullopt;
 }
 

@@ -22,7 +22,8 @@ FrameRequest channelRequest(const FrameRequest& frame, Channel channel) {
 std::string extensionOf(const std::string& type) {
     for (const auto& [format, extension] :
          {std::pair{OutputFormat::jpeg, ".jpg"}, std::pair{OutputFormat::png, ".png"},
-          std::pair{OutputFormat::npy, ".npy"}, std::pair{OutputFormat::exr, ".exr"}}) {
+          std::pair{OutputFormat::npy, ".npy"}, std::pair{OutputFormat::exr, ".exr"},
+          std::pair{OutputFormat::webp, ".webp"}}) {
         if (type == mediaType(format)) return extension;
     }
     return "";

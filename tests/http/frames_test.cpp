@@ -416,5 +416,21 @@ TEST(Frames, TheRequestIdIsEchoedOrMade) {
     EXPECT_NE(made, idFor(""));
 }
 
+TEST(Frames, MayBeWebp) {
+    auto client = sharedServer().client();
+    const auto named =
+        postJson(client, "/v1/frames", smallFrame(R"("output": {"format": "webp"})"));
+    ASSERT_EQ(named->status, 200) << named->body;
+    EXPECT_EQ(named->get_header_value("Content-Type"), "image/webp");
+    EXPECT_EQ(named->body.substr(0, 4) + named->body.substr(8, 4), "RIFFWEBP");
+    const auto accepted =
+        client.Post("/v1/frames", {{"Accept", "image/webp"}}, smallFrame(), "application/json");
+    EXPECT_EQ(accepted->body, named->body);
+    // What browsers send for a picture still gives a JPEG.
+    const auto any = client.Post("/v1/frames", {{"Accept", "image/avif,image/webp,*/*;q=0.8"}},
+                                 smallFrame(), "application/json");
+    EXPECT_EQ(any->get_header_value("Content-Type"), "image/jpeg");
+}
+
 }  // namespace
 }  // namespace clerestory::test

@@ -5,8 +5,10 @@
 
 #include <gtest/gtest.h>
 #include <tinyexr.h>
+#include <webp/decode.h>
 
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <future>
 #include <limits>
@@ -242,6 +244,45 @@ TEST(ImageThreads, EncodeLikeASingleThread) {
         }));
     }
     for (auto& result : results) EXPECT_TRUE(result.get());
+}
+
+// Read back by the library's decoder: near the original, nearer with more quality, smaller than
+// PNG.
+TEST(Webp, ComesBackNearTheOriginal) {
+    Image image = makeImage(97, 61, 4, PixelType::srgb8);
+    for (std::uint32_t y = 0; y < image.height; ++y) {
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            std::uint8_t* p = image.bytes() + 4 * (y * image.width + x);
+            p[0] = static_cast<std::uint8_t>(2 * x);
+            p[1] = static_cast<std::uint8_t>(4 * y);
+            p[2] = static_cast<std::uint8_t>(128 + x - y);
+            p[3] = 0;  // ignored
+        }
+    }
+    double before = 1e9;
+    for (const int quality : {10, 60, 95}) {
+        const Bytes file = encodeWebp(image, quality);
+        EXPECT_EQ(file, encodeWebp(image, quality)) << "the same bytes";
+        int width = 0, height = 0;
+        std::uint8_t* pixels = WebPDecodeRGB(reinterpret_cast<const std::uint8_t*>(file.data()),
+                                             file.size(), &width, &height);
+        ASSERT_TRUE(pixels);
+        ASSERT_EQ(width, 97);
+        ASSERT_EQ(height, 61);
+        double sum = 0.0;
+        for (std::size_t i = 0; i < 97 * 61; ++i) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                sum += std::abs(pixels[3 * i + k] - image.bytes()[4 * i + k]);
+            }
+        }
+        WebPFree(pixels);
+        const double mean = sum / (3 * 97 * 61);
+        EXPECT_LT(mean, 6.0) << quality;
+        EXPECT_LT(mean, before) << quality;
+        before = mean;
+    }
+    EXPECT_THROW(encodeWebp(makeImage(8, 8, 1, PixelType::srgb8), 80), std::invalid_argument);
+    EXPECT_THROW(encodeWebp(makeImage(8, 8, 3, PixelType::float32), 80), std::invalid_argument);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ namespace clerestory {
 enum class Convention { opengl, opencv };
 enum class PixelCenter { half, integer };
 enum class ToneMap { neutral, aces, linear };
-enum class OutputFormat { jpeg, png, npy, exr };
+enum class OutputFormat { jpeg, png, npy, exr, webp };
 enum class Subsampling { s420, s444 };
 enum class Channel { color, depth, normal, objectId, through };
 enum class Preset { draft, standard, fine };
@@ -307,10 +307,11 @@ void fields(Output& o, V&& visit) {
           Choice<OutputFormat>{{{"jpeg", OutputFormat::jpeg},
                                 {"png", OutputFormat::png},
                                 {"npy", OutputFormat::npy},
-                                {"exr", OutputFormat::exr}}},
+                                {"exr", OutputFormat::exr},
+                                {"webp", OutputFormat::webp}}},
           "file format; npy and exr hold float32, their color is linear radiance before tone "
           "mapping");
-    visit("quality", o.quality, Range{1, 100}, "JPEG quality factor");
+    visit("quality", o.quality, Range{1, 100}, "quality factor of JPEG and WebP");
     visit("subsampling", o.subsampling,
           Choice<Subsampling>{{{"4:2:0", Subsampling::s420}, {"4:4:4", Subsampling::s444}}},
           "JPEG chroma subsampling");
