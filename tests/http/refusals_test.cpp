@@ -147,7 +147,7 @@ const std::vector<WrongBody> kWrongBodies = {
     {R"({"toneMap": "filmic"})", 422, {"/toneMap"}},
     {R"({"accuracy": "best"})", 422, {"/accuracy"}},
     {R"({"accuracy": {"preset": "best"}})", 422, {"/accuracy/preset"}},
-    {R"({"output": {"format": "webp"}})", 422, {"/output/format"}},
+    {R"({"output": {"format": "gif"}})", 422, {"/output/format"}},
     {R"({"output": {"subsampling": "4:1:1"}})", 422, {"/output/subsampling"}},
     {R"({"camera": {"name": "no such camera"}})", 422, {"/camera/name"}},
     {R"({"environment": {"map": "no such map"}})", 422, {"/environment/map"}},
