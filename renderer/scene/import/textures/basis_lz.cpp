@@ -190,9 +190,9 @@ private:
 
 // The modifiers of ETC1: Khronos Data Format Specification, "ETC1 Compressed Texture Image
 // Formats".
-constexpr int kModifiers[8][4]{{-8, -2, 2, 8},       {-17, -5, 5, 17},    {-29, -9, 9, 29},
-                               {-42, -13, 13, 42},   {-60, -18, 18, 60},  {-80, -24, 24, 80},
-                               {-106, -33, 33, 106}, {-183, -47, 47, 183}};
+constexpr int kBasisModifiers[8][4]{{-8, -2, 2, 8},       {-17, -5, 5, 17},    {-29, -9, 9, 29},
+                                    {-42, -13, 13, 42},   {-60, -18, 18, 60},  {-80, -24, 24, 80},
+                                    {-106, -33, 33, 106}, {-183, -47, 47, 183}};
 
 // Into the colours of the image, or, from the green channel, into its alpha.
 void writeBlock(const Endpoint& endpoint, const Selectors& selectors, std::uint32_t blockX,
@@ -201,8 +201,8 @@ void writeBlock(const Endpoint& endpoint, const Selectors& selectors, std::uint3
     for (std::size_t s = 0; s < 4; ++s) {
         for (std::size_t c = 0; c < 3; ++c) {
             const int base = endpoint.color[c] << 3 | endpoint.color[c] >> 2;
-            colors[s][c] =
-                static_cast<std::uint8_t>(std::clamp(base + kModifiers[endpoint.table][s], 0, 255));
+            colors[s][c] = static_cast<std::uint8_t>(
+                std::clamp(base + kBasisModifiers[endpoint.table][s], 0, 255));
         }
     }
     for (std::uint32_t y = 4 * blockY; y < std::min(4 * blockY + 4, image.height); ++y) {

@@ -80,7 +80,7 @@ constexpr std::array<std::uint16_t, 19> kSplitTripleSeeds{
 constexpr std::array<std::uint16_t, 11> kTripleSeeds{260, 74, 32,  156, 183, 15,
                                                      745, 0,  335, 902, 254};
 
-struct Pattern {
+struct UastcPattern {
     std::uint32_t subsets = 1;
     std::array<std::uint8_t, 16> subsetOf{};
     std::array<std::uint8_t, 3> anchor{};  // the first texel of each subset
@@ -102,7 +102,7 @@ std::uint32_t hashOf(std::uint32_t p) {
     return p;
 }
 
-Pattern patternOf(std::uint32_t seed, std::uint32_t subsets) {
+UastcPattern patternOf(std::uint32_t seed, std::uint32_t subsets) {
     const std::uint32_t number = hashOf(seed + (subsets - 1) * 1024);
     const std::uint32_t many = subsets == 3 ? 6 : 5, few = (seed & 2) != 0 ? 4 : 5;
     const std::uint32_t shifts[2] = {(seed & 1) != 0 ? few : many, (seed & 1) != 0 ? many : few};
@@ -111,7 +111,7 @@ Pattern patternOf(std::uint32_t seed, std::uint32_t subsets) {
         const std::uint32_t digit = number >> 4 * i & 15;
         factor[i] = digit * digit >> shifts[i % 2];
     }
-    Pattern pattern{.subsets = subsets};
+    UastcPattern pattern{.subsets = subsets};
     std::array<bool, 3> seen{};
     for (std::uint32_t texel = 0; texel < 16; ++texel) {
         const std::uint32_t x = texel % 4 * 2, y = texel / 4 * 2;
@@ -128,15 +128,16 @@ Pattern patternOf(std::uint32_t seed, std::uint32_t subsets) {
 }
 
 template <std::size_t N>
-std::vector<Pattern> patternsOf(const std::array<std::uint16_t, N>& seeds, std::uint32_t subsets) {
-    std::vector<Pattern> patterns;
+std::vector<UastcPattern> patternsOf(const std::array<std::uint16_t, N>& seeds,
+                                     std::uint32_t subsets) {
+    std::vector<UastcPattern> patterns;
     patterns.reserve(N);
     for (const std::uint32_t seed : seeds) patterns.push_back(patternOf(seed, subsets));
     return patterns;
 }
 
-const std::vector<Pattern>& patternsIn(PatternList list) {
-    static const std::vector<Pattern> kNone{Pattern{}},
+const std::vector<UastcPattern>& patternsIn(PatternList list) {
+    static const std::vector<UastcPattern> kNone{UastcPattern{}},
         kPairs = patternsOf(kPairSeeds, 2), kSplitTriples = patternsOf(kSplitTripleSeeds, 2),
         kTriples = patternsOf(kTripleSeeds, 3);
     return list == PatternList::pairs          ? kPairs
@@ -248,7 +249,7 @@ std::optional<UastcTexels> decodedUastc(std::span<const unsigned char, kUastcBlo
                                 : mode.patterns == PatternList::triples ? bits.take(4)
                                                                         : bits.take(5);
     if (index >= patterns.size()) return std::nullopt;
-    const Pattern& pattern = patterns[index];
+    const UastcPattern& pattern = patterns[index];
     // The channel that the second plane has the weights of.
     const std::uint32_t separate = !mode.dualPlane ? 4 : mode.components == 2 ? 3 : bits.take(2);
     const std::uint32_t perSubset = 2u * mode.components;
