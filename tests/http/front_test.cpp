@@ -447,6 +447,23 @@ TEST(Front, HandlersLearnThatTheClientDisconnected) {
     EXPECT_TRUE(soon([&] { return server.counters().open == 0; }));
 }
 
+// One with a limit of ten minutes stays.
+TEST(Front, AConnectionWithoutRequestsIsClosedAtTheLimit) {
+    LocalHttpServer server;
+    HttpLimits patient = quickLimits();
+    patient.idle = milliseconds(600000);
+    LocalHttpServer other(patient);
+    RawClient client(server.port()), kept(other.port());
+    for (RawClient* each : {&client, &kept}) {
+        each->send(get("/a"));
+        EXPECT_EQ(bodyOf(each->answer(10)), "GET /a ");
+    }
+    EXPECT_TRUE(client.endsWithin(60)) << "after 0.7 s";
+    EXPECT_FALSE(kept.endsWithin(0.2));
+    kept.send(get("/b"));
+    EXPECT_EQ(bodyOf(kept.answer(10)), "GET /b ");
+}
+
 TEST(Front, TheLongestIdleConnectionIsClosed) {
     HttpLimits limits = quickLimits();
     limits.connections = 16;
