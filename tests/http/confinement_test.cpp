@@ -5,17 +5,14 @@
 
 #include "scene/import/sandbox/jail.h"
 #include "tests/bench/process_tree.h"
+#include "tests/support/confinement.h"
 #include "tests/support/server_process.h"
 
 #include <gtest/gtest.h>
 
 #include <fcntl.h>
-#include <linux/filter.h>
-#include <linux/landlock.h>
-#include <linux/seccomp.h>
 #include <sched.h>
 #include <sys/mount.h>
-#include <sys/prctl.h>
 #include <sys/ptrace.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -26,9 +23,7 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <cerrno>
 #include <csignal>
-#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -141,24 +136,6 @@ int inChild(Work work) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
 }
 
-// From now on this process is on a kernel without landlock, as older ones and containers are.
-bool removeLandlock() {
-    sock_filter program[] = {
-        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_landlock_create_ruleset, 0, 1),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
-    };
-    const sock_fprog filter{.len = std::size(program), .filter = program};
-    return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
-           prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0) == 0;
-}
-
-struct Circumstances {
-    bool asOrdinaryUser = false;
-    bool withoutLandlock = false;
-};
-
 bool isEnforced(By by, const JailSupport& support) {
     switch (by) {
         case By::filter:
@@ -181,8 +158,7 @@ void tryAll(const Circumstances& circumstances) {
         const auto attemptIn = [&](bool confined) {
             return inChild([&] {
                 handleOfParent = static_cast<int>(syscall(SYS_pidfd_open, getppid(), 0));
-                if (circumstances.asOrdinaryUser && setuid(65534) != 0) return 4;
-                if (circumstances.withoutLandlock && !removeLandlock()) return 6;
+                if (!enter(circumstances)) return 4;
                 // A thread that exists before, as those of libraries may.
                 std::atomic<int> state{0};
                 bool succeedsInThread = false;

@@ -169,6 +169,33 @@ TEST(Jobs, OldResultsAreEvicted) {
     EXPECT_THROW(jobs.find(first), RequestError);
 }
 
+// By their size as well: pictures can be large. The newest one stays whatever its size.
+TEST(Jobs, OldResultsAreEvictedBySize) {
+    Jobs jobs(1);
+    const auto withPicture = [](std::size_t megabytes) {
+        return simply([megabytes](const JobControl&) {
+            return JobResult{.value = {},
+                             .pictures = {{"image/png", std::string(megabytes << 20, 'x')}}};
+        });
+    };
+    const std::string small = jobs.start(withPicture(1), "").id;
+    ended(jobs, small);
+    const std::string first = jobs.start(withPicture(100), "").id;
+    ended(jobs, first);
+    const std::string second = jobs.start(withPicture(100), "").id;
+    ended(jobs, second);
+    EXPECT_TRUE(jobs.lookUp(small)) << "201 MB";
+    const std::string third = jobs.start(withPicture(100), "").id;
+    ended(jobs, third);
+    EXPECT_FALSE(jobs.lookUp(small)) << "more than 256 MB";
+    EXPECT_FALSE(jobs.lookUp(first));
+    EXPECT_TRUE(jobs.lookUp(second));
+    const std::string huge = jobs.start(withPicture(300), "").id;
+    EXPECT_EQ(ended(jobs, huge).state, JobState::done);
+    EXPECT_TRUE(jobs.lookUp(huge));
+    EXPECT_FALSE(jobs.lookUp(third));
+}
+
 TEST(Jobs, StoppingCancelsRunningJobs) {
     BlockingWork gate;
     bool cancelled = false;

@@ -1,5 +1,6 @@
 // The importer's sandbox: a process in it tries what exploited reader code would try.
 #include "scene/import/sandbox/jail.h"
+#include "tests/support/confinement.h"
 
 #include <gtest/gtest.h>
 
@@ -137,8 +138,20 @@ protected:
         std::filesystem::path(CLERESTORY_TEST_OUTPUT) / "jail" / "scene";
 };
 
-TEST_F(ImportSandbox, DeniesEverythingElse) {
-    const JailSupport support = jailSupport();
+class ImportSandboxIn : public ImportSandbox, public testing::WithParamInterface<Circumstances> {};
+INSTANTIATE_TEST_SUITE_P(, ImportSandboxIn,
+                         testing::Values(Circumstances{}, Circumstances{.asOrdinaryUser = true},
+                                         Circumstances{.withoutLandlock = true}),
+                         [](const auto& row) {
+                             return row.param.asOrdinaryUser    ? "AsOrdinaryUser"
+                                    : row.param.withoutLandlock ? "WithoutLandlock"
+                                                                : "AsItIs";
+                         });
+
+TEST_P(ImportSandboxIn, EverythingElseIsDenied) {
+    JailSupport support = jailSupport();
+    if (GetParam().withoutLandlock) support.landlock = 0;
+    if (GetParam().asOrdinaryUser && getuid() != 0) GTEST_SKIP() << "the tests run as one";
     if (support.landlock == 0) std::printf("this kernel has no landlock\n");
     int tried = 0;
     for (const Attempt& attempt : kAttempts) {
@@ -146,8 +159,8 @@ TEST_F(ImportSandbox, DeniesEverythingElse) {
         if (!enforced) continue;
         ++tried;
         const int code = inChild([&] {
-            if (chdir(folder.c_str()) != 0) return 3;
-            enterJail(folder);
+            if (chdir(folder.c_str()) != 0 || !enter(GetParam())) return 3;
+            if (enterJail(folder).landlock != support.landlock) return 4;
             if (attempt.succeeds()) return 1;
             // Threads that start later are confined, too.
             bool succeedsInThread = false;
