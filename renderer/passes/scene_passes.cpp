@@ -181,6 +181,22 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
     input.target().resolve();
 }
 
+namespace {
+
+// Binds a tile of the target and what its draws read. Returns the place of their records.
+std::uint32_t beginTile(PassResources& resources, const PassInput& input, const PassView& view,
+                        const gl::Rect& tile, const std::vector<Draw>& draws) {
+    resources.draws.begin(input.scene->scene(), input.pose, view.view, input.plan.mapFromWorld,
+                          input.plan.lights);
+    const std::uint32_t records = resources.draws.add(draws);
+    resources.draws.upload();
+    bindView(resources, input, view, input.plan.mapFromWorld);
+    input.target().drawn().bindPart(tile);
+    return records;
+}
+
+}  // namespace
+
 void execute(PassResources& resources, const PassInput& input, const DrawShadow& work) {
     constexpr DrawProgram kOpaque{.vertex = "depth.vert",
                                   .fragment = "depth.frag",
@@ -193,13 +209,8 @@ void execute(PassResources& resources, const PassInput& input, const DrawShadow&
                                   .variant = CHANNEL_DEPTH,
                                   .backFaces = true};
     const PassView view{.view = work.view};
-    resources.draws.begin(input.scene->scene(), input.pose, work.view, input.plan.mapFromWorld,
-                          input.plan.lights);
-    const std::uint32_t records = resources.draws.add(work.draws);
-    resources.draws.upload();
-    bindView(resources, input, view, input.plan.mapFromWorld);
     const gl::Rect tile = glRect(work.tile);
-    input.target().drawn().bindPart(tile);
+    const std::uint32_t records = beginTile(resources, input, view, tile, work.draws);
     gl::apply(
         gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .colorWrite = false});
     gl::clearDepth(tile);
@@ -221,13 +232,8 @@ void execute(PassResources& resources, const PassInput& input, const DrawShadowT
                     FEATURE_TRANSMISSION_MAP | FEATURE_THICKNESS_MAP | FEATURE_DEFAULT_NUMBERS |
                     FEATURE_METALLIC_ROUGHNESS_MAP | FEATURE_PACKED_NORMAL};
     const PassView view{.view = work.view};
-    resources.draws.begin(input.scene->scene(), input.pose, work.view, input.plan.mapFromWorld,
-                          input.plan.lights);
-    const std::uint32_t records = resources.draws.add(work.draws);
-    resources.draws.upload();
-    bindView(resources, input, view, input.plan.mapFromWorld);
     const gl::Rect tile = glRect(work.tile);
-    input.target().drawn().bindPart(tile);
+    const std::uint32_t records = beginTile(resources, input, view, tile, work.draws);
     gl::apply(gl::State{.blending = gl::Blending::attenuate});
     gl::clearColor(tile, {1.0f, 1.0f, 1.0f, 0.0f});
     drawAll(resources, input, view, work.draws, records, kTint);

@@ -7,7 +7,7 @@
 #include <bitset>
 #include <cmath>
 #include <limits>
-#include <utility>
+#include <vector>
 
 namespace clerestory {
 namespace {
@@ -30,27 +30,6 @@ std::optional<DefaultView> viewThrough(const Camera& camera, const Pose& pose,
     const double minDistance =
         bounds.empty() ? 1.0 : 0.01 * std::max(1e-6, double{bounds.diagonal()});
     return DefaultView{eye, eye + std::max(middle, minDistance) * forward, camera.yfov};
-}
-
-// Calls visit(a, b, c) with the corners of every triangle in world space.
-template <class Visit>
-void forEachTriangle(const Scene& scene, const Pose& pose, const Visit& visit) {
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[instance.mesh];
-        const MeshVertices vertices = verticesOf(scene, pose, mesh);
-        const glm::dmat4& worldFromMesh = pose.worldFromNode[instance.node];
-        const auto corner = [&](std::uint32_t index) {
-            const glm::dvec4 position(vertices[scene.indices[index]].position, 1.0);
-            return glm::dvec3(worldFromMesh * position);
-        };
-        for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
-            const Cluster& cluster = scene.clusters[mesh.firstCluster + k];
-            for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
-                const std::uint32_t first = cluster.firstIndex + i;
-                visit(corner(first), corner(first + 1), corner(first + 2));
-            }
-        }
-    }
 }
 
 // At time 0 and at other times of the default clips.
@@ -163,9 +142,10 @@ double coveredShare(const Scene& scene, const Pose& pose, const DefaultView& vie
         return glm::dvec3(glm::dot(v, axes.right), glm::dot(v, axes.up), glm::dot(v, axes.back));
     };
     Coverage coverage(view.yfov);
-    forEachTriangle(scene, pose, [&](const auto& a, const auto& b, const auto& c) {
-        coverage.add(inCamera(a), inCamera(b), inCamera(c));
-    });
+    const std::vector<glm::dvec3> corners = cornersOf(scene, pose);
+    for (std::size_t i = 0; i < corners.size(); i += 3) {
+        coverage.add(inCamera(corners[i]), inCamera(corners[i + 1]), inCamera(corners[i + 2]));
+    }
     return coverage.share();
 }
 

@@ -25,8 +25,8 @@ ViewAxes uprightAxes(const glm::dvec3& back);
 // +X; elevation: radians above the horizon, from -pi/2 to pi/2.
 glm::dvec3 directionTo(double azimuth, double elevation);
 
-// World positions of the corners of all triangles of the instances that `chosen` marks; an empty
-// list marks all. Of more than `most` corners, evenly many are taken.
+// World positions of the corners, three for each triangle of the instances that `chosen` marks; an
+// empty list marks all. Of more than `most` corners, those of every n-th triangle.
 std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose,
                                   const std::vector<bool>& chosen = {},
                                   std::size_t most = 4'000'000);

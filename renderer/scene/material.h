@@ -56,7 +56,7 @@ struct TextureImage {
     // R and A are x and y of unit normals, each from -1 to 1; see packNormals().
     bool packedNormal = false;
     glm::vec4 mean{1.0f};  // of all texels, linear light; alpha too
-    // Root mean square of the slopes if the texels are normals of a normal map; 0 for colours.
+    // Root mean square of the slopes of a normal map; 0 for other images. See packNormals().
     float slope = 0.0f;
     std::vector<std::uint8_t> texels;
 };

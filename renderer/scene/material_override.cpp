@@ -9,16 +9,6 @@
 namespace clerestory {
 namespace {
 
-// For each node whether it or an ancestor has the name. Parents precede their children.
-std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name) {
-    std::vector<bool> chosen(scene.nodes.size());
-    for (std::size_t i = 0; i < chosen.size(); ++i) {
-        const Node& node = scene.nodes[i];
-        chosen[i] = node.name == name || (node.parent != kNone && chosen[node.parent]);
-    }
-    return chosen;
-}
-
 // For each instance the indices of the overrides that select it, in order.
 std::vector<std::vector<std::uint32_t>> choicesOf(const Scene& scene,
                                                   const std::vector<Index>& materialOfInstance,

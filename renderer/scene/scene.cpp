@@ -63,6 +63,16 @@ void addMotion(ContentHash& h, const Scene& scene) {
 
 }  // namespace
 
+// Parents precede their children.
+std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name) {
+    std::vector<bool> chosen(scene.nodes.size());
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+        const Node& node = scene.nodes[i];
+        chosen[i] = node.name == name || (node.parent != kNone && chosen[node.parent]);
+    }
+    return chosen;
+}
+
 std::uint64_t triangleCount(const Scene& scene) {
     std::uint64_t triangles = 0;
     for (const Instance& instance : scene.instances)

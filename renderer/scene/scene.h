@@ -194,6 +194,9 @@ std::vector<Index> defaultClips(const Scene& scene);
 std::optional<std::vector<Index>> clipsNamed(const Scene& scene,
                                              const std::optional<std::string>& name);
 
+// For each node whether it or an ancestor has the name.
+std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name);
+
 // For each node whether a clip moves it; for each instance whether its node moves or its mesh
 // deforms.
 std::vector<bool> nodesThatMove(const Scene& scene);

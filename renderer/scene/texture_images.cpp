@@ -162,10 +162,19 @@ float slopeOf(const TextureImage& image) {
     return static_cast<float>(std::sqrt(std::max(mean - kRounding, 0.0)));
 }
 
+void measureSlopes(Scene& scene) {
+    std::vector<bool> measured(scene.images.size());
+    for (const Material& m : scene.materials) {
+        if (!m.normalTexture.present()) continue;
+        const Index image = scene.textures[m.normalTexture.texture].image;
+        if (!measured[image]) scene.images[image].slope = slopeOf(scene.images[image]);
+        measured[image] = true;
+    }
+}
+
 }  // namespace
 
 void buildLevels(TextureImage& image) {
-    image.slope = image.colorSpace == ColorSpace::linear ? slopeOf(image) : 0.0f;
     image.hasAlpha = false;
     for (std::size_t i = 3; i < 4ull * image.width * image.height; i += 4) {
         if (image.texels[i] != 255) {
@@ -197,6 +206,7 @@ void buildLevels(TextureImage& image) {
 }
 
 void packNormals(Scene& scene) {
+    measureSlopes(scene);
     const std::vector<Index> partners = partnersOf(scene);
     std::vector<Index> pairs;  // the normal maps
     for (Index i = 0; i < partners.size(); ++i) {

@@ -18,6 +18,7 @@ void buildLevels(TextureImage& image);
 // glTF. Applies only to pairs of linear images of equal size, if the normal map has no other use
 // and every material that uses it samples the other map with the same coordinates, transform and
 // sampler.
+// First sets TextureImage::slope of every normal map.
 void packNormals(Scene& scene);
 
 }  // namespace clerestory

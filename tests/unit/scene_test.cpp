@@ -23,17 +23,22 @@ TEST(TextureImages, SlopesOfNormalMapsAreRootMeanSquares) {
         }
         image.texels.push_back(255);
     }
-    TextureImage color = image, flat = image;
-    buildLevels(image);
-    EXPECT_NEAR(image.slope, 0.4 / std::sqrt(2.0), 3e-3);
-    color.colorSpace = ColorSpace::srgb;
-    buildLevels(color);
-    EXPECT_EQ(color.slope, 0.0f);
-    for (std::size_t i = 0; i < flat.texels.size(); ++i) {
-        flat.texels[i] = i % 4 < 2 ? 128 : 255;  // as editors write an even surface
+    const auto slopeOf = [](TextureImage texels, bool isNormalMap) {
+        Scene scene;
+        buildLevels(texels);
+        scene.images.push_back(std::move(texels));
+        scene.textures.push_back({.image = 0});
+        Material& m = scene.materials.emplace_back();
+        (isNormalMap ? m.normalTexture : m.metallicRoughnessTexture).texture = 0;
+        packNormals(scene);
+        return scene.images[0].slope;
+    };
+    EXPECT_NEAR(slopeOf(image, true), 0.4 / std::sqrt(2.0), 3e-3);
+    EXPECT_EQ(slopeOf(image, false), 0.0f) << "not a normal map";
+    for (std::size_t i = 0; i < image.texels.size(); ++i) {
+        image.texels[i] = i % 4 < 2 ? 128 : 255;  // as editors write an even surface
     }
-    buildLevels(flat);
-    EXPECT_EQ(flat.slope, 0.0f);
+    EXPECT_EQ(slopeOf(image, true), 0.0f);
 }
 
 TEST(Pose, ChildrenFollowTheirParents) {

@@ -222,25 +222,28 @@ std::uint64_t keyOf(std::string_view name, const Stage& stage, const std::vector
     return hash.value();
 }
 
-// A pass for each picture. scale: how much smaller than the shadow map the target is.
+// A target for which every light draws its pictures.
+struct PictureTarget {
+    TargetId id = kNoTarget;
+    std::uint32_t scale = 1;  // how much smaller than the shadow map it is
+    std::string passes;       // the beginning of their names
+    std::string reason;
+};
+
 template <class WorkOf>
-void addPictures(PlanBuilder& builder, const std::vector<Shadow>& shadows, TargetId target,
-                 std::uint32_t scale, WorkOf workOf) {
+void addPictures(PlanBuilder& builder, const std::vector<Shadow>& shadows,
+                 const PictureTarget& target, WorkOf workOf) {
     for (const Shadow& shadow : shadows) {
-        const std::uint32_t edge = shadow.edge / scale;
+        const std::uint32_t edge = shadow.edge / target.scale;
         for (std::uint32_t i = 0; i < shadow.views.size(); ++i) {
-            const TargetRect tile{shadow.first.x / scale + i % 3 * edge,
-                                  shadow.first.y / scale + i / 3 * edge, edge, edge};
-            auto work = workOf(shadow.views[i], tile);
-            const std::string prefix = scale == 1 ? "shadows:light" : "shadowTints:light";
-            builder.addPass(
-                {.name = prefix + std::to_string(shadow.light),
-                 .subject = Subject{Subject::Kind::lights},
-                 .effect = Effect::shadows,
-                 .target = target,
-                 .reason = scale == 1 ? "what the light sees, for the shadows of everything else"
-                                      : "what glass and blended surfaces leave of the light",
-                 .work = std::move(work)});
+            const TargetRect tile{shadow.first.x / target.scale + i % 3 * edge,
+                                  shadow.first.y / target.scale + i / 3 * edge, edge, edge};
+            builder.addPass({.name = target.passes + std::to_string(shadow.light),
+                             .subject = Subject{Subject::Kind::lights},
+                             .effect = Effect::shadows,
+                             .target = target.id,
+                             .reason = target.reason,
+                             .work = workOf(shadow.views[i], tile)});
         }
     }
 }
@@ -307,7 +310,11 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     if (context.resident.keys.contains(spec.residentKey)) {
         builder.skip(subject, Effect::shadows, "resident and unchanged");
     } else {
-        addPictures(builder, shadows, target, 1, [&](const View& view, const TargetRect& tile) {
+        const PictureTarget map{
+            .id = target,
+            .passes = "shadows:light",
+            .reason = "what the light sees, for the shadows of everything else"};
+        addPictures(builder, shadows, map, [&](const View& view, const TargetRect& tile) {
             return DrawShadow{view, tile, drawsFrom(stage, view, casts, featuresOfCaster)};
         });
     }
@@ -321,10 +328,13 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
             .residentKey = keyOf("shadow tints", stage, shadows)};
     plan.shadowTints = builder.addTarget(spec);
     if (context.resident.keys.contains(spec.residentKey)) return;
-    addPictures(
-        builder, shadows, plan.shadowTints, 2, [&](const View& view, const TargetRect& tile) {
-            return DrawShadowTint{view, tile, drawsFrom(stage, view, tints, featuresOfTint)};
-        });
+    const PictureTarget map{.id = plan.shadowTints,
+                            .scale = 2,
+                            .passes = "shadowTints:light",
+                            .reason = "what glass and blended surfaces leave of the light"};
+    addPictures(builder, shadows, map, [&](const View& view, const TargetRect& tile) {
+        return DrawShadowTint{view, tile, drawsFrom(stage, view, tints, featuresOfTint)};
+    });
 }
 
 }  // namespace clerestory

@@ -243,6 +243,17 @@ void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage) {
     addRayScene(hash, stage);
 }
 
+namespace {
+
+void addTile(PlanHash& hash, const TargetRect& tile) {
+    hash.add(tile.x);
+    hash.add(tile.y);
+    hash.add(tile.width);
+    hash.add(tile.height);
+}
+
+}  // namespace
+
 std::string_view DrawShadow::knobs() const {
     return "/effects/shadows, /accuracy";
 }
@@ -250,12 +261,8 @@ std::uint64_t DrawShadow::shadedSamples(const TargetSpec&, const FramePlan&) con
     return 0;  // depth only
 }
 void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage) {
-    const auto& [view, tile, draws] = work;
-    hash.add(tile.x);
-    hash.add(tile.y);
-    hash.add(tile.width);
-    hash.add(tile.height);
-    addDrawnView(hash, view, {draws}, stage);
+    addTile(hash, work.tile);
+    addDrawnView(hash, work.view, {work.draws}, stage);
 }
 
 std::string_view DrawShadowTint::knobs() const {
@@ -265,12 +272,8 @@ std::uint64_t DrawShadowTint::shadedSamples(const TargetSpec&, const FramePlan&)
     return 0;  // resident, and small next to a picture
 }
 void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage) {
-    const auto& [view, tile, draws] = work;
-    hash.add(tile.x);
-    hash.add(tile.y);
-    hash.add(tile.width);
-    hash.add(tile.height);
-    addDrawnView(hash, view, {draws}, stage);
+    addTile(hash, work.tile);
+    addDrawnView(hash, work.view, {work.draws}, stage);
 }
 
 std::string_view DrawBackFaces::knobs() const {

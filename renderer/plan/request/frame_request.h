@@ -157,7 +157,7 @@ void fields(Intrinsics& i, V&& visit) {
 template <class V>
 void fields(FitRequest& f, V&& visit) {
     visit("node", f.node, Text{256}, "name of a node: what is at or below it");
-    visit("material", f.material, Text{256}, "name of a material: what has it");
+    visit("material", f.material, Text{256}, "name of a material: what has it without a variant");
     visit("azimuth", f.azimuth, Range{-1e3, 1e3, "radians"},
           "direction of the camera about +Y: 0 is +Z, a quarter turn is +X");
     visit("elevation", f.elevation, Range{-1.5707964, 1.5707964, "radians"},

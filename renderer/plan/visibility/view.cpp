@@ -66,15 +66,13 @@ PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose
 
 // Which instances a name of a node, or of a material, or both choose.
 std::vector<bool> chosenBy(const FitRequest& fit, const Scene& scene) {
-    std::vector<bool> nodes(scene.nodes.size(), !fit.node);
-    for (std::size_t i = 0; fit.node && i < nodes.size(); ++i) {
-        const Node& node = scene.nodes[i];
-        nodes[i] = node.name == *fit.node || (node.parent != kNone && nodes[node.parent]);
-    }
+    std::vector<bool> nodes;
+    if (fit.node) nodes = nodesAtOrBelow(scene, *fit.node);
     std::vector<bool> chosen;
     for (const Instance& instance : scene.instances) {
         const std::string& material = scene.materials[instance.material].name;
-        chosen.push_back(nodes[instance.node] && (!fit.material || material == *fit.material));
+        chosen.push_back((!fit.node || nodes[instance.node]) &&
+                         (!fit.material || material == *fit.material));
     }
     if (std::find(chosen.begin(), chosen.end(), true) != chosen.end()) return chosen;
     const auto names = fit.node ? namesOf(scene.nodes) : namesOf(scene.materials);

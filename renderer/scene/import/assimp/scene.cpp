@@ -4,6 +4,7 @@
 #include "scene/import/assimp/parts.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/mesh_builder.h"
+#include "scene/srgb.h"
 
 #include <assimp/BaseImporter.h>
 #include <assimp/config.h>
@@ -63,10 +64,6 @@ glm::dmat4 frameAlong(const glm::dvec3& position, glm::dvec3 direction, glm::dve
     frame[2] = glm::dvec4(-direction, 0.0);
     frame[3] = glm::dvec4(position, 1.0);
     return frame;
-}
-
-float linearChannel(float c) {  // IEC 61966-2-1
-    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
 }
 
 // FBX has a unit in centimetres, which Assimp does not apply. Assimp applies the unit of COLLADA;
@@ -174,7 +171,7 @@ private:
     // Vertex colours are sRGB in OBJ and PLY, linear in other formats.
     glm::vec4 color(const aiColor4D& c) const {
         return colorsAreSrgb_
-                   ? glm::vec4(linearChannel(c.r), linearChannel(c.g), linearChannel(c.b), c.a)
+                   ? glm::vec4(linearFromSrgb(c.r), linearFromSrgb(c.g), linearFromSrgb(c.b), c.a)
                    : glm::vec4(c.r, c.g, c.b, c.a);
     }
 

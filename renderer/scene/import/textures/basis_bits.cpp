@@ -11,6 +11,19 @@ void damagedBasis(const char* what) {
                       std::string("the KTX2 texture is damaged: ") + what);
 }
 
+std::uint64_t numberIn(std::span<const unsigned char> bytes, std::uint64_t at, std::size_t size) {
+    if (at > bytes.size() || size > bytes.size() - at) damagedBasis("its header ends early");
+    std::uint64_t value = 0;
+    for (std::size_t i = size; i-- > 0;) value = value << 8 | bytes[at + i];
+    return value;
+}
+
+std::span<const unsigned char> partOf(std::span<const unsigned char> bytes, std::uint64_t at,
+                                      std::uint64_t size) {
+    if (at > bytes.size() || size > bytes.size() - at) damagedBasis("a part of it is missing");
+    return bytes.subspan(at, size);
+}
+
 std::uint32_t BasisBits::take(std::uint32_t count) {
     std::uint32_t value = 0;
     for (std::uint32_t i = 0; i < count; ++i) value |= bit() << i;

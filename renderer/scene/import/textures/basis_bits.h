@@ -13,6 +13,11 @@ namespace clerestory {
 // Throws ImportError: the texture is damaged.
 [[noreturn]] void damagedBasis(const char* what);
 
+// A little-endian number of up to 8 bytes, and a part. Throw ImportError outside of `bytes`.
+std::uint64_t numberIn(std::span<const unsigned char> bytes, std::uint64_t at, std::size_t size);
+std::span<const unsigned char> partOf(std::span<const unsigned char> bytes, std::uint64_t at,
+                                      std::uint64_t size);
+
 // Reads fields from the least significant bit of each byte upwards. Throws ImportError at the end.
 class BasisBits {
 public:

@@ -13,18 +13,6 @@ namespace {
 
 using BasisSpan = std::span<const unsigned char>;
 
-std::uint32_t numberAt(BasisSpan bytes, std::size_t at, std::size_t size) {
-    if (at > bytes.size() || size > bytes.size() - at) damagedBasis("its header ends early");
-    std::uint32_t value = 0;
-    for (std::size_t i = size; i-- > 0;) value = value << 8 | bytes[at + i];
-    return value;
-}
-
-BasisSpan partOf(BasisSpan bytes, std::size_t at, std::size_t size) {
-    if (at > bytes.size() || size > bytes.size() - at) damagedBasis("a part of it is missing");
-    return bytes.subspan(at, size);
-}
-
 struct Endpoint {
     std::array<std::uint8_t, 3> color{};  // 5 bits each
     std::uint8_t table = 0;               // of modifiers
@@ -224,11 +212,11 @@ void writeBlock(const Endpoint& endpoint, const Selectors& selectors, std::uint3
 void decodeBasisLz(BasisSpan globalData, BasisSpan level, std::uint32_t imageCount,
                    TextureImage& image) {
     constexpr std::size_t kHeader = 20, kImageHeader = 20;
-    const std::uint32_t endpointCount = numberAt(globalData, 0, 2),
-                        selectorCount = numberAt(globalData, 2, 2);
+    const auto endpointCount = static_cast<std::uint32_t>(numberIn(globalData, 0, 2)),
+               selectorCount = static_cast<std::uint32_t>(numberIn(globalData, 2, 2));
     std::size_t at = kHeader + std::size_t{imageCount} * kImageHeader;
     const auto nextPart = [&](std::size_t lengthField) {
-        const std::size_t size = numberAt(globalData, lengthField, 4);
+        const std::size_t size = numberIn(globalData, lengthField, 4);
         const BasisSpan part = partOf(globalData, at, size);
         at += size;
         return part;
@@ -240,7 +228,7 @@ void decodeBasisLz(BasisSpan globalData, BasisSpan level, std::uint32_t imageCou
     for (const bool alpha : {false, true}) {
         const std::size_t field = kHeader + (alpha ? 12 : 4);
         const BasisSpan slice =
-            partOf(level, numberAt(globalData, field, 4), numberAt(globalData, field + 4, 4));
+            partOf(level, numberIn(globalData, field, 4), numberIn(globalData, field + 4, 4));
         if (alpha && slice.empty()) break;
         const std::uint32_t width = (image.width + 3) / 4, height = (image.height + 3) / 4;
         SliceDecoder decoder(slice, codes, endpointCount, selectorCount, width);

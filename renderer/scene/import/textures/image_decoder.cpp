@@ -5,6 +5,7 @@
 #include "scene/import/textures/image_size.h"
 #include "scene/import/textures/ktx2_texture.h"
 #include "scene/import/textures/webp_decoder.h"
+#include "scene/srgb.h"
 
 #include <tinyexr.h>
 #include <turbojpeg.h>
@@ -98,11 +99,6 @@ TextureImage decodedByStb(Bytes file, std::uint64_t maxPixels,
     return image;
 }
 
-float linearFromCode(int code) {  // IEC 61966-2-1
-    const float c = static_cast<float>(code) / 255.0f;
-    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-}
-
 // OpenEXR images, decoded by tinyexr after checks of the header.
 
 // Largest number of channels: tinyexr decodes all of them.
@@ -176,7 +172,8 @@ RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
         const TextureImage image = decodedImage(file, maxPixels, allowance);
         std::array<float, 256> linear{};
         for (int code = 0; code < 256; ++code) {
-            linear[static_cast<std::size_t>(code)] = linearFromCode(code);
+            linear[static_cast<std::size_t>(code)] =
+                linearFromSrgb(static_cast<float>(code) / 255.0f);
         }
         radiance = {image.width, image.height, {}};
         radiance.texels.reserve(image.texels.size() / 4);

@@ -23,19 +23,7 @@ using Ktx2Span = std::span<const unsigned char>;
                       "KTX2 textures with " + what + " are not supported");
 }
 
-// Little-endian. The offsets below are those of the KTX File Format Specification 2.0.
-std::uint64_t headerField(Ktx2Span file, std::size_t at, std::size_t size) {
-    if (at > file.size() || size > file.size() - at) damagedBasis("its header ends early");
-    std::uint64_t value = 0;
-    for (std::size_t i = size; i-- > 0;) value = value << 8 | file[at + i];
-    return value;
-}
-
-Ktx2Span section(Ktx2Span file, std::uint64_t at, std::uint64_t size) {
-    if (at > file.size() || size > file.size() - at) damagedBasis("a part of it is missing");
-    return file.subspan(at, size);
-}
-
+// The offsets below are those of the KTX File Format Specification 2.0.
 enum class Supercompression : std::uint64_t { none, basisLz, zstandard };
 
 // The bytes of all blocks; `storage` holds them if they were compressed.
@@ -78,28 +66,27 @@ bool isKtx2(Ktx2Span file) {
 
 TextureImage decodedKtx2(Ktx2Span file, std::uint64_t maxPixels,
                          std::atomic<std::uint64_t>& pixelsLeft) {
-    const std::uint64_t width = headerField(file, 20, 4), height = headerField(file, 24, 4);
-    if (headerField(file, 28, 4) > 1 || headerField(file, 32, 4) > 1 ||
-        headerField(file, 36, 4) != 1) {
+    const std::uint64_t width = numberIn(file, 20, 4), height = numberIn(file, 24, 4);
+    if (numberIn(file, 28, 4) > 1 || numberIn(file, 32, 4) > 1 || numberIn(file, 36, 4) != 1) {
         unsupportedKtx2("layers, faces or depth");
     }
-    const std::uint64_t levels = std::max<std::uint64_t>(1, headerField(file, 40, 4));
-    const auto scheme = static_cast<Supercompression>(headerField(file, 44, 4));
+    const std::uint64_t levels = std::max<std::uint64_t>(1, numberIn(file, 40, 4));
+    const auto scheme = static_cast<Supercompression>(numberIn(file, 44, 4));
     if (levels > 32) damagedBasis("it has more than 32 levels");
     // The data format descriptor begins with its size; the colour model is in its third word.
     constexpr std::uint64_t kEtc1s = 163, kUastc = 166;
-    const std::uint64_t model = headerField(section(file, headerField(file, 48, 4), 16), 12, 1);
+    const std::uint64_t model = numberIn(partOf(file, numberIn(file, 48, 4), 16), 12, 1);
     const bool uastc = model == kUastc && scheme != Supercompression::basisLz &&
                        scheme <= Supercompression::zstandard;
     const bool etc1s = model == kEtc1s && scheme == Supercompression::basisLz;
-    if (headerField(file, 12, 4) != 0 || (!uastc && !etc1s)) {
+    if (numberIn(file, 12, 4) != 0 || (!uastc && !etc1s)) {
         unsupportedKtx2("other formats than UASTC, with or without Zstandard, and ETC1S");
     }
-    const Ktx2Span level = section(file, headerField(file, 80, 8), headerField(file, 88, 8));
+    const Ktx2Span level = partOf(file, numberIn(file, 80, 8), numberIn(file, 88, 8));
     TextureImage image = allottedImage(static_cast<std::int64_t>(width),
                                        static_cast<std::int64_t>(height), maxPixels, pixelsLeft);
     if (etc1s) {
-        decodeBasisLz(section(file, headerField(file, 64, 8), headerField(file, 72, 8)), level,
+        decodeBasisLz(partOf(file, numberIn(file, 64, 8), numberIn(file, 72, 8)), level,
                       static_cast<std::uint32_t>(levels), image);
         return image;
     }

@@ -1,5 +1,7 @@
 #include "scene/import/textures/specular_glossiness.h"
 
+#include "scene/srgb.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,17 +14,6 @@ constexpr float kDielectric = 0.04f;  // reflectance
 // As the eye weighs the channels; of a metal and a dielectric alike.
 float brightness(const glm::vec3& c) {
     return std::sqrt(glm::dot(glm::vec3(0.299f, 0.587f, 0.114f), c * c));
-}
-
-float linearOf(int code) {  // IEC 61966-2-1
-    const float c = static_cast<float>(code) / 255.0f;
-    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-}
-
-std::uint8_t codeOf(float linear) {
-    const float c = std::clamp(linear, 0.0f, 1.0f);
-    const float s = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1.0f / 2.4f) - 0.055f;
-    return static_cast<std::uint8_t>(std::lround(255.0f * s));
 }
 
 std::uint8_t byteOf(float share) {
@@ -57,7 +48,8 @@ MetallicBase metallicBase(const glm::vec3& diffuse, const glm::vec3& specular) {
 TextureImage converted(const TextureImage* diffuse, const TextureImage* specular,
                        const SpecularGlossinessFactors& factors, ConvertedTo result) {
     std::array<float, 256> linear{};
-    for (int code = 0; code < 256; ++code) linear[static_cast<std::size_t>(code)] = linearOf(code);
+    for (int code = 0; code < 256; ++code)
+        linear[static_cast<std::size_t>(code)] = linearFromSrgb(static_cast<float>(code) / 255.0f);
     TextureImage image;
     image.levels = image.width = image.height = 1;
     for (const TextureImage* source : {diffuse, specular}) {
@@ -83,7 +75,7 @@ TextureImage converted(const TextureImage* diffuse, const TextureImage* specular
             const MetallicBase base =
                 metallicBase(factors.diffuse * color(d), factors.specular * color(s));
             if (result == ConvertedTo::baseColor) {
-                for (int k = 0; k < 3; ++k) out[k] = codeOf(base.color[k]);
+                for (int k = 0; k < 3; ++k) out[k] = byteOf(srgbFromLinear(base.color[k]));
                 out[3] = d[3];
             } else {
                 out[0] = 255;

@@ -1,6 +1,7 @@
 #include "scene/import/textures/texel_format.h"
 
 #include "scene/import/base/types.h"
+#include "scene/srgb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -154,11 +155,9 @@ float fromSmallFloat(std::uint32_t bits, int fractionBits) {
     return floatFromHalf(bits << (10 - fractionBits));
 }
 
-float linearFromSrgb(float c) {  // IEC 61966-2-1
-    return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-}
 glm::vec3 linearFromSrgb(const glm::vec3& c) {
-    return {linearFromSrgb(c.x), linearFromSrgb(c.y), linearFromSrgb(c.z)};
+    return {clerestory::linearFromSrgb(c.x), clerestory::linearFromSrgb(c.y),
+            clerestory::linearFromSrgb(c.z)};
 }
 
 std::uint32_t channelBytes(TexelKind kind) {
