@@ -81,7 +81,7 @@ void planChannelFrame(const FrameContext& context, const FrameRequest& request, 
 void planColorFrame(const FrameContext& context, const FrameRequest& request, const Stage& stage,
                     const ViewTask& root, FramePlan& plan) {
     PlanBuilder builder(plan);
-    planShadows(plan, builder, context, stage);
+    planShadows(plan, builder, context, stage, double(request.width) * request.height);
     ViewContext views(context, stage, builder);
     const SeenView seen = planView(views, root);
     planRays(plan, stage);

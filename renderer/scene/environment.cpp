@@ -195,6 +195,8 @@ void completeMap(EnvironmentMap& map) {
     }
     map.contentHash = hash;
     map.harmonicErrors = harmonicErrors(map);
+    const glm::vec3 mean = diffuseHarmonics(map)[0];
+    map.meanRadiance = std::max({mean.r, mean.g, mean.b, 0.0f});
 }
 
 glm::vec2 environmentBrdf(float nDotV, float roughness) {

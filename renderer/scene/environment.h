@@ -28,6 +28,7 @@ struct EnvironmentMap {
     // By completeMap():
     std::uint64_t contentHash = 0;
     std::array<float, 4> harmonicErrors{};
+    float meanRadiance = 0.0f;  // over all directions, of the brightest channel
 };
 
 // Direction through the centre of a texel: OpenGL's cube face table, not normalised (max |c| is 1).

@@ -276,3 +276,55 @@ TEST_F(Shadows, TheMapIsDrawnOnceAndOnlyIfItIsNeeded) {
     none.effects.shadows = true;
     EXPECT_EQ(passes(none), 0);
 }
+
+// A lamp that gives 1 % of the light has a shadow at presets whose tolerance is smaller, and one
+// that reaches nothing has none. What is left out changes the picture by less than the preset's
+// tolerance.
+TEST_F(Shadows, LightsHaveThemWhereTheyAreWorthIt) {
+    Scene scene;
+    const Index wall = addMaterial(scene, matte());
+    place(scene, quad(2.0f, wall));
+    place(scene, quad(0.15f, addMaterial(scene, matte(true))), moved(0.0, 0.0, 1.0));
+    addLight(scene, pointLight(), moved(0.0, 0.0, 2.0));
+    Light dim = pointLight();
+    dim.intensity *= 0.008f;
+    addLight(scene, dim, moved(0.5, 0.0, 2.0));
+    Light far = pointLight();
+    far.range = 0.5f;
+    addLight(scene, far, moved(0.0, 0.0, 9.0));
+    FrameRequest r = request(std::move(scene), "three lamps", {0.0, 0.0, 0.9});
+    r.effects.shadows = true;
+    const auto drawn = [&](Preset preset) {
+        FrameRequest asked = r;
+        asked.accuracy = accuracyOf(preset);
+        asked.accuracy.edgeFilter = false;
+        asked.accuracy.samples = 1;
+        return renderer().render(asked);
+    };
+    const Frame draft = drawn(Preset::draft), fine = drawn(Preset::fine);
+    const auto shadowed = [](const Frame& frame) {
+        std::vector<bool> has;
+        for (const PlacedLight& light : frame.plan.lights) has.push_back(light.shadow.has_value());
+        return has;
+    };
+    EXPECT_EQ(shadowed(draft), (std::vector<bool>{true, false, false})) << toText(draft.plan);
+    EXPECT_EQ(shadowed(fine), (std::vector<bool>{true, true, false})) << toText(fine.plan);
+    EXPECT_TRUE(
+        std::any_of(draft.plan.skipped.begin(), draft.plan.skipped.end(),
+                    [](const auto& skipped) { return skipped.reason == "reaches no surface"; }));
+    EXPECT_EQ(draft.plan.decisions.size(), 2u);
+    EXPECT_EQ(draft.plan.decisions.at(1).taken, Method::unshadowed);
+
+    double squares = 0.0, all = 0.0;
+    for (std::uint32_t y = 0; y < r.height; ++y) {
+        for (std::uint32_t x = 0; x < r.width; ++x) {
+            const double a = color(draft.image, x, y).x, b = color(fine.image, x, y).x;
+            // The edge of the strong lamp's shadow is finer in one of the pictures.
+            if (std::abs(a - b) > 0.1) continue;
+            squares += (a - b) * (a - b);
+            all += b * b;
+        }
+    }
+    EXPECT_GT(std::sqrt(squares / all), 1e-4);
+    EXPECT_LT(std::sqrt(squares / all), 2.2e-2);
+}

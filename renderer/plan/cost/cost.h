@@ -47,6 +47,7 @@ struct Work {
     double rayPixels = 0.0;     // pixels of the parent view that trace rays
     double rays = 0.0;          // ray segments per such pixel
     double paths = 1.0;         // that share such a ray; see pathsOfRay()
+    double lookups = 0.0;       // of shadows in pixels of the parent view
     double frames = 1.0;        // frames that share the drawn work
     Shading shading;
     bool software = true;
@@ -78,6 +79,11 @@ double tracedError(double roughness, double paths = 1.0);
 // The same of a flat mirror with a mirrored view. slope: root mean square of the slopes of its bumps,
 // for whose directions the picture was not drawn.
 double mirrorError(double roughness, double slope = 0.0);
+
+// Relative RMSE of the frame from a light without a shadow, for the root mean square of its share
+// of the light; and with one, whose edges are as wide as a texel.
+double unshadowedError(double share);
+double shadowMapError(double share);
 
 // Relative RMSE of the pixels of glass over the environment map, and over a copy of the picture
 // behind it. solid: a body, not a pane; backFaces: exit points come from its back faces.

@@ -1,13 +1,17 @@
 #include "plan/effects/shadows.h"
 
+#include "plan/cost/cost.h"
 #include "plan/graph/features.h"
 #include "plan/graph/plan_hash.h"
 #include "plan/visibility/draws.h"
+#include "plan/visibility/lighting.h"
 #include "plan/visibility/mirror.h"
 #include "plan/visibility/view.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -248,10 +252,99 @@ void addPictures(PlanBuilder& builder, const std::vector<Shadow>& shadows,
     }
 }
 
+// ---- which lights have a shadow ----------------------------------------------------------------
+
+// Boxes of at most this many clusters represent the scene.
+constexpr std::size_t kSampledClusters = 512;
+
+// For each light the root mean square of its share of the light on the scene's surfaces, 0..1.
+std::vector<double> sharesOf(const Stage& stage) {
+    std::size_t clusters = 0;
+    for (const Surface& surface : stage.surfaces) clusters += surface.clusterCount;
+    const std::size_t step = std::max<std::size_t>(clusters / kSampledClusters, 1);
+    const double around = double{stage.settings.environmentIntensity} *
+                          double{stage.environment.meanRadiance} * std::numbers::pi;
+    std::vector<double> squares(stage.lights.size()), strengths(stage.lights.size());
+    double weights = 0.0;
+    std::size_t number = 0;
+    for (const Surface& surface : stage.surfaces) {
+        const Instance& instance = stage.scene.instances[surface.instance];
+        const Mesh& mesh = stage.scene.meshes[instance.mesh];
+        for (std::uint32_t c = 0; c < surface.clusterCount; ++c, ++number) {
+            if (number % step != 0 || stage.material(surface).unlit) continue;
+            const Bounds box = transformed(boundsOf(stage.scene, stage.pose, mesh,
+                                                    surface.firstCluster + c - mesh.firstCluster),
+                                           stage.pose.worldFromNode[instance.node]);
+            const double area = double(box.diagonal()) * double(box.diagonal());
+            double all = around;
+            for (std::size_t i = 0; i < stage.lights.size(); ++i) {
+                strengths[i] = meanIrradiance(stage.lights[i], glm::dvec3(0.0), box);
+                all += strengths[i];
+            }
+            weights += area;
+            for (std::size_t i = 0; i < stage.lights.size(); ++i) {
+                const double share = all > 0.0 ? strengths[i] / all : 0.0;
+                squares[i] += area * share * share;
+            }
+        }
+    }
+    for (double& s : squares) s = std::sqrt(s / std::max(weights, 1e-30));
+    return squares;
+}
+
+std::string nameOf(const Stage& stage, std::size_t light) {
+    static constexpr const char* kKinds[] = {"point", "spot", "directional"};
+    return std::string(kKinds[static_cast<int>(stage.lights[light].kind)]) + " light " +
+           std::to_string(light + 1);
+}
+
+// The lights whose shadows are worth their price, in the order of `order`. A choice for the scene,
+// not for the view: pictures from lights stay resident while the camera moves.
+std::vector<std::size_t> worthAShadow(const FrameContext& context, const Stage& stage,
+                                      PlanBuilder& builder, const std::vector<std::size_t>& order,
+                                      double pixels) {
+    const std::vector<double> shares = sharesOf(stage);
+    const double tolerance = toleranceOf(stage.settings.accuracy.preset);
+    std::vector<std::size_t> chosen;
+    for (const std::size_t light : order) {
+        const double share = shares[light];
+        const Subject subject{Subject::Kind::lights, nameOf(stage, light)};
+        if (share == 0.0) {
+            builder.skip(subject, Effect::shadows, "reaches no surface");
+            continue;
+        }
+        const double views = stage.lights[light].kind == LightKind::point ? 6.0 : 1.0;
+        const Candidate candidates[] = {
+            {Method::unshadowed, 0.0, unshadowedError(share)},
+            {Method::shadowMap,
+             milliseconds({.triangles = double(triangleCount(stage.scene)),
+                           .views = views,
+                           .lookups = pixels,
+                           .frames = framesPerCapture(!stage.scene.clips.empty()),
+                           .software = context.limits.software}),
+             shadowMapError(share)}};
+        const Candidate& taken = candidates[cheapest(candidates, tolerance)];
+        char reason[160];
+        std::snprintf(reason, sizeof reason,
+                      "%.1f %% of the light, %.1f ms predicted, error %.3f where %.3f is enough",
+                      100.0 * share, taken.milliseconds, taken.error, tolerance);
+        builder.addDecision({subject.name,
+                             subject,
+                             Effect::shadows,
+                             0,
+                             share,
+                             taken.method,
+                             {std::begin(candidates), std::end(candidates)},
+                             reason});
+        if (taken.method == Method::shadowMap) chosen.push_back(light);
+    }
+    return chosen;
+}
+
 }  // namespace
 
 void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& context,
-                 const Stage& stage) {
+                 const Stage& stage, double pixels) {
     const Subject subject{Subject::Kind::lights};
     if (!stage.settings.effects.shadows) return;
     std::vector<std::size_t> order(stage.lights.size());
@@ -269,6 +362,8 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
             subject, Effect::shadows,
             order.empty() ? "the scene has no punctual light" : "the scene has no opaque surface");
     }
+    order = worthAShadow(context, stage, builder, order, pixels);
+    if (order.empty()) return;
     if (order.size() > kMaxShadows) {
         builder.skip(subject, Effect::shadows,
                      std::to_string(order.size() - kMaxShadows) + " of " +

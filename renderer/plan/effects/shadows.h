@@ -8,9 +8,10 @@
 
 namespace clerestory {
 
-// Gives lights of the plan a shadow and adds the passes that draw the map. Nothing is added if the
-// request has no shadows or nothing can cast one.
+// Gives those lights of the plan a shadow whose shadows are worth their price, and adds the passes
+// that draw the map. Nothing is added if the request has no shadows or nothing can cast one.
+// pixels: of the frame.
 void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& context,
-                 const Stage& stage);
+                 const Stage& stage, double pixels);
 
 }  // namespace clerestory

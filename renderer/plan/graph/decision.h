@@ -9,13 +9,15 @@
 
 namespace clerestory {
 
-// Source of the light that a reflector or a piece of glass shows.
+// Source of the light that a reflector or a piece of glass shows, and what hides a light.
 enum class Method {
     environment,  // environment map
     probe,        // captured cube
     mirror,       // mirrored view
     backdrop,     // glass: a copy of the picture behind it
     traced,       // ray tracing through the mesh
+    shadowMap,    // what hides a light: pictures from the light
+    unshadowed,   // nothing hides the light
 };
 struct Candidate {
     Method method = Method::environment;

@@ -64,6 +64,17 @@ std::vector<PlacedLight> placedLights(const std::vector<Light>& lights, const Po
     return placed;
 }
 
+// The square of a light's mean distance from a ball's inside is about that from its centre plus a
+// third of its radius squared.
+double meanIrradiance(const PlacedLight& light, const glm::dvec3& eye, const Bounds& box) {
+    const double greatest = strengthAt(light, eye, box);
+    if (greatest == 0.0 || light.kind == LightKind::directional) return greatest;
+    const double radius = 0.5 * box.diagonal();
+    const glm::dvec3 away = glm::dvec3(box.center()) - (light.position - eye);
+    const double squared = glm::dot(away, away) + radius * radius / 3.0;
+    return std::min(greatest, brightest(light.intensity) / std::max(squared, 1e-4));
+}
+
 LightList lightsReaching(const std::vector<PlacedLight>& lights, const glm::dvec3& eye,
                          const Bounds& box, std::uint32_t& reaching) {
     std::vector<std::pair<double, std::uint8_t>> found;

@@ -20,4 +20,8 @@ LightList lightsReaching(const std::vector<PlacedLight>& lights, const glm::dvec
 std::vector<std::uint8_t> allLightsReaching(const std::vector<PlacedLight>& lights,
                                             const glm::dvec3& eye, const Bounds& box);
 
+// Estimated mean irradiance of the brightest channel in the box (world axes, relative to `eye`),
+// for surfaces that face the light; 0 if it cannot reach the box.
+double meanIrradiance(const PlacedLight& light, const glm::dvec3& eye, const Bounds& box);
+
 }  // namespace clerestory
