@@ -60,12 +60,30 @@ vec3 lampsAt(Surface s) {
 #include "include/no_glass.glsl"
 #endif
 
-vec3 shaded(MaterialPoint m) {
+// Light of the surroundings of a base below sheen or a coat. ofPicture, of what is mirrored, and
+// occlusion, of the rest: what reaches the surface.
+vec3 layeredLight(Surface s, vec3 mirrored, float ofPicture, float occlusion) {
+    vec3 coat = vec3(s.clearcoatReflectance);
+    vec3 below = vec3(s.belowSheen * s.belowClearcoat) * s.reflectance;
+    weighRays(layered(LAYER_CLEARCOAT_MIRRORS) ? coat
+              : layered(LAYER_CLEARCOAT)       ? below + coat
+                                               : below,
+              vec3(0.0f));
+    vec3 base = s.reflectance * mirrored * (layered(LAYER_CLEARCOAT_MIRRORS) ? occlusion : ofPicture);
+    vec3 light = underCoat(s, base + occlusion * diffuseLight(s));
+    if (layered(LAYER_CLEARCOAT)) {
+        light += coat * clearcoatRadiance(s, positionEye, mirrored) * ofPicture;
+    }
+    return light;
+}
+
+vec3 shaded(inout MaterialPoint m) {
     vec3 toEye = towardsEye();
     vec3 face = cross(dFdx(positionEye), dFdy(positionEye));
     float across = dot(face, toEye);
     float least = leastCosineOver(across * across / max(dot(face, face), 1e-30f));
     Surface s = surfaceOf(m, toEye, least);
+    if (layered(LAYER_CLEARCOAT)) m.emitted *= s.belowClearcoat;
     if (viewHas(VIEW_SURFACE_LIGHT)) {
         SurfaceLight light =
             SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby, lightSides);
@@ -75,9 +93,12 @@ vec3 shaded(MaterialPoint m) {
     vec3 mirrored = reflectedRadiance(s, positionEye);
     // Light at vertices knows what hides the environment.
     float occlusion = viewHas(VIEW_SURFACE_LIGHT) ? 1.0f : m.occlusion;
-    weighRays(s.reflectance, vec3(0.0f));
     // A picture or a ray has looked at what an occlusion texture only guesses.
     const uint kLooked = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_TRACED_REFLECTION;
+    if (layered(LAYER_SHEEN | LAYER_CLEARCOAT)) {
+        return lampsAt(s) + layeredLight(s, mirrored, has(kLooked) ? 1.0f : occlusion, occlusion);
+    }
+    weighRays(s.reflectance, vec3(0.0f));
     return lampsAt(s) + s.reflectance * mirrored * (has(kLooked) ? 1.0f : occlusion) +
            occlusion * diffuseLight(s);
 }

@@ -43,13 +43,13 @@ export function messageText(problem) {
 
 const kTechniques = {
   environment: "environment map", probe: "captured cube", mirror: "mirrored view",
-  backdrop: "backdrop", traced: "ray traced",
+  backdrop: "backdrop", traced: "ray traced", shadowMap: "shadow map", unshadowed: "no shadow",
 };
 export const techniqueText = (method) => kTechniques[method] ?? method;
 
 const kEffects = {
   base: "The view", emission: "Emission", refraction: "Refraction", planarReflection: "Planar reflection",
-  environmentReflection: "Environment reflection", shadows: "Shadows", indirectLight: "Light between surfaces", filters: "Filters",
+  environmentReflection: "Environment reflection", materialLayers: "Material layers", shadows: "Shadows", indirectLight: "Light between surfaces", filters: "Filters",
 };
 export const effectText = (effect) => kEffects[effect] ?? labelOf(effect ?? "other");
 

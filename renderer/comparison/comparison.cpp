@@ -53,6 +53,7 @@ constexpr EffectSwitch kSwitches[] = {
     {Effect::refraction, &Effects::refraction},
     {Effect::planarReflection, &Effects::planarReflection},
     {Effect::environmentReflection, &Effects::environmentReflection},
+    {Effect::materialLayers, &Effects::materialLayers},
     {Effect::shadows, &Effects::shadows},
     {Effect::indirectLight, &Effects::indirectLight},
 };
@@ -63,6 +64,8 @@ Mask maskFor(Effect effect, const Image& ids, const Image& through, const Scene&
     switch (effect) {
         case Effect::emission:
             return emissionMask(ids, scene, bindMaterials(scene, frame.overrides, frame.variant));
+        case Effect::materialLayers:
+            return layersMask(ids, scene, bindMaterials(scene, frame.overrides, frame.variant));
         case Effect::shadows:
         case Effect::indirectLight:
             return modelMask(ids);
@@ -131,8 +134,8 @@ public:
             return Baseline{effect, std::move(mask), relMseOff, noise};
         };
         std::vector<Baseline> all;
-        all.push_back(
-            baseline(Effect::base, std::nullopt, {false, false, false, false, false, false}));
+        all.push_back(baseline(Effect::base, std::nullopt,
+                               {false, false, false, false, false, false, false}));
         for (const EffectSwitch& s : kSwitches) {
             if (!(request_.frame.effects.*s.on)) continue;
             Mask mask = maskFor(s.effect, ids, through, scene_, request_.frame);

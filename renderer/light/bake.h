@@ -38,7 +38,7 @@ struct BakeInput {
     std::vector<glm::vec4> instances, materialRows;
     std::size_t firstTextureRow = 0;
     std::shared_ptr<const std::vector<std::byte>> texels;
-    std::uint32_t hitFeatures = 0;
+    std::uint64_t hitFeatures = 0;
 };
 
 struct BakeQuality {

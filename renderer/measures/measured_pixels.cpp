@@ -77,6 +77,7 @@ Mask maskOf(const Image& through, Effect effect) {
             case Effect::environmentReflection:
                 return value == throughCubeOrRays || value == throughEnvironment;
             case Effect::emission:
+            case Effect::materialLayers:
             case Effect::filters:
                 break;
         }
@@ -84,13 +85,29 @@ Mask maskOf(const Image& through, Effect effect) {
     });
 }
 
-Mask emissionMask(const Image& objectIds, const Scene& scene, const MaterialBindings& materials) {
-    std::vector<std::uint8_t> emits(scene.instances.size(), 0);
+namespace {
+
+// Pixels of instances of which a surface has the property.
+Mask instanceMask(const Image& objectIds, const Scene& scene, const MaterialBindings& materials,
+                  const std::function<bool(const Surface&)>& has) {
+    std::vector<std::uint8_t> chosen(scene.instances.size(), 0);
     for (const Surface& surface : surfacesOf(scene, materials)) {
-        if (surface.emitter) emits[surface.instance] = 1;
+        if (has(surface)) chosen[surface.instance] = 1;
     }
     return maskWhere(objectIds, [&](std::uint32_t id) {
-        return id > 0 && id <= emits.size() && emits[id - 1] != 0;
+        return id > 0 && id <= chosen.size() && chosen[id - 1] != 0;
+    });
+}
+
+}  // namespace
+
+Mask emissionMask(const Image& objectIds, const Scene& scene, const MaterialBindings& materials) {
+    return instanceMask(objectIds, scene, materials, [](const Surface& s) { return s.emitter; });
+}
+
+Mask layersMask(const Image& objectIds, const Scene& scene, const MaterialBindings& materials) {
+    return instanceMask(objectIds, scene, materials, [&](const Surface& s) {
+        return hasLayers(materials.material(scene, s.material));
     });
 }
 

@@ -26,13 +26,16 @@ FrameRequest maskRequest(FrameRequest request);
 // The mask of an effect, from the channel `through` of maskRequest(). refraction: glass;
 // planarReflection: flat mirrors that show a mirrored view; environmentReflection: mirrors that
 // show a captured cube, rays or the environment map; base: none of these. Empty for effects that
-// the channel does not distinguish: emission (see emissionMask()) and filters. Throws
+// the channel does not distinguish: emission (see emissionMask()),
+// layers (see layersMask()) and filters. Throws
 // std::runtime_error unless the image has one float channel.
 Mask maskOf(const Image& through, Effect effect);
 
 // Pixels of instances that emit, from the channel `objectId`. Throws as maskOf().
 Mask emissionMask(const Image& objectIds, const Scene& scene,
                   const MaterialBindings& materials = {});
+// The same for materials with layers.
+Mask layersMask(const Image& objectIds, const Scene& scene, const MaterialBindings& materials = {});
 
 // Pixels that show an instance, from the channel `objectId`. Throws as maskOf().
 Mask modelMask(const Image& objectIds);

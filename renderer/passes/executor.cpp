@@ -150,7 +150,7 @@ std::vector<Target*> Executor::begin(const FramePlan& plan) {
     targets_.beginFrame();
     if (!plan.materials.empty()) {
         resources_.frameMaterials.assign(plan.materials);
-        resources_.frameMaterials.bind(0);  // unbinds ranges of an earlier, longer list
+        resources_.frameMaterials.bind(0, false);  // unbinds ranges of an earlier, longer list
     }
     std::vector<Target*> targets;
     for (const TargetSpec& spec : plan.targets) targets.push_back(&targets_.acquire(spec));

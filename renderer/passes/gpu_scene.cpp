@@ -15,12 +15,33 @@ namespace clerestory {
 namespace {
 
 constexpr std::array<Features, MATERIAL_SLOTS> kSlotFeatures = {
-    FEATURE_BASE_COLOR_MAP, FEATURE_METALLIC_ROUGHNESS_MAP, FEATURE_NORMAL_MAP,
-    FEATURE_OCCLUSION_MAP,  FEATURE_EMISSIVE_MAP,           FEATURE_TRANSMISSION_MAP,
-    FEATURE_THICKNESS_MAP};
-constexpr std::array<unsigned, MATERIAL_SLOTS> kSlotUnits = {
+    FEATURE_BASE_COLOR_MAP,
+    FEATURE_METALLIC_ROUGHNESS_MAP,
+    FEATURE_NORMAL_MAP,
+    FEATURE_OCCLUSION_MAP,
+    FEATURE_EMISSIVE_MAP,
+    FEATURE_TRANSMISSION_MAP,
+    FEATURE_THICKNESS_MAP,
+    ofLayers(LAYER_SPECULAR_MAP),
+    ofLayers(LAYER_SPECULAR_COLOR_MAP),
+    ofLayers(LAYER_CLEARCOAT_MAP),
+    ofLayers(LAYER_CLEARCOAT_ROUGHNESS_MAP),
+    ofLayers(LAYER_CLEARCOAT_NORMAL_MAP),
+    ofLayers(LAYER_SHEEN_COLOR_MAP),
+    ofLayers(LAYER_SHEEN_ROUGHNESS_MAP),
+    ofLayers(LAYER_IRIDESCENCE_MAP),
+    ofLayers(LAYER_IRIDESCENCE_THICKNESS_MAP),
+    ofLayers(LAYER_ANISOTROPY_MAP),
+    ofLayers(LAYER_DIFFUSE_TRANSMISSION_MAP),
+    ofLayers(LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP)};
+constexpr std::array<unsigned, BASE_SLOTS> kBaseUnits = {
     UNIT_BASE_COLOR, UNIT_METALLIC_ROUGHNESS, UNIT_NORMAL,   UNIT_OCCLUSION,
     UNIT_EMISSIVE,   UNIT_TRANSMISSION,       UNIT_THICKNESS};
+
+unsigned unitOf(std::size_t slot) {
+    return slot < BASE_SLOTS ? kBaseUnits[slot]
+                             : UNIT_SPECULAR + static_cast<unsigned>(slot - BASE_SLOTS);
+}
 
 // KHR_texture_transform: scale, then rotation, then offset. v points down, so that the minus sign
 // of a counter-clockwise rotation is in the second row.
@@ -31,9 +52,17 @@ void setTexCoordRows(const TextureSlot& slot, glm::vec4* rows) {
     rows[1] = {-s * slot.scale.x, c * slot.scale.y, slot.offset.y, set};
 }
 
-std::size_t materialStride() {
+std::size_t aligned(std::size_t size) {
     const std::size_t alignment = gl::Context::current().capabilities().uniformAlignment;
-    return (sizeof(blocks::MaterialBlock) + alignment - 1) / alignment * alignment;
+    return (size + alignment - 1) / alignment * alignment;
+}
+
+// A MaterialBlock, then a LayerBlock.
+std::size_t layersOffset() {
+    return aligned(sizeof(blocks::MaterialBlock));
+}
+std::size_t materialStride() {
+    return layersOffset() + aligned(sizeof(blocks::LayerBlock));
 }
 
 gl::Texture uploaded(const TextureImage& image) {
@@ -141,8 +170,24 @@ blocks::MaterialBlock materialBlock(const Material& m) {
     block.attenuation = glm::vec4(m.attenuationColor, m.specular * std::min(9.0f * r, 1.0f));
     const auto slots = textureSlots(m);
     static_assert(std::tuple_size_v<decltype(slots)> == MATERIAL_SLOTS);
-    for (std::size_t i = 0; i < slots.size(); ++i) {
+    for (std::size_t i = 0; i < BASE_SLOTS; ++i) {
         setTexCoordRows(*slots[i], &block.texCoordRows[2 * i]);
+    }
+    return block;
+}
+
+blocks::LayerBlock layerBlock(const Material& m) {
+    blocks::LayerBlock block{};
+    block.clearcoat = {m.clearcoat, m.clearcoatRoughness, m.clearcoatNormalScale, m.dispersion};
+    block.sheen = glm::vec4(m.sheenColor, m.sheenRoughness);
+    block.iridescence = {m.iridescence, m.iridescenceIor, m.iridescenceThicknessMin,
+                         m.iridescenceThickness};
+    block.anisotropy = {m.anisotropy, std::cos(m.anisotropyRotation),
+                        std::sin(m.anisotropyRotation), 0.0f};
+    block.diffuseTransmission = glm::vec4(m.diffuseTransmissionColor, m.diffuseTransmission);
+    const auto slots = textureSlots(m);
+    for (std::size_t i = 0; i < LAYER_SLOTS; ++i) {
+        setTexCoordRows(*slots[BASE_SLOTS + i], &block.texCoordRows[2 * i]);
     }
     return block;
 }
@@ -157,12 +202,17 @@ void MaterialBlocks::assign(std::span<const Material> materials) {
     for (std::size_t i = 0; i < materials.size(); ++i) {
         const blocks::MaterialBlock block = materialBlock(materials[i]);
         std::memcpy(bytes.data() + i * stride, &block, sizeof block);
+        const blocks::LayerBlock layers = layerBlock(materials[i]);
+        std::memcpy(bytes.data() + i * stride + layersOffset(), &layers, sizeof layers);
     }
     buffer_.assign(bytes);
 }
 
-void MaterialBlocks::bind(std::size_t place) const {
-    buffer_.bindUniform(BINDING_MATERIAL, place * materialStride(), sizeof(blocks::MaterialBlock));
+void MaterialBlocks::bind(std::size_t place, bool layers) const {
+    const std::size_t offset = place * materialStride();
+    buffer_.bindUniform(BINDING_MATERIAL, offset, sizeof(blocks::MaterialBlock));
+    if (!layers) return;
+    buffer_.bindUniform(BINDING_LAYERS, offset + layersOffset(), sizeof(blocks::LayerBlock));
 }
 
 GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
@@ -219,12 +269,13 @@ void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features 
                             std::uint32_t anisotropy, SamplerCache& samplers) const {
     const std::size_t count = scene_->materials.size();
     const bool ofScene = material < count;
-    (ofScene ? materials_ : own.blocks).bind(ofScene ? material : material - count);
+    (ofScene ? materials_ : own.blocks)
+        .bind(ofScene ? material : material - count, features >> 32 != 0);
     const auto slots =
         textureSlots(ofScene ? scene_->materials[material] : own.materials[material - count]);
     for (std::size_t slot = 0; slot < MATERIAL_SLOTS; ++slot) {
         if (!(features & kSlotFeatures[slot])) continue;
-        const unsigned unit = kSlotUnits[slot];
+        const unsigned unit = unitOf(slot);
         const bool present = slots[slot]->present();
         const Texture& texture =
             present ? scene_->textures[slots[slot]->texture] : whites_.at(slot).sampledAs;

@@ -26,12 +26,13 @@ private:
 
 // The uniform block of a material; tables for ray tracing have the same layout.
 blocks::MaterialBlock materialBlock(const Material& material);
+blocks::LayerBlock layerBlock(const Material& material);
 
-// The blocks of materials, each at a multiple of the driver's alignment.
+// The blocks of materials and of their layers, each at a multiple of the driver's alignment.
 class MaterialBlocks {
 public:
     void assign(std::span<const Material> materials);
-    void bind(std::size_t place) const;
+    void bind(std::size_t place, bool layers) const;
 
 private:
     gl::Buffer buffer_;

@@ -208,11 +208,13 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
                               (features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS));
             const int variant =
                 rays ? static_cast<int>(input.plan.rays->hitFeatures) : program.variant;
+            const auto hitLayers =
+                static_cast<std::uint32_t>(rays ? input.plan.rays->hitFeatures >> 32 : 0);
             // Its tables have slots where the programs before it in this pass have textures.
             if (rays) settleSamplers(resources);
             resources.shaders
                 .program({program.vertex, program.fragment, features, variant, bits,
-                          program.recordsRays})
+                          program.recordsRays, hitLayers})
                 .use();
             boundMaterial = kNone;  // other features read other textures
         }

@@ -106,7 +106,7 @@ void settleSamplers(PassResources& resources);
 struct DrawProgram {
     const char* vertex;
     const char* fragment;
-    Features relevant = ~0u;  // features that this kind of program supports
+    Features relevant = ~Features{0};  // features that this kind of program supports
     int variant = 0;
     bool materials = true;   // binds materials; programs depend on VIEW bits (features.glsl)
     bool backFaces = false;  // draws only what is otherwise culled

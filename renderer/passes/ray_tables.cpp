@@ -67,21 +67,27 @@ float flagsOf(const Scene& scene, const Material& m,
     return static_cast<float>(flags);
 }
 
-// A MaterialBlock with the flags and the texture of each slot (1 + index, 0: none) in unused
-// components.
+// A MaterialBlock and a LayerBlock with the flags and the texture of each slot (1 + index, 0: none)
+// in unused components.
 void appendMaterial(std::vector<glm::vec4>& rows, const Scene& scene, const Material& m,
                     const RayScene::MaterialProperties& properties) {
     blocks::MaterialBlock block = materialBlock(m);
     block.attenuation.w = flagsOf(scene, m, properties);
+    blocks::LayerBlock layers = layerBlock(m);
+    // A slot without a texture reads white: the greatest thickness, as a film without a texture
+    // has.
     const auto slots = textureSlots(m);
     for (std::size_t s = 0; s < slots.size(); ++s) {
-        block.texCoordRows[2 * s + 1].w =
-            slots[s]->present() ? static_cast<float>(slots[s]->texture + 1) : 0.0f;
+        glm::vec4* slotRows = s < BASE_SLOTS ? &block.texCoordRows[2 * s]
+                                             : &layers.texCoordRows[2 * (s - BASE_SLOTS)];
+        slotRows[1].w = slots[s]->present() ? static_cast<float>(slots[s]->texture + 1) : 0.0f;
     }
-    static_assert(sizeof block == TRACE_MATERIAL_ROWS * sizeof(glm::vec4));
+    static_assert(sizeof block == TRACE_LAYERS * sizeof(glm::vec4));
+    static_assert(sizeof block + sizeof layers == TRACE_MATERIAL_ROWS * sizeof(glm::vec4));
     const std::size_t first = rows.size();
     rows.resize(first + TRACE_MATERIAL_ROWS);
     std::memcpy(rows.data() + first, &block, sizeof block);
+    std::memcpy(rows.data() + first + TRACE_LAYERS, &layers, sizeof layers);
 }
 
 int flagOf(Glass glass) {

@@ -10,8 +10,7 @@ namespace {
 
 constexpr DrawProgram kDepth{"depth.vert", "depth.frag", 0, 0, false};
 // Double-sided draws differ only in culling: the shader orients each normal towards the eye.
-constexpr DrawProgram kSurface{"surface.vert", "surface.frag",
-                               static_cast<Features>(~FEATURE_DOUBLE_SIDED)};
+constexpr DrawProgram kSurface{"surface.vert", "surface.frag", ~FEATURE_DOUBLE_SIDED};
 constexpr DrawProgram kRecording{.vertex = "surface.vert",
                                  .fragment = "surface.frag",
                                  .relevant = static_cast<Features>(~FEATURE_DOUBLE_SIDED),

@@ -66,15 +66,20 @@ void CompilingProgram::end() {
 }
 
 std::string withIncludes(const std::string& text, Features features, int variant,
-                         std::uint32_t view, bool recordsRays) {
+                         std::uint32_t view, bool recordsRays, std::uint32_t hitLayers) {
+    const auto layers = static_cast<std::uint32_t>(features >> 32);
     std::ostringstream out;
     out << "#version 430 core\n"
-        << "const uint FEATURES = " << features << "u;\n"
+        << "const uint FEATURES = " << static_cast<std::uint32_t>(features) << "u;\n"
+        << "const uint LAYERS = " << layers << "u;\n"
+        << "const uint HIT_LAYERS = " << hitLayers << "u;\n"
+        << "const uint SHADED_LAYERS = " << (layers | hitLayers) << "u;\n"
         << "const int VARIANT = " << variant << ";\n"
         << "const uint VIEW = " << view << "u;\n"
         << "#define TRACES_RAYS " << ((features & kFeaturesOfRays) != 0) << "\n"
         << "#define RECORDS_RAYS " << recordsRays << "\n"
         << "#define RAYS_OF_PIXEL " << ((features & FEATURE_TRACED_GLASS) != 0 ? 2 : 1) << "\n"
+        << "#define HAS_LAYERS " << (layers != 0) << "\n"
         << "#define SHADES_GLASS " << ((features & kFeaturesOfGlass) != 0) << "\n";
     std::set<std::string> seen;
     append(text, seen, out);
@@ -82,8 +87,9 @@ std::string withIncludes(const std::string& text, Features features, int variant
 }
 
 std::string shaderSource(const std::string& file, Features features, int variant,
-                         std::uint32_t view, bool recordsRays) {
-    return withIncludes(std::string(embedded(file)), features, variant, view, recordsRays);
+                         std::uint32_t view, bool recordsRays, std::uint32_t hitLayers) {
+    return withIncludes(std::string(embedded(file)), features, variant, view, recordsRays,
+                        hitLayers);
 }
 
 const gl::VertexShader& ShaderLibrary::vertexShader(const std::string& file, std::uint32_t view) {
@@ -101,13 +107,13 @@ const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
         return found->second;
     }
     compiling_.begin(key);
-    gl::Program made(
-        {.name = key.fragment + " features " + std::to_string(key.features) + " variant " +
-                 std::to_string(key.variant) + " view " + std::to_string(key.view),
-         .vertex = vertexShader(key.vertex, key.view),
-         .fragmentSource =
-             shaderSource(key.fragment, key.features, key.variant, key.view, key.recordsRays),
-         .loadBinary = (key.features & kFeaturesOfRays) != 0 && !key.recordsRays});
+    gl::Program made({.name = key.fragment + " features " + std::to_string(key.features) +
+                              " variant " + std::to_string(key.variant) + " view " +
+                              std::to_string(key.view),
+                      .vertex = vertexShader(key.vertex, key.view),
+                      .fragmentSource = shaderSource(key.fragment, key.features, key.variant,
+                                                     key.view, key.recordsRays, key.hitLayers),
+                      .loadBinary = (key.features & kFeaturesOfRays) != 0 && !key.recordsRays});
     return programs_.emplace(key, std::move(made)).first->second;
 }
 

@@ -18,10 +18,11 @@ struct ProgramKey {
     // Of the fragment shader. All programs with one vertex shader share it, so that the driver
     // compiles it once for each set of outputs that is read; VIEW_SURFACE_LIGHT alone makes
     // another.
-    Features features = 0;     // FEATURES in the source
-    int variant = 0;           // VARIANT in the source
-    std::uint32_t view = 0;    // VIEW in the source: what holds for every pixel of a pass
-    bool recordsRays = false;  // RECORDS_RAYS in the source: rays become records
+    Features features = 0;        // FEATURES and LAYERS in the source
+    int variant = 0;              // VARIANT in the source
+    std::uint32_t view = 0;       // VIEW in the source: what holds for every pixel of a pass
+    bool recordsRays = false;     // RECORDS_RAYS in the source: rays become records
+    std::uint32_t hitLayers = 0;  // HIT_LAYERS in the source
     auto operator<=>(const ProgramKey&) const = default;
 };
 
@@ -59,9 +60,11 @@ private:
 
 // Returns a shader file with its includes expanded. Throws std::runtime_error for an unknown file.
 std::string shaderSource(const std::string& file, Features features, int variant,
-                         std::uint32_t view = 0, bool recordsRays = false);
+                         std::uint32_t view = 0, bool recordsRays = false,
+                         std::uint32_t hitLayers = 0);
 // The same for a source text.
 std::string withIncludes(const std::string& text, Features features, int variant,
-                         std::uint32_t view = 0, bool recordsRays = false);
+                         std::uint32_t view = 0, bool recordsRays = false,
+                         std::uint32_t hitLayers = 0);
 
 }  // namespace clerestory

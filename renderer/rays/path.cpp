@@ -57,7 +57,16 @@ struct Scatter {
 };
 thread_local Scatter scatter;
 
-// Hooks of ray_path.glsl; the first two follow the includes.
+// Of the present path: its primary (0 red, 1 green, 2 blue), and the first body
+// that it meets whose index depends on that.
+struct Dispersion {
+    int primary = 1;
+    float ior = 1.0f, amount = 0.0f;
+};
+thread_local Dispersion dispersion;
+
+// Hooks of ray_path.glsl; the first three follow the includes.
+float iorOfPath(float ior, float amount);
 vec3 facetAt(vec3 normal, vec3 along, float alpha);
 vec3 beyondPane(vec3 along, float lobe);
 vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first);
@@ -71,6 +80,8 @@ float lobeOfPath(float lobe) {
 #define view (scene->viewBlock)
 #define tracing (scene->tracingBlock)
 #define VARIANT (scene->features)
+#define HIT_LAYERS (scene->layers)
+#define SHADED_LAYERS (scene->layers)
 #define VIEW (scene->viewBits)
 #define surfaceLight (scene->surfaceLight)
 #define traceTriangles (scene->triangles)
@@ -200,6 +211,31 @@ vec3 beyondPane(vec3 along, float lobe) {
     return withinLobe(withinLobe(along, kOneOfTwoFaces * lobe), kOneOfTwoFaces * lobe);
 }
 
+// ---- dispersion
+// --------------------------------------------------------------------------------
+
+float iorOf(int primary, float ior, float amount) {
+    const vec3 iors = dispersedIors(ior, amount);
+    return primary == 0 ? iors.x : primary == 1 ? ior : iors.z;
+}
+
+float iorOfPath(float ior, float amount) {
+    if (amount > 0.0f && dispersion.amount == 0.0f) {
+        dispersion.ior = ior;
+        dispersion.amount = amount;
+    }
+    return iorOf(dispersion.primary, ior, amount);
+}
+
+// Direction in the body for another primary. along: that of green. The surface's normal is in the
+// plane of both and the line of sight.
+vec3 dispersedInside(vec3 along, vec3 toEye, int primary) {
+    const vec3 bend = -toEye - along * dispersion.ior;
+    if (!(dot(bend, bend) > 1e-12f)) return along;  // straight ahead
+    const vec3 normal = direction(dot(bend, toEye) > 0.0f ? bend : -bend);
+    return refracted(-toEye, normal, iorOf(primary, dispersion.ior, dispersion.amount)).direction;
+}
+
 struct Sum {
     vec3 radiance = vec3(0.0f), open = vec3(0.0f);  // open: of paths that met nothing at first
     float weight = 0.0f, openWeight = 0.0f, nearness = 0.0f;
@@ -207,12 +243,26 @@ struct Sum {
     std::uint32_t paths = 0;
 };
 
-void addPath(Sum& sum, const RecordedRay& ray, vec3 along, RayCone cone, float weight) {
+// Each path of `ray` leaves towards `toEye` at its start.
+void addPath(Sum& sum, const RecordedRay& ray, vec3 along, vec3 toEye, RayCone cone, float weight) {
     const vec3 start(ray.start.x, ray.start.y, ray.start.z);
     const float share = max(ray.share.x, max(ray.share.y, ray.share.z));
     surfaces = sum.surfaces;
     firstDistance = travelled = -1.0f;
-    const vec3 radiance = radianceFinite(tracedRadiance(start, along, cone, share)) * weight;
+    dispersion = {};
+    vec3 radiance = radianceFinite(tracedRadiance(start, along, cone, share));
+    if (dispersion.amount > 0.0f) {
+        const float first = firstDistance, whole = travelled;
+        for (const int primary : {0, 2}) {
+            dispersion.primary = primary;
+            const vec3 bent = ray.intoBody ? dispersedInside(along, toEye, primary) : along;
+            const vec3 light = radianceFinite(tracedRadiance(start, bent, cone, share));
+            (primary == 0 ? radiance.x : radiance.z) = primary == 0 ? light.x : light.z;
+        }
+        firstDistance = first;
+        travelled = whole;
+    }
+    radiance = radiance * weight;
     const bool open = firstDistance >= kFarAway;
     (open ? sum.open : sum.radiance) += radiance;
     (open ? sum.openWeight : sum.weight) += weight;
@@ -395,7 +445,8 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.tracingBlock.eye = {s.eye.x, s.eye.y, s.eye.z, 0.0f};
     scene.tracingBlock.limits = {static_cast<float>(s.bounces),
                                  static_cast<float>(s.firstTextureRow), s.leastShare, 0.0f};
-    scene.features = s.hitFeatures;
+    scene.features = static_cast<std::uint32_t>(s.hitFeatures);
+    scene.layers = static_cast<std::uint32_t>(s.hitFeatures >> 32);
     scene.viewBits =
         (s.surfaceLight.empty() ? 0u : shader::VIEW_SURFACE_LIGHT) |
         (s.shadows ? shader::VIEW_SHADOWS : 0u) |
@@ -438,7 +489,7 @@ RecordedRay rayOf(const Start& start, const Way& way) {
             .width = shader::exp2(cone.y),
             .pixel = cone.x,
             .lobe = shader::abs(blueLobe.y),
-            .intoBody = blueLobe.y < 0.0f};
+            .intoBody = std::signbit(blueLobe.y)};  // -0: a smooth face
 }
 
 bool isRough(const RecordedRay& ray) {
@@ -462,11 +513,11 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
     const vec3 start(ray.start.x, ray.start.y, ray.start.z),
         along(ray.along.x, ray.along.y, ray.along.z);
     shader::Sum sum;
+    const bool perspective = shader::dot(scene_->backwards, scene_->backwards) == 0.0f;
+    const vec3 eye(scene_->tracingBlock.eye.x, scene_->tracingBlock.eye.y,
+                   scene_->tracingBlock.eye.z);
+    const vec3 toEye = shader::eyeAxesOf(perspective ? eye - start : scene_->backwards);
     if (lobe.paths > 1 && isRough(ray)) {
-        const bool perspective = shader::dot(scene_->backwards, scene_->backwards) == 0.0f;
-        const vec3 eye(scene_->tracingBlock.eye.x, scene_->tracingBlock.eye.y,
-                       scene_->tracingBlock.eye.z);
-        const vec3 toEye = shader::eyeAxesOf(perspective ? eye - start : scene_->backwards);
         for (std::uint32_t i = 0; i < lobe.paths; ++i) {
             shader::scatter = {
                 lobe.paths, i, lobe.pattern, 0,
@@ -475,14 +526,15 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
                 kind == Ray::mirrored ? shader::mirroredInLobe(along, toEye, ray.lobe)
                                       : shader::transmittedInLobe(along, ray.lobe, ray.intoBody);
             if (next.weight <= 0.0f) continue;
-            shader::addPath(sum, ray, next.along, {ray.width, ray.pixel, next.lobe}, next.weight);
+            shader::addPath(sum, ray, next.along, toEye, {ray.width, ray.pixel, next.lobe},
+                            next.weight);
         }
     }
     const shader::RayCone cone = {ray.width, ray.pixel, ray.lobe};
     if (!(sum.weight + sum.openWeight > 1e-3f)) {
         shader::scatter = {};
         sum = {};
-        shader::addPath(sum, ray, along, cone, 1.0f);
+        shader::addPath(sum, ray, along, toEye, cone, 1.0f);
     } else if (sum.openWeight > 0.0f) {
         // The more of the lobe is open, the more of its light is that of the prefiltered map.
         const vec3 whole = shader::radianceFinite(shader::environmentAtEnd(along, cone));

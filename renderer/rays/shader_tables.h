@@ -62,6 +62,7 @@ struct Scene {
         vec4 eye, limits;
     } tracingBlock;
     std::uint32_t features;
+    std::uint32_t layers;
     std::uint32_t viewBits;
     Quads surfaceLight;
     Triangles triangles;

@@ -1,5 +1,6 @@
 #include "reference/bsdf.h"
 
+#include "reference/layers.h"
 #include "reference/scene_geometry.h"
 
 #include <array>
@@ -61,19 +62,20 @@ glm::dvec3 beerLambert(const glm::dvec3& color, double attenuationDistance, doub
 namespace {
 
 // Smith's Lambda: hidden microfacets per visible one.
-double smithLambda(const glm::dvec3& v, double alpha) {
+double smithLambda(const glm::dvec3& v, const glm::dvec2& alpha) {
     const double z2 = v.z * v.z;
     if (z2 <= 0.0) return 1e9;
-    return 0.5 * (std::sqrt(1.0 + alpha * alpha * (v.x * v.x + v.y * v.y) / z2) - 1.0);
+    const glm::dvec2 stretched = alpha * glm::dvec2(v);
+    return 0.5 * (std::sqrt(1.0 + glm::dot(stretched, stretched) / z2) - 1.0);
 }
 
 }  // namespace
 
-double normalDistribution(const glm::dvec3& normal, double alpha) {
+double normalDistribution(const glm::dvec3& normal, const glm::dvec2& alpha) {
     if (normal.z <= 0.0) return 0.0;
-    const double a2 = alpha * alpha;
-    const double k = normal.x * normal.x + normal.y * normal.y + a2 * normal.z * normal.z;
-    return a2 / (kPi * k * k);
+    const double x = normal.x * alpha.y, y = normal.y * alpha.x, product = alpha.x * alpha.y;
+    const double k = x * x + y * y + product * product * normal.z * normal.z;
+    return product * product * product / (kPi * k * k);
 }
 
 double meanNormalDistribution(const glm::dvec3& normal, double alpha, double discRadius2) {
@@ -87,34 +89,34 @@ double meanNormalDistribution(const glm::dvec3& normal, double alpha, double dis
     return mean / (kPi * z2 * z2);
 }
 
-double masking(const glm::dvec3& v, double alpha) {
+double masking(const glm::dvec3& v, const glm::dvec2& alpha) {
     return 1.0 / (1.0 + smithLambda(v, alpha));
 }
 
-double maskingShadowing(const glm::dvec3& v, const glm::dvec3& l, double alpha) {
+double maskingShadowing(const glm::dvec3& v, const glm::dvec3& l, const glm::dvec2& alpha) {
     return 1.0 / (1.0 + smithLambda(v, alpha) + smithLambda(l, alpha));
 }
 
-glm::dvec3 sampleVisibleNormal(const glm::dvec3& v, double alpha, const glm::dvec2& u) {
+glm::dvec3 sampleVisibleNormal(const glm::dvec3& v, const glm::dvec2& alpha, const glm::dvec2& u) {
     // In stretched space the microfacets form a hemisphere, whose reflections of v fill a spherical
     // cap.
     const glm::dvec3 stretched =
-        unitOr({alpha * v.x, alpha * v.y, std::max(v.z, 0.0)}, glm::dvec3(0, 0, 1));
+        unitOr({alpha.x * v.x, alpha.y * v.y, std::max(v.z, 0.0)}, glm::dvec3(0, 0, 1));
     const double phi = 2.0 * kPi * u.x;
     const double z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
     const double radius = std::sqrt(std::clamp(1.0 - z * z, 0.0, 1.0));
     const glm::dvec3 half =
         glm::dvec3(radius * std::cos(phi), radius * std::sin(phi), z) + stretched;
-    return unitOr({alpha * half.x, alpha * half.y, std::max(half.z, 0.0)}, glm::dvec3(0, 0, 1));
+    return unitOr({alpha.x * half.x, alpha.y * half.y, std::max(half.z, 0.0)}, glm::dvec3(0, 0, 1));
 }
 
-double visibleNormalPdf(const glm::dvec3& v, const glm::dvec3& normal, double alpha) {
+double visibleNormalPdf(const glm::dvec3& v, const glm::dvec3& normal, const glm::dvec2& alpha) {
     const double z = std::max(v.z, 1e-9);
     return masking(v, alpha) * std::max(glm::dot(v, normal), 0.0) *
            normalDistribution(normal, alpha) / z;
 }
 
-double reflectionPdf(const glm::dvec3& v, const glm::dvec3& l, double alpha) {
+double reflectionPdf(const glm::dvec3& v, const glm::dvec3& l, const glm::dvec2& alpha) {
     const glm::dvec3 half = unitOr(v + l, glm::dvec3(0, 0, 1));
     const double cosine = glm::dot(v, half);
     return cosine > 0.0 ? visibleNormalPdf(v, half, alpha) / (4.0 * cosine) : 0.0;
@@ -191,19 +193,33 @@ double leastCosineOver(const glm::dvec3& face, const glm::dvec3& toEye) {
 }  // namespace
 
 Bsdf::Bsdf(const SurfaceInteraction& point, const glm::dvec3& toEye)
-    : frame_(point.normal),
+    : frame_(point.layers.anisotropy > 0.0 ? Frame(point.normal, point.layers.grain)
+                                           : Frame(point.normal)),
       v_(frame_.toLocal(toEye)),
       leastCosine_(leastCosineOver(point.geometricNormal, toEye)),
       alpha_(point.roughness * point.roughness),
       metallic_(point.metallic),
-      ior_(std::max(double(point.material->ior), 1.0)),
+      ior_(std::max(point.ior, 1.0)),
       f0OfIor_(reference::fresnel(1.0, ior_).mean()),
-      f90_(point.material->specular),
+      f90_(point.specular),
       metal_(glm::min(point.baseColor, 1.0)),
-      diffuse_(point.baseColor * (1.0 - point.metallic)) {
+      diffuse_(point.baseColor * (1.0 - point.metallic) * (1.0 - point.layers.throughShare)) {
+    const double grain = point.layers.anisotropy;
+    alphas_ = {std::lerp(alpha_, 1.0, grain * grain), alpha_};
+    scatteringAlpha_ = 0.5 * (alphas_.x + alphas_.y);
+    film_ = point.layers.film;
+    filmIor_ = point.layers.filmIor;
+    filmThickness_ = point.layers.filmThickness;
+    if (point.lobe == SurfaceInteraction::Lobe::sheen) {
+        isSheen_ = true;
+        sheenRoughness_ = point.roughness;
+        alpha_ = 1.0;
+        metal_ = point.baseColor;
+        diffuse_ = glm::dvec3(0.0);
+    }
     v_.z = std::max(v_.z, 1e-6);
     // KHR_materials_specular.
-    dielectric_ = glm::min(f0OfIor_ * glm::dvec3(point.material->specularColor), 1.0) * f90_;
+    dielectric_ = glm::min(f0OfIor_ * point.specularColor, 1.0) * f90_;
 }
 
 double Bsdf::clampedCosine(double cosine) const {
@@ -217,28 +233,46 @@ bool Bsdf::isMirror() const {
 // glTF defines metals by Schlick's approximation. For dielectrics, the exact curve interpolates
 // between the colours at normal incidence and at grazing.
 glm::dvec3 Bsdf::fresnel(double cosine) const {
-    const double x = 1.0 - clampedCosine(cosine);
-    return glm::mix(dielectricFresnel(cosine), glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x),
-                    metallic_);
+    return glm::mix(dielectricFresnel(cosine), metalFresnel(cosine), metallic_);
 }
 
 // Several bounces between microfacets are not linear in the reflectance: each of the two materials
 // has its own.
 glm::dvec3 Bsdf::scatteredFresnel(double cosine, double alpha) const {
+    const double mean = std::max(alpha, scatteringAlpha_);
+    return glm::mix(dielectricFresnel(cosine) * multipleScatterFactor(dielectric_, v_.z, mean),
+                    metalFresnel(cosine) * multipleScatterFactor(metal_, v_.z, mean), metallic_);
+}
+
+glm::dvec3 Bsdf::metalFresnel(double cosine) const {
     const double x = 1.0 - clampedCosine(cosine);
-    const glm::dvec3 metal = glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x);
-    return glm::mix(dielectricFresnel(cosine) * multipleScatterFactor(dielectric_, v_.z, alpha),
-                    metal * multipleScatterFactor(metal_, v_.z, alpha), metallic_);
+    return underFilm(glm::mix(metal_, glm::dvec3(1.0), x * x * x * x * x), metal_, cosine);
 }
 
 glm::dvec3 Bsdf::dielectricFresnel(double cosine) const {
     const double exact = reference::fresnel(clampedCosine(cosine), ior_).mean();
     const double curve = std::clamp((exact - f0OfIor_) / (1.0 - f0OfIor_), 0.0, 1.0);
-    return glm::mix(dielectric_, glm::dvec3(f90_), curve);
+    return underFilm(glm::mix(dielectric_, glm::dvec3(f90_), curve), dielectric_, cosine);
+}
+
+glm::dvec3 Bsdf::underFilm(const glm::dvec3& base, const glm::dvec3& f0, double cosine) const {
+    if (!(film_ > 0.0)) return base;
+    return glm::mix(base, filmReflectance(clampedCosine(cosine), filmIor_, filmThickness_, f0),
+                    film_);
+}
+
+glm::dvec3 Bsdf::sheenLobe(const glm::dvec3& l) const {
+    const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
+    return metal_ * reference::sheenLobe(l.z, v_.z, half.z, sheenRoughness_);
 }
 
 Bsdf::SpecularSample Bsdf::sampleSpecular(const glm::dvec2& u) const {
-    const glm::dvec3 normal = isMirror() ? glm::dvec3(0, 0, 1) : sampleVisibleNormal(v_, alpha_, u);
+    if (isSheen_) {
+        const glm::dvec3 l = sampleCosineHemisphere(u);
+        return {.direction = l, .weight = sheenLobe(l) * kPi};
+    }
+    const glm::dvec3 normal =
+        isMirror() ? glm::dvec3(0, 0, 1) : sampleVisibleNormal(v_, alphas_, u);
     const double cosine = glm::dot(v_, normal);
     SpecularSample f{.direction = 2.0 * cosine * normal - v_};
     // glTF mixes a metal with a dielectric, whose lobe alone takes light from the diffuse one.
@@ -247,10 +281,10 @@ Bsdf::SpecularSample Bsdf::sampleSpecular(const glm::dvec2& u) const {
         f.weight = fresnel(cosine);
         dielectric = dielectricFresnel(cosine);
     } else if (f.direction.z > 0.0) {
-        const double visible = maskingShadowing(v_, f.direction, alpha_) / masking(v_, alpha_);
+        const double visible = maskingShadowing(v_, f.direction, alphas_) / masking(v_, alphas_);
         f.weight = scatteredFresnel(cosine, alpha_) * visible;
-        dielectric =
-            dielectricFresnel(cosine) * multipleScatterFactor(dielectric_, v_.z, alpha_) * visible;
+        dielectric = dielectricFresnel(cosine) *
+                     multipleScatterFactor(dielectric_, v_.z, scatteringAlpha_) * visible;
     }
     f.diffuseFactor = 1.0 - greatest(dielectric);
     return f;
@@ -258,21 +292,27 @@ Bsdf::SpecularSample Bsdf::sampleSpecular(const glm::dvec2& u) const {
 
 glm::dvec3 Bsdf::microfacetLobe(const glm::dvec3& l, double alpha, double discRadius2) const {
     const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
+    const glm::dvec2 alphas(std::max(alphas_.x, alpha), alpha);
+    // The footprint of a lobe with a grain is not averaged.
+    const double density = alphas.x > alphas.y ? normalDistribution(half, alphas)
+                                               : meanNormalDistribution(half, alpha, discRadius2);
     return scatteredFresnel(glm::dot(v_, half), alpha) *
-           (meanNormalDistribution(half, alpha, discRadius2) * maskingShadowing(v_, l, alpha) /
-            (4.0 * v_.z * std::max(l.z, 1e-6)));
+           (density * maskingShadowing(v_, l, alphas) / (4.0 * v_.z * std::max(l.z, 1e-6)));
 }
 
 glm::dvec3 Bsdf::evalSpecular(const glm::dvec3& l) const {
-    return isMirror() || l.z <= 0.0 ? glm::dvec3(0.0) : microfacetLobe(l, alpha_, 0.0);
+    if (isMirror() || l.z <= 0.0) return glm::dvec3(0.0);
+    return isSheen_ ? sheenLobe(l) : microfacetLobe(l, alpha_, 0.0);
 }
 
 double Bsdf::specularPdf(const glm::dvec3& l) const {
-    return isMirror() || l.z <= 0.0 ? 0.0 : reflectionPdf(v_, l, alpha_);
+    if (isMirror() || l.z <= 0.0) return 0.0;
+    return isSheen_ ? cosineHemispherePdf(l) : reflectionPdf(v_, l, alphas_);
 }
 
 glm::dvec3 Bsdf::evalPunctual(const glm::dvec3& l, double diffuseScale, double discRadius2) const {
     if (l.z <= 0.0) return glm::dvec3(0.0);
+    if (isSheen_) return sheenLobe(l);
     const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
     const double diffuseFactor = 1.0 - greatest(dielectricFresnel(glm::dot(v_, half)));
     return microfacetLobe(l, std::max(alpha_, kMinPunctualAlpha), discRadius2) +

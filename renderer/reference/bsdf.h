@@ -4,8 +4,8 @@
 // surfaces: a microfacet lobe over a diffuse lobe, mixed as in glTF 2.0 (appendix B), with exact
 // Fresnel for dielectrics.
 //
-// Directions are unit; "local": z is the shading normal. alpha is roughness squared; densities are
-// per steradian.
+// Directions are unit; "local": z is the shading normal. alpha is roughness squared, or two
+// numbers: along x and along y; densities are per steradian.
 #pragma once
 
 #include "reference/scene_geometry.h"
@@ -46,7 +46,10 @@ glm::dvec3 beerLambert(const glm::dvec3& color, double attenuationDistance, doub
 inline constexpr double kMinReferenceAlpha = 1e-3;
 
 // GGX density of microfacet normals.
-double normalDistribution(const glm::dvec3& normal, double alpha);
+double normalDistribution(const glm::dvec3& normal, const glm::dvec2& alpha);
+inline double normalDistribution(const glm::dvec3& normal, double alpha) {
+    return normalDistribution(normal, glm::dvec2(alpha));
+}
 
 // Mean of normalDistribution() over a disc about the normal, in slope space; discRadius2: its
 // squared radius. GGX slopes are distributed like the irradiance from a parallel plane at height
@@ -54,16 +57,31 @@ double normalDistribution(const glm::dvec3& normal, double alpha);
 double meanNormalDistribution(const glm::dvec3& normal, double alpha, double discRadius2);
 
 // Smith's masking G1(v) and height-correlated masking-shadowing G2(v, l).
-double masking(const glm::dvec3& v, double alpha);
-double maskingShadowing(const glm::dvec3& v, const glm::dvec3& l, double alpha);
+double masking(const glm::dvec3& v, const glm::dvec2& alpha);
+double maskingShadowing(const glm::dvec3& v, const glm::dvec3& l, const glm::dvec2& alpha);
+inline double masking(const glm::dvec3& v, double alpha) {
+    return masking(v, glm::dvec2(alpha));
+}
+inline double maskingShadowing(const glm::dvec3& v, const glm::dvec3& l, double alpha) {
+    return maskingShadowing(v, l, glm::dvec2(alpha));
+}
 
 // A microfacet normal sampled from those visible from v (v.z >= 0; Dupuy and Benyoub 2023), and its
 // density.
-glm::dvec3 sampleVisibleNormal(const glm::dvec3& v, double alpha, const glm::dvec2& u);
-double visibleNormalPdf(const glm::dvec3& v, const glm::dvec3& normal, double alpha);
+glm::dvec3 sampleVisibleNormal(const glm::dvec3& v, const glm::dvec2& alpha, const glm::dvec2& u);
+double visibleNormalPdf(const glm::dvec3& v, const glm::dvec3& normal, const glm::dvec2& alpha);
 
 // Density of the reflected direction l when the normal comes from sampleVisibleNormal().
-double reflectionPdf(const glm::dvec3& v, const glm::dvec3& l, double alpha);
+double reflectionPdf(const glm::dvec3& v, const glm::dvec3& l, const glm::dvec2& alpha);
+inline glm::dvec3 sampleVisibleNormal(const glm::dvec3& v, double alpha, const glm::dvec2& u) {
+    return sampleVisibleNormal(v, glm::dvec2(alpha), u);
+}
+inline double visibleNormalPdf(const glm::dvec3& v, const glm::dvec3& normal, double alpha) {
+    return visibleNormalPdf(v, normal, glm::dvec2(alpha));
+}
+inline double reflectionPdf(const glm::dvec3& v, const glm::dvec3& l, double alpha) {
+    return reflectionPdf(v, l, glm::dvec2(alpha));
+}
 
 // Directional albedo of the lobe for perfectly reflecting microfacets, single scattering only.
 // Interpolated from a table that is computed at first use; error below 2e-3.
@@ -115,6 +133,9 @@ public:
 private:
     double clampedCosine(double cosine) const;
     glm::dvec3 dielectricFresnel(double cosine) const;  // of the dielectric alone
+    glm::dvec3 metalFresnel(double cosine) const;
+    glm::dvec3 underFilm(const glm::dvec3& base, const glm::dvec3& f0, double cosine) const;
+    glm::dvec3 sheenLobe(const glm::dvec3& l) const;
     // With what several bounces between microfacets add (Turquin 2019).
     glm::dvec3 scatteredFresnel(double cosine, double alpha) const;
     glm::dvec3 microfacetLobe(const glm::dvec3& l, double alpha, double discRadius2) const;
@@ -123,6 +144,11 @@ private:
     glm::dvec3 v_;
     double leastCosine_ = 0.0;
     double alpha_ = 0.0, metallic_ = 0.0;
+    glm::dvec2 alphas_{0.0};        // along the grain and across it
+    double scatteringAlpha_ = 0.0;  // their mean: of what several bounces add
+    bool isSheen_ = false;
+    double sheenRoughness_ = 0.0;
+    double film_ = 0.0, filmIor_ = 1.0, filmThickness_ = 0.0;
     double ior_ = 1.5, f0OfIor_ = 0.04, f90_ = 1.0;
     glm::dvec3 dielectric_{0.04}, metal_{0.0}, diffuse_{0.0};
 };

@@ -2,6 +2,7 @@
 // internal reflections. Where a sampled direction would hit another microfacet, a new microfacet is
 // sampled, so that no energy is lost.
 #include "reference/bsdf.h"
+#include "reference/layers.h"
 #include "reference/path.h"
 
 namespace clerestory::reference {
@@ -21,7 +22,7 @@ glm::dvec3 sampleMicrofacet(const glm::dvec3& v, double alpha, int attempt, Samp
 void PathTracer::reflectFromGlass(Path& path, const SurfaceInteraction& point,
                                   const glm::dvec3& towards) const {
     path.fromCamera = false;
-    if (point.front && !tracesReflection(*point.surface)) {
+    if (point.front && !tracesReflection(point)) {
         path.radiance += path.throughput * environmentRadiance(point, towards);
         path.terminated = true;
         return;
@@ -31,9 +32,21 @@ void PathTracer::reflectFromGlass(Path& path, const SurfaceInteraction& point,
     path.widen(point.roughness * point.roughness, point.normalSpread);
 }
 
+// KHR_materials_dispersion. The path keeps one primary, chosen at random.
+double PathTracer::dispersedIor(Path& path, const SurfaceInteraction& point) const {
+    const double ior = std::max(1.0, point.ior);
+    const double dispersion = effects_.materialLayers ? point.material->dispersion : 0.0;
+    if (!(dispersion > 0.0)) return ior;
+    if (path.primary < 0) {
+        path.primary = std::min(int(3.0 * path.sampler.get1D()), 2);
+        for (int i = 0; i < 3; ++i) path.throughput[i] *= i == path.primary ? 3.0 : 0.0;
+    }
+    return std::max(1.0, ior + (path.primary - 1) * (ior - 1.0) * 0.025 * dispersion);
+}
+
 void PathTracer::scatterAtSolid(Path& path, const SurfaceInteraction& point) const {
     const Material& m = *point.material;
-    const double ior = std::max(1.0, double(m.ior));
+    const double ior = dispersedIor(path, point);
     MediumStack beyond = path.media;
     if (point.front) {
         beyond.enter(point);
@@ -49,14 +62,20 @@ void PathTracer::scatterAtSolid(Path& path, const SurfaceInteraction& point) con
         const glm::dvec3 facet = sampleMicrofacet(v, alpha, attempt, path.sampler);
         const double cosine = glm::dot(v, facet);
         const double u = path.sampler.get1D();
-        if (u < fresnel(cosine, eta).mean()) {
+        const double bare = fresnel(cosine, eta).mean();
+        const glm::dvec3 reflected =
+            point.front ? underFilm(point, cosine, bare) : glm::dvec3(bare);
+        const double probability = (reflected.x + reflected.y + reflected.z) / 3.0;
+        if (u < probability) {
             const glm::dvec3 l = 2.0 * cosine * facet - v;
             if (l.z <= 0.0 && attempt < kMaxAttempts) continue;
+            path.throughput *= reflected / probability;
             return reflectFromGlass(path, point, frame.toWorld(l));
         }
         const glm::dvec3 l = refracted(-v, facet, eta);
         if (l.z >= 0.0 && attempt < kMaxAttempts) continue;
-        const glm::dvec3 tint = point.front ? point.baseColor : glm::dvec3(1.0);
+        const glm::dvec3 tint = (point.front ? point.baseColor : glm::dvec3(1.0)) *
+                                (1.0 - reflected) / (1.0 - probability);
         path.scatter(SceneGeometry::spawnRay(
                          point, clampToHorizon(frame.toWorld(l), -point.geometricNormal)),
                      tint);
@@ -80,6 +99,12 @@ void PathTracer::scatterAtPane(Path& path, const SurfaceInteraction& point) cons
         PaneCoefficients pane = paneCoefficients(
             cosine, ior,
             beerLambert(m.attenuationColor, m.attenuationDistance, point.thickness / insideCosine));
+        if (point.layers.film > 0.0) {
+            const glm::dvec3 bare(std::min(fresnel(cosine, ior).mean(), 0.999));
+            const glm::dvec3 filmed = underFilm(point, cosine, bare.x);
+            pane.reflected = glm::clamp(pane.reflected + filmed - bare, 0.0, 1.0);
+            pane.transmitted *= (1.0 - filmed) / (1.0 - bare);
+        }
         pane.transmitted *= point.baseColor;
         const double reflected = greatest(pane.reflected),
                      total = reflected + greatest(pane.transmitted);

@@ -2,6 +2,7 @@
 #include "reference/path.h"
 
 #include "reference/bsdf.h"
+#include "reference/layers.h"
 
 namespace clerestory::reference {
 namespace {
@@ -103,7 +104,9 @@ void PathTracer::scatterAt(Path& path, const Hit& hit) const {
         path.throughput *= beerLambert(m.attenuationColor, m.attenuationDistance, hit.distance);
     }
     SurfaceInteraction point = geometry_.interactionAt(hit, path.ray.direction);
-    path.radiance += path.throughput * weightedEmission(path, point);
+    glm::dvec3 emission = weightedEmission(path, point);
+    if (point.layers.clearcoat > 0.0) emission *= belowClearcoat(point, -path.ray.direction);
+    path.radiance += path.throughput * emission;
     if (point.coverage < 1.0 && path.sampler.get1D() >= point.coverage) {
         path.ray = SceneGeometry::spawnRay(point, path.ray.direction);
         return;
@@ -137,7 +140,8 @@ void PathTracer::scatterAt(Path& path, const Hit& hit) const {
         scatterAtSolid(path, point);
 }
 
-void PathTracer::scatterAtOpaque(Path& path, const SurfaceInteraction& point) const {
+void PathTracer::scatterAtOpaque(Path& path, SurfaceInteraction point) const {
+    chooseLayer(point, -path.ray.direction, path.sampler, path.throughput);
     const Bsdf bsdf(point, -path.ray.direction);
     path.radiance += path.throughput * evalPunctualLights(path, point, bsdf, 1.0);
     if (mode_ == ReferenceMode::effects)
@@ -151,9 +155,15 @@ bool PathTracer::hasMaterialMap(const SurfaceInteraction& point) const {
            lighting_.named.contains(point.material->environmentMap);
 }
 
-bool PathTracer::tracesReflection(const Surface& surface) const {
+bool PathTracer::tracesReflection(const SurfaceInteraction& point) const {
+    const Surface& surface = *point.surface;
     if (surface.reason == ReflectorReason::map) return false;
     if (mode_ == ReferenceMode::full) return true;
+    using Lobe = SurfaceInteraction::Lobe;
+    if (point.lobe == Lobe::sheen || point.lobe == Lobe::transmitted) return false;
+    if (surface.reason == ReflectorReason::clearcoat) {
+        return effects_.planarReflection && point.lobe == Lobe::clearcoat;
+    }
     if (surface.reflector == Reflector::flat) return effects_.planarReflection;
     if (surface.reflector == Reflector::curved ||
         surface.reason == ReflectorReason::curvedDielectric) {
@@ -177,7 +187,7 @@ void PathTracer::scatterInEffects(Path& path, const SurfaceInteraction& point,
     path.radiance += path.throughput * point.occlusion * bsdf.diffuse() * specular.diffuseFactor *
                      lighting_.environment.irradianceOverPi(point.normal);
     const glm::dvec3 towards = bsdf.frame().toWorld(specular.direction);
-    if (tracesReflection(*point.surface)) {
+    if (tracesReflection(point)) {
         path.scatter(SceneGeometry::spawnRay(point, clampToHorizon(towards, point.geometricNormal)),
                      specular.weight);
         path.widen(bsdf.alpha(), point.normalSpread);
@@ -199,7 +209,7 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
             ? std::clamp(specularAlbedo / (specularAlbedo + diffuseAlbedo), 0.1, 0.9)
             : 1.0;
     path.fromCamera = false;
-    if (!tracesReflection(*point.surface)) {
+    if (!tracesReflection(point)) {
         const glm::dvec3 towards = bsdf.frame().toWorld(specular.direction);
         path.radiance += path.throughput * specular.weight * environmentRadiance(point, towards);
         probability = 0.0;

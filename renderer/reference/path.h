@@ -66,6 +66,7 @@ private:
         glm::dvec3 throughput{1.0};
         MediumStack media;
         bool fromCamera = true;  // not reflected so far
+        int primary = -1;        // the only one that is left after dispersion; -1: all
         // Solid-angle density of the last bounce if lights were sampled there as well; 0 if they
         // were not, so that emission counts with weight 1.
         double pdf = 0.0;
@@ -91,10 +92,11 @@ private:
     // glass_path.cpp
     void scatterAtPane(Path& path, const SurfaceInteraction& point) const;
     void scatterAtSolid(Path& path, const SurfaceInteraction& point) const;
+    double dispersedIor(Path& path, const SurfaceInteraction& point) const;
     void reflectFromGlass(Path& path, const SurfaceInteraction& point,
                           const glm::dvec3& towards) const;
 
-    void scatterAtOpaque(Path& path, const SurfaceInteraction& point) const;
+    void scatterAtOpaque(Path& path, SurfaceInteraction point) const;
     void scatterInEffects(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf) const;
     void scatterInFull(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf) const;
 
@@ -110,8 +112,8 @@ private:
     // through.
     glm::dvec3 transmittance(Ray ray, bool throughGlass) const;
 
-    // Whether the specular lobe of the surface is traced through the scene.
-    bool tracesReflection(const Surface& surface) const;
+    // Whether the specular lobe at this point is traced through the scene.
+    bool tracesReflection(const SurfaceInteraction& point) const;
     // The environment that the specular lobe reflects where it is not traced.
     glm::dvec3 environmentRadiance(const SurfaceInteraction& point,
                                    const glm::dvec3& towards) const;

@@ -121,6 +121,7 @@ SceneGeometry::SceneGeometry(const Scene& scene, const Pose& pose,
       materials_(materials),
       emission_(effects.emission),
       refraction_(effects.refraction),
+      layers_(effects.materialLayers),
       surfaces_(surfacesOf(scene, materials)) {
     for (const TextureImage& image : scene.images) {
         if (image.texels.size() < std::size_t{4} * image.width * image.height) {
@@ -248,24 +249,58 @@ SurfaceInteraction SceneGeometry::interactionAt(const Hit& hit, const glm::dvec3
         return unitOr(transform.normalFromMesh * glm::dvec3(v.normal), p.geometricNormal);
     };
     glm::dvec3 n = interpolate(normalOf(a), normalOf(b), normalOf(c));
-    if (m.normalTexture.present() && m.normalScale != 0.0f) {
-        const auto tangentOf = [&](const Vertex& v) {
-            const glm::dvec3 tangent(v.tangent);
-            return unitOr(glm::dmat3(transform.worldFromMesh) * tangent, glm::dvec3(0.0));
-        };
-        const glm::dvec3 tangent = interpolate(tangentOf(a), tangentOf(b), tangentOf(c));
-        const glm::dvec3 bitangent = glm::cross(n, tangent) * (a.tangent.w * transform.orientation);
-        const glm::dvec3 mapped =
-            tangentSpaceNormal(scene_, m.normalTexture, slot(m.normalTexture));
-        const double scale = m.normalScale;
-        n = tangent * (mapped.x * scale) + bitangent * (mapped.y * scale) + n * mapped.z;
+    const auto tangentOf = [&](const Vertex& v) {
+        const glm::dvec3 tangent(v.tangent);
+        return unitOr(glm::dmat3(transform.worldFromMesh) * tangent, glm::dvec3(0.0));
+    };
+    const glm::dvec3 tangent = interpolate(tangentOf(a), tangentOf(b), tangentOf(c));
+    const glm::dvec3 bitangent = glm::cross(n, tangent) * (a.tangent.w * transform.orientation);
+    const auto withMap = [&](const TextureSlot& normals, double scale) {
+        glm::dvec3 bumpy = n;
+        if (normals.present() && scale != 0.0) {
+            const glm::dvec3 mapped = tangentSpaceNormal(scene_, normals, slot(normals));
+            bumpy = tangent * (mapped.x * scale) + bitangent * (mapped.y * scale) + n * mapped.z;
+        }
+        bumpy = unitOr(p.front ? bumpy : -bumpy, p.geometricNormal);
+        // A shading normal that faces away from the ray is moved to the horizon.
+        constexpr double kHorizon = 1e-4;
+        const double cosine = -glm::dot(bumpy, direction);
+        return cosine < kHorizon
+                   ? unitOr(bumpy - direction * (kHorizon - cosine), p.geometricNormal)
+                   : bumpy;
+    };
+    p.normal = withMap(m.normalTexture, m.normalScale);
+    p.ior = m.ior;
+    p.specular = m.specular;
+    p.specularColor = m.specularColor;
+    if (!layers_) return p;
+
+    p.specular *= slot(m.specularTexture).a;
+    p.specularColor *= glm::dvec3(slot(m.specularColorTexture));
+    SurfaceInteraction::Layers& layers = p.layers;
+    layers.clearcoat = m.clearcoat * slot(m.clearcoatTexture).r;
+    layers.clearcoatRoughness = m.clearcoatRoughness * slot(m.clearcoatRoughnessTexture).g;
+    layers.clearcoatNormal = withMap(m.clearcoatNormalTexture, m.clearcoatNormalScale);
+    layers.sheen = glm::dvec3(m.sheenColor) * glm::dvec3(slot(m.sheenColorTexture));
+    layers.sheenRoughness = m.sheenRoughness * slot(m.sheenRoughnessTexture).a;
+    layers.film = m.iridescence * slot(m.iridescenceTexture).r;
+    layers.filmIor = m.iridescenceIor;
+    layers.filmThickness =
+        std::lerp(double(m.iridescenceThicknessMin), double(m.iridescenceThickness),
+                  slot(m.iridescenceThicknessTexture).g);
+    layers.throughShare = m.diffuseTransmission * slot(m.diffuseTransmissionTexture).a;
+    layers.through = glm::dvec3(m.diffuseTransmissionColor) *
+                     glm::dvec3(slot(m.diffuseTransmissionColorTexture));
+    if (m.anisotropy > 0.0f) {
+        const glm::dvec4 texel = slot(m.anisotropyTexture);
+        const bool turned = m.anisotropyTexture.present();
+        const glm::dvec2 along = turned ? 2.0 * glm::dvec2(texel) - 1.0 : glm::dvec2(1.0, 0.0);
+        const double c = std::cos(m.anisotropyRotation), s = std::sin(m.anisotropyRotation);
+        const glm::dvec3 grain =
+            tangent * (c * along.x - s * along.y) + bitangent * (s * along.x + c * along.y);
+        layers.anisotropy = m.anisotropy * texel.b;
+        layers.grain = unitOr(grain - p.normal * glm::dot(grain, p.normal), Frame(p.normal).x);
     }
-    n = unitOr(p.front ? n : -n, p.geometricNormal);
-    // A shading normal that faces away from the ray is moved to the horizon.
-    constexpr double kHorizon = 1e-4;
-    const double cosine = -glm::dot(n, direction);
-    if (cosine < kHorizon) n = unitOr(n - direction * (kHorizon - cosine), p.geometricNormal);
-    p.normal = n;
     return p;
 }
 

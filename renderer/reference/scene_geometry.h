@@ -50,6 +50,9 @@ struct Frame {
         x = glm::normalize(glm::cross(axis, normal));
         y = glm::cross(normal, x);
     }
+    // along: unit, perpendicular to the normal.
+    Frame(const glm::dvec3& normal, const glm::dvec3& along)
+        : x(along), y(glm::cross(normal, along)), z(normal) {}
     glm::dvec3 toWorld(const glm::dvec3& v) const { return v.x * x + v.y * y + v.z * z; }
     glm::dvec3 toLocal(const glm::dvec3& v) const {
         return {glm::dot(v, x), glm::dot(v, y), glm::dot(v, z)};
@@ -89,6 +92,24 @@ struct SurfaceInteraction {
     double metallic = 0.0, roughness = 1.0;
     double occlusion = 1.0;
     double transmission = 0.0, thickness = 0.0;  // metres
+    double ior = 1.5, specular = 1.0;
+    glm::dvec3 specularColor{1.0};
+    // What of the surface scatters: all below its layers, or one of them; see chooseLayer().
+    enum class Lobe { base, clearcoat, sheen, transmitted };
+    Lobe lobe = Lobe::base;
+    // As in shaders/include/material_point.glsl.
+    struct Layers {
+        double clearcoat = 0.0, clearcoatRoughness = 0.0;
+        glm::dvec3 clearcoatNormal{0.0, 0.0, 1.0};
+        glm::dvec3 sheen{0.0};
+        double sheenRoughness = 0.0;
+        double film = 0.0, filmIor = 1.3, filmThickness = 0.0;
+        double anisotropy = 0.0;
+        glm::dvec3 grain{1.0, 0.0, 0.0};
+        glm::dvec3 through{0.0};
+        double throughShare = 0.0;
+    };
+    Layers layers;
     glm::dvec3 emission{0.0};
     double normalSpread = 0.0;  // radians by which the normal varies over the pixel footprint
     double discRadius2 = 0.0;   // half vectors of the footprint: squared radius of a disc of slopes
@@ -162,7 +183,7 @@ private:
     const Scene& scene_;
     const Pose& pose_;
     const MaterialBindings& materials_;
-    bool emission_ = true, refraction_ = true;
+    bool emission_ = true, refraction_ = true, layers_ = true;
     std::vector<Surface> surfaces_;
     std::vector<InstanceTransform> transforms_;
     std::vector<Triangle> triangles_;

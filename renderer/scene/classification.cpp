@@ -10,6 +10,8 @@ namespace {
 // A smaller factor does not change an 8-bit image.
 constexpr float kNegligible = 1e-3f;
 
+constexpr float kClearcoatF0 = 0.04f;
+
 glm::vec4 meanOf(const Scene& scene, const TextureSlot& slot) {
     if (!slot.present()) return glm::vec4(1.0f);
     return scene.images[scene.textures[slot.texture].image].mean;
@@ -23,7 +25,15 @@ float reflectanceOf(const Scene& scene, const Material& m, float metallic) {
     const float root = (m.ior - 1.0f) / (m.ior + 1.0f);
     const float dielectric = std::min(1.0f, root * root * m.specular * average(m.specularColor));
     const glm::vec3 base = glm::vec3(m.baseColor) * glm::vec3(meanOf(scene, m.baseColorTexture));
-    return glm::mix(dielectric, std::min(1.0f, average(base)), metallic);
+    // A film adds a reflecting face, mostly as bright as with its base.
+    const float face = (m.iridescenceIor - 1.0f) / (m.iridescenceIor + 1.0f);
+    const float film = 2.0f * m.iridescence * face * face;
+    return std::min(1.0f, glm::mix(dielectric, std::min(1.0f, average(base)), metallic) + film);
+}
+
+float slopeOf(const Scene& scene, const TextureSlot& normals, float scale) {
+    if (!normals.present()) return 0.0f;
+    return scene.images[scene.textures[normals.texture].image].slope * std::abs(scale);
 }
 
 void setReflectors(const Material& m, MaterialClass& c) {
@@ -33,26 +43,37 @@ void setReflectors(const Material& m, MaterialClass& c) {
         c.reasonFlat = c.reasonCurved = reason;
     };
     const bool metal = c.metallic >= kMirrorMetallic;
+    const bool coated = c.clearcoat >= kMirrorClearcoat && c.clearcoatRoughness <= kGlossRoughness;
     const bool hasSpecular = metal || m.specular > 0.0f;
     if (m.unlit) return both(Reflector::none, Reflector::none, ReflectorReason::unlit);
     if (m.reflection == Reflection::none) {
         return both(Reflector::none, Reflector::none, ReflectorReason::disabled);
     }
-    if (!hasSpecular) return both(Reflector::none, Reflector::none, ReflectorReason::noSpecular);
+    if (!hasSpecular && !coated) {
+        return both(Reflector::none, Reflector::none, ReflectorReason::noSpecular);
+    }
     if (!m.environmentMap.empty())
         return both(Reflector::curved, Reflector::curved, ReflectorReason::map);
     if (!m.probe.empty()) return both(Reflector::curved, Reflector::curved, ReflectorReason::probe);
     if (m.reflection == Reflection::mirror) {
         return both(Reflector::flat, Reflector::curved, ReflectorReason::requested);
     }
+    const bool smooth = c.roughness <= (metal ? kMirrorRoughness : kGlossRoughness);
+    if (coated && !smooth && m.alphaMode != AlphaMode::mask) {
+        both(Reflector::flat, Reflector::none, ReflectorReason::clearcoat);
+        c.reasonCurved = metal ? ReflectorReason::roughMetal : ReflectorReason::roughDielectric;
+        return;
+    }
+    if (smooth && m.anisotropy > kMirrorAnisotropy) {
+        return both(Reflector::none, Reflector::none, ReflectorReason::anisotropic);
+    }
     if (metal) {
-        if (c.roughness <= kMirrorRoughness) {
-            return both(Reflector::flat, Reflector::curved, ReflectorReason::metal);
-        }
+        if (smooth) return both(Reflector::flat, Reflector::curved, ReflectorReason::metal);
         return both(Reflector::none, Reflector::none, ReflectorReason::roughMetal);
     }
-    if (c.roughness > kGlossRoughness)
+    if (!smooth) {
         return both(Reflector::none, Reflector::none, ReflectorReason::roughDielectric);
+    }
     if (m.alphaMode == AlphaMode::mask) {
         return both(Reflector::none, Reflector::none, ReflectorReason::alphaMasked);
     }
@@ -97,11 +118,10 @@ MaterialClass classOf(const Scene& scene, const Material& m) {
     c.metallic = m.metallic * surface.b;
     c.roughness = m.roughness * surface.g;
     c.transmission = m.transmission * meanOf(scene, m.transmissionTexture).r;
+    c.clearcoat = m.clearcoat * meanOf(scene, m.clearcoatTexture).r;
+    c.clearcoatRoughness = m.clearcoatRoughness * meanOf(scene, m.clearcoatRoughnessTexture).g;
     c.reflectance = reflectanceOf(scene, m, c.metallic);
-    if (m.normalTexture.present()) {
-        const Index image = scene.textures[m.normalTexture.texture].image;
-        c.slope = scene.images[image].slope * std::abs(m.normalScale);
-    }
+    c.slope = slopeOf(scene, m.normalTexture, m.normalScale);
     const glm::vec3 emitted = emittedRadiance(m);
     c.emitter = !m.unlit && std::max({emitted.x, emitted.y, emitted.z}) > 0.0f;
     // Alpha is coverage, never glass (erratum G6). Metals do not transmit.
@@ -144,6 +164,12 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
                 mirror.reflector = Reflector::flat;
                 mirror.reason = c.reasonFlat;
                 mirror.area = part.area;
+                if (c.reasonFlat == ReflectorReason::clearcoat) {
+                    const Material& m = materials.material(scene, material);
+                    mirror.roughness = c.clearcoatRoughness;
+                    mirror.reflectance = kClearcoatF0 * c.clearcoat;
+                    mirror.slope = slopeOf(scene, m.clearcoatNormalTexture, m.clearcoatNormalScale);
+                }
                 surfaces.push_back(mirror);
                 rest.firstCluster += part.clusterCount;
                 rest.clusterCount -= part.clusterCount;
@@ -166,6 +192,10 @@ std::string reflectorReason(const Scene& scene, const MaterialBindings& material
                              roughness);
         case ReflectorReason::gloss:
             return formatted("smooth (roughness %.2g) and in one plane", roughness);
+        case ReflectorReason::clearcoat:
+            return formatted("a smooth clear coat (roughness %.2g) in one plane", roughness);
+        case ReflectorReason::anisotropic:
+            return formatted("smooth, but anisotropic (strength %.2g)", m.anisotropy);
         case ReflectorReason::requested:
             return "the material has reflection: mirror";
         case ReflectorReason::probe:

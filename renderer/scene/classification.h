@@ -27,6 +27,7 @@ enum class ReflectorReason : std::uint8_t {
     // It reflects:
     metal,      // metallic >= kMirrorMetallic and roughness <= kMirrorRoughness
     gloss,      // a smooth dielectric in one plane: floors, panes, table tops
+    clearcoat,  // a smooth coat in one plane
     requested,  // reflection: mirror
     probe,      // the material names a probe
     map,        // the material names an environment map
@@ -38,11 +39,14 @@ enum class ReflectorReason : std::uint8_t {
     curvedDielectric,  // smooth, but not flat; its highlights come from the environment
     alphaMasked,       // a masked dielectric: leaves, chains, lattices
     noSpecular,        // a dielectric with specular factor 0
+    anisotropic,       // its lobe is long: it reflects the environment map
 };
 
 inline constexpr float kMirrorMetallic = 0.5f;
 inline constexpr float kMirrorRoughness = 0.5f;
 inline constexpr float kGlossRoughness = 0.3f;
+inline constexpr float kMirrorClearcoat = 0.5f;   // least share of the surface
+inline constexpr float kMirrorAnisotropy = 0.1f;  // greatest strength
 
 // The class of a material without its mesh. Factors are multiplied by the mean of their textures.
 struct MaterialClass {
@@ -53,6 +57,7 @@ struct MaterialClass {
     ReflectorReason reasonFlat = ReflectorReason::roughDielectric,
                     reasonCurved = ReflectorReason::roughDielectric;
     float metallic = 0.0f, roughness = 1.0f, transmission = 0.0f;
+    float clearcoat = 0.0f, clearcoatRoughness = 0.0f;
     float reflectance = 0.0f;  // at normal incidence, mean of the channels
     float slope = 0.0f;        // of its normal map: root mean square
 };

@@ -115,14 +115,43 @@ struct Material {
     bool unlit = false;
 
     float ior = 1.5f;
-    float specular = 1.0f;  // KHR_materials_specular: factor and colour of the dielectric F0
+    float specular = 1.0f;        // KHR_materials_specular: factor and colour of the dielectric F0
+    TextureSlot specularTexture;  // A
     glm::vec3 specularColor{1.0f};
+    TextureSlot specularColorTexture;
     float transmission = 0.0f;  // 0..1
     TextureSlot transmissionTexture;
     float thickness = 0.0f;  // metres in mesh space; 0 is a thin-walled surface
     TextureSlot thicknessTexture;
     glm::vec3 attenuationColor{1.0f};
     float attenuationDistance = 0.0f;  // metres; 0: no absorption
+    float dispersion = 0.0f;           // 20 / Abbe number; 0: every colour has `ior`
+
+    // Layers, from the uppermost one down.
+    float clearcoat = 0.0f;        // share of the surface with a clear dielectric coat of index 1.5
+    TextureSlot clearcoatTexture;  // R
+    float clearcoatRoughness = 0.0f;
+    TextureSlot clearcoatRoughnessTexture;  // G
+    TextureSlot clearcoatNormalTexture;     // absent: the mesh's normal
+    float clearcoatNormalScale = 1.0f;
+    glm::vec3 sheenColor{0.0f};  // of fibres that scatter towards grazing angles
+    TextureSlot sheenColorTexture;
+    float sheenRoughness = 0.0f;
+    TextureSlot sheenRoughnessTexture;  // A
+    float iridescence = 0.0f;           // share of the surface with a thin film
+    TextureSlot iridescenceTexture;     // R
+    float iridescenceIor = 1.3f;
+    float iridescenceThicknessMin = 100.0f, iridescenceThickness = 400.0f;  // nanometres
+    // G: from iridescenceThicknessMin to iridescenceThickness
+    TextureSlot iridescenceThicknessTexture;
+    // Of the specular lobe: alpha along the direction is mix(alpha, 1, anisotropy^2).
+    float anisotropy = 0.0f;
+    float anisotropyRotation = 0.0f;         // radians, counter-clockwise from the tangent
+    TextureSlot anisotropyTexture;           // RG: direction from -1 to 1; B: factor
+    float diffuseTransmission = 0.0f;        // share of diffuse light that leaves on the other side
+    TextureSlot diffuseTransmissionTexture;  // A
+    glm::vec3 diffuseTransmissionColor{1.0f};
+    TextureSlot diffuseTransmissionColorTexture;
 
     Reflection reflection = Reflection::automatic;
     std::string probe;           // name in Scene::probes; empty: an automatic probe
@@ -188,6 +217,20 @@ void fields(M& m, V&& visit) {
     visit("transmission", m.transmission, FactorRange{0, 1, 0});
     visit("thickness", m.thickness, FactorRange{0, kMaxFactor, 0});
     visit("attenuationDistance", m.attenuationDistance, FactorRange{0, 1e30f, 0});
+    visit("dispersion", m.dispersion, FactorRange{0, 20, 0});
+    visit("clearcoat", m.clearcoat, FactorRange{0, 1, 0});
+    visit("clearcoatRoughness", m.clearcoatRoughness, FactorRange{0, 1, 0});
+    visit("clearcoatNormalScale", m.clearcoatNormalScale, FactorRange{-kMaxFactor, kMaxFactor, 1});
+    visit("sheenColor", m.sheenColor, FactorRange{0, 1, 0});
+    visit("sheenRoughness", m.sheenRoughness, FactorRange{0, 1, 0});
+    visit("iridescence", m.iridescence, FactorRange{0, 1, 0});
+    visit("iridescenceIor", m.iridescenceIor, FactorRange{1, 10, 1.3f});
+    visit("iridescenceThicknessMin", m.iridescenceThicknessMin, FactorRange{0, 1e5f, 100});
+    visit("iridescenceThickness", m.iridescenceThickness, FactorRange{0, 1e5f, 400});
+    visit("anisotropy", m.anisotropy, FactorRange{0, 1, 0});
+    visit("anisotropyRotation", m.anisotropyRotation, FactorRange{-kMaxFactor, kMaxFactor, 0});
+    visit("diffuseTransmission", m.diffuseTransmission, FactorRange{0, 1, 0});
+    visit("diffuseTransmissionColor", m.diffuseTransmissionColor, kUnit);
     visit("baseColorTexture", m.baseColorTexture, SlotRange{});
     visit("metallicRoughnessTexture", m.metallicRoughnessTexture, SlotRange{});
     visit("normalTexture", m.normalTexture, SlotRange{});
@@ -195,6 +238,18 @@ void fields(M& m, V&& visit) {
     visit("emissiveTexture", m.emissiveTexture, SlotRange{});
     visit("transmissionTexture", m.transmissionTexture, SlotRange{});
     visit("thicknessTexture", m.thicknessTexture, SlotRange{});
+    visit("specularTexture", m.specularTexture, SlotRange{});
+    visit("specularColorTexture", m.specularColorTexture, SlotRange{});
+    visit("clearcoatTexture", m.clearcoatTexture, SlotRange{});
+    visit("clearcoatRoughnessTexture", m.clearcoatRoughnessTexture, SlotRange{});
+    visit("clearcoatNormalTexture", m.clearcoatNormalTexture, SlotRange{});
+    visit("sheenColorTexture", m.sheenColorTexture, SlotRange{});
+    visit("sheenRoughnessTexture", m.sheenRoughnessTexture, SlotRange{});
+    visit("iridescenceTexture", m.iridescenceTexture, SlotRange{});
+    visit("iridescenceThicknessTexture", m.iridescenceThicknessTexture, SlotRange{});
+    visit("anisotropyTexture", m.anisotropyTexture, SlotRange{});
+    visit("diffuseTransmissionTexture", m.diffuseTransmissionTexture, SlotRange{});
+    visit("diffuseTransmissionColorTexture", m.diffuseTransmissionColorTexture, SlotRange{});
     visit("reflection", m.reflection, EnumRange<Reflection>{Reflection::mirror});
     visit("probe", m.probe, Text{kMaxName});
     visit("environmentMap", m.environmentMap, Text{kMaxName});
@@ -210,7 +265,7 @@ template <class M>
 requires std::same_as<std::remove_const_t<M>, Material>
 auto textureSlots(M& m) {
     using Slot = std::conditional_t<std::is_const_v<M>, const TextureSlot, TextureSlot>;
-    std::array<Slot*, 7> slots{};
+    std::array<Slot*, 19> slots{};
     std::size_t count = 0;
     fields(m, [&](const char*, auto& member, const auto& kind) {
         if constexpr (std::same_as<std::decay_t<decltype(kind)>, SlotRange>) {
@@ -218,6 +273,13 @@ auto textureSlots(M& m) {
         }
     });
     return slots;
+}
+
+// Clear coat, sheen, iridescence, anisotropy, diffuse transmission or dispersion.
+inline bool hasLayers(const Material& m) {
+    return m.clearcoat > 0.0f || m.sheenColor != glm::vec3(0.0f) || m.iridescence > 0.0f ||
+           m.anisotropy > 0.0f || m.diffuseTransmission > 0.0f ||
+           (m.dispersion > 0.0f && m.transmission > 0.0f);
 }
 
 // The emitted radiance per channel, before the texture.

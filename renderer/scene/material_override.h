@@ -30,6 +30,18 @@ struct MaterialOverride {
     std::optional<double> thickness;
     std::optional<glm::dvec3> attenuationColor;
     std::optional<double> attenuationDistance;
+    std::optional<double> dispersion;
+    std::optional<double> clearcoat;
+    std::optional<double> clearcoatRoughness;
+    std::optional<glm::dvec3> sheenColor;
+    std::optional<double> sheenRoughness;
+    std::optional<double> iridescence;
+    std::optional<double> iridescenceIor;
+    std::optional<double> iridescenceThickness;
+    std::optional<double> anisotropy;
+    std::optional<double> anisotropyRotation;
+    std::optional<double> diffuseTransmission;
+    std::optional<glm::dvec3> diffuseTransmissionColor;
     std::optional<Reflection> reflection;
     std::optional<std::string> probe;
     std::optional<std::string> environmentMap;
@@ -61,6 +73,21 @@ void fields(O& o, V&& visit) {
           "what white light becomes after attenuationDistance");
     visit("attenuationDistance", o.attenuationDistance, Range{0, 1e9},
           "metres; 0: absorbs nothing");
+    visit("dispersion", o.dispersion, Range{0, 20}, "of solid glass: 20 / Abbe number");
+    visit("clearcoat", o.clearcoat, Range{0, 1}, "share of the surface with a clear coat");
+    visit("clearcoatRoughness", o.clearcoatRoughness, Range{0, 1}, "perceptual");
+    visit("sheenColor", o.sheenColor, Range{0, 1}, "linear RGB of fibres on the surface; 0: none");
+    visit("sheenRoughness", o.sheenRoughness, Range{0, 1}, "perceptual");
+    visit("iridescence", o.iridescence, Range{0, 1}, "share of the surface with a thin film");
+    visit("iridescenceIor", o.iridescenceIor, Range{1, 10}, "index of refraction of the film");
+    visit("iridescenceThickness", o.iridescenceThickness, Range{0, 1e5},
+          "of the film, nanometres; of textured films where the texture is 1");
+    visit("anisotropy", o.anisotropy, Range{0, 1}, "0: the lobe is round; 1: longest");
+    visit("anisotropyRotation", o.anisotropyRotation, Range{-1e6, 1e6},
+          "of its direction, radians counter-clockwise from the tangent");
+    visit("diffuseTransmission", o.diffuseTransmission, Range{0, 1},
+          "share of diffuse light that leaves on the other side");
+    visit("diffuseTransmissionColor", o.diffuseTransmissionColor, Range{0, 1}, "linear RGB");
     visit("reflection", o.reflection, reflectionChoice(),
           "whether it reflects the scene; automatic: by metallic and roughness");
     visit("probe", o.probe, Text{128}, "a probe of the scene that it reflects; empty: its own");

@@ -22,9 +22,9 @@ struct MeshDraft {
 
 // Drops triangles that are degenerate, out of range or not finite. Generates normals (weighted by
 // area, smooth) and tangents (from texCoord0, or any perpendicular) where the draft has none, or
-// zero or non-finite ones; tangents follow the axes of the material's normal texture. Finds flat parts and makes clusters of at most kClusterTriangles. Each
-// kind of repair adds one ImportWarning with a count. Returns kNone, with a warning, if no triangle
-// is left.
+// zero or non-finite ones; tangents follow the axes of the material's normal texture. Finds flat
+// parts and makes clusters of at most kClusterTriangles. Each kind of repair adds one ImportWarning
+// with a count. Returns kNone, with a warning, if no triangle is left.
 Index addMesh(Scene& scene, MeshDraft draft);
 // The same. Sets `sources` to the draft's vertex index of each vertex that was appended to the
 // scene.

@@ -78,10 +78,8 @@ std::vector<Index> partnersOf(const Scene& scene) {
         return scene.textures[slot.texture].image;
     };
     for (const Material& m : scene.materials) {
-        for (const TextureSlot* slot :
-             {&m.baseColorTexture, &m.metallicRoughnessTexture, &m.occlusionTexture,
-              &m.emissiveTexture, &m.transmissionTexture, &m.thicknessTexture}) {
-            if (slot->present()) partners[imageOf(*slot)] = kNoPartner;
+        for (const TextureSlot* slot : textureSlots(m)) {
+            if (slot->present() && slot != &m.normalTexture) partners[imageOf(*slot)] = kNoPartner;
         }
         if (!m.normalTexture.present()) continue;
         Index& partner = partners[imageOf(m.normalTexture)];
@@ -165,10 +163,12 @@ float slopeOf(const TextureImage& image) {
 void measureSlopes(Scene& scene) {
     std::vector<bool> measured(scene.images.size());
     for (const Material& m : scene.materials) {
-        if (!m.normalTexture.present()) continue;
-        const Index image = scene.textures[m.normalTexture.texture].image;
-        if (!measured[image]) scene.images[image].slope = slopeOf(scene.images[image]);
-        measured[image] = true;
+        for (const TextureSlot* slot : {&m.normalTexture, &m.clearcoatNormalTexture}) {
+            if (!slot->present()) continue;
+            const Index image = scene.textures[slot->texture].image;
+            if (!measured[image]) scene.images[image].slope = slopeOf(scene.images[image]);
+            measured[image] = true;
+        }
     }
 }
 

@@ -86,6 +86,7 @@ ordered_json comparisonSchema() {
                                                {"refraction", effect},
                                                {"planarReflection", effect},
                                                {"environmentReflection", effect},
+                                               {"materialLayers", effect},
                                                {"shadows", effect},
                                                {"indirectLight", effect}})},
          {"closedGap", kMeasure},

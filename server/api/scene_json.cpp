@@ -99,6 +99,9 @@ public:
         if (any([](const Surface& s) { return s.reflector == Reflector::curved; })) {
             list.push_back("environmentReflection");
         }
+        if (any([&](const Surface& s) { return hasLayers(material(s)); })) {
+            list.push_back("materialLayers");
+        }
         return list;
     }
 

@@ -7,6 +7,7 @@
 #define BINDING_FILTER 3
 #define BINDING_REFLECTION 4
 #define BINDING_TRACE 5
+#define BINDING_LAYERS 6
 
 // Texture units.
 #define UNIT_BASE_COLOR 0
@@ -35,11 +36,38 @@
 #define UNIT_SHADOWS 21
 #define UNIT_SHADOW_DEPTHS 22
 #define UNIT_SHADOW_TINTS 23
+// Of the slots from SLOT_SPECULAR on, one after another.
+#define UNIT_SPECULAR 32
+#define UNIT_SPECULAR_COLOR 33
+#define UNIT_CLEARCOAT 34
+#define UNIT_CLEARCOAT_ROUGHNESS 35
+#define UNIT_CLEARCOAT_NORMAL 36
+#define UNIT_SHEEN_COLOR 37
+#define UNIT_SHEEN_ROUGHNESS 38
+#define UNIT_IRIDESCENCE 39
+#define UNIT_IRIDESCENCE_THICKNESS 40
+#define UNIT_ANISOTROPY 41
+#define UNIT_DIFFUSE_TRANSMISSION 42
+#define UNIT_DIFFUSE_TRANSMISSION_COLOR 43
 
 // The slots of a material's textures: the first five are their own units.
 #define SLOT_TRANSMISSION 5
 #define SLOT_THICKNESS 6
-#define MATERIAL_SLOTS 7
+#define SLOT_SPECULAR 7
+#define SLOT_SPECULAR_COLOR 8
+#define SLOT_CLEARCOAT 9
+#define SLOT_CLEARCOAT_ROUGHNESS 10
+#define SLOT_CLEARCOAT_NORMAL 11
+#define SLOT_SHEEN_COLOR 12
+#define SLOT_SHEEN_ROUGHNESS 13
+#define SLOT_IRIDESCENCE 14
+#define SLOT_IRIDESCENCE_THICKNESS 15
+#define SLOT_ANISOTROPY 16
+#define SLOT_DIFFUSE_TRANSMISSION 17
+#define SLOT_DIFFUSE_TRANSMISSION_COLOR 18
+#define MATERIAL_SLOTS 19
+#define BASE_SLOTS 7
+#define LAYER_SLOTS 12  // from SLOT_SPECULAR on
 
 // Vertex attributes; the last six belong to the draw.
 #define ATTRIBUTE_POSITION 0
@@ -69,7 +97,8 @@
 #define TRACE_TRIANGLE_ROWS 3
 #define TRACE_VERTEX_PAIRS 9
 #define TRACE_INSTANCE_ROWS 7
-#define TRACE_MATERIAL_ROWS 20
+#define TRACE_MATERIAL_ROWS 49
+#define TRACE_LAYERS 20  // a LayerBlock follows the MaterialBlock
 #define TRACE_TEXTURE_ROWS 16  // a row about it, and one for each level
 
 // What a traced material is, bit by bit; PANE and SOLID are of an instance.

@@ -25,6 +25,15 @@ BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)
     vec4 texCoordRows[14];  // slot s: u = dot(row[2s].xyz, (uv, 1)), v by row[2s + 1]; w: which set
 BLOCK_END(material)
 
+BLOCK_BEGIN(LayerBlock, BINDING_LAYERS)
+    vec4 clearcoat;            // factor, roughness, normal scale, dispersion
+    vec4 sheen;                // rgb; w: roughness
+    vec4 iridescence;          // factor, ior, least and greatest thickness (nanometres)
+    vec4 anisotropy;           // strength, cosine and sine of the rotation
+    vec4 diffuseTransmission;  // rgb; w: factor
+    vec4 texCoordRows[24];     // as in MaterialBlock, of the slots from SLOT_SPECULAR on
+BLOCK_END(layerBlock)
+
 BLOCK_BEGIN(PrefilterBlock, BINDING_PREFILTER)
     vec4 faceAxes[3];  // the face's normal, and its directions of growing s and t
     ivec4 counts;      // samples; axis of a blur

@@ -47,3 +47,27 @@ const uint VIEW_SHADOWS_SOFT = 1u << 8;  // a lamp has a radius
 const uint VIEW_SHADOWS_TINTED = 1u << 9;  // by glass and veils
 const uint VIEW_SURFACE_LIGHT = 1u << 4;  // vertices have light of their surroundings
 #define viewHas(bit) ((VIEW & (bit)) != 0u)  // a macro as has() is
+
+// Layers of a draw's material and their textures: bits of LAYERS, the upper half of Draw::features.
+// HIT_LAYERS: those that some surface has which rays may meet.
+const uint LAYER_CLEARCOAT = 1u << 0;
+const uint LAYER_CLEARCOAT_MAP = 1u << 1;
+const uint LAYER_CLEARCOAT_ROUGHNESS_MAP = 1u << 2;
+const uint LAYER_CLEARCOAT_NORMAL_MAP = 1u << 3;
+const uint LAYER_CLEARCOAT_MIRRORS = 1u << 4;  // the coat, not the base, mirrors the picture or rays
+const uint LAYER_SHEEN = 1u << 5;
+const uint LAYER_SHEEN_COLOR_MAP = 1u << 6;
+const uint LAYER_SHEEN_ROUGHNESS_MAP = 1u << 7;
+const uint LAYER_IRIDESCENCE = 1u << 8;
+const uint LAYER_IRIDESCENCE_MAP = 1u << 9;
+const uint LAYER_IRIDESCENCE_THICKNESS_MAP = 1u << 10;
+const uint LAYER_ANISOTROPY = 1u << 11;
+const uint LAYER_ANISOTROPY_MAP = 1u << 12;
+const uint LAYER_DIFFUSE_TRANSMISSION = 1u << 13;
+const uint LAYER_DIFFUSE_TRANSMISSION_MAP = 1u << 14;
+const uint LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP = 1u << 15;
+const uint LAYER_DISPERSION = 1u << 16;
+const uint LAYER_SPECULAR_MAP = 1u << 17;
+const uint LAYER_SPECULAR_COLOR_MAP = 1u << 18;
+const uint LAYERS_WITH_TANGENTS = LAYER_CLEARCOAT_NORMAL_MAP | LAYER_ANISOTROPY;
+#define layered(bit) ((LAYERS & (bit)) != 0u)  // a macro as has() is

@@ -104,6 +104,40 @@ struct GlassLight {
     vec3 throughShare;
 };
 
+// The shares under a film, whose reflectance takes the place of the face's own.
+GlassShares underFilm(GlassShares shares, Layers l, float c, float fresnel) {
+#if HAS_LAYERS
+    if (layered(LAYER_IRIDESCENCE)) {
+        vec3 face = vec3(min(fresnel, 0.999f));
+        vec3 film = filmReflectance(c, l.filmIor, l.filmThickness, vec3(f0FromIor(material.glass.y)));
+        vec3 changed = mix(face, film, l.film);
+        shares.reflected = clamp(shares.reflected + changed - face, 0.0f, 1.0f);
+        shares.transmitted *= (vec3(1.0f) - changed) / (vec3(1.0f) - face);
+    }
+#endif
+    return shares;
+}
+
+// roundness: see ballShare(). inside: the eye is in the glass, before one interface.
+Crossing crossingOf(vec3 position, vec3 incident, vec3 normal, float ior, float thickness,
+                    float roundness, bool inside) {
+    if (!has(FEATURE_SOLID)) return throughPane(incident, normal, ior, thickness);
+    if (inside) {
+        Crossing way;
+        way.offset = vec3(0.0f);
+        way.direction = refracted(incident, normal, 1.0f / ior).direction;
+        return way;
+    }
+    if (has(FEATURE_BACK_FACES)) return throughBody(position, incident, normal, ior, thickness);
+    return crossingBetween(throughPane(incident, normal, ior, thickness),
+                           throughBall(incident, normal, ior, thickness), roundness);
+}
+
+vec3 seenThrough(Crossing way, vec3 position, float spread) {
+    return has(FEATURE_BACKDROP) ? behindGlass(position + way.offset, way.direction, spread)
+                                 : environmentAlong(way.direction, min(spread, 1.0f));
+}
+
 GlassLight glassLight(Surface s, vec3 position, Glass g) {
     vec3 incident = -s.toEye;
     float c = max(dot(s.normal, s.toEye), 0.0f);
@@ -113,35 +147,35 @@ GlassLight glassLight(Surface s, vec3 position, Glass g) {
     float spread = glassSpread(s.roughness * s.roughness, c, g.ior);
 
     GlassShares shares;
-    Crossing way;
     // Neighbouring pixels are compared, so where all of them come by.
     float roundness = has(FEATURE_SOLID) && !has(FEATURE_BACK_FACES)
                       ? ballShare(g.thickness, curvatureAt(position))
                       : 1.0f;
-    if (inside) {  // the eye is in the glass: one interface
-        Refraction leaving = refracted(incident, s.normal, eta);
+    Crossing way = crossingOf(position, incident, s.normal, g.ior, g.thickness, roundness, inside);
+    if (inside) {
         shares.reflected = vec3(fresnel);
         shares.transmitted = vec3(1.0f - fresnel);
-        way.offset = vec3(0.0f);
-        way.direction = leaving.direction;
     } else if (has(FEATURE_SOLID)) {
-        way = has(FEATURE_BACK_FACES)
-                  ? throughBody(position, incident, s.normal, g.ior, g.thickness)
-                  : crossingBetween(throughPane(incident, s.normal, g.ior, g.thickness),
-                                    throughBall(incident, s.normal, g.ior, g.thickness), roundness);
         vec3 clear = absorption(material.attenuation.rgb, material.glass.w, way.path);
         GlassShares wall = paneShares(fresnel, clear);
         shares = solidShares(fresnel, clear);
         shares.reflected = mix(wall.reflected, shares.reflected, roundness);
         shares.transmitted = mix(wall.transmitted, shares.transmitted, roundness);
     } else {
-        way = throughPane(incident, s.normal, g.ior, g.thickness);
         shares = paneShares(fresnel, absorption(material.attenuation.rgb, material.glass.w,
                                                 way.path));
     }
-    vec3 behind = has(FEATURE_BACKDROP)
-                      ? behindGlass(position + way.offset, way.direction, spread)
-                      : environmentAlong(way.direction, min(spread, 1.0f));
+    if (!inside) shares = underFilm(shares, s.layers, c, fresnel);
+    vec3 behind = seenThrough(way, position, spread);
+#if HAS_LAYERS
+    if (layered(LAYER_DISPERSION) && has(FEATURE_SOLID)) {
+        vec3 iors = dispersedIors(g.ior, layerBlock.clearcoat.w);
+        Crossing red = crossingOf(position, incident, s.normal, iors.r, g.thickness, roundness, inside);
+        Crossing blue = crossingOf(position, incident, s.normal, iors.b, g.thickness, roundness, inside);
+        behind.r = seenThrough(red, position, spread).r;
+        behind.b = seenThrough(blue, position, spread).b;
+    }
+#endif
     vec3 mirrored = reflectedRadiance(s, position);
     return GlassLight(mirrored, shares.reflected * mirrored + shares.transmitted * g.tint * behind,
                       shares.reflected, vec3(0.0f));
@@ -167,6 +201,7 @@ GlassLight tracedGlassLight(Surface s, vec3 position, Glass g) {
         aside = vec3(0.0f);
         through = bent.direction;
     }
+    if (!inside) shares = underFilm(shares, s.layers, c, fresnel);
     float lobe = glassSpread(s.roughness * s.roughness, c, g.ior);
     GlassRays rays = tracedThrough(s, position, aside, through, lobe);
     vec3 absorbed = inside ? clear : vec3(1.0f);  // on the way to the eye

@@ -1,11 +1,12 @@
 // The point of a surface that a ray has met: what surface.vert and material.glsl find out for a pixel,
 // from tables, because no texture can be bound for it. VARIANT holds the features that some surface
-// of the scene has; what none has is left out. After trace.glsl. Compiled as GLSL and as C++
-// (renderer/rays/follow.cpp).
+// of the scene has; what none has is left out. After trace.glsl and iorOfPath(), which says the index
+// of a body that disperses light. Compiled as GLSL and as C++ (renderer/rays/follow.cpp).
 #include "include/ray.glsl"
 #include "include/surface_light.glsl"
 
 #define hitHas(feature) ((uint(VARIANT) & (feature)) != 0u)  // a macro as has() is
+#define hitLayered(bit) ((HIT_LAYERS & (bit)) != 0u)
 
 // All vectors have the axes of eye space; `place` alone is relative to the hierarchy's origin and
 // has the world's, as the traversal requires.
@@ -87,10 +88,15 @@ struct HitCoordinates {
     float perMetre1;
 };
 
+// Of the slot's two rows, the first.
+int slotRow(int material, int slot) {
+    return material + 2 * slot + (slot < BASE_SLOTS ? 6 : TRACE_LAYERS + 5 - 2 * BASE_SLOTS);
+}
+
 // White where the material's slot has no texture.
 vec4 slotAtHit(int material, int slot, HitCoordinates c, float width, bool blended) {
-    vec4 uRow = texelFetch(traceMaterials, material + 6 + 2 * slot);
-    vec4 vRow = texelFetch(traceMaterials, material + 7 + 2 * slot);
+    vec4 uRow = texelFetch(traceMaterials, slotRow(material, slot));
+    vec4 vRow = texelFetch(traceMaterials, slotRow(material, slot) + 1);
     vec2 uv = c.uv0;
     float perMetre = c.perMetre0;
     if (hitHas(FEATURE_SECOND_TEXCOORD)) {
@@ -154,6 +160,85 @@ SurfaceLight lightAtHit(float first, int a, int b, int c, vec3 weights) {
     return light;
 }
 
+// ---- layers ------------------------------------------------------------------------------------
+
+// normal: of the base; n, t, bitangentSign: of the mesh, n not unit.
+Layers layersAtHit(int m, HitCoordinates uv, float footprint, vec3 normal, vec3 n, vec3 t,
+                   float bitangentSign, bool front) {
+    Layers l = noLayers();
+    int row = m + TRACE_LAYERS;
+    if (hitLayered(LAYER_CLEARCOAT)) {
+        vec4 coat = texelFetch(traceMaterials, row);
+        l.clearcoat = coat.x;
+        l.clearcoatRoughness = coat.y;
+        if (hitLayered(LAYER_CLEARCOAT_MAP)) {
+            l.clearcoat *= slotAtHit(m, SLOT_CLEARCOAT, uv, footprint, false).r;
+        }
+        if (hitLayered(LAYER_CLEARCOAT_ROUGHNESS_MAP)) {
+            l.clearcoatRoughness *=
+                slotAtHit(m, SLOT_CLEARCOAT_ROUGHNESS, uv, footprint, false).g;
+        }
+        vec3 coatNormal = n;
+        bool bumpy = texelFetch(traceMaterials, slotRow(m, SLOT_CLEARCOAT_NORMAL) + 1).w > 0.5f;
+        if (hitLayered(LAYER_CLEARCOAT_NORMAL_MAP) && bumpy) {
+            vec4 texel = slotAtHit(m, SLOT_CLEARCOAT_NORMAL, uv, footprint, false);
+            vec3 bump = texel.xyz * 2.0f - 1.0f;
+            coatNormal = t * (bump.x * coat.z) +
+                         cross(n, t) * (bitangentSign * bump.y * coat.z) + n * bump.z;
+        }
+        coatNormal = direction(coatNormal);
+        l.clearcoatNormal = front ? coatNormal : -coatNormal;
+    }
+    if (hitLayered(LAYER_SHEEN)) {
+        vec4 sheen = texelFetch(traceMaterials, row + 1);
+        l.sheen = sheen.rgb;
+        l.sheenRoughness = sheen.w;
+        if (hitLayered(LAYER_SHEEN_COLOR_MAP)) {
+            l.sheen *= slotAtHit(m, SLOT_SHEEN_COLOR, uv, footprint, true).rgb;
+        }
+        if (hitLayered(LAYER_SHEEN_ROUGHNESS_MAP)) {
+            l.sheenRoughness *= slotAtHit(m, SLOT_SHEEN_ROUGHNESS, uv, footprint, false).a;
+        }
+    }
+    if (hitLayered(LAYER_IRIDESCENCE)) {
+        vec4 film = texelFetch(traceMaterials, row + 2);
+        l.film = film.x;
+        l.filmIor = film.y;
+        l.filmThickness = film.w;
+        if (hitLayered(LAYER_IRIDESCENCE_MAP)) {
+            l.film *= slotAtHit(m, SLOT_IRIDESCENCE, uv, footprint, false).r;
+        }
+        if (hitLayered(LAYER_IRIDESCENCE_THICKNESS_MAP)) {
+            float part = slotAtHit(m, SLOT_IRIDESCENCE_THICKNESS, uv, footprint, false).g;
+            l.filmThickness = mix(film.z, film.w, part);  // without a texture: 1
+        }
+    }
+    if (hitLayered(LAYER_ANISOTROPY)) {
+        vec4 anisotropy = texelFetch(traceMaterials, row + 3);
+        l.anisotropy = anisotropy.x;
+        vec2 along = vec2(anisotropy.y, anisotropy.z);
+        bool mapped = texelFetch(traceMaterials, slotRow(m, SLOT_ANISOTROPY) + 1).w > 0.5f;
+        if (hitLayered(LAYER_ANISOTROPY_MAP) && mapped) {
+            vec4 texel = slotAtHit(m, SLOT_ANISOTROPY, uv, footprint, false);
+            l.anisotropy *= texel.b;
+            along = grainOf(along, vec2(texel.x, texel.y));
+        }
+        l.grain = grainDirection(normal, t, cross(n, t) * bitangentSign, along);
+    }
+    if (hitLayered(LAYER_DIFFUSE_TRANSMISSION)) {
+        vec4 through = texelFetch(traceMaterials, row + 4);
+        l.through = through.rgb;
+        l.throughShare = through.w;
+        if (hitLayered(LAYER_DIFFUSE_TRANSMISSION_MAP)) {
+            l.throughShare *= slotAtHit(m, SLOT_DIFFUSE_TRANSMISSION, uv, footprint, false).a;
+        }
+        if (hitLayered(LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP)) {
+            l.through *= slotAtHit(m, SLOT_DIFFUSE_TRANSMISSION_COLOR, uv, footprint, true).rgb;
+        }
+    }
+    return l;
+}
+
 // ---- the point ---------------------------------------------------------------------------------
 
 // along: the ray's direction, unit. width: of its cone at the hit, metres.
@@ -215,6 +300,9 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     p.flags = int(attenuation.w) | int(e2.w);
     p.attenuation = attenuation.rgb;
     p.glass = texelFetch(traceMaterials, m + 4);
+    if (hitLayered(LAYER_DISPERSION)) {
+        p.glass.y = iorOfPath(p.glass.y, texelFetch(traceMaterials, m + TRACE_LAYERS).w);
+    }
     p.glass.z *= e1.w;
     p.cutoff = (p.flags & TRACE_MASK) != 0 ? emissive.w : -1.0f;
     if (hitHas(FEATURE_TRANSMISSION_MAP)) {
@@ -244,6 +332,15 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     point.specular = dielectric.w;
     // As materialBlock() has it.
     point.grazing = dielectric.w * min(9.0f * (p.glass.y - 1.0f) / (p.glass.y + 1.0f), 1.0f);
+    if (hitLayered(LAYER_SPECULAR_MAP)) {
+        float factor = slotAtHit(m, SLOT_SPECULAR, uv, footprint, false).a;
+        point.dielectricF0 *= factor;
+        point.specular *= factor;
+        point.grazing *= factor;
+    }
+    if (hitLayered(LAYER_SPECULAR_COLOR_MAP)) {
+        point.dielectricF0 *= slotAtHit(m, SLOT_SPECULAR_COLOR, uv, footprint, true).rgb;
+    }
 
     vec3 normalA = direction(times(n0, n1, n2, vertexNormalOf(vertexA)));
     vec3 normalB = direction(times(n0, n1, n2, vertexNormalOf(vertexB)));
@@ -251,20 +348,27 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     vec3 n = normalA * wa + normalB * wb + normalC * wc;
     p.curvature = max(distance(normalA, normalB) / max(distance(a.xyz, b.xyz), 1e-30f),
                       distance(normalA, normalC) / max(distance(a.xyz, c.xyz), 1e-30f));
-    if (hitHas(FEATURE_NORMAL_MAP)) {
+    vec3 meshNormal = n;
+    vec3 t = vec3(0.0f);
+    float bitangentSign = 1.0f;
+    if (hitHas(FEATURE_NORMAL_MAP) || hitLayered(LAYERS_WITH_TANGENTS)) {
         vec4 tangentA = vertexTangentOf(vertexA);
-        vec3 t = direction(times(e0, e1, e2, tangentA.xyz)) * wa +
-                 direction(times(e0, e1, e2, vertexTangentOf(vertexB).xyz)) * wb +
-                 direction(times(e0, e1, e2, vertexTangentOf(vertexC).xyz)) * wc;
+        t = direction(times(e0, e1, e2, tangentA.xyz)) * wa +
+            direction(times(e0, e1, e2, vertexTangentOf(vertexB).xyz)) * wb +
+            direction(times(e0, e1, e2, vertexTangentOf(vertexC).xyz)) * wc;
+        bitangentSign = tangentA.w * e0.w;
+    }
+    if (hitHas(FEATURE_NORMAL_MAP)) {
         vec4 texel = slotAtHit(m, UNIT_NORMAL, uv, footprint, false);
         bool joined = hitHas(FEATURE_PACKED_NORMAL) && (p.flags & TRACE_PACKED_NORMAL) != 0;
         vec3 bump = joined ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
         bool bumpy = texelFetch(traceMaterials, m + 7 + 2 * UNIT_NORMAL).w > 0.5f;
         bump = bumpy ? vec3(bump.xy * surface.z, bump.z) : vec3(0.0f, 0.0f, 1.0f);
-        n = t * bump.x + cross(n, t) * (tangentA.w * e0.w * bump.y) + n * bump.z;
+        n = t * bump.x + cross(n, t) * (bitangentSign * bump.y) + n * bump.z;
     }
     n = direction(n);
     point.normal = p.front ? n : -n;
+    point.layers = layersAtHit(m, uv, footprint, point.normal, meshNormal, t, bitangentSign, p.front);
     if (viewHas(VIEW_SURFACE_LIGHT)) p.light = lightOnSide(p.light, p.front, n);
     point.occlusion = 1.0f;
     if (hitHas(FEATURE_OCCLUSION_MAP)) {

@@ -1,7 +1,11 @@
 // Light that reaches a point of a surface, and what of it the surface sends to who looks: lamps one
 // by one, the environment as nine harmonics and a cube prefiltered by roughness.
 
+#include "include/layers.glsl"
 #include "include/surface_light.glsl"
+
+// Layers that a surface may have which is shaded here: the pixel's, or those of what a ray has met.
+#define shades(bit) ((SHADED_LAYERS & (bit)) != 0u)
 
 // Texels along an edge of environmentBrdf.
 const float kBrdfSize = 32.0f;
@@ -31,6 +35,10 @@ struct Surface {
     float diffuseShare;
     vec2 dielectric;
     SurfaceLight light;  // if VIEW_SURFACE_LIGHT
+    Layers layers;
+    float clearcoatReflectance;  // of a uniform environment, times the coat's share
+    float sheenAlbedo;
+    float belowSheen, belowClearcoat;  // what these leave to what lies below them
     // For lamps, the same for each of them:
     float alphaSquared;
     float masking;  // Smith's root for the eye
@@ -48,6 +56,12 @@ float leastCosineOver(float faceCosineSquared) {
     return max(sqrt(0.5f - 0.5f * sine), kMinCosine);
 }
 
+// The reflectance at normal incidence of a base whose film reflects as much as it does at this angle.
+vec3 underFilm(Layers l, float nDotV, vec3 f0, float f90) {
+    vec3 reflectance = filmReflectance(nDotV, l.filmIor, l.filmThickness, f0);
+    return mix(f0, f0Through(reflectance, f90, nDotV), l.film);
+}
+
 // leastCosine: see leastCosineOver().
 Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
     Surface s;
@@ -55,22 +69,52 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
     s.toEye = toEye;
     s.nDotV = max(dot(s.normal, s.toEye), leastCosine);
     s.diffuse = m.baseColor.rgb * (1.0f - m.metallic);
-    s.f0 = mix(m.dielectricF0, m.baseColor.rgb, m.metallic);
+    s.layers = m.layers;
+    if (shades(LAYER_DIFFUSE_TRANSMISSION)) {
+        s.diffuse *= 1.0f - s.layers.throughShare;
+        s.layers.through *= s.layers.throughShare * (1.0f - m.metallic);
+    }
+    vec3 dielectricF0 = m.dielectricF0;
+    vec3 metalF0 = m.baseColor.rgb;
+    if (shades(LAYER_IRIDESCENCE)) {
+        dielectricF0 = underFilm(m.layers, s.nDotV, dielectricF0, m.grazing);
+        metalF0 = underFilm(m.layers, s.nDotV, metalF0, 1.0f);
+    }
+    s.f0 = mix(dielectricF0, metalF0, m.metallic);
     s.f90 = mix(m.grazing, 1.0f, m.metallic);
     s.roughness = m.roughness;
+    float scattering = s.roughness;
+    if (shades(LAYER_ANISOTROPY)) {
+        vec2 alphas = anisotropicAlphas(s.roughness * s.roughness, s.layers.anisotropy);
+        scattering = sqrt(0.5f * (alphas.x + alphas.y));
+    }
     vec2 brdf = textureLod(environmentBrdf,
-                           environmentBrdfCoordinate(s.nDotV, s.roughness, kBrdfSize), 0.0f).rg;
-    vec3 dielectric = specularEnvironment(m.dielectricF0, m.grazing, brdf);
-    s.reflectance =
-        mix(dielectric, specularEnvironment(m.baseColor.rgb, 1.0f, brdf), m.metallic);
+                           environmentBrdfCoordinate(s.nDotV, scattering, kBrdfSize), 0.0f).rg;
+    vec3 dielectric = specularEnvironment(dielectricF0, m.grazing, brdf);
+    s.reflectance = mix(dielectric, specularEnvironment(metalF0, 1.0f, brdf), m.metallic);
     s.diffuseShare = diffuseWeight(dielectric);
-    s.dielectric = vec2(maxComponent(m.dielectricF0), m.grazing);
+    s.dielectric = vec2(maxComponent(dielectricF0), m.grazing);
     float lobe = max(s.roughness, kMinRoughness);
     float alpha = lobe * lobe;
     s.alphaSquared = alpha * alpha;
     s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
     s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
     s.averages = false;
+    s.belowSheen = 1.0f;
+    s.belowClearcoat = 1.0f;
+    if (shades(LAYER_SHEEN)) {
+        s.sheenAlbedo = sheenAlbedo(s.nDotV, s.layers.sheenRoughness);
+        s.belowSheen = 1.0f - maxComponent(s.layers.sheen) * s.sheenAlbedo;
+    }
+    if (shades(LAYER_CLEARCOAT)) {
+        float c = max(dot(s.layers.clearcoatNormal, toEye), leastCosine);
+        vec2 coat = textureLod(environmentBrdf,
+                               environmentBrdfCoordinate(c, s.layers.clearcoatRoughness, kBrdfSize),
+                               0.0f).rg;
+        s.clearcoatReflectance =
+            s.layers.clearcoat * specularEnvironment(kClearcoatF0, 1.0f, coat).x;
+        s.belowClearcoat = 1.0f - s.clearcoatReflectance;
+    }
     return s;
 }
 
@@ -128,15 +172,74 @@ float ggxMeanLobe(Surface s, vec3 halfway, float nDotL, float eyeDotH) {
     return nDotL > 0.0f ? density * visible * cosine : 0.0f;
 }
 
+float grainLobe(Surface s, vec3 toLight, vec3 halfway, float nDotL) {
+    vec3 across = cross(s.normal, s.layers.grain);
+    vec3 h = direction(halfway);
+    return ggxAnisotropicLobe(
+        vec3(dot(toLight, s.layers.grain), dot(toLight, across), nDotL),
+        vec3(dot(s.toEye, s.layers.grain), dot(s.toEye, across), s.nDotV),
+        vec3(dot(h, s.layers.grain), dot(h, across), dot(h, s.normal)),
+        anisotropicAlphas(sqrt(s.alphaSquared), s.layers.anisotropy));
+}
+
+float clearcoatLobe(Surface s, vec3 toLight, vec3 halfway, float eyeDotH) {
+    vec3 n = s.layers.clearcoatNormal;
+    float nDotL = dot(n, toLight);
+    float roughness = max(s.layers.clearcoatRoughness, kMinRoughness);
+    float alpha = roughness * roughness;
+    vec3 across = cross(n, halfway);
+    float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
+    float density = ggxDistribution(dot(n, halfway) * sqrt(perLength), dot(across, across) * perLength,
+                                    alpha);
+    float fresnel = kClearcoatF0.x + (1.0f - kClearcoatF0.x) * pow5(1.0f - eyeDotH);
+    return nDotL > 0.0f ? s.layers.clearcoat * fresnel * density * nDotL *
+                              ggxVisibility(nDotL, dot(n, s.toEye), alpha)
+                        : 0.0f;
+}
+
 // What the surface sends on of light that comes along toLight, unit; nDotL: normal . toLight.
-vec3 evalDirectLight(Surface s, vec3 toLight, float nDotL) {
+vec3 evalBaseLight(Surface s, vec3 toLight, float nDotL) {
     vec3 halfway = toLight + s.toEye;
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
     vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
     float below = 1.0f - (s.dielectric.x + (s.dielectric.y - s.dielectric.x) * pow5(1.0f - eyeDotH));
     float lobe = s.averages ? ggxMeanLobe(s, halfway, nDotL, eyeDotH) : ggxLobe(s, halfway, nDotL);
+    if (shades(LAYER_ANISOTROPY)) {
+        lobe = s.layers.anisotropy > 0.0f ? grainLobe(s, toLight, halfway, nDotL) : lobe;
+    }
     return fresnel * s.bounces * lobe +
            max(nDotL, 0.0f) * below * (1.0f / kPi) * s.diffuse;
+}
+
+vec3 evalDirectLight(Surface s, vec3 toLight, float nDotL) {
+    vec3 sum = evalBaseLight(s, toLight, nDotL);
+    if (shades(LAYER_DIFFUSE_TRANSMISSION)) {
+        sum += max(-nDotL, 0.0f) * s.diffuseShare * (1.0f / kPi) * s.layers.through;
+    }
+    if (shades(LAYER_SHEEN | LAYER_CLEARCOAT)) {
+        vec3 halfway = toLight + s.toEye;
+        vec3 h = direction(halfway);
+        if (shades(LAYER_SHEEN)) {
+            float lobe = sheenLobe(nDotL, s.nDotV, dot(s.normal, h), s.layers.sheenRoughness);
+            sum = sum * s.belowSheen + s.layers.sheen * lobe;
+        }
+        if (shades(LAYER_CLEARCOAT)) {
+            sum = sum * s.belowClearcoat +
+                  vec3(clearcoatLobe(s, toLight, halfway, dot(s.toEye, h)));
+        }
+    }
+    return sum;
+}
+
+// Whether light from there can reach who looks: on the surface's own side, or through it, or by a coat
+// whose normal is another one.
+bool isLit(float nDotL) {
+    return nDotL > 0.0f || shades(LAYER_DIFFUSE_TRANSMISSION | LAYER_CLEARCOAT);
+}
+
+// The normal on the side that the light reaches.
+vec3 sideOf(Surface s, float nDotL) {
+    return shades(LAYER_DIFFUSE_TRANSMISSION) && nDotL < 0.0f ? -s.normal : s.normal;
 }
 
 // Of a directional lamp whose rows in the table begin at `first`.
@@ -144,7 +247,9 @@ vec3 sunLight(Surface s, vec3 position, int first) {
     vec3 toLight = texelFetch(lightTable, first).xyz;
     float nDotL = dot(s.normal, toLight);
     vec3 power = texelFetch(lightTable, first + 1).rgb;
-    if (viewHas(VIEW_SHADOWS)) power *= shadowAt(position, s.normal, toLight, toLight, 0.0f, first);
+    if (viewHas(VIEW_SHADOWS)) {
+        power *= shadowAt(position, sideOf(s, nDotL), toLight, toLight, 0.0f, first);
+    }
     return power * evalDirectLight(s, toLight, nDotL);
 }
 
@@ -166,11 +271,11 @@ vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
         falloff *= inCone * inCone * (1.0f - inRange * inRange);
     }
     vec3 sum = vec3(0.0f);
-    if (nDotL > 0.0f && falloff > 0.0f) {
+    if (isLit(nDotL) && falloff > 0.0f) {
         vec3 light = power.rgb * falloff;
         if (viewHas(VIEW_SHADOWS)) {
             float metres = place.w > 0.5f ? sqrt(squared) : 0.0f;
-            light *= shadowAt(position, s.normal, place.xyz, toLight, metres, first);
+            light *= shadowAt(position, sideOf(s, nDotL), place.xyz, toLight, metres, first);
         }
         if (maxComponent(light) > 0.0f) sum = light * evalDirectLight(s, toLight, nDotL);
     }
@@ -230,13 +335,48 @@ vec3 reachingSurface(Surface s, vec3 towards, vec3 environment) {
     return environment;
 }
 
-// The diffuse part of that.
+// The diffuse part of that, through the surface as well.
 vec3 diffuseLight(Surface s) {
-    return s.diffuseShare * s.diffuse * diffuseAround(s);
+    vec3 light = s.diffuse * diffuseAround(s);
+    if (shades(LAYER_DIFFUSE_TRANSMISSION)) {
+        vec3 behind = viewHas(VIEW_SURFACE_LIGHT) ? diffuseFrom(s.light, -s.normal)
+                                                  : harmonicsAlong(-s.normal, vec2(1.0f));
+        light += s.layers.through * behind;
+    }
+    return s.diffuseShare * light;
+}
+
+// What fibres gather from the environment.
+vec3 sheenLight(Surface s) {
+    vec2 axis = sheenAxis(s.nDotV, s.layers.sheenRoughness);
+    vec3 side = direction(s.toEye - s.normal * dot(s.toEye, s.normal));
+    vec3 towards = direction(side * axis.x + s.normal * axis.y);
+    vec3 gathered = harmonicsAlong(towards, bandsOfAxis(length(axis)));
+    return s.layers.sheen * s.sheenAlbedo * reachingSurface(s, towards, gathered);
+}
+
+// Light of the base from its surroundings, dimmed by the layers above it, and that of sheen. Without
+// what a coat mirrors.
+vec3 underCoat(Surface s, vec3 base) {
+    if (shades(LAYER_SHEEN)) base = base * s.belowSheen + sheenLight(s);
+    if (shades(LAYER_CLEARCOAT)) base *= s.belowClearcoat;
+    return base;
+}
+
+// Along what the coat mirrors.
+vec3 towardsInCoat(Surface s) {
+    return reflect(-s.toEye, s.layers.clearcoatNormal);
 }
 
 // What the surface makes of the light around it. mirrored: the radiance that its specular lobe
-// gathers, from the environment or from what stands before it (reflection.glsl).
+// gathers, from the environment or from what stands before it (reflection.glsl); a coat shows the
+// environment.
 vec3 environmentLight(Surface s, vec3 mirrored) {
-    return s.reflectance * mirrored + diffuseLight(s);
+    vec3 light = underCoat(s, s.reflectance * mirrored + diffuseLight(s));
+    if (shades(LAYER_CLEARCOAT)) {
+        vec3 towards = towardsInCoat(s);
+        vec3 around = environmentAlong(towards, s.layers.clearcoatRoughness);
+        light += s.clearcoatReflectance * reachingSurface(s, towards, around);
+    }
+    return light;
 }

@@ -10,9 +10,7 @@ layout(binding = UNIT_EMISSIVE) uniform sampler2D emissiveMap;
 layout(binding = UNIT_TRANSMISSION) uniform sampler2D transmissionMap;
 layout(binding = UNIT_THICKNESS) uniform sampler2D thicknessMap;
 
-vec2 texCoordOf(int slot) {
-    vec4 uRow = material.texCoordRows[2 * slot];
-    vec4 vRow = material.texCoordRows[2 * slot + 1];
+vec2 texCoordBy(vec4 uRow, vec4 vRow) {
     vec2 uv = texCoord0;
     if (has(FEATURE_SECOND_TEXCOORD)) uv = uRow.w > 0.5f ? texCoord1 : texCoord0;
     if (has(FEATURE_TEXTURE_TRANSFORM)) {
@@ -20,7 +18,9 @@ vec2 texCoordOf(int slot) {
     }
     return uv;
 }
-
+vec2 texCoordOf(int slot) {
+    return texCoordBy(material.texCoordRows[2 * slot], material.texCoordRows[2 * slot + 1]);
+}
 vec4 baseColorAt() {
     vec4 color = material.baseColor;
     if (has(FEATURE_BASE_COLOR_MAP)) color *= texture(baseColorMap, texCoordOf(UNIT_BASE_COLOR));
@@ -47,8 +47,12 @@ vec2 metallicRoughnessAt() {
     return clamp(metallicRoughness, 0.0f, 1.0f);
 }
 
+vec3 meshNormalAt() {
+    return has(FEATURES_OF_RAYS) ? interpolateAtCentroid(vertexNormal) : vertexNormal;
+}
+
 vec3 normalAt() {
-    vec3 n = has(FEATURES_OF_RAYS) ? interpolateAtCentroid(vertexNormal) : vertexNormal;
+    vec3 n = meshNormalAt();
     if (has(FEATURE_NORMAL_MAP)) {
         // Not normalised before: as the tangents were made (mikktspace.com).
         vec3 t = vertexTangent.xyz;
@@ -75,6 +79,16 @@ vec3 emittedAt() {
     return emitted;
 }
 
+#if HAS_LAYERS
+#include "include/material_layers.glsl"
+#else
+Layers layersAt(vec3 normal) {
+    return noLayers();
+}
+void applySpecularMaps(inout vec4 dielectric, inout float grazing) {
+}
+#endif
+
 // Everything at this pixel, for a base colour that has been read already.
 MaterialPoint materialAt(vec4 baseColor) {
     vec2 metallicRoughness = metallicRoughnessAt();
@@ -82,7 +96,9 @@ MaterialPoint materialAt(vec4 baseColor) {
     vec4 dielectric =
         has(FEATURE_DEFAULT_NUMBERS) ? vec4(vec3(r * r), 1.0f) : material.dielectricF0;
     float grazing = has(FEATURE_DEFAULT_NUMBERS) ? 1.0f : material.attenuation.w;
+    applySpecularMaps(dielectric, grazing);
+    vec3 normal = normalAt();
     return MaterialPoint(baseColor, metallicRoughness.x, metallicRoughness.y,
-                         dielectric.rgb, dielectric.w, grazing, normalAt(), occlusionAt(),
-                         emittedAt());
+                         dielectric.rgb, dielectric.w, grazing, normal, occlusionAt(),
+                         emittedAt(), layersAt(normal));
 }

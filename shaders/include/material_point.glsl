@@ -2,6 +2,27 @@
 #ifndef CLERESTORY_MATERIAL_POINT_GLSL
 #define CLERESTORY_MATERIAL_POINT_GLSL
 
+// Layers over and in the surface; what a variant does not have, is not read.
+struct Layers {
+    float clearcoat;  // share of the surface
+    float clearcoatRoughness;
+    vec3 clearcoatNormal;  // unit, on the side that is seen
+    vec3 sheen;
+    float sheenRoughness;
+    float film;  // share of the surface
+    float filmIor;
+    float filmThickness;  // nanometres
+    float anisotropy;
+    vec3 grain;    // direction in which the lobe is long, unit, in the surface
+    vec3 through;  // albedo for diffuse light from the other side
+    float throughShare;
+};
+
+Layers noLayers() {
+    return Layers(0.0f, 0.0f, vec3(0.0f), vec3(0.0f), 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, vec3(0.0f),
+                  vec3(0.0f), 0.0f);
+}
+
 // What a material says about a point of a surface, however the point was reached.
 struct MaterialPoint {
     vec4 baseColor;  // w: coverage
@@ -12,13 +33,29 @@ struct MaterialPoint {
     float grazing;      // what that lobe reflects edge-on
     vec3 normal;        // unit, bumps included, on the side that is seen
     float occlusion;    // of indirect light
-    vec3 emitted;       // added after everything else and scaled by nothing else
+    vec3 emitted;       // added after everything else; only a coat dims it
+    Layers layers;
 };
 
 // Squared lengths below this are no direction.
 const float kNoDirection = 1e-20f;
 vec3 direction(vec3 v) {
     return v * inversesqrt(max(dot(v, v), kNoDirection));
+}
+
+// The grain of a texel that turns `along`, the cosine and sine of the material's rotation.
+vec2 grainOf(vec2 along, vec2 texel) {
+    vec2 turned = texel * 2.0f - 1.0f;
+    return vec2(along.x * turned.x - along.y * turned.y, along.y * turned.x + along.x * turned.y);
+}
+
+// In the surface with this unit normal; any direction there without tangents.
+vec3 grainDirection(vec3 normal, vec3 tangent, vec3 bitangent, vec2 along) {
+    vec3 grain = tangent * along.x + bitangent * along.y;
+    grain -= normal * dot(grain, normal);
+    vec3 other = abs(normal.x) < 0.5f ? vec3(1.0f, 0.0f, 0.0f) : vec3(0.0f, 1.0f, 0.0f);
+    other -= normal * dot(other, normal);
+    return direction(dot(grain, grain) > 1e-12f ? grain : other);
 }
 
 // Of a texel of TextureImage::packedNormal: unit, in tangent space.

@@ -101,7 +101,8 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
             float least = leastCosineOver(across * across);
             Surface s = surfaceOf(m, -along, least);
             s.light = p.light;
-            reflectance = s.reflectance;
+            if (hitLayered(LAYER_CLEARCOAT)) m.emitted *= s.belowClearcoat;
+            reflectance = s.belowSheen * s.belowClearcoat * s.reflectance;
             bool level = p.curvature * hit.distance < kFlatEnough;
             mirror = !solid && !pane && !veil &&
                      (p.flags & (level ? TRACE_MIRROR_FLAT : TRACE_MIRROR_CURVED)) != 0 &&

@@ -65,6 +65,15 @@ struct GlassRays {
 #include "include/ray_record.glsl"
 #else
 #include "include/trace.glsl"
+
+// Paths through bodies that disperse light are of one primary each: 0 red, 1 green, 2 blue. Other
+// bodies have one index for all, that of green.
+int primaryOfPath = 1;
+float iorOfPath(float ior, float dispersion) {
+    vec3 iors = dispersedIors(ior, dispersion);
+    return primaryOfPath == 0 ? iors.x : primaryOfPath == 1 ? ior : iors.z;
+}
+
 #include "include/hit.glsl"
 #include "include/ray_path.glsl"
 
@@ -78,8 +87,17 @@ GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float
     PixelRay through = transmittedRay(s, position, aside, inside, lobe);
     GlassRays rays = GlassRays(vec3(0.0f), vec3(0.0f));
     int number = 0;
+    int count = hitLayered(LAYER_DISPERSION) ? 4 : 2;
     do {  // one loop, so that the path stands in the program once
         bool first = number == 0;
+        if (number >= 2) {
+            primaryOfPath = 2 * (number - 2);
+            if (layered(LAYER_DISPERSION) && has(FEATURE_SOLID)) {
+                float ior = iorOfPath(material.glass.y, layerBlock.clearcoat.w);
+                float eta = gl_FrontFacing ? ior : 1.0f / ior;
+                through.along = refracted(-s.toEye, s.normal, eta).direction;
+            }
+        }
         vec3 radiance = tracedRadiance(first ? mirrored.start : through.start,
                                        first ? mirrored.along : through.along,
                                        RayCone(mirrored.cone.width,
@@ -87,9 +105,12 @@ GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float
                                                first ? mirrored.cone.lobe : through.cone.lobe),
                                        1.0f);
         rays.mirrored = first ? radiance : rays.mirrored;
-        rays.through = radiance;
+        rays.through = number == 2   ? vec3(radiance.r, rays.through.gb)
+                       : number == 3 ? vec3(rays.through.rg, radiance.b)
+                                     : radiance;
         ++number;
-    } while (number < 2);
+    } while (number < count);
+    primaryOfPath = 1;
     return rays;
 }
 

@@ -167,13 +167,66 @@ vec3 mapLobe(Surface s, vec3 position) {
     return mix(single, sum / weights, part);
 }
 
-vec3 reflectedRadiance(Surface s, vec3 position) {
-    if (has(FEATURE_MIRROR)) return flatMirror(s, position);
-    if (has(FEATURE_TRACED_REFLECTION)) return tracedReflection(s, position);
+// The lobe of a surface with a grain: half vectors tilted along it by the quantiles of its slopes,
+// each as wide as the lobe is across the grain, or as its neighbours are apart.
+const int kGrainSamples = 8;
+vec3 grainRadiance(Surface s, vec3 position) {
+    vec2 alphas = anisotropicAlphas(s.roughness * s.roughness, s.layers.anisotropy);
+    float roughness = sqrt(max(alphas.y, 1.5f * alphas.x / float(kGrainSamples)));
+    vec3 sum = vec3(0.0f);
+    float weights = 1e-6f;
+    for (int i = 0; i < kGrainSamples; ++i) {
+        float t = (2.0f * float(i) + 1.0f) / float(kGrainSamples) - 1.0f;
+        vec3 halfway = direction(s.normal + s.layers.grain * (alphas.x * t * inversesqrt(1.0f - t * t)));
+        vec3 towards = reflect(-s.toEye, halfway);
+        float weight = max(dot(s.normal, towards), 0.0f) * max(dot(s.toEye, halfway), 0.0f);
+        sum += mapAlong(position, towards, min(roughness, s.roughness)) * weight;
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+// From a map: the environment's, a captured one or the material's own.
+vec3 mappedRadiance(Surface s, vec3 position) {
     vec3 towards = reflect(-s.toEye, s.normal);
-    vec3 gathered = has(FEATURE_MAP_SAMPLES) ? mapLobe(s, position)
+    vec3 gathered = layered(LAYER_ANISOTROPY)      ? grainRadiance(s, position)
+                    : has(FEATURE_MAP_SAMPLES) ? mapLobe(s, position)
                     : has(FEATURE_WIDE_LOBE) ? harmonicsAlong(towards, lobeBands(s.roughness))
                                              : mapAlong(position, towards, s.roughness);
     // Other pictures show what hides the environment, or are the material's own.
+    return has(FEATURE_PROBE | FEATURE_MAP) ? gathered : reachingSurface(s, towards, gathered);
+}
+
+// By rays, or from a mirrored view.
+vec3 picturedRadiance(Surface s, vec3 position) {
+    return has(FEATURE_MIRROR) ? flatMirror(s, position) : tracedReflection(s, position);
+}
+
+vec3 reflectedRadiance(Surface s, vec3 position) {
+    const uint kPicture = FEATURE_MIRROR | FEATURE_TRACED_REFLECTION;
+    if (has(kPicture) && !layered(LAYER_CLEARCOAT_MIRRORS)) return picturedRadiance(s, position);
+    return mappedRadiance(s, position);
+}
+
+// The surface of the coat alone.
+Surface clearcoatOf(Surface s) {
+    Surface coat = s;
+    coat.normal = s.layers.clearcoatNormal;
+    coat.nDotV = max(dot(coat.normal, s.toEye), kMinCosine);
+    coat.roughness = s.layers.clearcoatRoughness;
+    coat.f0 = kClearcoatF0;
+    coat.f90 = 1.0f;
+    return coat;
+}
+
+// What the coat mirrors. below: what the base mirrors, which the coat shares if both mirror a picture:
+// then the base is as smooth, and bumps are small.
+vec3 clearcoatRadiance(Surface s, vec3 position, vec3 below) {
+    const uint kPicture = FEATURE_MIRROR | FEATURE_TRACED_REFLECTION;
+    if (has(kPicture)) {
+        return layered(LAYER_CLEARCOAT_MIRRORS) ? picturedRadiance(clearcoatOf(s), position) : below;
+    }
+    vec3 towards = towardsInCoat(s);
+    vec3 gathered = mapAlong(position, towards, s.layers.clearcoatRoughness);
     return has(FEATURE_PROBE | FEATURE_MAP) ? gathered : reachingSurface(s, towards, gathered);
 }

@@ -15,6 +15,9 @@ constexpr const char* kTracedChannel = R"(
 #include "include/block_macros.glsl"
 #include "include/features.glsl"
 #include "include/trace.glsl"
+float iorOfPath(float ior, float dispersion) {
+    return ior;
+}
 #include "include/hit.glsl"
 in vec3 towards;
 out vec4 number;

@@ -148,6 +148,50 @@ std::vector<HitCase> hitCases() {
              m.alphaMode = AlphaMode::blend;
              return m;
          }},
+        {"clearcoat",
+         [](Scene& scene) {
+             Material m = matt({0.5f, 0.1f, 0.1f, 1.0f});
+             m.clearcoat = 1.0f;
+             m.clearcoatTexture = textured(scene, kColors, ColorSpace::linear);
+             m.clearcoatRoughness = 0.3f;
+             m.clearcoatNormalTexture = textured(scene,
+                                                 {glm::u8vec4(150, 128, 240, 255),
+                                                  {128, 110, 240, 255},
+                                                  {110, 134, 240, 255},
+                                                  {128, 128, 255, 255}},
+                                                 ColorSpace::linear);
+             return m;
+         }},
+        {"sheen",
+         [](Scene& scene) {
+             Material m = matt({0.1f, 0.1f, 0.1f, 1.0f});
+             m.sheenColor = {0.9f, 0.8f, 0.7f};
+             m.sheenColorTexture = textured(scene, kColors);
+             m.sheenRoughness = 0.5f;
+             return m;
+         }},
+        {"iridescence",
+         [](Scene& scene) {
+             Material m = matt({0.1f, 0.1f, 0.1f, 1.0f}, 0.5f);
+             m.iridescence = 1.0f;
+             m.iridescenceThicknessTexture = textured(scene, kColors, ColorSpace::linear);
+             return m;
+         }},
+        {"diffuseTransmission",
+         [](Scene&) {
+             Material m = matt({0.5f, 0.5f, 0.1f, 1.0f});
+             m.diffuseTransmission = 0.7f;
+             m.diffuseTransmissionColor = {0.2f, 0.9f, 0.3f};
+             m.doubleSided = true;
+             return m;
+         }},
+        {"specularTextured",
+         [](Scene& scene) {
+             Material m = matt({0.1f, 0.1f, 0.1f, 1.0f}, 0.4f);
+             m.specularColor = {4.0f, 3.0f, 2.0f};
+             m.specularColorTexture = textured(scene, kColors);
+             return m;
+         }},
         {"unlit",
          [](Scene& scene) {
              Material m = matt(glm::vec4(1.0f));

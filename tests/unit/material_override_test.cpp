@@ -151,7 +151,7 @@ TEST(Overrides, RangesLieWithinTheMaterials) {
             ++factors;
         }
     });
-    EXPECT_EQ(factors, 10);
+    EXPECT_EQ(factors, 22);
 }
 
 TEST(Overrides, ReplaceTheTextureAndKeepTheOtherChannelsMean) {

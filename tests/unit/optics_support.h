@@ -20,6 +20,7 @@ using uint = unsigned int;
 #include "shaders/include/optics.glsl"
 // After optics.glsl, which it needs.
 #include "shaders/include/glass.glsl"
+#include "shaders/include/layers.glsl"
 #include "shaders/include/reflection_lookup.glsl"
 #include "shaders/include/sampling.glsl"
 #include "shaders/include/srgb.glsl"

@@ -128,6 +128,8 @@ std::vector<MirrorGroup> visibleMirrors(ViewContext& context, const ViewTask& ta
     for (std::size_t i = 0; i < seen.surfaces.size(); ++i) {
         const SeenSurface& s = seen.surfaces[i];
         if (s.surface->reflector != Reflector::flat) continue;
+        const bool byCoat = s.surface->reason == ReflectorReason::clearcoat;
+        if (byCoat && !stage.settings.effects.materialLayers) continue;
         const Subject subject{Subject::Kind::mirror, nameOf(stage.scene, *s.surface)};
         const FacingPlane facing = facingPlane(stage, task, s);
         if (!facing.plane) {
@@ -289,6 +291,10 @@ void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawS
                                         group.weight, requestedMethod(a.planar, Method::mirror)},
                                        candidatesFor(context, task, seen, group, picture, hidden));
     if (method == Method::environment) return;
+    for (const std::size_t s : group.seen) {
+        const bool byCoat = seen.surfaces[s].surface->reason == ReflectorReason::clearcoat;
+        if (byCoat) seen.surfaces[s].features |= ofLayers(LAYER_CLEARCOAT_MIRRORS);
+    }
     if (method == Method::traced) {
         for (const std::size_t s : group.seen) {
             seen.surfaces[s].features |= FEATURE_TRACED_REFLECTION;

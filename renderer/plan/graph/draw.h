@@ -51,8 +51,9 @@ struct PlacedLight {
     bool operator==(const PlacedLight&) const = default;
 };
 
-// Feature bits are shared with the shaders: shaders/include/features.glsl.
-using Features = std::uint32_t;
+// Feature bits are shared with the shaders: shaders/include/features.glsl. FEATURE_ bits are the
+// lower half, LAYER_ bits the upper one.
+using Features = std::uint64_t;
 
 inline constexpr std::uint32_t kMaxLightsPerDraw = 16;
 inline constexpr std::uint32_t kMaxLights = 256;

@@ -12,6 +12,7 @@ enum class Effect {
     refraction,
     planarReflection,
     environmentReflection,
+    materialLayers,
     shadows,
     indirectLight,
     filters

@@ -55,6 +55,10 @@ std::string_view nameOf(Method method) {
             return "backdrop";
         case Method::traced:
             return "traced";
+        case Method::shadowMap:
+            return "shadowMap";
+        case Method::unshadowed:
+            return "unshadowed";
     }
     return "";
 }

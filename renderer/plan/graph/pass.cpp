@@ -91,6 +91,8 @@ std::string_view nameOf(Effect effect) {
             return "planarReflection";
         case Effect::environmentReflection:
             return "environmentReflection";
+        case Effect::materialLayers:
+            return "materialLayers";
         case Effect::shadows:
             return "shadows";
         case Effect::indirectLight:

@@ -87,6 +87,7 @@ void addRayScene(PlanHash& hash, const Stage& stage) {
     hash.add(stage.settings.accuracy.preset);  // the density of rays
     hash.add(stage.settings.effects.emission);
     hash.add(stage.settings.effects.refraction);
+    hash.add(stage.settings.effects.materialLayers);
 }
 
 template <class Lists>

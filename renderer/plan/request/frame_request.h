@@ -71,6 +71,7 @@ struct Effects {
     bool refraction = true;
     bool planarReflection = true;
     bool environmentReflection = true;
+    bool materialLayers = true;
     bool shadows = false;
     bool indirectLight = false;
 };
@@ -204,6 +205,8 @@ void fields(Effects& e, V&& visit) {
           "flat mirrors and glossy floors reflect the scene");
     visit("environmentReflection", e.environmentReflection, Flag{},
           "curved mirrors reflect the scene");
+    visit("materialLayers", e.materialLayers, Flag{},
+          "clear coat, sheen, iridescence, anisotropy, diffuse transmission, dispersion");
     visit("shadows", e.shadows, Flag{}, "surfaces hide punctual lights from each other");
     visit(
         "indirectLight", e.indirectLight, Flag{},

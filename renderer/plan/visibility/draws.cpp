@@ -19,6 +19,42 @@ bool hasDefaultNumbers(const Material& m) {
            m.specularColor == none.specularColor;
 }
 
+// Calls map(slot, bit) for the textures of the layers that the material has. Returns the layers.
+template <class Map>
+Features layerFeatures(const Material& m, const Map& map) {
+    Features layers = 0;
+    const auto textured = [&](const TextureSlot& slot, Features bit) { map(slot, ofLayers(bit)); };
+    textured(m.specularTexture, LAYER_SPECULAR_MAP);
+    textured(m.specularColorTexture, LAYER_SPECULAR_COLOR_MAP);
+    if (m.clearcoat > 0.0f) {
+        layers |= LAYER_CLEARCOAT;
+        textured(m.clearcoatTexture, LAYER_CLEARCOAT_MAP);
+        textured(m.clearcoatRoughnessTexture, LAYER_CLEARCOAT_ROUGHNESS_MAP);
+        textured(m.clearcoatNormalTexture, LAYER_CLEARCOAT_NORMAL_MAP);
+    }
+    if (m.sheenColor != glm::vec3(0.0f)) {
+        layers |= LAYER_SHEEN;
+        textured(m.sheenColorTexture, LAYER_SHEEN_COLOR_MAP);
+        textured(m.sheenRoughnessTexture, LAYER_SHEEN_ROUGHNESS_MAP);
+    }
+    if (m.iridescence > 0.0f) {
+        layers |= LAYER_IRIDESCENCE;
+        textured(m.iridescenceTexture, LAYER_IRIDESCENCE_MAP);
+        textured(m.iridescenceThicknessTexture, LAYER_IRIDESCENCE_THICKNESS_MAP);
+    }
+    if (m.anisotropy > 0.0f) {
+        layers |= LAYER_ANISOTROPY;
+        textured(m.anisotropyTexture, LAYER_ANISOTROPY_MAP);
+    }
+    if (m.diffuseTransmission > 0.0f) {
+        layers |= LAYER_DIFFUSE_TRANSMISSION;
+        textured(m.diffuseTransmissionTexture, LAYER_DIFFUSE_TRANSMISSION_MAP);
+        textured(m.diffuseTransmissionColorTexture, LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP);
+    }
+    if (m.dispersion > 0.0f && m.transmission > 0.0f) layers |= LAYER_DISPERSION;
+    return ofLayers(layers);
+}
+
 Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mesh,
                           const Effects& effects) {
     Features f = 0;
@@ -48,6 +84,7 @@ Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mes
             f |= FEATURE_EMISSION;
             map(m.emissiveTexture, FEATURE_EMISSIVE_MAP);
         }
+        if (effects.materialLayers) f |= layerFeatures(m, map);
     }
     for (const TextureSlot* slot : used) {
         if (slot->transformed()) f |= FEATURE_TEXTURE_TRANSFORM;

@@ -169,11 +169,9 @@ void GltfMaterials::readExtensions(const Json& json, Material& m) {
     }
     if (const Json* e = extension(json, "KHR_materials_specular")) {
         m.specular = real(*e, "specularFactor", 1.0f);
+        m.specularTexture = slot(*e, "specularTexture", ColorSpace::linear);
         m.specularColor = color(*e, "specularColorFactor", 1.0);
-        if (e->contains("specularTexture") || e->contains("specularColorTexture")) {
-            scene_.warnings.push_back(
-                {"unsupportedTexture", m.name, "specular textures are not used"});
-        }
+        m.specularColorTexture = slot(*e, "specularColorTexture", ColorSpace::srgb);
     }
     if (const Json* e = extension(json, "KHR_materials_transmission")) {
         m.transmission = real(*e, "transmissionFactor", 0.0f);
@@ -184,6 +182,47 @@ void GltfMaterials::readExtensions(const Json& json, Material& m) {
         m.thicknessTexture = slot(*e, "thicknessTexture", ColorSpace::linear);
         m.attenuationColor = color(*e, "attenuationColor", 1.0);
         m.attenuationDistance = real(*e, "attenuationDistance", 0.0f);
+    }
+    readLayers(json, m);
+}
+
+void GltfMaterials::readLayers(const Json& json, Material& m) {
+    if (const Json* e = extension(json, "KHR_materials_clearcoat")) {
+        m.clearcoat = real(*e, "clearcoatFactor", 0.0f);
+        m.clearcoatTexture = slot(*e, "clearcoatTexture", ColorSpace::linear);
+        m.clearcoatRoughness = real(*e, "clearcoatRoughnessFactor", 0.0f);
+        m.clearcoatRoughnessTexture = slot(*e, "clearcoatRoughnessTexture", ColorSpace::linear);
+        m.clearcoatNormalTexture = slot(*e, "clearcoatNormalTexture", ColorSpace::linear);
+        m.clearcoatNormalScale = real(object(*e, "clearcoatNormalTexture"), "scale", 1.0f);
+    }
+    if (const Json* e = extension(json, "KHR_materials_sheen")) {
+        m.sheenColor = color(*e, "sheenColorFactor", 0.0);
+        m.sheenColorTexture = slot(*e, "sheenColorTexture", ColorSpace::srgb);
+        m.sheenRoughness = real(*e, "sheenRoughnessFactor", 0.0f);
+        m.sheenRoughnessTexture = slot(*e, "sheenRoughnessTexture", ColorSpace::linear);
+    }
+    if (const Json* e = extension(json, "KHR_materials_iridescence")) {
+        m.iridescence = real(*e, "iridescenceFactor", 0.0f);
+        m.iridescenceTexture = slot(*e, "iridescenceTexture", ColorSpace::linear);
+        m.iridescenceIor = real(*e, "iridescenceIor", 1.3f);
+        m.iridescenceThicknessMin = real(*e, "iridescenceThicknessMinimum", 100.0f);
+        m.iridescenceThickness = real(*e, "iridescenceThicknessMaximum", 400.0f);
+        m.iridescenceThicknessTexture = slot(*e, "iridescenceThicknessTexture", ColorSpace::linear);
+    }
+    if (const Json* e = extension(json, "KHR_materials_anisotropy")) {
+        m.anisotropy = real(*e, "anisotropyStrength", 0.0f);
+        m.anisotropyRotation = real(*e, "anisotropyRotation", 0.0f);
+        m.anisotropyTexture = slot(*e, "anisotropyTexture", ColorSpace::linear);
+    }
+    if (const Json* e = extension(json, "KHR_materials_diffuse_transmission")) {
+        m.diffuseTransmission = real(*e, "diffuseTransmissionFactor", 0.0f);
+        m.diffuseTransmissionTexture = slot(*e, "diffuseTransmissionTexture", ColorSpace::linear);
+        m.diffuseTransmissionColor = color(*e, "diffuseTransmissionColorFactor", 1.0);
+        m.diffuseTransmissionColorTexture =
+            slot(*e, "diffuseTransmissionColorTexture", ColorSpace::srgb);
+    }
+    if (const Json* e = extension(json, "KHR_materials_dispersion")) {
+        m.dispersion = real(*e, "dispersion", 0.0f);
     }
 }
 

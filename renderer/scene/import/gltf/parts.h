@@ -31,6 +31,7 @@ private:
     void readSpecularGlossiness(const Json& json, Material& m);
     void readSpecularGlossinessTextures(const Json& json, Material& m);
     void readExtensions(const Json& json, Material& m);
+    void readLayers(const Json& json, Material& m);
     TextureSlot slot(const Json& parent, const char* key, ColorSpace colorSpace);
     TextureSlot placement(const Json& json) const;
     Index texture(Index gltfTexture, ColorSpace colorSpace);

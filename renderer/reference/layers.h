@@ -1,0 +1,36 @@
+// Layers over and in an opaque surface, as KHR_materials_clearcoat, _sheen, _iridescence and
+// _diffuse_transmission define them. Without the renderer's fits: albedos and spectra are summed.
+//
+//     chooseLayer(point, toEye, sampler, throughput);  // point is one of its layers now
+//     const Bsdf bsdf(point, toEye);
+#pragma once
+
+#include "reference/sampler.h"
+#include "reference/scene_geometry.h"
+
+#include <glm/glm.hpp>
+
+namespace clerestory::reference {
+
+// Changes `point` into one of its layers, chosen at random, and multiplies `throughput` by the
+// layer's share over its probability. toEye: unit.
+void chooseLayer(SurfaceInteraction& point, const glm::dvec3& toEye, Sampler& sampler,
+                 glm::dvec3& throughput);
+
+// What a coat leaves of light that is emitted below it.
+double belowClearcoat(const SurfaceInteraction& point, const glm::dvec3& toEye);
+
+// The lobe of white fibres, without the cosine to the light, and its directional albedo. Cosines
+// with the normal, of the light, the eye and the half vector.
+double sheenLobe(double nDotL, double nDotV, double nDotH, double roughness);
+double sheenAlbedo(double nDotV, double roughness);
+
+// Reflectance of a base under a thin film, seen from air: Airy's formula for both polarisations,
+// summed over the visible spectrum for each primary. The base has the real index of refraction that
+// reflects f0 at normal incidence. thickness: nanometres.
+glm::dvec3 filmReflectance(double cosine, double filmIor, double thickness, const glm::dvec3& f0);
+
+// The reflectance of a face of glass at this point, whose own is `fresnel`.
+glm::dvec3 underFilm(const SurfaceInteraction& point, double cosine, double fresnel);
+
+}  // namespace clerestory::reference
