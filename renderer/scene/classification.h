@@ -38,6 +38,7 @@ enum class ReflectorReason : std::uint8_t {
     curvedDielectric,  // smooth, but not flat; its highlights come from the environment
     alphaMasked,       // a masked dielectric: leaves, chains, lattices
     noSpecular,        // a dielectric with specular factor 0
+    noSurface,         // lines or points
 };
 
 inline constexpr float kMirrorMetallic = 0.5f;

@@ -25,8 +25,9 @@ ViewAxes uprightAxes(const glm::dvec3& back);
 // +X; elevation: radians above the horizon, from -pi/2 to pi/2.
 glm::dvec3 directionTo(double azimuth, double elevation);
 
-// World positions of the corners, three for each triangle of the instances that `chosen` marks; an
-// empty list marks all. Of more than `most` corners, those of every n-th triangle.
+// World positions of the corners, three for each triangle, line and point of the instances that
+// `chosen` marks (the last one of lines and points is repeated); an empty list marks all. Of more
+// than `most` corners, those of every n-th of them.
 std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose,
                                   const std::vector<bool>& chosen = {},
                                   std::size_t most = 4'000'000);

@@ -235,6 +235,8 @@ ordered_json sceneFields() {
             {"failure", described(kText, "why it could not be loaded")},
             {"reason", described(kText, "code of the failure")},
             {"triangles", kCount},
+            {"lines", kCount},
+            {"points", kCount},
             {"bounds", bounds},
             {"effects", described(listOf(kText), "effects that the scene needs")}};
 }

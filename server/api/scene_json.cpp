@@ -266,6 +266,8 @@ ordered_json sceneSummary(const SceneStatus& status, bool isDefault) {
     if (!status.scene) return json;
     const Scene& scene = *status.scene;
     json["triangles"] = triangleCount(scene);
+    json["lines"] = primitiveCount(scene, Primitive::lines);
+    json["points"] = primitiveCount(scene, Primitive::points);
     const Pose pose = poseAt(scene, 0.0);
     json["bounds"] = boundsJson(lastingBounds(scene, pose));
     json["effects"] = Surfaces(scene, pose).effects();

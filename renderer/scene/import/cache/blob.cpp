@@ -16,7 +16,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 10;
+    std::uint32_t version = 11;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -40,7 +40,8 @@ void serialize(A& a, glm::dmat4& m) {
 }
 template <class A>
 void serialize(A& a, TextureImage& i) {
-    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.packedNormal), a(i.mean), a(i.slope);
+    a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.packedNormal), a(i.mean),
+        a(i.slope);
     a(i.texels);
     a(i.colorSpace, ColorSpace::srgb);
 }
@@ -83,7 +84,8 @@ void serialize(A& a, FlatPart& p) {
 template <class A>
 void serialize(A& a, Mesh& m) {
     a(m.name), a(m.firstCluster), a(m.clusterCount), a(m.firstFlatPart), a(m.flatPartCount);
-    a(m.triangles), a(m.area), a(m.material), a(m.bounds);
+    a(m.primitive, Primitive::triangles), a(m.lit), a(m.primitives);
+    a(m.area), a(m.material), a(m.bounds);
     a(m.hasColors), a(m.deformation);
 }
 template <class A>
@@ -146,7 +148,8 @@ template <class A>
 void serialize(A& a, Scene& s) {
     a(s.id), a(s.title), a(s.contentHash), a(s.vertices), a(s.indices), a(s.clusters),
         a(s.flatParts);
-    a(s.meshes), a(s.materials), a(s.variants), a(s.images), a(s.textures), a(s.nodes), a(s.instances);
+    a(s.meshes), a(s.materials), a(s.variants), a(s.images), a(s.textures), a(s.nodes),
+        a(s.instances);
     a(s.lights), a(s.cameras), a(s.probes), a(s.clips), a(s.movingNodes), a(s.morphWeights);
     a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView), a(s.environment);
     a(s.environmentRotation), a(s.warnings);
