@@ -153,7 +153,9 @@ struct ImportWarning {
 struct Scene {
     std::string id;
     std::string title;
-    std::uint64_t contentHash = 0;  // of everything that can change an image
+    std::vector<std::string> scenesOfFile;  // names, if its file has several scenes; unique
+    Index sceneOfFile = 0;                  // which of them this is
+    std::uint64_t contentHash = 0;          // of everything that can change an image
 
     std::vector<Vertex> vertices;
     std::vector<std::uint32_t> indices;  // absolute into vertices

@@ -226,6 +226,9 @@ private:
         }
         require(unitQuaternion(scene_.environmentRotation),
                 "the environment's rotation is no unit quaternion", 0);
+        require(scene_.scenesOfFile.empty() ? scene_.sceneOfFile == 0
+                                            : scene_.sceneOfFile < scene_.scenesOfFile.size(),
+                "the file has no such scene", scene_.sceneOfFile);
         std::set<std::string_view> variants;
         for (std::size_t k = 0; k < scene_.variants.size(); ++k) {
             const Variant& variant = scene_.variants[k];

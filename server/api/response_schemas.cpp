@@ -313,6 +313,8 @@ ordered_json sceneSchema() {
          {"counts", counts},
          {"memory", memory},
          {"animations", listOf(animation)},
+         {"scenes", described(listOf(object({{"id", kText}, {"name", kText}})),
+                              "all scenes of the file, if it has several")},
          {"variants", described(listOf(kText), "names of material variants")},
          {"cameras", listOf(camera)},
          {"lights", listOf(light)},

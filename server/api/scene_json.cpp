@@ -295,6 +295,10 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
                       {"maps", status.bytes.maps},
                       {"total", status.bytes.total()}};
     json["animations"] = animations(scene);
+    auto& scenes = json["scenes"] = ordered_json::array();
+    for (const SceneOfFile& each : status.scenesOfFile) {
+        scenes.push_back({{"id", each.id}, {"name", each.name}});
+    }
     auto& variants = json["variants"] = ordered_json::array();
     for (const Variant& variant : scene.variants) variants.push_back(variant.name);
     json["cameras"] = cameras(scene, pose);

@@ -21,8 +21,18 @@ class SceneCache;
 struct ImportOptions {
     std::filesystem::path importer;  // the clerestory program; empty: /proc/self/exe
     ImportLimits limits;
+    // Of a file with several: the name or the number of one, from 0. Empty: the file's default
+    // scene.
+    std::string scene;
     std::shared_ptr<SceneCache> cache;  // of scenes that were imported before; null: none
 };
+
+// A scene as people write it: a file, or a file, a colon and ImportOptions::scene.
+struct SceneSource {
+    std::filesystem::path file;  // may not exist
+    std::string scene;
+};
+SceneSource sceneSource(const std::string& text);
 
 // Returns the cached scene if the cache holds one for the same files. Throws ImportError.
 Scene importScene(const std::filesystem::path& file, const ImportOptions& options = {},
