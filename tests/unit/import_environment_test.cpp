@@ -1,6 +1,7 @@
 // Environment maps from every container give the same radiance in every direction; malicious files
 // are rejected.
 #include "image/image.h"
+#include "scene/import/textures/cube_file.h"
 #include "scene/import/textures/environment_reader.h"
 #include "tests/support/ktx_files.h"
 #include "tests/unit/import_support.h"
@@ -175,7 +176,7 @@ TEST(ImportEnvironment, EveryFormatOfTexelsIsRead) {
             if (row.format == KtxFormat::bc1 && size != 8) continue;
             for (const bool second : {false, true}) {
                 const std::string file = text(cube, row.format, second);
-                const RadianceCube read = decodedKtxCube(
+                const RadianceCube read = decodedCube(
                     {reinterpret_cast<const unsigned char*>(file.data()), file.size()}, 1'000'000);
                 EnvironmentMap map;
                 map.faceSize = read.faceSize;
@@ -200,8 +201,8 @@ TEST(ImportEnvironment, BottomUpRowsAreFlipped) {
          {test::ktx1File(upsideDown, KtxFormat::single3,
                          std::string("KTXorientation\0S=r,T=u", 22)),
           test::ktx2File(upsideDown, KtxFormat::single3, std::string("KTXorientation\0ru", 17))}) {
-        EXPECT_EQ(decodedKtxCube({reinterpret_cast<const unsigned char*>(file.data()), file.size()},
-                                 1'000'000)
+        EXPECT_EQ(decodedCube({reinterpret_cast<const unsigned char*>(file.data()), file.size()},
+                              1'000'000)
                       .texels,
                   cube.texels);
     }
@@ -285,7 +286,7 @@ TEST(ImportEnvironment, DamagedKtxFilesAreErrorsOrMaps) {
                 // A vector of its own: a read beyond the end is one beyond the allocation.
                 const std::vector<unsigned char> own(bytes.begin(), bytes.end());
                 try {
-                    decodedKtxCube(own, 1'000'000);
+                    decodedCube(own, 1'000'000);
                     return true;
                 } catch (const ImportError&) {
                     return false;
