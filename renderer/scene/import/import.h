@@ -38,9 +38,9 @@ SceneSource sceneSource(const std::string& text);
 Scene importScene(const std::filesystem::path& file, const ImportOptions& options = {},
                   const ProgressCallback& progress = {});
 
-// An environment map: .hdr or .exr (equirectangular), a cube map as .ktx or .ktx2, or a folder with
-// px nx py ny pz nz (.hdr .exr .png .jpg). Faces larger than kMaxImportedFace are halved. Throws
-// ImportError.
+// An environment map: .hdr or .exr (equirectangular), a cube map as .ktx, .ktx2 or .dds, or a
+// folder with px nx py ny pz nz (.hdr .exr .png .jpg). Faces larger than kMaxImportedFace are
+// halved. Throws ImportError.
 EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder,
                                const ImportOptions& options = {});
 

@@ -17,7 +17,7 @@ void cleanMaterial(Material& material, Scene& scene);
 // Valid UTF-8 without control characters, at most 200 bytes. Invalid bytes become '?'.
 std::string cleanText(const std::string& text);
 
-// Adds `triangles` to `total`. Throws ImportError above the limit.
+// Adds `primitives` to `total`. Throws ImportError above the limit.
 void countPrimitives(std::uint64_t& total, std::uint64_t primitives, const ImportLimits& limits);
 
 // The last step: removes singular instances, cleans texts, sets the hash. Throws ImportError if

@@ -86,6 +86,11 @@ std::span<const FileFormat> fileFormats() {
             "Three or four channels of 8 or 16 bits, half or single floats, E5B9G9R9, "
             "B10G11R11, A2B10G10R10; S3TC, BPTC, ETC1 and ETC2 blocks. No supercompression."},
         FileFormat{
+            environment, "DDS cube map", ".dds",
+            "With or without a DX10 header: three or four channels of 8 bits, four of 16 bits, "
+            "half and single floats, R9G9B9E5, R11G11B10, R10G10B10A2; BC1 to BC3, BC6H, BC7. "
+            "All six faces."},
+        FileFormat{
             environment, "folder of six faces", "px nx py ny pz nz",
             "Square images of one size, each .hdr, .exr, .png or .jpg; also named posx, negx "
             "and so on."},

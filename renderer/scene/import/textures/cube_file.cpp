@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -17,6 +18,7 @@ using Bytes = std::span<const unsigned char>;
 
 constexpr std::string_view kMagic1("\xABKTX 11\xBB\r\n\x1A\n", 12);
 constexpr std::string_view kMagic2("\xABKTX 20\xBB\r\n\x1A\n", 12);
+constexpr std::string_view kMagicDds("DDS ", 4);
 constexpr std::uint32_t kSameEndianness = 0x04030201;
 
 bool opensWith(Bytes file, std::string_view magic) {
@@ -136,10 +138,41 @@ Faces facesOfKtx2(Bytes file, std::uint64_t maxPixels) {
     return result;
 }
 
+// Offsets of DDS_HEADER and DDS_HEADER_DXT10 behind the magic number (Microsoft's reference of
+// Direct3D). The faces have OpenGL's order and layout; each is followed by its smaller levels.
+Faces facesOfDds(Bytes file, std::uint64_t maxPixels) {
+    constexpr std::uint32_t kAllFaces = 0xFE00, kDx10Cube = 4, kTexture2d = 3;
+    const auto at = [&](std::uint64_t offset) { return numberAt<std::uint32_t>(file, offset); };
+    constexpr std::uint64_t kHeader = 128, kDx10Header = 148;
+    part(file, 0, kHeader);
+    if (at(4) != 124 || at(76) != 32) malformedCube("has a DDS header of another size");
+    const std::uint32_t height = at(12), width = at(16), levels = std::max(1u, at(28));
+    const DdsPixels pixels{.flags = at(80), .code = at(84), .bits = at(88), .red = at(92)};
+    const bool dx10 = pixels.hasDx10Header();
+    const bool cube = dx10 ? at(132) == kTexture2d && (at(136) & kDx10Cube) != 0
+                           : (at(112) & kAllFaces) == kAllFaces;
+    // Each counts six faces; a header that counts one cube is no array.
+    const std::uint32_t layers = dx10 && at(140) > 1 ? at(140) : 0;
+    requireCube(width, height, 1, layers, cube ? 6 : 1);
+    requirePixels(width, maxPixels);
+    if (levels > static_cast<std::uint32_t>(std::bit_width(width))) {
+        malformedCube("has more levels than its size allows");
+    }
+    Faces result{.format = dx10 ? dxgiFormat(at(128)) : ddsFormat(pixels), .size = width};
+    result.faceBytes = result.format.bytesOf(width, 1);
+    for (std::uint32_t level = 0; level < levels; ++level) {
+        result.faceStride += result.format.bytesOf(std::max(1u, width >> level), 1);
+    }
+    result.bytes =
+        part(file, dx10 ? kDx10Header : kHeader, 5 * result.faceStride + result.faceBytes);
+    return result;
+}
+
 Faces facesOf(Bytes file, std::uint64_t maxPixels) {
     if (opensWith(file, kMagic1)) return facesOfKtx1(file, maxPixels);
     if (opensWith(file, kMagic2)) return facesOfKtx2(file, maxPixels);
-    malformedCube("is neither KTX nor KTX2");
+    if (opensWith(file, kMagicDds)) return facesOfDds(file, maxPixels);
+    malformedCube("is neither KTX nor KTX2 nor DDS");
 }
 
 }  // namespace

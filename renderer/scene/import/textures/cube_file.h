@@ -1,9 +1,10 @@
-// Cube maps in KTX and KTX2 files, in the calling process. Every offset and size in a file is
+// Cube maps in KTX, KTX2 and DDS files, in the calling process. Every offset and size in a file is
 // checked against the file's size before it is used.
 //
-// KTX: three or four channels of 8 or 16 bits, half and single floats, E5B9G9R9, B10G11R11,
+// Three or four channels of 8 or 16 bits, half and single floats, E5B9G9R9, B10G11R11,
 // A2B10G10R10; S3TC, BPTC, ETC1 and ETC2 blocks. Does not: supercompression, arrays, plain 2D
-// textures, one or two channels, ASTC, PVRTC, big-endian files.
+// textures, one or two channels, ASTC, PVRTC, big-endian files. Eight bits of DDS files without a
+// DX10 header are sRGB, for these name no colour space.
 #pragma once
 
 #include <glm/glm.hpp>

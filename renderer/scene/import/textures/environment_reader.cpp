@@ -114,15 +114,16 @@ EnvironmentMap readEnvironmentFile(const std::filesystem::path& fileOrFolder,
         return mapOf(sixImages(fileOrFolder, limits));
     }
     const std::string extension = environmentExtension(fileOrFolder);
-    constexpr std::array kExtensions{".hdr", ".exr", ".ktx", ".ktx2"};
+    constexpr std::array kExtensions{".hdr", ".exr", ".ktx", ".ktx2", ".dds"};
     if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
-        throw ImportError(Reason::unsupported,
-                          "an environment map is a .hdr, .exr, .ktx or .ktx2 file, or a folder of "
-                          "six images");
+        throw ImportError(
+            Reason::unsupported,
+            "an environment map is a .hdr, .exr, .ktx, .ktx2 or .dds file, or a folder "
+            "of six images");
     }
     const SceneFolder folder(fileOrFolder.parent_path(), limits.fileBytes);
     const std::string file = folder.read(fileOrFolder.filename().string());
-    if (extension == ".ktx" || extension == ".ktx2") {
+    if (extension != ".hdr" && extension != ".exr") {
         return mapOf(decodedCube(bytesOf(file), limits.maxImagePixels));
     }
     const RadianceImage image = decodedRadiance(bytesOf(file), limits.maxImagePixels);
