@@ -213,5 +213,48 @@ TEST(LinesAndPoints, HaveAFittedView) {
     EXPECT_EQ(coveredShare(line, restPose(line), away), 0.0);
 }
 
+// Points with a morph target that a clip plays: they move as vertices of surfaces do.
+TEST(LinesAndPoints, Deform) {
+    for (const int mode : {0, 3}) {
+        GlbBuilder builder = modeGlb(mode);
+        const std::vector<glm::vec3> offsets(5, {0, 4, 0});
+        builder.primitive()["targets"] = {
+            {{"POSITION",
+              builder.accessor(builder.view(bytesOf(offsets)), kGltfFloat, 5, "VEC3")}}};
+        const int times = builder.accessor(builder.view(bytesOf(std::vector<float>{0, 2})),
+                                           kGltfFloat, 2, "SCALAR");
+        const int weights = builder.accessor(builder.view(bytesOf(std::vector<float>{0, 1})),
+                                             kGltfFloat, 2, "SCALAR");
+        builder.json()["animations"] = {
+            {{"samplers", {{{"input", times}, {"output", weights}}}},
+             {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}}}}};
+        const Scene scene = imported(builder);
+        ASSERT_EQ(scene.deformations.size(), 1u);
+        EXPECT_EQ(sceneProblems(scene), std::vector<std::string>{});
+        const Pose pose = poseAt(scene, 1.0);
+        const MeshVertices vertices = verticesOf(scene, pose, scene.meshes[0]);
+        for (const Cluster& cluster : scene.clusters) {
+            for (std::uint32_t i = 0; i < cluster.indexCount; ++i) {
+                const std::uint32_t index = scene.indices[cluster.firstIndex + i];
+                EXPECT_EQ(vertices[index].position,
+                          scene.vertices[index].position + glm::vec3(0, 2, 0));
+            }
+        }
+        EXPECT_EQ(boundsOf(pose, scene.meshes[0]).max, glm::vec3(1, 3, 2));
+        EXPECT_EQ(scene.meshes[0].area, 0.0);
+    }
+}
+
+// Seven points; six lines, a loop of seven, a strip of six; a hexagon in each mode of triangles.
+TEST(LinesAndPoints, EveryModeOfASharedFile) {
+    const auto file = sharedScene("MeshPrimitiveModes/MeshPrimitiveModes.gltf");
+    CLERESTORY_NEEDS(file);
+    const Scene scene = importSceneInProcess(file);
+    EXPECT_EQ(primitiveCount(scene, Primitive::points), 7u);
+    EXPECT_EQ(primitiveCount(scene, Primitive::lines), 19u);
+    EXPECT_EQ(triangleCount(scene), 16u);
+    EXPECT_TRUE(scene.warnings.empty());
+}
+
 }  // namespace
 }  // namespace clerestory::test
