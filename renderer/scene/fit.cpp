@@ -70,9 +70,9 @@ glm::dvec3 fittedEye(std::span<const glm::dvec3> corners, const ViewAxes& axes,
         nearest = std::max(nearest, z);
         extent = std::max(extent, glm::length(p));
     }
+    const double least = extent > 0.0 ? std::max(0.01 * extent, 1e-6) : 1.0;  // of a single point
     const double z = std::max({(right + left) / (frame.right + frame.left),
-                               (top + bottom) / (frame.top + frame.bottom), nearest + 0.01 * extent,
-                               nearest + 1e-6});
+                               (top + bottom) / (frame.top + frame.bottom), nearest + least});
     // In the middle between both bounds.
     const double x = 0.5 * ((right - frame.right * z) + (frame.left * z - left));
     const double y = 0.5 * ((top - frame.top * z) + (frame.bottom * z - bottom));

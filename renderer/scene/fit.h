@@ -39,7 +39,8 @@ struct FrameTangents {
 };
 
 // The nearest eye from which every corner is in the frame, in its middle: along one direction two
-// corners touch opposite sides. At least a hundredth of their extent in front of the nearest one.
+// corners touch opposite sides. At least a hundredth of their extent in front of the nearest one; a
+// metre if they are all one point.
 // corners: at least one.
 glm::dvec3 fittedEye(std::span<const glm::dvec3> corners, const ViewAxes& axes,
                      const FrameTangents& frame);

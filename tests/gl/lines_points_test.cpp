@@ -121,6 +121,14 @@ TEST_F(LinesAndPoints, ALineCoversTheRowOfItsEnds) {
     EXPECT_EQ(covered(renderer().render(r).image), block(8, 18, 32, 5));
 }
 
+// The view of a scene that is a single point shows it in the middle.
+TEST_F(LinesAndPoints, ASinglePointIsAScene) {
+    FrameRequest r = requestOf(draftOf(Primitive::points, {{3, 2, 1}}, 0), red(), "a single point");
+    r.camera = {};
+    r.width = r.height = 65;
+    EXPECT_EQ(covered(renderer().render(r).image), block(32, 32, 1, 1));
+}
+
 TEST_F(LinesAndPoints, ASlantedLineHasOnePixelInEveryColumn) {
     const FrameRequest r = requestOf(
         draftOf(Primitive::lines, {{columnAt(8), rowAt(50), 0}, {columnAt(40), rowAt(34), 0}}, 0),

@@ -205,6 +205,11 @@ TEST(LinesAndPoints, HaveAFittedView) {
     EXPECT_NEAR(glm::distance(a.position, b.position), 0.0, 1e-6);
     EXPECT_NEAR(glm::distance(a.target, b.target), 0.0, 1e-6);
     EXPECT_EQ(lastingBounds(points, restPose(points)).max, glm::vec3(1, 1, 2));
+    // A point has no extent: a metre away.
+    const Scene one = imported(modeGlb(0, {{3, 2, 1}}));
+    const DefaultView near = fittedView(one);
+    EXPECT_NEAR(glm::distance(near.position, glm::dvec3(3, 2, 1)), 1.0, 1e-6);
+    EXPECT_NEAR(glm::distance(near.target, glm::dvec3(3, 2, 1)), 0.0, 1e-6);
     // A line across the frame is something that a camera sees.
     const Scene line = imported(modeGlb(1, {{-1, 0, 0}, {1, 0, 0}}));
     const DefaultView ahead{.position = {0, 0, 2}, .target = {0, 0, 0}, .yfov = 0.9};
