@@ -146,13 +146,33 @@ void VertexArray::bind() const {
     glBindVertexArray(name_.get());
 }
 
-void drawIndexed(std::uint32_t firstIndex, std::uint32_t indexCount, std::uint32_t instance) {
+namespace {
+GLenum modeOf(Topology topology) {
+    switch (topology) {
+        case Topology::points:
+            return GL_POINTS;
+        case Topology::lines:
+            return GL_LINES;
+        case Topology::triangles:
+            break;
+    }
+    return GL_TRIANGLES;
+}
+}  // namespace
+
+void drawIndexed(Topology topology, std::uint32_t firstIndex, std::uint32_t indexCount,
+                 std::uint32_t instance) {
     const std::uintptr_t offset = std::uintptr_t{firstIndex} * sizeof(std::uint32_t);
     Context::current().firstUse().draw([&] {
-        glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(indexCount),
+        glDrawElementsInstancedBaseInstance(modeOf(topology), static_cast<GLsizei>(indexCount),
                                             GL_UNSIGNED_INT, reinterpret_cast<const void*>(offset),
                                             1, instance);
     });
+}
+
+void setWidth(float pixels) {
+    glPointSize(pixels);
+    glLineWidth(pixels);
 }
 
 void submitDraws() {

@@ -85,8 +85,13 @@ private:
     OwnedName name_;
 };
 
+enum class Topology { triangles, lines, points };
 // With the bound vertex array and program. `instance` chooses the per-instance attributes.
-void drawIndexed(std::uint32_t firstIndex, std::uint32_t indexCount, std::uint32_t instance);
+void drawIndexed(Topology topology, std::uint32_t firstIndex, std::uint32_t indexCount,
+                 std::uint32_t instance);
+// Width of the lines and points that are drawn next, in pixels; 1 before the first call. A driver
+// with a smaller limit draws them as wide as that.
+void setWidth(float pixels);
 // Makes a software driver start the submitted draws: it bins triangles into tiles on the calling
 // thread and rasterises tiles on others only after a flush. Hardware starts without it.
 void submitDraws();

@@ -286,7 +286,9 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
     if (!triangles.triangles.empty()) {
         const std::vector<bool> moves = instancesThatMove(*input.scene);
         for (std::uint32_t i = 0; i < moves.size(); ++i) {
-            if (moves[i]) moving.push_back(i);
+            const Mesh& mesh = input.scene->meshes[input.scene->instances[i].mesh];
+            const bool surface = mesh.primitive == Primitive::triangles;
+            if (surface ? moves[i] : mesh.lit) moving.push_back(i);
         }
     }
     if (!moving.empty()) {

@@ -84,7 +84,10 @@ void collectPoints(const PlacesInput& input, Places& places) {
         const Mesh& mesh = scene.meshes[instance.mesh];
         const Material& material = input.materials.material(
             scene, input.materials.materialOf(scene, static_cast<Index>(i)));
-        if (moves[i] || mesh.deformation != kNone || material.unlit) continue;
+        if (moves[i] || mesh.deformation != kNone || material.unlit ||
+            mesh.primitive != Primitive::triangles) {
+            continue;
+        }
         const VertexRange range = vertexRange(scene, mesh);
         places.firstOfInstance[i] = static_cast<std::int32_t>(places.pointOf.size()) -
                                     static_cast<std::int32_t>(range.first);

@@ -1,5 +1,7 @@
 #include "light/refinement.h"
 
+#include "scene/mesh_builder.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -83,8 +85,8 @@ struct Sized {
 std::vector<Sized> trianglesOf(const Scene& scene, const std::vector<double>& scales) {
     std::vector<Sized> triangles;
     for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-        if (!(scales[m] > 0.0)) continue;
         const Mesh& mesh = scene.meshes[m];
+        if (!(scales[m] > 0.0) || mesh.primitive != Primitive::triangles) continue;
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
             for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
@@ -244,22 +246,28 @@ Refined refined(const Scene& scene, const Pose& pose, const RefinementLimits& li
         if (mesh.deformation != kNone) fine.deformations[mesh.deformation].firstVertex = first;
         const double local =
             scales[m] > 0.0 ? longest / scales[m] : std::numeric_limits<double>::infinity();
+        const bool surface = mesh.primitive == Primitive::triangles;
         Divider divider(fine.vertices, fine.indices, local);
-        std::uint32_t triangles = 0;
+        std::uint32_t primitives = 0;
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             const Cluster& coarse = scene.clusters[mesh.firstCluster + c];
             Cluster& cluster = fine.clusters[mesh.firstCluster + c];
             cluster.firstIndex = static_cast<std::uint32_t>(fine.indices.size());
-            for (std::uint32_t i = 0; i < coarse.indexCount; i += 3) {
-                const std::uint32_t* corner = &scene.indices[coarse.firstIndex + i];
+            const std::uint32_t* corner = &scene.indices[coarse.firstIndex];
+            const std::uint32_t* const end = corner + coarse.indexCount;
+            for (; surface && corner != end; corner += 3) {
                 divider.add(corner[0] - range.first + first, corner[1] - range.first + first,
                             corner[2] - range.first + first);
             }
+            for (; corner != end; ++corner) {
+                fine.indices.push_back(*corner - range.first + first);
+            }
             cluster.indexCount =
                 static_cast<std::uint32_t>(fine.indices.size()) - cluster.firstIndex;
-            triangles += cluster.indexCount / 3;
+            primitives += cluster.indexCount / indicesPer(mesh.primitive);
         }
-        fine.meshes[m].triangles = triangles;
+        endTriple(fine.indices);
+        fine.meshes[m].primitives = primitives;
     }
     return {std::move(fine), longest};
 }

@@ -181,6 +181,18 @@ void bindReflection(PassResources& resources, const PassInput& input, const Pass
                                           sizeof(blocks::ReflectionBlock));
 }
 
+gl::Topology topologyOf(Primitive primitive) {
+    switch (primitive) {
+        case Primitive::points:
+            return gl::Topology::points;
+        case Primitive::lines:
+            return gl::Topology::lines;
+        case Primitive::triangles:
+            break;
+    }
+    return gl::Topology::triangles;
+}
+
 }  // namespace
 
 void settleSamplers(PassResources& resources) {
@@ -198,7 +210,7 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
     Index boundMaterial = kNone;
     std::uint32_t boundReflection = kNoReflection;
     std::optional<gl::Facing> facing;
-    std::uint32_t unsubmitted = 0;  // triangles
+    std::uint32_t unsubmitted = 0;  // triangles, lines and points
     for (std::size_t i = 0; i < draws.size(); ++i) {
         const Draw& draw = draws[i];
         const Features features = draw.features & program.relevant;
@@ -237,11 +249,14 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         if (program.backFaces) wanted.clockwiseIsFront = !wanted.clockwiseIsFront;
         if (facing != wanted) gl::apply(wanted);
         facing = wanted;
-        gl::drawIndexed(draw.firstIndex, draw.indexCount,
+        const bool surface = draw.primitive == Primitive::triangles;
+        if (!surface) gl::setWidth(draw.pointSize);
+        gl::drawIndexed(topologyOf(draw.primitive), draw.firstIndex, draw.indexCount,
                         firstRecord + static_cast<std::uint32_t>(i));
         ++resources.counters.drawCalls;
-        resources.counters.triangles += draw.indexCount / 3;
-        unsubmitted += draw.indexCount / 3;
+        const std::uint32_t primitives = draw.indexCount / indicesPer(draw.primitive);
+        if (surface) resources.counters.triangles += primitives;
+        unsubmitted += primitives;
         if (unsubmitted >= kTrianglesPerSubmission) {
             gl::submitDraws();
             unsubmitted = 0;

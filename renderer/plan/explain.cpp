@@ -60,11 +60,30 @@ void explainView(FramePlan& plan, const Stage& stage, const SeenView& seen) {
     }
 }
 
+// Rays and shadow maps know triangles only.
+void explainLinesAndPoints(FramePlan& plan, const Stage& stage) {
+    const bool any = std::any_of(
+        stage.scene.instances.begin(), stage.scene.instances.end(), [&](const Instance& instance) {
+            return stage.scene.meshes[instance.mesh].primitive != Primitive::triangles;
+        });
+    const bool traced =
+        std::any_of(plan.decisions.begin(), plan.decisions.end(),
+                    [](const Decision& decision) { return decision.taken == Method::traced; });
+    const auto skip = [&](Effect effect, const char* reason) {
+        plan.skipped.push_back({"linesAndPoints", effect, reason});
+    };
+    if (any && traced)
+        skip(Effect::base, "rays do not meet lines and points: what is ray traced omits them");
+    if (any && plan.shadowMap != kNoTarget)
+        skip(Effect::shadows, "lines and points cast no shadows");
+}
+
 }  // namespace
 
 void explainOmissions(FramePlan& plan, const Stage& stage, const SeenView& seen) {
     explainView(plan, stage, seen);
     explainEffects(plan, stage, seen);
+    explainLinesAndPoints(plan, stage);
 }
 
 }  // namespace clerestory

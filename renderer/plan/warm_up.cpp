@@ -72,7 +72,7 @@ private:
         }
         for (const Draw& draw : work.opaqueDraws) {
             // A view from closer by may have a depth prepass when this one has none.
-            if (!(draw.features & FEATURE_MASK)) {
+            if (!(draw.features & FEATURE_MASK) && draw.primitive == Primitive::triangles) {
                 Draw depth = draw;
                 depth.features &= FEATURE_DOUBLE_SIDED;
                 add(pass, bare, &DrawScene::depthDraws, depth, DrawStage::depth);
@@ -153,7 +153,7 @@ private:
         const auto key = std::tuple(pass.kind(), stage, draw.features,
                                     stage == DrawStage::depth ? kNone : draw.material,
                                     draw.reflection == kNoReflection, target.format, target.samples,
-                                    bare.view.orthographic);
+                                    bare.view.orthographic, draw.primitive);
         if (!seenDraws_.insert(key).second) return;
         const auto holds = [&](const Pass& last) {
             const auto* work = std::get_if<Work>(&last.work);
@@ -171,8 +171,8 @@ private:
     const FramePlan& plan_;
     std::vector<Pass> passes_;
     std::set<std::tuple<std::string_view, TargetKind, Format>> seenFullScreen_;
-    std::set<
-        std::tuple<std::string_view, DrawStage, Features, Index, bool, Format, std::uint32_t, bool>>
+    std::set<std::tuple<std::string_view, DrawStage, Features, Index, bool, Format, std::uint32_t,
+                        bool, Primitive>>
         seenDraws_;
     std::set<std::tuple<Format, std::uint32_t>> seenRays_;
     bool seenSky_ = false;

@@ -22,7 +22,7 @@
 // diffuse and specular under punctual lights; highlights of punctual lights have at least roughness
 // 0.045; lobes include multiple scattering between microfacets (Turquin 2019); absorption and tint
 // of glass are those of glTF; the classification decides which glass is a pane and which a solid;
-// culled sides are not hit.
+// culled sides are not hit. Lines and points are left out: only the renderer draws them.
 #pragma once
 
 #include "image/image.h"

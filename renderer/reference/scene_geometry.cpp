@@ -147,6 +147,8 @@ SceneGeometry::~SceneGeometry() = default;
 
 void SceneGeometry::collectTriangles() {
     for (std::uint32_t s = 0; s < surfaces_.size(); ++s) {
+        const Instance& instance = scene_.instances[surfaces_[s].instance];
+        if (scene_.meshes[instance.mesh].primitive != Primitive::triangles) continue;
         if (!refraction_) surfaces_[s].glass = Glass::none;
         const Material& material = materialOf(surfaces_[s]);
         hasTransparency_ |=

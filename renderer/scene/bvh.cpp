@@ -70,12 +70,12 @@ std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose,
                                   std::uint64_t& dropped) {
     std::vector<BvhTriangle> triangles;
     for (Index i = 0; i < scene.instances.size(); ++i) {
-        if (!chosen[i]) continue;
         const Instance& instance = scene.instances[i];
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        if (!chosen[i] || mesh.primitive != Primitive::triangles) continue;
         const glm::dmat4& worldFromModel = pose.worldFromNode[instance.node];
         const float side =
             sideOf(materials.material(scene, materials.materialOf(scene, i)), worldFromModel);
-        const Mesh& mesh = scene.meshes[instance.mesh];
         const MeshVertices vertices = verticesOf(scene, pose, mesh);
         for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
             const Cluster& cluster = scene.clusters[mesh.firstCluster + k];

@@ -142,6 +142,17 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
         const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
         const Index material = materials.materialOf(scene, i);
         const MaterialClass& c = classes[material];
+        if (mesh.primitive != Primitive::triangles) {
+            surfaces.push_back({.instance = i,
+                                .material = material,
+                                .firstCluster = mesh.firstCluster,
+                                .clusterCount = mesh.clusterCount,
+                                .emitter = c.emitter,
+                                .reason = ReflectorReason::noSurface,
+                                .roughness = c.roughness,
+                                .reflectance = c.reflectance});
+            continue;
+        }
         Surface rest{.instance = i,
                      .material = material,
                      .firstCluster = mesh.firstCluster,
@@ -220,6 +231,8 @@ std::string reflectorReason(const Scene& scene, const MaterialBindings& material
             return "dielectric with an alpha mask";
         case ReflectorReason::noSpecular:
             return "dielectric with specular factor 0";
+        case ReflectorReason::noSurface:
+            return "lines or points";
     }
     return {};
 }

@@ -40,6 +40,7 @@ enum class ReflectorReason : std::uint8_t {
     alphaMasked,       // a masked dielectric: leaves, chains, lattices
     noSpecular,        // a dielectric with specular factor 0
     anisotropic,       // its lobe is long: it reflects the environment map
+    noSurface,         // lines or points
 };
 
 inline constexpr float kMirrorMetallic = 0.5f;

@@ -82,13 +82,15 @@ void removeStray(std::vector<glm::dvec3>& corners) {
 }
 
 // Which samples of a square frame a triangle covers: a sample's ray lies inside the three planes
-// through the eye and an edge, and meets the triangle's plane in front of the eye.
+// through the eye and an edge, and meets the triangle's plane in front of the eye. Lines and points
+// cover the nearest samples.
 class Coverage {
 public:
     explicit Coverage(double yfov) : extent_(std::tan(0.5 * yfov)) {}
 
     // Corners in camera space: right, up, back.
     void add(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+        if (b == c) return addLine(a, b);
         const std::array<glm::dvec3, 3> corners{a, b, c};
         int first[2] = {0, 0}, last[2] = {kSamples - 1, kSamples - 1};
         if (std::all_of(corners.begin(), corners.end(),
@@ -126,6 +128,18 @@ public:
     }
 
 private:
+    void addLine(const glm::dvec3& from, const glm::dvec3& to) {
+        const int steps = from == to ? 0 : kSamples;
+        for (int i = 0; i <= steps; ++i) {
+            const glm::dvec3 p = from + (to - from) * (i / std::max(1.0, double(steps)));
+            if (!(p.z < 0.0)) continue;
+            const glm::dvec2 at(std::round(sample(p.x / -p.z)), std::round(sample(p.y / -p.z)));
+            if (at.x >= 0.0 && at.x < kSamples && at.y >= 0.0 && at.y < kSamples) {
+                covered_.set(static_cast<std::size_t>(at.y * kSamples + at.x));
+            }
+        }
+    }
+
     double tangent(int i) const { return extent_ * ((2.0 * i + 1.0) / kSamples - 1.0); }
     double sample(double tangent) const { return 0.5 * kSamples * (tangent / extent_ + 1.0) - 0.5; }
 

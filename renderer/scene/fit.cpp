@@ -22,14 +22,14 @@ glm::dvec3 directionTo(double azimuth, double elevation) {
 std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose,
                                   const std::vector<bool>& chosen, std::size_t most) {
     const auto takes = [&](Index instance) { return chosen.empty() || chosen[instance]; };
-    std::uint64_t triangles = 0;
+    std::uint64_t primitives = 0;
     for (Index i = 0; i < scene.instances.size(); ++i) {
-        if (takes(i)) triangles += scene.meshes[scene.instances[i].mesh].triangles;
+        if (takes(i)) primitives += scene.meshes[scene.instances[i].mesh].primitives;
     }
-    const std::uint64_t step = 1 + 3 * triangles / most;
+    const std::uint64_t step = 1 + 3 * primitives / most;
     std::vector<glm::dvec3> corners;
-    corners.reserve(static_cast<std::size_t>(3 * triangles / step + 3));
-    std::uint64_t triangle = 0;
+    corners.reserve(static_cast<std::size_t>(3 * primitives / step + 3));
+    std::uint64_t number = 0;
     for (Index instance = 0; instance < scene.instances.size(); ++instance) {
         if (!takes(instance)) continue;
         const Mesh& mesh = scene.meshes[scene.instances[instance].mesh];
@@ -37,10 +37,12 @@ std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose,
         const glm::dmat4& worldFromMesh = pose.worldFromNode[scene.instances[instance].node];
         for (std::uint32_t k = 0; k < mesh.clusterCount; ++k) {
             const Cluster& cluster = scene.clusters[mesh.firstCluster + k];
-            for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
-                if (triangle++ % step != 0) continue;
+            const std::uint32_t each = indicesPer(mesh.primitive);
+            for (std::uint32_t i = 0; i < cluster.indexCount; i += each) {
+                if (number++ % step != 0) continue;
                 for (std::uint32_t corner = 0; corner < 3; ++corner) {
-                    const std::uint32_t index = scene.indices[cluster.firstIndex + i + corner];
+                    const std::uint32_t index =
+                        scene.indices[cluster.firstIndex + i + std::min(corner, each - 1)];
                     corners.emplace_back(worldFromMesh * glm::dvec4(vertices[index].position, 1.0));
                 }
             }
@@ -68,9 +70,9 @@ glm::dvec3 fittedEye(std::span<const glm::dvec3> corners, const ViewAxes& axes,
         nearest = std::max(nearest, z);
         extent = std::max(extent, glm::length(p));
     }
+    const double least = extent > 0.0 ? std::max(0.01 * extent, 1e-6) : 1.0;  // of a single point
     const double z = std::max({(right + left) / (frame.right + frame.left),
-                               (top + bottom) / (frame.top + frame.bottom), nearest + 0.01 * extent,
-                               nearest + 1e-6});
+                               (top + bottom) / (frame.top + frame.bottom), nearest + least});
     // In the middle between both bounds.
     const double x = 0.5 * ((right - frame.right * z) + (frame.left * z - left));
     const double y = 0.5 * ((top - frame.top * z) + (frame.bottom * z - bottom));

@@ -25,8 +25,9 @@ ViewAxes uprightAxes(const glm::dvec3& back);
 // +X; elevation: radians above the horizon, from -pi/2 to pi/2.
 glm::dvec3 directionTo(double azimuth, double elevation);
 
-// World positions of the corners, three for each triangle of the instances that `chosen` marks; an
-// empty list marks all. Of more than `most` corners, those of every n-th triangle.
+// World positions of the corners, three for each triangle, line and point of the instances that
+// `chosen` marks (the last one of lines and points is repeated); an empty list marks all. Of more
+// than `most` corners, those of every n-th of them.
 std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose,
                                   const std::vector<bool>& chosen = {},
                                   std::size_t most = 4'000'000);
@@ -38,7 +39,8 @@ struct FrameTangents {
 };
 
 // The nearest eye from which every corner is in the frame, in its middle: along one direction two
-// corners touch opposite sides. At least a hundredth of their extent in front of the nearest one.
+// corners touch opposite sides. At least a hundredth of their extent in front of the nearest one; a
+// metre if they are all one point.
 // corners: at least one.
 glm::dvec3 fittedEye(std::span<const glm::dvec3> corners, const ViewAxes& axes,
                      const FrameTangents& frame);

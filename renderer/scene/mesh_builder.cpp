@@ -5,14 +5,22 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <string>
 
 namespace clerestory {
 namespace {
 
-using Corners = std::array<std::uint32_t, 3>;
-struct Triangle {
-    Corners corner;
+// A triangle, a line or a point.
+template <std::size_t N>
+struct Shape {
+    std::array<std::uint32_t, N> corner;
 };
+using Triangle = Shape<3>;
+
+template <std::size_t N>
+constexpr const char* kShapes = N == 3   ? "triangles"
+                                : N == 2 ? "lines"
+                                         : "points";
 
 bool finiteVector(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -36,23 +44,31 @@ bool degenerate(const std::vector<Vertex>& vertices, const Triangle& t) {
     }
     return !(glm::length(areaNormal(vertices, t)) > 1e-7 * longest);
 }
+bool degenerate(const std::vector<Vertex>& vertices, const Shape<2>& line) {
+    return vertices[line.corner[0]].position == vertices[line.corner[1]].position;
+}
+bool degenerate(const std::vector<Vertex>&, const Shape<1>&) {
+    return false;
+}
 
 glm::vec3 tangentFor(const glm::vec3& n) {
     const glm::vec3 axis = std::abs(n.x) < 0.5f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
     return glm::normalize(axis - glm::dot(axis, n) * n);
 }
 
-void warn(Scene& scene, const MeshDraft& draft, const char* code, const char* message,
+void warn(Scene& scene, const MeshDraft& draft, const char* code, const std::string& message,
           std::uint64_t count) {
     if (count > 0) scene.warnings.push_back({code, draft.name, message, count});
 }
 
-std::vector<Triangle> validTriangles(Scene& scene, const MeshDraft& draft) {
-    std::vector<Triangle> valid;
-    valid.reserve(draft.indices.size() / 3);
+template <std::size_t N>
+std::vector<Shape<N>> validShapes(Scene& scene, const MeshDraft& draft) {
+    std::vector<Shape<N>> valid;
+    valid.reserve(draft.indices.size() / N);
     std::uint64_t outOfRange = 0, nonFinite = 0, flat = 0;
-    for (std::size_t i = 0; i + 2 < draft.indices.size(); i += 3) {
-        const Triangle t{{draft.indices[i], draft.indices[i + 1], draft.indices[i + 2]}};
+    for (std::size_t i = 0; i + N <= draft.indices.size(); i += N) {
+        Shape<N> t;
+        for (std::size_t k = 0; k < N; ++k) t.corner[k] = draft.indices[i + k];
         const auto each = [&](auto&& holds) {
             return std::all_of(t.corner.begin(), t.corner.end(), holds);
         };
@@ -65,20 +81,25 @@ std::vector<Triangle> validTriangles(Scene& scene, const MeshDraft& draft) {
         else
             valid.push_back(t);
     }
-    warn(scene, draft, "indexOutOfRange", "triangles with an index out of range were removed",
+    const std::string shapes = kShapes<N>;
+    warn(scene, draft, "indexOutOfRange", shapes + " with an index out of range were removed",
          outOfRange);
-    warn(scene, draft, "nonFiniteVertices", "triangles with a non-finite position were removed",
+    warn(scene, draft, "nonFiniteVertices", shapes + " with a non-finite position were removed",
          nonFinite);
-    warn(scene, draft, "degenerateTriangles", "triangles without area were removed", flat);
+    if (N == 3) {
+        warn(scene, draft, "degenerateTriangles", "triangles without area were removed", flat);
+    } else {
+        warn(scene, draft, "degenerateLines", "lines without length were removed", flat);
+    }
     return valid;
 }
 
 // Removes unused vertices and keeps the order. Returns the old index of each vertex.
-std::vector<std::uint32_t> compact(std::vector<Vertex>& vertices,
-                                   std::vector<Triangle>& triangles) {
+template <std::size_t N>
+std::vector<std::uint32_t> compact(std::vector<Vertex>& vertices, std::vector<Shape<N>>& shapes) {
     std::vector<std::uint32_t> sources;
     std::vector<std::uint32_t> newIndex(vertices.size(), kNone);
-    for (const Triangle& t : triangles) {
+    for (const Shape<N>& t : shapes) {
         for (const std::uint32_t v : t.corner) newIndex[v] = 0;
     }
     std::uint32_t used = 0;
@@ -89,7 +110,7 @@ std::vector<std::uint32_t> compact(std::vector<Vertex>& vertices,
         newIndex[v] = used++;
     }
     vertices.resize(used);
-    for (Triangle& t : triangles) {
+    for (Shape<N>& t : shapes) {
         for (std::uint32_t& v : t.corner) v = newIndex[v];
     }
     return sources;
@@ -128,6 +149,18 @@ void makeNormals(Scene& scene, MeshDraft& draft, const std::vector<Triangle>& tr
         const bool cancelled = !(glm::length(sums[v]) > 1e-6 * glm::length(fallback[v]));
         draft.vertices[v].normal = glm::vec3(glm::normalize(cancelled ? fallback[v] : sums[v]));
     }
+}
+
+// Lines and points: normals cannot be computed from them.
+void mendNormals(Scene& scene, MeshDraft& draft) {
+    std::uint64_t count = 0;
+    for (Vertex& v : draft.vertices) {
+        const float length = glm::length(v.normal);
+        const bool valid = draft.hasNormals && std::isfinite(length) && length > 1e-6f;
+        if (draft.hasNormals && !valid) ++count;
+        v.normal = valid ? v.normal / length : Vertex{}.normal;
+    }
+    warn(scene, draft, "badNormals", "normals of length zero or not finite were replaced", count);
 }
 
 // Along the axes of the texture as the slot maps it (KHR_texture_transform without its offset).
@@ -191,32 +224,35 @@ void mendAttributes(Scene& scene, MeshDraft& draft) {
          repaired);
 }
 
-Bounds boundsOf(const std::vector<Vertex>& vertices, const Triangle* first, const Triangle* last) {
+template <std::size_t N>
+Bounds boundsOf(const std::vector<Vertex>& vertices, const Shape<N>* first, const Shape<N>* last) {
     Bounds bounds;
-    for (const Triangle* t = first; t != last; ++t) {
+    for (const Shape<N>* t = first; t != last; ++t) {
         for (const std::uint32_t v : t->corner) bounds.add(vertices[v].position);
     }
     return bounds;
 }
 
-// Splits along the longest axis of the triangles' centres until the clusters are small enough.
-void cut(Scene& scene, const std::vector<Vertex>& vertices, Triangle* first, Triangle* last,
+// Splits along the longest axis of the shapes' centres until the clusters are small enough.
+template <std::size_t N>
+void cut(Scene& scene, const std::vector<Vertex>& vertices, Shape<N>* first, Shape<N>* last,
          std::uint32_t firstVertex) {
     const auto count = static_cast<std::uint32_t>(last - first);
-    const auto center = [&](const Triangle& t) {
-        return vertices[t.corner[0]].position / 3.0f + vertices[t.corner[1]].position / 3.0f +
-               vertices[t.corner[2]].position / 3.0f;
+    const auto center = [&](const Shape<N>& t) {
+        glm::vec3 sum(0.0f);
+        for (const std::uint32_t v : t.corner) sum += vertices[v].position / float{N};
+        return sum;
     };
-    if (count > kClusterTriangles) {
+    if (count > kClusterPrimitives) {
         Bounds centers;
-        for (const Triangle* t = first; t != last; ++t) centers.add(center(*t));
+        for (const Shape<N>* t = first; t != last; ++t) centers.add(center(*t));
         const glm::vec3 extent = centers.extent();
         const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0
                          : extent.y >= extent.z                       ? 1
                                                                       : 2;
-        Triangle* middle = first + count / 2;
+        Shape<N>* middle = first + count / 2;
         // A total order, so that the split is the same with every standard library.
-        std::nth_element(first, middle, last, [&](const Triangle& a, const Triangle& b) {
+        std::nth_element(first, middle, last, [&](const Shape<N>& a, const Shape<N>& b) {
             const float ca = center(a)[axis], cb = center(b)[axis];
             return ca != cb ? ca < cb : a.corner < b.corner;
         });
@@ -225,33 +261,41 @@ void cut(Scene& scene, const std::vector<Vertex>& vertices, Triangle* first, Tri
         return;
     }
     std::sort(first, last,
-              [](const Triangle& a, const Triangle& b) { return a.corner < b.corner; });
-    scene.clusters.push_back({static_cast<std::uint32_t>(scene.indices.size()), 3 * count,
+              [](const Shape<N>& a, const Shape<N>& b) { return a.corner < b.corner; });
+    scene.clusters.push_back({static_cast<std::uint32_t>(scene.indices.size()),
+                              static_cast<std::uint32_t>(N) * count,
                               boundsOf(vertices, first, last)});
-    for (const Triangle* t = first; t != last; ++t) {
+    for (const Shape<N>* t = first; t != last; ++t) {
         for (const std::uint32_t v : t->corner) scene.indices.push_back(firstVertex + v);
     }
 }
 
-// Flat parts first, largest first, then all other triangles, each in separate clusters.
-void cutIntoParts(Scene& scene, Mesh& mesh, const std::vector<Vertex>& vertices,
-                  std::vector<Triangle>& triangles, bool deforms) {
-    const auto firstVertex = static_cast<std::uint32_t>(scene.vertices.size());
-    const auto clusters = [&] { return static_cast<std::uint32_t>(scene.clusters.size()); };
-    std::vector<Corners> corners;
+std::vector<FlatGroup> flatGroupsOf(const std::vector<Vertex>& vertices,
+                                    const std::vector<Triangle>& triangles) {
+    std::vector<std::array<std::uint32_t, 3>> corners;
     corners.reserve(triangles.size());
     for (const Triangle& t : triangles) corners.push_back(t.corner);
+    return flatGroups(vertices, corners);
+}
 
+// Flat parts first, largest first, then all others, each in separate clusters.
+template <std::size_t N>
+void cutIntoParts(Scene& scene, Mesh& mesh, const std::vector<Vertex>& vertices,
+                  std::vector<Shape<N>>& shapes, bool deforms) {
+    const auto firstVertex = static_cast<std::uint32_t>(scene.vertices.size());
+    const auto clusters = [&] { return static_cast<std::uint32_t>(scene.clusters.size()); };
     mesh.firstCluster = clusters();
     mesh.firstFlatPart = static_cast<std::uint32_t>(scene.flatParts.size());
-    std::vector<bool> inPart(triangles.size());
-    std::vector<Triangle> chosen;
-    const std::vector<FlatGroup> groups =
-        deforms ? std::vector<FlatGroup>{} : flatGroups(vertices, corners);
+    std::vector<bool> inPart(shapes.size());
+    std::vector<Shape<N>> chosen;
+    std::vector<FlatGroup> groups;
+    if constexpr (N == 3) {
+        if (!deforms) groups = flatGroupsOf(vertices, shapes);
+    }
     for (const FlatGroup& group : groups) {
         chosen.clear();
         for (const std::uint32_t t : group.triangles) {
-            chosen.push_back(triangles[t]);
+            chosen.push_back(shapes[t]);
             inPart[t] = true;
         }
         FlatPart part{.firstCluster = clusters(),
@@ -265,8 +309,8 @@ void cutIntoParts(Scene& scene, Mesh& mesh, const std::vector<Vertex>& vertices,
     }
     mesh.flatPartCount = static_cast<std::uint32_t>(scene.flatParts.size()) - mesh.firstFlatPart;
     chosen.clear();
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-        if (!inPart[t]) chosen.push_back(triangles[t]);
+    for (std::size_t t = 0; t < shapes.size(); ++t) {
+        if (!inPart[t]) chosen.push_back(shapes[t]);
     }
     if (!chosen.empty()) {
         cut(scene, vertices, chosen.data(), chosen.data() + chosen.size(), firstVertex);
@@ -296,7 +340,54 @@ void numberByFirstUse(std::vector<Vertex>& vertices, std::vector<std::uint32_t>&
     sources = std::move(orderedSources);
 }
 
+template <std::size_t N>
+Index addShapes(Scene& scene, MeshDraft& draft, std::vector<std::uint32_t>& sources) {
+    std::vector<Shape<N>> shapes = validShapes<N>(scene, draft);
+    if (shapes.empty()) {
+        warn(scene, draft, "emptyMesh",
+             std::string("the mesh has no valid ") + kShapes<N> + " and was removed", 1);
+        return kNone;
+    }
+    sources = compact(draft.vertices, shapes);
+    const TextureSlot bumps = draft.material < scene.materials.size()
+                                  ? scene.materials[draft.material].normalTexture
+                                  : TextureSlot{};
+    Mesh mesh;
+    if constexpr (N == 3) {
+        makeNormals(scene, draft, shapes);
+        makeTangents(draft, shapes, bumps);
+        for (const Triangle& t : shapes) {
+            mesh.area += 0.5 * glm::length(areaNormal(draft.vertices, t));
+        }
+    } else {
+        mendNormals(scene, draft);
+        makeTangents(draft, {}, bumps);
+        mesh.lit = draft.hasNormals;
+    }
+    mendAttributes(scene, draft);
+
+    mesh.name = draft.name;
+    mesh.material = draft.material;
+    mesh.primitive = draft.primitive;
+    mesh.primitives = static_cast<std::uint32_t>(shapes.size());
+    mesh.bounds = boundsOf(draft.vertices, shapes.data(), shapes.data() + shapes.size());
+    mesh.hasColors = std::any_of(draft.vertices.begin(), draft.vertices.end(),
+                                 [](const Vertex& v) { return v.color != glm::vec4(1.0f); });
+    const std::size_t firstIndex = scene.indices.size();
+    cutIntoParts(scene, mesh, draft.vertices, shapes, draft.deforms);
+    numberByFirstUse(draft.vertices, sources, std::span(scene.indices).subspan(firstIndex),
+                     static_cast<std::uint32_t>(scene.vertices.size()));
+    endTriple(scene.indices);
+    scene.vertices.insert(scene.vertices.end(), draft.vertices.begin(), draft.vertices.end());
+    scene.meshes.push_back(std::move(mesh));
+    return static_cast<Index>(scene.meshes.size() - 1);
+}
+
 }  // namespace
+
+void endTriple(std::vector<std::uint32_t>& indices) {
+    while (indices.size() % 3 != 0) indices.push_back(std::uint32_t{indices.back()});
+}
 
 Index addMesh(Scene& scene, MeshDraft draft) {
     std::vector<std::uint32_t> sources;
@@ -304,36 +395,15 @@ Index addMesh(Scene& scene, MeshDraft draft) {
 }
 
 Index addMesh(Scene& scene, MeshDraft draft, std::vector<std::uint32_t>& sources) {
-    std::vector<Triangle> triangles = validTriangles(scene, draft);
-    if (triangles.empty()) {
-        warn(scene, draft, "emptyMesh", "the mesh has no valid triangles and was removed", 1);
-        return kNone;
+    switch (draft.primitive) {
+        case Primitive::points:
+            return addShapes<1>(scene, draft, sources);
+        case Primitive::lines:
+            return addShapes<2>(scene, draft, sources);
+        case Primitive::triangles:
+            break;
     }
-    sources = compact(draft.vertices, triangles);
-    makeNormals(scene, draft, triangles);
-    makeTangents(draft, triangles,
-                 draft.material < scene.materials.size()
-                     ? scene.materials[draft.material].normalTexture
-                     : TextureSlot{});
-    mendAttributes(scene, draft);
-
-    Mesh mesh;
-    mesh.name = draft.name;
-    mesh.material = draft.material;
-    mesh.triangles = static_cast<std::uint32_t>(triangles.size());
-    for (const Triangle& t : triangles) {
-        mesh.area += 0.5 * glm::length(areaNormal(draft.vertices, t));
-    }
-    mesh.bounds = boundsOf(draft.vertices, triangles.data(), triangles.data() + triangles.size());
-    mesh.hasColors = std::any_of(draft.vertices.begin(), draft.vertices.end(),
-                                 [](const Vertex& v) { return v.color != glm::vec4(1.0f); });
-    const std::size_t firstIndex = scene.indices.size();
-    cutIntoParts(scene, mesh, draft.vertices, triangles, draft.deforms);
-    numberByFirstUse(draft.vertices, sources, std::span(scene.indices).subspan(firstIndex),
-                     static_cast<std::uint32_t>(scene.vertices.size()));
-    scene.vertices.insert(scene.vertices.end(), draft.vertices.begin(), draft.vertices.end());
-    scene.meshes.push_back(std::move(mesh));
-    return static_cast<Index>(scene.meshes.size() - 1);
+    return addShapes<3>(scene, draft, sources);
 }
 
 void addInstance(Scene& scene, Index node, Index mesh, Index material) {

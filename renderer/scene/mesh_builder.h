@@ -1,5 +1,5 @@
-// Adds meshes to a scene: drops and counts invalid triangles, generates missing normals and
-// tangents, divides the mesh into spatial clusters.
+// Adds meshes to a scene: drops and counts invalid triangles, lines and points, generates missing
+// normals and tangents, divides the mesh into spatial clusters.
 #pragma once
 
 #include "scene/scene.h"
@@ -13,7 +13,8 @@ struct MeshDraft {
     std::string name;
     Index material = 0;
     std::vector<Vertex> vertices;
-    std::vector<std::uint32_t> indices;  // of triangles, into `vertices`; may be out of range
+    Primitive primitive = Primitive::triangles;
+    std::vector<std::uint32_t> indices;  // into `vertices`; may be out of range
     bool hasNormals = false;
     bool hasTangents = false;
     bool hasTexCoords = false;
@@ -23,12 +24,17 @@ struct MeshDraft {
 // Drops triangles that are degenerate, out of range or not finite. Generates normals (weighted by
 // area, smooth) and tangents (from texCoord0, or any perpendicular) where the draft has none, or
 // zero or non-finite ones; tangents follow the axes of the material's normal texture. Finds flat
-// parts and makes clusters of at most kClusterTriangles. Each kind of repair adds one ImportWarning
-// with a count. Returns kNone, with a warning, if no triangle is left.
+// parts and makes clusters of at most kClusterPrimitives. Lines and points keep the normals that
+// they have; without they are not lit. Each kind of repair adds one ImportWarning with a count.
+// Returns kNone, with a warning, if nothing is left.
 Index addMesh(Scene& scene, MeshDraft draft);
 // The same. Sets `sources` to the draft's vertex index of each vertex that was appended to the
 // scene.
 Index addMesh(Scene& scene, MeshDraft draft, std::vector<std::uint32_t>& sources);
+
+// Repeats the last index up to a multiple of 3, so that triangles after lines or points begin at
+// one.
+void endTriple(std::vector<std::uint32_t>& indices);
 
 // Adds a node and returns its index.
 Index addNode(Scene& scene, std::string name, const glm::dmat4& parentFromLocal = glm::dmat4(1.0),

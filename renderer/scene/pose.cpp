@@ -121,7 +121,7 @@ std::shared_ptr<const DeformedMesh> deformedAt(const Scene& scene, const Deforma
     const Mesh& mesh = scene.meshes[d.mesh];
     if (d.flatNormals) {
         const Cluster& first = scene.clusters[mesh.firstCluster];
-        flattenNormals(std::span(scene.indices).subspan(first.firstIndex, 3 * mesh.triangles),
+        flattenNormals(std::span(scene.indices).subspan(first.firstIndex, 3 * mesh.primitives),
                        d.firstVertex, result->vertices);
     }
     setBounds(scene, mesh, *result);
@@ -234,6 +234,7 @@ void settleAtRest(Scene& scene, const Pose& rest) {
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             Cluster& cluster = scene.clusters[mesh.firstCluster + c];
             cluster.bounds = deformed.clusters[c];
+            if (mesh.primitive != Primitive::triangles) continue;
             for (std::uint32_t k = 0; k + 2 < cluster.indexCount; k += 3) {
                 const auto corner = [&](std::uint32_t which) {
                     return glm::dvec3(

@@ -73,11 +73,13 @@ std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name) {
     return chosen;
 }
 
-std::uint64_t triangleCount(const Scene& scene) {
-    std::uint64_t triangles = 0;
-    for (const Instance& instance : scene.instances)
-        triangles += scene.meshes[instance.mesh].triangles;
-    return triangles;
+std::uint64_t primitiveCount(const Scene& scene, Primitive primitive) {
+    std::uint64_t count = 0;
+    for (const Instance& instance : scene.instances) {
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        if (mesh.primitive == primitive) count += mesh.primitives;
+    }
+    return count;
 }
 
 std::uint64_t contentHash(const Material& material) {
@@ -106,6 +108,8 @@ void updateContentHash(Scene& scene) {
         h.add(m.clusterCount);
         h.add(m.firstFlatPart);
         h.add(m.flatPartCount);
+        h.add(m.primitive);
+        h.add(m.lit);
         h.add(m.material);
         add(h, m.bounds);
         h.add(m.hasColors);

@@ -22,12 +22,20 @@
 
 namespace clerestory {
 
-// At most kClusterTriangles triangles that are close together, so that culling and early depth
-// tests work on large meshes too. The clusters of a mesh are contiguous in Scene::indices.
-inline constexpr std::uint32_t kClusterTriangles = 2048;
+// What the indices of a mesh form; the value is their number for each. Lines and points are as wide
+// as a request says (FrameRequest::pointSize). They are drawn in views, and rays do not meet them:
+// they are neither mirrors nor glass, and cast neither shadows nor light.
+enum class Primitive : std::uint8_t { points = 1, lines = 2, triangles = 3 };
+constexpr std::uint32_t indicesPer(Primitive primitive) {
+    return static_cast<std::uint32_t>(primitive);
+}
+
+// At most kClusterPrimitives that are close together, so that culling and early depth tests work on
+// large meshes too. The clusters of a mesh are contiguous in Scene::indices.
+inline constexpr std::uint32_t kClusterPrimitives = 2048;
 struct Cluster {
-    std::uint32_t firstIndex = 0;
-    std::uint32_t indexCount = 0;  // a multiple of 3
+    std::uint32_t firstIndex = 0;  // of triangles: a multiple of 3, as rays number them
+    std::uint32_t indexCount = 0;  // a multiple of indicesPer()
     Bounds bounds;                 // mesh space
 };
 
@@ -53,12 +61,14 @@ struct Mesh {
     std::uint32_t clusterCount = 0;
     std::uint32_t firstFlatPart = 0;  // in Scene::flatParts, largest first; the mesh's first
     std::uint32_t flatPartCount = 0;  // clusters are theirs, in the same order
-    std::uint32_t triangles = 0;
-    double area = 0.0;          // mesh space, square metres
-    Index material = 0;         // of instances that have no material of their own
-    Bounds bounds;              // mesh space; of a deforming mesh: at rest
-    bool hasColors = false;     // a vertex colour is not white
-    Index deformation = kNone;  // in Scene::deformations
+    Primitive primitive = Primitive::triangles;
+    bool lit = true;               // false: lines or points without normals
+    std::uint32_t primitives = 0;  // their number
+    double area = 0.0;             // mesh space, square metres
+    Index material = 0;            // of instances that have no material of their own
+    Bounds bounds;                 // mesh space; of a deforming mesh: at rest
+    bool hasColors = false;        // a vertex colour is not white
+    Index deformation = kNone;     // in Scene::deformations
 };
 
 // A node's parent precedes it in Scene::nodes.
@@ -143,7 +153,9 @@ struct ImportWarning {
 struct Scene {
     std::string id;
     std::string title;
-    std::uint64_t contentHash = 0;  // of everything that can change an image
+    std::vector<std::string> scenesOfFile;  // names, if its file has several scenes; unique
+    Index sceneOfFile = 0;                  // which of them this is
+    std::uint64_t contentHash = 0;          // of everything that can change an image
 
     std::vector<Vertex> vertices;
     std::vector<std::uint32_t> indices;  // absolute into vertices
@@ -232,7 +244,10 @@ Bounds worldBounds(const Scene& scene, const Pose& pose);
 Bounds lastingBounds(const Scene& scene, const Pose& pose);
 
 // Sum over all instances.
-std::uint64_t triangleCount(const Scene& scene);
+std::uint64_t primitiveCount(const Scene& scene, Primitive primitive);
+inline std::uint64_t triangleCount(const Scene& scene) {
+    return primitiveCount(scene, Primitive::triangles);
+}
 
 // Checks that every index is in range, every number is finite and every count is consistent.
 // Returns the problems, at most a few dozen; empty for a valid scene. Never throws, never reads out

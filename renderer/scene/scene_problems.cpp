@@ -61,8 +61,7 @@ private:
         }
         for (std::size_t i = 0; i < scene_.clusters.size(); ++i) {
             const Cluster& c = scene_.clusters[i];
-            const bool fits = c.indexCount % 3 == 0 && c.indexCount <= 3 * kClusterTriangles &&
-                              std::uint64_t{c.firstIndex} + c.indexCount <= scene_.indices.size();
+            const bool fits = std::uint64_t{c.firstIndex} + c.indexCount <= scene_.indices.size();
             require(fits, "a cluster does not fit the indices", i);
             require(!c.bounds.empty() && finite(c.bounds) && (!fits || containsItsVertices(c)),
                     "a cluster's bounds do not contain it", i);
@@ -74,11 +73,21 @@ private:
             require(fits, "a mesh has clusters out of range", i);
             require(m.material < scene_.materials.size(), "a mesh has no such material", i);
             require(!m.bounds.empty() && finite(m.bounds), "a mesh has no bounds", i);
-            std::uint64_t triangles = 0;
+            const bool known =
+                m.primitive >= Primitive::points && m.primitive <= Primitive::triangles;
+            require(known, "a mesh is neither triangles nor lines nor points", i);
+            const std::uint32_t each = known ? indicesPer(m.primitive) : 1;
+            const bool surface = m.primitive == Primitive::triangles;
+            require(surface || m.flatPartCount == 0, "lines or points have flat parts", i);
+            std::uint64_t primitives = 0;
             if (fits) {
                 for (std::uint32_t c = 0; c < m.clusterCount; ++c) {
                     const Cluster& cluster = scene_.clusters[m.firstCluster + c];
-                    triangles += cluster.indexCount / 3;
+                    primitives += cluster.indexCount / each;
+                    require(cluster.indexCount % each == 0 &&
+                                cluster.indexCount <= each * kClusterPrimitives &&
+                                (!surface || cluster.firstIndex % 3 == 0),
+                            "a mesh's cluster divides a primitive or is too large", i);
                     require(contains(m.bounds, cluster.bounds.min) &&
                                 contains(m.bounds, cluster.bounds.max),
                             "a mesh's bounds do not contain it", i);
@@ -86,7 +95,7 @@ private:
             }
             flatPartsOf(m, i);
             require(std::isfinite(m.area) && m.area >= 0.0, "a mesh has no area", i);
-            require(triangles == m.triangles, "a mesh has a wrong number of triangles", i);
+            require(primitives == m.primitives, "a mesh has a wrong number of primitives", i);
         }
     }
 
@@ -217,6 +226,9 @@ private:
         }
         require(unitQuaternion(scene_.environmentRotation),
                 "the environment's rotation is no unit quaternion", 0);
+        require(scene_.scenesOfFile.empty() ? scene_.sceneOfFile == 0
+                                            : scene_.sceneOfFile < scene_.scenesOfFile.size(),
+                "the file has no such scene", scene_.sceneOfFile);
         std::set<std::string_view> variants;
         for (std::size_t k = 0; k < scene_.variants.size(); ++k) {
             const Variant& variant = scene_.variants[k];

@@ -236,6 +236,8 @@ ordered_json sceneFields() {
             {"failure", described(kText, "why it could not be loaded")},
             {"reason", described(kText, "code of the failure")},
             {"triangles", kCount},
+            {"lines", kCount},
+            {"points", kCount},
             {"bounds", bounds},
             {"effects", described(listOf(kText), "effects that the scene needs")}};
 }
@@ -312,6 +314,8 @@ ordered_json sceneSchema() {
          {"counts", counts},
          {"memory", memory},
          {"animations", listOf(animation)},
+         {"scenes", described(listOf(object({{"id", kText}, {"name", kText}})),
+                              "all scenes of the file, if it has several")},
          {"variants", described(listOf(kText), "names of material variants")},
          {"cameras", listOf(camera)},
          {"lights", listOf(light)},

@@ -269,6 +269,8 @@ ordered_json sceneSummary(const SceneStatus& status, bool isDefault) {
     if (!status.scene) return json;
     const Scene& scene = *status.scene;
     json["triangles"] = triangleCount(scene);
+    json["lines"] = primitiveCount(scene, Primitive::lines);
+    json["points"] = primitiveCount(scene, Primitive::points);
     const Pose pose = poseAt(scene, 0.0);
     json["bounds"] = boundsJson(lastingBounds(scene, pose));
     json["effects"] = Surfaces(scene, pose).effects();
@@ -296,6 +298,10 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
                       {"maps", status.bytes.maps},
                       {"total", status.bytes.total()}};
     json["animations"] = animations(scene);
+    auto& scenes = json["scenes"] = ordered_json::array();
+    for (const SceneOfFile& each : status.scenesOfFile) {
+        scenes.push_back({{"id", each.id}, {"name", each.name}});
+    }
     auto& variants = json["variants"] = ordered_json::array();
     for (const Variant& variant : scene.variants) variants.push_back(variant.name);
     json["cameras"] = cameras(scene, pose);

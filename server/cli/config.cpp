@@ -64,8 +64,10 @@ void addServe(CLI::App& app, CommandLine& line) {
         ->type_name("ADDRESS")
         ->capture_default_str();
     serve
-        ->add_option("--scene", config.scenes.scenes,
-                     "a model file, or a built-in scene; may be repeated; the first is the default")
+        ->add_option(
+            "--scene", config.scenes.scenes,
+            "a model file, also with a colon and the name or number of one of its scenes, or a "
+            "built-in scene; may be repeated; the first is the default")
         ->type_name("FILE|ID")
         ->take_all()
         ->allow_extra_args(false);
@@ -87,7 +89,10 @@ void addServe(CLI::App& app, CommandLine& line) {
 // Flags of all frame commands: the scene, the request, and its common fields.
 void addFrameFlags(CLI::App& command, CommandLine& line) {
     FrameCommand& frame = line.frame;
-    command.add_option("scene", frame.scene, "a model file, or the id of a built-in scene")
+    command
+        .add_option("scene", frame.scene,
+                    "a model file, also with a colon and the name or number of one of its "
+                    "scenes, or the id of a built-in scene")
         ->required()
         ->type_name("SCENE");
     command.add_option("--request", frame.requestFile, "a request as JSON; - reads standard input")

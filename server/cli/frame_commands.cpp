@@ -49,11 +49,14 @@ std::optional<OutputFormat> formatOf(const std::filesystem::path& file) {
 Scene sceneFor(const CommandLine& line, const EnvironmentMaps& maps) {
     const std::string& source = line.frame.scene;
     if (auto scene = makeBuiltinScene(source)) return *std::move(scene);
-    if (!std::filesystem::exists(source)) {
+    const auto [file, sceneOfFile] = sceneSource(source);
+    if (!std::filesystem::exists(file)) {
         throw std::runtime_error("no scene \"" + source +
                                  "\": neither a built-in scene nor a file");
     }
-    Scene scene = importScene(source, line.config.scenes.import);
+    ImportOptions options = line.config.scenes.import;
+    options.scene = sceneOfFile;
+    Scene scene = importScene(file, options);
     if (!maps.contains(scene.environment)) lightWithSky(scene);
     for (const ImportWarning& w : scene.warnings) {
         std::cerr << "warning: " << (w.subject.empty() ? w.code : w.code + " '" + w.subject + "'")

@@ -20,9 +20,9 @@ bool importable(const std::filesystem::path& file) {
     return std::find(known.begin(), known.end(), extension.substr(1)) != known.end();
 }
 
-// "My Model.glb" -> "My-Model", which needs no escaping in a URL.
-std::string idFrom(const std::filesystem::path& file) {
-    std::string id = file.stem().string().substr(0, 100);
+// "My Model" -> "My-Model", which needs no escaping in a URL.
+std::string idFrom(const std::string& name) {
+    std::string id = name.substr(0, 100);
     for (char& c : id) {
         const bool plain = std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
         if (!plain) c = '-';
@@ -64,7 +64,7 @@ SceneEntries::SceneEntries(const SceneSources& sources) {
     for (const BuiltinScene& scene : builtinScenes()) add(scene.id, scene.title, {});
     for (const std::string& source : sources.scenes) {
         const Entry builtin = find(source);
-        first_.push_back(builtin && builtin->file.empty() ? builtin : addFile(source));
+        first_.push_back(builtin && builtin->file.empty() ? builtin : addFile(sceneSource(source)));
     }
     if (!sources.folder.empty()) addFolder(sources.folder);
     if (first_.empty()) first_.push_back(entries_.front());
@@ -76,19 +76,23 @@ SceneEntries::Entry SceneEntries::add(const std::string& id, const std::string& 
     entry->status.id = id;
     entry->status.title = title;
     entry->file = file;
+    entry->fileId = id;
     entries_.push_back(entry);
     return entry;
 }
 
-SceneEntries::Entry SceneEntries::addFile(const std::filesystem::path& file) {
+SceneEntries::Entry SceneEntries::addFile(const SceneSource& source) {
+    const auto& [file, scene] = source;
     if (!std::filesystem::is_regular_file(file)) {
         throw std::runtime_error("no scene \"" + file.string() +
                                  "\": neither a built-in scene nor a file");
     }
-    const std::string wanted = idFrom(file);
+    const std::string wanted = idFrom(file.stem().string() + (scene.empty() ? "" : "-" + scene));
     std::string id = wanted;
     for (int n = 2; find(id); ++n) id = wanted + "-" + std::to_string(n);
-    return add(id, file.filename().string(), file);
+    const Entry entry = add(id, file.filename().string(), file);
+    entry->sceneOfFile = scene;
+    return entry;
 }
 
 void SceneEntries::addFolder(const std::filesystem::path& folder) {
@@ -103,7 +107,7 @@ void SceneEntries::addFolder(const std::filesystem::path& folder) {
         if (it->is_regular_file() && importable(it->path())) files.push_back(it->path());
     }
     std::sort(files.begin(), files.end());
-    for (const auto& file : files) addFile(file);
+    for (const auto& file : files) addFile({file, ""});
 }
 
 std::vector<SceneEntries::Entry> SceneEntries::listed() const {
@@ -124,7 +128,7 @@ SceneEntries::Entry SceneEntries::find(const std::string& id) const {
 std::vector<SceneEntries::Entry> SceneEntries::updateUploads(const UploadStore& uploads) {
     std::vector<Entry> removed;
     for (const Entry& entry : listed()) {
-        if (entry->status.uploaded && !uploads.find(entry->status.id)) removed.push_back(entry);
+        if (entry->status.uploaded && !uploads.find(entry->fileId)) removed.push_back(entry);
     }
     for (const Upload& upload : uploads.all()) {
         const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
@@ -145,6 +149,38 @@ std::vector<SceneEntries::Entry> SceneEntries::updateUploads(const UploadStore& 
         entry->isRequested = fails;
     }
     return removed;
+}
+
+SceneEntries::Entry SceneEntries::findFile(const std::string& id) const {
+    const std::size_t colon = id.rfind(':');
+    if (colon == std::string::npos) return nullptr;
+    const bool number =
+        colon + 1 < id.size() && id.find_first_not_of("0123456789", colon + 1) == std::string::npos;
+    const Entry file = number ? find(id.substr(0, colon)) : nullptr;
+    return file && !file->file.empty() ? file : nullptr;
+}
+
+void SceneEntries::addScenesOfFile(const Entry& entry, const Scene& known) {
+    if (known.scenesOfFile.empty() || entry->fileId != entry->status.id) return;
+    std::vector<SceneOfFile> scenes;
+    for (std::size_t i = 0; i < known.scenesOfFile.size(); ++i) {
+        const std::string number = i == known.sceneOfFile ? "" : ":" + std::to_string(i);
+        scenes.push_back({entry->fileId + number, known.scenesOfFile[i]});
+    }
+    auto place = std::find(entries_.begin(), entries_.end(), entry) + 1;
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+        if (find(scenes[i].id)) continue;
+        auto other = std::make_shared<SceneEntry>();
+        other->status.id = scenes[i].id;
+        other->status.title = entry->status.title + ": " + scenes[i].name;
+        other->status.uploaded = entry->status.uploaded;
+        other->status.scenesOfFile = scenes;
+        other->file = entry->file;
+        other->sceneOfFile = std::to_string(i);
+        other->fileId = entry->fileId;
+        place = entries_.insert(place, other) + 1;
+    }
+    entry->status.scenesOfFile = std::move(scenes);
 }
 
 void SceneEntries::remove(const Entry& entry) {

@@ -29,8 +29,9 @@ struct UploadOptions {
 };
 
 struct SceneSources {
-    std::vector<std::string> scenes;  // ids of built-in scenes, or files; the first is the default
-    std::filesystem::path folder;     // files below it load when they are first requested
+    // Ids of built-in scenes, or files (SceneSource); the first is the default.
+    std::vector<std::string> scenes;
+    std::filesystem::path folder;  // files below it load when they are first requested
     std::vector<std::filesystem::path> environments;
     ImportOptions import;
     UploadOptions uploads;
@@ -57,6 +58,12 @@ void lightWithSky(Scene& scene);
 enum class SceneState { waiting, loading, ready, failed };
 std::string_view nameOf(SceneState state);
 
+// A scene of a file with several. The default scene has the id of the file, the others have a colon
+// and their number after it.
+struct SceneOfFile {
+    std::string id, name;
+};
+
 struct SceneStatus {
     std::string id, title;
     bool uploaded = false;
@@ -67,6 +74,8 @@ struct SceneStatus {
     std::shared_ptr<const Scene> scene;  // after the first loading; without vertices and texels
     std::size_t vertices = 0;
     SceneBytes bytes;  // while it is loaded
+    // All scenes of its file, if that has several; known after the first loading of one.
+    std::vector<SceneOfFile> scenesOfFile;
     // Of the frame with light of surfaces that was drawn last; see Frame::lightNow. May be empty.
     std::function<LightProgress()> lightNow;
 };
@@ -74,6 +83,8 @@ struct SceneStatus {
 struct SceneEntry {
     SceneStatus status;
     std::filesystem::path file;  // empty: built-in
+    std::string sceneOfFile;     // as ImportOptions::scene
+    std::string fileId;          // id of the entry of its file: its own, or that before the colon
     bool isRequested = false;    // waits to be loaded, is loading, or was loaded
     bool isSafe = false;         // another process has loaded it
     bool isDeleted = false;      // not found by id; removed when its last use ends
@@ -95,6 +106,8 @@ public:
     std::vector<Entry> listed() const;
     // Null if there is none, or it is deleted.
     Entry find(const std::string& id) const;
+    // The entry of the file if the id has a colon and a number after it; null otherwise.
+    Entry findFile(const std::string& id) const;
     // The scenes that the options name, or else the first built-in scene.
     const std::vector<Entry>& first() const { return first_; }
 
@@ -102,10 +115,12 @@ public:
     // removed.
     std::vector<Entry> updateUploads(const UploadStore& uploads);
     void remove(const Entry& entry);
+    // Adds the other scenes of the entry's file after it. known: the entry's, loaded.
+    void addScenesOfFile(const Entry& entry, const Scene& known);
 
 private:
     Entry add(const std::string& id, const std::string& title, const std::filesystem::path& file);
-    Entry addFile(const std::filesystem::path& file);
+    Entry addFile(const SceneSource& source);
     void addFolder(const std::filesystem::path& folder);
 
     std::vector<Entry> entries_, first_;

@@ -100,11 +100,16 @@ SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id) {
         entry = entries_.find(id);
     }
     // Another process, which has ended since, may have deleted it.
-    if (entry && entry->status.uploaded && uploads_ && !uploads_->find(id)) {
+    if (entry && entry->status.uploaded && uploads_ && !uploads_->find(entry->fileId)) {
         updateUploads();
         entry = entries_.find(id);
     }
     if (entry) return entry;
+    if (const Entry file = entries_.findFile(id)) {
+        requireFile(file);
+        entry = entries_.find(id);
+        if (entry) return entry;
+    }
     const std::vector<Entry> listed = entries_.listed();
     std::vector<std::string_view> known;
     for (const Entry& one : listed) known.push_back(one->status.id);
@@ -112,6 +117,17 @@ SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id) {
     problem.errors = {
         {"/scene", "is not the id of a scene" + didYouMean(id, known), clerestory::listed(known)}};
     throw RequestError(std::move(problem));
+}
+
+// With the lock held: the other scenes of a file are known when its default scene was loaded.
+void SceneLibrary::requireFile(const Entry& file) {
+    if (file->status.scene) return entries_.addScenesOfFile(file, *file->status.scene);
+    request(file, true);
+    if (file->status.state == SceneState::failed) {
+        throw RequestError(sceneFailed(file->status.failure, file->status.reason));
+    }
+    throw RequestError(stillLoading(file->status.id + ", the default scene of the file, is " +
+                                    std::string(nameOf(file->status.state)) + "."));
 }
 
 void SceneLibrary::request(const Entry& entry, bool first) {
@@ -194,7 +210,8 @@ void SceneLibrary::load(const std::vector<std::string>& ids) {
     updateUploads();
     std::vector<Entry> wanted;
     for (const std::string& id : ids) {
-        const Entry entry = entries_.find(id);
+        Entry entry = entries_.find(id);
+        if (!entry) entry = entries_.findFile(id);
         if (!entry) continue;
         entry->lastUsed = ++uses_;
         entry->isSafe = true;
@@ -232,6 +249,9 @@ void SceneLibrary::remove(const std::string& id) {
     const Entry entry = entryFor(id);
     if (!entry->status.uploaded) {
         throw RequestError(forbidden("Only scenes that were uploaded can be deleted."));
+    }
+    if (entry->fileId != entry->status.id) {
+        throw RequestError(forbidden("A scene is deleted with its file, " + entry->fileId + "."));
     }
     remove(entry);
 }
@@ -318,8 +338,10 @@ std::uint64_t SceneLibrary::environmentHash(const std::string& name) const {
     return found == environments_.end() ? 0 : found->second->contentHash;
 }
 
-const ImportOptions& SceneLibrary::importFor(const SceneEntry& entry) const {
-    return entry.status.uploaded ? importUploads_ : import_;
+ImportOptions SceneLibrary::importFor(const SceneEntry& entry) const {
+    ImportOptions options = entry.status.uploaded ? importUploads_ : import_;
+    options.scene = entry.sceneOfFile;
+    return options;
 }
 
 }  // namespace clerestory

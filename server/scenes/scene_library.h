@@ -93,7 +93,8 @@ private:
     void updateUploads();
     void request(const Entry& entry, bool first);
     Entry entryFor(const std::string& id);
-    const ImportOptions& importFor(const SceneEntry& entry) const;
+    ImportOptions importFor(const SceneEntry& entry) const;
+    void requireFile(const Entry& file);
     void loadAll();
     void load(const Entry& entry);
     void setFailed(const Entry& entry, const std::exception& error);

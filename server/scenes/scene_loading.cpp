@@ -143,7 +143,8 @@ void SceneLibrary::setReady(const Entry& entry, const std::shared_ptr<const Scen
     if (!status.uploaded && !known->title.empty()) status.title = known->title;
     status.progress = {.stage = "", .progress = 1.0};
     status.state = SceneState::ready;
-    if (status.uploaded) uploads_->endLoading(status.id);
+    entries_.addScenesOfFile(entry, *known);
+    if (status.uploaded) uploads_->endLoading(entry->fileId);
     if (entry->isDeleted) remove(entry);
     changed_.notify_all();
 }
@@ -161,8 +162,9 @@ void SceneLibrary::setFailed(const Entry& entry, const std::exception& error) {
     status.bytes = {};
     if (status.uploaded) {
         // Other processes do not try it again.
-        if (why) uploads_->setFailure(status.id, status.failure, status.reason);
-        if (!dynamic_cast<const CrashesRenderer*>(&error)) uploads_->endLoading(status.id);
+        const bool isFile = entry->fileId == status.id;
+        if (why && isFile) uploads_->setFailure(status.id, status.failure, status.reason);
+        if (!dynamic_cast<const CrashesRenderer*>(&error)) uploads_->endLoading(entry->fileId);
     }
     if (entry->isDeleted) remove(entry);
     changed_.notify_all();
@@ -171,7 +173,7 @@ void SceneLibrary::setFailed(const Entry& entry, const std::exception& error) {
 // Throws for an upload that has ended its process in each attempt.
 void SceneLibrary::requireSafe(const SceneEntry& entry) {
     if (!entry.status.uploaded || entry.isSafe) return;
-    if (uploads_->beginLoading(entry.status.id) < kMaxTries) return;
+    if (uploads_->beginLoading(entry.fileId) < kMaxTries) return;
     throw CrashesRenderer();
 }
 

@@ -1,6 +1,7 @@
 // Uploads: from the body to the frame, rejections and their reasons, what is stored.
 #include "tests/http/uploads_support.h"
 #include "tests/support/raw_client.h"
+#include "tests/support/temporary_folder.h"
 
 #include <assimp/version.h>
 #include <algorithm>
@@ -196,6 +197,61 @@ TEST(Uploads, VariantsAreSelectedByRequestsAndLinks) {
     const json problem = problemOf(frame(R"(, "variant": "night")"), 422);
     EXPECT_EQ(problem["errors"][0]["pointer"], "/variant");
     EXPECT_EQ(problem["errors"][0]["allowed"], "one of: at night");
+}
+
+// A file with a scene of one triangle and one that is empty but for a second triangle elsewhere.
+std::string twoScenes() {
+    json file = json::parse(triangleGltf());
+    file["nodes"] = {{{"mesh", 0}}, {{"mesh", 0}, {"scale", {1, 3, 1}}}};
+    file["scenes"] = {{{"name", "day"}, {"nodes", {0}}}, {{"name", "night"}, {"nodes", {0, 1}}}};
+    return file.dump();
+}
+
+TEST(Uploads, ScenesOfAFileHaveIds) {
+    TestServer server(uploadConfig());
+    auto client = server.client();
+    const std::string id = idOf(send(client, twoScenes())), other = id + ":1";
+    const json scene = json::parse(client.Get("/v1/scenes/" + id)->body);
+    EXPECT_EQ(scene["triangles"], 1);
+    EXPECT_EQ(scene["scenes"],
+              json({{{"id", id}, {"name", "day"}}, {{"id", other}, {"name", "night"}}}));
+    const auto frame = [&](const std::string& which) {
+        return postJson(client, "/v1/frames",
+                        R"({"scene": ")" + which + R"(", "width": 24, "height": 24})");
+    };
+    const auto day = frame(id), night = frame(other);
+    ASSERT_EQ(night->status, 200) << night->body;
+    EXPECT_NE(night->body, day->body);
+    EXPECT_EQ(client.Get("/v1/frames?scene=" + other + "&width=24&height=24")->body, night->body);
+    const json described = json::parse(client.Get("/v1/scenes/" + other)->body);
+    EXPECT_EQ(described["triangles"], 2);
+    EXPECT_EQ(described["scenes"], scene["scenes"]);
+    EXPECT_EQ(described["uploaded"], true);
+    for (const char* wrong : {":0", ":2", ":", ":01", ":1x"}) problemOf(frame(id + wrong), 404);
+    problemOf(client.Delete("/v1/scenes/" + other), 403);
+    EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
+    problemOf(frame(other), 404);
+    problemOf(frame(id), 404);
+}
+
+// The scenes of a file in a folder are known when its default scene was loaded.
+TEST(Uploads, ScenesOfAFileLoadOnRequest) {
+    const TemporaryFolder folder;
+    folder.write("town.gltf", twoScenes());
+    Config config = testConfig();
+    config.scenes.folder = folder.path();
+    TestServer server(config);
+    auto client = server.client();
+    problemOf(client.Get("/v1/scenes/town:1"), 409);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    auto answer = client.Get("/v1/scenes/town:1");
+    while (answer->status == 409 && std::chrono::steady_clock::now() < until) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        answer = client.Get("/v1/scenes/town:1");
+    }
+    ASSERT_EQ(answer->status, 200) << answer->body;
+    EXPECT_EQ(json::parse(answer->body)["title"], "town: night");
+    problemOf(client.Get("/v1/scenes/chapel:1"), 404);
 }
 
 std::string fileOf(const std::string& name) {

@@ -2,6 +2,7 @@
 
 #include <glm/gtc/packing.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -179,6 +180,39 @@ std::string ktx2File(const Cube& cube, KtxFormat format, const std::string& pair
     file += pairs;
     file.resize(offset);
     return file + faces;
+}
+
+std::string ddsFile(const Cube& cube, KtxFormat format, std::uint32_t dxgi, std::uint32_t levels) {
+    std::string file("DDS ", 4);
+    for (const std::uint32_t value : {124u, 0x21007u, cube.size, cube.size, 0u, 0u, levels}) {
+        put(file, value);
+    }
+    file.append(44, '\0');
+    const std::uint32_t code = dxgi != 0                      ? 0x30315844  // DX10
+                               : format == KtxFormat::half4   ? 113
+                               : format == KtxFormat::single4 ? 116
+                                                              : 0;
+    const bool three = format == KtxFormat::unorm3;
+    const std::uint32_t bits = code != 0 ? 0 : three ? 24 : 32;
+    const bool blueFirst = format == KtxFormat::bgr4;
+    for (const std::uint32_t value :
+         {32u, code != 0 ? 4u : 0x40u, code, bits, blueFirst ? 0xFF0000u : 0xFFu, 0xFF00u,
+          blueFirst ? 0xFFu : 0xFF0000u, three ? 0u : 0xFF000000u, 0x1008u,
+          dxgi != 0 ? 0u : 0xFE00u, 0u, 0u, 0u}) {
+        put(file, value);
+    }
+    if (dxgi != 0) {
+        for (const std::uint32_t value : {dxgi, 3u, 4u, 1u, 0u}) put(file, value);
+    }
+    for (std::uint32_t face = 0; face < 6; ++face) {
+        file += faceOf(cube, face, format, 1);
+        for (std::uint32_t level = 1; level < levels; ++level) {
+            const std::uint32_t size = std::max(1u, cube.size >> level);
+            const Cube black{size, std::vector<glm::vec3>(std::size_t{6} * size * size)};
+            file += faceOf(black, face, format, 1);
+        }
+    }
+    return file;
 }
 
 }  // namespace clerestory::test

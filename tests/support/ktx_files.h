@@ -1,4 +1,4 @@
-// Writes cube maps as KTX and KTX2 files, from the formats' specifications, for tests of the
+// Writes cube maps as KTX, KTX2 and DDS files, from the formats' specifications, for tests of the
 // reader.
 #pragma once
 
@@ -33,5 +33,9 @@ enum class KtxFormat {
 // `pairs`: one key and value with the zero between, or nothing.
 std::string ktx1File(const Cube& cube, KtxFormat format, const std::string& pair = "");
 std::string ktx2File(const Cube& cube, KtxFormat format, const std::string& pair = "");
+
+// dxgi: the number of the format, with a DX10 header; 0: none. levels: the smaller ones are zeros.
+std::string ddsFile(const Cube& cube, KtxFormat format, std::uint32_t dxgi,
+                    std::uint32_t levels = 1);
 
 }  // namespace clerestory::test

@@ -234,7 +234,7 @@ Scene bending() {
     scene.clusters = {{0, 3, box}};
     scene.meshes = {{.name = "strip",
                      .clusterCount = 1,
-                     .triangles = 1,
+                     .primitives = 1,
                      .area = 0.5,
                      .bounds = box,
                      .deformation = 0}};

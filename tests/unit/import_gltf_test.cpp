@@ -138,11 +138,11 @@ TEST(Gltf, CamerasAndLights) {
     EXPECT_EQ(scene.lights[2].intensity, glm::vec3(3.0f));
 }
 
-TEST(Gltf, StripsAreConvertedAndLinesIgnored) {
+TEST(Gltf, StripsAndFansBecomeTriangles) {
     const Scene& scene = everything();
     // Two from the quad; three vertices of four make one; a strip of four makes two.
     EXPECT_EQ(triangleCount(scene), 5u);
-    EXPECT_TRUE(warning(scene, "pointsAndLines"));
+    EXPECT_EQ(primitiveCount(scene, Primitive::lines), 2u) << "of four vertices";
     // Every triangle of the flat quad looks along +z, the strip's second one too.
     for (const Vertex& v : scene.vertices) {
         EXPECT_NEAR(v.normal.z, 1.0f, 1e-6f);

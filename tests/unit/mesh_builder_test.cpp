@@ -48,7 +48,7 @@ TEST_P(MeshRepair, RepairsTheMeshAndCountsRepairs) {
     GetParam().spoil(draft);
     const Scene scene = sceneOf(draft);
     EXPECT_THAT(sceneProblems(scene), testing::IsEmpty());
-    EXPECT_EQ(scene.meshes.empty() ? 0u : scene.meshes[0].triangles, GetParam().triangles);
+    EXPECT_EQ(scene.meshes.empty() ? 0u : scene.meshes[0].primitives, GetParam().triangles);
     if (GetParam().warning) {
         EXPECT_THAT(scene.warnings,
                     testing::Contains(testing::Field(&ImportWarning::code, GetParam().warning)));
@@ -184,10 +184,10 @@ MeshDraft sheet(int n) {
 TEST(Clusters, ContainEachTriangleOnceWithinBoundsAndSize) {
     const MeshDraft draft = sheet(100);
     const Scene scene = sceneOf(draft);
-    ASSERT_GT(scene.clusters.size(), 100u * 100u * 2u / kClusterTriangles);
+    ASSERT_GT(scene.clusters.size(), 100u * 100u * 2u / kClusterPrimitives);
     std::map<std::array<float, 9>, int> seen;
     for (const Cluster& c : scene.clusters) {
-        EXPECT_LE(c.indexCount, 3 * kClusterTriangles);
+        EXPECT_LE(c.indexCount, 3 * kClusterPrimitives);
         for (std::uint32_t i = c.firstIndex; i < c.firstIndex + c.indexCount; i += 3) {
             std::array<float, 9> key{};
             for (int k = 0; k < 9; ++k)

@@ -308,7 +308,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"instanceMaterial", [](Scene& s) { s.instances[0].material = 9; }},
         Fault{"probeNode", [](Scene& s) { s.probes[0].node = 7; }},
         Fault{"probeSize", [](Scene& s) { s.probes[0].size = 0.0; }},
-        Fault{"meshTriangles", [](Scene& s) { s.meshes[0].triangles = 1; }},
+        Fault{"meshTriangles", [](Scene& s) { s.meshes[0].primitives = 1; }},
         Fault{"texture", [](Scene& s) { s.materials[0].normalTexture.texture = 3; }},
         Fault{"image", [](Scene& s) { s.textures[0].image = 3; }},
         Fault{"imageSize", [](Scene& s) { s.images[0].width = 6; }},

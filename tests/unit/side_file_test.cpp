@@ -85,7 +85,7 @@ TEST_F(SideFile, AByteOrderMarkIsNotContent) {
             "marked.gltf", "\xEF\xBB\xBF{\"asset\": {\"version\": \"2.0\"}, \"scenes\": [{}]}"));
         FAIL();
     } catch (const ImportError& error) {
-        EXPECT_STREQ(error.what(), "the file has no triangles to draw");
+        EXPECT_STREQ(error.what(), "the file has no triangles, lines or points to draw");
     }
 }
 

@@ -47,13 +47,20 @@ std::uint32_t samplesOf(Preset preset) {
     return preset == Preset::draft ? 8 : preset == Preset::fine ? 48 : 24;
 }
 
+bool isSurface(const Stage& stage, const Surface& surface) {
+    const Instance& instance = stage.scene.instances[surface.instance];
+    return stage.scene.meshes[instance.mesh].primitive == Primitive::triangles;
+}
+
 bool casts(const Stage& stage, const Surface& surface) {
-    return surface.glass == Glass::none && stage.material(surface).alphaMode != AlphaMode::blend;
+    return isSurface(stage, surface) && surface.glass == Glass::none &&
+           stage.material(surface).alphaMode != AlphaMode::blend;
 }
 
 // Some light passes it.
 bool tints(const Stage& stage, const Surface& surface) {
-    return surface.glass != Glass::none || stage.material(surface).alphaMode == AlphaMode::blend;
+    return isSurface(stage, surface) &&
+           (surface.glass != Glass::none || stage.material(surface).alphaMode == AlphaMode::blend);
 }
 
 Bounds worldBox(const Stage& stage, const Surface& surface) {

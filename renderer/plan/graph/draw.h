@@ -82,6 +82,8 @@ struct Draw {
     std::uint32_t reflection = kNoReflection;  // into the pass's reflections
     std::uint32_t through = 0;                 // value of the channel `through`; see Through
     LightList lights;
+    Primitive primitive = Primitive::triangles;
+    float pointSize = 1.0f;  // width of lines and points, pixels of the target
     bool operator==(const Draw&) const = default;
 };
 // Returns true if the shader of the draw traces rays.

@@ -7,7 +7,9 @@ namespace {
 
 void count(std::span<const Draw> draws, PlanTotals& totals) {
     totals.draws += draws.size();
-    for (const Draw& draw : draws) totals.triangles += draw.indexCount / 3;
+    for (const Draw& draw : draws) {
+        if (draw.primitive == Primitive::triangles) totals.triangles += draw.indexCount / 3;
+    }
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
     hash.add(draws.size());
     for (const Draw& draw : draws) {
         const auto& [instance, material, firstIndex, indexCount, features, reflection, through,
-                     lights] = draw;
+                     lights, primitive, pointSize] = draw;
         hash.add(instance);
         hash.add(material);
         hash.add(firstIndex);
@@ -49,6 +49,8 @@ void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
         hash.add(features);
         hash.add(reflection);
         hash.add(through);
+        hash.add(primitive);
+        hash.add(pointSize);
         const Instance& placed = stage.scene.instances[instance];
         hash.add(stage.pose.worldFromNode[placed.node]);
         if (const auto* mesh = deformedMesh(stage.pose, stage.scene.meshes[placed.mesh])) {

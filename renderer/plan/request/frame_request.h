@@ -128,6 +128,7 @@ struct FrameRequest {
     double time = 0.0;
     std::optional<std::string> clip;     // none: defaultClips(); empty: no clip
     std::optional<std::string> variant;  // of the scene's materials; none: the default ones
+    double pointSize = 1.0;              // width of lines and points, pixels
     Effects effects;
     Accuracy accuracy;
     EnvironmentRequest environment;
@@ -345,6 +346,8 @@ void fields(FrameRequest& r, V&& visit) {
           "which it moves; empty: none");
     visit("variant", r.variant, Text{256},
           "name of a material variant of the scene; absent: its default materials");
+    visit("pointSize", r.pointSize, Range{1, 64, "pixels"},
+          "width of lines and points in the picture that they are drawn into");
     visit("effects", r.effects, Nested{}, "switches of the effects");
     visit("accuracy", r.accuracy, NestedPreset{}, "the name of a preset, or an object of settings");
     visit("environment", r.environment, Nested{}, "environment map that lights the scene");

@@ -43,6 +43,7 @@ ViewSettings viewSettings(const FrameRequest& request, const Scene& scene,
     settings.skyVisible = request.environment.visible;
     settings.environmentIntensity = static_cast<float>(request.environment.intensity);
     settings.mapFromWorld = glm::transpose(worldFromMap(request, scene));
+    settings.pointSize = static_cast<float>(request.pointSize);
 
     const Accuracy defaults;
     settings.accuracy.samples = defaults.samples;
@@ -60,13 +61,15 @@ ViewSettings captureSettings(ViewSettings settings) {
 }
 
 std::uint64_t hashOf(const ViewSettings& settings) {
-    const auto& [effects, accuracy, skyVisible, environmentIntensity, mapFromWorld] = settings;
+    const auto& [effects, accuracy, skyVisible, environmentIntensity, mapFromWorld, pointSize] =
+        settings;
     PlanHash hash;
     addFields(hash, effects);
     addFields(hash, accuracy);
     hash.add(skyVisible);
     hash.add(environmentIntensity);
     hash.add(mapFromWorld);
+    hash.add(pointSize);
     return hash.value();
 }
 

@@ -20,6 +20,7 @@ struct ViewSettings {
     bool skyVisible = true;
     float environmentIntensity = 1.0f;
     glm::dmat3 mapFromWorld{1.0};  // turns a world direction into one of the environment map
+    float pointSize = 1.0f;        // of lines and points, pixels
 };
 
 // maxAnisotropy: of the device, at least 1; the request's value is lowered to it.

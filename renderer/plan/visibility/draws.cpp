@@ -66,7 +66,7 @@ Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mes
         }
     };
     map(m.baseColorTexture, FEATURE_BASE_COLOR_MAP);
-    if (m.unlit) {
+    if (m.unlit || !mesh.lit) {
         f |= FEATURE_UNLIT;
     } else {
         map(m.metallicRoughnessTexture, FEATURE_METALLIC_ROUGHNESS_MAP);
@@ -79,6 +79,8 @@ Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mes
             f |= FEATURE_DEFAULT_NUMBERS;
         }
         if (m.occlusionStrength > 0.0f) map(m.occlusionTexture, FEATURE_OCCLUSION_MAP);
+    }
+    if (!m.unlit) {
         const glm::vec3 emitted = emittedRadiance(m);
         if (effects.emission && std::max({emitted.x, emitted.y, emitted.z}) > 0.0f) {
             f |= FEATURE_EMISSION;
@@ -190,7 +192,8 @@ bool sameStateFirst(const OrderedDraw& a, const OrderedDraw& b) {
 
 std::vector<Draw> depthDraws(std::vector<OrderedDraw> draws) {
     std::erase_if(draws, [](const OrderedDraw& each) {
-        return each.share < kOccluderShare * (each.draw.indexCount / 3);
+        return each.draw.primitive != Primitive::triangles ||
+               each.share < kOccluderShare * (each.draw.indexCount / 3);
     });
     for (OrderedDraw& each : draws) {
         each.draw.features &= FEATURE_DOUBLE_SIDED;
@@ -294,10 +297,15 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             result.culled += surface.clusterCount;
             continue;
         }
-        SeenSurface seen{.surface = &surface, .features = features};
-        if (hasWideLobe(material, stage)) seen.features |= FEATURE_WIDE_LOBE;
+        SeenSurface seen{.surface = &surface,
+                         .features = features,
+                         .primitive = mesh.primitive,
+                         .pointSize = stage.settings.pointSize};
+        const bool unlit = (features & FEATURE_UNLIT) != 0;
+        if (!unlit && hasWideLobe(material, stage)) seen.features |= FEATURE_WIDE_LOBE;
         rects.clear();
-        const bool opaque = !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
+        const bool opaque = mesh.primitive == Primitive::triangles &&
+                            !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
         const std::uint32_t end = surface.firstCluster + surface.clusterCount;
         for (std::uint32_t c = surface.firstCluster; c < end;) {
             const std::uint32_t first = c;
@@ -311,7 +319,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             const double share = rect.share();
             SeenCluster part{
                 cluster.firstIndex, cluster.indexCount, distanceTo(box), share, {}, box};
-            if (!material.unlit) {
+            if (!unlit) {
                 std::uint32_t reaching = 0;
                 part.lights = lightsReaching(stage.lights, view.eye, box, reaching);
                 result.maxLights = std::max(result.maxLights, reaching);
@@ -320,8 +328,8 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
             rects.push_back(rect);
             seen.box.add(box);
             seen.clusters.push_back(part);
-            result.triangles += cluster.indexCount / 3;
-            result.anyLit |= !material.unlit;
+            result.triangles += cluster.indexCount / indicesPer(mesh.primitive);
+            result.anyLit |= !unlit;
             result.anyEmissive |= (seen.features & FEATURE_EMISSION) != 0;
         }
         const bool needsEffect =
@@ -335,11 +343,11 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
 Features featuresOfAll(const Stage& stage) {
     Features all = stage.lights.empty() ? 0 : FEATURE_LIGHTS;
     for (Index i = 0; i < stage.scene.instances.size(); ++i) {
+        const Mesh& mesh = stage.scene.meshes[stage.scene.instances[i].mesh];
+        if (mesh.primitive != Primitive::triangles) continue;
         const Material& material =
             stage.materials.material(stage.scene, stage.materials.materialOf(stage.scene, i));
-        all |= materialFeatures(stage.scene, material,
-                                stage.scene.meshes[stage.scene.instances[i].mesh],
-                                stage.settings.effects);
+        all |= materialFeatures(stage.scene, material, mesh, stage.settings.effects);
     }
     all &= ~FEATURE_DEFAULT_NUMBERS;  // rays read the factors of each hit's material
     return stage.settings.effects.refraction ? all | featuresOfGlass(stage) : all;
@@ -358,7 +366,9 @@ DrawLists drawLists(const SeenView& view) {
                       .features = seen.features,
                       .reflection = seen.reflection,
                       .through = seen.through,
-                      .lights = cluster.lights};
+                      .lights = cluster.lights,
+                      .primitive = seen.primitive};
+            if (draw.primitive != Primitive::triangles) draw.pointSize = seen.pointSize;
             if (cluster.lights.count > 0) draw.features |= FEATURE_LIGHTS;
             if (draw.features & kOtherPicture) draw.features &= ~FEATURE_WIDE_LOBE;
             draw.features = programFeatures(draw.features, view.sharedFeatures, view.glassFeatures);

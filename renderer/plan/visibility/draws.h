@@ -27,6 +27,8 @@ struct SeenSurface {
     std::uint32_t reflection = kNoReflection;
     std::uint32_t through = 0;  // see Draw::through
     bool overBackdrop = false;  // glass that is drawn over a copy of the picture behind it
+    Primitive primitive = Primitive::triangles;
+    float pointSize = 1.0f;  // see Draw::pointSize
 };
 
 struct SeenView {
@@ -35,7 +37,7 @@ struct SeenView {
     double overdraw = 0.0;        // predicted layers of opaque surfaces, mean over the picture
     std::uint32_t maxLights = 0;  // maximum number that reach one draw, before the limit
     bool anyLit = false, anyEmissive = false;
-    std::uint64_t triangles = 0;
+    std::uint64_t triangles = 0;  // lines and points count too
     // Union over all surfaces, and over all glass, of the scene; their programs share them.
     Features sharedFeatures = 0, glassFeatures = 0;
 };

@@ -42,7 +42,8 @@ std::vector<Occluder> occludersOf(const Stage& stage, const View& view) {
         const Surface& surface = stage.surfaces[i];
         if (surface.clusterCount != 1 || surface.glass != Glass::none) continue;
         const Instance& instance = stage.scene.instances[surface.instance];
-        if (stage.scene.meshes[instance.mesh].deformation != kNone) continue;
+        const Mesh& mesh = stage.scene.meshes[instance.mesh];
+        if (mesh.primitive != Primitive::triangles || mesh.deformation != kNone) continue;
         const Cluster& cluster = stage.scene.clusters[surface.firstCluster];
         const Material& material = stage.material(surface);
         if (cluster.indexCount != 6 || material.alphaMode != AlphaMode::opaque) continue;

@@ -31,14 +31,24 @@ Scene checkedScene(std::span<const std::byte> blob) {
 
 }  // namespace
 
+SceneSource sceneSource(const std::string& text) {
+    std::error_code error;
+    const std::size_t colon = text.rfind(':');
+    const bool whole = colon == std::string::npos || std::filesystem::exists(text, error) ||
+                       !std::filesystem::is_regular_file(text.substr(0, colon), error);
+    if (whole) return {text, ""};
+    return {text.substr(0, colon), text.substr(colon + 1)};
+}
+
 Scene importScene(const std::filesystem::path& file, const ImportOptions& options,
                   const ProgressCallback& progress) {
-    const auto key = options.cache ? options.cache->keyOf(file, options.limits) : std::nullopt;
+    const auto key =
+        options.cache ? options.cache->keyOf(file, options.limits, options.scene) : std::nullopt;
     if (key) {
         if (auto cached = options.cache->find(*key)) return *std::move(cached);
     }
     const ChildResult result =
-        runImportChild(file, "scene", options.importer, options.limits, progress);
+        runImportChild(file, "scene", options.scene, options.importer, options.limits, progress);
     Scene scene = checkedScene(result.bytes);
     if (key) options.cache->store(*key, result.dependencies, result.bytes, result.owner);
     if (progress) {
@@ -53,7 +63,7 @@ EnvironmentMap loadEnvironment(const std::filesystem::path& fileOrFolder,
     if (!path.has_filename()) path = path.parent_path();  // "folder/" becomes "folder"
     try {
         const ChildResult result =
-            runImportChild(path, "environment", options.importer, options.limits, {});
+            runImportChild(path, "environment", "", options.importer, options.limits, {});
         EnvironmentMap map = readEnvironment(result.bytes);
         std::error_code error;
         const bool folder = std::filesystem::is_directory(path, error);

@@ -36,20 +36,26 @@ std::string lowerExtension(const std::filesystem::path& file) {
     return extension;
 }
 
-Scene sceneIn(const SceneFolder& folder, const std::string& name, const ImportLimits& limits,
-              const ProgressCallback& progress) {
+Scene sceneIn(const SceneFolder& folder, const std::string& name, const std::string& wanted,
+              const ImportLimits& limits, const ProgressCallback& progress) {
     const std::string extension = lowerExtension(name);
     const bool isGltf = extension == "gltf" || extension == "glb";
     if (!isGltf && !folder.has(name)) {
         throw ImportError(ImportError::Reason::notFound,
                           "'" + cleanText(name) + "' is not a readable file");
     }
-    Scene scene = isGltf ? gltfScene(folder.read(name), folder, limits, progress)
+    if (!isGltf && !wanted.empty()) {
+        throw ImportError(ImportError::Reason::notFound, "only glTF files have several scenes");
+    }
+    Scene scene = isGltf ? gltfScene(folder.read(name), wanted, folder, limits, progress)
                          : assimpScene(name, extension, folder, limits, progress);
     finishScene(scene);
     const bool sidecarApplied = applySidecar(scene, folder, name);
     if (dropUnknownProbes(scene) || sidecarApplied) finishScene(scene);
     scene.title = cleanText(std::filesystem::path(name).stem().string());
+    if (!wanted.empty() && !scene.scenesOfFile.empty()) {
+        scene.title = cleanText(scene.title + ": " + scene.scenesOfFile[scene.sceneOfFile]);
+    }
     return scene;
 }
 
@@ -94,8 +100,8 @@ std::filesystem::path folderOf(const std::filesystem::path& file) {
 }  // namespace
 
 Scene importSceneInProcess(const std::filesystem::path& file, const ImportLimits& limits,
-                           const ProgressCallback& progress,
-                           const DependencyCallback& dependencies) {
+                           const ProgressCallback& progress, const DependencyCallback& dependencies,
+                           const std::string& sceneOfFile) {
     const std::string extension = lowerExtension(file);
     const auto& known = importableExtensions();
     if (std::find(known.begin(), known.end(), extension) == known.end()) {
@@ -113,9 +119,10 @@ Scene importSceneInProcess(const std::filesystem::path& file, const ImportLimits
     Scene scene;
     if (isArchive(extension)) {
         UnpackedScene unpacked = unpackedScene(folder.read(name), limits);
-        scene = sceneIn(SceneFolder(std::move(unpacked.files)), unpacked.name, limits, progress);
+        scene = sceneIn(SceneFolder(std::move(unpacked.files)), unpacked.name, sceneOfFile, limits,
+                        progress);
     } else {
-        scene = sceneIn(folder, name, limits, progress);
+        scene = sceneIn(folder, name, sceneOfFile, limits, progress);
     }
     if (dependencies) {
         for (const FileDependency& each : folder.dependencies()) dependencies(each);
@@ -175,7 +182,8 @@ int importChildMain(int argc, char** argv) {
         std::string dependencies;
         const Scene scene = importSceneInProcess(
             file, limits, [&](const ImportProgress& step) { report(progressLine(step)); },
-            [&](const FileDependency& dependency) { dependencies += dependencyLine(dependency); });
+            [&](const FileDependency& dependency) { dependencies += dependencyLine(dependency); },
+            options["--scene"]);
         report(dependencies);
         report(progressLine({"handing over", 0.9}));
         writeScene(scene, writeResult);

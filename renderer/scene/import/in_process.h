@@ -15,16 +15,19 @@ namespace clerestory {
 
 using DependencyCallback = std::function<void(const FileDependency&)>;
 
-// `dependencies` is called once for each file that the importer looked for. Throws ImportError.
+// `dependencies` is called once for each file that the importer looked for. sceneOfFile: as
+// ImportOptions::scene. Throws ImportError.
 Scene importSceneInProcess(const std::filesystem::path& file, const ImportLimits& limits = {},
                            const ProgressCallback& progress = {},
-                           const DependencyCallback& dependencies = {});
+                           const DependencyCallback& dependencies = {},
+                           const std::string& sceneOfFile = {});
 
 // The map has no name. Throws ImportError.
 EnvironmentMap loadEnvironmentInProcess(const std::filesystem::path& fileOrFolder,
                                         const ImportLimits& limits = {});
 
-// `clerestory import-child FILE --result-fd N --progress-fd M [--limits TEXT] [--as environment]`.
+// `clerestory import-child FILE --result-fd N --progress-fd M [--limits TEXT] [--as environment]
+// [--scene TEXT]`.
 // Sets the process's limits, enters the jail, imports FILE and writes the blob to the result
 // descriptor. Returns an exit code (sandbox/process.h).
 int importChildMain(int argc, char** argv);

@@ -97,6 +97,25 @@ void alignNormals(MeshDraft& draft) {
     for (Vertex& v : draft.vertices) v.normal = -v.normal;
 }
 
+// PLY without faces: every vertex is a point.
+bool isPointCloud(const aiMesh& mesh) {
+    return mesh.mNumFaces == 0 && mesh.mPrimitiveTypes == aiPrimitiveType_POINT;
+}
+
+Primitive primitiveOf(const aiMesh& mesh) {
+    return mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE ? Primitive::triangles
+           : mesh.mPrimitiveTypes & aiPrimitiveType_LINE   ? Primitive::lines
+                                                           : Primitive::points;
+}
+
+// Assimp gives lines and points next to triangles normals that are no numbers.
+bool hasNormals(const aiMesh& mesh) {
+    if (!mesh.HasNormals() || primitiveOf(mesh) == Primitive::triangles) return mesh.HasNormals();
+    return std::any_of(mesh.mNormals, mesh.mNormals + mesh.mNumVertices, [](const aiVector3D& n) {
+        return std::isfinite(n.x) && n.SquareLength() > 0.0f;
+    });
+}
+
 class AssimpReader {
 public:
     AssimpReader(const aiScene& file, const std::string& extension, const ImportLimits& limits)
@@ -126,16 +145,14 @@ public:
 
 private:
     Index add(const aiMesh& from) {
-        if (!(from.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) {
-            scene_.warnings.push_back(
-                {"pointsAndLines", from.mName.C_Str(), "points and lines are not drawn"});
-            return kNone;
-        }
-        countTriangles(triangles_, from.mNumFaces, limits_);
         MeshDraft draft;
         draft.name = from.mName.C_Str();
         draft.material = from.mMaterialIndex;
-        draft.hasNormals = from.HasNormals();
+        draft.primitive = primitiveOf(from);
+        draft.hasNormals = hasNormals(from);
+        const std::uint32_t each = indicesPer(draft.primitive);
+        const bool cloud = isPointCloud(from);
+        countPrimitives(primitives_, cloud ? from.mNumVertices : from.mNumFaces, limits_);
         draft.hasTexCoords = from.HasTextureCoords(0);
         draft.vertices.resize(from.mNumVertices);
         for (unsigned i = 0; i < from.mNumVertices; ++i) {
@@ -152,14 +169,15 @@ private:
                 v.color = color(from.mColors[0][i]);
             }
         }
-        draft.indices.reserve(std::size_t{3} * from.mNumFaces);
+        draft.indices.reserve(std::size_t{each} * from.mNumFaces);
         for (unsigned f = 0; f < from.mNumFaces; ++f) {
             const aiFace& face = from.mFaces[f];
-            if (face.mNumIndices == 3) {
-                draft.indices.insert(draft.indices.end(), face.mIndices, face.mIndices + 3);
+            if (face.mNumIndices == each) {
+                draft.indices.insert(draft.indices.end(), face.mIndices, face.mIndices + each);
             }
         }
-        if (draft.hasNormals) alignNormals(draft);
+        for (unsigned i = 0; cloud && i < from.mNumVertices; ++i) draft.indices.push_back(i);
+        if (draft.hasNormals && each == 3) alignNormals(draft);
         if (!animations_.moves(from)) return addMesh(scene_, std::move(draft));
         draft.deforms = true;
         std::vector<std::uint32_t> sources;
@@ -334,7 +352,7 @@ private:
     std::vector<std::pair<Index, unsigned>> meshAt_;  // node, and the file's mesh at it
     std::map<std::string, Index> nodeNamed_;
     AssimpAnimations animations_{file_, scene_, nodeNamed_, metresPerUnit_};
-    std::uint64_t triangles_ = 0;
+    std::uint64_t primitives_ = 0;
 };
 
 }  // namespace
@@ -345,7 +363,10 @@ Scene assimpScene(const std::string& file, const std::string& extension, const S
     keepOnlyReader(importer, extension);
     importer.SetIOHandler(new AssimpFileSystem(folder));  // the importer deletes it
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kCreaseDegrees);
-    const aiScene* scene = importer.ReadFile(file, kSteps);
+    const aiScene* scene = importer.ReadFile(file, extension == "ply" ? 0 : kSteps);
+    // The steps refuse meshes without faces.
+    const bool cloud = scene && scene->mNumMeshes == 1 && isPointCloud(*scene->mMeshes[0]);
+    if (extension == "ply" && !cloud) scene = importer.ApplyPostProcessing(kSteps);
     if (!scene || !scene->mRootNode) {
         const std::string message = importer.GetErrorString();
         if (message.find("bad_alloc") != std::string::npos) {

@@ -195,11 +195,12 @@ std::string cleanText(const std::string& text) {
     return clean;
 }
 
-void countTriangles(std::uint64_t& total, std::uint64_t triangles, const ImportLimits& limits) {
-    total += triangles;
+void countPrimitives(std::uint64_t& total, std::uint64_t primitives, const ImportLimits& limits) {
+    total += primitives;
     if (total > limits.maxTriangles) {
         throw ImportError(Reason::limit, "the scene has more than " +
-                                             std::to_string(limits.maxTriangles) + " triangles");
+                                             std::to_string(limits.maxTriangles) +
+                                             " triangles, lines and points");
     }
 }
 
@@ -207,7 +208,7 @@ void finishScene(Scene& scene) {
     thickenFlatNodes(scene);
     dropSingularInstances(scene);
     if (scene.instances.empty()) {
-        std::string message = "the file has no triangles to draw";
+        std::string message = "the file has no triangles, lines or points to draw";
         if (!scene.warnings.empty()) {  // the likely reason
             const ImportWarning& first = scene.warnings.front();
             message += ": " + (first.subject.empty() ? "" : first.subject + ": ") + first.message;

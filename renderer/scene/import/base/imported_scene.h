@@ -17,8 +17,8 @@ void cleanMaterial(Material& material, Scene& scene);
 // Valid UTF-8 without control characters, at most 200 bytes. Invalid bytes become '?'.
 std::string cleanText(const std::string& text);
 
-// Adds `triangles` to `total`. Throws ImportError above the limit.
-void countTriangles(std::uint64_t& total, std::uint64_t triangles, const ImportLimits& limits);
+// Adds `primitives` to `total`. Throws ImportError above the limit.
+void countPrimitives(std::uint64_t& total, std::uint64_t primitives, const ImportLimits& limits);
 
 // The last step: removes singular instances, cleans texts, sets the hash. Throws ImportError if
 // there is nothing to draw or the scene is invalid.

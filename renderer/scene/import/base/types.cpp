@@ -42,12 +42,12 @@ std::span<const FileFormat> fileFormats() {
     static constexpr std::array kFormats{
         FileFormat{
             scene, "glTF 2.0", ".gltf .glb",
-            "Meshes, materials, textures, lights, cameras, skins, morph targets, animations and "
-            "extras; extensions as in the table of glTF extensions."},
+            "Meshes with triangles, lines and points, materials, textures, lights, cameras, skins, "
+            "morph targets, animations and extras; extensions as in the table of glTF extensions."},
         FileFormat{
             scene, "Wavefront OBJ with MTL", ".obj",
-            "Meshes, materials and textures through Assimp; MTL illumination models 3 to 9 give "
-            "mirrors and glass. Units are metres."},
+            "Meshes with lines (`l`) and points (`p`), materials and textures through Assimp; MTL "
+            "illumination models 3 to 9 give mirrors and glass. Units are metres."},
         FileFormat{
             scene, "Autodesk FBX", ".fbx",
             "Meshes, materials, textures, lights, cameras, skins and animations through Assimp; "
@@ -56,7 +56,9 @@ std::span<const FileFormat> fileFormats() {
             scene, "COLLADA", ".dae",
             "Meshes, materials, textures, lights, cameras, skins and animations through Assimp; "
             "no morph targets."},
-        FileFormat{scene, "Stanford PLY", ".ply", "One mesh with vertex colours, through Assimp."},
+        FileFormat{scene, "Stanford PLY", ".ply",
+                   "One mesh with vertex colours, through Assimp; without faces its vertices are "
+                   "points."},
         FileFormat{scene, "STL", ".stl", "One mesh without material, through Assimp."},
         FileFormat{scene, "3D Studio", ".3ds", "Meshes, materials and textures through Assimp."},
         FileFormat{archive, "ZIP", ".zip",
@@ -83,6 +85,11 @@ std::span<const FileFormat> fileFormats() {
             environment, "KTX cube map", ".ktx .ktx2",
             "Three or four channels of 8 or 16 bits, half or single floats, E5B9G9R9, "
             "B10G11R11, A2B10G10R10; S3TC, BPTC, ETC1 and ETC2 blocks. No supercompression."},
+        FileFormat{
+            environment, "DDS cube map", ".dds",
+            "With or without a DX10 header: three or four channels of 8 bits, four of 16 bits, "
+            "half and single floats, R9G9B9E5, R11G11B10, R10G10B10A2; BC1 to BC3, BC6H, BC7. "
+            "All six faces."},
         FileFormat{
             environment, "folder of six faces", "px nx py ny pz nz",
             "Square images of one size, each .hdr, .exr, .png or .jpg; also named posx, negx "

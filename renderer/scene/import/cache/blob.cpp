@@ -16,7 +16,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 11;
+    std::uint32_t version = 13;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -84,7 +84,8 @@ void serialize(A& a, FlatPart& p) {
 template <class A>
 void serialize(A& a, Mesh& m) {
     a(m.name), a(m.firstCluster), a(m.clusterCount), a(m.firstFlatPart), a(m.flatPartCount);
-    a(m.triangles), a(m.area), a(m.material), a(m.bounds);
+    a(m.primitive, Primitive::triangles), a(m.lit), a(m.primitives);
+    a(m.area), a(m.material), a(m.bounds);
     a(m.hasColors), a(m.deformation);
 }
 template <class A>
@@ -145,8 +146,8 @@ void serialize(A& a, ImportWarning& w) {
 }
 template <class A>
 void serialize(A& a, Scene& s) {
-    a(s.id), a(s.title), a(s.contentHash), a(s.vertices), a(s.indices), a(s.clusters),
-        a(s.flatParts);
+    a(s.id), a(s.title), a(s.scenesOfFile), a(s.sceneOfFile), a(s.contentHash), a(s.vertices),
+        a(s.indices), a(s.clusters), a(s.flatParts);
     a(s.meshes), a(s.materials), a(s.variants), a(s.images), a(s.textures), a(s.nodes),
         a(s.instances);
     a(s.lights), a(s.cameras), a(s.probes), a(s.clips), a(s.movingNodes), a(s.morphWeights);
@@ -201,7 +202,7 @@ public:
         if constexpr (kFlat<T>) {
             bytes(list.data(), list.size() * sizeof(T));
         } else {
-            for (T& item : list) serialize(*this, item);
+            for (T& item : list) (*this)(item);
         }
     }
 
@@ -272,7 +273,7 @@ public:
             }
         } else {
             const std::size_t count = length(1);
-            for (std::size_t i = 0; i < count; ++i) serialize(*this, list.emplace_back());
+            for (std::size_t i = 0; i < count; ++i) (*this)(list.emplace_back());
         }
     }
 

@@ -130,16 +130,17 @@ std::optional<Scene> validScene(std::span<const std::byte> bytes, const SceneCac
 
 }  // namespace
 
-std::optional<SceneCache::Key> SceneCache::keyOf(const fs::path& scene,
-                                                 const ImportLimits& limits) const {
+std::optional<SceneCache::Key> SceneCache::keyOf(const fs::path& scene, const ImportLimits& limits,
+                                                 const std::string& sceneOfFile) const {
     try {
         const SceneFolder folder(scene.parent_path(), limits.fileBytes, limits.maxFiles);
         Key key{.scene = scene, .limits = limits};
         key.content.name = scene.filename().string();
         const std::string content = folder.read(key.content.name);
         setContent(key.content, content);
-        key.hash = sha256(
-            options_.version + '\n' + key.content.name + '\n' + encoded(limits) + '\n', content);
+        key.hash = sha256(options_.version + '\n' + key.content.name + '\n' + encoded(limits) +
+                              '\n' + sceneOfFile + '\n',
+                          content);
         return key;
     } catch (const ImportError&) {
         return std::nullopt;

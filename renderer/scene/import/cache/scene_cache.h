@@ -1,9 +1,9 @@
 // Imported scenes on disk, so that a restart does not import them again.
 //
-// An entry is identified by the scene file's content and name, the state of every other file that
-// the import looked for, the limits, and the version of the program. Damaged, truncated and
-// outdated entries are ignored. Several processes may share a folder (scene/cache_file.h).
-// Thread-safe.
+// An entry is identified by the scene file's content and name, which of its scenes it is, the state
+// of every other file that the import looked for, the limits, and the version of the program.
+// Damaged, truncated and outdated entries are ignored. Several processes may share a folder
+// (scene/cache_file.h). Thread-safe.
 #pragma once
 
 #include "scene/cache_file.h"
@@ -47,7 +47,8 @@ public:
         FileDependency content;  // the scene file's
     };
     // Nothing if the file cannot be read.
-    std::optional<Key> keyOf(const std::filesystem::path& scene, const ImportLimits& limits) const;
+    std::optional<Key> keyOf(const std::filesystem::path& scene, const ImportLimits& limits,
+                             const std::string& sceneOfFile = {}) const;
 
     std::optional<Scene> find(const Key& key);
     // Queues the entry and returns at once. `blob` is the output of writeScene(), in memory that

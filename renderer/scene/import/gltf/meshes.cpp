@@ -96,36 +96,43 @@ Numbers GltfMeshes::attribute(const Json& attributes, const char* key, std::size
     return numbers;
 }
 
-std::vector<std::uint32_t> GltfMeshes::triangles(const Json& primitive, std::size_t vertexCount,
-                                                 const std::string& name) {
-    constexpr std::uint64_t kTriangles = 4, kStrip = 5, kFan = 6;
+// glTF 2.0, 3.7.2.1: strips, loops and fans become separate triangles and lines.
+void GltfMeshes::setIndices(const Json& primitive, std::size_t vertexCount, MeshDraft& draft) {
+    enum : std::uint64_t { kPoints, kLines, kLineLoop, kLineStrip, kTriangles, kStrip, kFan };
     const std::uint64_t mode = wholeNumber(primitive, "mode", kTriangles);
-    if (mode < kTriangles || mode > kFan) {
-        scene_.warnings.push_back({"pointsAndLines", name, "points and lines are not drawn"});
-        return {};
-    }
+    if (mode > kFan) malformed("there is no primitive mode " + std::to_string(mode));
+    draft.primitive = mode == kPoints      ? Primitive::points
+                      : mode <= kLineStrip ? Primitive::lines
+                                           : Primitive::triangles;
     std::vector<std::uint32_t> corners;
     if (const Index accessor = indexAt(primitive, "indices"); accessor != kNone) {
         corners = document_.integers(accessor);
     } else {
-        corners.resize(vertexCount);
-        for (std::size_t i = 0; i < vertexCount; ++i) {
-            corners[i] = static_cast<std::uint32_t>(i);
+        corners = counted(vertexCount);
+    }
+    const bool isList = mode == kPoints || mode == kLines || mode == kTriangles;
+    countPrimitives(primitives_,
+                    isList ? corners.size() / indicesPer(draft.primitive) : corners.size(),
+                    limits_);
+    if (isList) {
+        draft.indices = std::move(corners);
+        return;
+    }
+    std::vector<std::uint32_t>& list = draft.indices;
+    if (draft.primitive == Primitive::lines) {
+        for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
+            list.insert(list.end(), {corners[i], corners[i + 1]});
         }
+        const bool closes = mode == kLineLoop && corners.size() > 2;
+        if (closes) list.insert(list.end(), {corners.back(), corners.front()});
+        return;
     }
-    if (mode == kTriangles) {
-        countTriangles(triangles_, corners.size() / 3, limits_);
-        return corners;
-    }
-    std::vector<std::uint32_t> list;
-    countTriangles(triangles_, corners.size(), limits_);
     for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
         const std::size_t odd =
             mode == kStrip ? i % 2 : 0;  // every second triangle has the opposite winding
         const std::size_t first = mode == kFan ? 0 : i;
         list.insert(list.end(), {corners[first], corners[i + 1 + odd], corners[i + 2 - odd]});
     }
-    return list;
 }
 
 Index GltfMeshes::add(const Json& primitive, const std::string& name, const RestPose& pose,
@@ -136,7 +143,7 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
         scene_.warnings.push_back({"noPositions", name, "a mesh without positions is not drawn"});
         return kNone;
     }
-    decodeDraco(document_, primitive, limits_.maxTriangles - triangles_);
+    decodeDraco(document_, primitive, limits_.maxTriangles - primitives_);
     const Numbers positions = document_.floats(positionAccessor);
     if (positions.components != 3) {
         malformed("positions do not have three components");
@@ -144,10 +151,8 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
     const std::size_t count = positions.count();
     MeshDraft draft;
     draft.name = name;
-    draft.indices = triangles(primitive, count, name);
-    if (draft.indices.empty()) {
-        return kNone;
-    }
+    setIndices(primitive, count, draft);
+    if (draft.indices.empty()) return kNone;
     const Numbers normals = attribute(attributes, "NORMAL", count, name);
     const Numbers tangents = attribute(attributes, "TANGENT", count, name);
     const Numbers texCoords0 = attribute(attributes, "TEXCOORD_0", count, name);
@@ -171,7 +176,7 @@ Index GltfMeshes::add(const Json& primitive, const std::string& name, const Rest
     }
     morph(primitive, pose, draft);
     skin(attributes, pose, draft);
-    const bool flatNormals = !draft.hasNormals;
+    const bool flatNormals = draft.primitive == Primitive::triangles && !draft.hasNormals;
     std::vector<std::uint32_t> fileVertexOf =
         flatNormals ? separateTriangles(draft) : counted(count);
     draft.material = indexAt(primitive, "material");

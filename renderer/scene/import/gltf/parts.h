@@ -63,7 +63,7 @@ public:
     // The scene's last material must be glTF's default material, and its variants must have names.
     GltfMeshes(GltfDocument& document, Scene& scene, const ImportLimits& limits);
 
-    // One mesh for each primitive with triangles; made once and shared.
+    // One mesh for each primitive; made once and shared.
     const std::vector<Index>& meshes(Index gltfMesh);
     // The same in a given pose; not shared.
     std::vector<Index> posedMeshes(Index gltfMesh, const RestPose& pose);
@@ -82,8 +82,7 @@ private:
                        const std::vector<std::uint32_t>& fileVertexOf, Deformation& deformation);
     void addTargets(const Json& primitive, std::size_t fileVertices,
                     const std::vector<std::uint32_t>& fileVertexOf, Deformation& deformation);
-    std::vector<std::uint32_t> triangles(const Json& primitive, std::size_t vertexCount,
-                                         const std::string& name);
+    void setIndices(const Json& primitive, std::size_t vertexCount, MeshDraft& draft);
     Numbers attribute(const Json& attributes, const char* key, std::size_t count,
                       const std::string& name);
     void morph(const Json& primitive, const RestPose& pose, MeshDraft& draft);
@@ -92,7 +91,7 @@ private:
     GltfDocument& document_;
     Scene& scene_;
     ImportLimits limits_;
-    std::uint64_t triangles_ = 0;
+    std::uint64_t primitives_ = 0;
     Index defaultMaterial_;
     std::map<Index, std::vector<Index>> known_;
 };

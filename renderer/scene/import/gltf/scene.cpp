@@ -53,14 +53,16 @@ glm::dmat4 parentFromLocal(const Json& node) {
 }
 
 constexpr std::size_t kMaxVariants = 1024;
+constexpr std::size_t kMaxScenes = 1024;
 
 class GltfReader {
 public:
     GltfReader(std::string file, const SceneFolder& folder, const ImportLimits& limits)
         : limits_(limits), document_(std::move(file), folder, limits), textures_(folder, limits) {}
 
-    Scene run(const ProgressCallback& progress) {
+    Scene run(const std::string& wanted, const ProgressCallback& progress) {
         checkVersionAndExtensions();
+        chooseScene(wanted);
         GltfMaterials(document_, textures_, scene_).read();
         readVariants();
         report(progress, "meshes", 0.1);
@@ -125,6 +127,42 @@ private:
         }
     }
 
+    void chooseScene(const std::string& wanted) {
+        const Json& json = document_.json();
+        const Json& list = array(json, "scenes");
+        if (list.size() > kMaxScenes) {
+            throw ImportError(Reason::limit,
+                              "the file has more than " + std::to_string(kMaxScenes) + " scenes");
+        }
+        std::set<std::string> names;
+        std::vector<std::string> scenes;
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            scenes.push_back(
+                uniqueName(names, text(element(list, i, "scenes"), "name"), "scene", i));
+        }
+        std::size_t chosen = json.contains("scene") ? indexAt(json, "scene") : 0;
+        if (!wanted.empty()) {
+            chosen = scenes.size();
+            for (std::size_t i = scenes.size(); i-- > 0;) {
+                if (std::to_string(i) == wanted) chosen = i;
+            }
+            const auto named = std::find(scenes.begin(), scenes.end(), wanted);
+            if (named != scenes.end()) chosen = static_cast<std::size_t>(named - scenes.begin());
+            if (chosen == scenes.size()) throw noScene(wanted, scenes);
+        }
+        chosenScene_ = static_cast<Index>(chosen);
+        if (scenes.size() < 2) return;
+        scene_.scenesOfFile = std::move(scenes);
+        scene_.sceneOfFile = chosenScene_;
+    }
+
+    static ImportError noScene(const std::string& wanted, const std::vector<std::string>& scenes) {
+        std::string names;
+        for (const std::string& name : scenes) names += (names.empty() ? "" : ", ") + name;
+        return {Reason::notFound, cleanText("the file has no scene '" + wanted + "', but " +
+                                            (names.empty() ? "one without a name" : names))};
+    }
+
     // The root nodes of the scene; without a scene, all nodes without a parent.
     std::vector<Index> roots() const {
         const Json& json = document_.json();
@@ -142,8 +180,7 @@ private:
             }
             return roots;
         }
-        const Index chosen = json.contains("scene") ? indexAt(json, "scene") : 0;
-        return indexList(document_.item("scenes", chosen), "nodes");
+        return indexList(document_.item("scenes", chosenScene_), "nodes");
     }
 
     // Depth first, parents before children. glTF nodes form trees: a node that is reached twice is
@@ -341,6 +378,7 @@ private:
 
     ImportLimits limits_;
     GltfDocument document_;
+    Index chosenScene_ = 0;
     TextureStore textures_;
     Scene scene_;
     std::vector<Index> nodeOf_;                     // by glTF node
@@ -351,9 +389,9 @@ private:
 
 }  // namespace
 
-Scene gltfScene(std::string file, const SceneFolder& folder, const ImportLimits& limits,
-                const ProgressCallback& progress) {
-    return GltfReader(std::move(file), folder, limits).run(progress);
+Scene gltfScene(std::string file, const std::string& wanted, const SceneFolder& folder,
+                const ImportLimits& limits, const ProgressCallback& progress) {
+    return GltfReader(std::move(file), folder, limits).run(wanted, progress);
 }
 
 }  // namespace clerestory

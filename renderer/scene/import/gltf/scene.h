@@ -7,8 +7,9 @@
 
 namespace clerestory {
 
-// `file` is the content of a .gltf or .glb. The title is left to the caller. Throws ImportError.
-Scene gltfScene(std::string file, const SceneFolder& folder, const ImportLimits& limits,
-                const ProgressCallback& progress);
+// `file` is the content of a .gltf or .glb. `wanted`: as ImportOptions::scene. The title is left to
+// the caller. Throws ImportError.
+Scene gltfScene(std::string file, const std::string& wanted, const SceneFolder& folder,
+                const ImportLimits& limits, const ProgressCallback& progress);
 
 }  // namespace clerestory

@@ -60,7 +60,8 @@ Descriptor duplicatedHigh(int descriptor) {
 class Child {
 public:
     Child(const std::filesystem::path& program, const std::filesystem::path& file, const char* kind,
-          const ImportLimits& limits, const Descriptor& result, const Descriptor& progress) {
+          const std::string& scene, const ImportLimits& limits, const Descriptor& result,
+          const Descriptor& progress) {
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
@@ -74,7 +75,7 @@ public:
         sigemptyset(&none);
         posix_spawnattr_setsigmask(&attributes, &none);
         posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-        std::array<std::string, 11> words{program.string(),
+        std::array<std::string, 13> words{program.string(),
                                           "import-child",
                                           file.string(),
                                           "--result-fd",
@@ -84,8 +85,10 @@ public:
                                           "--limits",
                                           encoded(limits),
                                           "--as",
-                                          kind};
-        std::array<char*, 12> arguments{};
+                                          kind,
+                                          "--scene",
+                                          scene};
+        std::array<char*, 14> arguments{};
         for (std::size_t i = 0; i < words.size(); ++i) arguments[i] = words[i].data();
         const int status =
             posix_spawn(&id_, program.c_str(), &actions, &attributes, arguments.data(), environ);
@@ -277,8 +280,8 @@ std::optional<ImportError> readError(const std::string& line) {
 }
 
 ChildResult runImportChild(const std::filesystem::path& file, const char* kind,
-                           const std::filesystem::path& program, const ImportLimits& limits,
-                           const ProgressCallback& progress) {
+                           const std::string& scene, const std::filesystem::path& program,
+                           const ImportLimits& limits, const ProgressCallback& progress) {
     const Clock::time_point deadline = Clock::now() + limits.wallClock;
     Descriptor result = duplicatedHigh(memfd_create(kind, MFD_CLOEXEC | MFD_ALLOW_SEALING));
     int ends[2];
@@ -286,7 +289,8 @@ ChildResult runImportChild(const std::filesystem::path& file, const char* kind,
     const Descriptor readEnd(ends[0]);
     Descriptor writeEnd = duplicatedHigh(ends[1]);
 
-    Child child(program.empty() ? "/proc/self/exe" : program, file, kind, limits, result, writeEnd);
+    Child child(program.empty() ? "/proc/self/exe" : program, file, kind, scene, limits, result,
+                writeEnd);
     writeEnd.reset();  // so that only the child has the write end
     ProgressReader reader(readEnd, progress);
     const bool closed = reader.readUntil(deadline);

@@ -38,11 +38,11 @@ struct ChildResult {
     std::vector<FileDependency> dependencies;
 };
 
-// kind: "scene" or "environment". program: the clerestory program; empty: /proc/self/exe. Throws
-// ImportError for everything that is the file's fault, and std::runtime_error for system calls that
-// failed.
+// kind: "scene" or "environment". scene: as ImportOptions::scene. program: the clerestory program;
+// empty: /proc/self/exe. Throws ImportError for everything that is the file's fault, and
+// std::runtime_error for system calls that failed.
 ChildResult runImportChild(const std::filesystem::path& file, const char* kind,
-                           const std::filesystem::path& program, const ImportLimits& limits,
-                           const ProgressCallback& progress);
+                           const std::string& scene, const std::filesystem::path& program,
+                           const ImportLimits& limits, const ProgressCallback& progress);
 
 }  // namespace clerestory

@@ -1,34 +1,12 @@
-// Files of environment maps -> EnvironmentMap, in the calling process; and the cube maps among
-// them, in KTX and KTX2 files. Every offset and size in a file is checked against the file's size
-// before it is used.
-//
-// KTX: three or four channels of 8 or 16 bits, half and single floats, E5B9G9R9, B10G11R11,
-// A2B10G10R10; S3TC, BPTC, ETC1 and ETC2 blocks. Does not: supercompression, arrays, plain 2D
-// textures, one or two channels, ASTC, PVRTC, big-endian files.
+// Files of environment maps -> EnvironmentMap, in the calling process.
 #pragma once
 
 #include "scene/environment.h"
 #include "scene/import/base/types.h"
 
-#include <glm/glm.hpp>
-
-#include <cstdint>
 #include <filesystem>
-#include <span>
-#include <vector>
 
 namespace clerestory {
-
-struct RadianceCube {
-    std::uint32_t faceSize = 0;
-    std::vector<glm::vec3> texels;  // in the order of EnvironmentMap, values as in the file
-};
-
-bool isKtx(std::span<const unsigned char> file);
-
-// Decodes the largest level. Throws ImportError: unsupported, with the format; malformed; or limit
-// for more than maxPixels over all faces.
-RadianceCube decodedKtxCube(std::span<const unsigned char> file, std::uint64_t maxPixels);
 
 // The formats are those of loadEnvironment() in import.h. The map has no name. Throws ImportError.
 EnvironmentMap readEnvironmentFile(const std::filesystem::path& fileOrFolder,

@@ -296,4 +296,61 @@ TexelFormat glFormat(std::uint32_t internal, std::uint32_t layout, std::uint32_t
     }
 }
 
+namespace {
+
+struct SameFormat {
+    std::uint32_t direct3d, vulkan;
+};
+
+TexelFormat sameFormat(std::span<const SameFormat> all, std::uint32_t number,
+                       const std::string& name) {
+    for (const SameFormat& same : all) {
+        if (same.direct3d == number) return vulkanFormat(same.vulkan);
+    }
+    refuse(name);
+}
+
+constexpr std::uint32_t fourCharacters(const char (&code)[5]) {
+    std::uint32_t number = 0;
+    for (int i = 3; i >= 0; --i) number = number << 8 | static_cast<unsigned char>(code[i]);
+    return number;
+}
+
+constexpr std::uint32_t kHasFourCharacters = 4, kHasMasks = 0x40;
+
+}  // namespace
+
+// Numbers of DXGI_FORMAT and VkFormat.
+TexelFormat dxgiFormat(std::uint32_t format) {
+    static constexpr SameFormat kSame[]{
+        {2, 109},  {6, 106},  {10, 97},  {11, 91},  {24, 64},  {26, 122}, {28, 37},  {29, 43},
+        {67, 123}, {71, 133}, {72, 134}, {74, 135}, {75, 136}, {77, 137}, {78, 138}, {87, 44},
+        {88, 44},  {91, 50},  {93, 50},  {95, 143}, {96, 144}, {98, 145}, {99, 146}};
+    return sameFormat(kSame, format, "DXGI_FORMAT " + std::to_string(format));
+}
+
+bool DdsPixels::hasDx10Header() const {
+    return (flags & kHasFourCharacters) != 0 && code == fourCharacters("DX10");
+}
+
+TexelFormat ddsFormat(const DdsPixels& pixels) {
+    if (pixels.flags & kHasFourCharacters) {
+        static constexpr SameFormat kSame[]{{36, 91},    // D3DFMT_A16B16G16R16
+                                            {113, 97},   // A16B16G16R16F
+                                            {116, 109},  // A32B32G32R32F
+                                            {fourCharacters("DXT1"), 134},
+                                            {fourCharacters("DXT2"), 136},
+                                            {fourCharacters("DXT3"), 136},
+                                            {fourCharacters("DXT4"), 138},
+                                            {fourCharacters("DXT5"), 138}};
+        return sameFormat(kSame, pixels.code, "DDS code " + hexadecimal(pixels.code));
+    }
+    const std::string name = "DDS with " + std::to_string(pixels.bits) +
+                             " bits a texel and the red mask " + hexadecimal(pixels.red);
+    const bool bytes = pixels.bits == 24 || pixels.bits == 32;
+    const bool redFirst = pixels.red == 0xFF, redLast = pixels.red == 0xFF0000;
+    if (!(pixels.flags & kHasMasks) || !bytes || (!redFirst && !redLast)) refuse(name);
+    return plain(TexelKind::unorm8, pixels.bits / 8, redLast, true);
+}
+
 }  // namespace clerestory

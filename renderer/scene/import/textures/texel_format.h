@@ -1,5 +1,6 @@
-// Texel formats of KTX files, by the constants of OpenGL and Vulkan; and decoders of their
-// compressed blocks of 4 x 4 texels. Any bytes are a valid block; no decoder reads beyond it.
+// Texel formats of KTX and DDS files, by the constants of OpenGL, Vulkan and Direct3D; and decoders
+// of their compressed blocks of 4 x 4 texels. Any bytes are a valid block; no decoder reads beyond
+// it.
 //
 // Does not: decode alpha (environment maps have none), formats of one or two channels, ASTC, PVRTC.
 #pragma once
@@ -54,9 +55,21 @@ struct TexelFormat {
                 std::uint64_t rowAlignment, std::span<glm::vec3> texels) const;
 };
 
-// Both throw ImportError (unsupported) with the format's number. `layout` and `type` are those of
+// These throw ImportError (unsupported) with the format's number. `layout` and `type` are those of
 // glTexImage2D, both 0 for blocks.
 TexelFormat glFormat(std::uint32_t internal, std::uint32_t layout, std::uint32_t type);
 TexelFormat vulkanFormat(std::uint32_t format);
+TexelFormat dxgiFormat(std::uint32_t format);
+
+// DDS_PIXELFORMAT, without the masks that follow from the red one.
+struct DdsPixels {
+    std::uint32_t flags = 0;
+    std::uint32_t code = 0;  // four characters, or a number of D3DFORMAT
+    std::uint32_t bits = 0;  // of a texel
+    std::uint32_t red = 0;   // mask
+
+    bool hasDx10Header() const;
+};
+TexelFormat ddsFormat(const DdsPixels& pixels);
 
 }  // namespace clerestory
