@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace clerestory {
 
@@ -77,6 +78,43 @@ glm::dvec3 fittedEye(std::span<const glm::dvec3> corners, const ViewAxes& axes,
     const double x = 0.5 * ((right - frame.right * z) + (frame.left * z - left));
     const double y = 0.5 * ((top - frame.top * z) + (frame.bottom * z - bottom));
     return origin + x * axes.right + y * axes.up + z * axes.back;
+}
+
+std::vector<glm::dvec3> turnedCorners(std::span<const glm::dvec3> corners, const ViewAxes& axes) {
+    constexpr int kSides = 64;  // of the polygon around a circle: 1 / cos(pi / 64) = 1.0012
+    glm::dvec3 low = corners.front(), high = low;
+    for (const glm::dvec3& corner : corners)
+        low = glm::min(low, corner), high = glm::max(high, corner);
+    const glm::dvec3 middle = 0.5 * low + 0.5 * high;
+    // Only the outline of radius and height can touch the frame: the upper hull over the height.
+    std::vector<glm::dvec2> outline;  // height, radius
+    for (const glm::dvec3& corner : corners) {
+        const glm::dvec3 p = corner - middle;
+        outline.emplace_back(p.y, std::hypot(p.x, p.z));
+    }
+    std::sort(outline.begin(), outline.end(), [](const glm::dvec2& a, const glm::dvec2& b) {
+        return a.x != b.x ? a.x < b.x : a.y < b.y;
+    });
+    std::vector<glm::dvec2> hull;
+    for (const glm::dvec2& p : outline) {
+        const auto bends = [&] {
+            const glm::dvec2 a = hull[hull.size() - 2], b = hull.back();
+            return (b.x - a.x) * (p.y - a.y) < (b.y - a.y) * (p.x - a.x);
+        };
+        while (hull.size() >= 2 && !bends()) hull.pop_back();
+        hull.push_back(p);
+    }
+    const glm::dvec3 forth = glm::cross(axes.right, glm::dvec3(0, 1, 0));
+    std::vector<glm::dvec3> turned;
+    for (const glm::dvec2& ring : hull) {
+        for (int i = 0; i < kSides; ++i) {
+            const double angle = (i + 0.5) * 2.0 * std::numbers::pi / kSides;
+            const double radius = ring.y / std::cos(std::numbers::pi / kSides);
+            turned.push_back(middle + glm::dvec3(0, ring.x, 0) +
+                             radius * (std::cos(angle) * axes.right + std::sin(angle) * forth));
+        }
+    }
+    return turned;
 }
 
 }  // namespace clerestory

@@ -45,4 +45,9 @@ struct FrameTangents {
 glm::dvec3 fittedEye(std::span<const glm::dvec3> corners, const ViewAxes& axes,
                      const FrameTangents& frame);
 
+// Corners of what the given ones cover while they turn about the vertical axis through the middle
+// of their box: fittedEye() of them is as far from the axis for every azimuth of `axes`. A ring is
+// a polygon around the circle, which is at most 0.13 % larger. corners: at least one.
+std::vector<glm::dvec3> turnedCorners(std::span<const glm::dvec3> corners, const ViewAxes& axes);
+
 }  // namespace clerestory

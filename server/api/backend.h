@@ -73,7 +73,7 @@ struct WorkerStatus {
     std::uint64_t quarantinedCalls = 0;
     bool hasStandby = false, standbyIsWarm = false;
     std::size_t active = 0;
-    std::size_t warm = 0;     // active ones that have compiled the shaders of the default scene
+    std::size_t warm = 0;  // active ones that have compiled the shaders of the default scene
     std::optional<QueueUsage> queue;  // of several renderers
     std::size_t activeScenes = 0, standbyScenes = 0;
 };

@@ -132,6 +132,40 @@ const std::map<std::string, std::string, std::less<>>& shortQueryNames() {
     return names;
 }
 
+namespace {
+
+// Names for several fields or for an object: size=512, size=640x360, fit=all. False: not such a
+// name.
+bool readGroup(const std::string& name, const std::string& text, json& body,
+               std::map<std::string, std::string>& given, std::vector<FieldError>& errors) {
+    const auto take = [&](const char* path, json value) {
+        if (given.emplace(path, name).second) {
+            body[json::json_pointer(pointerOf(path))] = std::move(value);
+        } else {
+            errors.push_back({pointerOf(path), "is given twice", "each field once"});
+        }
+    };
+    if (name == "size") {
+        const std::size_t cross = text.find('x');
+        const std::string width = text.substr(0, cross);
+        take("width", numberOr(width));
+        take("height", numberOr(cross == std::string::npos ? width : text.substr(cross + 1)));
+        return true;
+    }
+    if (name == "fit") {
+        if (text != "all") {
+            errors.push_back({"/camera/fit", "is no known word in a link",
+                              "all, or the names camera.fit.node, camera.fit.material, ..."});
+        } else if (!body.contains("/camera/fit"_json_pointer)) {
+            body["/camera/fit"_json_pointer] = json::object();
+        }
+        return true;
+    }
+    return false;
+}
+
+}  // namespace
+
 json bodyFromQuery(const std::multimap<std::string, std::string>& query) {
     std::vector<FieldError> errors;
     json body = bodyFromQuery(query, errors);
@@ -144,14 +178,18 @@ json bodyFromQuery(const std::multimap<std::string, std::string>& query,
     std::map<std::string, std::string> given;  // path -> name in the query
     json body = json::object();
     for (const auto& [name, text] : query) {
+        if (readGroup(name, text, body, given, errors)) continue;
         const QueryField* f = fieldNamed(name);
         if (!f) {
             std::vector<std::string_view> known;
             for (const QueryField& each : queryFields()) {
                 known.push_back(each.path);
-                if (fieldNamed(each.shortName) == &each) known.push_back(each.shortName);
+                if (each.shortName != each.path && fieldNamed(each.shortName) == &each) {
+                    known.push_back(each.shortName);
+                }
             }
             for (const auto& [word, path] : shortQueryNames()) known.push_back(word);
+            known.insert(known.end(), {"size", "fit"});
             errors.push_back({"/" + name.substr(0, 64),
                               "is not a known query name" + didYouMean(name, known),
                               listed(known)});

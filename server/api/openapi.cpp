@@ -199,7 +199,8 @@ ordered_json paths() {
              "A name is the path of a field with dots (camera.yfov), or its last part where only "
              "one field ends in it (yfov, target, refraction). eye, camera, environment and "
              "accuracy are short for camera.position, camera.name, environment.map and "
-             "accuracy.preset."},
+             "accuracy.preset; size=512 or size=640x360 is short for width and height, fit=all for "
+             "camera.fit of everything."},
             {"parameters", std::move(query)},
             {"responses", frameAnswers()}}}}},
         {"/v1/plans",

@@ -3,6 +3,8 @@
 #include "scene/import/base/field_reader.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace clerestory {
 namespace {
@@ -11,9 +13,31 @@ using nlohmann::json;
 
 constexpr std::size_t kEnoughErrors = 64;
 
+std::size_t frameCount(const Turntable& turntable) {
+    return std::max<std::size_t>(
+        static_cast<std::size_t>(std::llround(turntable.seconds * turntable.frameRate)), 1);
+}
+
+std::vector<json> framesOf(const Turntable& turntable, const CameraRequest& from) {
+    CameraRequest camera = from;
+    if (!camera.fit) camera.fit.emplace();
+    camera.fit->allAround = true;
+    const std::size_t count = frameCount(turntable);
+    std::vector<json> list;
+    for (std::size_t i = 0; i < count; ++i) {
+        // Whole turns are left out: equal poses are equal numbers.
+        const double turn = turntable.turns * static_cast<double>(i) / static_cast<double>(count);
+        camera.fit->azimuth = (from.fit ? from.fit->azimuth : FitRequest{}.azimuth) +
+                              2.0 * std::numbers::pi * (turn - std::trunc(turn));
+        list.push_back({{"camera", json(cameraJson(camera))}});
+    }
+    return list;
+}
+
 // The fields of each frame.
 std::vector<json> ownFields(const json& body, const SequenceRequest& request) {
     std::vector<json> list;
+    if (request.turntable) return framesOf(*request.turntable, request.common.camera);
     if (!request.path) return body.value("frames", list);
     for (const PathFrame& frame : framesOf(*request.path)) {
         list.push_back({{"time", frame.time}, {"camera", json(cameraJson(frame.camera))}});
@@ -34,14 +58,27 @@ void checkWhole(const json& body, const SequenceRequest& request, std::vector<Fi
     if (request.path && body.contains("frames")) {
         errors.push_back({"/path", "conflicts with frames", "one of the two"});
     }
-    if (request.path) {
+    if (request.turntable) {
+        if (request.path || body.contains("frames")) {
+            errors.push_back({"/turntable", "conflicts with path or frames", "one of the three"});
+        }
+        if (frameCount(*request.turntable) > kMaxSequenceFrames) {
+            errors.push_back({"/turntable", "has too many frames",
+                              "at most " + std::to_string(kMaxSequenceFrames)});
+        }
+        const CameraRequest& c = request.common.camera;
+        if (c.position || c.target || c.up || c.orientation || c.cameraToWorld || c.name) {
+            errors.push_back({"/common/camera", "has a pose, which conflicts with turntable",
+                              "fit with a lens, or nothing"});
+        }
+    } else if (request.path) {
         append(errors, "/path", problems(*request.path));
         if (frameCount(*request.path) > static_cast<double>(kMaxSequenceFrames)) {
             errors.push_back(
                 {"/path", "has too many frames", "at most " + std::to_string(kMaxSequenceFrames)});
         }
     } else if (request.frames.empty()) {
-        errors.push_back({"/frames", "is empty", "at least one frame, or a path"});
+        errors.push_back({"/frames", "is empty", "at least one frame, or a path, or a turntable"});
     }
     const SequenceChannels& c = request.channels;
     if (!(c.color || c.depth || c.normal || c.objectId || c.through)) {
@@ -79,7 +116,8 @@ Sequence sequenceFrom(const json& body) {
         try {
             sequence.request(i);
         } catch (const RequestError& error) {
-            const std::string place = request.path ? "/common" : "/frames/" + std::to_string(i);
+            const std::string place =
+                request.path || request.turntable ? "/common" : "/frames/" + std::to_string(i);
             append(errors, place, error.problem().errors);
         }
         // An error in the common fields is an error of every frame: report it once.

@@ -13,11 +13,19 @@ struct SequenceChannels {
     bool color = true, depth = false, normal = false, objectId = false, through = false;
 };
 
+// A camera that goes round what the frame shows, at one moment of the animation.
+struct Turntable {
+    double seconds = 8.0;
+    double turns = 1.0;  // negative: the other way round
+    double frameRate = 30.0;
+};
+
 // The body of the request; sequenceFrom() makes complete frames from it.
 struct SequenceRequest {
     FrameRequest common;
     std::vector<FrameRequest> frames;
     std::optional<CameraPath> path;
+    std::optional<Turntable> turntable;
     SequenceChannels channels;
     std::uint32_t first = 0;
 };
@@ -39,11 +47,23 @@ void fields(SequenceChannels& c, V&& visit) {
 }
 
 template <class V>
+void fields(Turntable& t, V&& visit) {
+    visit("seconds", t.seconds, Range{0.001, 3600, "seconds"}, "length of the film");
+    visit("turns", t.turns, Range{-1000, 1000},
+          "of the camera about +Y, towards +X from +Z; the frame after the last one is the first "
+          "one again if the number is whole");
+    visit("frameRate", t.frameRate, Range{0.001, 1000}, "frames per second");
+}
+
+template <class V>
 void fields(SequenceRequest& s, V&& visit) {
     visit("common", s.common, Nested{}, "fields of all frames");
     visit("frames", s.frames, NestedList{kMaxSequenceFrames},
           "fields of each frame; a field replaces the whole field of that name in common");
     visit("path", s.path, Nested{}, "camera that moves between key poses; instead of frames");
+    visit("turntable", s.turntable, Nested{},
+          "camera that goes round what common.camera.fit chooses, or round everything; instead of "
+          "frames");
     visit("channels", s.channels, Nested{}, "the files that are written for each frame");
     visit("first", s.first, Range{0, kMaxSequenceFrames - 1},
           "index of the first frame to send, to continue an interrupted answer");

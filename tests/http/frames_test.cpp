@@ -85,6 +85,23 @@ TEST(Frames, ALinkGivesTheBytesOfItsPostRequest) {
     EXPECT_EQ(dotted->body, posted);
 }
 
+TEST(Frames, ALinkToAThumbnailNamesItsSizeAndWhatItShows) {
+    auto client = sharedServer().client();
+    const auto post = postJson(client, "/v1/frames", R"({"scene": "teapots", "width": 64,
+        "height": 48, "camera": {"fit": {"margin": 0.2}}, "output": {"format": "webp"}})");
+    ASSERT_EQ(post->status, 200);
+    const std::string link = "/v1/frames?scene=teapots&fit=all&margin=0.2&format=webp&size=";
+    EXPECT_EQ(client.Get(link + "64x48")->body, post->body);
+    EXPECT_NE(client.Get(link + "64")->body, post->body);
+    const auto pointer = [&](const std::string& query) {
+        return problemOf(client.Get("/v1/frames?" + query), 422)["errors"][0]["pointer"];
+    };
+    EXPECT_EQ(pointer("size=large"), "/width");
+    EXPECT_EQ(pointer("size=64x"), "/height");
+    EXPECT_EQ(pointer("size=64&width=32"), "/width");
+    EXPECT_EQ(pointer("fit=some"), "/camera/fit");
+}
+
 TEST(Frames, AcceptSelectsTheFormatUnlessTheBodyDoes) {
     auto client = sharedServer().client();
     const auto typeFor = [&](const char* accept, const std::string& body) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include <numbers>
 #include <thread>
 
 namespace clerestory::test {
@@ -124,8 +125,7 @@ TEST(Sequences, MatricesAreReported) {
     for (int i = 0; i < 16; ++i) {
         EXPECT_NEAR(camera["cameraToWorld"][i].get<double>(), asked[i].get<double>(), 1e-8);
     }
-    EXPECT_EQ(camera["cameraToWorld"][13], 1.25)
-        << "the eye is returned with the same bits";
+    EXPECT_EQ(camera["cameraToWorld"][13], 1.25) << "the eye is returned with the same bits";
     EXPECT_EQ(camera["intrinsics"]["pixelCenter"], "half");
     EXPECT_NEAR(camera["intrinsics"]["cx"].get<double>(), 30.5, 1e-9);
     EXPECT_NEAR(camera["intrinsics"]["cy"].get<double>(), 20.5, 1e-9);
@@ -151,6 +151,25 @@ TEST(Sequences, APathGivesItsFramesAndFirstResumesIt) {
     ASSERT_EQ(rest.size(), 2u * 2 + 1);
     EXPECT_EQ(rest[0].first, "000003.jpg");
     EXPECT_EQ(rest[0].second, fileOf(whole, "000003.jpg"));
+}
+
+// The frames of a turntable are those of the fitted view from its azimuths.
+TEST(Sequences, ATurntableGoesRoundWhatIsFitted) {
+    auto client = sharedServer().client();
+    const json common = {{"scene", "teapots"},
+                         {"width", 48},
+                         {"height", 32},
+                         {"camera", {{"fit", {{"elevation", 0.2}, {"azimuth", 0.5}}}}}};
+    const json body = {{"common", common},
+                       {"turntable", {{"seconds", 1}, {"turns", -2}, {"frameRate", 8}}}};
+    const Files files = filesOfTar(postJson(client, "/v1/sequences", body.dump())->body);
+    ASSERT_EQ(files.size(), 8u * 2 + 1);
+    EXPECT_EQ(fileOf(files, "000001.jpg"), fileOf(files, "000005.jpg"));
+    EXPECT_NE(fileOf(files, "000001.jpg"), fileOf(files, "000003.jpg"));
+    json frame = common;
+    frame["camera"]["fit"]["allAround"] = true;
+    frame["camera"]["fit"]["azimuth"] = 0.5 - std::numbers::pi / 2.0;
+    EXPECT_EQ(fileOf(files, "000001.jpg"), postJson(client, "/v1/frames", frame.dump())->body);
 }
 
 TEST(Sequences, MultipartIsSentOnRequest) {
@@ -194,6 +213,12 @@ TEST(Sequences, EveryInvalidFieldIsNamed) {
     EXPECT_THAT(pointers(orbit(1, {{"channels", {{"color", false}}}})), ElementsAre("/channels"));
     EXPECT_THAT(pointers(orbit(1, {{"path", {{"keys", json::array()}}}})),
                 ElementsAre("/path", "/path/keys"));
+    EXPECT_THAT(pointers(orbit(1, {{"turntable", json::object()}})), ElementsAre("/turntable"));
+    EXPECT_THAT(pointers({{"common", {{"camera", {{"name", "eye"}}}}},
+                          {"turntable", {{"seconds", 3600}, {"frameRate", 1000}}}}),
+                ElementsAre("/turntable", "/common/camera"));
+    EXPECT_THAT(pointers({{"turntable", {{"seconds", 0}, {"turns", 1e9}, {"lap", 1}}}}),
+                ElementsAre("/turntable/seconds", "/turntable/turns", "/turntable/lap"));
     json wrong = orbit(3);
     wrong["frames"][0]["width"] = 0;
     wrong["frames"][2]["camera"]["yfov"] = 9;

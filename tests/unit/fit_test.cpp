@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 
+#include <optional>
 #include <random>
 
 namespace clerestory::test {
@@ -73,6 +74,36 @@ TEST(Fit, CornersTouchTwoOppositeSidesAndStayInTheMiddle) {
         EXPECT_NEAR(extent.low[along], -inner, 1e-6) << i;
         EXPECT_LE(extent.high[1 - along], inner + 1e-6) << i;
         EXPECT_GE(extent.low[1 - along], -inner - 1e-6) << i;
+    }
+}
+
+// A camera that goes round keeps its distance from the axis and its height, sees everything from
+// everywhere, and from nowhere nearer would.
+TEST(Fit, AllAroundIsOneDistanceForAllAzimuths) {
+    const Scene scene = stillLife();
+    const std::vector<bool> all(3, true);
+    for (const double elevation : {-0.7, 0.0, 0.4, 1.2}) {
+        double widest = 0.0;
+        std::optional<glm::dvec2> first;
+        const Bounds box = lastingBounds(scene, restPose(scene));
+        for (int i = 0; i < 360; ++i) {
+            CameraRequest camera;
+            camera.fit = FitRequest{
+                .azimuth = glm::radians(double(i)), .elevation = elevation, .allAround = true};
+            const View view = requestedView(camera, scene, poseAt(scene, 0.0), 120, 90);
+            const glm::dvec3 eye = view.eye;
+            const glm::dvec2 place(std::hypot(eye.x - box.center().x, eye.z - box.center().z),
+                                   eye.y);
+            if (!first) first = place;
+            EXPECT_NEAR(place.x, first->x, 1e-5) << i;
+            EXPECT_NEAR(place.y, first->y, 1e-5) << i;
+            const Extent extent = extentOf(scene, view, all);
+            for (const double edge : {extent.high.x, extent.high.y, -extent.low.x, -extent.low.y}) {
+                widest = std::max(widest, edge);
+            }
+        }
+        EXPECT_LE(widest, 0.8);
+        EXPECT_GT(widest, 0.78) << elevation;
     }
 }
 

@@ -47,7 +47,8 @@ struct FitRequest {
     std::optional<std::string> node, material;  // names; none: everything
     double azimuth = 0.463647609;               // as the default view of a scene without a camera
     double elevation = 0.303385417;
-    double margin = 0.1;  // of the frame, on each of two opposite sides
+    double margin = 0.1;     // of the frame, on each of two opposite sides
+    bool allAround = false;  // one distance and one middle for all azimuths
 };
 
 struct CameraRequest {
@@ -166,6 +167,9 @@ void fields(FitRequest& f, V&& visit) {
           "of the camera above the horizon");
     visit("margin", f.margin, Range{0, 0.45},
           "share of the frame left free on each of two opposite sides");
+    visit("allAround", f.allAround, Flag{},
+          "the camera keeps one distance and aims at one point for all azimuths: what turns about "
+          "the vertical axis through its middle stays in the frame");
 }
 
 template <class V>

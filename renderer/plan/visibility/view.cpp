@@ -92,7 +92,8 @@ glm::dmat4 fittedCamera(const FitRequest& fit, const Scene& scene, const Pose& p
                               .bottom = (inner - lens[2][1]) / lens[1][1],
                               .top = (inner + lens[2][1]) / lens[1][1]};
     const ViewAxes axes = uprightAxes(directionTo(fit.azimuth, fit.elevation));
-    const auto corners = cornersOf(scene, pose, chosenBy(fit, scene));
+    auto corners = cornersOf(scene, pose, chosenBy(fit, scene));
+    if (fit.allAround) corners = turnedCorners(corners, axes);
     return rigid({axes.right, axes.up, axes.back}, fittedEye(corners, axes, frame));
 }
 
