@@ -37,10 +37,17 @@ Surface coveredByPixel(Surface s) {
     vec3 turned = shape + 0.5f * ahead;
     // Small triangles share their pixel.
     float part = sqrt(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples));
+    float ofBumps = 1.0f;
     if (has(FEATURE_NORMAL_MAP)) {
-        part *= clamp(50.0f * abs(dot(shape, s.normal)) - 48.99f, 0.0f, 1.0f);
+        ofBumps = clamp(50.0f * abs(dot(shape, s.normal)) - 48.99f, 0.0f, 1.0f);
     }
-    return covering(s, part * dFdx(turned), part * dFdy(turned));
+    float ofCoat = 1.0f;
+    if (layered(LAYER_CLEARCOAT_NORMAL_MAP)) {
+        ofCoat = clamp(50.0f * abs(dot(shape, s.layers.clearcoatNormal)) - 48.99f, 0.0f, 1.0f);
+    }
+    vec3 x = part * dFdx(turned);
+    vec3 y = part * dFdy(turned);
+    return covering(s, ofBumps * x, ofBumps * y, ofCoat * x, ofCoat * y);
 }
 
 vec3 lampsAt(Surface s) {

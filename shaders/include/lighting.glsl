@@ -45,6 +45,7 @@ struct Surface {
     vec3 bounces;   // what several bounces between microfacets add to one (Turquin 2019)
     bool averages;  // who looks sees more than a point: `covered` holds
     Covered covered;
+    Covered clearcoatCovered;  // if the coat has lobes of lamps
 };
 
 // What a surface mirrors leaves its face. The eye and any direction above the face are at most 180
@@ -122,19 +123,31 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
 // an ellipse of that area and spread. Where it is far wider than alpha the lobe's mean is even within
 // it, so distances count in its axes; where it is far smaller they count as they are; in between in
 // the axes of the sum of both covariances.
-Surface covering(Surface s, vec3 x, vec3 y) {
+Covered coveredAbout(vec3 normal, float alphaSquared, vec3 x, vec3 y) {
     const float kRoot = 0.5641896f;  // 1 / sqrt(pi)
     Covered c;
-    c.x = kRoot * (x - s.normal * dot(s.normal, x));
-    c.y = kRoot * (y - s.normal * dot(s.normal, y));
+    c.x = kRoot * (x - normal * dot(normal, x));
+    c.y = kRoot * (y - normal * dot(normal, y));
     c.area = length(cross(c.x, c.y));
-    c.trace = s.alphaSquared + dot(c.x, c.x) + dot(c.y, c.y);
-    float both = s.alphaSquared + c.area;
-    float determinant = s.alphaSquared * c.trace + c.area * c.area;
+    c.trace = alphaSquared + dot(c.x, c.x) + dot(c.y, c.y);
+    float both = alphaSquared + c.area;
+    float determinant = alphaSquared * c.trace + c.area * c.area;
     c.scale = both / determinant;
     c.weight = both * inversesqrt(determinant);
+    return c;
+}
+float clearcoatAlpha(Layers l) {
+    float roughness = max(l.clearcoatRoughness, kMinRoughness);
+    return roughness * roughness;
+}
+// coatX, coatY: the same for a clear coat.
+Surface covering(Surface s, vec3 x, vec3 y, vec3 coatX, vec3 coatY) {
     s.averages = true;
-    s.covered = c;
+    s.covered = coveredAbout(s.normal, s.alphaSquared, x, y);
+    if (shades(LAYER_CLEARCOAT)) {
+        float alpha = clearcoatAlpha(s.layers);
+        s.clearcoatCovered = coveredAbout(s.layers.clearcoatNormal, alpha * alpha, coatX, coatY);
+    }
     return s;
 }
 
@@ -154,21 +167,20 @@ float ggxLobe(Surface s, vec3 halfway, float nDotL) {
 
 // The mean of that over what is covered. Where this is far wider than the lobe, only those of its
 // points shine whose normal is nearly the half vector: masking and cosine are theirs.
-float ggxMeanLobe(Surface s, vec3 halfway, float nDotL, float eyeDotH) {
-    float a2 = s.alphaSquared;
+float ggxMeanLobe(Covered c, vec3 normal, float a2, float nDotV, vec3 halfway, float nDotL,
+                  float eyeDotH) {
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
-    float nDotH = dot(s.normal, halfway);
-    vec3 across = cross(s.normal, halfway);
-    float alongX = dot(s.covered.x, halfway);
-    float alongY = dot(s.covered.y, halfway);
-    float distance2 = s.covered.scale * (s.covered.trace * dot(across, across) -
-                                         alongX * alongX - alongY * alongY);
-    float density = s.covered.weight *
-                    ggxMeanDistribution(nDotH * nDotH * perLength,
-                                        max(distance2, 0.0f) * perLength, a2, s.covered.area);
-    float part = s.covered.area / (s.covered.area + a2);
+    float nDotH = dot(normal, halfway);
+    vec3 across = cross(normal, halfway);
+    float alongX = dot(c.x, halfway);
+    float alongY = dot(c.y, halfway);
+    float distance2 =
+        c.scale * (c.trace * dot(across, across) - alongX * alongX - alongY * alongY);
+    float density = c.weight * ggxMeanDistribution(nDotH * nDotH * perLength,
+                                                   max(distance2, 0.0f) * perLength, a2, c.area);
+    float part = c.area / (c.area + a2);
     float cosine = mix(nDotL, eyeDotH, part);
-    float visible = ggxVisibility(cosine, mix(s.nDotV, eyeDotH, part), sqrt(a2));
+    float visible = ggxVisibility(cosine, mix(nDotV, eyeDotH, part), sqrt(a2));
     return nDotL > 0.0f ? density * visible * cosine : 0.0f;
 }
 
@@ -185,13 +197,17 @@ float grainLobe(Surface s, vec3 toLight, vec3 halfway, float nDotL) {
 float clearcoatLobe(Surface s, vec3 toLight, vec3 halfway, float eyeDotH) {
     vec3 n = s.layers.clearcoatNormal;
     float nDotL = dot(n, toLight);
-    float roughness = max(s.layers.clearcoatRoughness, kMinRoughness);
-    float alpha = roughness * roughness;
+    float alpha = clearcoatAlpha(s.layers);
+    float fresnel = kClearcoatF0.x + (1.0f - kClearcoatF0.x) * pow5(1.0f - eyeDotH);
+    if (s.averages) {
+        float nDotV = max(dot(n, s.toEye), kMinCosine);
+        return s.layers.clearcoat * fresnel *
+               ggxMeanLobe(s.clearcoatCovered, n, alpha * alpha, nDotV, halfway, nDotL, eyeDotH);
+    }
     vec3 across = cross(n, halfway);
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
     float density = ggxDistribution(dot(n, halfway) * sqrt(perLength), dot(across, across) * perLength,
                                     alpha);
-    float fresnel = kClearcoatF0.x + (1.0f - kClearcoatF0.x) * pow5(1.0f - eyeDotH);
     return nDotL > 0.0f ? s.layers.clearcoat * fresnel * density * nDotL *
                               ggxVisibility(nDotL, dot(n, s.toEye), alpha)
                         : 0.0f;
@@ -203,7 +219,9 @@ vec3 evalBaseLight(Surface s, vec3 toLight, float nDotL) {
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
     vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
     float below = 1.0f - (s.dielectric.x + (s.dielectric.y - s.dielectric.x) * pow5(1.0f - eyeDotH));
-    float lobe = s.averages ? ggxMeanLobe(s, halfway, nDotL, eyeDotH) : ggxLobe(s, halfway, nDotL);
+    float lobe = s.averages ? ggxMeanLobe(s.covered, s.normal, s.alphaSquared, s.nDotV, halfway,
+                                          nDotL, eyeDotH)
+                            : ggxLobe(s, halfway, nDotL);
     if (shades(LAYER_ANISOTROPY)) {
         lobe = s.layers.anisotropy > 0.0f ? grainLobe(s, toLight, halfway, nDotL) : lobe;
     }

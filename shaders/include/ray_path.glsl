@@ -34,8 +34,9 @@ Surface coveredByCone(Surface s, float curvature, RayCone cone) {
     const float kEdge = 0.8862269f;  // of a square as large as a disc, over its diameter
     vec3 side = cross(s.normal, s.toEye);
     side = dot(side, side) > kNoDirection ? direction(side) : frameAbout(s.normal)[0];
-    return covering(s, cross(side, s.normal) * (kEdge * min(slant + spread, kMaxTurned)),
-                    side * (kEdge * min(across + spread, kMaxTurned)));
+    vec3 x = cross(side, s.normal) * (kEdge * min(slant + spread, kMaxTurned));
+    vec3 y = side * (kEdge * min(across + spread, kMaxTurned));
+    return covering(s, x, y, x, y);
 }
 
 vec3 lampsAtHit(HitPoint p, Surface s) {
