@@ -384,14 +384,14 @@ Frame Renderer::render(const FrameRequest& request, Readback readback,
     return state_->frame(request, readback, abandoned);
 }
 
-Renderer::LightState Renderer::light(const FrameRequest& request) {
+LightState Renderer::light(const FrameRequest& request) {
     if (!request.effects.indirectLight) return {};
     state_->context.makeCurrent();
     return state_->lights.state(state_->beginLight(state_->subjectOf(request), request));
 }
 
-Renderer::LightState Renderer::completeLight(const FrameRequest& request,
-                                             const std::function<bool()>& abandoned) {
+LightState Renderer::completeLight(const FrameRequest& request,
+                                   const std::function<bool()>& abandoned) {
     if (!request.effects.indirectLight) return {};
     state_->context.makeCurrent();
     const LightState now = light(request);

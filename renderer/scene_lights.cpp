@@ -60,7 +60,7 @@ void SceneLights::begin(const std::shared_ptr<const Scene>& original, light::Bak
     });
 }
 
-Renderer::LightState SceneLights::state(std::uint64_t key) const {
+LightState SceneLights::state(std::uint64_t key) const {
     const light::Baker::State now = baker_->state(key);
     const auto latest = baker_->latest(key);
     return {.wanted = true,

@@ -4,7 +4,7 @@
 
 #include "light/baker.h"
 #include "light/light_files.h"
-#include "renderer.h"
+#include "light_state.h"
 
 #include <atomic>
 #include <cstdint>
@@ -26,7 +26,7 @@ public:
     std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key) const {
         return baker_->latest(key);
     }
-    Renderer::LightState state(std::uint64_t key) const;
+    LightState state(std::uint64_t key) const;
     // See Frame::lightNow.
     std::function<LightProgress()> now(std::uint64_t key) const;
 

@@ -139,7 +139,7 @@ std::chrono::milliseconds FrameService::waitForLight(const FrameRequest& request
     const auto began = Clock::now();
     const auto cancellation = turn.cancellation;
     turn.kind = kPlanKind;
-    const Renderer::LightState light = components_.queue.run(
+    const LightState light = components_.queue.run(
         turn, [request](Renderer& renderer) { return renderer.light(request); });
     if (light.wait && !light.complete) {
         light.wait([&] {

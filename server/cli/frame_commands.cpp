@@ -192,7 +192,7 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
 }  // namespace
 
 void requireLight(Renderer& renderer, const FrameRequest& request) {
-    const Renderer::LightState light = renderer.completeLight(request);
+    const LightState light = renderer.completeLight(request);
     if (!light.failure.empty()) {
         throw std::runtime_error("the light of surfaces could not be computed: " + light.failure);
     }

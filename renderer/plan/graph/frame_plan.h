@@ -15,9 +15,6 @@
 
 namespace clerestory {
 
-// The fields of a request that determine the size of a frame; see Pass::knobs().
-inline constexpr std::string_view kKnobsOfTheFrame = "/width, /height, /accuracy/samples";
-
 // Something that the plan leaves out, with the reason.
 struct Skipped {
     std::string name;

@@ -1,10 +1,8 @@
 #include "plan/graph/picture_passes.h"
 
-#include "plan/graph/frame_plan.h"
-
 namespace clerestory {
 
-std::uint64_t PicturePass::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t PicturePass::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return texelsOf(target, Faces::one, Levels::first);
 }
 

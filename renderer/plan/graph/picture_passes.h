@@ -2,6 +2,7 @@
 // graph/pass.h describes the members that every pass type has.
 #pragma once
 
+#include "plan/graph/sample_costs.h"
 #include "plan/graph/target.h"
 #include "plan/request/frame_request.h"
 #include "scene/hash.h"
@@ -12,7 +13,6 @@
 
 namespace clerestory {
 
-struct FramePlan;
 struct Stage;
 
 // Common part: shades each pixel of the target once and reads one picture. No captured map depends
@@ -22,7 +22,7 @@ struct PicturePass {
 
     std::vector<TargetId> reads() const { return {source}; }
     std::string_view knobs() const { return "/filters"; }
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash&, const PicturePass&, const Stage&) {}
     bool operator==(const PicturePass&) const = default;
 };

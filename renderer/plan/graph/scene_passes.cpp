@@ -1,7 +1,6 @@
 #include "plan/graph/scene_passes.h"
 
 #include "plan/graph/features.h"
-#include "plan/graph/frame_plan.h"
 #include "plan/graph/stage.h"
 
 #include <algorithm>
@@ -114,18 +113,18 @@ std::uint64_t samplesOf(const TargetSpec& target) {
 
 // If a draw traces rays or averages directions, every pixel counts as if it did.
 template <class Work>
-std::uint64_t litSamples(const Work& work, const TargetSpec& target, const FramePlan& plan) {
+std::uint64_t litSamples(const Work& work, const TargetSpec& target, const SampleFactors& factors) {
     std::uint64_t directions = 1;
     for (const ReflectedPicture& picture : work.reflections) {
         directions = std::max<std::uint64_t>(directions, picture.samples);
     }
     const auto lists = work.drawLists();
     if (anyDraw(lists, [](const Draw& d) { return (d.features & FEATURE_MAP_SAMPLES) != 0; })) {
-        directions = std::max<std::uint64_t>(directions, plan.curvedSamples);
+        directions = std::max<std::uint64_t>(directions, factors.curvedSamples);
     }
     const bool rays =
         work.recorded.draws.empty() && anyDraw(lists, [](const Draw& d) { return followsRays(d); });
-    if (rays && plan.rays) directions += plan.rays->bounces;
+    if (rays) directions += factors.rayBounces;
     return samplesOf(target) * directions;
 }
 
@@ -167,8 +166,9 @@ std::string_view DrawScene::knobs() const {
     }
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawScene::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return litSamples(*this, target, plan);
+std::uint64_t DrawScene::shadedSamples(const TargetSpec& target,
+                                       const SampleFactors& factors) const {
+    return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawScene& work, const Stage& stage) {
     const auto& [purpose, face, view, map, environment, sky, reflections, depthDraws, opaqueDraws,
@@ -191,8 +191,9 @@ std::vector<TargetId> DrawGlass::reads() const {
 std::string_view DrawGlass::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawGlass::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return litSamples(*this, target, plan);
+std::uint64_t DrawGlass::shadedSamples(const TargetSpec& target,
+                                       const SampleFactors& factors) const {
+    return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage) {
     const auto& [face, view, map, environment, backdrop, backFaces, reflections, glassDraws,
@@ -211,8 +212,9 @@ std::vector<TargetId> DrawBlended::reads() const {
 std::string_view DrawBlended::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawBlended::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return litSamples(*this, target, plan);
+std::uint64_t DrawBlended::shadedSamples(const TargetSpec& target,
+                                         const SampleFactors& factors) const {
+    return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawBlended& work, const Stage& stage) {
     const auto& [face, view, map, environment, reflections, draws, recorded] =
@@ -230,9 +232,9 @@ std::vector<TargetId> FollowRays::reads() const {
 std::string_view FollowRays::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t FollowRays::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return samplesOf(target) *
-           (plan.rays ? std::uint64_t{plan.rays->bounces} * plan.rays->lobePaths : 1);
+std::uint64_t FollowRays::shadedSamples(const TargetSpec& target,
+                                        const SampleFactors& factors) const {
+    return samplesOf(target) * factors.rayBounces * factors.lobePaths;
 }
 void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage) {
     // records: in reads(); radiance and sample: written before they are read
@@ -260,7 +262,7 @@ void addTile(PlanHash& hash, const TargetRect& tile) {
 std::string_view DrawShadow::knobs() const {
     return "/effects/shadows, /accuracy";
 }
-std::uint64_t DrawShadow::shadedSamples(const TargetSpec&, const FramePlan&) const {
+std::uint64_t DrawShadow::shadedSamples(const TargetSpec&, const SampleFactors&) const {
     return 0;  // depth only
 }
 void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage) {
@@ -271,7 +273,7 @@ void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage) {
 std::string_view DrawShadowTint::knobs() const {
     return "/effects/shadows, /accuracy";
 }
-std::uint64_t DrawShadowTint::shadedSamples(const TargetSpec&, const FramePlan&) const {
+std::uint64_t DrawShadowTint::shadedSamples(const TargetSpec&, const SampleFactors&) const {
     return 0;  // resident, and small next to a picture
 }
 void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage) {
@@ -282,7 +284,7 @@ void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage) {
 std::string_view DrawBackFaces::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawBackFaces::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t DrawBackFaces::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return samplesOf(target);
 }
 void addTo(PlanHash& hash, const DrawBackFaces& work, const Stage& stage) {
@@ -293,7 +295,7 @@ void addTo(PlanHash& hash, const DrawBackFaces& work, const Stage& stage) {
 std::string_view DrawChannel::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawChannel::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t DrawChannel::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return samplesOf(target);
 }
 void addTo(PlanHash& hash, const DrawChannel& work, const Stage& stage) {
@@ -304,7 +306,7 @@ void addTo(PlanHash& hash, const DrawChannel& work, const Stage& stage) {
 std::string_view CopyBackdrop::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t CopyBackdrop::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t CopyBackdrop::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return samplesOf(target);
 }
 void addTo(PlanHash& hash, const CopyBackdrop& work, const Stage&) {

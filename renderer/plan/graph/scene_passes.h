@@ -3,6 +3,7 @@
 #pragma once
 
 #include "plan/graph/draw.h"
+#include "plan/graph/sample_costs.h"
 #include "scene/hash.h"
 
 #include <span>
@@ -12,7 +13,6 @@
 
 namespace clerestory {
 
-struct FramePlan;
 struct Stage;
 
 // Draws whose rays the processor follows: they write records of their rays into targets of the
@@ -48,7 +48,7 @@ struct DrawScene {
         return {depthDraws, opaqueDraws, recorded.draws, blendedDraws};
     }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawScene& work, const Stage& stage);
     bool operator==(const DrawScene&) const = default;
 };
@@ -72,7 +72,7 @@ struct DrawGlass {
         return {glassDraws, recorded.draws, blendedDraws};
     }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage);
     bool operator==(const DrawGlass&) const = default;
 };
@@ -92,7 +92,7 @@ struct DrawBlended {
     std::vector<TargetId> reads() const;
     std::vector<std::span<const Draw>> drawLists() const { return {draws, recorded.draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawBlended& work, const Stage& stage);
     bool operator==(const DrawBlended&) const = default;
 };
@@ -112,7 +112,7 @@ struct FollowRays {
     std::string_view kind() const { return "rays"; }
     std::vector<TargetId> reads() const;
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage);
     bool operator==(const FollowRays&) const = default;
 };
@@ -129,7 +129,7 @@ struct DrawShadow {
     std::vector<TargetId> reads() const { return {}; }
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage);
     bool operator==(const DrawShadow&) const = default;
 };
@@ -146,7 +146,7 @@ struct DrawShadowTint {
     std::vector<TargetId> reads() const { return {}; }
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage);
     bool operator==(const DrawShadowTint&) const = default;
 };
@@ -160,7 +160,7 @@ struct DrawBackFaces {
     std::vector<TargetId> reads() const { return {}; }
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawBackFaces& work, const Stage& stage);
     bool operator==(const DrawBackFaces&) const = default;
 };
@@ -174,7 +174,7 @@ struct DrawChannel {
     std::vector<TargetId> reads() const { return {}; }
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawChannel& work, const Stage& stage);
     bool operator==(const DrawChannel&) const = default;
 };
@@ -187,7 +187,7 @@ struct CopyBackdrop {
     std::string_view kind() const { return "backdrop"; }
     std::vector<TargetId> reads() const { return {source}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const CopyBackdrop& work, const Stage& stage);
     bool operator==(const CopyBackdrop&) const = default;
 };
