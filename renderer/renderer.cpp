@@ -54,7 +54,9 @@ std::string keysOf(const Map& map) {
 
 struct Renderer::State {
     explicit State(const RendererOptions& options)
-        : context({.driver = driverOf(options.backend), .debugOutput = options.debugOutput}),
+        : context({.driver = driverOf(options.backend),
+                   .device = options.device,
+                   .debugOutput = options.debugOutput}),
           identity(context.capabilities()),
           limits({.maxSamples = identity.maxSamples,
                   .maxAnisotropy = identity.maxAnisotropy,

@@ -16,6 +16,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@ enum class Computation { automatic, shader, processor };
 
 struct RendererOptions {
     Backend backend = Backend::automatic;
+    std::optional<std::uint32_t> device;  // index of gl::devices(); none: the first with a driver
     Computation rays = Computation::automatic;
     Computation display = Computation::automatic;  // tone mapping and edge filter
     LightOptions light;

@@ -358,6 +358,8 @@ ordered_json rendererSchema() {
          {"version", kText},
          {"shadingLanguage", kText},
          {"platform", kText},
+         {"device", described({{"type", {"integer", "null"}}},
+                              "index of the EGL device that --device chose")},
          {"software", described(kFlag, "the driver renders on the processor")},
          {"clipControl", described(kFlag, "depth can run from 1 to 0")},
          {"timerQueriesTrusted", described(kFlag, "milliseconds are measured by the GPU")},
