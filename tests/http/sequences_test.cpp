@@ -174,7 +174,7 @@ TEST(Sequences, SlicesHaveTheFilesOfTheWhole) {
     const json frame = json::parse(fileOf(whole, "000000.json"));
     EXPECT_FALSE(frame.contains("plans"));
     EXPECT_FALSE(frame.contains("milliseconds"));
-    EXPECT_TRUE(json::parse(fileOf(filesWith({}), "000000.json")).contains("plans"));
+    EXPECT_TRUE(json::parse(fileOf(filesWith(json::object()), "000000.json")).contains("plans"));
 }
 
 TEST(Sequences, ATurntableGoesRoundWhatIsFitted) {
