@@ -1,6 +1,7 @@
 // The node tree with its meshes, lights and cameras.
 #include "scene/import/gltf/scene.h"
 
+#include "scene/import/base/clean_text.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/import/base/sidecar.h"
 #include "scene/import/base/types.h"
