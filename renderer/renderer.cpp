@@ -97,7 +97,7 @@ struct Renderer::State {
         return light.key * 0x9e3779b97f4a7c15ull + light.revision + 1;
     }
     // The key of the light that the request shows; its computation has begun.
-    std::uint64_t beginLight(const Subject& subject, const FrameRequest& request);
+    std::uint64_t beginLight(Subject subject, const FrameRequest& request);
     // Changes the subject to one with light, as far as it is computed. Returns Frame::lightNow.
     std::function<LightProgress()> addLight(Subject& subject, const FrameRequest& request);
     // All views, passes and frames of one time share a pose.
@@ -175,8 +175,18 @@ struct Renderer::State {
     SceneLights lights;
 };
 
-std::uint64_t Renderer::State::beginLight(const Subject& subject, const FrameRequest& request) {
+// The light between surfaces is that of materials at rest: a clip that changes them would have it
+// computed again for every moment.
+std::shared_ptr<const Pose> withMaterialsAtRest(const std::shared_ptr<const Pose>& pose) {
+    if (pose->materials.empty()) return pose;
+    Pose rest = *pose;
+    rest.materials.clear();
+    return std::make_shared<const Pose>(std::move(rest));
+}
+
+std::uint64_t Renderer::State::beginLight(Subject subject, const FrameRequest& request) {
     const ResidentMaps none;
+    subject.pose = withMaterialsAtRest(subject.pose);
     LightInputs inputs = lightInputs(contextOf(subject, none), request);
     light::BakeInput bake{.key = inputs.hash};
     if (!lights.known(inputs.hash)) {

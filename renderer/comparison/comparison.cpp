@@ -61,11 +61,15 @@ constexpr EffectSwitch kSwitches[] = {
 // Pixels whose first surface shows the effect; all surfaces show shadows and light.
 Mask maskFor(Effect effect, const Image& ids, const Image& through, const Scene& scene,
              const FrameRequest& frame) {
+    const auto materials = [&] {
+        const Pose pose = poseAt(scene, *clipsNamed(scene, frame.clip), frame.time);
+        return bindMaterials(scene, pose, frame.overrides, frame.variant);
+    };
     switch (effect) {
         case Effect::emission:
-            return emissionMask(ids, scene, bindMaterials(scene, frame.overrides, frame.variant));
+            return emissionMask(ids, scene, materials());
         case Effect::materialLayers:
-            return layersMask(ids, scene, bindMaterials(scene, frame.overrides, frame.variant));
+            return layersMask(ids, scene, materials());
         case Effect::shadows:
         case Effect::indirectLight:
             return modelMask(ids);

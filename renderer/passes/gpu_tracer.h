@@ -36,7 +36,7 @@ public:
     std::uint64_t bytes() const;
 
 private:
-    void buildHierarchy(const FramePlan& plan, const Pose& pose, bool materialsChanged);
+    void buildHierarchy(const FramePlan& plan, const Pose& pose, bool sidesChanged);
     void uploadHierarchy(Bvh bvh);
     void fillMaterials(const FramePlan& plan);
 
@@ -57,6 +57,7 @@ private:
     Bvh static_;  // of an animated scene: the part that does not move
     std::vector<glm::dmat4> worldFromNode_;
     std::vector<std::uint64_t> deformed_;  // hashes of Pose::deformed
+    std::vector<float> sides_;             // sidesOf() the materials
     std::vector<Material> ownMaterials_;
     RayScene rays_;
 };

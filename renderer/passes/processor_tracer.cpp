@@ -21,16 +21,21 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
                                   plan.rays->materialOfInstance != rays_.materialOfInstance ||
                                   plan.rays->materials != rays_.materials;
     const bool moved = !built_ || pose.worldFromNode != worldFromNode_ || deformed != deformed_;
-    const MaterialBindings materials{plan.materials, plan.rays->materialOfInstance};
-    if (materialsChanged) {
+    const MaterialBindings materials{plan.materials, plan.rays->materialOfInstance,
+                                     plan.rays->hidden};
+    std::vector<float> sides = sidesOf(scene, materials);
+    const bool sidesChanged = !built_ || sides != sides_;
+    if (sidesChanged) {
         BvhTriangles still = stillTriangles(scene, pose, materials);
         origin_ = still.origin;
         tree_.setStill(std::move(still.triangles));
+    }
+    if (materialsChanged) {
         materials_ = materialRows(scene, plan);
         firstTextureRow_ = materials_.size();
         materials_.insert(materials_.end(), texels_->rows.begin(), texels_->rows.end());
     }
-    if (moved || materialsChanged) {
+    if (moved || sidesChanged) {
         tree_.setMoving(movingTriangles(scene, pose, materials, tree_.stillTriangles()).triangles);
     }
     if (moved && !pose.deformed.empty()) {
@@ -40,6 +45,7 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
                       vertices_.begin() + static_cast<std::ptrdiff_t>(mesh->firstVertex));
         }
     }
+    sides_ = std::move(sides);
     worldFromNode_ = pose.worldFromNode;
     deformed_ = std::move(deformed);
     ownMaterials_ = plan.materials;

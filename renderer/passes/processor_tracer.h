@@ -87,6 +87,7 @@ private:
     bool built_ = false;
     std::vector<glm::dmat4> worldFromNode_;
     std::vector<std::uint64_t> deformed_;
+    std::vector<float> sides_;  // sidesOf() the materials
     std::vector<Material> ownMaterials_;
     RayScene rays_;
 };

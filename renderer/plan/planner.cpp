@@ -50,9 +50,10 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
     plan.mapFromWorld = settings.mapFromWorld;
     if (plan.channel == Channel::color) {
-        plan.lights = placedLights(lightsWith(context.scene, request.lights), context.pose,
-                                   context.environment, glm::transpose(settings.mapFromWorld),
-                                   settings.environmentIntensity);
+        plan.lights =
+            placedLights(lightsWith(lightsOf(context.scene, context.pose), request.lights),
+                         context.pose, context.environment, glm::transpose(settings.mapFromWorld),
+                         settings.environmentIntensity);
     }
     return plan;
 }
@@ -127,10 +128,11 @@ LightInputs lightInputs(const FrameContext& context, const FrameRequest& request
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     LightInputs inputs{
-        .lights = placedLights(lightsWith(context.scene, request.lights), context.pose,
-                               context.environment, glm::transpose(settings.mapFromWorld),
-                               settings.environmentIntensity),
-        .materials = bindMaterials(context.scene, request.overrides, request.variant),
+        .lights =
+            placedLights(lightsWith(lightsOf(context.scene, context.pose), request.lights),
+                         context.pose, context.environment, glm::transpose(settings.mapFromWorld),
+                         settings.environmentIntensity),
+        .materials = bindMaterials(context.scene, context.pose, request.overrides, request.variant),
         .mapFromWorld = settings.mapFromWorld,
         .environmentIntensity = settings.environmentIntensity,
         .emission = settings.effects.emission};
@@ -168,14 +170,16 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
         plan.light = context.light;
     }
     const MaterialBindings materials =
-        bindMaterials(context.scene, request.overrides, request.variant);
+        bindMaterials(context.scene, context.pose, request.overrides, request.variant);
     plan.materials = materials.own;
     const std::vector<Surface> surfaces = surfacesOf(context.scene, materials);
+    const std::vector<std::uint64_t> ownHashes = ownHashesOf(materials);
     const Stage stage{.scene = context.scene,
                       .pose = context.pose,
                       .settings = settings,
                       .materials = materials,
-                      .materialsHash = hashOf(materials) ^ plan.surfaceLight,
+                      .materialsHash = hashOf(materials, ownHashes) ^ plan.surfaceLight,
+                      .ownHashes = ownHashes,
                       .surfaces = surfaces,
                       .lights = plan.lights,
                       .environment = context.environment};

@@ -244,11 +244,11 @@ bool traceAll(TiledImage& image, std::uint32_t threads,
 Lighting lightingOf(const ReferenceRequest& request, const Pose& pose, const glm::dvec3& origin,
                     const glm::dmat3& worldFromMap) {
     const double intensity = request.frame.environment.intensity;
-    Lighting lighting{
-        .environment = {request.environment, worldFromMap, intensity},
-        .lights = collectPunctualLights(lightsWith(request.scene, request.frame.lights), pose,
-                                        origin, request.environment, worldFromMap, intensity),
-        .backgroundVisible = request.frame.environment.visible};
+    Lighting lighting{.environment = {request.environment, worldFromMap, intensity},
+                      .lights = collectPunctualLights(
+                          lightsWith(lightsOf(request.scene, pose), request.frame.lights), pose,
+                          origin, request.environment, worldFromMap, intensity),
+                      .backgroundVisible = request.frame.environment.visible};
     if (request.mode == ReferenceMode::effects)
         lighting.environment.prepareIrradiance();
     else
@@ -268,7 +268,8 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
     const FrameRequest& frame = request.frame;
     const Pose pose = poseAt(request.scene, *clipsNamed(request.scene, frame.clip), frame.time);
     const View view = requestedView(frame.camera, request.scene, pose, frame.width, frame.height);
-    const MaterialBindings materials = bindMaterials(request.scene, frame.overrides, frame.variant);
+    const MaterialBindings materials =
+        bindMaterials(request.scene, pose, frame.overrides, frame.variant);
 
     const SceneGeometry geometry(request.scene, pose, materials, frame.effects);
     const Lighting lighting =

@@ -24,8 +24,8 @@ std::vector<FieldError> problems(const Scene& scene, const std::vector<LightOver
     return errors;
 }
 
-std::vector<Light> lightsWith(const Scene& scene, const std::vector<LightOverride>& overrides) {
-    std::vector<Light> lights = scene.lights;
+std::vector<Light> lightsWith(std::vector<Light> lights,
+                              const std::vector<LightOverride>& overrides) {
     for (const LightOverride& o : overrides) {
         for (Light& light : lights) {
             if (o.light && light.name != *o.light) continue;

@@ -32,7 +32,8 @@ void fields(O& o, V&& visit) {
 std::vector<FieldError> problems(const Scene& scene, const std::vector<LightOverride>& overrides,
                                  const std::string& pointer = "/lights");
 
-// The scene's lights with the overrides applied in order. A name that no light has is no error.
-std::vector<Light> lightsWith(const Scene& scene, const std::vector<LightOverride>& overrides);
+// The lights with the overrides applied in order. A name that no light has is no error.
+std::vector<Light> lightsWith(std::vector<Light> lights,
+                              const std::vector<LightOverride>& overrides);
 
 }  // namespace clerestory

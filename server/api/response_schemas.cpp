@@ -57,8 +57,14 @@ const ordered_json kMeasure = {{"type", {"number", "null"}}};
 const ordered_json kAccuracy = {{"$ref", "#/components/schemas/Accuracy"}};
 
 ordered_json linearErrors(ordered_json more) {
-    ordered_json always = {{"pixels", kCount}, {"relMse", kMeasure}, {"rmse", kMeasure},
-                           {"bias", kMeasure}, {"p95", kMeasure},    {"meanReference", kMeasure}};
+    ordered_json always = {
+        {"pixels", kCount},
+        {"relMse", kMeasure},
+        {"relMseTrimmed", described(kMeasure, "relMse without the 0.1 % of pixels that are worst")},
+        {"rmse", kMeasure},
+        {"bias", kMeasure},
+        {"p95", kMeasure},
+        {"meanReference", kMeasure}};
     always.update(more);
     return object(std::move(always), {{"nonFinite", kCount}});
 }

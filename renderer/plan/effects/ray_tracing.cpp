@@ -210,6 +210,7 @@ void planRays(FramePlan& plan, const Stage& stage) {
     if (!traces && !stage.settings.effects.indirectLight) return;
     RayScene rays;
     rays.materialOfInstance = stage.materials.materialOfInstance;
+    rays.hidden = stage.materials.hidden;
     rays.hitFeatures = featuresOfAll(stage);
     rays.bounces = stage.settings.accuracy.bounces;
     const RayDensity density = densityOf(stage.settings.accuracy.preset);

@@ -36,13 +36,20 @@ void addLight(PlanHash& hash, const PlacedLight& light) {
     hash.add(radius);
 }
 
+// Own materials by what they are: their numbers depend on what else the frame changes.
+void addMaterial(PlanHash& hash, Index material, const Stage& stage) {
+    const std::size_t ofScene = stage.scene.materials.size();
+    hash.add(std::min<std::size_t>(material, ofScene));
+    if (material >= ofScene) hash.add(stage.ownHashes[material - ofScene]);
+}
+
 void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
     hash.add(draws.size());
     for (const Draw& draw : draws) {
         const auto& [instance, material, firstIndex, indexCount, features, reflection, through,
                      lights, primitive, pointSize] = draw;
         hash.add(instance);
-        hash.add(material);
+        addMaterial(hash, material, stage);
         hash.add(firstIndex);
         hash.add(indexCount);
         hash.add(features);
@@ -83,6 +90,7 @@ void addRayScene(PlanHash& hash, const Stage& stage) {
     for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
     for (const PlacedLight& light : stage.lights) addLight(hash, light);
+    hash.add(stage.materialsHash);
     hash.add(stage.settings.accuracy.bounces);
     hash.add(stage.settings.accuracy.raySamples);
     hash.add(stage.settings.accuracy.preset);  // the density of rays

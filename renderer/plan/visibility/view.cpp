@@ -46,7 +46,7 @@ struct PlacedCamera {
 
 PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose& pose) {
     std::string names;
-    for (const Camera& c : scene.cameras) {
+    for (const Camera& c : camerasOf(scene, pose)) {
         if (c.name == name) {
             PlacedCamera placed;
             const glm::dmat4& m = pose.worldFromNode[c.node];

@@ -152,7 +152,7 @@ bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& mo
     for (const FieldError& e : problems(scene, sidecar.lights)) errors.push_back(e);
     warn(scene, kSidecarCode, name, errors);
     applyOverrides(scene, sidecar.overrides);
-    scene.lights = lightsWith(scene, sidecar.lights);
+    scene.lights = lightsWith(scene.lights, sidecar.lights);
     return true;
 }
 
