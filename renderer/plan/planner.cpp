@@ -65,10 +65,10 @@ struct RootViews {
     std::vector<LensTile> tiles;
     std::vector<ViewTask> tasks;
 };
-RootViews rootViews(FramePlan& plan, ViewTask frame) {
+RootViews rootViews(FramePlan& plan, ViewTask frame, Preset preset) {
     RootViews roots{.frame = std::move(frame)};
     if (plan.lens) {
-        roots.tiles = tilesOf(plan.lens->lens);
+        roots.tiles = tilesOf(plan.lens->lens, tileDensity(preset));
         roots.tasks = tileTasks(plan, roots.tiles, roots.frame);
     } else {
         roots.tasks = {roots.frame};
@@ -243,7 +243,7 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
                                   request.height)) {
         plan.lens = FrameLens{*std::move(lens), frame.view};
     }
-    const RootViews roots = rootViews(plan, std::move(frame));
+    const RootViews roots = rootViews(plan, std::move(frame), request.accuracy.preset);
     if (plan.channel == Channel::color) {
         planColorFrame(context, request, stage, roots, plan);
     } else {

@@ -427,30 +427,38 @@ TEST_F(Lenses, BordersBetweenViewsAreInvisible) {
 
 // ---- the reference -------------------------------------------------------------------------
 
-// The path tracer's rays are the lens's inverse; a frame differs from it by as much as one of a
-// perspective camera does.
+// The path tracer's rays are the lens's inverse. Errors at standard; those of a perspective camera
+// at the same place for comparison.
 TEST_F(Lenses, FramesAreCloseToTheReference) {
     for (const char* name : {"chapel", "teapots", "six-walls"}) {
         const Scene scene = *makeBuiltinScene(name);
         const EnvironmentMap map = *builtinEnvironment(scene.environment);
         const FrameRequest r = builtin(name);
-        std::vector<Case> all = {{"perspective", PerspectiveLens{}, 96, 64},
-                                 {"barrel", PerspectiveLens{-0.2, 0.05, 0.0, 0.001, 0.001}, 96, 64},
-                                 {"fisheye 180", FisheyeLens{}, 80, 80},
-                                 {"equirectangular", EquirectangularLens{}, 128, 64},
-                                 {"cube", CubeLens{}, 96, 64}};
-        double perspective = 0.0;
+        const std::vector<Case> all = {
+            {"perspective", PerspectiveLens{}, 96, 64},
+            {"barrel", PerspectiveLens{-0.2, 0.05, 0.0, 0.001, 0.001}, 96, 64},
+            {"fisheye 180", FisheyeLens{}, 80, 80},
+            {"equirectangular", EquirectangularLens{}, 128, 64},
+            {"cube", CubeLens{}, 96, 64}};
+        LinearErrors perspective;
         for (const Case& c : all) {
             const FrameRequest frame = with(r, c);
             const auto reference =
                 traceReference({.scene = scene, .frame = frame, .environment = map, .samples = 64});
             ASSERT_TRUE(reference.has_value());
             EXPECT_EQ(reference->nonFinite, 0u);
-            const double error =
-                linearErrors(renderer().render(frame).image, reference->color).relMse;
-            if (c.name == std::string("perspective")) perspective = error;
-            std::printf("%s, %s: relMSE %.4f\n", name, c.name, error);
-            EXPECT_LT(error, 2.0 * perspective + 0.02) << name << " " << c.name;
+            const LinearErrors errors =
+                linearErrors(renderer().render(frame).image, reference->color);
+            if (c.name == std::string("perspective")) perspective = errors;
+            std::printf("%s, %s: relMSE %.4f, RMSE / mean %.4f\n", name, c.name, errors.relMse,
+                        errors.rmse / errors.meanReference);
+            // In six-walls a channel is 0 beside one of 1, where relMSE divides what a look-up
+            // between two texels takes from the neighbour by 0.01 of the mean.
+            if (name != std::string("six-walls")) {
+                EXPECT_LE(errors.relMse, perspective.relMse);
+            }
+            EXPECT_LT(errors.rmse / errors.meanReference,
+                      1.2 * perspective.rmse / perspective.meanReference);
         }
     }
 }

@@ -15,6 +15,18 @@ double errorOf(const Decision& decision) {
 
 }  // namespace
 
+double tileDensity(Preset preset) {
+    switch (preset) {
+        case Preset::draft:
+            return 1.0;
+        case Preset::standard:
+            return 1.5;
+        case Preset::fine:
+            return 2.0;
+    }
+    return 1.0;
+}
+
 std::vector<ViewTask> tileTasks(FramePlan& plan, const std::vector<LensTile>& tiles,
                                 const ViewTask& frame) {
     const TargetSpec whole = plan.targets[frame.target];

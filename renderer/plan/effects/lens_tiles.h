@@ -6,6 +6,9 @@
 
 namespace clerestory {
 
+// Texels of tiles for each pixel of the frame, along an edge: pixels are means of more samples.
+double tileDensity(Preset preset);
+
 // One task for each tile of plan.lens. Their targets are like `frame`, which is that of the frame
 // without a lens.
 std::vector<ViewTask> tileTasks(FramePlan& plan, const std::vector<LensTile>& tiles,

@@ -28,6 +28,8 @@ constexpr double kMinOverlap = 6.0;
 // Texels at the border of a tile that weigh nothing, for neighbours in bilinear look-ups.
 constexpr double kGuard = 2.0;
 constexpr double kMaxTileEdge = 8192.0;
+// Factor on focal lengths: pixels between the samples may be finer. Those of a cube lens are known.
+constexpr double kBetweenSamples = 1.04;
 
 // A direction that the frame shows, and its change from a pixel to the next one.
 struct Sample {
@@ -124,6 +126,10 @@ LensTile tileOf(const TilePlane& plane, const char* name, double focal, double o
     return tile;
 }
 
+bool isCube(const Lens& lens) {
+    return std::holds_alternative<CubeLens>(lens.model);
+}
+
 // Twice the focal length is a whole number of texels: the edge of a cube's face.
 double wholeEdge(double focal) {
     return std::max(1.0, std::ceil(2.0 * focal - 1e-3));
@@ -133,8 +139,10 @@ double areaOf(const TilePlane& p) {
     return (p.high.x - p.low.x) * (p.high.y - p.low.y);
 }
 
-// Factor on all focal lengths that limits the texels of the tiles together, and the edges of each.
-double focalScale(const std::vector<TilePlane>& planes, const Lens& lens) {
+// Factor on all focal lengths, which limits the texels of the tiles together, and the edges of
+// each.
+double focalScale(const std::vector<TilePlane>& planes, const Lens& lens, double density) {
+    const double finer = isCube(lens) ? 1.0 : kBetweenSamples * density;
     double texels = 0.0, longest = 0.0;
     for (const TilePlane& p : planes) {
         if (p.empty()) continue;
@@ -144,7 +152,7 @@ double focalScale(const std::vector<TilePlane>& planes, const Lens& lens) {
     }
     const double most = kMaxTileTexels * std::max(4096.0, double(lens.width) * lens.height);
     const double longestAllowed = kMaxTileEdge * (1.0 - 2.0 * kOverlap) - 2.0 * kMinOverlap;
-    return std::min({1.0, std::sqrt(most / std::max(texels, 1e-12)),
+    return std::min({finer, std::sqrt(most / std::max(texels, 1e-12)),
                      longestAllowed / std::max(longest, 1e-12)});
 }
 
@@ -233,7 +241,7 @@ public:
     Reader(const Lens& lens, const std::vector<LensTile>& tiles, bool blend)
         : lens_(lens),
           tiles_(tiles),
-          blend_(blend && tiles.size() > 1),
+          blend_(blend && tiles.size() > 1 && !isCube(lens)),
           // A face of a cube that shows a direction is at most 55 degrees away from it.
           least_(tiles.size() > 1 ? 0.4 : 1e-3) {}
 
@@ -298,23 +306,23 @@ std::vector<glm::vec3> raysOf(const Lens& lens) {
 
 }  // namespace
 
-std::vector<LensTile> tilesOf(const Lens& lens) {
+std::vector<LensTile> tilesOf(const Lens& lens, double density) {
     const std::vector<Sample> samples = samplesOf(lens);
     if (samples.empty()) return {};
     std::vector<LensTile> tiles;
-    const bool cube = std::holds_alternative<CubeLens>(lens.model);
-    if (const auto plane = cube ? std::nullopt : singlePlane(samples)) {
-        const double edge = wholeEdge(plane->focal * focalScale({*plane}, lens));
+    if (const auto plane = isCube(lens) ? std::nullopt : singlePlane(samples)) {
+        const double edge = wholeEdge(plane->focal * focalScale({*plane}, lens, density));
         tiles.push_back(tileOf(*plane, "front", 0.5 * edge, kMinOverlap));
         tiles.back().share = 1.0;
         return tiles;
     }
     const std::vector<TilePlane> planes = cubePlanes(samples);
-    const double scale = focalScale(planes, lens);
+    const double scale = focalScale(planes, lens, density);
     for (std::size_t face = 0; face < 6; ++face) {
         if (planes[face].empty()) continue;
         const double edge = wholeEdge(planes[face].focal * scale);
-        tiles.push_back(tileOf(planes[face], kFaceNames[face], 0.5 * edge, overlapOf(edge)));
+        const double overlap = isCube(lens) ? kMinOverlap : overlapOf(edge);
+        tiles.push_back(tileOf(planes[face], kFaceNames[face], 0.5 * edge, overlap));
         tiles.back().share = planes[face].samples / static_cast<double>(samples.size());
     }
     std::stable_sort(tiles.begin(), tiles.end(),

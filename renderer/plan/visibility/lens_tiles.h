@@ -23,8 +23,9 @@ struct LensTile {
 
 // The tiles that show the frame, the largest share first; empty if no pixel has a direction. No
 // texel is larger than a pixel in any direction, except that pixels less than half as wide as long
-// count as half: those at a pole have no width. At most kMaxTileTexels for each pixel of the frame.
-std::vector<LensTile> tilesOf(const Lens& lens);
+// count as half: those at a pole have no width. `density`: texels for each pixel along an edge, at
+// least; a cube lens has one for one. At most kMaxTileTexels for each pixel of the frame.
+std::vector<LensTile> tilesOf(const Lens& lens, double density = 1.0);
 inline constexpr double kMaxTileTexels = 24.0;
 
 // frame: the requested view; its picture's projection is not used, its far plane is.
@@ -38,7 +39,8 @@ struct TileLookups {
     // depth in the tile to depth in the frame.
     std::vector<glm::vec4> texels;
 };
-// Of each tile. blend: the weights of a pixel add up to 1; otherwise one tile has all of it.
+// Of each tile. blend: the weights of a pixel add up to 1; otherwise, and for a cube lens, whose
+// faces are apart, one tile has all of it.
 std::vector<TileLookups> lookupsOf(const Lens& lens, const std::vector<LensTile>& tiles,
                                    bool blend);
 
