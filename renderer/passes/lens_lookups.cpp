@@ -31,11 +31,11 @@ const std::list<LensLookups::Part>& LensLookups::of(const AssembleLens& work) {
     }
     Entry entry{.key = std::move(key)};
     for (const TileLookups& tile : lookupsOf(work.lens, work.tiles, !work.numbers)) {
-        Part& part = entry.parts.emplace_back(Part{.rect = tile.rect});
+        Part& part =
+            entry.parts.emplace_back(Part{.rect = {tile.x, tile.y, tile.width, tile.height}});
         if (tile.texels.empty()) continue;
-        part.lookups.emplace(gl::TextureDescription{.format = gl::TextureFormat::rgba32f,
-                                                    .width = tile.rect.width,
-                                                    .height = tile.rect.height});
+        part.lookups.emplace(gl::TextureDescription{
+            .format = gl::TextureFormat::rgba32f, .width = tile.width, .height = tile.height});
         part.lookups->upload(0, 0, std::as_bytes(std::span(tile.texels)));
         entry.bytes += tile.texels.size() * sizeof(glm::vec4);
     }

@@ -1,6 +1,6 @@
 // Frames of lenses: every pixel shows what its ray meets, mirrors and channels included; two ways
 // to one picture; and no border between the views from which a frame is assembled.
-#include "plan/visibility/lens.h"
+#include "plan/lens/lens.h"
 #include "measures/errors.h"
 #include "plan/visibility/view.h"
 #include "reference/reference.h"
@@ -436,11 +436,11 @@ TEST_F(Lenses, FramesAreCloseToTheReference) {
         const FrameRequest r = builtin(name);
         const std::vector<Case> all = {
             {"perspective", PerspectiveLens{}, 96, 64},
+            {"cube", CubeLens{}, 96, 64},
             {"barrel", PerspectiveLens{-0.2, 0.05, 0.0, 0.001, 0.001}, 96, 64},
             {"fisheye 180", FisheyeLens{}, 80, 80},
-            {"equirectangular", EquirectangularLens{}, 128, 64},
-            {"cube", CubeLens{}, 96, 64}};
-        LinearErrors perspective;
+            {"equirectangular", EquirectangularLens{}, 128, 64}};
+        LinearErrors perspective, cube;
         for (const Case& c : all) {
             const FrameRequest frame = with(r, c);
             const auto reference =
@@ -450,15 +450,20 @@ TEST_F(Lenses, FramesAreCloseToTheReference) {
             const LinearErrors errors =
                 linearErrors(renderer().render(frame).image, reference->color);
             if (c.name == std::string("perspective")) perspective = errors;
+            if (c.name == std::string("cube")) cube = errors;
             std::printf("%s, %s: relMSE %.4f, RMSE / mean %.4f\n", name, c.name, errors.relMse,
                         errors.rmse / errors.meanReference);
-            // In six-walls a channel is 0 beside one of 1, where relMSE divides what a look-up
-            // between two texels takes from the neighbour by 0.01 of the mean.
             if (name != std::string("six-walls")) {
-                EXPECT_LE(errors.relMse, perspective.relMse);
+                EXPECT_LE(errors.relMse, perspective.relMse) << name << " " << c.name;
+                continue;
             }
-            EXPECT_LT(errors.rmse / errors.meanReference,
-                      1.2 * perspective.rmse / perspective.meanReference);
+            // A channel is 0 next to one of 1 there, and relMSE divides what a look-up between two
+            // texels takes from the neighbour by 0.01 of the mean. The faces of the cube are six
+            // perspective frames, without such look-ups.
+            if (cube.pixels > 0) {
+                EXPECT_LE(errors.rmse / errors.meanReference, cube.rmse / cube.meanReference)
+                    << c.name;
+            }
         }
     }
 }

@@ -1,5 +1,5 @@
 // Rows about lenses: fields of view, poles, folds, coefficients and frames at their limits.
-#include "plan/visibility/lens.h"
+#include "plan/lens/lens.h"
 #include "tests/stability/frames.h"
 
 #include <numbers>

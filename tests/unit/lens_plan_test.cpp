@@ -3,7 +3,7 @@
 #include "view_planner_support.h"
 
 #include "plan/graph/work.h"
-#include "plan/visibility/lens_tiles.h"
+#include "plan/lens/tiles.h"
 #include "plan/visibility/view.h"
 #include "scene/fit.h"
 
@@ -82,7 +82,8 @@ void expectLookupsShowThePixels(const Lens& lens, bool blend) {
     ASSERT_EQ(lookups.size(), tiles.size());
     std::vector<double> weights(std::size_t{lens.width} * lens.height, 0.0);
     for (std::size_t i = 0; i < tiles.size(); ++i) {
-        const auto& [rect, texels] = lookups[i];
+        const TileLookups& rect = lookups[i];
+        const std::vector<glm::vec4>& texels = rect.texels;
         ASSERT_EQ(texels.size(), std::size_t{rect.width} * rect.height);
         for (std::uint32_t y = 0; y < rect.height; ++y) {
             for (std::uint32_t x = 0; x < rect.width; ++x) {
@@ -180,10 +181,10 @@ TEST(LensTiles, NoPixelIsFinerThanTheTexelsThatItReads) {
           lensFor(CubeLens{}, {}, 150, 100)}) {
         const auto tiles = tilesOf(lens);
         for (const TileLookups& tile : lookupsOf(lens, tiles, false)) {
-            for (std::uint32_t y = 0; y + 1 < tile.rect.height; ++y) {
-                for (std::uint32_t x = 0; x + 1 < tile.rect.width; ++x) {
+            for (std::uint32_t y = 0; y + 1 < tile.height; ++y) {
+                for (std::uint32_t x = 0; x + 1 < tile.width; ++x) {
                     const auto at = [&](std::uint32_t px, std::uint32_t py) {
-                        return tile.texels[std::size_t{py} * tile.rect.width + px];
+                        return tile.texels[std::size_t{py} * tile.width + px];
                     };
                     const glm::vec4 here = at(x, y);
                     for (const glm::vec4& next : {at(x + 1, y), at(x, y + 1)}) {

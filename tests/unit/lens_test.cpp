@@ -1,7 +1,7 @@
 // Lenses: known directions at known pixels, OpenCV's formulae worked out by hand, and that a pixel
 // and its ray belong together to the precision of the numbers.
-#include "plan/visibility/lens.h"
-#include "plan/visibility/lens_distortion.h"
+#include "plan/lens/lens.h"
+#include "plan/lens/distortion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

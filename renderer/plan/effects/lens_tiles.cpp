@@ -1,8 +1,10 @@
 #include "plan/effects/lens_tiles.h"
 
 #include "plan/effects/method_choice.h"
+#include "plan/visibility/view.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace clerestory {
 namespace {
@@ -14,6 +16,26 @@ double errorOf(const Decision& decision) {
 }
 
 }  // namespace
+
+View viewOf(const LensTile& tile, const Lens& lens, const View& frame) {
+    View view = frame;
+    const glm::dmat3 viewFromWorld =
+        glm::transpose(tile.cameraFromTile) * glm::dmat3(frame.viewFromWorld);
+    view.viewFromWorld = glm::dmat4(viewFromWorld);
+    view.viewFromWorld[3] = glm::dvec4(-(viewFromWorld * frame.eye), 1.0);
+    const double depth = frame.clipFromView[2][2];  // znear / (zfar - znear); see setDepth()
+    std::optional<double> zfar;
+    if (depth > 0.0) zfar = frame.znear * (1.0 + 1.0 / depth);
+    // The near plane clips nothing that is farther away than znear in any direction.
+    if (!std::holds_alternative<PerspectiveLens>(lens.model)) {
+        const Intrinsics& i = tile.pinhole;
+        const glm::dvec2 farthest(std::max(i.cx, tile.width - i.cx) / i.fx,
+                                  std::max(i.cy, tile.height - i.cy) / i.fy);
+        view.znear /= std::sqrt(1.0 + glm::dot(farthest, farthest));
+    }
+    view.clipFromView = perspective(tile.pinhole, tile.width, tile.height, view.znear, zfar);
+    return view;
+}
 
 double tileDensity(Preset preset) {
     switch (preset) {

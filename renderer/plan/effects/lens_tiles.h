@@ -9,6 +9,9 @@ namespace clerestory {
 // Texels of tiles for each pixel of the frame, along an edge: pixels are means of more samples.
 double tileDensity(Preset preset);
 
+// frame: the requested view; its projection is not used, but its far plane is.
+View viewOf(const LensTile& tile, const Lens& lens, const View& frame);
+
 // One task for each tile of plan.lens. Their targets are like `frame`, which is that of the frame
 // without a lens.
 std::vector<ViewTask> tileTasks(FramePlan& plan, const std::vector<LensTile>& tiles,

@@ -9,7 +9,7 @@ std::uint64_t PicturePass::shadedSamples(const TargetSpec& target, const SampleF
 std::string_view AssembleLens::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t AssembleLens::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t AssembleLens::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return texelsOf(target, Faces::one, Levels::first);
 }
 

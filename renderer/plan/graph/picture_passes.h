@@ -4,8 +4,8 @@
 
 #include "plan/graph/sample_costs.h"
 #include "plan/graph/target.h"
+#include "plan/lens/tiles.h"
 #include "plan/request/frame_request.h"
-#include "plan/visibility/lens_tiles.h"
 #include "scene/hash.h"
 
 #include <array>
@@ -39,7 +39,7 @@ struct AssembleLens {
     std::string_view kind() const { return "lens"; }
     std::vector<TargetId> reads() const { return sources; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash&, const AssembleLens&, const Stage&) {}  // of frames only
     bool operator==(const AssembleLens&) const = default;
 };

@@ -1,8 +1,8 @@
 // The lens of a requested camera: which point of the picture shows which direction. The formulae
-// and their inverses are in visibility/lens.h.
+// and their inverses are in lens/lens.h.
 //
 // A new lens needs a struct with kType and fields() here, an alternative of LensRequest, and its
-// two functions in visibility/lens.cpp.
+// two functions in lens/lens.cpp.
 #pragma once
 
 #include "scene/fields.h"

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "plan/graph/frame_plan.h"
-#include "plan/visibility/lens.h"
+#include "plan/lens/lens.h"
 
 #include <optional>
 

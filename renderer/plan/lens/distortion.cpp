@@ -1,4 +1,4 @@
-#include "plan/visibility/lens_distortion.h"
+#include "plan/lens/distortion.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,6 @@
 // A tile's picture is a part of a plane one unit in front of the eye with `focal` texels per unit,
 // counted from its corner at -1, -1, so that the borders of a cube's faces lie between texels.
-#include "plan/visibility/lens_tiles.h"
-
-#include "plan/visibility/view.h"
+#include "plan/lens/tiles.h"
 
 #include <algorithm>
 #include <array>
@@ -218,11 +216,14 @@ public:
     }
     void allocate() {
         if (low_.x >= high_.x) low_ = high_ = glm::uvec2(0);
-        table.rect = {low_.x, low_.y, high_.x - low_.x, high_.y - low_.y};
-        table.texels.assign(std::size_t{table.rect.width} * table.rect.height, glm::vec4(0.0f));
+        table.x = low_.x;
+        table.y = low_.y;
+        table.width = high_.x - low_.x;
+        table.height = high_.y - low_.y;
+        table.texels.assign(std::size_t{table.width} * table.height, glm::vec4(0.0f));
     }
     glm::vec4& at(std::uint32_t x, std::uint32_t y) {
-        return table.texels[std::size_t{y - low_.y} * table.rect.width + (x - low_.x)];
+        return table.texels[std::size_t{y - low_.y} * table.width + (x - low_.x)];
     }
     TileLookups table;
 
@@ -328,26 +329,6 @@ std::vector<LensTile> tilesOf(const Lens& lens, double density) {
     std::stable_sort(tiles.begin(), tiles.end(),
                      [](const LensTile& a, const LensTile& b) { return a.share > b.share; });
     return tiles;
-}
-
-View viewOf(const LensTile& tile, const Lens& lens, const View& frame) {
-    View view = frame;
-    const glm::dmat3 viewFromWorld =
-        glm::transpose(tile.cameraFromTile) * glm::dmat3(frame.viewFromWorld);
-    view.viewFromWorld = glm::dmat4(viewFromWorld);
-    view.viewFromWorld[3] = glm::dvec4(-(viewFromWorld * frame.eye), 1.0);
-    const double depth = frame.clipFromView[2][2];  // znear / (zfar - znear); see setDepth()
-    std::optional<double> zfar;
-    if (depth > 0.0) zfar = frame.znear * (1.0 + 1.0 / depth);
-    // The near plane clips nothing that is farther away than znear in any direction.
-    if (!std::holds_alternative<PerspectiveLens>(lens.model)) {
-        const Intrinsics& i = tile.pinhole;
-        const glm::dvec2 farthest(std::max(i.cx, tile.width - i.cx) / i.fx,
-                                  std::max(i.cy, tile.height - i.cy) / i.fy);
-        view.znear /= std::sqrt(1.0 + glm::dot(farthest, farthest));
-    }
-    view.clipFromView = perspective(tile.pinhole, tile.width, tile.height, view.znear, zfar);
-    return view;
 }
 
 std::vector<TileLookups> lookupsOf(const Lens& lens, const std::vector<LensTile>& tiles,

@@ -1,6 +1,6 @@
-#include "plan/visibility/lens.h"
+#include "plan/lens/lens.h"
 
-#include "plan/visibility/lens_distortion.h"
+#include "plan/lens/distortion.h"
 
 #include <algorithm>
 #include <cmath>

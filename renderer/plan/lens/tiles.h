@@ -4,8 +4,7 @@
 // overlap. Pure.
 #pragma once
 
-#include "plan/graph/draw.h"
-#include "plan/visibility/lens.h"
+#include "plan/lens/lens.h"
 
 #include <string>
 #include <vector>
@@ -28,12 +27,10 @@ struct LensTile {
 std::vector<LensTile> tilesOf(const Lens& lens, double density = 1.0);
 inline constexpr double kMaxTileTexels = 24.0;
 
-// frame: the requested view; its picture's projection is not used, its far plane is.
-View viewOf(const LensTile& tile, const Lens& lens, const View& frame);
-
 // Where the pixels of the frame read a tile.
 struct TileLookups {
-    TargetRect rect;  // of the frame, contains all pixels that read it
+    // Part of the frame that contains all pixels that read it, from the lower left corner.
+    std::uint32_t x = 0, y = 0, width = 0, height = 0;
     // For each pixel of the rectangle, lower row first: x and y in texels from the tile's lower
     // left corner, its weight among the tiles (0: it does not read this one), and the factor from
     // depth in the tile to depth in the frame.
