@@ -49,6 +49,7 @@ void Executor::recover() {
     targets_ = TargetPool();
     resources_.shaders = ShaderLibrary();
     resources_.samplers = SamplerCache();
+    resources_.lensLookups = LensLookups();
     for (auto& [scene, uploaded] : scenes_) uploaded.forgetPose();
 }
 

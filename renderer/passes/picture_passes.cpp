@@ -43,6 +43,32 @@ void drawFilter(PassResources& resources, const PassInput& input, const PictureP
 
 }  // namespace
 
+void execute(PassResources& resources, const PassInput& input, const AssembleLens& work) {
+    const gl::Framebuffer& frame = input.target().drawn();
+    frame.bind();
+    gl::clearColor({0, 0, frame.width(), frame.height()}, {0.0f, 0.0f, 0.0f, 1.0f});
+    gl::apply(gl::State{.blending = work.numbers ? gl::Blending::none : gl::Blending::add});
+    gl::apply(gl::Facing{.cullBack = false});
+    const int variant = work.numbers ? LENS_NUMBERS : LENS_RADIANCE;
+    resources.shaders.program({"fullscreen.vert", "lens.frag", 0, variant}).use();
+    resources.noVertices.bind();
+    resources.samplers.sampler({}).bind(UNIT_SOURCE);
+    resources.samplers.sampler({}).bind(UNIT_LENS);
+    auto source = work.sources.begin();
+    for (const LensLookups::Part& part : resources.lensLookups.of(work)) {
+        const gl::Texture& tile = input.read(*source++).texture();
+        if (!part.lookups) continue;
+        const auto& [x, y, width, height] = part.rect;
+        blocks::FilterBlock block{};
+        block.parameters = {float(x), float(y), work.depth ? 1.0f : 0.0f, 0.0f};
+        setBlock(resources, block);
+        tile.bind(UNIT_SOURCE);
+        part.lookups->bind(UNIT_LENS);
+        frame.bindPart({x, y, width, height});
+        gl::drawTriangle();
+    }
+}
+
 void execute(PassResources& resources, const PassInput& input, const Twirl& work) {
     setParameters(resources, work.turn, work.radius);
     drawFilter(resources, input, work, "twirl.frag");

@@ -2,6 +2,8 @@
 // equations, microfacets, texture reads and lights. It shares the CPU scene, its classification and
 // the request with the renderer, and no other code; no OpenGL.
 //
+// Rays start from a pixel by the exact inverse of the lens (plan/lens/lens.h).
+//
 // Definitions that both modes share with the renderer, so that they can be compared: glTF's mix of
 // diffuse and specular under punctual lights; highlights of punctual lights have at least roughness
 // 0.045; lobes include multiple scattering between microfacets (Turquin 2019); absorption and tint

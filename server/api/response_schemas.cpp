@@ -196,13 +196,15 @@ ordered_json planSchema() {
                                             {"cx", kNumber},
                                             {"cy", kNumber},
                                             {"pixelCenter", oneOf({"half", "integer"})}});
-    const ordered_json camera = object({{"cameraToWorld", described(numbers(16), "column-major")},
-                                        {"convention", oneOf({"opengl", "opencv"})},
-                                        {"clipFromView", described(numbers(16), "column-major")},
-                                        {"width", kCount},
-                                        {"height", kCount},
-                                        {"znear", kNumber}},
-                                       {{"intrinsics", intrinsics}});
+    const ordered_json camera = object(
+        {{"cameraToWorld", described(numbers(16), "column-major")},
+         {"convention", oneOf({"opengl", "opencv"})},
+         {"width", kCount},
+         {"height", kCount},
+         {"znear", kNumber},
+         {"lens", {{"$ref", "#/components/schemas/Lens"}}}},
+        {{"clipFromView", described(numbers(16), "column-major; of lenses without distortion")},
+         {"intrinsics", described(intrinsics, "of perspective and fisheye lenses")}});
     const ordered_json map = object({{"target", kText}, {"subject", subjectSchema()}});
     const ordered_json totals =
         object({{"passes", kCount},

@@ -59,7 +59,8 @@ BLOCK_END(tracing)
 BLOCK_BEGIN(FilterBlock, BINDING_FILTER)
     // toneMap: exposure factor; 1 if the edge filter follows, else 0.
     // twirl: radians per pixel, radius. convolve: 1 if it repeats. glowBright: threshold.
-    // glowUp: share of the wider one. glow: threshold, strength.
+    // glowUp: share of the wider one. glow: threshold, strength. lens: the first pixel of the part;
+    // above 0 for depth.
     vec4 parameters;
     vec4 kernel[3];  // convolve: rows, the first on top
 BLOCK_END(filtering)

@@ -29,6 +29,13 @@ struct PlanTotals {
     bool operator==(const PlanTotals&) const = default;
 };
 
+// The requested view of a frame that is assembled from tiles.
+struct FrameLens {
+    Lens lens;
+    View view;  // its projection only has the near and far plane
+    bool operator==(const FrameLens&) const = default;
+};
+
 struct FramePlan {
     std::vector<TargetSpec> targets;
     std::vector<Pass> passes;
@@ -46,6 +53,7 @@ struct FramePlan {
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
     std::uint32_t curvedSamples = 0;
+    std::optional<FrameLens> lens;       // none: one matrix projects the frame
     std::optional<RayScene> rays;        // present if a draw traces rays
     std::uint64_t surfaceLight = 0;      // identifies the light at vertices; 0: the environment's
     std::optional<LightProgress> light;  // Effects::indirectLight
@@ -57,8 +65,8 @@ struct FramePlan {
     bool operator==(const FramePlan&) const = default;
 };
 
-// The requested view: that of the last pass that draws the scene into the output. Null if the plan
-// has none.
+// The requested view: that of the lens, or of the last pass that draws the scene into the output.
+// Null if the plan has none.
 const View* frameView(const FramePlan& plan);
 
 PlanTotals totals(const Pass& pass);

@@ -6,6 +6,13 @@ std::uint64_t PicturePass::shadedSamples(const TargetSpec& target, const SampleF
     return texelsOf(target, Faces::one, Levels::first);
 }
 
+std::string_view AssembleLens::knobs() const {
+    return kKnobsOfTheFrame;
+}
+std::uint64_t AssembleLens::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
+    return texelsOf(target, Faces::one, Levels::first);
+}
+
 std::string_view ToneMapping::knobs() const {
     return kKnobsOfTheFrame;
 }

@@ -4,6 +4,7 @@
 
 #include "plan/graph/sample_costs.h"
 #include "plan/graph/target.h"
+#include "plan/lens/tiles.h"
 #include "plan/request/frame_request.h"
 #include "scene/hash.h"
 
@@ -25,6 +26,22 @@ struct PicturePass {
     std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash&, const PicturePass&, const Stage&) {}
     bool operator==(const PicturePass&) const = default;
+};
+
+// Assembles the frame of a lens from the pictures of its tiles, by weight.
+struct AssembleLens {
+    Lens lens;
+    std::vector<LensTile> tiles;
+    std::vector<TargetId> sources;  // one for each tile
+    bool numbers = false;           // of a channel: nearest texels of one tile, not mixed
+    bool depth = false;             // which change with the direction
+
+    std::string_view kind() const { return "lens"; }
+    std::vector<TargetId> reads() const { return sources; }
+    std::string_view knobs() const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
+    friend void addTo(PlanHash&, const AssembleLens&, const Stage&) {}  // of frames only
+    bool operator==(const AssembleLens&) const = default;
 };
 
 // Rotates each pixel about the centre by an angle that depends on its distance.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "plan/request/filter_request.h"
+#include "plan/request/lens_request.h"
 #include "scene/fields.h"
 #include "scene/light_override.h"
 #include "scene/material_override.h"
@@ -40,6 +41,7 @@ enum class Parallax { none, box, depth };
 struct Intrinsics {  // pixels, first row on top
     double fx = 1000, fy = 1000, cx = 640, cy = 360;
     PixelCenter pixelCenter = PixelCenter::half;
+    bool operator==(const Intrinsics&) const = default;
 };
 
 // A pose from which chosen surfaces fill the frame; see scene/fit.h.
@@ -63,6 +65,7 @@ struct CameraRequest {
     std::optional<double> yfov;
     std::optional<double> orthographicHeight;
     std::optional<Intrinsics> intrinsics;
+    std::optional<LensRequest> lens;  // none: perspective, or orthographicHeight, or the scene's
     std::optional<double> znear;
     std::optional<double> zfar;
 };
@@ -196,6 +199,8 @@ void fields(CameraRequest& c, V&& visit) {
           "height of what an orthographic lens shows, instead of yfov");
     visit("intrinsics", c.intrinsics, Nested{},
           "focal lengths and principal point, instead of yfov");
+    visit("lens", c.lens, NestedUnion{"Lens"},
+          "projection and distortion; perspective without distortion when absent");
     visit("znear", c.znear, Range{1e-9, 1e9, "metres"},
           "distance of the near plane; derived from the scene when absent");
     visit("zfar", c.zfar, Range{1e-9, 1e12, "metres"},
@@ -329,8 +334,9 @@ void fields(Output& o, V&& visit) {
                            {"normal", Channel::normal},
                            {"objectId", Channel::objectId},
                            {"through", Channel::through}}},
-          "content of the pixels. depth: metres along -Z, 0 for the background; normal: in world "
-          "space; objectId: instance + 1, 0 for the background; through: 0 background, 1 a surface "
+          "content of the pixels. depth: metres along -Z, along the ray with the lenses fisheye, "
+          "equirectangular and cube, 0 for the background; normal: in world space; objectId: "
+          "instance + 1, 0 for the background; through: 0 background, 1 a surface "
           "itself, 2 glass, 3 a mirror drawn from a captured cube or by ray tracing, 4 a mirror "
           "that shows the environment map only, 16 + k the plan's k-th mirrored view, from 0");
 }
