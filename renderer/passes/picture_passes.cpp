@@ -82,6 +82,12 @@ void execute(PassResources& resources, const PassInput& input, const Glow& work)
     drawFilter(resources, input, work, "glow.frag");
 }
 
+void execute(PassResources& resources, const PassInput& input, const BackgroundAlpha& work) {
+    input.read(work.white).texture().bind(UNIT_SPREAD);
+    resources.samplers.sampler({}).bind(UNIT_SPREAD);
+    drawFilter(resources, input, work, "background_alpha.frag");
+}
+
 void execute(PassResources& resources, const PassInput& input, const ToneMapping& work) {
     if (input.target().spec().storage == Storage::processor) {
         const gl::Framebuffer& source = input.read(work.source).readable();
@@ -92,7 +98,8 @@ void execute(PassResources& resources, const PassInput& input, const ToneMapping
         return;
     }
     setParameters(resources, work.exposureFactor, work.edgeFilterFollows ? 1.0f : 0.0f);
-    drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve));
+    const int transparent = work.transparent ? TONE_MAP_TRANSPARENT : 0;
+    drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve) | transparent);
 }
 
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work) {
@@ -100,7 +107,12 @@ void execute(PassResources& resources, const PassInput& input, const EdgeFilter&
         display::smoothEdges(input.read(work.source).picture(), input.target().picture().image);
         return;
     }
-    drawFilter(resources, input, work, "edge_filter.frag");
+    drawFilter(resources, input, work,
+               work.transparent ? "edge_filter_alpha.frag" : "edge_filter.frag");
+}
+
+void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work) {
+    drawFilter(resources, input, work, "straight_alpha.frag");
 }
 
 }  // namespace clerestory

@@ -1,5 +1,6 @@
 #include "plan/planner.h"
 
+#include "plan/effects/background.h"
 #include "plan/effects/channels.h"
 #include "plan/effects/display.h"
 #include "plan/effects/filters.h"
@@ -28,8 +29,10 @@ TargetSpec mainTarget(const FrameRequest& request, const DeviceLimits& limits) {
     const bool color = request.output.channel == Channel::color;
     const std::uint32_t samples =
         color ? std::min(request.accuracy.samples, std::max(1u, limits.maxSamples)) : 1;
+    // Alpha is a difference of two pictures.
+    const bool transparent = color && isTransparent(request.background);
     return {.name = color ? "radiance" : "numbers",
-            .format = hasFloatOutput(request) ? Format::rgba32f : Format::rgba16f,
+            .format = hasFloatOutput(request) || transparent ? Format::rgba32f : Format::rgba16f,
             .width = request.width,
             .height = request.height,
             .samples = std::bit_floor(samples),  // drivers support powers of two
@@ -42,6 +45,7 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.width = request.width;
     plan.height = request.height;
     plan.channel = request.output.channel;
+    plan.transparent = plan.channel == Channel::color && isTransparent(request.background);
     plan.anisotropy = settings.accuracy.anisotropy;
     plan.environment = context.environment.name;
     plan.environmentIntensity = settings.environmentIntensity;
@@ -84,11 +88,13 @@ void planColorFrame(const FrameContext& context, const FrameRequest& request, co
     PlanBuilder builder(plan);
     planShadows(plan, builder, context, stage, double(request.width) * request.height);
     ViewContext views(context, stage, builder);
-    const SeenView seen = planView(views, root);
+    TargetId radiance = root.target;
+    const SeenView seen = planBackground(views, root, request.background, radiance);
     planRays(plan, stage);
     explainOmissions(plan, stage, seen);
+    explainBackground(plan, request.background);
     const auto exposureFactor = static_cast<float>(std::exp2(request.exposure));
-    const TargetId picture = planFilters(plan, request.filters, root.target, exposureFactor);
+    const TargetId picture = planFilters(plan, request.filters, radiance, exposureFactor);
     if (hasFloatOutput(request)) {
         plan.output = picture;
         plan.skipped.push_back(
@@ -165,6 +171,8 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     FramePlan plan = planOf(context, request, settings);
+    plan.composition = explained(context.scene, Composition{request.nodes, request.variant});
+    for (std::string& line : explained(request.lights)) plan.composition.push_back(std::move(line));
     if (settings.effects.indirectLight) {
         plan.surfaceLight = context.surfaceLight;
         plan.light = context.light;

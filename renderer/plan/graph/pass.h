@@ -22,10 +22,11 @@
 
 namespace clerestory {
 
-using PassWork = std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene,
-                              DrawGlass, DrawBlended, FollowRays, DrawShadow, DrawShadowTint,
-                              DrawBackFaces, DrawChannel, CopyBackdrop, Twirl, Convolve, GlowBright,
-                              GlowDown, GlowUp, Glow, ToneMapping, EdgeFilter>;
+using PassWork =
+    std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene, DrawGlass,
+                 DrawBlended, FollowRays, DrawShadow, DrawShadowTint, DrawBackFaces, DrawChannel,
+                 CopyBackdrop, Twirl, Convolve, GlowBright, GlowDown, GlowUp, Glow, BackgroundAlpha,
+                 ToneMapping, EdgeFilter, StraightAlpha>;
 
 struct Pass {
     std::string name;
