@@ -103,7 +103,7 @@ struct Renderer::State {
     // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
-    Subject subjectOf(const FrameRequest& request) const;
+    Subject subjectOf(const FrameRequest& request);
     bool hasEnvironment(const std::string& name) const;
     std::vector<std::string> environmentNames() const;  // sorted
     std::string environmentList() const;
@@ -159,7 +159,20 @@ struct Renderer::State {
         std::uint64_t generation = 0;
     };
     std::map<std::string, Loaded> scenes;
-    std::uint64_t generations = 0;         // calls of addScene()
+    std::uint64_t generations = 0;  // calls of addScene()
+    // Scenes as requests compose them, the one used last first. They share the textures of the
+    // loaded scene.
+    struct Composed {
+        std::shared_ptr<const Scene> loaded, scene;
+    };
+    static constexpr std::size_t kMaxComposed = 4;
+    static constexpr std::uint64_t kMaxComposedBytes = 1ull << 30;
+    std::list<Composed> composedScenes;
+    std::shared_ptr<const Scene> composedOf(const std::shared_ptr<const Scene>& loaded,
+                                            const FrameRequest& request);
+    void discardComposed();
+    // Frees what was made for the scene.
+    void release(const std::shared_ptr<const Scene>& scene);
     mutable EnvironmentMaps environments;  // built-in maps are created on first use
     std::string firstScene;                // scene of requests that name none
     Executor executor;
@@ -261,7 +274,54 @@ std::string Renderer::State::environmentList() const {
     return list;
 }
 
-Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request) const {
+void Renderer::State::release(const std::shared_ptr<const Scene>& scene) {
+    for (const std::shared_ptr<const Scene>& fine : lights.forget(*scene)) {
+        moments.remove_if([&](const auto& m) { return m.scene == fine; });
+        executor.forget(*fine);
+    }
+    moments.remove_if([&](const auto& m) { return m.scene == scene; });
+    executor.forget(*scene);
+}
+
+void Renderer::State::discardComposed() {
+    const auto bytes = [&] {
+        std::uint64_t sum = 0;
+        for (const Composed& c : composedScenes) {
+            sum += c.scene->vertices.size() * sizeof(Vertex) +
+                   c.scene->indices.size() * sizeof(std::uint32_t);
+        }
+        return sum;
+    };
+    while (composedScenes.size() > 1 &&
+           (composedScenes.size() > kMaxComposed || bytes() > kMaxComposedBytes)) {
+        release(composedScenes.back().scene);
+        composedScenes.pop_back();
+    }
+}
+
+std::shared_ptr<const Scene> Renderer::State::composedOf(const std::shared_ptr<const Scene>& loaded,
+                                                         const FrameRequest& request) {
+    const Composition composition{request.nodes, request.variant};
+    if (composition.empty()) return loaded;
+    const std::uint64_t hash = contentHash(*loaded, composition);
+    const auto found = std::find_if(
+        composedScenes.begin(), composedScenes.end(),
+        [&](const Composed& c) { return c.loaded == loaded && c.scene->contentHash == hash; });
+    if (found != composedScenes.end()) {
+        composedScenes.splice(composedScenes.begin(), composedScenes, found);
+        return composedScenes.front().scene;
+    }
+    context.makeCurrent();
+    const auto scene = std::make_shared<Scene>(composed(*loaded, composition));
+    gl::fitForSharing(scene->vertices);
+    gl::fitForSharing(scene->indices);
+    guarded([&] { executor.upload(scene, loaded.get()); });
+    composedScenes.push_front({loaded, scene});
+    discardComposed();
+    return scene;
+}
+
+Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request) {
     const std::string& id = request.scene.empty() ? firstScene : request.scene;
     const auto scene = scenes.find(id);
     if (scene == scenes.end()) {
@@ -282,12 +342,14 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
                               "there is no such environment map", environmentList()});
         }
     }
+    for (FieldError& e : problems(*held, request.nodes)) errors.push_back(std::move(e));
     const auto clips = clipsNamed(*held, request.clip);
     if (!clips) errors.push_back(unknownClip(*held));
     if (!hasVariant(*held, request.variant)) errors.push_back(unknownVariant(*held));
     if (!errors.empty()) throw InvalidRequest(std::move(errors));
     for (const Material& material : held->materials) hasEnvironment(material.environmentMap);
-    return {held, generation, environments.at(name), poseOf(held, *clips, request.time)};
+    const std::shared_ptr<const Scene> shown = composedOf(held, request);
+    return {shown, generation, environments.at(name), poseOf(shown, *clips, request.time)};
 }
 
 Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {}
@@ -322,13 +384,12 @@ void Renderer::removeScene(const std::string& id) {
     const auto found = state_->scenes.find(id);
     if (found == state_->scenes.end()) return;
     state_->context.makeCurrent();
-    const auto& scene = found->second.scene;
-    for (const std::shared_ptr<const Scene>& fine : state_->lights.forget(*scene)) {
-        state_->moments.remove_if([&](const auto& m) { return m.scene == fine; });
-        state_->executor.forget(*fine);
+    const std::shared_ptr<const Scene> scene = found->second.scene;
+    for (auto c = state_->composedScenes.begin(); c != state_->composedScenes.end();) {
+        if (c->loaded == scene) state_->release(c->scene);
+        c = c->loaded == scene ? state_->composedScenes.erase(c) : std::next(c);
     }
-    state_->moments.remove_if([&](const auto& m) { return m.scene == scene; });
-    state_->executor.forget(*scene);
+    state_->release(scene);
     state_->scenes.erase(found);
 }
 

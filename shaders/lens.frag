@@ -37,11 +37,11 @@ void main() {
     } else {
         vec2 u = halfApart(changeAlong(at, here.xy, ivec2(1, 0)));
         vec2 v = halfApart(changeAlong(at, here.xy, ivec2(0, 1)));
-        vec3 radiance = between(source, here.xy);
+        vec4 pixel = pixelBetween(source, here.xy);
         if (dot(u, u) + dot(v, v) > 0.0f) {
-            radiance = 0.25f * (between(source, here.xy + u + v) + between(source, here.xy + u - v) +
-                                between(source, here.xy - u + v) + between(source, here.xy - u - v));
+            pixel = 0.25f * (pixelBetween(source, here.xy + u + v) + pixelBetween(source, here.xy + u - v) +
+                             pixelBetween(source, here.xy - u + v) + pixelBetween(source, here.xy - u - v));
         }
-        color = vec4(radianceFinite(here.z * radiance), 1.0f);
+        color = vec4(radianceFinite(here.z * pixel.rgb), here.z * clamp(pixel.a, 0.0f, 1.0f));
     }
 }

@@ -95,10 +95,12 @@ void GpuTracer::addInstances(DrawStream& draws) {
     instances_.assign(bytesOf(instanceRows(scene_.scene(), rays_, draws)));
 }
 
-void GpuTracer::bind(const FramePlan& plan, const glm::dvec3& eye) {
+void GpuTracer::bind(const FramePlan& plan, const glm::dvec3& eye,
+                     const OwnBackground& background) {
     blocks::TraceBlock block{};
     block.eye = glm::vec4(glm::vec3(eye - origin_), static_cast<float>(nodeCount_));
     block.limits = {plan.rays->bounces, materialCount_ * TRACE_MATERIAL_ROWS, 0.0f, 0.0f};
+    if (background.radiance) block.background = glm::vec4(*background.radiance, 1.0f);
     block_.assign(blocks::bytesOf(block));
     block_.bindUniform(BINDING_TRACE);
     nodeTexture_.bind(UNIT_TRACE_NODES);

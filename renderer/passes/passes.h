@@ -79,8 +79,10 @@ void execute(PassResources& resources, const PassInput& input, const GlowBright&
 void execute(PassResources& resources, const PassInput& input, const GlowDown& work);
 void execute(PassResources& resources, const PassInput& input, const GlowUp& work);
 void execute(PassResources& resources, const PassInput& input, const Glow& work);
+void execute(PassResources& resources, const PassInput& input, const BackgroundAlpha& work);
 void execute(PassResources& resources, const PassInput& input, const ToneMapping& work);
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work);
+void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work);
 
 // The view of a pass that draws the scene, for drawAll() and the uniform blocks.
 struct PassView {
@@ -88,6 +90,7 @@ struct PassView {
     std::span<const ReflectedPicture> reflections = {};
     TargetId environment = kNoTarget;  // the prefiltered map that lights the draws
     TargetId backdrop = kNoTarget;
+    OwnBackground background = {};
 };
 
 // Fills and binds the uniform block of the view; eye space is rotated by `axesFromWorld` (see

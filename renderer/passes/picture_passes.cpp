@@ -46,7 +46,7 @@ void drawFilter(PassResources& resources, const PassInput& input, const PictureP
 void execute(PassResources& resources, const PassInput& input, const AssembleLens& work) {
     const gl::Framebuffer& frame = input.target().drawn();
     frame.bind();
-    gl::clearColor({0, 0, frame.width(), frame.height()}, {0.0f, 0.0f, 0.0f, 1.0f});
+    gl::clearColor({0, 0, frame.width(), frame.height()}, {0.0f, 0.0f, 0.0f, 0.0f});
     gl::apply(gl::State{.blending = work.numbers ? gl::Blending::none : gl::Blending::add});
     gl::apply(gl::Facing{.cullBack = false});
     const int variant = work.numbers ? LENS_NUMBERS : LENS_RADIANCE;
@@ -108,6 +108,12 @@ void execute(PassResources& resources, const PassInput& input, const Glow& work)
     drawFilter(resources, input, work, "glow.frag");
 }
 
+void execute(PassResources& resources, const PassInput& input, const BackgroundAlpha& work) {
+    input.read(work.white).texture().bind(UNIT_SPREAD);
+    resources.samplers.sampler({}).bind(UNIT_SPREAD);
+    drawFilter(resources, input, work, "background_alpha.frag");
+}
+
 void execute(PassResources& resources, const PassInput& input, const ToneMapping& work) {
     if (input.target().spec().storage == Storage::processor) {
         const gl::Framebuffer& source = input.read(work.source).readable();
@@ -118,7 +124,8 @@ void execute(PassResources& resources, const PassInput& input, const ToneMapping
         return;
     }
     setParameters(resources, work.exposureFactor, work.edgeFilterFollows ? 1.0f : 0.0f);
-    drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve));
+    const int transparent = work.transparent ? TONE_MAP_TRANSPARENT : 0;
+    drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve) | transparent);
 }
 
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work) {
@@ -126,7 +133,12 @@ void execute(PassResources& resources, const PassInput& input, const EdgeFilter&
         display::smoothEdges(input.read(work.source).picture(), input.target().picture().image);
         return;
     }
-    drawFilter(resources, input, work, "edge_filter.frag");
+    drawFilter(resources, input, work,
+               work.transparent ? "edge_filter_alpha.frag" : "edge_filter.frag");
+}
+
+void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work) {
+    drawFilter(resources, input, work, "straight_alpha.frag");
 }
 
 }  // namespace clerestory

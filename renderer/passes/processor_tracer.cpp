@@ -53,10 +53,11 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
     built_ = true;
 }
 
-void ProcessorTracer::bind(const glm::dvec3& eye) {
+void ProcessorTracer::bind(const glm::dvec3& eye, const OwnBackground& background) {
     blocks::TraceBlock block{};
     block.eye = glm::vec4(glm::vec3(eye - origin_), 0.0f);
     block.limits = {0.0f, 0.0f, rays_.leastShare, 0.0f};
+    if (background.radiance) block.background = glm::vec4(*background.radiance, 1.0f);
     block_.assign(blocks::bytesOf(block));
     block_.bindUniform(BINDING_TRACE);
 }
@@ -100,10 +101,12 @@ const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Ta
     return depths_;
 }
 
-void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const Target* environment,
-                                const Target* shadows, const Target* tints, DrawStream& draws,
-                                const gl::Rect& rect, const light::SurfaceLight* surfaceLight,
+void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
+                                const Target* environment, const Target* shadows,
+                                const Target* tints, DrawStream& draws, const gl::Rect& rect,
+                                const light::SurfaceLight* surfaceLight,
                                 std::span<const light::LightValue> movingLight) {
+    const View& view = work.view;
     const Scene& scene = scene_.scene();
     std::span<const std::uint32_t> values;
     if (surfaceLight) {
@@ -140,9 +143,11 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const T
         .shadows = shadows != nullptr,
         .shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows, tints) : nullptr,
         .shadowSamples = shadows ? plan.shadowSamples : 0,
-        .leastShare = rays_.leastShare});
+        .leastShare = rays_.leastShare,
+        .background = work.background.radiance});
     rect_ = rect;
     sample_ = 0;
+    stride_ = work.everyPixel ? 1 : rays_.stride;
 }
 
 void ProcessorTracer::beginSample() {
@@ -163,7 +168,7 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
     for (std::size_t i = 0; i + 1 < sample_; ++i) {
         earlier.push_back({samples[i].starts, samples[i].paths});
     }
-    return rays::follow(*surroundings_, {rays_.stride, rays_.contrast, rays_.lobePaths},
+    return rays::follow(*surroundings_, {stride_, rays_.contrast, rays_.lobePaths},
                         {.kind = list == 0 ? rays::Ray::mirrored : rays::Ray::transmitted,
                          .width = rect_.width,
                          .starts = sample.starts,

@@ -1,5 +1,6 @@
 #include "plan/planner.h"
 
+#include "plan/effects/background.h"
 #include "plan/effects/channels.h"
 #include "plan/effects/display.h"
 #include "plan/effects/filters.h"
@@ -30,8 +31,10 @@ TargetSpec mainTarget(const FrameRequest& request, const DeviceLimits& limits) {
     const bool color = request.output.channel == Channel::color;
     const std::uint32_t samples =
         color ? std::min(request.accuracy.samples, std::max(1u, limits.maxSamples)) : 1;
+    // Alpha is a difference of two pictures.
+    const bool transparent = color && isTransparent(request.background);
     return {.name = color ? "radiance" : "numbers",
-            .format = hasFloatOutput(request) ? Format::rgba32f : Format::rgba16f,
+            .format = hasFloatOutput(request) || transparent ? Format::rgba32f : Format::rgba16f,
             .width = request.width,
             .height = request.height,
             .samples = std::bit_floor(samples),  // drivers support powers of two
@@ -44,6 +47,7 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.width = request.width;
     plan.height = request.height;
     plan.channel = request.output.channel;
+    plan.transparent = plan.channel == Channel::color && isTransparent(request.background);
     plan.anisotropy = settings.accuracy.anisotropy;
     plan.environment = context.environment.name;
     plan.environmentIntensity = settings.environmentIntensity;
@@ -136,12 +140,17 @@ void planColorFrame(const FrameContext& context, const FrameRequest& request, co
     ViewContext views(context, stage, builder);
     agree(views, plan, roots);
     SeenView seen;
-    for (const ViewTask& task : roots.tasks) add(seen, planView(views, task));
+    std::vector<ViewTask> drawn = roots.tasks;  // with the targets of their finished pictures
+    for (ViewTask& task : drawn) {
+        add(seen, planBackground(views, task, request.background, task.target));
+    }
     planRays(plan, stage);
-    if (plan.lens) planAssembly(plan, roots.tiles, roots.tasks, roots.frame);
+    const TargetId radiance = plan.lens ? planAssembly(plan, roots.tiles, drawn, roots.frame)
+                                        : drawn.front().target;
     explainOmissions(plan, stage, seen);
+    explainBackground(plan, request.background);
     const auto exposureFactor = static_cast<float>(std::exp2(request.exposure));
-    const TargetId picture = planFilters(plan, request.filters, roots.frame.target, exposureFactor);
+    const TargetId picture = planFilters(plan, request.filters, radiance, exposureFactor);
     if (hasFloatOutput(request)) {
         plan.output = picture;
         plan.skipped.push_back(
@@ -218,6 +227,8 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     FramePlan plan = planOf(context, request, settings);
+    plan.composition = explained(context.scene, Composition{request.nodes, request.variant});
+    for (std::string& line : explained(request.lights)) plan.composition.push_back(std::move(line));
     if (settings.effects.indirectLight) {
         plan.surfaceLight = context.surfaceLight;
         plan.light = context.light;

@@ -94,6 +94,9 @@ void check(const ReferenceRequest& r) {
     if (std::vector<FieldError> errors = problems(r.scene, r.frame.lights); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
     }
+    if (std::vector<FieldError> errors = problems(r.scene, r.frame.nodes); !errors.empty()) {
+        throw InvalidRequest(std::move(errors));
+    }
     if (!clipsNamed(r.scene, r.frame.clip)) throw InvalidRequest({unknownClip(r.scene)});
     if (!hasVariant(r.scene, r.frame.variant)) throw InvalidRequest({unknownVariant(r.scene)});
     if (r.samples < 2 || r.samples > kMaxReferenceSamples) {
@@ -294,6 +297,21 @@ Lighting lightingOf(const ReferenceRequest& request, const Pose& pose, const glm
 std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
                                              const std::function<bool(double)>& progress) {
     check(request);
+    const Composition composition{request.frame.nodes, request.frame.variant};
+    if (!composition.empty()) {
+        const Scene scene = composed(request.scene, composition);
+        FrameRequest frame = request.frame;
+        frame.nodes.clear();
+        return traceReference({.scene = scene,
+                               .frame = frame,
+                               .environment = request.environment,
+                               .maps = request.maps,
+                               .mode = request.mode,
+                               .samples = request.samples,
+                               .seed = request.seed,
+                               .threads = request.threads},
+                              progress);
+    }
     if (progress && !progress(0.0)) return std::nullopt;
     const FrameRequest& frame = request.frame;
     const Pose pose = poseAt(request.scene, *clipsNamed(request.scene, frame.clip), frame.time);

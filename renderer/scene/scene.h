@@ -114,6 +114,8 @@ struct Light {
     float outerConeAngle = 0.785398163f;
     // Of the sphere that shines, metres; directional: at a distance of one metre. 0 is a point.
     float radius = 0.0f;
+    // Instead of the node's; the direction that its light takes, unit. Of a request's lights only.
+    std::optional<glm::dvec3> worldPosition, worldDirection;
 };
 
 struct Camera {
@@ -235,6 +237,9 @@ std::vector<Index> defaultClips(const Scene& scene);
 // the scene has no such clip.
 std::optional<std::vector<Index>> clipsNamed(const Scene& scene,
                                              const std::optional<std::string>& name);
+
+// World from light: it is at the origin and points along its own -Z.
+glm::dmat4 placeOf(const Light& light, const Pose& pose);
 
 // For each node whether it or an ancestor has the name.
 std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name);

@@ -48,6 +48,13 @@ json valueFrom(const std::string& text, const Quaternion*, const Rotation&) {
     return list;
 }
 
+template <class E, std::size_t N>
+json valueFrom(const std::string& text, const std::variant<E, std::array<double, N>>*,
+               const ChoiceOrNumbers<E>& kind) {
+    if (text.find(',') == std::string::npos) return text;
+    return valueFrom(text, static_cast<const std::array<double, N>*>(nullptr), kind.range);
+}
+
 template <class T>
 json valueFrom(const std::string& text, const T*, const Flag&) {
     if (text == "1" || text == "true") return true;

@@ -246,6 +246,7 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     for (const Decision& decision : plan.decisions) {
         json["decisions"].push_back(decisionJson(decision));
     }
+    if (!plan.composition.empty()) json["composition"] = plan.composition;
     if (const auto camera = cameraOf(plan)) json["camera"] = cameraJson(*camera);
     if (plan.light) {
         json["light"] = {{"revision", plan.light->revision}, {"share", plan.light->share}};

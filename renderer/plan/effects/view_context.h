@@ -51,6 +51,7 @@ struct ViewTask {
     bool captured = false;              // face of a captured cube, or mirrored view in one
     std::uint32_t mirrorsLeft = 0;      // nested mirrored views that may still be added
     std::uint32_t probeGeneration = 0;  // of the captured cubes that this view shows; 0: none
+    OwnBackground background;           // of the requested view
     std::vector<std::size_t> hidden;    // omitted surfaces, indices of Stage::surfaces; sorted
 };
 

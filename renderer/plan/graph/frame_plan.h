@@ -41,6 +41,7 @@ struct FramePlan {
     std::vector<Pass> passes;
     std::vector<Skipped> skipped;
     std::vector<Decision> decisions;
+    std::vector<std::string> composition;  // what the request changes in the scene
     std::vector<PlacedLight> lights;
     std::vector<Material> materials;  // overridden ones; indices follow those of Scene::materials
     TargetId output = kNoTarget;
@@ -60,6 +61,7 @@ struct FramePlan {
     TargetId shadowMap = kNoTarget;      // that every pass with lit surfaces reads; see LightShadow
     TargetId shadowTints = kNoTarget;    // half as large, if something lets light through
     std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius; 0: none has one
+    bool transparent = false;         // the output has an alpha channel
     double perMetre = 1.0;  // 1 / diagonal of the scene; pictures store distances times this
 
     bool operator==(const FramePlan&) const = default;

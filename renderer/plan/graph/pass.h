@@ -26,7 +26,7 @@ using PassWork =
     std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene, DrawGlass,
                  DrawBlended, FollowRays, DrawShadow, DrawShadowTint, DrawBackFaces, DrawChannel,
                  CopyBackdrop, AssembleLens, Twirl, Convolve, GlowBright, GlowDown, GlowUp, Glow,
-                 ToneMapping, EdgeFilter>;
+                 BackgroundAlpha, ToneMapping, EdgeFilter, StraightAlpha>;
 
 struct Pass {
     std::string name;

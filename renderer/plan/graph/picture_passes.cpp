@@ -13,6 +13,14 @@ std::uint64_t AssembleLens::shadedSamples(const TargetSpec& target, const Sample
     return texelsOf(target, Faces::one, Levels::first);
 }
 
+std::string_view BackgroundAlpha::knobs() const {
+    return kKnobsOfTheFrame;
+}
+
+std::string_view StraightAlpha::knobs() const {
+    return kKnobsOfTheFrame;
+}
+
 std::string_view ToneMapping::knobs() const {
     return kKnobsOfTheFrame;
 }

@@ -90,11 +90,24 @@ struct Glow : PicturePass {
     bool operator==(const Glow&) const = default;
 };
 
-// Linear radiance -> display colour.
+// Of two pictures of the same scene, before a black background and before a white one of radiance
+// 1: the first one, and as alpha what the background adds to neither: 1 less the mean difference.
+struct BackgroundAlpha : PicturePass {
+    TargetId white = kNoTarget;
+    std::string_view kind() const { return "alpha"; }
+    std::string_view knobs() const;
+    std::vector<TargetId> reads() const { return {source, white}; }
+    bool operator==(const BackgroundAlpha&) const = default;
+};
+
+// Linear radiance -> display colour. A transparent picture stays premultiplied and linear: each
+// pixel's radiance over its alpha is mapped. Alpha grows to the brightest channel of what the pixel
+// shows over black, so that highlights on clear glass are kept.
 struct ToneMapping : PicturePass {
     ToneMap curve = ToneMap::neutral;
     float exposureFactor = 1.0f;
     bool edgeFilterFollows = false;  // then alpha holds the brightness that it reads
+    bool transparent = false;        // then alpha stays alpha
     std::string_view kind() const { return "toneMap"; }
     std::string_view knobs() const;
     bool operator==(const ToneMapping&) const = default;
@@ -102,9 +115,17 @@ struct ToneMapping : PicturePass {
 
 // Smooths edges in the display colour.
 struct EdgeFilter : PicturePass {
+    bool transparent = false;  // edges of alpha too; colour is premultiplied
     std::string_view kind() const { return "edgeFilter"; }
     std::string_view knobs() const;
     bool operator==(const EdgeFilter&) const = default;
+};
+
+// Premultiplied, linear display colour -> straight alpha, encoded.
+struct StraightAlpha : PicturePass {
+    std::string_view kind() const { return "straightAlpha"; }
+    std::string_view knobs() const;
+    bool operator==(const StraightAlpha&) const = default;
 };
 
 }  // namespace clerestory

@@ -99,6 +99,13 @@ void addRayScene(PlanHash& hash, const Stage& stage) {
     hash.add(stage.settings.effects.materialLayers);
 }
 
+void addBackground(PlanHash& hash, const OwnBackground& background) {
+    const auto& [radiance, coverage] = background;
+    hash.add(radiance.has_value());
+    hash.add(radiance.value_or(glm::vec3(0.0f)));
+    hash.add(coverage);
+}
+
 template <class Lists>
 bool anyDraw(const Lists& lists, auto&& is) {
     return std::any_of(lists.begin(), lists.end(), [&](std::span<const Draw> draws) {
@@ -179,11 +186,13 @@ std::uint64_t DrawScene::shadedSamples(const TargetSpec& target,
     return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawScene& work, const Stage& stage) {
-    const auto& [purpose, face, view, map, environment, sky, reflections, depthDraws, opaqueDraws,
-                 recorded, blendedDraws] = work;  // reads(): environment; hashOfPasses(): map
+    const auto& [purpose, face, view, map, environment, sky, background, reflections, depthDraws,
+                 opaqueDraws, recorded, blendedDraws] =
+        work;  // reads(): environment; hashOfPasses(): map
     hash.add(purpose);
     hash.add(face);
     hash.add(sky);
+    addBackground(hash, background);
     addDrawnView(hash, view, {depthDraws, opaqueDraws, recorded.draws, blendedDraws}, stage);
     addReflections(hash, reflections);
 }
@@ -204,9 +213,11 @@ std::uint64_t DrawGlass::shadedSamples(const TargetSpec& target,
     return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage) {
-    const auto& [face, view, map, environment, backdrop, backFaces, reflections, glassDraws,
-                 recorded, blendedDraws] = work;  // others: reads(), and map in hashOfPasses()
+    const auto& [face, view, map, environment, backdrop, backFaces, background, reflections,
+                 glassDraws, recorded, blendedDraws] =
+        work;  // others: reads(), and map in hashOfPasses()
     hash.add(face);
+    addBackground(hash, background);
     addDrawnView(hash, view, {glassDraws, recorded.draws, blendedDraws}, stage);
     addReflections(hash, reflections);
 }
@@ -225,9 +236,10 @@ std::uint64_t DrawBlended::shadedSamples(const TargetSpec& target,
     return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawBlended& work, const Stage& stage) {
-    const auto& [face, view, map, environment, reflections, draws, recorded] =
+    const auto& [face, view, map, environment, background, reflections, draws, recorded] =
         work;  // others: reads(), and map in hashOfPasses()
     hash.add(face);
+    addBackground(hash, background);
     addDrawnView(hash, view, {draws, recorded.draws}, stage);
     addReflections(hash, reflections);
 }
@@ -246,7 +258,10 @@ std::uint64_t FollowRays::shadedSamples(const TargetSpec& target,
 }
 void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage) {
     // records: in reads(); radiance and sample: written before they are read
-    const auto& [face, view, map, environment, records, rect, radiance, sample] = work;
+    const auto& [face, view, map, environment, background, records, rect, radiance, everyPixel,
+                 sample] = work;
+    hash.add(everyPixel);
+    addBackground(hash, background);
     hash.add(rect.x);
     hash.add(rect.y);
     hash.add(rect.width);

@@ -34,6 +34,7 @@ struct DrawScene {
     std::string map;                   // environment map of the lighting and the sky; may be empty
     TargetId environment = kNoTarget;  // the prefiltered map that lights the draws
     bool sky = false;
+    OwnBackground background;
     std::vector<ReflectedPicture> reflections;
     // In drawing order. depthDraws are the opaque draws that occlude most of the others; empty
     // without a depth prepass.
@@ -61,6 +62,7 @@ struct DrawGlass {
     TargetId environment = kNoTarget;  // as in DrawScene
     TargetId backdrop = kNoTarget;     // picture behind the glass
     TargetId backFaces = kNoTarget;    // exit points of solid glass, or none
+    OwnBackground background;
     std::vector<ReflectedPicture> reflections;
     std::vector<Draw> glassDraws;
     RecordedDraws recorded;
@@ -84,6 +86,7 @@ struct DrawBlended {
     View view;
     std::string map;                   // as in DrawScene
     TargetId environment = kNoTarget;  // as in DrawScene
+    OwnBackground background;
     std::vector<ReflectedPicture> reflections;
     std::vector<Draw> draws;
     RecordedDraws recorded;
@@ -103,9 +106,14 @@ struct FollowRays {
     View view;
     std::string map;                   // as in DrawScene
     TargetId environment = kNoTarget;  // as in DrawScene
-    std::vector<TargetId> records;     // RecordedDraws::targets
-    TargetRect rect;                   // RecordedDraws::rect
-    TargetId radiance = kNoTarget;     // receives the light before it is added
+    OwnBackground background;
+    std::vector<TargetId> records;  // RecordedDraws::targets
+    TargetRect rect;                // RecordedDraws::rect
+    TargetId radiance = kNoTarget;  // receives the light before it is added
+    // Each pixel follows a ray of its own, whatever RayScene::stride says. Where that would depend
+    // on the light behind glass, pictures before different backgrounds would differ by more than
+    // these.
+    bool everyPixel = false;
     // Receive the start and the way of one sample; empty if the records have one sample.
     std::vector<TargetId> sample;
 

@@ -137,6 +137,10 @@ void checkLens(const CameraRequest& c, std::vector<FieldError>& errors) {
 InvalidRequest::InvalidRequest(std::vector<FieldError> errors)
     : std::runtime_error(joined(errors)), errors_(std::move(errors)) {}
 
+bool isTransparent(const std::optional<BackgroundRequest>& background) {
+    return background && *background == BackgroundRequest(Background::transparent);
+}
+
 std::vector<FieldError> problems(const FrameRequest& request) {
     std::vector<FieldError> errors;
     const CameraRequest& c = request.camera;
@@ -162,6 +166,11 @@ std::vector<FieldError> problems(const FrameRequest& request) {
         request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
     if (request.output.channel != Channel::color && !floats) {
         errors.push_back({"/output/format", "cannot hold this channel", "npy or exr"});
+    }
+    if (request.output.channel == Channel::color && request.output.format == OutputFormat::jpeg &&
+        isTransparent(request.background)) {
+        errors.push_back(
+            {"/output/format", "cannot hold a transparent background", "png, webp, exr or npy"});
     }
     return errors;
 }

@@ -5,6 +5,7 @@
 
 #include "plan/request/filter_request.h"
 #include "plan/request/lens_request.h"
+#include "scene/compose.h"
 #include "scene/fields.h"
 #include "scene/light_override.h"
 #include "scene/material_override.h"
@@ -19,6 +20,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace clerestory {
@@ -32,6 +34,7 @@ enum class OutputFormat { jpeg, png, npy, exr, webp };
 enum class Subsampling { s420, s444 };
 enum class Channel { color, depth, normal, objectId, through };
 enum class Preset { draft, standard, fine };
+enum class Background { map, transparent };
 // Techniques for an effect. automatic: the cheapest one that is accurate enough for the preset.
 enum class PlanarMethod { automatic, environment, mirror, traced };
 enum class CurvedMethod { automatic, environment, probe, traced };
@@ -117,6 +120,10 @@ struct EnvironmentRequest {
     bool visible = true;  // false: the background is black, light stays
 };
 
+// What the camera sees where it sees no surface, directly or through glass: the environment map,
+// nothing, or a radiance. Mirrors reflect the environment map in all cases.
+using BackgroundRequest = std::variant<Background, std::array<double, 3>>;
+
 struct Output {
     OutputFormat format = OutputFormat::jpeg;
     std::uint32_t quality = 85;
@@ -136,13 +143,17 @@ struct FrameRequest {
     Effects effects;
     Accuracy accuracy;
     EnvironmentRequest environment;
-    std::vector<MaterialOverride> overrides;  // in order; a later one wins
-    std::vector<LightOverride> lights;        // in order; a later one wins
-    std::vector<FilterRequest> filters;       // post-filters, in order
+    std::optional<BackgroundRequest> background;  // none: the map
+    std::vector<MaterialOverride> overrides;      // in order; a later one wins
+    std::vector<NodeOverride> nodes;              // in order; a later one wins
+    std::vector<LightOverride> lights;            // in order; a later one wins
+    std::vector<FilterRequest> filters;           // post-filters, in order
     ToneMap toneMap = ToneMap::neutral;
     double exposure = 0.0;  // stops
     Output output;
 };
+
+bool isTransparent(const std::optional<BackgroundRequest>& background);
 
 inline constexpr std::uint32_t kMaxEdge = 4096;
 inline constexpr std::uint64_t kMaxPixels = 8'847'360;  // 4096 x 2160
@@ -361,11 +372,19 @@ void fields(FrameRequest& r, V&& visit) {
     visit("effects", r.effects, Nested{}, "switches of the effects");
     visit("accuracy", r.accuracy, NestedPreset{}, "the name of a preset, or an object of settings");
     visit("environment", r.environment, Nested{}, "environment map that lights the scene");
+    visit("background", r.background,
+          ChoiceOrNumbers<Background>{
+              {{{"map", Background::map}, {"transparent", Background::transparent}}}, {0, 1e4}},
+          "what the camera sees where there is no surface, directly or through glass: map, "
+          "transparent, or three numbers, a linear radiance; mirrors reflect the map");
     visit("overrides", r.overrides, NestedList{64},
           "changes of the materials that are selected by material or node name; a later entry "
           "overrides earlier ones");
-    visit("lights", r.lights, NestedList{64},
-          "changes of the lights that are selected by name; a later entry overrides earlier ones");
+    visit("nodes", r.nodes, NestedList{kMaxNodeOverrides},
+          "nodes of the scene that are hidden, moved or given another material; a later entry "
+          "overrides earlier ones");
+    visit("lights", r.lights, NestedList{kMaxLightOverrides},
+          "lights that are added, changed or switched off; a later entry overrides earlier ones");
     visit("filters", r.filters, NestedUnionList{kMaxFilters, "Filter"},
           "post-filters, applied in order to linear light before tone mapping; the channels depth, "
           "normal, objectId and through are not filtered");
