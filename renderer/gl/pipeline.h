@@ -56,13 +56,13 @@ void releaseShaderCompiler();
 enum class DepthTest { none, nearer, nearerOrEqual, equal };
 // attenuate: colour times what was there, and the greater alpha. over: as premultiplied, of alpha
 // too.
-enum class Blending { none, premultiplied, over, add, attenuate };
+enum class Blending { none, premultiplied, over, add, sum, attenuate };
 
 struct State {
     DepthTest depthTest = DepthTest::none;
     bool depthWrite = false;
     bool colorWrite = true;
-    Blending blending = Blending::none;  // of colour; others than attenuate and over keep alpha
+    Blending blending = Blending::none;  // of colour; over, sum and attenuate change alpha, too
     bool clip = false;                   // gl_ClipDistance[0] counts
 };
 

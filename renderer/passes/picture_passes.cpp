@@ -47,7 +47,7 @@ void execute(PassResources& resources, const PassInput& input, const AssembleLen
     const gl::Framebuffer& frame = input.target().drawn();
     frame.bind();
     gl::clearColor({0, 0, frame.width(), frame.height()}, {0.0f, 0.0f, 0.0f, 0.0f});
-    gl::apply(gl::State{.blending = work.numbers ? gl::Blending::none : gl::Blending::add});
+    gl::apply(gl::State{.blending = work.numbers ? gl::Blending::none : gl::Blending::sum});
     gl::apply(gl::Facing{.cullBack = false});
     const int variant = work.numbers ? LENS_NUMBERS : LENS_RADIANCE;
     resources.shaders.program({"fullscreen.vert", "lens.frag", 0, variant}).use();
