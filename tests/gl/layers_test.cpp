@@ -5,6 +5,7 @@
 #include "reference/reference.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace clerestory::test {
 namespace {
@@ -90,6 +91,52 @@ TEST_F(MaterialLayers, ReturnAtMostTheLightOfAFurnace) {
     }
 }
 
+// The same with rays in place of the environment's lobe. They meet nothing else.
+TEST_F(MaterialLayers, RaysReturnAtMostTheLightOfAFurnace) {
+    for (Material m : whiteGrid()) {
+        if (m.metallic == 0.0f || m.roughness > 0.5f) continue;  // others are not ray traced
+        m.reflection = Reflection::automatic;
+        FrameRequest r = ball(m, "white");
+        r.accuracy.curved = CurvedMethod::traced;
+        const Image image = renderer().render(r).image;
+        float greatest = 0.0f;
+        for (std::uint32_t y = 0; y < image.height; ++y) {
+            for (std::uint32_t x = 0; x < image.width; ++x) {
+                greatest = std::max(greatest, color(image, x, y).x);
+            }
+        }
+        ASSERT_LE(greatest, 1.01f) << m.clearcoat << ' ' << m.sheenColor.x << ' ' << m.iridescence
+                                   << ' ' << m.anisotropy << ' ' << m.diffuseTransmission;
+    }
+}
+
+// Of the path tracer the mean over the ball, but for its noise: single paths may weigh more than 1.
+TEST_F(MaterialLayers, TheReferenceReturnsAtMostTheLightOfAFurnace) {
+    const EnvironmentMap white = *builtinEnvironment("white");
+    for (const Material& m : whiteGrid()) {
+        Scene scene;
+        place(scene, sphere(1.0f, 24, addMaterial(scene, m)));
+        const Scene copy = scene;
+        FrameRequest r = request(std::move(scene), "furnace");
+        r.environment.map = "white";
+        r.width = r.height = 16;
+        const auto traced =
+            traceReference({.scene = copy, .frame = r, .environment = white, .samples = 16}, {});
+        double sum = 0.0, variance = 0.0;
+        for (std::uint32_t y = 4; y < 12; ++y) {  // within the ball's outline
+            for (std::uint32_t x = 4; x < 12; ++x) {
+                const double noise = color(traced->noise, x, y).x;
+                sum += double{color(traced->color, x, y).x};
+                variance += noise * noise;
+            }
+        }
+        ASSERT_LE(sum / 64.0, 1.002 + 3.0 * std::sqrt(variance) / 64.0)
+            << m.clearcoat << ' ' << m.sheenColor.x << ' ' << m.iridescence << ' ' << m.anisotropy
+            << ' ' << m.diffuseTransmission;
+        ASSERT_GT(sum / 64.0, 0.4);
+    }
+}
+
 // What a layer does not reflect, the white base below it returns.
 TEST_F(MaterialLayers, OverWhiteLoseNothing) {
     const Material white = base(glm::vec3(1.0f), 0.0f, 0.5f);
@@ -163,6 +210,8 @@ TEST_F(MaterialLayers, LookAsInTheReference) {
     const Material gold = base({0.9f, 0.7f, 0.4f}, 1.0f, 0.4f);
     const Material dark = base(glm::vec3(0.02f), 0.0f, 0.2f);
     const Material thinGlass = clearGlass();
+    Material lens = clearGlass();  // of sunglasses
+    lens.baseColor = {0.03f, 0.03f, 0.04f, 1.0f};
     Material solidGlass = clearGlass();
     solidGlass.thickness = 2.0f;
     struct Case {
@@ -177,6 +226,7 @@ TEST_F(MaterialLayers, LookAsInTheReference) {
                           {"thick film", withFilm(dark, 1.0f, 500.0f)},
                           {"film on metal", withFilm(gold, 1.0f, 400.0f)},
                           {"film on a thin pane", withFilm(thinGlass, 1.0f, 350.0f)},
+                          {"film on a dark pane", withFilm(lens, 1.0f, 350.0f)},
                           {"film on solid glass", withFilm(solidGlass, 1.0f, 350.0f)},
                           {"grain", withGrain(gold, 0.6f)},
                           {"turned grain", withGrain(gold, 0.6f, 0.8f)},
@@ -200,6 +250,7 @@ TEST_F(MaterialLayers, LookAsInTheReference) {
         }
         for (int i = 0; i < 3; ++i) {
             EXPECT_NEAR(sum[i] / expected[i], 1.0, 0.1) << c.name << " channel " << i;
+            EXPECT_GT(sum[i] / 1024.0, 0.005) << c.name << " is not black";
         }
     }
 }
