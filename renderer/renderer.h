@@ -29,6 +29,7 @@ enum class Computation { automatic, shader, processor };
 // How finely the light of surfaces is computed (Effects::indirectLight).
 struct LightOptions {
     std::uint32_t threads = 0;              // 0: one for each processor
+    bool background = true;                 // with low priority: frames do not wait for it
     std::uint64_t addedTriangles = 12'000;  // at most, to a scene whose triangles are large
     std::uint32_t places = 60'000;          // at most, where light is gathered
     // Where complete light is stored for the next start; empty: nowhere.
@@ -79,7 +80,7 @@ struct Frame {
     FramePlan plan;
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     LightProgress light;
-    // What the same request would show now, on any thread; empty without Effects::indirectLight.
+    // What the same request would show now, on any thread; empty if it needs no light of surfaces.
     std::function<LightProgress()> lightNow;
     double planMs = 0.0;
     double readbackMs = 0.0;
@@ -163,10 +164,10 @@ public:
     Frame render(const FrameRequest& request, Readback readback = Readback::picture,
                  const std::function<bool()>& abandoned = {});
 
-    // Light of surfaces (Effects::indirectLight). Without it a frame shows that of the environment,
-    // and the light is computed in the background.
+    // Light of surfaces (Effects::indirectLight). It is computed in the background; before the first
+    // round a frame shows an environment that nothing hides.
     struct LightState {
-        bool wanted = false;  // by the request
+        bool wanted = false;  // by the request, in a scene that calls for it
         bool complete = false;
         std::uint32_t revision = 0;  // of what a frame would show now; 0: none yet
         double share = 0.0;          // computed, 0..1

@@ -5,12 +5,12 @@
 #include "plan/effects/filters.h"
 #include "plan/effects/ray_tracing.h"
 #include "plan/effects/shadows.h"
+#include "plan/effects/surface_light.h"
 #include "plan/effects/view_context.h"
 #include "plan/explain.h"
 #include "plan/graph/plan_hash.h"
 #include "plan/visibility/lighting.h"
 #include "plan/visibility/view.h"
-#include "scene/hash.h"
 
 #include <algorithm>
 #include <bit>
@@ -84,7 +84,7 @@ void planColorFrame(const FrameContext& context, const FrameRequest& request, co
     planShadows(plan, builder, context, stage, double(request.width) * request.height);
     ViewContext views(context, stage, builder);
     const SeenView seen = planView(views, root);
-    planRays(plan, stage);
+    planRays(plan, context, stage);
     explainOmissions(plan, stage, seen);
     const auto exposureFactor = static_cast<float>(std::exp2(request.exposure));
     const TargetId picture = planFilters(plan, request.filters, root.target, exposureFactor);
@@ -120,42 +120,6 @@ bool hasVariant(const Scene& scene, const std::optional<std::string>& name) {
                                 [&](const Variant& variant) { return variant.name == *name; });
 }
 
-LightInputs lightInputs(const FrameContext& context, const FrameRequest& request) {
-    if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
-        throw InvalidRequest(std::move(errors));
-    }
-    const ViewSettings settings =
-        viewSettings(request, context.scene, context.limits.maxAnisotropy);
-    LightInputs inputs{
-        .lights = placedLights(lightsWith(context.scene, request.lights), context.pose,
-                               context.environment, glm::transpose(settings.mapFromWorld),
-                               settings.environmentIntensity),
-        .materials = bindMaterials(context.scene, request.overrides, request.variant),
-        .mapFromWorld = settings.mapFromWorld,
-        .environmentIntensity = settings.environmentIntensity,
-        .emission = settings.effects.emission};
-    ContentHash hash;
-    hash.add(context.scene.contentHash);
-    hash.add(context.environment.contentHash);
-    for (const PlacedLight& light : inputs.lights) {
-        hash.add(light.kind);
-        hash.add(light.position);
-        hash.add(light.toLight);
-        hash.add(light.intensity);
-        hash.add(light.range);
-        hash.add(light.cosInner);
-        hash.add(light.cosOuter);
-        hash.add(light.radius);
-    }
-    for (const Material& material : inputs.materials.own) hash.add(contentHash(material));
-    for (const Index index : inputs.materials.materialOfInstance) hash.add(index);
-    hash.add(inputs.mapFromWorld);
-    hash.add(inputs.environmentIntensity);
-    hash.add(inputs.emission);
-    inputs.hash = hash.value();
-    return inputs;
-}
-
 FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
@@ -163,10 +127,7 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     FramePlan plan = planOf(context, request, settings);
-    if (settings.effects.indirectLight) {
-        plan.surfaceLight = context.surfaceLight;
-        plan.light = context.light;
-    }
+    planSurfaceLight(plan, context, request);
     const MaterialBindings materials =
         bindMaterials(context.scene, request.overrides, request.variant);
     plan.materials = materials.own;
@@ -175,7 +136,8 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
                       .pose = context.pose,
                       .settings = settings,
                       .materials = materials,
-                      .materialsHash = hashOf(materials) ^ plan.surfaceLight,
+                      .materialsHash = hashOf(materials),
+                      .surfaceLight = plan.surfaceLight,
                       .surfaces = surfaces,
                       .lights = plan.lights,
                       .environment = context.environment};

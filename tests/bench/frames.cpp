@@ -1,7 +1,7 @@
 // `bench_frames [--width W --height H --frames N --accuracy PRESET --effects all|none|shadows|full]
-// SCENE...`: the cost of a frame. `all` are the effects of a default request, `shadows` adds
-// shadows, and `full` also light between surfaces, which is complete before the first frame is
-// measured. A scene is a built-in's id or a file. The camera rotates a little from frame to frame,
+// SCENE...`: the cost of a frame. `all` are all effects but shadows and light between surfaces,
+// `shadows` adds shadows, and `full`, the effects of a default request, also light between
+// surfaces, which is complete before the first frame is measured. A scene is a built-in's id or a file. The camera rotates a little from frame to frame,
 // because a driver may skip repeated work. Prints a Markdown table: median and 95th percentile of
 // warm frames, the cold first frame, processor time, milliseconds of each pass and of encoding, and
 // memory.
@@ -101,7 +101,7 @@ int run(int argc, char** argv) {
     CLI11_PARSE(app, argc, argv);
 
     FrameRequest shape;
-    if (effects == "none") shape.effects = {false, false, false, false};
+    if (effects == "none") shape.effects = {false, false, false, false, false};
     shape.effects.shadows = effects == "shadows" || effects == "full";
     shape.effects.indirectLight = effects == "full";
     shape.width = static_cast<std::uint32_t>(width);
@@ -109,7 +109,7 @@ int run(int argc, char** argv) {
     for (const auto& [word, value] : presetChoice().words) {
         if (word == preset) shape.accuracy = accuracyOf(value);
     }
-    Renderer renderer{RendererOptions{}};
+    Renderer renderer({.light = {.background = false}});
     std::printf("%s; %ld cores; %dx%d, accuracy %s, effects %s, %d warm frames\n\n",
                 renderer.identity().renderer.c_str(), sysconf(_SC_NPROCESSORS_ONLN), width, height,
                 preset.c_str(), effects.c_str(), frames);

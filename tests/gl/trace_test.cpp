@@ -17,6 +17,7 @@ FrameRequest looking(const Scene& scene, Channel channel, std::uint32_t width = 
                      std::uint32_t height = 180) {
     const DefaultView view = defaultView(scene);
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.width = width;
     r.height = height;
     r.camera.position = view.position;

@@ -18,6 +18,7 @@ constexpr std::uint32_t kSize = 64;
 
 FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target, double yfov = 0.8) {
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.width = r.height = kSize;
     r.camera.position = eye;
     r.camera.target = target;

@@ -32,6 +32,7 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
     PlanHash hash;
     hash.add(stage.scene.contentHash);
     hash.add(stage.materialsHash);
+    hash.add(stage.surfaceLight);
     hash.add(environment.contentHash);
     hash.add(plan.mapFromWorld);
     hash.add(plan.environmentIntensity);

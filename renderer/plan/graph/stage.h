@@ -18,6 +18,7 @@ struct Stage {
     const ViewSettings& settings;
     const MaterialBindings& materials;
     std::uint64_t materialsHash = 0;
+    std::uint64_t surfaceLight = 0;  // as FrameContext::surfaceLight
     std::span<const Surface> surfaces;
     std::vector<PlacedLight> lights;
     const EnvironmentMap& environment;
