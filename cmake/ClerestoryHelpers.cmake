@@ -8,9 +8,9 @@ function(clerestory_precompiled kind)
   target_precompile_headers(clerestory_pch_${kind} PRIVATE <pch_${kind}.h>)
 endfunction()
 
-# clerestory_room(name [PCH json] SOURCES ... LIBS ...): a static library, one per room. PCH is the header
+# clerestory_module(name [PCH json] SOURCES ... LIBS ...): a static library, one per module. PCH is the header
 # it is compiled with, cmake/pch_<PCH>.h, `base` unless given.
-function(clerestory_room name)
+function(clerestory_module name)
   cmake_parse_arguments(ARG "" "PCH" "SOURCES;LIBS;PRIVATE_LIBS" ${ARGN})
   if(NOT ARG_PCH)
     set(ARG_PCH base)

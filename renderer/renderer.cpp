@@ -56,7 +56,9 @@ std::string keysOf(const Map& map) {
 
 struct Renderer::State {
     explicit State(const RendererOptions& options)
-        : context({.driver = driverOf(options.backend), .debugOutput = options.debugOutput}),
+        : context({.driver = driverOf(options.backend),
+                   .device = options.device,
+                   .debugOutput = options.debugOutput}),
           identity(context.capabilities()),
           limits({.maxSamples = identity.maxSamples,
                   .maxAnisotropy = identity.maxAnisotropy,
@@ -101,7 +103,7 @@ struct Renderer::State {
     // What the light of surfaces depends on that the request shows; nothing if it needs none.
     std::optional<LightInputs> lightOf(const Subject& subject, const FrameRequest& request) const;
     // Begins to compute it.
-    void beginLight(const Subject& subject, const FrameRequest& request, LightInputs inputs);
+    void beginLight(Subject subject, const FrameRequest& request, LightInputs inputs);
     // Changes the subject to one with that light as far as it is computed, else with that of the
     // open environment.
     void addLight(Subject& subject, const FrameRequest& request, const LightInputs& inputs);
@@ -110,7 +112,7 @@ struct Renderer::State {
     // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
-    Subject subjectOf(const FrameRequest& request) const;
+    Subject subjectOf(const FrameRequest& request);
     bool hasEnvironment(const std::string& name) const;
     std::vector<std::string> environmentNames() const;  // sorted
     std::string environmentList() const;
@@ -167,7 +169,20 @@ struct Renderer::State {
         bool convex = false;
     };
     std::map<std::string, Loaded> scenes;
-    std::uint64_t generations = 0;         // calls of addScene()
+    std::uint64_t generations = 0;  // calls of addScene()
+    // Scenes as requests compose them, the one used last first. They share the textures of the
+    // loaded scene.
+    struct Composed {
+        std::shared_ptr<const Scene> loaded, scene;
+    };
+    static constexpr std::size_t kMaxComposed = 4;
+    static constexpr std::uint64_t kMaxComposedBytes = 1ull << 30;
+    std::list<Composed> composedScenes;
+    std::shared_ptr<const Scene> composedOf(const std::shared_ptr<const Scene>& loaded,
+                                            const FrameRequest& request);
+    void discardComposed();
+    // Frees what was made for the scene.
+    void release(const std::shared_ptr<const Scene>& scene);
     mutable EnvironmentMaps environments;  // built-in maps are created on first use
     std::string firstScene;                // scene of requests that name none
     Executor executor;
@@ -183,6 +198,15 @@ struct Renderer::State {
     SceneLights lights;
 };
 
+// The light between surfaces is that of materials at rest: a clip that changes them would have it
+// computed again for every moment.
+std::shared_ptr<const Pose> withMaterialsAtRest(const std::shared_ptr<const Pose>& pose) {
+    if (pose->materials.empty()) return pose;
+    Pose rest = *pose;
+    rest.materials.clear();
+    return std::make_shared<const Pose>(std::move(rest));
+}
+
 std::optional<LightInputs> Renderer::State::lightOf(const Subject& subject,
                                                     const FrameRequest& request) const {
     if (!showsSurfaceLight(request)) return std::nullopt;
@@ -192,11 +216,11 @@ std::optional<LightInputs> Renderer::State::lightOf(const Subject& subject,
     return inputs;
 }
 
-void Renderer::State::beginLight(const Subject& subject, const FrameRequest& request,
-                                 LightInputs inputs) {
+void Renderer::State::beginLight(Subject subject, const FrameRequest& request, LightInputs inputs) {
     light::BakeInput bake{.key = inputs.hash};
     if (!lights.known(inputs.hash)) {
         const ResidentMaps none;
+        subject.pose = withMaterialsAtRest(subject.pose);
         FrameContext context = contextOf(subject, none);
         context.needsRays = true;
         const FramePlan framePlan = planFrame(context, request);
@@ -281,7 +305,54 @@ std::string Renderer::State::environmentList() const {
     return list;
 }
 
-Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request) const {
+void Renderer::State::release(const std::shared_ptr<const Scene>& scene) {
+    for (const std::shared_ptr<const Scene>& fine : lights.forget(*scene)) {
+        moments.remove_if([&](const auto& m) { return m.scene == fine; });
+        executor.forget(*fine);
+    }
+    moments.remove_if([&](const auto& m) { return m.scene == scene; });
+    executor.forget(*scene);
+}
+
+void Renderer::State::discardComposed() {
+    const auto bytes = [&] {
+        std::uint64_t sum = 0;
+        for (const Composed& c : composedScenes) {
+            sum += c.scene->vertices.size() * sizeof(Vertex) +
+                   c.scene->indices.size() * sizeof(std::uint32_t);
+        }
+        return sum;
+    };
+    while (composedScenes.size() > 1 &&
+           (composedScenes.size() > kMaxComposed || bytes() > kMaxComposedBytes)) {
+        release(composedScenes.back().scene);
+        composedScenes.pop_back();
+    }
+}
+
+std::shared_ptr<const Scene> Renderer::State::composedOf(const std::shared_ptr<const Scene>& loaded,
+                                                         const FrameRequest& request) {
+    const Composition composition{request.nodes, request.variant};
+    if (composition.empty()) return loaded;
+    const std::uint64_t hash = contentHash(*loaded, composition);
+    const auto found = std::find_if(
+        composedScenes.begin(), composedScenes.end(),
+        [&](const Composed& c) { return c.loaded == loaded && c.scene->contentHash == hash; });
+    if (found != composedScenes.end()) {
+        composedScenes.splice(composedScenes.begin(), composedScenes, found);
+        return composedScenes.front().scene;
+    }
+    context.makeCurrent();
+    const auto scene = std::make_shared<Scene>(composed(*loaded, composition));
+    gl::fitForSharing(scene->vertices);
+    gl::fitForSharing(scene->indices);
+    guarded([&] { executor.upload(scene, loaded.get()); });
+    composedScenes.push_front({loaded, scene});
+    discardComposed();
+    return scene;
+}
+
+Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request) {
     const std::string& id = request.scene.empty() ? firstScene : request.scene;
     const auto scene = scenes.find(id);
     if (scene == scenes.end()) {
@@ -302,12 +373,15 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
                               "there is no such environment map", environmentList()});
         }
     }
+    for (FieldError& e : problems(*held, request.nodes)) errors.push_back(std::move(e));
     const auto clips = clipsNamed(*held, request.clip);
     if (!clips) errors.push_back(unknownClip(*held));
     if (!hasVariant(*held, request.variant)) errors.push_back(unknownVariant(*held));
     if (!errors.empty()) throw InvalidRequest(std::move(errors));
     for (const Material& material : held->materials) hasEnvironment(material.environmentMap);
-    return {held, generation, environments.at(name), poseOf(held, *clips, request.time), convex};
+    const std::shared_ptr<const Scene> shown = composedOf(held, request);
+    return {shown, generation, environments.at(name), poseOf(shown, *clips, request.time),
+            convex && shown == held};
 }
 
 Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {}
@@ -342,13 +416,12 @@ void Renderer::removeScene(const std::string& id) {
     const auto found = state_->scenes.find(id);
     if (found == state_->scenes.end()) return;
     state_->context.makeCurrent();
-    const auto& scene = found->second.scene;
-    for (const std::shared_ptr<const Scene>& fine : state_->lights.forget(*scene)) {
-        state_->moments.remove_if([&](const auto& m) { return m.scene == fine; });
-        state_->executor.forget(*fine);
+    const std::shared_ptr<const Scene> scene = found->second.scene;
+    for (auto c = state_->composedScenes.begin(); c != state_->composedScenes.end();) {
+        if (c->loaded == scene) state_->release(c->scene);
+        c = c->loaded == scene ? state_->composedScenes.erase(c) : std::next(c);
     }
-    state_->moments.remove_if([&](const auto& m) { return m.scene == scene; });
-    state_->executor.forget(*scene);
+    state_->release(scene);
     state_->scenes.erase(found);
 }
 
@@ -416,7 +489,7 @@ Frame Renderer::render(const FrameRequest& request, Readback readback,
     return state_->frame(request, readback, abandoned);
 }
 
-Renderer::LightState Renderer::light(const FrameRequest& request) {
+LightState Renderer::light(const FrameRequest& request) {
     state_->context.makeCurrent();
     const State::Subject subject = state_->subjectOf(request);
     const std::optional<LightInputs> inputs = state_->lightOf(subject, request);
@@ -425,8 +498,8 @@ Renderer::LightState Renderer::light(const FrameRequest& request) {
     return state_->lights.state(inputs->hash);
 }
 
-Renderer::LightState Renderer::completeLight(const FrameRequest& request,
-                                             const std::function<bool()>& abandoned) {
+LightState Renderer::completeLight(const FrameRequest& request,
+                                   const std::function<bool()>& abandoned) {
     const LightState now = light(request);
     if (now.wait) now.wait(abandoned);
     return light(request);

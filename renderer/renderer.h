@@ -6,6 +6,7 @@
 
 #include "gl/capabilities.h"
 #include "image/image.h"
+#include "light_state.h"
 #include "passes/readback.h"
 #include "plan/graph/frame_plan.h"
 #include "plan/planner.h"
@@ -13,9 +14,9 @@
 #include "scene/environment.h"
 #include "scene/scene.h"
 
-#include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -26,22 +27,9 @@ enum class Backend { automatic, software, hardware };
 // Where a part of a frame is computed; automatic: on the processor if the driver is software.
 enum class Computation { automatic, shader, processor };
 
-// How finely the light of surfaces is computed (Effects::indirectLight).
-struct LightOptions {
-    std::uint32_t threads = 0;              // 0: one for each processor
-    bool background = true;                 // with low priority: frames do not wait for it
-    std::uint64_t addedTriangles = 12'000;  // at most, to a scene whose triangles are large
-    std::uint32_t places = 60'000;          // at most, where light is gathered
-    // Where complete light is stored for the next start; empty: nowhere.
-    std::filesystem::path folder;
-    std::uint64_t folderBytes = 1ull << 30;
-    std::string version;  // of the program; light of other versions is not used
-    // Called with one line for the log when light cannot be stored.
-    std::function<void(const std::string&)> reportFailure;
-};
-
 struct RendererOptions {
     Backend backend = Backend::automatic;
+    std::optional<std::uint32_t> device;  // index of gl::devices(); none: the first with a driver
     Computation rays = Computation::automatic;
     Computation display = Computation::automatic;  // tone mapping and edge filter
     LightOptions light;
@@ -164,19 +152,8 @@ public:
     Frame render(const FrameRequest& request, Readback readback = Readback::picture,
                  const std::function<bool()>& abandoned = {});
 
-    // Light of surfaces (Effects::indirectLight). It is computed in the background; before the first
-    // round a frame shows an environment that nothing hides.
-    struct LightState {
-        bool wanted = false;  // by the request, in a scene that calls for it
-        bool complete = false;
-        std::uint32_t revision = 0;  // of what a frame would show now; 0: none yet
-        double share = 0.0;          // computed, 0..1
-        std::string failure;         // why it cannot be computed; else empty
-        // Waits on any thread until the light is complete or has failed, or `abandoned` returns
-        // true; empty if the request needs none.
-        std::function<void(const std::function<bool()>& abandoned)> wait = {};
-    };
-    // Begins the computation if the request needs it. Throws InvalidRequest as plan() does.
+    // Begins the computation of the light of surfaces if the request needs it. Throws
+    // InvalidRequest as plan() does.
     LightState light(const FrameRequest& request);
     // The same, and waits until it is complete or `abandoned` returns true.
     LightState completeLight(const FrameRequest& request,

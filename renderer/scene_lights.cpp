@@ -81,7 +81,7 @@ std::shared_ptr<const light::SurfaceLight> SceneLights::open(const light::OpenLi
     return open_;
 }
 
-Renderer::LightState SceneLights::state(std::uint64_t key) const {
+LightState SceneLights::state(std::uint64_t key) const {
     const light::Baker::State now = baker_->state(key);
     const auto latest = baker_->latest(key);
     return {.wanted = true,

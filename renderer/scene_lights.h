@@ -5,7 +5,8 @@
 #include "light/baker.h"
 #include "light/light_files.h"
 #include "light/open_light.h"
-#include "renderer.h"
+#include "light_state.h"
+#include "plan/graph/light_progress.h"
 
 #include <atomic>
 #include <cstdint>
@@ -29,7 +30,7 @@ public:
     std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key);
     // What is shown before the first one.
     std::shared_ptr<const light::SurfaceLight> open(const light::OpenLightInput& input);
-    Renderer::LightState state(std::uint64_t key) const;
+    LightState state(std::uint64_t key) const;
     // See Frame::lightNow.
     std::function<LightProgress()> now(std::uint64_t key) const;
 

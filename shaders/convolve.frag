@@ -6,15 +6,15 @@ out vec4 color;
 void main() {
     ivec2 size = textureSize(source, 0);
     ivec2 here = ivec2(gl_FragCoord.xy);
-    vec3 sum = vec3(0.0f);
+    vec4 sum = vec4(0.0f);
     int row = 0;
     do {
         int column = 0;
         do {
             ivec2 texel = here + ivec2(column - 1, 1 - row);  // rows of the picture grow upwards
             if (filtering.parameters.x > 0.0f) texel = (texel + size) % size;
-            sum += filtering.kernel[row][column] * texelAt(source, texel);
+            sum += filtering.kernel[row][column] * pixelAt(source, texel);
         } while (++column < 3);
     } while (++row < 3);
-    color = vec4(radianceFinite(sum), 1.0f);
+    color = vec4(radianceFinite(sum.rgb), clamp(sum.a, 0.0f, 1.0f));
 }

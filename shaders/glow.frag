@@ -11,5 +11,7 @@ void main() {
     vec3 radiance = texelAt(source, ivec2(gl_FragCoord.xy));
     vec3 moved = between(spread, 0.5f * gl_FragCoord.xy) -
                  brightPart(radiance, filtering.parameters.x);
-    color = vec4(radianceFinite(radiance + filtering.parameters.y * moved), 1.0f);
+    // Spread light covers nothing: alpha stays.
+    float alpha = pixelAt(source, ivec2(gl_FragCoord.xy)).a;
+    color = vec4(radianceFinite(radiance + filtering.parameters.y * moved), alpha);
 }

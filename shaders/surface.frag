@@ -118,8 +118,9 @@ void main() {
     MaterialPoint m = materialAt(base);
     vec3 radiance = has(FEATURE_UNLIT) ? base.rgb : shaded(m);
     // Coverage dims what lies on the surface, not what it gives off.
-    float alpha = has(FEATURE_BLEND) ? coverage
-                                     : distanceShare(length(positionEye), view.picture.w);
+    float alpha = has(FEATURE_BLEND)         ? coverage
+                  : viewHas(VIEW_COVERAGE) ? 1.0f
+                                           : distanceShare(length(positionEye), view.picture.w);
     radiance = radiance * coverage + finishRays(coverage);
     color = vec4(radianceFinite(radiance + m.emitted), alpha);
     if (has(FEATURE_BLEND) && has(FEATURE_BACKDROP)) {

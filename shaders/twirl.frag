@@ -11,7 +11,7 @@ void main() {
     // What is seen here lies counter-clockwise from here; rows grow upwards.
     float angle = filtering.parameters.x * radius;
     vec2 turned = mat2(cos(angle), sin(angle), -sin(angle), cos(angle)) * arm;
-    vec3 radiance = texelAt(source, ivec2(gl_FragCoord.xy));
-    if (radius <= filtering.parameters.y) radiance = between(source, center + turned);
-    color = vec4(radianceFinite(radiance), 1.0f);
+    vec4 pixel = pixelAt(source, ivec2(gl_FragCoord.xy));
+    if (radius <= filtering.parameters.y) pixel = pixelBetween(source, center + turned);
+    color = vec4(radianceFinite(pixel.rgb), pixel.a);
 }

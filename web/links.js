@@ -1,6 +1,6 @@
 // The present view as a link to the image, a link to this page, a curl command or JSON.
 import { $ } from "./dom.js";
-import { objectOf, valueOf } from "./schema.js";
+import { objectOf, propertiesOf, valueOf } from "./schema.js";
 
 const isList = (value) => Array.isArray(value) && value.some((x) => typeof x === "object");
 
@@ -36,11 +36,12 @@ export function requestOf(query, schema) {
     const path = pair.slice(0, equals).split(".");
     let field = schema, into = request;
     for (const name of path.slice(0, -1)) {
-      field = Object.hasOwn(objectOf(field).properties ?? {}, name) ? objectOf(field).properties[name] : {};
+      const properties = propertiesOf(field);
+      field = Object.hasOwn(properties, name) ? properties[name] : {};
       if (objectOf(field).type === "object") into = into[name] ??= {};
     }
     const last = path.at(-1);
-    const properties = objectOf(field).properties ?? {};
+    const properties = propertiesOf(field);
     const value = Object.hasOwn(properties, last) ? valueOf(properties[last], text) : undefined;
     if (value !== undefined && typeof into === "object") into[last] = value;
   }

@@ -74,6 +74,14 @@ export function fieldsOfType(union, type) {
   return fields;
 }
 
+// The fields of an object; of a tagged union, those of all alternatives and the words of `type`.
+export function propertiesOf(schema) {
+  const forms = (schema.oneOf ?? []).filter((form) => form.properties?.type?.const !== undefined);
+  if (!forms.length) return objectOf(schema).properties ?? {};
+  return { ...Object.assign({}, ...forms.map((form) => form.properties)),
+           type: { type: "string", enum: typesOf({ oneOf: forms }) } };
+}
+
 // A value of the alternative with its required fields: the first word, or the number nearest to 1.
 export function newOfType(union, type) {
   const value = { type };

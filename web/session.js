@@ -5,7 +5,7 @@ import { defaultsOf, fieldsOfType, objectOf } from "./schema.js";
 
 // Fields with controls elsewhere on the page; the others have controls under "Image".
 const kHandledElsewhere = ["scene", "camera", "width", "height", "time", "clip", "variant", "effects", "accuracy", "environment", "overrides",
-                 "filters", "output"];
+                 "filters", "output", "background", "nodes", "lights"];
 
 export class Session {
   scene;   // GET v1/scenes/{id}

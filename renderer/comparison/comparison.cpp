@@ -38,6 +38,7 @@ std::vector<std::pair<std::string, std::string>> knobsOf(const Accuracy& accurac
 
 FrameRequest inChannel(FrameRequest request, Channel channel) {
     request.output = {.format = OutputFormat::npy, .channel = channel};
+    request.background.reset();
     return request;
 }
 FrameRequest linear(const FrameRequest& request) {
@@ -61,11 +62,15 @@ constexpr EffectSwitch kSwitches[] = {
 // Pixels whose first surface shows the effect; all surfaces show shadows and light.
 Mask maskFor(Effect effect, const Image& ids, const Image& through, const Scene& scene,
              const FrameRequest& frame) {
+    const auto materials = [&] {
+        const Pose pose = poseAt(scene, *clipsNamed(scene, frame.clip), frame.time);
+        return bindMaterials(scene, pose, frame.overrides, frame.variant);
+    };
     switch (effect) {
         case Effect::emission:
-            return emissionMask(ids, scene, bindMaterials(scene, frame.overrides, frame.variant));
+            return emissionMask(ids, scene, materials());
         case Effect::materialLayers:
-            return layersMask(ids, scene, bindMaterials(scene, frame.overrides, frame.variant));
+            return layersMask(ids, scene, materials());
         case Effect::shadows:
         case Effect::indirectLight:
             return modelMask(ids);
@@ -265,7 +270,10 @@ std::optional<Comparison> compare(const ComparisonRequest& request, const Scene&
     const std::size_t frameCount =
         2 + 1 + std::size(kSwitches) + settings.size() * (request.frames + 2);
     ProgressDraw progressDraw(frameCount, draw, progress);
-    SettingComparison comparison(request, scene, truth, progressDraw);
+    const Composition composition{request.frame.nodes, request.frame.variant};
+    const std::optional<Scene> own =
+        composition.empty() ? std::nullopt : std::optional(composed(scene, composition));
+    SettingComparison comparison(request, own ? *own : scene, truth, progressDraw);
     try {
         const std::vector<Baseline> baselines = comparison.baselines();
         Comparison result{.mode = request.mode,

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace clerestory::gl {
@@ -12,6 +13,7 @@ namespace clerestory::gl {
 struct Capabilities {
     std::string vendor, renderer, version, shadingLanguage;  // as the driver reports them
     std::string platform;                                    // "surfaceless", "device" or "pbuffer"
+    std::optional<std::uint32_t> device;  // the EGL device that ContextOptions chose
     bool software = false;
     bool clipControl = false;          // reversed depth has full precision
     bool timerQueriesTrusted = false;  // their clock agreed with the wall clock at start

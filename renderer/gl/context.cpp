@@ -94,6 +94,7 @@ Context::Context(const ContextOptions& options) {
     surface_ = opened.surface;
     currentContext = this;
     findCapabilities(opened.platform);
+    capabilities_.device = options.device;
     if (options.debugOutput) {
         glEnable(GL_DEBUG_OUTPUT);
         glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);

@@ -87,6 +87,7 @@ enum class Driver { automatic, software, hardware };
 
 struct ContextOptions {
     Driver driver = Driver::automatic;
+    std::optional<std::uint32_t> device;  // index of devices(); none: the first that has a driver
     bool debugOutput = false;
 };
 
@@ -148,7 +149,8 @@ struct OpenedContext {
     std::string platform;
 };
 
-// Throws std::runtime_error with one clear line when no driver of the asked kind answers.
+// Throws std::runtime_error with one clear line when no driver of the asked kind, or on the asked
+// device, answers.
 OpenedContext openContext(const ContextOptions& options);
 void closeContext(const OpenedContext& opened);
 

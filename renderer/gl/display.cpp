@@ -3,6 +3,7 @@
 #include "gl/context.h"
 
 #include "gl/api.h"
+#include "gl/devices.h"
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -41,23 +42,35 @@ EGLDisplay platformDisplay(EGLenum platform, void* native) {
     return get ? get(platform, native, nullptr) : EGL_NO_DISPLAY;
 }
 
+// In EGL's order.
+std::vector<EGLDeviceEXT> eglDevices() {
+    const auto query = entry<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
+    std::vector<EGLDeviceEXT> devices(32);
+    EGLint count = 0;
+    if (!query || !query(static_cast<EGLint>(devices.size()), devices.data(), &count)) return {};
+    devices.resize(static_cast<std::size_t>(count));
+    return devices;
+}
+
+const char* deviceText(EGLDeviceEXT device, EGLint name) {
+    const auto query = entry<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT");
+    return query ? query(device, name) : nullptr;
+}
+
+bool isSoftwareDevice(EGLDeviceEXT device) {
+    return contains(deviceText(device, EGL_EXTENSIONS), "EGL_MESA_device_software");
+}
+
+Candidate candidateOf(EGLDeviceEXT device) {
+    return {"device", [device] { return platformDisplay(EGL_PLATFORM_DEVICE_EXT, device); },
+            !isSoftwareDevice(device)};
+}
+
 // Hardware devices before software ones.
 std::vector<Candidate> deviceCandidates() {
-    const auto query = entry<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
-    const auto words = entry<PFNEGLQUERYDEVICESTRINGEXTPROC>("eglQueryDeviceStringEXT");
-    std::array<EGLDeviceEXT, 32> devices{};
-    EGLint count = 0;
-    if (!query || !words || !query(static_cast<EGLint>(devices.size()), devices.data(), &count)) {
-        return {};
-    }
     std::vector<Candidate> hardware, software;
-    for (EGLint i = 0; i < count; ++i) {
-        EGLDeviceEXT device = devices[static_cast<std::size_t>(i)];
-        const bool isSoftware = contains(words(device, EGL_EXTENSIONS), "EGL_MESA_device_software");
-        (isSoftware ? software : hardware)
-            .push_back({"device",
-                        [device] { return platformDisplay(EGL_PLATFORM_DEVICE_EXT, device); },
-                        !isSoftware});
+    for (EGLDeviceEXT device : eglDevices()) {
+        (isSoftwareDevice(device) ? software : hardware).push_back(candidateOf(device));
     }
     hardware.insert(hardware.end(), software.begin(), software.end());
     return hardware;
@@ -157,7 +170,55 @@ void closeContext(const OpenedContext& opened) {
     if (opened.surface) eglDestroySurface(opened.display, opened.surface);
 }
 
+namespace {
+
+OpenedContext openDevice(std::uint32_t index, const ContextOptions& options) {
+    const std::vector<EGLDeviceEXT> all = eglDevices();
+    const std::string name = "EGL device " + std::to_string(index);
+    if (index >= all.size()) {
+        throw std::runtime_error("there is no " + name +
+                                 "; clerestory devices lists those of this machine");
+    }
+    const std::optional<OpenedContext> opened = open(candidateOf(all[index]), options.debugOutput);
+    if (!opened) throw std::runtime_error(name + " has no OpenGL 4.3 driver");
+    const bool software = isSoftwareRenderer(currentRenderer());
+    if ((options.driver == Driver::software && !software) ||
+        (options.driver == Driver::hardware && software)) {
+        closeContext(*opened);
+        throw std::runtime_error(name + " has a " + (software ? "software" : "hardware") +
+                                 " driver, but the other kind is required");
+    }
+    return *opened;
+}
+
+}  // namespace
+
+std::vector<Device> devices() {
+    std::vector<Device> list;
+    for (EGLDeviceEXT device : eglDevices()) {
+        Device found{.software = isSoftwareDevice(device)};
+        const char* extensions = deviceText(device, EGL_EXTENSIONS);
+        const auto attribute = entry<PFNEGLQUERYDEVICEATTRIBEXTPROC>("eglQueryDeviceAttribEXT");
+        EGLAttrib cuda = 0;
+        if (attribute && contains(extensions, "EGL_NV_device_cuda") &&
+            attribute(device, EGL_CUDA_DEVICE_NV, &cuda)) {
+            found.cuda = static_cast<std::uint32_t>(cuda);
+        }
+        if (contains(extensions, "EGL_EXT_device_drm")) {
+            const char* file = deviceText(device, EGL_DRM_DEVICE_FILE_EXT);
+            found.file = file ? file : "";
+        }
+        if (const auto opened = open(candidateOf(device), false)) {
+            found.renderer = currentRenderer();
+            closeContext(*opened);
+        }
+        list.push_back(std::move(found));
+    }
+    return list;
+}
+
 OpenedContext openContext(const ContextOptions& options) {
+    if (options.device) return openDevice(*options.device, options);
     // Mesa reads this when a display is made; there is no call for it.
     if (options.driver == Driver::software) setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
 

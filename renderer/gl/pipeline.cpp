@@ -114,11 +114,13 @@ void apply(const State& state) {
     glColorMask(color, color, color, color);
     enable(GL_BLEND, state.blending != Blending::none);
     const bool attenuates = state.blending == Blending::attenuate;
-    const GLenum behind = attenuates                        ? GL_SRC_COLOR
-                          : state.blending == Blending::add ? GL_ONE
-                                                            : GL_ONE_MINUS_SRC_ALPHA;
-    glBlendFuncSeparate(attenuates ? GL_ZERO : GL_ONE, behind, attenuates ? GL_ONE : GL_ZERO,
-                        GL_ONE);
+    const GLenum behind = attenuates ? GL_SRC_COLOR
+                          : state.blending == Blending::add || state.blending == Blending::sum
+                              ? GL_ONE
+                              : GL_ONE_MINUS_SRC_ALPHA;
+    const bool over = state.blending == Blending::over, sum = state.blending == Blending::sum;
+    glBlendFuncSeparate(attenuates ? GL_ZERO : GL_ONE, behind,
+                        attenuates || over || sum ? GL_ONE : GL_ZERO, over ? behind : GL_ONE);
     glBlendEquationSeparate(GL_FUNC_ADD, attenuates ? GL_MAX : GL_FUNC_ADD);
     enable(GL_CLIP_DISTANCE0, state.clip);
     glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
@@ -156,10 +158,9 @@ void scissor(const Rect& part) {
 }
 }  // namespace
 
-void clearColorAndDepth() {
-    const float black[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+void clearColorAndDepth(const float (&rgba)[4]) {
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    glClearBufferfv(GL_COLOR, 0, black);
+    glClearBufferfv(GL_COLOR, 0, rgba);
     clearDepth();
 }
 

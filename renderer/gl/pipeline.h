@@ -54,14 +54,15 @@ void releaseShaderCompiler();
 
 // Depth is reversed: greater is nearer.
 enum class DepthTest { none, nearer, nearerOrEqual, equal };
-// attenuate: colour times what was there, and the greater alpha.
-enum class Blending { none, premultiplied, add, attenuate };
+// attenuate: colour times what was there, and the greater alpha. over: as premultiplied, of alpha
+// too.
+enum class Blending { none, premultiplied, over, add, sum, attenuate };
 
 struct State {
     DepthTest depthTest = DepthTest::none;
     bool depthWrite = false;
     bool colorWrite = true;
-    Blending blending = Blending::none;  // of colour; alpha stays as it was unless it attenuates
+    Blending blending = Blending::none;  // of colour; over, sum and attenuate change alpha, too
     bool clip = false;                   // gl_ClipDistance[0] counts
 };
 
@@ -82,8 +83,8 @@ void apply(const Facing& facing);
 void setSamples(std::uint32_t mask);
 void setAllSamples();
 
-// Colour to black with alpha 0, depth to the far end.
-void clearColorAndDepth();
+// Colour, by default to black with alpha 0; depth to the far end.
+void clearColorAndDepth(const float (&rgba)[4] = {0.0f, 0.0f, 0.0f, 0.0f});
 void clearDepth();
 // The same in a part of the framebuffer.
 void clearDepth(const Rect& part);

@@ -48,7 +48,7 @@ using Bytes = std::string;  // file content
 
 // srgb8 images of 3 or 4 channels; alpha is ignored. quality 1..100.
 Bytes encodeJpeg(const Image& image, int quality, bool subsample420);
-// The same; lossy, at most 16383 pixels along an edge.
+// The same; lossy, at most 16383 pixels along an edge. Alpha is straight, and kept without loss.
 Bytes encodeWebp(const Image& image, int quality);
 Bytes encodePng(const Image& image);  // srgb8, 1, 3 or 4 channels
 Bytes encodeNpy(const Image& image);  // float32, shape H x W x C (NPY version 1.0)

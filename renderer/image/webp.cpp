@@ -7,6 +7,16 @@
 #include <stdexcept>
 
 namespace clerestory {
+namespace {
+
+bool hasAlpha(const Image& image) {
+    for (std::size_t i = 3; i < image.data.size(); i += 4) {
+        if (image.bytes()[i] != 255) return true;
+    }
+    return false;
+}
+
+}  // namespace
 
 Bytes encodeWebp(const Image& image, int quality) {
     const auto width = static_cast<int>(image.width), height = static_cast<int>(image.height);
@@ -25,9 +35,10 @@ Bytes encodeWebp(const Image& image, int quality) {
     picture.width = width;
     picture.height = height;
     const int stride = width * static_cast<int>(image.channels);
-    const bool imported = image.channels == 4
-                              ? WebPPictureImportRGBX(&picture, image.bytes(), stride) != 0
-                              : WebPPictureImportRGB(&picture, image.bytes(), stride) != 0;
+    const auto import = image.channels != 4 ? WebPPictureImportRGB
+                        : hasAlpha(image)   ? WebPPictureImportRGBA
+                                            : WebPPictureImportRGBX;
+    const bool imported = import(&picture, image.bytes(), stride) != 0;
     WebPMemoryWriter writer;
     WebPMemoryWriterInit(&writer);
     const std::unique_ptr<WebPMemoryWriter, void (*)(WebPMemoryWriter*)> written(

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 namespace clerestory {
@@ -132,10 +133,26 @@ LinearErrors linearErrors(const Image& actual, const Image& reference, const Mas
     errors.rmse = std::sqrt(squares / samples);
 
     const double floor = std::max(kRelativeFloor * std::abs(errors.meanReference), kMinFloor);
-    double relative = 0.0;
-    eachCounted(
-        pair, [&](double x, double r) { relative += (x - r) * (x - r) / (r * r + floor * floor); });
-    errors.relMse = relative / samples;
+    std::vector<double> relative;  // of each pixel
+    relative.reserve(pair.pixels);
+    for (std::size_t i = 0; i < pair.counted.size(); ++i) {
+        if (!pair.counted[i]) continue;
+        double sum = 0.0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double x = pair.actual[c].values[i], r = pair.reference[c].values[i];
+            sum += (x - r) * (x - r) / (r * r + floor * floor);
+        }
+        relative.push_back(sum);
+    }
+    errors.relMse = std::accumulate(relative.begin(), relative.end(), 0.0) / samples;
+    const auto kept =
+        relative.size() - static_cast<std::size_t>(kOutlierShare * double(relative.size()));
+    std::nth_element(relative.begin(), relative.begin() + static_cast<std::ptrdiff_t>(kept - 1),
+                     relative.end());
+    errors.relMseTrimmed =
+        std::accumulate(relative.begin(), relative.begin() + static_cast<std::ptrdiff_t>(kept),
+                        0.0) /
+        (3.0 * double(kept));
 
     const auto rank = static_cast<std::size_t>(std::ceil(0.95 * double(differences.size()))) - 1;
     std::nth_element(differences.begin(), differences.begin() + static_cast<std::ptrdiff_t>(rank),

@@ -19,9 +19,13 @@ struct LinearErrors {
     double bias = 0.0;  // mean of actual - reference
     double rmse = 0.0;
     double relMse = 0.0;  // mean of (x - r)^2 / (r^2 + e^2), e = kRelativeFloor * meanReference
-    double p95 = 0.0;     // 95th percentile of |x - r|
+    // Of the same terms, without the kOutlierShare of pixels whose terms are largest: a few glints
+    // do not decide it.
+    double relMseTrimmed = 0.0;
+    double p95 = 0.0;  // 95th percentile of |x - r|
 };
 inline constexpr double kRelativeFloor = 0.01;
+inline constexpr double kOutlierShare = 0.001;  // of the counted pixels, rounded down
 
 // float32 images with 3 or 4 channels, of one size; alpha is ignored. Without a mask: the whole
 // image. All 0 if no pixel is counted; always finite. Throws std::runtime_error if sizes or types

@@ -49,6 +49,7 @@ void Executor::recover() {
     targets_ = TargetPool();
     resources_.shaders = ShaderLibrary();
     resources_.samplers = SamplerCache();
+    resources_.lensLookups = LensLookups();
     for (auto& [scene, uploaded] : scenes_) uploaded.forgetPose();
 }
 
@@ -137,7 +138,8 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
     }
     std::vector<float> rgba(std::size_t{4} * width * height);
     source.readFloats(rgba);
-    Image image = makeImage(width, height, channelsOf(plan.channel), PixelType::float32);
+    const std::uint32_t channels = plan.transparent ? 4 : channelsOf(plan.channel);
+    Image image = makeImage(width, height, channels, PixelType::float32);
     float* out = image.floats();
     for (std::uint32_t y = height; y-- > 0;) {  // OpenGL's first row is the bottom one
         const float* in = rgba.data() + std::size_t{4} * width * y;

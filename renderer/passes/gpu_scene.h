@@ -3,7 +3,7 @@
 
 #include "gl/buffer.h"
 #include "gl/texture.h"
-#include "passes/blocks.h"
+#include "passes/material_blocks.h"
 #include "passes/ray_tables.h"
 #include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
@@ -22,20 +22,6 @@ public:
 
 private:
     std::map<gl::SamplerDescription, gl::Sampler> samplers_;
-};
-
-// The uniform block of a material; tables for ray tracing have the same layout.
-blocks::MaterialBlock materialBlock(const Material& material);
-blocks::LayerBlock layerBlock(const Material& material);
-
-// The blocks of materials and of their layers, each at a multiple of the driver's alignment.
-class MaterialBlocks {
-public:
-    void assign(std::span<const Material> materials);
-    void bind(std::size_t place, bool layers) const;
-
-private:
-    gl::Buffer buffer_;
 };
 
 // Materials that belong to one frame (FramePlan::materials).

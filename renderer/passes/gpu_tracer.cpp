@@ -17,7 +17,7 @@ std::span<const std::byte> bytesOf(const std::vector<T>& values) {
 }
 
 MaterialBindings materialsOf(const FramePlan& plan) {
-    return {plan.materials, plan.rays->materialOfInstance};
+    return {plan.materials, plan.rays->materialOfInstance, plan.rays->hidden};
 }
 
 }  // namespace
@@ -51,8 +51,11 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
     const bool materialsChanged = !built_ || plan.materials != ownMaterials_ ||
                                   plan.rays->materialOfInstance != rays_.materialOfInstance ||
                                   plan.rays->materials != rays_.materials;
-    if (moved || materialsChanged) buildHierarchy(plan, pose, materialsChanged);
+    std::vector<float> sides = sidesOf(scene_.scene(), materialsOf(plan));
+    const bool sidesChanged = !built_ || sides != sides_;
+    if (moved || sidesChanged) buildHierarchy(plan, pose, sidesChanged);
     if (materialsChanged) fillMaterials(plan);
+    sides_ = std::move(sides);
     worldFromNode_ = pose.worldFromNode;
     deformed_ = std::move(deformed);
     ownMaterials_ = plan.materials;
@@ -60,11 +63,11 @@ void GpuTracer::prepare(const FramePlan& plan, const Pose& pose) {
     built_ = true;
 }
 
-void GpuTracer::buildHierarchy(const FramePlan& plan, const Pose& pose, bool materialsChanged) {
+void GpuTracer::buildHierarchy(const FramePlan& plan, const Pose& pose, bool sidesChanged) {
     const Scene& scene = scene_.scene();
     const MaterialBindings materials = materialsOf(plan);
     if (scene.clips.empty()) return uploadHierarchy(buildBvh(scene, pose, materials));
-    if (materialsChanged) static_ = buildStill(scene, pose, materials);
+    if (sidesChanged) static_ = buildStill(scene, pose, materials);
     uploadHierarchy(joined(static_, buildMoving(scene, pose, materials, static_)));
 }
 
@@ -92,10 +95,12 @@ void GpuTracer::addInstances(DrawStream& draws) {
     instances_.assign(bytesOf(instanceRows(scene_.scene(), rays_, draws)));
 }
 
-void GpuTracer::bind(const FramePlan& plan, const glm::dvec3& eye) {
+void GpuTracer::bind(const FramePlan& plan, const glm::dvec3& eye,
+                     const OwnBackground& background) {
     blocks::TraceBlock block{};
     block.eye = glm::vec4(glm::vec3(eye - origin_), static_cast<float>(nodeCount_));
     block.limits = {plan.rays->bounces, materialCount_ * TRACE_MATERIAL_ROWS, 0.0f, 0.0f};
+    if (background.radiance) block.background = glm::vec4(*background.radiance, 1.0f);
     block_.assign(blocks::bytesOf(block));
     block_.bindUniform(BINDING_TRACE);
     nodeTexture_.bind(UNIT_TRACE_NODES);

@@ -31,12 +31,12 @@ public:
     // between DrawStream::begin() and upload().
     void addInstances(DrawStream& draws);
     // Binds the buffers and the uniform block for rays from a view; eye: world.
-    void bind(const FramePlan& plan, const glm::dvec3& eye);
+    void bind(const FramePlan& plan, const glm::dvec3& eye, const OwnBackground& background);
 
     std::uint64_t bytes() const;
 
 private:
-    void buildHierarchy(const FramePlan& plan, const Pose& pose, bool materialsChanged);
+    void buildHierarchy(const FramePlan& plan, const Pose& pose, bool sidesChanged);
     void uploadHierarchy(Bvh bvh);
     void fillMaterials(const FramePlan& plan);
 
@@ -57,6 +57,7 @@ private:
     Bvh static_;  // of an animated scene: the part that does not move
     std::vector<glm::dmat4> worldFromNode_;
     std::vector<std::uint64_t> deformed_;  // hashes of Pose::deformed
+    std::vector<float> sides_;             // sidesOf() the materials
     std::vector<Material> ownMaterials_;
     RayScene rays_;
 };

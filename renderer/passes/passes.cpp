@@ -68,10 +68,11 @@ std::uint32_t kindOfShadows(const FramePlan& plan) {
 
 // Loops over lights and reads of uniform blocks cost time per pixel; programs for views without
 // them omit both.
-std::uint32_t viewBits(const PassInput& input, const View& view) {
+std::uint32_t viewBits(const PassInput& input, const PassView& view) {
     const std::vector<PlacedLight>& lights = input.plan.lights;
     std::uint32_t bits = 0;
-    if (view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
+    if (view.view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
+    if (view.background.coverage) bits |= VIEW_COVERAGE;
     if (input.surfaceLight) bits |= VIEW_SURFACE_LIGHT;
     if (input.plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(input.plan);
     if (input.plan.shadowSamples > 0) bits |= VIEW_SHADOWS_SOFT;
@@ -128,6 +129,10 @@ void bindView(PassResources& resources, const PassInput& input, const PassView& 
         block.shadows = {1.0f / static_cast<float>(map.width),
                          1.0f / static_cast<float>(map.height),
                          static_cast<float>(input.plan.shadowSamples), 0.0f};
+    }
+    if (const auto& radiance = seen.background.radiance) {
+        block.backdrop = {block.backdrop.x, radiance->x, radiance->y, radiance->z};
+        block.shadows.w = 1.0f;
     }
     for (int row = 0; row < 3; ++row) {  // the transpose of a rotation
         block.worldFromEye[row] = glm::vec4(glm::vec3(axesFromWorld[row]), 0.0f);
@@ -204,7 +209,7 @@ void settleSamplers(PassResources& resources) {
 
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program) {
-    const std::uint32_t bits = program.materials ? viewBits(input, view.view) : 0;
+    const std::uint32_t bits = program.materials ? viewBits(input, view) : 0;
     input.scene->vertexArray().bind();
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;

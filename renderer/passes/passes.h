@@ -7,6 +7,7 @@
 #include "passes/gpu_environment.h"
 #include "passes/gpu_scene.h"
 #include "passes/gpu_tracer.h"
+#include "passes/lens_lookups.h"
 #include "passes/processor_tracer.h"
 #include "passes/shader_library.h"
 #include "passes/targets.h"
@@ -31,6 +32,7 @@ struct PassResources {
     MaterialBlocks frameMaterials;
     gl::Buffer viewBlock, reflectionBlock, prefilterBlock, filterBlock;
     gl::VertexArray noVertices;
+    LensLookups lensLookups;
     gl::Texture environmentBrdf;
     gl::Texture darkness;                 // a black cube, for plans without an environment
     std::vector<std::uint64_t> radiance;  // halves of a picture, read back for tone mapping
@@ -70,14 +72,17 @@ void execute(PassResources& resources, const PassInput& input, const DrawShadowT
 void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work);
 void execute(PassResources& resources, const PassInput& input, const DrawChannel& work);
 void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work);
+void execute(PassResources& resources, const PassInput& input, const AssembleLens& work);
 void execute(PassResources& resources, const PassInput& input, const Twirl& work);
 void execute(PassResources& resources, const PassInput& input, const Convolve& work);
 void execute(PassResources& resources, const PassInput& input, const GlowBright& work);
 void execute(PassResources& resources, const PassInput& input, const GlowDown& work);
 void execute(PassResources& resources, const PassInput& input, const GlowUp& work);
 void execute(PassResources& resources, const PassInput& input, const Glow& work);
+void execute(PassResources& resources, const PassInput& input, const BackgroundAlpha& work);
 void execute(PassResources& resources, const PassInput& input, const ToneMapping& work);
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work);
+void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work);
 
 // The view of a pass that draws the scene, for drawAll() and the uniform blocks.
 struct PassView {
@@ -85,6 +90,7 @@ struct PassView {
     std::span<const ReflectedPicture> reflections = {};
     TargetId environment = kNoTarget;  // the prefiltered map that lights the draws
     TargetId backdrop = kNoTarget;
+    OwnBackground background = {};
 };
 
 // Fills and binds the uniform block of the view; eye space is rotated by `axesFromWorld` (see

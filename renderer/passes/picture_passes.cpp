@@ -43,6 +43,32 @@ void drawFilter(PassResources& resources, const PassInput& input, const PictureP
 
 }  // namespace
 
+void execute(PassResources& resources, const PassInput& input, const AssembleLens& work) {
+    const gl::Framebuffer& frame = input.target().drawn();
+    frame.bind();
+    gl::clearColor({0, 0, frame.width(), frame.height()}, {0.0f, 0.0f, 0.0f, 0.0f});
+    gl::apply(gl::State{.blending = work.numbers ? gl::Blending::none : gl::Blending::sum});
+    gl::apply(gl::Facing{.cullBack = false});
+    const int variant = work.numbers ? LENS_NUMBERS : LENS_RADIANCE;
+    resources.shaders.program({"fullscreen.vert", "lens.frag", 0, variant}).use();
+    resources.noVertices.bind();
+    resources.samplers.sampler({}).bind(UNIT_SOURCE);
+    resources.samplers.sampler({}).bind(UNIT_LENS);
+    auto source = work.sources.begin();
+    for (const LensLookups::Part& part : resources.lensLookups.of(work)) {
+        const gl::Texture& tile = input.read(*source++).texture();
+        if (!part.lookups) continue;
+        const auto& [x, y, width, height] = part.rect;
+        blocks::FilterBlock block{};
+        block.parameters = {float(x), float(y), work.depth ? 1.0f : 0.0f, 0.0f};
+        setBlock(resources, block);
+        tile.bind(UNIT_SOURCE);
+        part.lookups->bind(UNIT_LENS);
+        frame.bindPart({x, y, width, height});
+        gl::drawTriangle();
+    }
+}
+
 void execute(PassResources& resources, const PassInput& input, const Twirl& work) {
     setParameters(resources, work.turn, work.radius);
     drawFilter(resources, input, work, "twirl.frag");
@@ -82,6 +108,12 @@ void execute(PassResources& resources, const PassInput& input, const Glow& work)
     drawFilter(resources, input, work, "glow.frag");
 }
 
+void execute(PassResources& resources, const PassInput& input, const BackgroundAlpha& work) {
+    input.read(work.white).texture().bind(UNIT_SPREAD);
+    resources.samplers.sampler({}).bind(UNIT_SPREAD);
+    drawFilter(resources, input, work, "background_alpha.frag");
+}
+
 void execute(PassResources& resources, const PassInput& input, const ToneMapping& work) {
     if (input.target().spec().storage == Storage::processor) {
         const gl::Framebuffer& source = input.read(work.source).readable();
@@ -92,7 +124,8 @@ void execute(PassResources& resources, const PassInput& input, const ToneMapping
         return;
     }
     setParameters(resources, work.exposureFactor, work.edgeFilterFollows ? 1.0f : 0.0f);
-    drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve));
+    const int transparent = work.transparent ? TONE_MAP_TRANSPARENT : 0;
+    drawFilter(resources, input, work, "tone_map.frag", variantOf(work.curve) | transparent);
 }
 
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work) {
@@ -100,7 +133,12 @@ void execute(PassResources& resources, const PassInput& input, const EdgeFilter&
         display::smoothEdges(input.read(work.source).picture(), input.target().picture().image);
         return;
     }
-    drawFilter(resources, input, work, "edge_filter.frag");
+    drawFilter(resources, input, work,
+               work.transparent ? "edge_filter_alpha.frag" : "edge_filter.frag");
+}
+
+void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work) {
+    drawFilter(resources, input, work, "straight_alpha.frag");
 }
 
 }  // namespace clerestory

@@ -21,16 +21,21 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
                                   plan.rays->materialOfInstance != rays_.materialOfInstance ||
                                   plan.rays->materials != rays_.materials;
     const bool moved = !built_ || pose.worldFromNode != worldFromNode_ || deformed != deformed_;
-    const MaterialBindings materials{plan.materials, plan.rays->materialOfInstance};
-    if (materialsChanged) {
+    const MaterialBindings materials{plan.materials, plan.rays->materialOfInstance,
+                                     plan.rays->hidden};
+    std::vector<float> sides = sidesOf(scene, materials);
+    const bool sidesChanged = !built_ || sides != sides_;
+    if (sidesChanged) {
         BvhTriangles still = stillTriangles(scene, pose, materials);
         origin_ = still.origin;
         tree_.setStill(std::move(still.triangles));
+    }
+    if (materialsChanged) {
         materials_ = materialRows(scene, plan);
         firstTextureRow_ = materials_.size();
         materials_.insert(materials_.end(), texels_->rows.begin(), texels_->rows.end());
     }
-    if (moved || materialsChanged) {
+    if (moved || sidesChanged) {
         tree_.setMoving(movingTriangles(scene, pose, materials, tree_.stillTriangles()).triangles);
     }
     if (moved && !pose.deformed.empty()) {
@@ -40,6 +45,7 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
                       vertices_.begin() + static_cast<std::ptrdiff_t>(mesh->firstVertex));
         }
     }
+    sides_ = std::move(sides);
     worldFromNode_ = pose.worldFromNode;
     deformed_ = std::move(deformed);
     ownMaterials_ = plan.materials;
@@ -47,10 +53,11 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
     built_ = true;
 }
 
-void ProcessorTracer::bind(const glm::dvec3& eye) {
+void ProcessorTracer::bind(const glm::dvec3& eye, const OwnBackground& background) {
     blocks::TraceBlock block{};
     block.eye = glm::vec4(glm::vec3(eye - origin_), 0.0f);
     block.limits = {0.0f, 0.0f, rays_.leastShare, 0.0f};
+    if (background.radiance) block.background = glm::vec4(*background.radiance, 1.0f);
     block_.assign(blocks::bytesOf(block));
     block_.bindUniform(BINDING_TRACE);
 }
@@ -94,10 +101,12 @@ const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Ta
     return depths_;
 }
 
-void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const Target* environment,
-                                const Target* shadows, const Target* tints, DrawStream& draws,
-                                const gl::Rect& rect, const light::SurfaceLight* surfaceLight,
+void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
+                                const Target* environment, const Target* shadows,
+                                const Target* tints, DrawStream& draws, const gl::Rect& rect,
+                                const light::SurfaceLight* surfaceLight,
                                 std::span<const light::LightValue> movingLight) {
+    const View& view = work.view;
     const Scene& scene = scene_.scene();
     std::span<const std::uint32_t> values;
     if (surfaceLight) {
@@ -134,9 +143,11 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const View& view, const T
         .shadows = shadows != nullptr,
         .shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows, tints) : nullptr,
         .shadowSamples = shadows ? plan.shadowSamples : 0,
-        .leastShare = rays_.leastShare});
+        .leastShare = rays_.leastShare,
+        .background = work.background.radiance});
     rect_ = rect;
     sample_ = 0;
+    stride_ = work.everyPixel ? 1 : rays_.stride;
 }
 
 void ProcessorTracer::beginSample() {
@@ -157,7 +168,7 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
     for (std::size_t i = 0; i + 1 < sample_; ++i) {
         earlier.push_back({samples[i].starts, samples[i].paths});
     }
-    return rays::follow(*surroundings_, {rays_.stride, rays_.contrast, rays_.lobePaths},
+    return rays::follow(*surroundings_, {stride_, rays_.contrast, rays_.lobePaths},
                         {.kind = list == 0 ? rays::Ray::mirrored : rays::Ray::transmitted,
                          .width = rect_.width,
                          .starts = sample.starts,

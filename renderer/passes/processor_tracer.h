@@ -29,13 +29,13 @@ public:
     // Updates what changed with the pose or with the plan's materials and rays. Requires plan.rays.
     void prepare(const FramePlan& plan, const Pose& pose);
     // Binds the uniform block that programs with RECORDS_RAYS read; eye: world.
-    void bind(const glm::dvec3& eye);
+    void bind(const glm::dvec3& eye, const OwnBackground& background);
 
     // Begins a pass. environment: the prefiltered map, or null for darkness. draws: begun for the
     // view, with the harmonics of the environment; must outlive the pass. rect: of the records.
     // shadows: what the lights see; may be null.
     // surfaceLight: values at vertices; may be null. movingLight: see light::lightOfMoving().
-    void beginPass(const FramePlan& plan, const View& view, const Target* environment,
+    void beginPass(const FramePlan& plan, const FollowRays& work, const Target* environment,
                    const Target* shadows, const Target* tints, DrawStream& draws,
                    const gl::Rect& rect, const light::SurfaceLight* surfaceLight,
                    std::span<const light::LightValue> movingLight);
@@ -70,6 +70,7 @@ private:
     std::vector<light::LightValue> lightValues_;  // if something moves
     gl::Rect rect_;
     std::uint32_t sample_ = 0;  // from 1
+    std::uint32_t stride_ = 1;
     // The samples of one of the rays of each pixel.
     struct Sample {
         std::vector<rays::Start> starts;
@@ -87,6 +88,7 @@ private:
     bool built_ = false;
     std::vector<glm::dmat4> worldFromNode_;
     std::vector<std::uint64_t> deformed_;
+    std::vector<float> sides_;  // sidesOf() the materials
     std::vector<Material> ownMaterials_;
     RayScene rays_;
 };

@@ -2,7 +2,7 @@
 
 #include "passes/blocks.h"
 #include "passes/draw_stream.h"
-#include "passes/gpu_scene.h"
+#include "passes/material_blocks.h"
 
 #include <algorithm>
 #include <array>

@@ -16,6 +16,9 @@ constexpr DrawProgram kRecording{.vertex = "surface.vert",
                                  .relevant = static_cast<Features>(~FEATURE_DOUBLE_SIDED),
                                  .recordsRays = true};
 
+// Of the background in the alpha of a target; see distance_share.glsl.
+constexpr float kFarShare = 16.0f;
+
 const gl::SamplerDescription kSmooth{.levels = gl::LevelFilter::linear};
 const gl::SamplerDescription kOneLevel{};
 
@@ -54,8 +57,8 @@ void bindPass(PassResources& resources, const PassInput& input, const PassView& 
     bindView(resources, input, view, input.plan.mapFromWorld);
     uploadReflections(resources, input, view, input.plan.mapFromWorld);
     bindLight(resources, input, view.environment);
-    if (input.tracer) input.tracer->bind(input.plan, view.view.eye);
-    if (input.processorTracer) input.processorTracer->bind(view.view.eye);
+    if (input.tracer) input.tracer->bind(input.plan, view.view.eye, view.background);
+    if (input.processorTracer) input.processorTracer->bind(view.view.eye, view.background);
     input.target().drawn(face).bind();
     gl::apply(gl::State{.colorWrite = false});
     gl::apply(gl::Facing{.cullBack = false});
@@ -106,7 +109,7 @@ void drawRecorded(PassResources& resources, const PassInput& input, const PassVi
 
 gl::State blendedState(const PassView& view) {
     return {.depthTest = gl::DepthTest::nearer,
-            .blending = gl::Blending::premultiplied,
+            .blending = view.background.coverage ? gl::Blending::over : gl::Blending::premultiplied,
             .clip = view.view.clipPlane.has_value()};
 }
 
@@ -138,8 +141,10 @@ int channelVariant(Channel channel) {
 }  // namespace
 
 void execute(PassResources& resources, const PassInput& input, const DrawScene& work) {
-    const PassView view{
-        .view = work.view, .reflections = work.reflections, .environment = work.environment};
+    const PassView view{.view = work.view,
+                        .reflections = work.reflections,
+                        .environment = work.environment,
+                        .background = work.background};
     beginView(resources, input, view);
     const std::uint32_t depthRecords = resources.draws.add(work.depthDraws);
     const std::uint32_t opaqueRecords = resources.draws.add(work.opaqueDraws);
@@ -152,7 +157,11 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
                     .colorWrite = false,
                     .clip = work.view.clipPlane.has_value()};
     gl::apply(state);
-    gl::clearColorAndDepth();
+    if (const auto& radiance = work.background.radiance) {
+        gl::clearColorAndDepth({radiance->x, radiance->y, radiance->z, kFarShare});
+    } else {
+        gl::clearColorAndDepth();
+    }
 
     const auto masked =
         std::find_if(work.opaqueDraws.begin(), work.opaqueDraws.end(),
@@ -262,7 +271,8 @@ void execute(PassResources& resources, const PassInput& input, const DrawGlass& 
     const PassView view{.view = work.view,
                         .reflections = work.reflections,
                         .environment = work.environment,
-                        .backdrop = work.backdrop};
+                        .backdrop = work.backdrop,
+                        .background = work.background};
     beginView(resources, input, view);
     const std::uint32_t glassRecords = resources.draws.add(work.glassDraws);
     const std::uint32_t recordedRecords = resources.draws.add(work.recorded.draws);
@@ -285,8 +295,10 @@ void execute(PassResources& resources, const PassInput& input, const DrawGlass& 
 }
 
 void execute(PassResources& resources, const PassInput& input, const DrawBlended& work) {
-    const PassView view{
-        .view = work.view, .reflections = work.reflections, .environment = work.environment};
+    const PassView view{.view = work.view,
+                        .reflections = work.reflections,
+                        .environment = work.environment,
+                        .background = work.background};
     beginView(resources, input, view);
     const std::uint32_t records = resources.draws.add(work.draws);
     const std::uint32_t recordedRecords = resources.draws.add(work.recorded.draws);
@@ -306,8 +318,7 @@ void execute(PassResources& resources, const PassInput& input, const FollowRays&
     beginView(resources, input, {.view = work.view, .environment = work.environment});
     ProcessorTracer& tracer = *input.processorTracer;
     tracer.beginPass(
-        input.plan, work.view,
-        work.environment == kNoTarget ? nullptr : &input.read(work.environment),
+        input.plan, work, work.environment == kNoTarget ? nullptr : &input.read(work.environment),
         input.plan.shadowMap == kNoTarget ? nullptr : &input.read(input.plan.shadowMap),
         input.plan.shadowTints == kNoTarget ? nullptr : &input.read(input.plan.shadowTints),
         resources.draws, rect, input.surfaceLight, input.movingLight);

@@ -1,8 +1,10 @@
 #include "plan/planner.h"
 
+#include "plan/effects/background.h"
 #include "plan/effects/channels.h"
 #include "plan/effects/display.h"
 #include "plan/effects/filters.h"
+#include "plan/effects/lens_tiles.h"
 #include "plan/effects/ray_tracing.h"
 #include "plan/effects/shadows.h"
 #include "plan/effects/surface_light.h"
@@ -15,6 +17,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 
 namespace clerestory {
 namespace {
@@ -28,8 +31,10 @@ TargetSpec mainTarget(const FrameRequest& request, const DeviceLimits& limits) {
     const bool color = request.output.channel == Channel::color;
     const std::uint32_t samples =
         color ? std::min(request.accuracy.samples, std::max(1u, limits.maxSamples)) : 1;
+    // Alpha is a difference of two pictures.
+    const bool transparent = color && isTransparent(request.background);
     return {.name = color ? "radiance" : "numbers",
-            .format = hasFloatOutput(request) ? Format::rgba32f : Format::rgba16f,
+            .format = hasFloatOutput(request) || transparent ? Format::rgba32f : Format::rgba16f,
             .width = request.width,
             .height = request.height,
             .samples = std::bit_floor(samples),  // drivers support powers of two
@@ -42,6 +47,7 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.width = request.width;
     plan.height = request.height;
     plan.channel = request.output.channel;
+    plan.transparent = plan.channel == Channel::color && isTransparent(request.background);
     plan.anisotropy = settings.accuracy.anisotropy;
     plan.environment = context.environment.name;
     plan.environmentIntensity = settings.environmentIntensity;
@@ -50,44 +56,101 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
     plan.mapFromWorld = settings.mapFromWorld;
     if (plan.channel == Channel::color) {
-        plan.lights = placedLights(lightsWith(context.scene, request.lights), context.pose,
-                                   context.environment, glm::transpose(settings.mapFromWorld),
-                                   settings.environmentIntensity);
+        plan.lights =
+            placedLights(lightsWith(lightsOf(context.scene, context.pose), request.lights),
+                         context.pose, context.environment, glm::transpose(settings.mapFromWorld),
+                         settings.environmentIntensity);
     }
     return plan;
 }
 
-// Adds the decisions of a colour frame to the plan, without its passes.
-SeenView seenInColor(const FrameContext& context, const Stage& stage, const ViewTask& root,
-                     FramePlan& plan) {
+// The views of a frame: one, or those of the tiles of its lens.
+struct RootViews {
+    ViewTask frame;
+    std::vector<LensTile> tiles;
+    std::vector<ViewTask> tasks;
+};
+RootViews rootViews(FramePlan& plan, ViewTask frame, Preset preset) {
+    RootViews roots{.frame = std::move(frame)};
+    if (plan.lens) {
+        roots.tiles = tilesOf(plan.lens->lens, tileDensity(preset));
+        roots.tasks = tileTasks(plan, roots.tiles, roots.frame);
+    } else {
+        roots.tasks = {roots.frame};
+    }
+    return roots;
+}
+
+// Makes all views choose one method for each subject.
+void agree(ViewContext& views, const FramePlan& plan, const RootViews& roots) {
+    if (roots.tasks.size() < 2) return;
+    FramePlan trial = plan;
+    PlanBuilder builder(trial);
+    ViewContext trialViews(views.frame, views.stage, builder);
+    const auto before = static_cast<std::ptrdiff_t>(trial.decisions.size());
+    for (const ViewTask& task : roots.tasks) planView(trialViews, task);
+    views.agreed = agreedMethods({trial.decisions.begin() + before, trial.decisions.end()});
+}
+
+void add(SeenView& all, SeenView seen) {
+    std::move(seen.surfaces.begin(), seen.surfaces.end(), std::back_inserter(all.surfaces));
+    all.clusters += seen.clusters;
+    all.culled += seen.culled;
+    all.maxLights = std::max(all.maxLights, seen.maxLights);
+    all.anyLit |= seen.anyLit;
+    all.anyEmissive |= seen.anyEmissive;
+}
+
+// Adds the decisions of a colour frame to the plan, without its passes. Returns what each view
+// shows.
+std::vector<SeenView> seenInColor(const FrameContext& context, const Stage& stage,
+                                  const RootViews& roots, FramePlan& plan) {
     FramePlan inColor = plan;
     PlanBuilder builder(inColor);
     ViewContext views(context, stage, builder);
-    SeenView seen = planView(views, root);
-    labelThrough(seen);
+    agree(views, plan, roots);
+    std::vector<SeenView> all;
+    std::uint32_t mirrors = 0;
+    for (const ViewTask& task : roots.tasks) {
+        all.push_back(planView(views, task));
+        mirrors = labelThrough(all.back(), mirrors);
+    }
     plan.decisions = std::move(inColor.decisions);
-    return seen;
+    return all;
 }
 
 void planChannelFrame(const FrameContext& context, const FrameRequest& request, const Stage& stage,
-                      const ViewTask& root, FramePlan& plan) {
-    const SeenView seen = plan.channel == Channel::through ? seenInColor(context, stage, root, plan)
-                                                           : seenFrom(stage, root.view);
-    planChannel(plan, root.view, seen, root.target);
-    plan.output = root.target;
+                      const RootViews& roots, FramePlan& plan) {
+    std::vector<SeenView> seen;
+    if (plan.channel == Channel::through) {
+        seen = seenInColor(context, stage, roots, plan);
+    } else {
+        for (const ViewTask& task : roots.tasks) seen.push_back(seenFrom(stage, task.view));
+    }
+    for (std::size_t i = 0; i < seen.size(); ++i) planChannel(plan, roots.tasks[i], seen[i]);
+    plan.output = roots.frame.target;
+    if (plan.lens) planAssembly(plan, roots.tiles, roots.tasks, roots.frame);
     explainFilters(plan, request.filters);
 }
 
 void planColorFrame(const FrameContext& context, const FrameRequest& request, const Stage& stage,
-                    const ViewTask& root, FramePlan& plan) {
+                    const RootViews& roots, FramePlan& plan) {
     PlanBuilder builder(plan);
     planShadows(plan, builder, context, stage, double(request.width) * request.height);
     ViewContext views(context, stage, builder);
-    const SeenView seen = planView(views, root);
+    agree(views, plan, roots);
+    SeenView seen;
+    std::vector<ViewTask> drawn = roots.tasks;  // with the targets of their finished pictures
+    for (ViewTask& task : drawn) {
+        add(seen, planBackground(views, task, request.background, task.target));
+    }
     planRays(plan, context, stage);
+    const TargetId radiance =
+        plan.lens ? planAssembly(plan, roots.tiles, drawn, roots.frame) : drawn.front().target;
     explainOmissions(plan, stage, seen);
+    explainBackground(plan, request.background);
     const auto exposureFactor = static_cast<float>(std::exp2(request.exposure));
-    const TargetId picture = planFilters(plan, request.filters, root.target, exposureFactor);
+    const TargetId picture = planFilters(plan, request.filters, radiance, exposureFactor);
     if (hasFloatOutput(request)) {
         plan.output = picture;
         plan.skipped.push_back(
@@ -128,30 +191,39 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     FramePlan plan = planOf(context, request, settings);
     planSurfaceLight(plan, context, request);
+    plan.composition = explained(context.scene, Composition{request.nodes, request.variant});
+    for (std::string& line : explained(request.lights)) plan.composition.push_back(std::move(line));
     const MaterialBindings materials =
-        bindMaterials(context.scene, request.overrides, request.variant);
+        bindMaterials(context.scene, context.pose, request.overrides, request.variant);
     plan.materials = materials.own;
     const std::vector<Surface> surfaces = surfacesOf(context.scene, materials);
+    const std::vector<std::uint64_t> ownHashes = ownHashesOf(materials);
     const Stage stage{.scene = context.scene,
                       .pose = context.pose,
                       .settings = settings,
                       .materials = materials,
-                      .materialsHash = hashOf(materials),
+                      .materialsHash = hashOf(materials, ownHashes),
+                      .ownHashes = ownHashes,
                       .surfaceLight = plan.surfaceLight,
                       .surfaces = surfaces,
                       .lights = plan.lights,
                       .environment = context.environment};
-    const ViewTask root{.view = requestedView(request.camera, context.scene, context.pose,
-                                              request.width, request.height),
-                        .width = request.width,
-                        .height = request.height,
-                        .target = PlanBuilder(plan).addTarget(mainTarget(request, context.limits)),
-                        .mirrorsLeft = request.accuracy.generations,
-                        .probeGeneration = request.accuracy.generations};
+    ViewTask frame{.view = requestedView(request.camera, context.scene, context.pose, request.width,
+                                         request.height),
+                   .width = request.width,
+                   .height = request.height,
+                   .target = PlanBuilder(plan).addTarget(mainTarget(request, context.limits)),
+                   .mirrorsLeft = request.accuracy.generations,
+                   .probeGeneration = request.accuracy.generations};
+    if (auto lens = requestedLens(request.camera, context.scene, context.pose, request.width,
+                                  request.height)) {
+        plan.lens = FrameLens{*std::move(lens), frame.view};
+    }
+    const RootViews roots = rootViews(plan, std::move(frame), request.accuracy.preset);
     if (plan.channel == Channel::color) {
-        planColorFrame(context, request, stage, root, plan);
+        planColorFrame(context, request, stage, roots, plan);
     } else {
-        planChannelFrame(context, request, stage, root, plan);
+        planChannelFrame(context, request, stage, roots, plan);
     }
     return plan;
 }

@@ -44,7 +44,8 @@ SeenView planView(ViewContext& context, const ViewTask& task) {
     DrawScene drawn{.purpose = task.purpose,
                     .face = task.face,
                     .view = task.view,
-                    .sky = stage.settings.skyVisible};
+                    .sky = stage.settings.skyVisible && !task.background.replacesMap(),
+                    .background = task.background};
     if (seen.anyLit) drawn.environment = environmentTarget(context);
     if (drawn.sky || drawn.environment != kNoTarget) drawn.map = context.frame.environment.name;
 

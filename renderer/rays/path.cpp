@@ -244,19 +244,20 @@ struct Sum {
 };
 
 // Each path of `ray` leaves towards `toEye` at its start.
-void addPath(Sum& sum, const RecordedRay& ray, vec3 along, vec3 toEye, RayCone cone, float weight) {
+void addPath(Sum& sum, const RecordedRay& ray, bool direct, vec3 along, vec3 toEye, RayCone cone,
+             float weight) {
     const vec3 start(ray.start.x, ray.start.y, ray.start.z);
     const float share = max(ray.share.x, max(ray.share.y, ray.share.z));
     surfaces = sum.surfaces;
     firstDistance = travelled = -1.0f;
     dispersion = {};
-    vec3 radiance = radianceFinite(tracedRadiance(start, along, cone, share));
+    vec3 radiance = radianceFinite(tracedRadiance(start, along, cone, share, direct));
     if (dispersion.amount > 0.0f) {
         const float first = firstDistance, whole = travelled;
         for (const int primary : {0, 2}) {
             dispersion.primary = primary;
             const vec3 bent = ray.intoBody ? dispersedInside(along, toEye, primary) : along;
-            const vec3 light = radianceFinite(tracedRadiance(start, bent, cone, share));
+            const vec3 light = radianceFinite(tracedRadiance(start, bent, cone, share, direct));
             (primary == 0 ? radiance.x : radiance.z) = primary == 0 ? light.x : light.z;
         }
         firstDistance = first;
@@ -445,6 +446,9 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.tracingBlock.eye = {s.eye.x, s.eye.y, s.eye.z, 0.0f};
     scene.tracingBlock.limits = {static_cast<float>(s.bounces),
                                  static_cast<float>(s.firstTextureRow), s.leastShare, 0.0f};
+    if (s.background) {
+        scene.tracingBlock.background = {s.background->x, s.background->y, s.background->z, 1.0f};
+    }
     scene.features = static_cast<std::uint32_t>(s.hitFeatures);
     scene.layers = static_cast<std::uint32_t>(s.hitFeatures >> 32);
     scene.viewBits =
@@ -513,6 +517,7 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
     const vec3 start(ray.start.x, ray.start.y, ray.start.z),
         along(ray.along.x, ray.along.y, ray.along.z);
     shader::Sum sum;
+    const bool direct = kind == Ray::transmitted;
     const bool perspective = shader::dot(scene_->backwards, scene_->backwards) == 0.0f;
     const vec3 eye(scene_->tracingBlock.eye.x, scene_->tracingBlock.eye.y,
                    scene_->tracingBlock.eye.z);
@@ -526,7 +531,7 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
                 kind == Ray::mirrored ? shader::mirroredInLobe(along, toEye, ray.lobe)
                                       : shader::transmittedInLobe(along, ray.lobe, ray.intoBody);
             if (next.weight <= 0.0f) continue;
-            shader::addPath(sum, ray, next.along, toEye, {ray.width, ray.pixel, next.lobe},
+            shader::addPath(sum, ray, direct, next.along, toEye, {ray.width, ray.pixel, next.lobe},
                             next.weight);
         }
     }
@@ -534,10 +539,10 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
     if (!(sum.weight + sum.openWeight > 1e-3f)) {
         shader::scatter = {};
         sum = {};
-        shader::addPath(sum, ray, along, toEye, cone, 1.0f);
+        shader::addPath(sum, ray, direct, along, toEye, cone, 1.0f);
     } else if (sum.openWeight > 0.0f) {
         // The more of the lobe is open, the more of its light is that of the prefiltered map.
-        const vec3 whole = shader::radianceFinite(shader::environmentAtEnd(along, cone));
+        const vec3 whole = shader::radianceFinite(shader::backgroundAtEnd(along, cone, direct));
         sum.open = shader::mix(sum.open, whole * sum.openWeight,
                                sum.openWeight / (sum.weight + sum.openWeight));
     }

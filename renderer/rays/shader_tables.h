@@ -59,7 +59,7 @@ struct Scene {
         vec4 shadows;
     } viewBlock;
     struct {
-        vec4 eye, limits;
+        vec4 eye, limits, background;
     } tracingBlock;
     std::uint32_t features;
     std::uint32_t layers;

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 namespace clerestory::rays {
@@ -43,6 +44,8 @@ struct Surroundings {
     const ShadowMap* shadowMap = nullptr;
     std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius
     float leastShare = 0.0f;          // of a ray in its pixel, below which it ends
+    // Radiance that rays see in the place of the environment if nothing has reflected them.
+    std::optional<glm::vec3> background;
 };
 
 }  // namespace clerestory::rays

@@ -1,7 +1,9 @@
 #include "reference/embree_bvh.h"
 
-#include <array>
+#include "scene/fields.h"
+
 #include <stdexcept>
+#include <utility>
 
 namespace clerestory::reference {
 namespace {
@@ -9,7 +11,7 @@ namespace {
 // Data for the filter callback.
 struct FilteredQuery {
     embree::QueryContext context;  // first member: Embree passes its address to the filter
-    const SceneGeometry* geometry;
+    const EmbreeBvh::HitFilter* accepts;
     std::uint32_t originTriangle;
 };
 
@@ -26,9 +28,9 @@ void filter(const RTCFilterFunctionNArguments* args) {
                                    RTCRayN_dir_y(args->ray, args->N, lane),
                                    RTCRayN_dir_z(args->ray, args->N, lane));
         if (triangle == filtered.originTriangle ||
-            !filtered.geometry->acceptsHit(triangle, RTCHitN_u(args->hit, args->N, lane),
-                                           RTCHitN_v(args->hit, args->N, lane),
-                                           glm::dot(normal, direction) < 0.0)) {
+            !(*filtered.accepts)(triangle, RTCHitN_u(args->hit, args->N, lane),
+                                 RTCHitN_v(args->hit, args->N, lane),
+                                 glm::dot(normal, direction) < 0.0)) {
             args->valid[lane] = 0;
         }
     }
@@ -53,24 +55,24 @@ RTCRay embreeRay(const Ray& ray) {
 
 // Built by one thread, so that of two coincident triangles the same one is always hit. Vertices are
 // not shared, but vertices at one position have equal bits, so the robust mode leaves no gaps.
-SceneGeometry::Bvh::Bvh(const SceneGeometry& geometry)
-    : geometry_(geometry), device_(rtcNewDevice("threads=1,set_affinity=0")) {
+EmbreeBvh::EmbreeBvh(std::size_t triangles, const std::function<Corners(std::uint32_t)>& cornersOf,
+                     HitFilter accepts)
+    : accepts_(std::move(accepts)), device_(rtcNewDevice("threads=1,set_affinity=0")) {
     if (!device_) throw std::runtime_error("Embree could not create a device");
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_MEDIUM);
-    if (const auto& triangles = geometry.triangles(); !triangles.empty()) {
+    if (triangles > 0) {
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         auto* corners = static_cast<glm::vec3*>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                    sizeof(glm::vec3), 3 * triangles.size()));
+                                    sizeof(glm::vec3), 3 * triangles));
         auto* indices = static_cast<std::array<std::uint32_t, 3>*>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                    sizeof(std::array<std::uint32_t, 3>), triangles.size()));
-        for (std::uint32_t i = 0; corners && indices && i < triangles.size(); ++i) {
-            corners[3 * i] = triangles[i].a;
-            corners[3 * i + 1] = triangles[i].b;
-            corners[3 * i + 2] = triangles[i].c;
+                                    sizeof(std::array<std::uint32_t, 3>), triangles));
+        for (std::uint32_t i = 0; corners && indices && i < triangles; ++i) {
+            const Corners triangle = cornersOf(i);
+            for (std::uint32_t c = 0; c < 3; ++c) corners[3 * i + c] = triangle[c];
             indices[i] = {3 * i, 3 * i + 1, 3 * i + 2};
         }
         rtcSetGeometryIntersectFilterFunction(geometry, filter);
@@ -87,14 +89,14 @@ SceneGeometry::Bvh::Bvh(const SceneGeometry& geometry)
     }
 }
 
-SceneGeometry::Bvh::~Bvh() {
+EmbreeBvh::~EmbreeBvh() {
     rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
 }
 
-std::optional<Hit> SceneGeometry::Bvh::intersect(const Ray& ray) const {
+std::optional<Hit> EmbreeBvh::intersect(const Ray& ray) const {
     if (!finite(ray.origin) || !finite(ray.direction)) return std::nullopt;
-    FilteredQuery filtered{{}, &geometry_, ray.originTriangle};
+    FilteredQuery filtered{{}, &accepts_, ray.originTriangle};
     RTCRayHit query{};
     query.ray = embreeRay(ray);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -103,20 +105,12 @@ std::optional<Hit> SceneGeometry::Bvh::intersect(const Ray& ray) const {
     return Hit{query.ray.tfar, query.hit.u, query.hit.v, query.hit.primID};
 }
 
-bool SceneGeometry::Bvh::occluded(const Ray& ray) const {
+bool EmbreeBvh::occluded(const Ray& ray) const {
     if (!finite(ray.origin) || !finite(ray.direction)) return false;
-    FilteredQuery filtered{{}, &geometry_, ray.originTriangle};
+    FilteredQuery filtered{{}, &accepts_, ray.originTriangle};
     RTCRay query = embreeRay(ray);
     embree::occluded(scene_, filtered.context, query);
     return query.tfar < 0.0f;
-}
-
-std::optional<Hit> SceneGeometry::intersect(const Ray& ray) const {
-    return bvh_->intersect(ray);
-}
-
-bool SceneGeometry::occluded(const Ray& ray) const {
-    return bvh_->occluded(ray);
 }
 
 }  // namespace clerestory::reference

@@ -1,6 +1,7 @@
 #include "reference/layers.h"
 
-#include "reference/bsdf.h"
+#include "reference/microfacets.h"
+#include "reference/optics.h"
 
 #include <array>
 

@@ -120,7 +120,7 @@ std::vector<PunctualLight> collectPunctualLights(const std::vector<Light>& sourc
     std::vector<PunctualLight> lights;
     for (const Light& light : sources) {
         if (!(greatest(light.intensity) > 0.0)) continue;
-        const glm::dmat4 m = light.node == kNone ? glm::dmat4(1.0) : pose.worldFromNode[light.node];
+        const glm::dmat4 m = placeOf(light, pose);
         lights.push_back({.kind = light.kind,
                           .position = glm::dvec3(m[3]) - origin,
                           .toLight = unitOr(glm::dvec3(m[2]), glm::dvec3(0, 0, 1)),

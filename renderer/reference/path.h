@@ -4,7 +4,7 @@
 
 #include "reference/bsdf.h"
 #include "reference/lights.h"
-#include "reference/reference.h"
+#include "reference/mode.h"
 #include "reference/sampler.h"
 
 #include <array>

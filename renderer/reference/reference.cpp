@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <limits>
 #include <mutex>
@@ -30,12 +31,15 @@ struct CameraRay {
 
 class RayCamera {
 public:
-    RayCamera(const View& view, std::uint32_t width, std::uint32_t height);
+    // lens: see requestedLens(); must outlive the camera.
+    RayCamera(const View& view, const Lens* lens, std::uint32_t width, std::uint32_t height);
 
-    // The ray through image position (x, y), in pixels from the upper left corner.
-    CameraRay generateRay(double x, double y) const;
+    // The ray through image position (x, y), in pixels from the upper left corner; none outside of
+    // the picture of the lens.
+    std::optional<CameraRay> generateRay(double x, double y) const;
 
 private:
+    const Lens* lens_ = nullptr;
     glm::dmat3 worldFromCamera_;
     glm::dvec2 scale_{1.0}, shift_{0.0};  // slopes (orthographic: metres) at the image's edges
     glm::dvec2 size_{1.0};
@@ -45,8 +49,9 @@ private:
 
 // With m = clipFromView, normalised x is m00 x/w - m20, w = -z, for perspective and m00 x + m30 for
 // orthographic views. Depth is reversed: m22 is near / (far - near) and 1 / (far - near).
-RayCamera::RayCamera(const View& view, std::uint32_t width, std::uint32_t height)
-    : worldFromCamera_(glm::transpose(glm::dmat3(view.viewFromWorld))),
+RayCamera::RayCamera(const View& view, const Lens* lens, std::uint32_t width, std::uint32_t height)
+    : lens_(lens),
+      worldFromCamera_(glm::transpose(glm::dmat3(view.viewFromWorld))),
       size_(width, height),
       orthographic_(view.orthographic),
       znear_(view.znear) {
@@ -59,16 +64,24 @@ RayCamera::RayCamera(const View& view, std::uint32_t width, std::uint32_t height
                             : znear_ * (1.0 + 1.0 / depth);
 }
 
-CameraRay RayCamera::generateRay(double x, double y) const {
+std::optional<CameraRay> RayCamera::generateRay(double x, double y) const {
+    if (lens_) {
+        const auto direction = rayOf(*lens_, {x, y});
+        if (!direction) return std::nullopt;
+        const double perDepth = 1.0 / depthPerDistance(*lens_, *direction);
+        return CameraRay{glm::dvec3(0.0), worldFromCamera_ * *direction, znear_ * perDepth,
+                         zfar_ * perDepth};
+    }
     const glm::dvec2 ndc(2.0 * x / size_.x - 1.0, 1.0 - 2.0 * y / size_.y);
     const glm::dvec2 at = (ndc + shift_) * scale_;
     if (orthographic_) {
-        return {worldFromCamera_ * glm::dvec3(at, 0.0), -worldFromCamera_[2], znear_, zfar_};
+        return CameraRay{worldFromCamera_ * glm::dvec3(at, 0.0), -worldFromCamera_[2], znear_,
+                         zfar_};
     }
     const glm::dvec3 direction(at, -1.0);
     const double perDepth = glm::length(direction);
-    return {glm::dvec3(0.0), worldFromCamera_ * (direction / perDepth), znear_ * perDepth,
-            zfar_ * perDepth};
+    return CameraRay{glm::dvec3(0.0), worldFromCamera_ * (direction / perDepth), znear_ * perDepth,
+                     zfar_ * perDepth};
 }
 
 void check(const ReferenceRequest& r) {
@@ -79,6 +92,9 @@ void check(const ReferenceRequest& r) {
         throw InvalidRequest(std::move(errors));
     }
     if (std::vector<FieldError> errors = problems(r.scene, r.frame.lights); !errors.empty()) {
+        throw InvalidRequest(std::move(errors));
+    }
+    if (std::vector<FieldError> errors = problems(r.scene, r.frame.nodes); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
     }
     if (!clipsNamed(r.scene, r.frame.clip)) throw InvalidRequest({unknownClip(r.scene)});
@@ -102,10 +118,11 @@ FirstHit firstHitOf(const Surface& surface) {
 class TiledImage {
 public:
     TiledImage(const SceneGeometry& geometry, const PathTracer& tracer, const View& view,
-               const ReferenceRequest& request)
+               const std::optional<Lens>& lens, const ReferenceRequest& request)
         : geometry_(geometry),
           tracer_(tracer),
-          camera_(view, request.frame.width, request.frame.height),
+          camera_(view, lens ? &*lens : nullptr, request.frame.width, request.frame.height),
+          lensEdges_(lens.has_value()),
           eye_(view.eye - geometry.origin()),
           seed_(request.seed),
           samplesPerHalf_((request.samples + 1) / 2) {
@@ -150,12 +167,13 @@ private:
     std::uint32_t width() const { return result_.color.width; }
     std::uint32_t height() const { return result_.color.height; }
 
-    Ray rayThrough(double x, double y) const {
-        const CameraRay ray = camera_.generateRay(x, y);
-        return {.origin = eye_ + ray.origin,
-                .direction = ray.direction,
-                .tMin = ray.tMin,
-                .tMax = ray.tMax};
+    std::optional<Ray> rayThrough(double x, double y) const {
+        const std::optional<CameraRay> ray = camera_.generateRay(x, y);
+        if (!ray) return std::nullopt;
+        return Ray{.origin = eye_ + ray->origin,
+                   .direction = ray->direction,
+                   .tMin = ray->tMin,
+                   .tMax = ray->tMax};
     }
 
     // Each sample represents the area of four, so that footprints overlap.
@@ -165,23 +183,37 @@ private:
                 fraction * glm::length(next.origin - ray.origin)};
     }
 
+    // Of the pixel: from its centre to that of a neighbour that the lens shows nearby.
+    PixelFootprint footprintAt(std::uint32_t x, std::uint32_t y) const {
+        const std::optional<Ray> central = rayThrough(x + 0.5, y + 0.5);
+        if (!central) return footprintOf({}, {});
+        const std::optional<Ray> next = rayThrough(x + 1.5, y + 0.5);
+        const std::optional<Ray> last = lensEdges_ ? rayThrough(x - 0.5, y + 0.5) : std::nullopt;
+        const auto distance = [&](const std::optional<Ray>& ray) {
+            return ray ? glm::length(ray->direction - central->direction) : INFINITY;
+        };
+        const std::optional<Ray>& nearer = distance(last) < distance(next) ? last : next;
+        return footprintOf(*central, nearer.value_or(*central));
+    }
+
     bool tracePixel(std::uint32_t x, std::uint32_t y, const std::atomic<bool>& cancelled) {
         const std::size_t pixel = std::size_t{y} * width() + x;
-        const Ray central = rayThrough(x + 0.5, y + 0.5);
-        if (const auto hit = geometry_.intersect(central)) {
-            const SurfaceInteraction p = geometry_.interactionAt(*hit, central.direction);
+        const std::optional<Ray> central = rayThrough(x + 0.5, y + 0.5);
+        if (const auto hit = central ? geometry_.intersect(*central) : std::nullopt) {
+            const SurfaceInteraction p = geometry_.interactionAt(*hit, central->direction);
             result_.objectId[pixel] = p.instance + 1;
             result_.firstHit[pixel] = firstHitOf(*p.surface);
         }
-        const PixelFootprint footprint = footprintOf(central, rayThrough(x + 1.5, y + 0.5));
+        const PixelFootprint footprint = footprintAt(x, y);
         glm::dvec3 halves[2] = {glm::dvec3(0.0), glm::dvec3(0.0)};
         for (int half = 0; half < 2; ++half) {
             for (std::uint32_t i = 0; i < samplesPerHalf_; ++i) {
                 if (cancelled.load(std::memory_order_relaxed)) return false;
                 Sampler sampler(seed_, 2 * pixel + half, i);
                 const glm::dvec2 offset = sampler.get2D();
-                const glm::dvec3 sample =
-                    tracer_.radiance(rayThrough(x + offset.x, y + offset.y), sampler, footprint);
+                const std::optional<Ray> ray = rayThrough(x + offset.x, y + offset.y);
+                if (!ray) continue;  // black
+                const glm::dvec3 sample = tracer_.radiance(*ray, sampler, footprint);
                 if (finite(sample))
                     halves[half] += sample;
                 else
@@ -200,6 +232,7 @@ private:
     const SceneGeometry& geometry_;
     const PathTracer& tracer_;
     RayCamera camera_;
+    bool lensEdges_;  // the next pixel may show something else, or nothing
     glm::dvec3 eye_;
     std::uint64_t seed_;
     std::uint32_t samplesPerHalf_;
@@ -244,11 +277,11 @@ bool traceAll(TiledImage& image, std::uint32_t threads,
 Lighting lightingOf(const ReferenceRequest& request, const Pose& pose, const glm::dvec3& origin,
                     const glm::dmat3& worldFromMap) {
     const double intensity = request.frame.environment.intensity;
-    Lighting lighting{
-        .environment = {request.environment, worldFromMap, intensity},
-        .lights = collectPunctualLights(lightsWith(request.scene, request.frame.lights), pose,
-                                        origin, request.environment, worldFromMap, intensity),
-        .backgroundVisible = request.frame.environment.visible};
+    Lighting lighting{.environment = {request.environment, worldFromMap, intensity},
+                      .lights = collectPunctualLights(
+                          lightsWith(lightsOf(request.scene, pose), request.frame.lights), pose,
+                          origin, request.environment, worldFromMap, intensity),
+                      .backgroundVisible = request.frame.environment.visible};
     if (request.mode == ReferenceMode::effects)
         lighting.environment.prepareIrradiance();
     else
@@ -264,11 +297,29 @@ Lighting lightingOf(const ReferenceRequest& request, const Pose& pose, const glm
 std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
                                              const std::function<bool(double)>& progress) {
     check(request);
+    const Composition composition{request.frame.nodes, request.frame.variant};
+    if (!composition.empty()) {
+        const Scene scene = composed(request.scene, composition);
+        FrameRequest frame = request.frame;
+        frame.nodes.clear();
+        return traceReference({.scene = scene,
+                               .frame = frame,
+                               .environment = request.environment,
+                               .maps = request.maps,
+                               .mode = request.mode,
+                               .samples = request.samples,
+                               .seed = request.seed,
+                               .threads = request.threads},
+                              progress);
+    }
     if (progress && !progress(0.0)) return std::nullopt;
     const FrameRequest& frame = request.frame;
     const Pose pose = poseAt(request.scene, *clipsNamed(request.scene, frame.clip), frame.time);
     const View view = requestedView(frame.camera, request.scene, pose, frame.width, frame.height);
-    const MaterialBindings materials = bindMaterials(request.scene, frame.overrides, frame.variant);
+    const std::optional<Lens> lens =
+        requestedLens(frame.camera, request.scene, pose, frame.width, frame.height);
+    const MaterialBindings materials =
+        bindMaterials(request.scene, pose, frame.overrides, frame.variant);
 
     const SceneGeometry geometry(request.scene, pose, materials, frame.effects);
     const Lighting lighting =
@@ -277,7 +328,7 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
 
     const std::uint32_t threads =
         request.threads > 0 ? request.threads : std::max(1u, std::thread::hardware_concurrency());
-    TiledImage image(geometry, tracer, view, request);
+    TiledImage image(geometry, tracer, view, lens, request);
     if (!traceAll(image, std::min(threads, kMaxReferenceThreads), progress)) {
         return std::nullopt;
     }

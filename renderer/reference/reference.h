@@ -2,21 +2,7 @@
 // equations, microfacets, texture reads and lights. It shares the CPU scene, its classification and
 // the request with the renderer, and no other code; no OpenGL.
 //
-// Two modes:
-//   effects  The renderer's lighting model with every effect computed exactly. Punctual lights cast
-//   no shadows, the environment
-//            lights diffuse surfaces unoccluded (times the occlusion texture), emitters illuminate
-//            nothing, and there is no diffuse interreflection. Traced through the real scene, to
-//            any depth: the specular lobes of flat and curved mirrors and of smooth dielectrics of
-//            any shape, and everything that glass reflects or refracts. Specular lobes that the
-//            renderer classifies as dull, rough or alpha-tested (scene/classification.h,
-//            ReflectorReason) reflect the unoccluded environment, as they do there, so that missing
-//            global illumination does not count as an error of a mirror. A switch of
-//            FrameRequest::effects that is off is off here as well: its surfaces reflect the
-//            environment, are opaque, or do not emit.
-//   full     Global illumination: shadows, light from emitters and diffuse interreflection;
-//   occlusion textures are ignored.
-//            Punctual lights pass through glass unrefracted and attenuated, without caustics.
+// Rays start from a pixel by the exact inverse of the lens (plan/lens/lens.h).
 //
 // Definitions that both modes share with the renderer, so that they can be compared: glTF's mix of
 // diffuse and specular under punctual lights; highlights of punctual lights have at least roughness
@@ -28,6 +14,7 @@
 #include "image/image.h"
 #include "plan/planner.h"
 #include "plan/request/frame_request.h"
+#include "reference/mode.h"
 #include "scene/environment.h"
 #include "scene/scene.h"
 
@@ -35,8 +22,6 @@
 #include <optional>
 
 namespace clerestory {
-
-enum class ReferenceMode { effects, full };
 
 inline constexpr std::uint32_t kMaxReferenceSamples = 65536;
 inline constexpr std::uint32_t kMaxReferenceThreads = 256;

@@ -1,8 +1,6 @@
 // Collects the triangles of the posed scene; evaluates materials and normals at hits.
 #include "reference/scene_geometry.h"
 
-#include "reference/embree_bvh.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -140,10 +138,15 @@ SceneGeometry::SceneGeometry(const Scene& scene, const Pose& pose,
         transforms_.push_back(t);
     }
     collectTriangles();
-    bvh_ = std::make_unique<Bvh>(*this);
+    bvh_.emplace(
+        triangles_.size(),
+        [this](std::uint32_t i) -> EmbreeBvh::Corners {
+            return {triangles_[i].a, triangles_[i].b, triangles_[i].c};
+        },
+        [this](std::uint32_t triangle, double weightB, double weightC, bool counterClockwise) {
+            return acceptsHit(triangle, weightB, weightC, counterClockwise);
+        });
 }
-
-SceneGeometry::~SceneGeometry() = default;
 
 void SceneGeometry::collectTriangles() {
     for (std::uint32_t s = 0; s < surfaces_.size(); ++s) {

@@ -3,77 +3,19 @@
 #pragma once
 
 #include "plan/request/frame_request.h"
+#include "reference/embree_bvh.h"
+#include "reference/ray.h"
+#include "reference/vectors.h"
 #include "scene/classification.h"
 #include "scene/geometry.h"
 
 #include <glm/glm.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <limits>
-#include <memory>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 namespace clerestory::reference {
-
-// Vector functions of the path tracer. All values are double: as fast as float here, and formulae
-// need no special cases for rounding.
-
-inline constexpr double kPi = std::numbers::pi;
-
-inline double greatest(const glm::dvec3& v) {
-    return std::max({v.x, v.y, v.z});
-}
-inline double luminance(const glm::dvec3& c) {
-    return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
-}
-
-// v normalised; `otherwise` if its length is 0, not finite or out of range.
-inline glm::dvec3 unitOr(const glm::dvec3& v, const glm::dvec3& otherwise) {
-    const double squared = glm::dot(v, v);
-    return squared > 1e-60 && squared < 1e60 ? v / std::sqrt(squared) : otherwise;
-}
-
-// A right-handed orthonormal basis whose z is the given unit normal.
-struct Frame {
-    glm::dvec3 x, y, z;
-
-    explicit Frame(const glm::dvec3& normal) : z(normal) {
-        // The coordinate axis that is farthest from the normal.
-        const glm::dvec3 a = glm::abs(normal);
-        const glm::dvec3 axis = a.x <= a.y && a.x <= a.z ? glm::dvec3(1, 0, 0)
-                                : a.y <= a.z             ? glm::dvec3(0, 1, 0)
-                                                         : glm::dvec3(0, 0, 1);
-        x = glm::normalize(glm::cross(axis, normal));
-        y = glm::cross(normal, x);
-    }
-    // along: unit, perpendicular to the normal.
-    Frame(const glm::dvec3& normal, const glm::dvec3& along)
-        : x(along), y(glm::cross(normal, along)), z(normal) {}
-    glm::dvec3 toWorld(const glm::dvec3& v) const { return v.x * x + v.y * y + v.z * z; }
-    glm::dvec3 toLocal(const glm::dvec3& v) const {
-        return {glm::dot(v, x), glm::dot(v, y), glm::dot(v, z)};
-    }
-};
-
-inline constexpr std::uint32_t kNoTriangle = 0xffffffffu;
-
-struct Ray {
-    glm::dvec3 origin{
-        0.0};  // relative to SceneGeometry::origin(), world axes, as all positions here
-    glm::dvec3 direction{0.0};  // unit
-    double tMin = 0.0, tMax = std::numeric_limits<double>::infinity();
-    std::uint32_t originTriangle = kNoTriangle;  // the triangle it starts on, which is not hit
-};
-
-struct Hit {
-    double distance = 0.0;
-    double weightB = 0.0, weightC = 0.0;  // barycentric, of the second and third corner
-    std::uint32_t triangle = 0;
-};
 
 // Geometry and material at a hit.
 struct SurfaceInteraction {
@@ -121,7 +63,6 @@ public:
     // texels.
     SceneGeometry(const Scene& scene, const Pose& pose, const MaterialBindings& materials,
                   const Effects& effects);
-    ~SceneGeometry();
     SceneGeometry(const SceneGeometry&) = delete;
     SceneGeometry& operator=(const SceneGeometry&) = delete;
 
@@ -130,9 +71,9 @@ public:
     std::size_t triangleCount() const { return triangles_.size(); }
 
     // The nearest hit. Culled sides and texels below the alpha cutoff are ignored.
-    std::optional<Hit> intersect(const Ray& ray) const;
+    std::optional<Hit> intersect(const Ray& ray) const { return bvh_->intersect(ray); }
     // Whether the ray hits anything.
-    bool occluded(const Ray& ray) const;
+    bool occluded(const Ray& ray) const { return bvh_->occluded(ray); }
     // Whether any material blends or transmits, so that rays may continue behind a hit.
     bool hasTransparency() const { return hasTransparency_; }
     bool emissionEnabled() const { return emission_; }
@@ -162,7 +103,7 @@ public:
         return materials_.material(scene_, surface.material);
     }
 
-    // The filter of Embree's queries: side and alpha mask.
+    // Whether a ray hits the triangle at this point: side and alpha mask.
     bool acceptsHit(std::uint32_t triangle, double weightB, double weightC,
                     bool counterClockwise) const;
 
@@ -191,8 +132,7 @@ private:
     double diagonal_ = 1.0;
     bool hasTransparency_ = false;
 
-    struct Bvh;
-    std::unique_ptr<Bvh> bvh_;
+    std::optional<EmbreeBvh> bvh_;  // over triangles_; set by the constructor
 };
 
 }  // namespace clerestory::reference

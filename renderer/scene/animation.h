@@ -1,8 +1,8 @@
 // Animation: clips, which are key frames of node transforms and morph weights (glTF 2.0,
-// section 3.11 and appendix C), and deforming meshes: morph targets first, then a skin
-// (sections 3.7.2.2 and 3.7.3). Plain values, seconds and metres. poseAt() of scene.h evaluates
-// clips; deformations are evaluated on the CPU once for each pose, so that views, rays and the
-// reference use the same vertices.
+// section 3.11 and appendix C) and of factors of materials, lights and cameras, and deforming
+// meshes: morph targets first, then a skin (sections 3.7.2.2 and 3.7.3). Plain values, seconds and
+// metres. poseAt() of scene.h evaluates clips; deformations are evaluated on the CPU once for each
+// pose, so that views, rays and the reference use the same vertices.
 //
 // Does not: read files, depend on cameras or requests, upload to the GPU.
 #pragma once
@@ -13,9 +13,12 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <concepts>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace clerestory {
@@ -43,17 +46,58 @@ struct MorphWeights {
     std::vector<float> rest;
 };
 
+// A light whose factors clips may change. `rest`: without a clip; color times intensity is that of
+// the light. See Light for their units.
+struct LightFactors {
+    glm::vec3 color{1.0f};
+    float intensity = 1.0f;
+    float range = 0.0f;
+    float innerConeAngle = 0.0f;
+    float outerConeAngle = 0.785398163f;
+};
+struct AnimatedLight {
+    Index light = 0;
+    LightFactors rest;
+};
+
+inline constexpr float kMaxLightIntensity = 1e9f;  // products stay finite in float
+
+template <class L, class V>
+requires std::same_as<std::remove_const_t<L>, LightFactors>
+void fields(L& l, V&& visit) {
+    constexpr FactorRange kStrength{0, kMaxLightIntensity, 1};
+    visit("color", l.color, kStrength);
+    visit("intensity", l.intensity, kStrength);
+    visit("range", l.range, FactorRange{0, kMaxLightIntensity, 0});
+    visit("innerConeAngle", l.innerConeAngle, FactorRange{0, 1.5707963f, 0});
+    visit("outerConeAngle", l.outerConeAngle, FactorRange{1e-3f, 1.5707963f, 0.785398163f});
+}
+
 enum class Interpolation : std::uint32_t { step, linear, cubicSpline };
-enum class AnimatedProperty : std::uint32_t { translation, rotation, scale, weights };
+// visible: whether a node and all below it are drawn; from 0.5 on they are. The last three are
+// factors of a material, a light or a camera, named by Track::field.
+enum class AnimatedProperty : std::uint32_t {
+    translation,
+    rotation,
+    scale,
+    weights,
+    visible,
+    material,
+    light,
+    camera
+};
 
 struct Track {
     AnimatedProperty property = AnimatedProperty::translation;
-    Index target = 0;  // in Scene::movingNodes; for weights in Scene::morphWeights
+    // In Scene::movingNodes, morphWeights, nodes (visible), materials, animatedLights or cameras.
+    Index target = 0;
     Interpolation interpolation = Interpolation::linear;
     std::vector<float> times;  // seconds, from 0, ascending, at least one
-    // components() numbers for each time: 3, 4 (unit x y z w), or one for each weight. A cubic
-    // spline has three times as many: in-tangent, value, out-tangent; tangents are per second.
+    // components() numbers for each time: 3, 4 (unit x y z w), one for each weight, or as many as
+    // the factor has. A cubic spline has three times as many: in-tangent, value, out-tangent;
+    // tangents are per second.
     std::vector<float> values;
+    std::string field;  // see scene/animated_field.h; empty for properties of nodes
 
     std::size_t components() const;  // of one value
 };
@@ -75,6 +119,9 @@ void sample(const Track& track, double time, std::span<double> out);
 // Whether the track is valid: sample() then reads nothing out of range and returns finite numbers.
 // `targets`: the number of possible targets.
 bool isValid(const Track& track, std::size_t targets);
+// How many numbers a value of a node's property has, or a factor of the field's name; 0 for
+// weights, and for a name that is no factor.
+std::size_t componentsOf(AnimatedProperty property, std::string_view field);
 
 // Largest absolute value in a track: products of a few stay finite.
 inline constexpr float kMaxKey = 1e9f;

@@ -72,7 +72,7 @@ std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose,
     for (Index i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         const Mesh& mesh = scene.meshes[instance.mesh];
-        if (!chosen[i] || mesh.primitive != Primitive::triangles) continue;
+        if (!chosen[i] || !materials.draws(i) || mesh.primitive != Primitive::triangles) continue;
         const glm::dmat4& worldFromModel = pose.worldFromNode[instance.node];
         const float side =
             sideOf(materials.material(scene, materials.materialOf(scene, i)), worldFromModel);
@@ -301,6 +301,16 @@ Bvh buildMoving(const Scene& scene, const Pose& pose, const MaterialBindings& ma
     frame.origin = still.origin;
     return built(scene, pose, materials, frame, instancesThatMove(scene),
                  kMaxBvhTriangles - still.triangles.size());
+}
+
+std::vector<float> sidesOf(const Scene& scene, const MaterialBindings& materials) {
+    std::vector<float> sides;
+    for (Index i = 0; i < scene.instances.size(); ++i) {
+        constexpr float kHidden = 2.0f;
+        const Material& material = materials.material(scene, materials.materialOf(scene, i));
+        sides.push_back(materials.draws(i) ? sideOf(material, glm::dmat4(1.0)) : kHidden);
+    }
+    return sides;
 }
 
 BvhTriangles stillTriangles(const Scene& scene, const Pose& pose,

@@ -65,6 +65,10 @@ Bvh buildMoving(const Scene& scene, const Pose& pose, const MaterialBindings& ma
 // result is the other part.
 Bvh joined(const Bvh& still, const Bvh& moving);
 
+// For each instance what its material decides about its triangles: the side that rays hit, and
+// whether there are any. If it is equal, so are the triangles of one pose.
+std::vector<float> sidesOf(const Scene& scene, const MaterialBindings& materials);
+
 // The triangles of both parts without a hierarchy, for other builders.
 struct BvhTriangles {
     glm::dvec3 origin{0.0};  // world; as Bvh::origin

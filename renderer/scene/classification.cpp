@@ -139,6 +139,7 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
     std::vector<Surface> surfaces;
     surfaces.reserve(scene.instances.size());
     for (Index i = 0; i < scene.instances.size(); ++i) {
+        if (!materials.draws(i)) continue;
         const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
         const Index material = materials.materialOf(scene, i);
         const MaterialClass& c = classes[material];

@@ -16,6 +16,9 @@ constexpr double kFittedYfov = 0.7;  // in frames of the following shape
 constexpr double kFittedAspect = 4.0 / 3.0;
 // A camera that sees less sees nothing.
 constexpr double kLeastCovered = 0.004;
+// Of the corners in the frame of a camera that looks at the scene from outside: with less it shows
+// a detail, as the default camera of an exporter does.
+constexpr double kLeastShown = 0.25;
 constexpr int kSamples = 32;  // along each side of the frame
 
 // The view of a camera: its position, and the point on its axis closest to the scene's centre.
@@ -149,18 +152,52 @@ private:
 
 }  // namespace
 
-double coveredShare(const Scene& scene, const Pose& pose, const DefaultView& view) {
+namespace {
+
+// Right, up and back of the view's eye.
+std::vector<glm::dvec3> cornersInView(const Scene& scene, const Pose& pose,
+                                      const DefaultView& view) {
     const ViewAxes axes = uprightAxes(glm::normalize(view.position - view.target));
-    const auto inCamera = [&](const glm::dvec3& p) {
+    std::vector<glm::dvec3> corners = cornersOf(scene, pose);
+    for (glm::dvec3& p : corners) {
         const glm::dvec3 v = p - view.position;
-        return glm::dvec3(glm::dot(v, axes.right), glm::dot(v, axes.up), glm::dot(v, axes.back));
-    };
-    Coverage coverage(view.yfov);
-    const std::vector<glm::dvec3> corners = cornersOf(scene, pose);
-    for (std::size_t i = 0; i < corners.size(); i += 3) {
-        coverage.add(inCamera(corners[i]), inCamera(corners[i + 1]), inCamera(corners[i + 2]));
+        p = {glm::dot(v, axes.right), glm::dot(v, axes.up), glm::dot(v, axes.back)};
+    }
+    return corners;
+}
+
+double coveredShare(const std::vector<glm::dvec3>& cornersInView, double yfov) {
+    Coverage coverage(yfov);
+    for (std::size_t i = 0; i < cornersInView.size(); i += 3) {
+        coverage.add(cornersInView[i], cornersInView[i + 1], cornersInView[i + 2]);
     }
     return coverage.share();
+}
+
+// The share of corners that a frame of kFittedAspect has.
+double shownShare(const std::vector<glm::dvec3>& cornersInView, double yfov) {
+    const double y = std::tan(0.5 * yfov), x = kFittedAspect * y;
+    const auto shown =
+        std::count_if(cornersInView.begin(), cornersInView.end(), [&](const glm::dvec3& p) {
+            return p.z < 0.0 && std::abs(p.x) <= -x * p.z && std::abs(p.y) <= -y * p.z;
+        });
+    return static_cast<double>(shown) /
+           static_cast<double>(std::max<std::size_t>(cornersInView.size(), 1));
+}
+
+// Whether the camera was placed for this scene: it sees a surface, and from outside not a detail.
+bool isPlaced(const Scene& scene, const Pose& pose, const Bounds& bounds, const DefaultView& view) {
+    const std::vector<glm::dvec3> corners = cornersInView(scene, pose, view);
+    const bool inside = glm::all(glm::greaterThanEqual(view.position, glm::dvec3(bounds.min))) &&
+                        glm::all(glm::lessThanEqual(view.position, glm::dvec3(bounds.max)));
+    return coveredShare(corners, view.yfov) >= kLeastCovered &&
+           (inside || shownShare(corners, view.yfov) >= kLeastShown);
+}
+
+}  // namespace
+
+double coveredShare(const Scene& scene, const Pose& pose, const DefaultView& view) {
+    return coveredShare(cornersInView(scene, pose, view), view.yfov);
 }
 
 DefaultView fittedView(const Scene& scene, std::size_t most) {
@@ -196,7 +233,7 @@ DefaultView chosenView(const Scene& scene) {
     const Bounds bounds = lastingBounds(scene, pose);
     for (const Camera& camera : scene.cameras) {
         const auto view = viewThrough(camera, pose, bounds);
-        if (view && coveredShare(scene, pose, *view) >= kLeastCovered) return *view;
+        if (view && isPlaced(scene, pose, bounds, *view)) return *view;
     }
     return fittedView(scene);
 }

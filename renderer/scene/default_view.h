@@ -15,8 +15,8 @@ inline constexpr double kFittedShare = 0.8;
 // Scene::defaultView; chosenView() in a scene without one.
 DefaultView defaultView(const Scene& scene);
 
-// The first perspective camera that sees a surface, else fittedView(). Takes time in proportion to
-// the triangles.
+// The first perspective camera that sees a surface, and a quarter of all corners if it stands
+// outside of the scene's box, else fittedView(). Takes time in proportion to the triangles.
 DefaultView chosenView(const Scene& scene);
 
 // From the front, the right and slightly above, so that the surfaces, as they are at time 0 and at

@@ -41,6 +41,10 @@ struct NestedUnionList {
     std::size_t maxItems;
     const char* name;  // of the union in the schema; an alternative is the type followed by it
 };
+// One std::variant<S...>, likewise.
+struct NestedUnion {
+    const char* name;
+};
 // A field that must be present.
 template <class Kind>
 struct Required {

@@ -13,26 +13,66 @@
 
 namespace clerestory {
 
-// Selects the lights of the name `light`; without a name, all.
+// Without a type: changes the lights of the name `light`, or all without a name. With a type: adds
+// a light, which has the name `light`. Of a light's intensity the greatest channel is the scalar
+// `intensity` here, and the rest is `color`.
 struct LightOverride {
     std::optional<std::string> light;
+    std::optional<LightKind> type;
+    std::optional<bool> enabled;
+    std::optional<glm::dvec3> color;
+    std::optional<double> intensity;
+    std::optional<glm::dvec3> position, direction;  // world
+    std::optional<double> range;
+    std::optional<double> innerConeAngle, outerConeAngle;
     std::optional<double> radius;
 };
+
+inline constexpr std::size_t kMaxLightOverrides = 64;
 
 template <class O, class V>
 requires std::same_as<std::remove_const_t<O>, LightOverride>
 void fields(O& o, V&& visit) {
-    visit("light", o.light, Text{256}, "name of the light that it changes; absent: all lights");
+    visit(
+        "light", o.light, Text{256},
+        "name of the light that it changes, absent: all lights; with type: name of the new light");
+    visit("type", o.type,
+          Choice<LightKind>{{{"point", LightKind::point},
+                             {"spot", LightKind::spot},
+                             {"directional", LightKind::directional}}},
+          "adds a light of this type; absent: changes existing ones");
+    visit("enabled", o.enabled, Flag{}, "false: the light is off");
+    visit("color", o.color, Range{0, 1e6}, "linear RGB, times intensity; white when it is added");
+    visit("intensity", o.intensity, Range{0, 1e9},
+          "candela; of a directional light: lux; 1 when it is added. Of an existing light it "
+          "replaces "
+          "the greatest channel of colour times intensity");
+    visit("position", o.position, Range{-1e9, 1e9, "metres"},
+          "in the world, of a point or spot light, which then does not move with its node");
+    visit("direction", o.direction, Range{-1e9, 1e9},
+          "that its light takes, in the world, of a spot or directional light");
+    visit("range", o.range, Range{0, 1e9, "metres"}, "where its light ends; 0: nowhere");
+    visit(
+        "innerConeAngle", o.innerConeAngle, Range{0, 1.5707963, "radians"},
+        "of a spot light, from its axis to where its light begins to fall off; 0 when it is added");
+    visit("outerConeAngle", o.outerConeAngle, Range{0, 1.5707963, "radians"},
+          "of a spot light, from its axis to where its light ends; pi / 4 when it is added");
     visit("radius", o.radius, Range{0, 1e9},
           "of the sphere that shines, metres; of a directional light: at a distance of one metre "
           "(the sun: 0.0047); 0: shadows have sharp edges");
 }
 
-// Checks that the names exist in the scene. `pointer` is the JSON Pointer of the list.
+// Checks that the names exist in the scene or were added before, that new lights have a place and a
+// direction, and that directions and cones are valid. `pointer` is the JSON Pointer of the list.
 std::vector<FieldError> problems(const Scene& scene, const std::vector<LightOverride>& overrides,
                                  const std::string& pointer = "/lights");
 
-// The scene's lights with the overrides applied in order. A name that no light has is no error.
-std::vector<Light> lightsWith(const Scene& scene, const std::vector<LightOverride>& overrides);
+// The lights with the overrides applied in order, then the added ones. A name that no light has is
+// no error. Lights that are off have zero intensity.
+std::vector<Light> lightsWith(std::vector<Light> lights,
+                              const std::vector<LightOverride>& overrides);
+
+// One sentence for each entry, such as "light key: added, spot".
+std::vector<std::string> explained(const std::vector<LightOverride>& overrides);
 
 }  // namespace clerestory

@@ -127,22 +127,27 @@ std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialO
     return errors;
 }
 
-MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides,
+MaterialBindings bindMaterials(const Scene& scene, const Pose& pose,
+                               const std::vector<MaterialOverride>& overrides,
                                const std::optional<std::string>& variant) {
-    MaterialBindings materials;
-    if (overrides.empty() && !variant) return materials;
+    MaterialBindings materials{.hidden = pose.hidden};
+    if (overrides.empty() && !variant && pose.materials.empty()) return materials;
     materials.materialOfInstance = materialsOf(scene, variant);
     const auto choices = choicesOf(scene, materials.materialOfInstance, overrides);
+    std::map<Index, const Material*> posed;
+    for (const PosedMaterial& m : pose.materials) posed[m.material] = &m.value;
     std::map<std::pair<Index, std::vector<std::uint32_t>>, Index> made;
     bool changes = false;
     for (std::size_t i = 0; i < choices.size(); ++i) {
         const Index own = materials.materialOfInstance[i];
-        changes = changes || own != scene.instances[i].material || !choices[i].empty();
-        if (choices[i].empty()) continue;
+        const auto animated = posed.find(own);
+        const bool modified = !choices[i].empty() || animated != posed.end();
+        changes = changes || modified || own != scene.instances[i].material;
+        if (!modified) continue;
         const auto next = static_cast<Index>(scene.materials.size() + materials.own.size());
         const auto [found, isNew] = made.try_emplace({own, choices[i]}, next);
         if (isNew) {
-            Material material = scene.materials[own];
+            Material material = animated == posed.end() ? scene.materials[own] : *animated->second;
             for (const std::uint32_t o : choices[i]) apply(scene, overrides[o], material);
             materials.own.push_back(std::move(material));
         }
@@ -153,7 +158,7 @@ MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOve
 }
 
 void applyOverrides(Scene& scene, const std::vector<MaterialOverride>& overrides) {
-    MaterialBindings materials = bindMaterials(scene, overrides);
+    MaterialBindings materials = bindMaterials(scene, Pose{}, overrides);
     for (std::size_t i = 0; i < materials.materialOfInstance.size(); ++i) {
         scene.instances[i].material = materials.materialOfInstance[i];
     }

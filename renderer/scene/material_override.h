@@ -110,10 +110,11 @@ void apply(const Scene& scene, const MaterialOverride& from, Material& to);
 std::vector<FieldError> problems(const Scene& scene, const std::vector<MaterialOverride>& overrides,
                                  const std::string& pointer = "/overrides");
 
-// The variant's materials, then the overrides in order. Instances with the same material and the
-// same overrides share one modified material. An override that selects nothing is no error, nor is
-// a variant that the scene does not have.
-MaterialBindings bindMaterials(const Scene& scene, const std::vector<MaterialOverride>& overrides,
+// The variant's materials as the pose has them, then the overrides in order. Instances with the
+// same material and the same overrides share one modified material. An override that selects
+// nothing is no error, nor is a variant that the scene does not have.
+MaterialBindings bindMaterials(const Scene& scene, const Pose& pose,
+                               const std::vector<MaterialOverride>& overrides,
                                const std::optional<std::string>& variant = {});
 
 // Applies the overrides to the scene itself.

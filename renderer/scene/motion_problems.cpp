@@ -58,6 +58,20 @@ private:
                                     [](float v) { return std::abs(v) <= kMaxKey; }),
                     "morph weights are out of range", i);
         }
+        for (std::size_t i = 0; i < scene_.animatedLights.size(); ++i) {
+            const auto& [light, rest] = scene_.animatedLights[i];
+            require(light < scene_.lights.size(), "an animated light is none of the scene", i);
+            fields(rest, [&](const char*, const auto& value, const FactorRange& range) {
+                require(inRange(value, range), "an animated light is out of range", i);
+            });
+        }
+    }
+
+    static bool inRange(float v, const FactorRange& range) {
+        return v >= range.min && v <= range.max;
+    }
+    static bool inRange(const glm::vec3& v, const FactorRange& range) {
+        return inRange(v.x, range) && inRange(v.y, range) && inRange(v.z, range);
     }
 
     void clips() {
@@ -69,11 +83,25 @@ private:
             require(std::isfinite(clip.duration) && clip.duration >= 0.0,
                     "a clip's duration is out of range", i);
             for (const Track& c : clip.tracks) {
-                const bool weights = c.property == AnimatedProperty::weights;
-                require(
-                    isValid(c, weights ? scene_.morphWeights.size() : scene_.movingNodes.size()),
-                    "a clip's track is invalid", i);
+                require(isValid(c, targetsOf(c.property)), "a clip's track is invalid", i);
             }
+        }
+    }
+
+    std::size_t targetsOf(AnimatedProperty property) const {
+        switch (property) {
+            case AnimatedProperty::weights:
+                return scene_.morphWeights.size();
+            case AnimatedProperty::visible:
+                return scene_.nodes.size();
+            case AnimatedProperty::material:
+                return scene_.materials.size();
+            case AnimatedProperty::light:
+                return scene_.animatedLights.size();
+            case AnimatedProperty::camera:
+                return scene_.cameras.size();
+            default:
+                return scene_.movingNodes.size();
         }
     }
 

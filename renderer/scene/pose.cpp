@@ -1,6 +1,7 @@
 // Poses of a scene: samples clips, computes node transforms, deforms meshes.
 #include "scene/scene.h"
 
+#include "scene/animated_field.h"
 #include "scene/hash.h"
 
 #include <algorithm>
@@ -16,9 +17,20 @@ struct Sampled {
     std::vector<Transform> transforms;  // of Scene::movingNodes
     std::vector<bool> touched;          // whether a clip moves the node
     std::vector<std::vector<double>> weights;
+    std::map<Index, bool> visible;         // by node, where a clip says so
+    std::map<Index, Material> materials;   // where a clip changes them
+    std::map<Index, LightFactors> lights;  // by animated light, likewise
+    std::map<Index, Camera> cameras;       // likewise
 };
 
-void apply(const Track& track, double time, Sampled& sampled) {
+// Sets a factor of the target's value, which is `rest` if no track has set another factor yet.
+template <class T>
+void setFactor(std::map<Index, T>& values, const T& rest, const Track& track,
+               std::span<const double> numbers) {
+    setNumbers(values.try_emplace(track.target, rest).first->second, track.field, numbers);
+}
+
+void apply(const Scene& scene, const Track& track, double time, Sampled& sampled) {
     if (track.property == AnimatedProperty::weights) {
         std::vector<double>& weights = sampled.weights[track.target];
         std::vector<double> values(track.components());
@@ -28,6 +40,19 @@ void apply(const Track& track, double time, Sampled& sampled) {
     }
     std::array<double, 4> v{};
     sample(track, time, v);
+    switch (track.property) {
+        case AnimatedProperty::visible:
+            sampled.visible[track.target] = v[0] >= 0.5;
+            return;
+        case AnimatedProperty::material:
+            return setFactor(sampled.materials, scene.materials[track.target], track, v);
+        case AnimatedProperty::light:
+            return setFactor(sampled.lights, scene.animatedLights[track.target].rest, track, v);
+        case AnimatedProperty::camera:
+            return setFactor(sampled.cameras, scene.cameras[track.target], track, v);
+        default:
+            break;
+    }
     Transform& t = sampled.transforms[track.target];
     sampled.touched[track.target] = true;
     if (track.property == AnimatedProperty::translation) t.translation = {v[0], v[1], v[2]};
@@ -46,7 +71,7 @@ Sampled sampledAt(const Scene& scene, std::span<const Index> clips, double time)
     for (const Index clip : clips) {
         const double local = localTime(scene.clips[clip], time);
         for (const Track& track : scene.clips[clip].tracks) {
-            apply(track, local, sampled);
+            apply(scene, track, local, sampled);
         }
     }
     return sampled;
@@ -129,8 +154,61 @@ std::shared_ptr<const DeformedMesh> deformedAt(const Scene& scene, const Deforma
     return result;
 }
 
+// For each node whether it and all above it are visible; empty: all are.
+std::vector<bool> visibleNodes(const Scene& scene, const Sampled& sampled) {
+    std::vector<bool> visible;
+    const bool all =
+        sampled.visible.empty() && std::all_of(scene.nodes.begin(), scene.nodes.end(),
+                                               [](const Node& node) { return node.visible; });
+    if (all) return visible;
+    for (Index i = 0; i < scene.nodes.size(); ++i) {
+        const Node& node = scene.nodes[i];
+        const auto said = sampled.visible.find(i);
+        const bool own = said == sampled.visible.end() ? node.visible : said->second;
+        visible.push_back(own && (node.parent == kNone || visible[node.parent]));
+    }
+    return visible;
+}
+
+void hide(const Scene& scene, const std::vector<bool>& visible, Pose& pose) {
+    for (const Instance& instance : scene.instances) {
+        pose.hidden.push_back(!visible[instance.node]);
+    }
+    if (std::find(pose.hidden.begin(), pose.hidden.end(), true) == pose.hidden.end()) {
+        pose.hidden.clear();
+    }
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        if (scene.lights[i].node == kNone || visible[scene.lights[i].node]) continue;
+        if (pose.lights.empty()) pose.lights = scene.lights;
+        pose.lights[i].intensity = glm::vec3(0.0f);
+    }
+}
+
+void assign(const LightFactors& from, Light& to) {
+    to.intensity = glm::min(from.color * from.intensity, kMaxLightIntensity);
+    to.range = from.range;
+    to.outerConeAngle = from.outerConeAngle;
+    to.innerConeAngle = std::min(from.innerConeAngle, from.outerConeAngle);
+}
+
+// Values that are those of the scene are left out: a frame at rest is one without a clip.
+void setFactors(const Scene& scene, const Sampled& sampled, Pose& pose) {
+    for (const auto& [index, value] : sampled.materials) {
+        if (value != scene.materials[index]) pose.materials.push_back({index, value});
+    }
+    if (!sampled.lights.empty()) pose.lights = scene.lights;
+    for (const auto& [index, factors] : sampled.lights) {
+        assign(factors, pose.lights[scene.animatedLights[index].light]);
+    }
+    if (!sampled.cameras.empty()) pose.cameras = scene.cameras;
+    for (const auto& [index, camera] : sampled.cameras) pose.cameras[index] = camera;
+    const std::vector<bool> visible = visibleNodes(scene, sampled);
+    if (!visible.empty()) hide(scene, visible, pose);
+}
+
 Pose poseOf(const Scene& scene, const Sampled& sampled) {
     Pose pose{.worldFromNode = worldTransforms(scene, sampled)};
+    setFactors(scene, sampled, pose);
     const std::map<Index, glm::dvec3> origins = originsOf(scene);
     for (const Deformation& d : scene.deformations) {
         const auto known = origins.find(d.mesh);
@@ -151,11 +229,14 @@ bool staysInReach(const Scene& scene, const Pose& pose) {
            });
 }
 
-// The targets of a clip: whether it is a weights track, and the index.
-std::vector<std::pair<bool, Index>> targetsOf(const Clip& clip) {
-    std::vector<std::pair<bool, Index>> targets;
-    for (const Track& c : clip.tracks)
-        targets.push_back({c.property == AnimatedProperty::weights, c.target});
+// The targets of a clip, by the list that they are in.
+using Target = std::pair<AnimatedProperty, Index>;
+std::vector<Target> targetsOf(const Clip& clip) {
+    std::vector<Target> targets;
+    for (const Track& c : clip.tracks) {
+        const bool moves = c.property < AnimatedProperty::weights;
+        targets.push_back({moves ? AnimatedProperty::translation : c.property, c.target});
+    }
     std::sort(targets.begin(), targets.end());
     return targets;
 }
@@ -178,7 +259,7 @@ Pose poseAt(const Scene& scene, double time) {
 
 std::vector<Index> defaultClips(const Scene& scene) {
     std::vector<Index> chosen;
-    std::vector<std::pair<bool, Index>> usedTargets;
+    std::vector<Target> usedTargets;
     for (Index i = 0; i < scene.clips.size(); ++i) {
         const auto targets = targetsOf(scene.clips[i]);
         const bool apart = std::none_of(targets.begin(), targets.end(), [&](const auto& target) {
@@ -205,6 +286,11 @@ std::optional<std::vector<Index>> clipsNamed(const Scene& scene,
 std::vector<bool> nodesThatMove(const Scene& scene) {
     std::vector<bool> moves(scene.nodes.size(), false);
     for (const MovingNode& node : scene.movingNodes) moves[node.node] = true;
+    for (const Clip& clip : scene.clips) {
+        for (const Track& track : clip.tracks) {
+            if (track.property == AnimatedProperty::visible) moves[track.target] = true;
+        }
+    }
     for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
         const Index parent = scene.nodes[i].parent;
         if (parent != kNone && moves[parent]) moves[i] = true;
@@ -219,6 +305,20 @@ std::vector<bool> instancesThatMove(const Scene& scene) {
         moves.push_back(nodes[instance.node] || scene.meshes[instance.mesh].deformation != kNone);
     }
     return moves;
+}
+
+std::vector<bool> instancesThatChange(const Scene& scene) {
+    std::vector<bool> changes = instancesThatMove(scene);
+    std::vector<bool> materials(scene.materials.size());
+    for (const Clip& clip : scene.clips) {
+        for (const Track& track : clip.tracks) {
+            if (track.property == AnimatedProperty::material) materials[track.target] = true;
+        }
+    }
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        if (materials[scene.instances[i].material]) changes[i] = true;
+    }
+    return changes;
 }
 
 namespace {

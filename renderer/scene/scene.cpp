@@ -33,6 +33,7 @@ void addMotion(ContentHash& h, const Scene& scene) {
             h.add(c.interpolation);
             h.add(c.times);
             h.add(c.values);
+            h.add(c.field);
         }
     }
     for (const MovingNode& n : scene.movingNodes) {
@@ -44,6 +45,10 @@ void addMotion(ContentHash& h, const Scene& scene) {
     for (const MorphWeights& w : scene.morphWeights) {
         h.add(w.node);
         h.add(w.rest);
+    }
+    for (const AnimatedLight& l : scene.animatedLights) {
+        h.add(l.light);
+        add(h, l.rest);
     }
     for (const Skin& s : scene.skins) {
         h.add(s.joints);
@@ -136,6 +141,7 @@ void updateContentHash(Scene& scene) {
         h.add(n.name);
         h.add(n.parent);
         h.add(n.parentFromLocal);
+        h.add(n.visible);
     }
     for (const Instance& i : scene.instances) {
         h.add(i.node);

@@ -13,11 +13,13 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <concepts>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace clerestory {
@@ -76,6 +78,7 @@ struct Node {
     std::string name;
     Index parent = kNone;
     glm::dmat4 parentFromLocal{1.0};
+    bool visible = true;  // false: its instances and lights, and all below it, are not drawn
 };
 
 // One mesh drawn at one node with one material. Its index in Scene::instances, plus 1, is its
@@ -111,6 +114,8 @@ struct Light {
     float outerConeAngle = 0.785398163f;
     // Of the sphere that shines, metres; directional: at a distance of one metre. 0 is a point.
     float radius = 0.0f;
+    // Instead of the node's; the direction that its light takes, unit. Of a request's lights only.
+    std::optional<glm::dvec3> worldPosition, worldDirection;
 };
 
 struct Camera {
@@ -122,6 +127,16 @@ struct Camera {
     double znear = 0.0;        // 0: chosen from the scene's bounds
     double zfar = 0.0;         // 0: infinite
 };
+
+// The factors of a camera that clips may change.
+template <class C, class V>
+requires std::same_as<std::remove_const_t<C>, Camera>
+void fields(C& c, V&& visit) {
+    visit("yfov", c.yfov, FactorRange{1e-6f, 3.14f, 0.9f});
+    visit("yHalfHeight", c.yHalfHeight, FactorRange{1e-9f, 1e9f, 1});
+    visit("znear", c.znear, FactorRange{0, 1e9f, 0});
+    visit("zfar", c.zfar, FactorRange{0, 1e9f, 0});
+}
 
 struct DefaultView {
     glm::dvec3 position{0.0, 0.0, 1.0};
@@ -174,6 +189,7 @@ struct Scene {
     std::vector<Clip> clips;
     std::vector<MovingNode> movingNodes;
     std::vector<MorphWeights> morphWeights;
+    std::vector<AnimatedLight> animatedLights;
     std::vector<Skin> skins;
     std::vector<Deformation> deformations;
     Bounds reach;  // world; of everything that moves, at any time; see finishMotion()
@@ -183,12 +199,28 @@ struct Scene {
     std::vector<ImportWarning> warnings;
 };
 
+// A material with the factors that a clip gives it.
+struct PosedMaterial {
+    Index material = 0;  // in Scene::materials
+    Material value;
+};
+
 // The scene at one time.
 struct Pose {
     std::vector<glm::dmat4> worldFromNode;
     // Parallel to Scene::deformations; shared, because poses are copied. Empty if nothing deforms.
     std::vector<std::shared_ptr<const DeformedMesh>> deformed;
+    std::vector<bool> hidden;              // instances that are not drawn; empty: none
+    std::vector<PosedMaterial> materials;  // ascending; others are those of the scene
+    std::vector<Light> lights;             // empty: those of the scene
+    std::vector<Camera> cameras;           // likewise
 };
+inline const std::vector<Light>& lightsOf(const Scene& scene, const Pose& pose) {
+    return pose.lights.empty() ? scene.lights : pose.lights;
+}
+inline const std::vector<Camera>& camerasOf(const Scene& scene, const Pose& pose) {
+    return pose.cameras.empty() ? scene.cameras : pose.cameras;
+}
 
 // As in the file: no clip is played.
 Pose restPose(const Scene& scene);
@@ -206,13 +238,18 @@ std::vector<Index> defaultClips(const Scene& scene);
 std::optional<std::vector<Index>> clipsNamed(const Scene& scene,
                                              const std::optional<std::string>& name);
 
+// World from light: it is at the origin and points along its own -Z.
+glm::dmat4 placeOf(const Light& light, const Pose& pose);
+
 // For each node whether it or an ancestor has the name.
 std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name);
 
-// For each node whether a clip moves it; for each instance whether its node moves or its mesh
-// deforms.
+// For each node whether a clip moves or hides it; for each instance whether its node does so or its
+// mesh deforms.
 std::vector<bool> nodesThatMove(const Scene& scene);
 std::vector<bool> instancesThatMove(const Scene& scene);
+// For each instance whether it moves or a clip changes its material.
+std::vector<bool> instancesThatChange(const Scene& scene);
 
 // Sets vertices, bounds and areas of deforming meshes to the rest pose, and Scene::reach from
 // samples of every clip. The last step in making a scene with clips.
@@ -260,12 +297,15 @@ void updateContentHash(Scene& scene);
 std::uint64_t contentHash(const Material& material);
 
 // The material of every instance in one frame: the scene's materials, and modified copies where a
-// request overrides them. A material index below scene.materials.size() refers to Scene::materials,
-// others to `own` after subtracting that size. The scene's materials are uploaded once, `own` for
-// each frame. Empty lists mean that nothing is overridden.
+// clip changes them or a request overrides them. A material index below scene.materials.size()
+// refers to Scene::materials, others to `own` after subtracting that size. The scene's materials
+// are uploaded once, `own` for each frame. Empty lists mean that nothing is changed.
 struct MaterialBindings {
     std::vector<Material> own;
     std::vector<Index> materialOfInstance;  // empty: those of the scene
+    std::vector<bool> hidden;               // instances that are not drawn; empty: none
+
+    bool draws(Index instance) const { return hidden.empty() || !hidden[instance]; }
 
     Index materialOf(const Scene& scene, Index instance) const {
         return materialOfInstance.empty() ? scene.instances[instance].material

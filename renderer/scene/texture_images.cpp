@@ -70,6 +70,19 @@ bool readAlike(const Scene& scene, TextureSlot a, const TextureSlot& b) {
            t.minify == u.minify && t.useLevels == u.useLevels;
 }
 
+// For each material whether a clip moves its normal map or its metallic-roughness map.
+std::vector<bool> mapsThatMove(const Scene& scene) {
+    std::vector<bool> moves(scene.materials.size());
+    for (const Clip& clip : scene.clips) {
+        for (const Track& t : clip.tracks) {
+            const bool either = t.field.starts_with("normalTexture.") ||
+                                t.field.starts_with("metallicRoughnessTexture.");
+            if (t.property == AnimatedProperty::material && either) moves[t.target] = true;
+        }
+    }
+    return moves;
+}
+
 // For each image that is used only as a normal map: the metallic-roughness map that accompanies it
 // in every material. kNoPartner or kNone for others.
 std::vector<Index> partnersOf(const Scene& scene) {
@@ -77,15 +90,17 @@ std::vector<Index> partnersOf(const Scene& scene) {
     const auto imageOf = [&](const TextureSlot& slot) {
         return scene.textures[slot.texture].image;
     };
-    for (const Material& m : scene.materials) {
+    const std::vector<bool> moves = mapsThatMove(scene);
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        const Material& m = scene.materials[i];
         for (const TextureSlot* slot : textureSlots(m)) {
             if (slot->present() && slot != &m.normalTexture) partners[imageOf(*slot)] = kNoPartner;
         }
         if (!m.normalTexture.present()) continue;
         Index& partner = partners[imageOf(m.normalTexture)];
-        const Index other = readAlike(scene, m.normalTexture, m.metallicRoughnessTexture)
-                                ? imageOf(m.metallicRoughnessTexture)
-                                : kNoPartner;
+        const bool together =
+            !moves[i] && readAlike(scene, m.normalTexture, m.metallicRoughnessTexture);
+        const Index other = together ? imageOf(m.metallicRoughnessTexture) : kNoPartner;
         partner = partner == kNone || partner == other ? other : kNoPartner;
     }
     return partners;

@@ -13,9 +13,13 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json linearJson(const LinearErrors& e) {
-    ordered_json json = {{"pixels", e.pixels}, {"relMse", e.relMse},
-                         {"rmse", e.rmse},     {"bias", e.bias},
-                         {"p95", e.p95},       {"meanReference", e.meanReference}};
+    ordered_json json = {{"pixels", e.pixels},
+                         {"relMse", e.relMse},
+                         {"relMseTrimmed", e.relMseTrimmed},
+                         {"rmse", e.rmse},
+                         {"bias", e.bias},
+                         {"p95", e.p95},
+                         {"meanReference", e.meanReference}};
     if (e.nonFinite > 0) json["nonFinite"] = e.nonFinite;
     return json;
 }
@@ -93,9 +97,10 @@ ordered_json curveJson(const Curve& curve) {
 
 std::string comparisonTable(const Comparison& c) {
     std::string text =
-        "| setting | ms | p95 | relMSE | PSNR | SSIM | FLIP | dB | dB of the scene | closed gap | "
+        "| setting | ms | p95 | relMSE | trimmed | PSNR | SSIM | FLIP | dB | dB of the scene | "
+        "closed gap | "
         "relMSE of each "
-        "effect (closed gap) |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+        "effect (closed gap) |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
     char line[512];
     for (const SettingResult& s : c.settings) {
         std::string effects;
@@ -105,11 +110,12 @@ std::string comparisonTable(const Comparison& c) {
                           100.0 * e.closedGap);
             effects += line;
         }
-        std::snprintf(line, sizeof line,
-                      "| %s | %.1f | %.1f | %.3g | %.1f | %.3f | %.3f | %.1f | %.1f | %.0f %% | ",
-                      s.name.c_str(), s.medianMs, s.p95Ms, s.frame.relMse, s.displayed.psnr,
-                      s.displayed.ssim, s.displayed.flip, s.displayed.decibels, s.modelDecibels,
-                      100.0 * s.closedGap);
+        std::snprintf(
+            line, sizeof line,
+            "| %s | %.1f | %.1f | %.3g | %.3g | %.1f | %.3f | %.3f | %.1f | %.1f | %.0f %% | ",
+            s.name.c_str(), s.medianMs, s.p95Ms, s.frame.relMse, s.frame.relMseTrimmed,
+            s.displayed.psnr, s.displayed.ssim, s.displayed.flip, s.displayed.decibels,
+            s.modelDecibels, 100.0 * s.closedGap);
         text += line + effects + " |\n";
     }
     std::snprintf(line, sizeof line,

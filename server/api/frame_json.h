@@ -46,11 +46,12 @@ std::string jsonText(const nlohmann::ordered_json& json, int indent = -1);
 
 // Pose and lens of a planned frame. Matrices are column-major.
 struct FrameCamera {
-    glm::dmat4 cameraToWorld{1.0};  // the camera looks along -Z
-    glm::dmat4 clipFromView{1.0};
-    std::uint32_t width = 0, height = 0;   // pixels
-    double znear = 0.0;                    // metres
-    std::optional<Intrinsics> intrinsics;  // none for orthographic cameras
+    glm::dmat4 cameraToWorld{1.0};           // the camera looks along -Z
+    std::optional<glm::dmat4> clipFromView;  // of lenses that a matrix describes
+    std::uint32_t width = 0, height = 0;     // pixels
+    double znear = 0.0;                      // metres
+    std::optional<Intrinsics> intrinsics;    // of perspective and fisheye lenses
+    LensRequest lens;                        // all its parameters, with the defaults resolved
 };
 // None if no pass of the plan draws the requested view.
 std::optional<FrameCamera> cameraOf(const FramePlan& plan);

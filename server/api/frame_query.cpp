@@ -48,6 +48,13 @@ json valueFrom(const std::string& text, const Quaternion*, const Rotation&) {
     return list;
 }
 
+template <class E, std::size_t N>
+json valueFrom(const std::string& text, const std::variant<E, std::array<double, N>>*,
+               const ChoiceOrNumbers<E>& kind) {
+    if (text.find(',') == std::string::npos) return text;
+    return valueFrom(text, static_cast<const std::array<double, N>*>(nullptr), kind.range);
+}
+
 template <class T>
 json valueFrom(const std::string& text, const T*, const Flag&) {
     if (text == "1" || text == "true") return true;
@@ -67,6 +74,23 @@ struct QueryField {
 };
 
 template <class S>
+void collect(std::vector<QueryField>& all, const std::string& prefix);
+
+// `type`, and the fields of all alternatives; one name has one kind in all of them.
+template <class... S>
+void collectUnion(std::vector<QueryField>& all, const std::string& prefix,
+                  const std::variant<S...>*) {
+    std::vector<QueryField> found;
+    found.push_back({prefix + "type", "type", [](const std::string& text) { return text; }});
+    (collect<S>(found, prefix), ...);
+    for (QueryField& f : found) {
+        const bool known = std::any_of(all.begin(), all.end(),
+                                       [&](const QueryField& each) { return each.path == f.path; });
+        if (!known) all.push_back(std::move(f));
+    }
+}
+
+template <class S>
 void collect(std::vector<QueryField>& all, const std::string& prefix) {
     S defaults;
     fields(defaults, [&](const char* name, auto& member, const auto& kind, const char*) {
@@ -75,6 +99,8 @@ void collect(std::vector<QueryField>& all, const std::string& prefix) {
         const std::string path = prefix + name;
         if constexpr (std::is_same_v<K, Nested> || std::is_same_v<K, NestedPreset>) {
             collect<T>(all, path + ".");
+        } else if constexpr (std::is_same_v<K, NestedUnion>) {
+            collectUnion(all, path + ".", static_cast<const T*>(nullptr));
         } else if constexpr (!std::is_same_v<K, NestedList> &&
                              !std::is_same_v<K,
                                              NestedUnionList>) {  // links have no lists of objects
@@ -94,7 +120,7 @@ const std::vector<QueryField>& queryFields() {
     return all;
 }
 
-// By full path, by short name, or by a last part that only one path has.
+// By full path, by short name, or by last parts ("lens.type", "yfov") that only one path has.
 const QueryField* fieldNamed(const std::string& name) {
     const auto byPath = [](std::string_view path) -> const QueryField* {
         for (const QueryField& f : queryFields()) {
@@ -108,7 +134,7 @@ const QueryField* fieldNamed(const std::string& name) {
     }
     const QueryField* only = nullptr;
     for (const QueryField& f : queryFields()) {
-        if (f.shortName != name) continue;
+        if (f.shortName != name && !f.path.ends_with("." + name)) continue;
         if (only) return nullptr;
         only = &f;
     }
@@ -204,15 +230,43 @@ json bodyFromQuery(const std::multimap<std::string, std::string>& query,
     return body;
 }
 
+namespace {
+
+const nlohmann::ordered_json& referenced(const nlohmann::ordered_json& schemas,
+                                         const std::string& reference) {
+    return schemas[reference.substr(reference.rfind('/') + 1)];
+}
+
+// The schema of a field of the first alternative that has it; of `type`, with the words of all.
+nlohmann::ordered_json fieldOfUnion(const nlohmann::ordered_json& schemas,
+                                    const std::string& reference, const std::string& name) {
+    nlohmann::ordered_json found, types = nlohmann::ordered_json::array();
+    for (const auto& each : referenced(schemas, reference)["oneOf"]) {
+        const auto& properties = referenced(schemas, each["$ref"].get<std::string>())["properties"];
+        types.push_back(properties["type"]["const"]);
+        if (found.is_null() && properties.contains(name)) found = properties[name];
+    }
+    if (name != "type") return found;
+    return {{"type", "string"}, {"enum", std::move(types)}, {"description", "which lens it is"}};
+}
+
+}  // namespace
+
 nlohmann::ordered_json frameQueryParameters() {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    const nlohmann::ordered_json schema = frameRequestSchemas()["FrameRequest"];
+    const nlohmann::ordered_json schemas = frameRequestSchemas();
+    const nlohmann::ordered_json& schema = schemas["FrameRequest"];
     for (const QueryField& f : queryFields()) {
         nlohmann::ordered_json at = schema;
         for (std::size_t begin = 0; begin < f.path.size();) {
             const std::size_t end = std::min(f.path.find('.', begin), f.path.size());
-            if (at.contains("oneOf")) at = nlohmann::ordered_json(at["oneOf"].back());
-            at = nlohmann::ordered_json(at["properties"][f.path.substr(begin, end - begin)]);
+            const std::string part = f.path.substr(begin, end - begin);
+            if (at.contains("$ref")) {
+                at = fieldOfUnion(schemas, at["$ref"].get<std::string>(), part);
+            } else {
+                if (at.contains("oneOf")) at = nlohmann::ordered_json(at["oneOf"].back());
+                at = nlohmann::ordered_json(at["properties"][part]);
+            }
             begin = end + 1;
         }
         std::string description = at.value("description", "");

@@ -81,6 +81,10 @@ template <class... S>
 ordered_json schemaOf(const std::vector<std::variant<S...>>*, const NestedUnionList& list) {
     return {{"type", "array"}, {"maxItems", list.maxItems}, {"items", schemaReference(list.name)}};
 }
+template <class... S>
+ordered_json schemaOf(const std::variant<S...>*, const NestedUnion& one) {
+    return schemaReference(one.name);
+}
 template <class T, class K>
 ordered_json schemaOf(const T* type, const Required<K>& required) {
     return schemaOf(type, required.kind);
@@ -169,18 +173,28 @@ template <class... S>
 void addUnion(ordered_json& schemas, const std::variant<S...>*, const std::string& name) {
     (addAlternative<S>(schemas, name), ...);
 }
+// Every union of the request and of the structs in it.
+template <class S>
+void addUnions(ordered_json& schemas) {
+    S defaults;
+    fields(defaults, [&]<class T, class K>(const char*, T&, const K& kind, const char*) {
+        using Held = typename Unwrap<T>::type;
+        if constexpr (std::is_same_v<K, NestedUnionList>) {
+            addUnion(schemas, static_cast<const typename Held::value_type*>(nullptr), kind.name);
+        } else if constexpr (std::is_same_v<K, NestedUnion>) {
+            addUnion(schemas, static_cast<const Held*>(nullptr), kind.name);
+        } else if constexpr (std::is_same_v<K, Nested>) {
+            addUnions<Held>(schemas);
+        }
+    });
+}
 
 }  // namespace
 
 ordered_json frameRequestSchemas() {
     ordered_json schemas = {{"FrameRequest", objectSchema<FrameRequest>()},
                             {"Accuracy", objectSchema<Accuracy>()}};
-    FrameRequest request;
-    fields(request, [&]<class T, class K>(const char*, T& member, const K& kind, const char*) {
-        if constexpr (std::is_same_v<K, NestedUnionList>) {
-            addUnion(schemas, member.data(), kind.name);
-        }
-    });
+    addUnions<FrameRequest>(schemas);
     return schemas;
 }
 

@@ -136,7 +136,7 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
 
 LightProgress FrameService::lightOf(const FrameRequest& request, Turn turn) {
     turn.kind = kPlanKind;
-    const Renderer::LightState light = components_.queue.run(
+    const LightState light = components_.queue.run(
         turn, [request](Renderer& renderer) { return renderer.light(request); });
     return {.revision = light.revision, .share = light.wanted ? light.share : 1.0};
 }
@@ -146,7 +146,7 @@ std::chrono::milliseconds FrameService::waitForLight(const FrameRequest& request
     const auto began = Clock::now();
     const auto cancellation = turn.cancellation;
     turn.kind = kPlanKind;
-    const Renderer::LightState light = components_.queue.run(
+    const LightState light = components_.queue.run(
         turn, [request](Renderer& renderer) { return renderer.light(request); });
     if (light.wait && !light.complete) {
         light.wait([&] {

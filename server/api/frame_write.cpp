@@ -56,18 +56,20 @@ ordered_json member(const std::vector<S>& values, const NestedPresetList&) {
 }
 // `type` comes first.
 template <class... S>
-ordered_json member(const std::vector<std::variant<S...>>& values, const NestedUnionList&) {
-    ordered_json list = ordered_json::array();
-    for (const auto& value : values) {
-        list.push_back(std::visit(
-            [](const auto& held) {
-                ordered_json json = {{"type", std::decay_t<decltype(held)>::kType}};
-                json.update(written(held));
-                return json;
-            },
-            value));
-    }
-    return list;
+ordered_json member(const std::variant<S...>& value, const NestedUnion&) {
+    return std::visit(
+        [](const auto& held) {
+            ordered_json json = {{"type", std::decay_t<decltype(held)>::kType}};
+            json.update(written(held));
+            return json;
+        },
+        value);
+}
+template <class... S>
+ordered_json member(const std::vector<std::variant<S...>>& values, const NestedUnionList& list) {
+    ordered_json json = ordered_json::array();
+    for (const auto& value : values) json.push_back(member(value, NestedUnion{list.name}));
+    return json;
 }
 template <class T, class K>
 ordered_json member(const T& value, const Required<K>& required) {
@@ -193,14 +195,21 @@ std::string canonicalText(const FrameRequest& request) {
 std::optional<FrameCamera> cameraOf(const FramePlan& plan) {
     const View* view = frameView(plan);
     if (view == nullptr) return std::nullopt;
-    FrameCamera camera{.clipFromView = view->clipFromView,
-                       .width = plan.width,
-                       .height = plan.height,
-                       .znear = view->znear};
+    FrameCamera camera{.width = plan.width, .height = plan.height, .znear = view->znear};
     // The inverse of a rotation is its transpose; + 0.0 removes the sign of zeros.
     camera.cameraToWorld = glm::transpose(glm::dmat3(view->viewFromWorld)) + glm::dmat3(0.0);
     camera.cameraToWorld[3] = glm::dvec4(view->eye, 1.0);
-    if (!view->orthographic) {
+    if (plan.lens) {
+        camera.lens = plan.lens->lens.model;
+        const bool hasIntrinsics = std::holds_alternative<PerspectiveLens>(camera.lens) ||
+                                   std::holds_alternative<FisheyeLens>(camera.lens);
+        if (hasIntrinsics) camera.intrinsics = plan.lens->lens.intrinsics;
+        return camera;
+    }
+    camera.clipFromView = view->clipFromView;
+    if (view->orthographic) {
+        camera.lens = OrthographicLens{2.0 / view->clipFromView[1][1]};
+    } else {
         camera.intrinsics = lensOf(view->clipFromView, plan.width, plan.height);
     }
     return camera;
@@ -209,10 +218,11 @@ std::optional<FrameCamera> cameraOf(const FramePlan& plan) {
 ordered_json cameraJson(const FrameCamera& camera) {
     ordered_json json = {{"cameraToWorld", numbers(&camera.cameraToWorld[0][0], 16)},
                          {"convention", "opengl"},
-                         {"clipFromView", numbers(&camera.clipFromView[0][0], 16)},
                          {"width", camera.width},
                          {"height", camera.height},
                          {"znear", camera.znear}};
+    if (camera.clipFromView) json["clipFromView"] = numbers(&(*camera.clipFromView)[0][0], 16);
+    json["lens"] = member(camera.lens, NestedUnion{});
     if (camera.intrinsics) json["intrinsics"] = written(*camera.intrinsics);
     return json;
 }
@@ -236,6 +246,7 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     for (const Decision& decision : plan.decisions) {
         json["decisions"].push_back(decisionJson(decision));
     }
+    if (!plan.composition.empty()) json["composition"] = plan.composition;
     if (const auto camera = cameraOf(plan)) json["camera"] = cameraJson(*camera);
     if (plan.light) {
         json["light"] = {{"revision", plan.light->revision}, {"share", plan.light->share}};

@@ -3,16 +3,13 @@
 // of the queue and of jobs in the process that draws (with several renderers, the queue is in the
 // first).
 //
-//     HeldMetrics held(registry, "clerestory_held");
+//     HeldMetrics held(families, "clerestory_held");
 //     held.set("jobs", account.usage(Pool::jobs));
 #pragma once
 
+#include "server/api/metric_families.h"
 #include "server/base/holdings.h"
 #include "server/queue/fair_queue.h"
-
-#include <prometheus/family.h>
-#include <prometheus/gauge.h>
-#include <prometheus/registry.h>
 
 #include <string>
 #include <string_view>
@@ -22,15 +19,14 @@ namespace clerestory {
 class HeldMetrics {
 public:
     // Registers NAME (the sums), NAME_by_one (the most of one client) and NAME_clients (how many
-    // hold something), each with a label `pool`. The registry must outlive this.
-    HeldMetrics(prometheus::Registry& registry, const std::string& name);
+    // hold something), each with a label `pool`. The families must outlive this.
+    HeldMetrics(MetricFamilies& families, const std::string& name);
 
     void set(std::string_view pool, const Holdings::Usage& usage);
     void set(const QueueUsage& queue);  // pools queueEntries and queueMilliseconds
 
 private:
-    using Gauges = prometheus::Family<prometheus::Gauge>;
-    Gauges &total_, &byOne_, &clients_;
+    MetricFamilies::Gauges &total_, &byOne_, &clients_;
 };
 
 }  // namespace clerestory

@@ -1,13 +1,8 @@
 #include "server/api/metrics.h"
 
 #include "server/api/held_metrics.h"
+#include "server/api/metric_families.h"
 #include "server/base/process.h"
-
-#include <prometheus/counter.h>
-#include <prometheus/gauge.h>
-#include <prometheus/histogram.h>
-#include <prometheus/registry.h>
-#include <prometheus/text_serializer.h>
 
 #include <map>
 #include <set>
@@ -16,90 +11,49 @@
 namespace clerestory {
 namespace {
 
-using prometheus::BuildCounter;
-using prometheus::BuildGauge;
-using prometheus::BuildHistogram;
-using prometheus::Registry;
-
-prometheus::Histogram::BucketBoundaries secondsBuckets() {
+MetricFamilies::Buckets secondsBuckets() {
     return {0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
 }
 
 }  // namespace
 
 struct Metrics::Families {
-    mutable Registry registry;
-    prometheus::Family<prometheus::Counter>& passes = BuildCounter()
-                                                          .Name("clerestory_passes_total")
-                                                          .Help("Passes drawn, by kind")
-                                                          .Register(registry);
-    prometheus::Family<prometheus::Counter>& skipped =
-        BuildCounter()
-            .Name("clerestory_skipped_total")
-            .Help("Work that plans left out, by effect")
-            .Register(registry);
-    prometheus::Family<prometheus::Counter>& maps =
-        BuildCounter()
-            .Name("clerestory_maps_total")
-            .Help("Resident maps that frames read, by whether they were drawn or reused")
-            .Register(registry);
-    prometheus::Family<prometheus::Histogram>& spans =
-        BuildHistogram()
-            .Name("clerestory_span_seconds")
-            .Help("Time of the parts of a frame: queue, plan, passes by kind, readback, encode")
-            .Register(registry);
-    prometheus::Counter& notModified = BuildCounter()
-                                           .Name("clerestory_not_modified_total")
-                                           .Help("Frames answered 304, without drawing")
-                                           .Register(registry)
-                                           .Add({});
-    prometheus::Histogram& frameSeconds =
-        BuildHistogram()
-            .Name("clerestory_frame_seconds")
-            .Help("Time from entering the queue to encoded bytes")
-            .Register(registry)
-            .Add({}, prometheus::Histogram::BucketBoundaries{0.002, 0.005, 0.01, 0.02, 0.05, 0.1,
-                                                             0.2, 0.5, 1.0, 2.0, 5.0, 10.0});
-    prometheus::Histogram& queueSeconds =
-        BuildHistogram()
-            .Name("clerestory_queue_seconds")
-            .Help("Time from entering the queue to the start of the work")
-            .Register(registry)
-            .Add({}, secondsBuckets());
-    prometheus::Counter& programs = BuildCounter()
-                                        .Name("clerestory_shader_programs_total")
-                                        .Help("Shader programs linked")
-                                        .Register(registry)
-                                        .Add({});
+    MetricFamilies families;
+    MetricFamilies::Counters& passes =
+        families.counters("clerestory_passes_total", "Passes drawn, by kind");
+    MetricFamilies::Counters& skipped =
+        families.counters("clerestory_skipped_total", "Work that plans left out, by effect");
+    MetricFamilies::Counters& maps =
+        families.counters("clerestory_maps_total",
+                          "Resident maps that frames read, by whether they were drawn or reused");
+    MetricFamilies::Histograms& spans = families.histograms(
+        "clerestory_span_seconds",
+        "Time of the parts of a frame: queue, plan, passes by kind, readback, encode");
+    prometheus::Counter& notModified =
+        families.counter("clerestory_not_modified_total", "Frames answered 304, without drawing");
+    prometheus::Histogram& frameSeconds = families.histogram(
+        "clerestory_frame_seconds", "Time from entering the queue to encoded bytes",
+        MetricFamilies::Buckets{0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0,
+                                10.0});
+    prometheus::Histogram& queueSeconds = families.histogram(
+        "clerestory_queue_seconds", "Time from entering the queue to the start of the work",
+        secondsBuckets());
+    prometheus::Counter& programs =
+        families.counter("clerestory_shader_programs_total", "Shader programs linked");
     prometheus::Counter& pipelines =
-        BuildCounter()
-            .Name("clerestory_shader_pipelines_total")
-            .Help("Programs drawn for the first time with a fixed state and target format")
-            .Register(registry)
-            .Add({});
+        families.counter("clerestory_shader_pipelines_total",
+                         "Programs drawn for the first time with a fixed state and target format");
     prometheus::Counter& compileSeconds =
-        BuildCounter()
-            .Name("clerestory_shader_compile_seconds_total")
-            .Help("Time of compiling shaders; frames wait for it beyond their deadlines")
-            .Register(registry)
-            .Add({});
-    prometheus::Gauge& queueDepth = BuildGauge()
-                                        .Name("clerestory_queue_depth")
-                                        .Help("Frames waiting or being drawn")
-                                        .Register(registry)
-                                        .Add({});
-    HeldMetrics held{registry, "clerestory_renderer_held"};
-    prometheus::Family<prometheus::Gauge>& sceneBytes = BuildGauge()
-                                                            .Name("clerestory_scene_bytes")
-                                                            .Help("Memory of loaded scenes")
-                                                            .Register(registry);
-    prometheus::Family<prometheus::Gauge>& scenes =
-        BuildGauge().Name("clerestory_scenes").Help("Scenes, by state").Register(registry);
-    prometheus::Gauge& evicted = BuildGauge()
-                                     .Name("clerestory_scene_evictions")
-                                     .Help("Scenes unloaded since the start for lack of memory")
-                                     .Register(registry)
-                                     .Add({});
+        families.counter("clerestory_shader_compile_seconds_total",
+                         "Time of compiling shaders; frames wait for it beyond their deadlines");
+    prometheus::Gauge& queueDepth =
+        families.gauge("clerestory_queue_depth", "Frames waiting or being drawn");
+    HeldMetrics held{families, "clerestory_renderer_held"};
+    MetricFamilies::Gauges& sceneBytes =
+        families.gauges("clerestory_scene_bytes", "Memory of loaded scenes");
+    MetricFamilies::Gauges& scenes = families.gauges("clerestory_scenes", "Scenes, by state");
+    prometheus::Gauge& evicted = families.gauge(
+        "clerestory_scene_evictions", "Scenes unloaded since the start for lack of memory");
 
     void setCompiled(const CompileTotals& all) {
         const auto raise = [](prometheus::Counter& counter, double to) {
@@ -109,7 +63,7 @@ struct Metrics::Families {
         raise(pipelines, static_cast<double>(all.pipelines));
         raise(compileSeconds, all.seconds);
     }
-    void tell(const SceneTotals& all) {
+    void setScenes(const SceneTotals& all) {
         const auto set = [](auto& family, const char* label, const char* name, auto value) {
             family.Add({{label, name}}).Set(static_cast<double>(value));
         };
@@ -121,17 +75,10 @@ struct Metrics::Families {
         evicted.Set(static_cast<double>(all.evicted));
     }
 
-    prometheus::Gauge& resident = BuildGauge()
-                                      .Name("process_resident_memory_bytes")
-                                      .Help("Resident memory size in bytes")
-                                      .Register(registry)
-                                      .Add({});
-    prometheus::Gauge& allocated =
-        BuildGauge()
-            .Name("clerestory_allocated_bytes")
-            .Help("Memory allocated by the renderer's process and not freed")
-            .Register(registry)
-            .Add({});
+    prometheus::Gauge& resident =
+        families.gauge("process_resident_memory_bytes", "Resident memory size in bytes");
+    prometheus::Gauge& allocated = families.gauge(
+        "clerestory_allocated_bytes", "Memory allocated by the renderer's process and not freed");
 };
 
 // A family is its lines "# HELP" and "# TYPE", then its samples; those of all renderers follow each
@@ -199,16 +146,14 @@ void Metrics::notModified() {
 }
 
 std::string Metrics::text(const State& state) const {
-    families_->tell(state.scenes);
+    families_->setScenes(state.scenes);
     families_->setCompiled(state.compiled);
     families_->queueDepth.Set(static_cast<double>(state.queueDepth));
     families_->held.set(state.queue);
     families_->held.set(nameOf(Pool::jobs), state.jobs);
     families_->resident.Set(residentBytes());
     families_->allocated.Set(allocatedBytes());
-    std::ostringstream out;
-    prometheus::TextSerializer().Serialize(out, families_->registry.Collect());
-    return out.str();
+    return families_->families.text();
 }
 
 }  // namespace clerestory

@@ -63,6 +63,7 @@ Answer describeRenderer(const RendererRoutes& routes, const Call&) {
          {"version", id.version},
          {"shadingLanguage", id.shadingLanguage},
          {"platform", id.platform},
+         {"device", id.device ? ordered_json(*id.device) : ordered_json(nullptr)},
          {"software", id.software},
          {"clipControl", id.clipControl},
          {"timerQueriesTrusted", id.timerQueriesTrusted},

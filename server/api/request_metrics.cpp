@@ -1,96 +1,49 @@
 #include "server/api/request_metrics.h"
 
 #include "server/api/held_metrics.h"
+#include "server/api/metric_families.h"
 #include "server/base/log.h"
 #include "server/base/process.h"
 
-#include <prometheus/counter.h>
-#include <prometheus/gauge.h>
-#include <prometheus/registry.h>
-#include <prometheus/text_serializer.h>
-
-#include <sstream>
-
 namespace clerestory {
-namespace {
-
-using prometheus::BuildCounter;
-using prometheus::BuildGauge;
-using prometheus::Registry;
-
-}  // namespace
+namespace {}  // namespace
 
 struct RequestMetrics::Families {
-    mutable Registry registry;
-    prometheus::Family<prometheus::Counter>& requests =
-        BuildCounter()
-            .Name("clerestory_requests_total")
-            .Help("Requests answered, by route and status")
-            .Register(registry);
-    prometheus::Family<prometheus::Counter>& refusals =
-        BuildCounter()
-            .Name("clerestory_refusals_total")
-            .Help("Requests refused, by the code of the problem")
-            .Register(registry);
-    prometheus::Family<prometheus::Gauge>& connections = BuildGauge()
-                                                             .Name("clerestory_connections")
-                                                             .Help("Connections that are open")
-                                                             .Register(registry);
-    prometheus::Family<prometheus::Gauge>& connectionEvents =
-        BuildGauge()
-            .Name("clerestory_connection_events")
-            .Help("Connections since the start, by what became of them")
-            .Register(registry);
-    HeldMetrics held{registry, "clerestory_held"};
-    prometheus::Family<prometheus::Gauge>& cacheEvents =
-        BuildGauge()
-            .Name("clerestory_frame_cache_events")
-            .Help("Frames looked up in the frame cache since the start, by result; and evictions")
-            .Register(registry);
-    prometheus::Gauge& cacheBytes = BuildGauge()
-                                        .Name("clerestory_frame_cache_bytes")
-                                        .Help("Memory of the frame cache")
-                                        .Register(registry)
-                                        .Add({});
-    prometheus::Gauge& cacheEntries = BuildGauge()
-                                          .Name("clerestory_frame_cache_entries")
-                                          .Help("Frames in the frame cache")
-                                          .Register(registry)
-                                          .Add({});
-    prometheus::Gauge& logDropped = BuildGauge()
-                                        .Name("clerestory_log_lines_dropped")
-                                        .Help("Dropped lines of the log")
-                                        .Register(registry)
-                                        .Add({});
-    prometheus::Family<prometheus::Gauge>& workers =
-        BuildGauge()
-            .Name("clerestory_workers")
-            .Help(
-                "Render workers that live, by what they do; warm: the active ones that have "
-                "compiled "
-                "the shaders of the default scene; a warm standby holds the same scenes")
-            .Register(registry);
-    prometheus::Family<prometheus::Gauge>& workerScenes =
-        BuildGauge()
-            .Name("clerestory_worker_scenes")
-            .Help("Scenes that a render worker holds; the standby follows the one that answers")
-            .Register(registry);
-    prometheus::Family<prometheus::Gauge>& workerEvents =
-        BuildGauge()
-            .Name("clerestory_worker_events")
-            .Help("Render workers and their calls since the start, by what became of them")
-            .Register(registry);
-    prometheus::Gauge& resident = BuildGauge()
-                                      .Name("clerestory_http_resident_memory_bytes")
-                                      .Help("Resident memory of the process that clients reach")
-                                      .Register(registry)
-                                      .Add({});
+    MetricFamilies families;
+    MetricFamilies::Counters& requests =
+        families.counters("clerestory_requests_total", "Requests answered, by route and status");
+    MetricFamilies::Counters& refusals = families.counters(
+        "clerestory_refusals_total", "Requests refused, by the code of the problem");
+    MetricFamilies::Gauges& connections =
+        families.gauges("clerestory_connections", "Connections that are open");
+    MetricFamilies::Gauges& connectionEvents = families.gauges(
+        "clerestory_connection_events", "Connections since the start, by what became of them");
+    HeldMetrics held{families, "clerestory_held"};
+    MetricFamilies::Gauges& cacheEvents = families.gauges(
+        "clerestory_frame_cache_events",
+        "Frames looked up in the frame cache since the start, by result; and evictions");
+    prometheus::Gauge& cacheBytes =
+        families.gauge("clerestory_frame_cache_bytes", "Memory of the frame cache");
+    prometheus::Gauge& cacheEntries =
+        families.gauge("clerestory_frame_cache_entries", "Frames in the frame cache");
+    prometheus::Gauge& logDropped =
+        families.gauge("clerestory_log_lines_dropped", "Dropped lines of the log");
+    MetricFamilies::Gauges& workers = families.gauges(
+        "clerestory_workers",
+        "Render workers that live, by what they do; warm: the active ones that have compiled the "
+        "shaders of the default scene; a warm standby holds the same scenes");
+    MetricFamilies::Gauges& workerScenes = families.gauges(
+        "clerestory_worker_scenes",
+        "Scenes that a render worker holds; the standby follows the one that answers");
+    MetricFamilies::Gauges& workerEvents =
+        families.gauges("clerestory_worker_events",
+                        "Render workers and their calls since the start, by what became of them");
+    prometheus::Gauge& resident =
+        families.gauge("clerestory_http_resident_memory_bytes",
+                       "Resident memory of the process that clients reach");
     prometheus::Gauge& allocated =
-        BuildGauge()
-            .Name("clerestory_http_allocated_bytes")
-            .Help("What the process that clients reach has allocated and not given back")
-            .Register(registry)
-            .Add({});
+        families.gauge("clerestory_http_allocated_bytes",
+                       "What the process that clients reach has allocated and not given back");
 };
 
 RequestMetrics::RequestMetrics() : families_(std::make_unique<Families>()) {}
@@ -151,9 +104,7 @@ std::string RequestMetrics::text(const ConnectionCounters& front, const Holdings
     }
     families_->resident.Set(residentBytes());
     families_->allocated.Set(allocatedBytes());
-    std::ostringstream out;
-    prometheus::TextSerializer().Serialize(out, families_->registry.Collect());
-    return out.str();
+    return families_->families.text();
 }
 
 }  // namespace clerestory

@@ -57,8 +57,14 @@ const ordered_json kMeasure = {{"type", {"number", "null"}}};
 const ordered_json kAccuracy = {{"$ref", "#/components/schemas/Accuracy"}};
 
 ordered_json linearErrors(ordered_json more) {
-    ordered_json always = {{"pixels", kCount}, {"relMse", kMeasure}, {"rmse", kMeasure},
-                           {"bias", kMeasure}, {"p95", kMeasure},    {"meanReference", kMeasure}};
+    ordered_json always = {
+        {"pixels", kCount},
+        {"relMse", kMeasure},
+        {"relMseTrimmed", described(kMeasure, "relMse without the 0.1 % of pixels that are worst")},
+        {"rmse", kMeasure},
+        {"bias", kMeasure},
+        {"p95", kMeasure},
+        {"meanReference", kMeasure}};
     always.update(more);
     return object(std::move(always), {{"nonFinite", kCount}});
 }
@@ -190,13 +196,15 @@ ordered_json planSchema() {
                                             {"cx", kNumber},
                                             {"cy", kNumber},
                                             {"pixelCenter", oneOf({"half", "integer"})}});
-    const ordered_json camera = object({{"cameraToWorld", described(numbers(16), "column-major")},
-                                        {"convention", oneOf({"opengl", "opencv"})},
-                                        {"clipFromView", described(numbers(16), "column-major")},
-                                        {"width", kCount},
-                                        {"height", kCount},
-                                        {"znear", kNumber}},
-                                       {{"intrinsics", intrinsics}});
+    const ordered_json camera = object(
+        {{"cameraToWorld", described(numbers(16), "column-major")},
+         {"convention", oneOf({"opengl", "opencv"})},
+         {"width", kCount},
+         {"height", kCount},
+         {"znear", kNumber},
+         {"lens", {{"$ref", "#/components/schemas/Lens"}}}},
+        {{"clipFromView", described(numbers(16), "column-major; of lenses without distortion")},
+         {"intrinsics", described(intrinsics, "of perspective and fisheye lenses")}});
     const ordered_json map = object({{"target", kText}, {"subject", subjectSchema()}});
     const ordered_json totals =
         object({{"passes", kCount},
@@ -358,6 +366,8 @@ ordered_json rendererSchema() {
          {"version", kText},
          {"shadingLanguage", kText},
          {"platform", kText},
+         {"device", described({{"type", {"integer", "null"}}},
+                              "index of the EGL device that --device chose")},
          {"software", described(kFlag, "the driver renders on the processor")},
          {"clipControl", described(kFlag, "depth can run from 1 to 0")},
          {"timerQueriesTrusted", described(kFlag, "milliseconds are measured by the GPU")},

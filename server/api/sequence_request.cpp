@@ -107,7 +107,10 @@ Sequence sequenceFrom(const json& body) {
     Sequence sequence{.common = body.value("common", json::object()),
                       .own = ownFields(body, request),
                       .channels = request.channels,
-                      .first = request.first};
+                      .first = request.first,
+                      .plans = request.plans};
+    sequence.end = request.count ? std::min(sequence.first + *request.count, sequence.count())
+                                 : sequence.count();
     if (sequence.common.dump().size() > kMaxSequenceText / sequence.count()) {
         refuse({{"/common", "is too long for this number of frames",
                  std::to_string(kMaxSequenceText / sequence.count()) + " bytes"}});

@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <optional>
+
 namespace clerestory {
 
 // The channels of which each frame has a file.
@@ -28,6 +30,8 @@ struct SequenceRequest {
     std::optional<Turntable> turntable;
     SequenceChannels channels;
     std::uint32_t first = 0;
+    std::optional<std::uint32_t> count;  // none: all that follow
+    bool plans = true;
 };
 
 inline constexpr std::size_t kMaxSequenceFrames = 100'000;
@@ -67,6 +71,10 @@ void fields(SequenceRequest& s, V&& visit) {
     visit("channels", s.channels, Nested{}, "the files that are written for each frame");
     visit("first", s.first, Range{0, kMaxSequenceFrames - 1},
           "index of the first frame to send, to continue an interrupted answer");
+    visit("count", s.count, Range{1, kMaxSequenceFrames},
+          "number of frames to send; all that follow when absent");
+    visit("plans", s.plans, Flag{},
+          "plans and milliseconds in the JSON files; without them equal requests give equal bytes");
 }
 
 // Limit of the size of the common fields times the number of frames: bounds the work of checking.
@@ -78,9 +86,10 @@ struct Sequence {
     nlohmann::json common;
     std::vector<nlohmann::json> own;  // of each frame; of a path: time and camera
     SequenceChannels channels;
-    std::size_t first = 0;
+    std::size_t first = 0, end = 0;  // frames to send: first to end - 1
+    bool plans = true;               // in the JSON files, with milliseconds
 
-    std::size_t count() const { return own.size(); }
+    std::size_t count() const { return own.size(); }  // of all frames
     // A whole frame, with the format of colour.
     FrameRequest request(std::size_t index) const;
 };

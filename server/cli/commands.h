@@ -21,6 +21,7 @@ int runCompile(const CommandLine& line);
 int runSequence(const CommandLine& line);
 int runSign(const CommandLine& line);
 int runScenes();
+int runDevices();
 
 // A built-in scene, or a model file with its side file. Prints the warnings of the import to
 // stderr. If the environment map of the scene is not in `maps`, "sky" replaces it. Throws

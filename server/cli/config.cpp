@@ -25,6 +25,11 @@ void addRendererFlags(CLI::App& command, Config& config) {
         ->transform(CLI::CheckedTransformer(kBackends).description(""))
         ->type_name("KIND");
     command
+        .add_option("--device", config.renderer.device,
+                    "index of an EGL device, as `clerestory devices` lists them; default: the "
+                    "first with a driver, hardware before software")
+        ->type_name("N");
+    command
         .add_option("--environment", config.scenes.environments,
                     "an .hdr file, or a folder of six images; may be repeated")
         ->type_name("FILE|DIR")
@@ -302,6 +307,9 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     addSign(app, line);
     app.add_subcommand("scenes", "List the built-in scenes")->callback([&line] {
         line.command = Command::scenes;
+    });
+    app.add_subcommand("devices", "List the EGL devices that --device selects")->callback([&line] {
+        line.command = Command::devices;
     });
     try {
         app.parse(argc, argv);

@@ -48,7 +48,7 @@ struct SignCommand {
     std::int64_t validSeconds = 24 * 3600;
 };
 
-enum class Command { serve, render, plan, reference, compare, compile, sequence, scenes, sign };
+enum class Command { serve, render, plan, reference, compare, compile, sequence, scenes, devices, sign };
 
 struct CommandLine {
     Command command = Command::serve;

@@ -1,5 +1,5 @@
-// `clerestory render`, `plan` and `scenes`, and the input of all commands that run without a
-// server.
+// `clerestory render`, `plan`, `scenes` and `devices`, and the input of all commands that run
+// without a server.
 #include "server/api/encode_answer.h"
 #include "server/api/frame_json.h"
 #include "server/cli/commands.h"
@@ -9,6 +9,7 @@
 #include "server/scenes/shader_cache.h"
 
 #include "comparison/curve.h"
+#include "gl/devices.h"
 
 #include "scene/builtin/builtin_scenes.h"
 
@@ -192,7 +193,7 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
 }  // namespace
 
 void requireLight(Renderer& renderer, const FrameRequest& request) {
-    const Renderer::LightState light = renderer.completeLight(request);
+    const LightState light = renderer.completeLight(request);
     if (!light.failure.empty()) {
         throw std::runtime_error("the light of surfaces could not be computed: " + light.failure);
     }
@@ -231,6 +232,21 @@ int runScenes() {
     for (const BuiltinScene& scene : builtinScenes()) {
         std::cout << scene.id << std::string(scene.id.size() < 18 ? 18 - scene.id.size() : 1, ' ')
                   << scene.title << "\n";
+    }
+    return 0;
+}
+
+int runDevices() {
+    const std::vector<gl::Device> devices = gl::devices();
+    if (devices.empty()) throw std::runtime_error("EGL lists no devices on this machine");
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        const gl::Device& device = devices[i];
+        std::cout << i << "  "
+                  << (device.renderer.empty() ? "no OpenGL 4.3 driver" : device.renderer)
+                  << (device.software ? ", software" : "");
+        if (device.cuda) std::cout << ", CUDA device " << *device.cuda;
+        if (!device.file.empty()) std::cout << ", " << device.file;
+        std::cout << "\n";
     }
     return 0;
 }

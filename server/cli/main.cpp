@@ -35,6 +35,8 @@ int run(const CommandLine& line) {
             return runSign(line);
         case Command::scenes:
             return runScenes();
+        case Command::devices:
+            return runDevices();
     }
     return 2;
 }

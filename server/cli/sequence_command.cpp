@@ -65,6 +65,7 @@ int runSequence(const CommandLine& line) {
     openFolder(folder, json{{"build", buildId()},
                             {"scene", scene.contentHash},
                             {"channels", channelsJson(sequence.channels)},
+                            {"plans", sequence.plans},
                             {"common", sequence.common},
                             {"frames", sequence.own}}
                            .dump(1, ' ', false, json::error_handler_t::replace));
@@ -89,7 +90,7 @@ int runSequence(const CommandLine& line) {
     ProgressLine progress("drawing");
     Manifest manifest;
     std::size_t resumed = 0;
-    for (std::size_t i = sequence.first; i < sequence.count(); ++i) {
+    for (std::size_t i = sequence.first; i < sequence.end; ++i) {
         const std::string last = frameStem(i) + ".json";
         if (fs::exists(folder / last)) {
             ++resumed;
@@ -100,11 +101,11 @@ int runSequence(const CommandLine& line) {
             manifest.add(made.record);
         }
         progress.show(static_cast<double>(i + 1 - sequence.first) /
-                      static_cast<double>(sequence.count() - sequence.first));
+                      static_cast<double>(sequence.end - sequence.first));
     }
     progress.end();
     writeFrameFile(folder, manifest.file());
-    std::cout << sequence.count() - sequence.first << " frames in " << folder.string();
+    std::cout << sequence.end - sequence.first << " frames in " << folder.string();
     if (resumed > 0) std::cout << ", " << resumed << " of them from an earlier run";
     std::cout << "\n";
     return 0;

@@ -249,7 +249,7 @@ DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& reques
         try {
             const auto scene = resources.library.require(request.scene);
             if (request.effects.indirectLight) {
-                const Renderer::LightState light = resources.queue.run(
+                const LightState light = resources.queue.run(
                     kFramePatience,
                     [request](Renderer& renderer) { return renderer.light(request); });
                 if (light.wait) light.wait(cancelled);

@@ -33,12 +33,11 @@ ordered_json recordJson(const FrameRecord& record) {
     ordered_json json = {{"index", record.index},
                          {"time", record.time},
                          {"camera", nullptr},
-                         {"files", ordered_json::object()},
-                         {"milliseconds", ordered_json::object()}};
+                         {"files", ordered_json::object()}};
     if (record.camera) json["camera"] = cameraJson(*record.camera);
     for (const FrameRecord::ChannelFile& channel : record.channels) {
         json["files"][channel.channel] = channel.file;
-        json["milliseconds"][channel.channel] = channel.milliseconds;
+        if (channel.milliseconds) json["milliseconds"][channel.channel] = *channel.milliseconds;
     }
     return json;
 }
@@ -85,8 +84,11 @@ FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker
         const std::string middle = channel == Channel::color ? "" : "." + std::string(name);
         const std::string file = stem + middle + extensionOf(encoded.type);
         made.record.camera = encoded.camera;
-        made.record.channels.push_back({name, file, encoded.passMilliseconds});
-        plans.emplace_back(name, std::move(encoded.plan));
+        FrameRecord::ChannelFile& record = made.record.channels.emplace_back(name, file);
+        if (sequence.plans) {
+            record.milliseconds = encoded.passMilliseconds;
+            plans.emplace_back(name, std::move(encoded.plan));
+        }
         made.files.push_back({file, std::move(encoded.type), std::move(encoded.bytes)});
     };
     const SequenceChannels& on = sequence.channels;
@@ -95,7 +97,9 @@ FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker
     add(on.normal, Channel::normal, "normal");
     add(on.objectId, Channel::objectId, "objectId");
     add(on.through, Channel::through, "through");
-    made.files.push_back({stem + ".json", kJsonType, frameJson(made.record, plans)});
+    made.files.push_back({stem + ".json", kJsonType,
+                          sequence.plans ? frameJson(made.record, plans)
+                                         : jsonText(recordJson(made.record), 1)});
     return made;
 }
 

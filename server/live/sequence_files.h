@@ -6,6 +6,7 @@
 #include "server/api/sequence_request.h"
 
 #include <functional>
+#include <optional>
 
 namespace clerestory {
 
@@ -23,7 +24,7 @@ std::string frameStem(std::size_t index);
 struct FrameRecord {
     struct ChannelFile {
         std::string channel, file;
-        double milliseconds = 0.0;
+        std::optional<double> milliseconds;
     };
     std::size_t index = 0;
     double time = 0.0;  // seconds
@@ -36,8 +37,8 @@ struct FrameFiles {
     FrameRecord record;
 };
 
-// The pictures first; last "<stem>.json": the record, and for each channel its plan. Throws what
-// `make` throws.
+// The pictures first; last "<stem>.json": the record, and with Sequence::plans for each channel its
+// plan. Throws what `make` throws.
 FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker& make);
 
 // "manifest.json", the last file: for every frame its own JSON file without the plans.

@@ -42,7 +42,7 @@ struct Run {
         std::deque<std::future<Outcome>> ahead;
         for (std::size_t i = sequence.first;; ++i) {
             for (std::size_t next = i + 1 + ahead.size();
-                 next < sequence.count() && ahead.size() < source.renderers(); ++next) {
+                 next < sequence.end && ahead.size() < source.renderers(); ++next) {
                 ahead.push_back(
                     std::async(std::launch::async, [this, next] { return frame(next); }));
             }

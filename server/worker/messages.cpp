@@ -85,6 +85,7 @@ public:
         put(camera.height);
         put(camera.znear);
         put(camera.intrinsics);
+        put(camera.lens);
     }
     void put(const JobEvent& event) {
         put(event.kind);
@@ -153,6 +154,7 @@ public:
         get(camera.height);
         get(camera.znear);
         get(camera.intrinsics);
+        get(camera.lens);
     }
     void get(JobEvent& event) {
         get(event.kind);

@@ -25,6 +25,7 @@
 #define UNIT_THICKNESS 12
 #define UNIT_BACK_FACES 30
 #define UNIT_SPREAD 29
+#define UNIT_LENS 28
 #define UNIT_TRACE_NODES 13
 #define UNIT_TRACE_TRIANGLES 14
 #define UNIT_TRACE_VERTICES 15
@@ -121,7 +122,12 @@
 #define CHANNEL_NUMBER 3
 #define CHANNEL_BACK_FACES 8
 
+// What a lens pass assembles.
+#define LENS_RADIANCE 0
+#define LENS_NUMBERS 1
+
 // Curves of the toneMap pass.
 #define TONE_MAP_NEUTRAL 0
 #define TONE_MAP_ACES 1
 #define TONE_MAP_LINEAR 2
+#define TONE_MAP_TRANSPARENT 4  // a flag beside the curve

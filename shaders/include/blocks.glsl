@@ -11,8 +11,9 @@ BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     vec4 clipPlane;         // kept: dot(xyz, p) + w >= 0
     vec4 picture;           // width, height, pixels per unit of slope, 1 / diagonal of the scene
     vec4 worldFromEye[3];   // rows
-    vec4 backdrop;          // last level
-    vec4 shadows;           // 1 / width and 1 / height of the shadow map, samples of soft shadows
+    vec4 backdrop;          // last level; radiance of a background that replaces the map
+    // 1 / width and 1 / height of the shadow map, samples of soft shadows; 1: there is such a background
+    vec4 shadows;
 BLOCK_END(view)
 
 BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)
@@ -54,12 +55,14 @@ BLOCK_END(reflection)
 BLOCK_BEGIN(TraceBlock, BINDING_TRACE)
     vec4 eye;     // from the hierarchy's origin, the world's axes; w: number of nodes
     vec4 limits;  // turns of a ray
+    vec4 background;  // radiance that replaces the map for rays that nothing reflected; w: 1
 BLOCK_END(tracing)
 
 BLOCK_BEGIN(FilterBlock, BINDING_FILTER)
     // toneMap: exposure factor; 1 if the edge filter follows, else 0.
-    // twirl: radians per pixel, radius. convolve: 1 if it repeats. glowBright: threshold.
-    // glowUp: share of the wider one. glow: threshold, strength.
+    // Transparent pictures: 1 as the third number. twirl: radians per pixel, radius. convolve: 1 if
+    // it repeats. glowBright: threshold. glowUp: share of the wider one. glow: threshold, strength.
+    // lens: the first pixel of the part; above 0 for depth.
     vec4 parameters;
     vec4 kernel[3];  // convolve: rows, the first on top
 BLOCK_END(filtering)

@@ -19,6 +19,11 @@ vec3 projected(vec3 point) {  // texture coordinates; z: how far in front of the
     return vec3(clip.xy / max(clip.w, 1e-30f) * 0.5f + 0.5f, clip.w);
 }
 
+// The background along a ray that has left the glass.
+vec3 backgroundAlong(vec3 towards, float roughness) {
+    return view.shadows.w > 0.0f ? view.backdrop.yzw : environmentAlong(towards, roughness);
+}
+
 // Light along a ray that has left the glass. Where the picture ends, a body shows the environment.
 vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
     float last = view.backdrop.x;
@@ -37,7 +42,7 @@ vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
     // to 1.39), a fade from one to the other over a tenth of the picture 1.01 times.
     bool outside = has(FEATURE_SOLID) && (there.z <= 0.0f || there.x < 0.0f || there.y < 0.0f ||
                                           there.x > 1.0f || there.y > 1.0f);
-    return outside ? environmentAlong(towards, min(spread, 1.0f)) : seen;
+    return outside ? backgroundAlong(towards, min(spread, 1.0f)) : seen;
 }
 
 // Through a body of any shape whose back faces were drawn: from the first guess along the straight
@@ -135,7 +140,7 @@ Crossing crossingOf(vec3 position, vec3 incident, vec3 normal, float ior, float 
 
 vec3 seenThrough(Crossing way, vec3 position, float spread) {
     return has(FEATURE_BACKDROP) ? behindGlass(position + way.offset, way.direction, spread)
-                                 : environmentAlong(way.direction, min(spread, 1.0f));
+                                 : backgroundAlong(way.direction, min(spread, 1.0f));
 }
 
 GlassLight glassLight(Surface s, vec3 position, Glass g) {

@@ -22,6 +22,12 @@ vec3 environmentAtEnd(vec3 along, RayCone cone) {
     return environmentAlong(along, min(sqrt(alpha), 1.0f));
 }
 
+// The same for a path that nothing has reflected, if `direct`: the request's background is before it.
+vec3 backgroundAtEnd(vec3 along, RayCone cone, bool direct) {
+    return direct && tracing.background.w > 0.0f ? tracing.background.xyz
+                                                 : environmentAtEnd(along, cone);
+}
+
 // The surface for a cone that hits it: a cone is given by its width, so its half vectors reach half of
 // what they turn by to every side. It covers more of what it meets at an angle: along the sight its
 // width over n.v, and where the surface turns away from it no more than what is left of a ball. Wider
@@ -47,8 +53,8 @@ vec3 lampsAtHit(HitPoint p, Surface s) {
 
 // start: relative to the hierarchy's origin, off the surface that the ray leaves. along: unit, in
 // eye space's axes. share: of the result in its pixel; the path ends where less than the plan's least
-// share is left.
-vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
+// share is left. direct: nothing has reflected the light yet.
+vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool direct) {
     vec3 sum = vec3(0.0f);
     vec3 weight = vec3(1.0f);
     int turns = int(tracing.limits.x);
@@ -58,7 +64,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
         Hit hit = traceClosest(start, worldAxes(along), 0.0f, 1e30f);
         if (hit.place < 0) {
             noteHit(-1);
-            sum += weight * environmentAtEnd(along, cone);
+            sum += weight * backgroundAtEnd(along, cone, direct);
             break;
         }
         float travelled = hit.distance;
@@ -168,7 +174,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
             vec3 other = crosses ? mirrored : bent.direction;
             if (!leaves) {
                 vec3 left = crosses ? shares.reflected : through;
-                sum += weight * part * left * environmentAtEnd(other, cone);
+                sum += weight * part * left * backgroundAtEnd(other, cone, direct && !crosses);
             }
             weight *= part * followed + (1.0f - coverage);
             cone.lobe += lobeOfPath(spread);
@@ -183,6 +189,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
             cone.lobe += lobeOfPath(2.0f * alpha);
             cone.pixel += 2.0f * p.curvature * cone.width;
         }
+        direct = direct && crosses;
         bool turned = solid || pane || mirror;
         bool passed = hole || veil;
         turns -= turned ? 1 : 0;
@@ -190,7 +197,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share) {
         bool counts = share * maxComponent(weight) >= tracing.limits.z;
         going = (turned && turns >= 0 && counts) || passed;
         // No turn left: the rest is the environment's.
-        if (!going && turned) sum += weight * environmentAtEnd(next, cone);
+        if (!going && turned) sum += weight * backgroundAtEnd(next, cone, direct);
         start = offsetRayOrigin(p.place + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;
     } while (going);

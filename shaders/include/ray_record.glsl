@@ -58,6 +58,7 @@ vec3 finishRays(float coverage) {
         vec3 share = clamp(rayShares[i] * coverage, 0.0f, 60000.0f);
         bool counts = maxComponent(share) >= tracing.limits.z && maxComponent(share) > 0.0f;
         vec3 around = environmentAlong(pixelRays[i].along, min(sqrt(0.5f * pixelRays[i].cone.lobe), 1.0f));
+        if (i == 1 && tracing.background.w > 0.0f) around = tracing.background.xyz;
         added += counts ? vec3(0.0f) : share * around;
         starts[i] = counts ? startOf(pixelRays[i]) : uvec4(0u);
         ways[i] = counts ? wayOf(pixelRays[i], share, i == 1 && has(FEATURE_SOLID) && gl_FrontFacing) : uvec4(0u);

@@ -79,7 +79,7 @@ float iorOfPath(float ior, float dispersion) {
 
 vec3 tracedReflection(Surface s, vec3 position) {
     PixelRay ray = mirroredRay(s, position);
-    return tracedRadiance(ray.start, ray.along, ray.cone, 1.0f);
+    return tracedRadiance(ray.start, ray.along, ray.cone, 1.0f, false);
 }
 
 GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
@@ -103,7 +103,7 @@ GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float
                                        RayCone(mirrored.cone.width,
                                                first ? mirrored.cone.pixel : through.cone.pixel,
                                                first ? mirrored.cone.lobe : through.cone.lobe),
-                                       1.0f);
+                                       1.0f, !first);
         rays.mirrored = first ? radiance : rays.mirrored;
         rays.through = number == 2   ? vec3(radiance.r, rays.through.gb)
                        : number == 3 ? vec3(rays.through.rg, radiance.b)

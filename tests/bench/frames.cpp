@@ -1,10 +1,10 @@
 // `bench_frames [--width W --height H --frames N --accuracy PRESET --effects all|none|shadows|full]
 // SCENE...`: the cost of a frame. `all` are all effects but shadows and light between surfaces,
 // `shadows` adds shadows, and `full`, the effects of a default request, also light between
-// surfaces, which is complete before the first frame is measured. A scene is a built-in's id or a file. The camera rotates a little from frame to frame,
-// because a driver may skip repeated work. Prints a Markdown table: median and 95th percentile of
-// warm frames, the cold first frame, processor time, milliseconds of each pass and of encoding, and
-// memory.
+// surfaces, which is complete before the first frame is measured. A scene is a built-in's id or a
+// file. The camera rotates a little from frame to frame, because a driver may skip repeated work.
+// Prints a Markdown table: median and 95th percentile of warm frames, the cold first frame,
+// processor time, milliseconds of each pass and of encoding, and memory.
 #include "image/image.h"
 #include "program.h"
 #include "renderer.h"

@@ -29,6 +29,11 @@ void fuzzJson(Bytes bytes);
 // problems, or a rejection.
 void fuzzBlob(Bytes bytes);
 
+// A decoder of compressed files: "webp", "avif", "ktx2", "meshopt" or "draco". Decoded content of
+// the declared size, or a refusal with a reason.
+void (*codecTarget(const std::string& codec))(Bytes);
+std::vector<std::string> codecSeeds(const std::string& codec);
+
 // Seeds for mutations; random bytes would rarely reach the same code.
 std::vector<std::string> httpSeeds();
 std::vector<std::string> jsonSeeds();

@@ -62,7 +62,7 @@ Start start(LightOptions options, float emitted = 4.0f, bool ball = false) {
         r.output.format = OutputFormat::npy;
         r.effects.indirectLight = true;
         result.revisionAtFirst = renderer.render(r).light.revision;
-        const Renderer::LightState light = renderer.completeLight(r);
+        const LightState light = renderer.completeLight(r);
         EXPECT_TRUE(light.complete) << light.failure;
         Frame frame = renderer.render(r);
         EXPECT_GT(centerColor(frame.image).x, 0.01f);

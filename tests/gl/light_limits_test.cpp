@@ -26,7 +26,7 @@ Material matte(float albedo, float emitted = 0.0f) {
 // The frame with complete light. Its texels are finite and not negative.
 Image lit(FrameRequest r) {
     r.effects.indirectLight = r.effects.shadows = true;
-    const Renderer::LightState light = renderer().completeLight(r);
+    const LightState light = renderer().completeLight(r);
     EXPECT_TRUE(light.complete) << light.failure;
     Frame frame = renderer().render(r, Readback::health);
     for (const TargetHealth& target : frame.health) {

@@ -314,7 +314,7 @@ TEST_F(LinesAndPoints, StayWhereLightIsComputed) {
     r.environment.visible = false;
     const Image without = renderer().render(r).image;
     r.effects.indirectLight = true;
-    const Renderer::LightState light = renderer().completeLight(r);
+    const LightState light = renderer().completeLight(r);
     EXPECT_TRUE(light.complete) << light.failure;
     const Image with = renderer().render(r).image;
     EXPECT_EQ(covered(with), covered(without));

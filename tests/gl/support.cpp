@@ -10,11 +10,11 @@ namespace clerestory::test {
 
 Renderer& renderer() {
     const char* rays = std::getenv("CLERESTORY_TEST_RAYS");
-    static Renderer instance({.rays = rays && std::string_view(rays) == "shader"
-                                          ? Computation::shader
-                                          : Computation::automatic,
-                              .light = {.background = false, .addedTriangles = 8000, .places = 8000},
-                              .debugOutput = true});
+    static Renderer instance(
+        {.rays = rays && std::string_view(rays) == "shader" ? Computation::shader
+                                                            : Computation::automatic,
+         .light = {.background = false, .addedTriangles = 8000, .places = 8000},
+         .debugOutput = true});
     return instance;
 }
 

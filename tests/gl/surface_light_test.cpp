@@ -52,7 +52,7 @@ glm::dmat4 facingDown(double height) {
 // The request with the light of surfaces, complete.
 FrameRequest lit(FrameRequest r) {
     r.effects.indirectLight = true;
-    const Renderer::LightState light = renderer().completeLight(r);
+    const LightState light = renderer().completeLight(r);
     EXPECT_TRUE(light.complete) << light.failure;
     EXPECT_EQ(light.share, 1.0);
     return r;

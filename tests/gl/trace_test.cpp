@@ -1,6 +1,6 @@
 // Rays compared with rasterisation.
-#include "scene/default_view.h"
 #include "scene/builtin/builtin_scenes.h"
+#include "scene/default_view.h"
 #include "scene/import/in_process.h"
 #include "support.h"
 #include "trace_support.h"

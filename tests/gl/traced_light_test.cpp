@@ -1,8 +1,8 @@
 // Light along traced paths: furnaces, Snell's law, mirrors, and shading of hits.
-#include "scene/default_view.h"
 #include "../support/compare_images.h"
 #include "plan/graph/features.h"
 #include "scene/builtin/builtin_scenes.h"
+#include "scene/default_view.h"
 #include "support.h"
 #include "trace_support.h"
 

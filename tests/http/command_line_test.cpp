@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <sstream>
 #include <thread>
 
 namespace clerestory::test {
@@ -184,6 +185,33 @@ TEST(CommandLine, ListsTheBuiltInScenes) {
     EXPECT_EQ(outcome.exitCode, 0);
     EXPECT_THAT(outcome.output, HasSubstr("chapel"));
     EXPECT_THAT(outcome.output, HasSubstr("six-walls"));
+}
+
+// Every device that has a driver draws the same frame as the driver that is found without --device,
+// if it is the same driver.
+TEST(CommandLine, ADeviceIsSelected) {
+    const Outcome list = run("devices");
+    ASSERT_EQ(list.exitCode, 0) << list.output;
+    const std::string frame = "render six-walls --size 32x24 -o '", file = outputFile("device.png");
+    std::istringstream lines(list.output);
+    std::size_t count = 0, software = 0;
+    for (std::string line; std::getline(lines, line); ++count) {
+        EXPECT_THAT(line, StartsWith(std::to_string(count) + "  "));
+        if (line.find(", software") == std::string::npos) continue;
+        ++software;
+        const std::string device = " --device " + std::to_string(count);
+        ASSERT_EQ(run(frame + file + "' --renderer software" + device).exitCode, 0) << line;
+        const std::string onDevice = contentOf(file);
+        ASSERT_EQ(run(frame + file + "' --renderer software").exitCode, 0);
+        EXPECT_EQ(onDevice, contentOf(file)) << line;
+        const Outcome other = run(frame + file + "' --renderer hardware" + device);
+        expectOneLine(other);
+        EXPECT_THAT(other.output, HasSubstr("has a software driver"));
+    }
+    EXPECT_GT(software, 0u) << list.output;
+    const Outcome none = run(frame + file + "' --device " + std::to_string(count));
+    expectOneLine(none);
+    EXPECT_THAT(none.output, HasSubstr("no EGL device " + std::to_string(count)));
 }
 
 TEST(CommandLine, HelpIsReadable) {

@@ -61,7 +61,7 @@ TEST(CrossOrigin, OnlyABrowsersQuestionIsAPreflight) {
 // A server with a token: the question carries none, the request does.
 TEST(CrossOrigin, APageOfAnAllowedOriginDrawsAFrame) {
     std::filesystem::create_directories(CLERESTORY_TEST_OUTPUT);
-    const std::string file = std::string(CLERESTORY_TEST_OUTPUT) + "/origin-token";
+    const std::string file = CLERESTORY_TEST_OUTPUT "/origin-token";
     std::ofstream(file) << "0123456789abcdef0123\n";
     const ServerProcess server(
         {"--scene", "six-walls", "--token-file", file, "--allow-origin", "https://shop.example"});

@@ -172,6 +172,29 @@ TEST(Sequences, APathGivesItsFramesAndFirstResumesIt) {
 }
 
 // The frames of a turntable are those of the fitted view from its azimuths.
+// Slices put together have the files of the whole, and without plans the same bytes.
+TEST(Sequences, SlicesHaveTheFilesOfTheWhole) {
+    auto client = sharedServer().client();
+    const auto filesWith = [&](const json& fields) {
+        const auto result = postJson(client, "/v1/sequences", orbit(5, fields).dump());
+        EXPECT_EQ(result->status, 200) << result->body;
+        return filesOfTar(result->body);
+    };
+    const Files whole = filesWith({{"plans", false}});
+    Files joined;
+    for (const auto& [first, count] : {std::pair{0, 2}, std::pair{2, 2}, std::pair{4, 100}}) {
+        Files slice = filesWith({{"plans", false}, {"first", first}, {"count", count}});
+        EXPECT_EQ(slice.back().first, "manifest.json");
+        slice.pop_back();
+        joined.insert(joined.end(), slice.begin(), slice.end());
+    }
+    EXPECT_EQ(joined, Files(whole.begin(), whole.end() - 1));
+    const json frame = json::parse(fileOf(whole, "000000.json"));
+    EXPECT_FALSE(frame.contains("plans"));
+    EXPECT_FALSE(frame.contains("milliseconds"));
+    EXPECT_TRUE(json::parse(fileOf(filesWith(json::object()), "000000.json")).contains("plans"));
+}
+
 TEST(Sequences, ATurntableGoesRoundWhatIsFitted) {
     auto client = sharedServer().client();
     const json common = {{"scene", "teapots"},

@@ -186,6 +186,24 @@ Scene randomPlainScene(RandomSource& chance, const std::string& id, bool smooth)
     return scene;
 }
 
+namespace {
+
+// Injective over every frame.
+LensRequest randomLens(RandomSource& chance) {
+    switch (chance.below(4)) {
+        case 0:
+            return EquirectangularLens{chance.real(0.01, 6.28), chance.real(0.01, 3.14)};
+        case 1:
+            return CubeLens{static_cast<CubeLayout>(chance.below(3))};
+        case 2:
+            return FisheyeLens{.fov = chance.real(0.02, 6.28), .k1 = chance.real(0.0, 0.1)};
+        default:
+            return PerspectiveLens{.k1 = chance.real(0.0, 0.5), .k2 = chance.real(0.0, 0.2)};
+    }
+}
+
+}  // namespace
+
 void randomCamera(RandomSource& chance, FrameRequest& request) {
     request.camera = {};
     const glm::dvec3 eye = chance.is(0.1)
@@ -198,6 +216,7 @@ void randomCamera(RandomSource& chance, FrameRequest& request) {
     if (chance.is(0.5)) request.camera.yfov = glm::radians(chance.real(1.0, 179.0));
     if (chance.is(0.3)) request.camera.znear = std::pow(10.0, chance.real(-7.0, 0.0));
     if (chance.is(0.1)) request.camera.zfar = std::pow(10.0, chance.real(0.5, 6.0));
+    if (chance.is(0.15) && !request.camera.yfov) request.camera.lens = randomLens(chance);
 }
 
 FrameRequest randomRequest(RandomSource& chance, const std::string& scene) {

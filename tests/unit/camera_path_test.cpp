@@ -108,6 +108,22 @@ TEST(CameraPath, TheFieldOfViewIsInterpolated) {
     EXPECT_EQ(lens->fx, 500);
 }
 
+TEST(CameraPath, OtherLensesAreKept) {
+    CameraPath path{.keys = {key(0, {0, 0, 5}, {0, 0, 0}), key(1, {1, 0, 5}, {0, 0, 0})},
+                    .frameRate = 2.0};
+    path.keys[0].camera.lens = FisheyeLens{.fov = 3.0};
+    CameraRequest camera = framesOf(path)[1].camera;
+    EXPECT_EQ(camera.lens, LensRequest(FisheyeLens{.fov = 3.0}));
+    EXPECT_FALSE(camera.yfov.has_value());
+    path.keys[0].camera.lens = PerspectiveLens{.k1 = -0.1};
+    EXPECT_TRUE(framesOf(path)[1].camera.yfov.has_value());
+    path.keys[0].camera.lens.reset();
+    path.keys[0].camera.orthographicHeight = 2.0;
+    camera = framesOf(path)[1].camera;
+    EXPECT_EQ(camera.orthographicHeight, 2.0);
+    EXPECT_FALSE(camera.yfov.has_value());
+}
+
 TEST(CameraPath, NamesEveryInvalidKey) {
     CameraPath path{.keys = {key(1, {0, 0, 1}, {0, 0, 0}), key(1, {0, 0, 1}, {0, 0, 0}), {}}};
     path.keys[2].time = 2.0;

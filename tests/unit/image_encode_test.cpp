@@ -112,8 +112,9 @@ TEST(ImageNpy, MatchesTheNumPySpecification) {
     // 10 bytes of magic and length, 118 of header: the numbers start at 128, a multiple of 64.
     std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 2, 1), }";
     header.resize(117, ' ');
-    const std::string expected = std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + "\n" +
-                                 std::string("\x00\x00\x80\x3f\x00\x00\x20\xc0", 8);
+    header += '\n';
+    std::string expected("\x93NUMPY\x01\x00\x76\x00", 10);
+    expected.append(header).append("\x00\x00\x80\x3f\x00\x00\x20\xc0", 8);
     EXPECT_EQ(encodeNpy(image), expected);
 }
 

@@ -61,7 +61,7 @@ struct Refused {
 TEST(ImportArchive, UnsupportedArchivesAreRejected) {
     const TemporaryFolder folder;
     folder.write("outside.bin", triangleBuffer());
-    const std::string gltf = triangleGltf();
+    const std::string gltf = triangleGltf(), longName = std::string(1100, 'n').append(".gltf");
     const Refused rows[] = {
         {"nothing", {{"readme.txt", "words"}}, Reason::unsupported, "no scene file (.gltf"},
         {"two", {{"a.glb", "x"}, {"b.glb", "y"}}, Reason::unsupported, "more than one"},
@@ -72,7 +72,7 @@ TEST(ImportArchive, UnsupportedArchivesAreRejected) {
         {"drive", {{"C:scene.gltf", gltf}}, Reason::malformed, "colon"},
         {"twice", {{"s.gltf", gltf}, {"./s.gltf", gltf}}, Reason::malformed, "twice"},
         {"link", {{"s.gltf", gltf}, {"l", "/etc/passwd", true}}, Reason::malformed, "link"},
-        {"long name", {{std::string(1100, 'n') + ".gltf", gltf}}, Reason::malformed, "too long"},
+        {"long name", {{longName, gltf}}, Reason::malformed, "too long"},
         {"uri leads out",
          {{"s.gltf", triangleGltf("../outside.bin")}},
          Reason::malformed,

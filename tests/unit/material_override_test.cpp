@@ -50,7 +50,7 @@ TEST(Overrides, WithoutOverridesTheSceneIsUnchanged) {
     const Scene scene = threeBoxes();
     for (const auto& list :
          {std::vector<MaterialOverride>{}, std::vector<MaterialOverride>{of("no such", {}, 0.5)}}) {
-        const MaterialBindings d = bindMaterials(scene, list);
+        const MaterialBindings d = bindMaterials(scene, {}, list);
         EXPECT_THAT(d.own, IsEmpty());
         EXPECT_THAT(d.materialOfInstance, IsEmpty());
         EXPECT_THAT(roughnesses(scene, d), ElementsAre(1, 1, 1));
@@ -60,7 +60,7 @@ TEST(Overrides, WithoutOverridesTheSceneIsUnchanged) {
 TEST(Overrides, ChooseByMaterialByNodeAndByBoth) {
     const Scene scene = threeBoxes();
     const auto with = [&](std::vector<MaterialOverride> list) {
-        return roughnesses(scene, bindMaterials(scene, list));
+        return roughnesses(scene, bindMaterials(scene, {}, list));
     };
     EXPECT_THAT(with({of("stone", {}, 0.5)}), ElementsAre(0.5f, 0.5f, 1));
     EXPECT_THAT(with({of({}, "group", 0.5)}), ElementsAre(1, 0.5f, 0.5f));
@@ -76,7 +76,8 @@ TEST(Overrides, ChooseByMaterialByNodeAndByBoth) {
 
 TEST(Overrides, EqualResultsShareAMaterial) {
     const Scene scene = threeBoxes();
-    const MaterialBindings d = bindMaterials(scene, {of("stone", {}, 0.5), of({}, "right", 0.25)});
+    const MaterialBindings d =
+        bindMaterials(scene, {}, {of("stone", {}, 0.5), of({}, "right", 0.25)});
     EXPECT_EQ(d.own.size(), 2u);
     EXPECT_THAT(d.materialOfInstance, ElementsAre(2u, 2u, 3u));
     EXPECT_EQ(d.own[0].name, "stone");
@@ -85,7 +86,7 @@ TEST(Overrides, EqualResultsShareAMaterial) {
 TEST(Overrides, PermanentOverridesAreEquivalent) {
     Scene scene = threeBoxes();
     const std::vector<MaterialOverride> list{of("stone", {}, 0.5), of({}, "group", 0.25)};
-    const auto once = roughnesses(scene, bindMaterials(scene, list));
+    const auto once = roughnesses(scene, bindMaterials(scene, {}, list));
     applyOverrides(scene, list);
     EXPECT_THAT(sceneProblems(scene), IsEmpty());
     EXPECT_EQ(roughnesses(scene, {}), once);

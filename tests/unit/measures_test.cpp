@@ -69,7 +69,28 @@ TEST(LinearErrors, AnImpulseChangesMeansNotThePercentile) {
     EXPECT_NEAR(e.bias, 3.0 / 300.0, 1e-12);
     EXPECT_NEAR(e.rmse, std::sqrt(9.0 / 300.0), 1e-12);
     EXPECT_NEAR(e.relMse, 9.0 / 300.0 / (1.0 + 1e-4), 1e-12);
+    EXPECT_NEAR(e.relMseTrimmed, e.relMse, 1e-12) << "a tenth of a pixel is none";
     EXPECT_EQ(e.p95, 0.0);
+}
+
+// Two glints of 2,000 pixels, which the trimmed measure leaves out; a third one counts.
+TEST(LinearErrors, FewGlintsDoNotChangeTheTrimmedMeasure) {
+    const auto error = [](std::uint32_t glints, double& trimmed) {
+        const auto image = [glints](std::uint32_t x, std::uint32_t y) {
+            return Color(y == 20 && x < glints ? 1000.0f : 1.1f);
+        };
+        const LinearErrors e = linearErrors(painted(50, 40, image), uniform(Color(1.0f), 50, 40));
+        trimmed = e.relMseTrimmed;
+        return e.relMse;
+    };
+    double none = 0.0, two = 0.0, three = 0.0;
+    const double plain = error(0, none);
+    EXPECT_NEAR(none, plain, 1e-12);
+    EXPECT_NEAR(none, 0.01 / 1.0001, 1e-8);
+    EXPECT_GT(error(2, two), 900.0);
+    EXPECT_NEAR(two, none, 1e-12);
+    EXPECT_GT(error(3, three), 1000.0);
+    EXPECT_GT(three, 400.0);
 }
 
 TEST(LinearErrors, RelativeErrorIsIndependentOfBrightness) {

@@ -65,6 +65,77 @@ TEST(Motion, OnlyMapsThatSeeMovementAreRedrawn) {
     EXPECT_EQ(count(third, "capture"), 0u);
 }
 
+// The instance's material changes its colour within a second.
+void letChange(Scene& scene, Index instance) {
+    Clip clip{"paint", 1.0, {}};
+    clip.tracks.push_back({AnimatedProperty::material,
+                           scene.instances[instance].material,
+                           Interpolation::linear,
+                           {0, 1},
+                           {1, 1, 1, 1, 0, 0, 1, 1},
+                           "baseColor"});
+    scene.clips.push_back(clip);
+    finishMotion(scene);
+    updateContentHash(scene);
+}
+
+TEST(Motion, OnlyMapsThatSeeAChangedMaterialAreRedrawn) {
+    Scene scene = twoRooms();
+    scene.instances[3].material = addMaterial(scene, dullGrey());
+    letChange(scene, 3);
+    const FramePlan first = planOf(scene, fromAbove(0.0));
+    ASSERT_EQ(count(first, "capture"), 12u) << toText(first);
+    EXPECT_TRUE(first.materials.empty()) << "the clip starts with the material of the file";
+    const FramePlan second = planOf(scene, fromAbove(1.0), allOf(first));
+    ASSERT_EQ(count(second, "capture"), 6u) << toText(second);
+    EXPECT_EQ(passesOf(second, "capture")[0].name, "probe:left");
+    EXPECT_THAT(second.skipped, skippedAs("probe:right", "resident and unchanged"));
+    ASSERT_EQ(second.materials.size(), 1u);
+    EXPECT_EQ(second.materials[0].baseColor, glm::vec4(0, 0, 1, 1));
+    EXPECT_EQ(count(planOf(scene, fromAbove(0.0), allOf(first)), "capture"), 0u);
+}
+
+TEST(Motion, LightsThatChangeRedrawWhatTheyLight) {
+    Scene scene = twoRooms();
+    scene.lights.push_back({.node = addNode(scene, "lamp", at(-4, 1, 2)),
+                            .intensity = glm::vec3(10.0f),
+                            .range = 3.0f});
+    scene.animatedLights.push_back({0, {.intensity = 10.0f, .range = 3.0f}});
+    Clip clip{"pulse", 1.0, {}};
+    clip.tracks.push_back(
+        {AnimatedProperty::light, 0, Interpolation::linear, {0, 1}, {10, 20}, "intensity"});
+    scene.clips.push_back(clip);
+    finishMotion(scene);
+    updateContentHash(scene);
+    const FramePlan first = planOf(scene, fromAbove(0.0));
+    ASSERT_EQ(first.lights.size(), 1u);
+    EXPECT_EQ(first.lights[0].intensity, glm::vec3(10.0f));
+    const FramePlan second = planOf(scene, fromAbove(0.5), allOf(first));
+    EXPECT_EQ(second.lights[0].intensity, glm::vec3(15.0f));
+    EXPECT_GT(count(second, "capture"), 0u);
+}
+
+TEST(Motion, HiddenObjectsAreNotDrawn) {
+    Scene scene = boxScene();
+    Clip clip{"blink", 1.0, {}};
+    clip.tracks.push_back(
+        {AnimatedProperty::visible, scene.instances[0].node, Interpolation::step, {0, 1}, {1, 0}});
+    scene.clips.push_back(clip);
+    finishMotion(scene);
+    updateContentHash(scene);
+    const auto drawn = [&](double time) {
+        FrameRequest request = lookingFrom({0, 0, 6});
+        request.time = time;
+        std::size_t draws = 0;
+        for (const Draw& draw : rootOf(planOf(scene, request)).opaqueDraws) {
+            draws += draw.instance == 0 ? 1 : 0;
+        }
+        return draws;
+    };
+    EXPECT_GT(drawn(0.5), 0u);
+    EXPECT_EQ(drawn(1.0), 0u);
+}
+
 TEST(Motion, CubesDrawnEveryFrameAreCosted) {
     const auto price = [](const Scene& scene) {
         const FramePlan plan = planOf(scene, fromAbove(0.0));

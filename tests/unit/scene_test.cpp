@@ -173,6 +173,23 @@ TEST(DefaultView, ACameraThatSeesNothingIsNotUsed) {
     EXPECT_EQ(defaultView(scene).position, glm::dvec3(0.0)) << "it sees a box from its inside";
 }
 
+// A row of boxes that is ten times as long as what a default camera next to it shows.
+TEST(DefaultView, ACameraOutsideThatSeesADetailIsNotUsed) {
+    Scene scene;
+    const Index box = addBoxMesh(scene, "box", addMaterial(scene, {}));
+    for (int i = 0; i < 40; ++i) place(scene, box, {4.0 * i - 78.0, 0, 0}, 1.0);
+    const Index near = addNode(scene, "near", glm::translate(glm::dmat4(1.0), {0, 0, 16}));
+    scene.cameras = {{.node = near, .yfov = 0.8}};
+    EXPECT_NE(defaultView(scene).fit, glm::dvec2(0.0)) << "4 of 40 boxes";
+    const Index far = addNode(scene, "far", glm::translate(glm::dmat4(1.0), {0, 0, 60}));
+    scene.cameras = {{.node = far, .yfov = 0.8}};
+    EXPECT_EQ(defaultView(scene).position, glm::dvec3(0, 0, 60)) << "16 of 40";
+    // Among the boxes it may see few of them.
+    const Index among = addNode(scene, "among", glm::translate(glm::dmat4(1.0), {2, 0, 0.9}));
+    scene.cameras = {{.node = among, .yfov = 0.8}};
+    EXPECT_EQ(defaultView(scene).position, glm::dvec3(2, 0, 0.9));
+}
+
 // A box of 2 metres, 12 metres from the eye and in the middle of a frame that is as high as 4
 // of them at that distance.
 TEST(DefaultView, CoveredSharesAreThoseOfTheFrame) {

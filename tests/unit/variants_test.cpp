@@ -49,18 +49,18 @@ TEST(Variants, SelectTheMaterialsOfTheFile) {
     using Names = std::vector<std::string>;
     const auto names = [&](const std::optional<std::string>& variant,
                            const std::vector<MaterialOverride>& overrides = {}) {
-        return namesIn(scene, bindMaterials(scene, overrides, variant));
+        return namesIn(scene, bindMaterials(scene, {}, overrides, variant));
     };
     EXPECT_EQ(names({}), (Names{"plain", "plain"}));
     EXPECT_EQ(names("day"), (Names{"red", "plain"}));
     EXPECT_EQ(names("night"), (Names{"blue", "red"}));
     EXPECT_EQ(names("unknown"), (Names{"plain", "plain"}));
-    EXPECT_TRUE(bindMaterials(scene, {}, "unknown").materialOfInstance.empty());
+    EXPECT_TRUE(bindMaterials(scene, {}, {}, "unknown").materialOfInstance.empty());
     // Overrides select by the name of the variant's material.
     MaterialOverride rough;
     rough.material = "red";
     rough.roughness = 0.25;
-    const MaterialBindings both = bindMaterials(scene, {rough}, "night");
+    const MaterialBindings both = bindMaterials(scene, {}, {rough}, "night");
     EXPECT_EQ(both.own.size(), 1u);
     EXPECT_EQ(both.material(scene, both.materialOf(scene, 1)).roughness, 0.25f);
     EXPECT_EQ(both.material(scene, both.materialOf(scene, 0)).name, "blue");

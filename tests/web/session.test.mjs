@@ -162,6 +162,17 @@ test("a request is written as a link and as a curl command", () => {
   assert.ok(curlOf({ scene: "it's" }, "http://h/").includes(`it'\\''s`));
 });
 
+test("fields of every alternative of a tagged union are read from links", () => {
+  const camera = object({ lens: { oneOf: [
+    object({ type: { type: "string", const: "cube" }, layout: { type: "string", enum: ["grid", "row"] } }),
+    object({ type: { type: "string", const: "fisheye" }, fov: { type: "number", minimum: 0.01, maximum: 6.3 } }),
+  ] } });
+  const lensOf = (query) => requestOf(query, object({ camera })).camera?.lens;
+  assert.deepEqual(lensOf("camera.lens.type=fisheye&camera.lens.fov=3.3"), { type: "fisheye", fov: 3.3 });
+  assert.deepEqual(lensOf("camera.lens.type=cube&camera.lens.layout=row"), { type: "cube", layout: "row" });
+  assert.deepEqual(lensOf("camera.lens.type=square&camera.lens.fov=1"), { fov: 1 });
+});
+
 test("both sides of a comparison are the same view with another accuracy or without effects", () => {
   const request = session().request([64, 36]);
   assert.deepEqual(withChoice(request, "now"), request);

@@ -14,19 +14,40 @@ std::string formatted(const char* pattern, double value) {
     return text;
 }
 
+namespace {
+
+// The candidate on which the views of a lens agreed, if they chose different ones.
+std::optional<std::size_t> agreedCandidate(const ViewContext& context, const ViewTask& task,
+                                           const Subject& subject,
+                                           std::span<const Candidate> candidates) {
+    if (task.generation > 0 || context.agreed.empty()) return std::nullopt;
+    const auto agreed = context.agreed.find(nameOf(subject));
+    if (agreed == context.agreed.end()) return std::nullopt;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+        if (candidates[i].method == agreed->second) return i;
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
 Method chooseMethod(ViewContext& context, const ViewTask& task, const MethodRequest& requested,
                     std::span<const Candidate> candidates) {
     const double weight = task.weight * requested.weight;
     const double tolerance =
         toleranceOf(context.stage.settings.accuracy.preset) / std::max(weight, 1e-12);
     std::size_t chosen = cheapest(candidates, tolerance);
-    std::string reason = percentOfFrame(requested.share);
+    const double share = requested.share * task.part;
+    std::string reason = percentOfFrame(share);
     const auto forced = std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& c) {
         return requested.forced && c.method == *requested.forced;
     });
     if (forced != candidates.end()) {
         chosen = static_cast<std::size_t>(forced - candidates.begin());
         reason += ", named by the request";
+    } else if (const auto agreed = agreedCandidate(context, task, requested.subject, candidates)) {
+        chosen = *agreed;
+        reason += ", as in another view of the lens";
     } else {
         reason += formatted(", %.1f ms predicted", candidates[chosen].milliseconds) +
                   formatted(", error %.2f", candidates[chosen].error) +
@@ -37,7 +58,7 @@ Method chooseMethod(ViewContext& context, const ViewTask& task, const MethodRequ
                                      requested.subject,
                                      requested.effect,
                                      task.generation,
-                                     requested.share,
+                                     share,
                                      candidates[chosen].method,
                                      {candidates.begin(), candidates.end()},
                                      std::move(reason)});
@@ -48,6 +69,7 @@ Method chooseMethod(ViewContext& context, const ViewTask& task, const MethodRequ
 void skip(ViewContext& context, const ViewTask& task, const Subject& subject, Effect effect,
           std::string reason) {
     if (task.generation == 0) {
+        if (!task.subject.name.empty()) reason = task.subject.name + ": " + reason;
         context.builder.skip(subject, effect, std::move(reason));
     }
 }

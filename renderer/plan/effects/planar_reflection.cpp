@@ -4,6 +4,7 @@
 #include "plan/graph/features.h"
 #include "plan/visibility/mirror.h"
 #include "plan/visibility/visibility.h"
+#include "scene/hash.h"
 
 #include <algorithm>
 #include <cmath>
@@ -225,9 +226,26 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
     return candidates;
 }
 
+// Identifies the mirrored view among those of the requested view.
+std::uint64_t keyOf(const MirrorPicture& picture, const MirrorGroup& group) {
+    PlanHash hash;
+    hash.add(std::string_view("mirrored view"));
+    hash.add(std::string_view(nameOf(group.subject)));
+    hash.add(picture.view.viewFromWorld);
+    hash.add(picture.view.clipFromView);
+    hash.add(picture.width);
+    hash.add(picture.height);
+    return hash.value();
+}
+
 // Adds the passes of the mirrored view. Returns its target.
 TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGroup& group,
                      const MirrorPicture& picture, std::vector<std::size_t> hidden) {
+    // A transparent background draws the requested view twice, with the same mirrored views.
+    const std::uint64_t key = keyOf(picture, group);
+    if (task.background.radiance) {
+        if (const auto drawn = context.builder.shared(key)) return *drawn;
+    }
     const TargetId target = context.builder.addTarget(
         {.name = nameOf(group.subject),
          .format = Format::rgba16f,
@@ -262,6 +280,7 @@ TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGro
                                  .reason = "a rough mirror reads blurred levels",
                                  .work = BuildLevels{}});
     }
+    if (task.background.radiance) context.builder.share(key, target);
     return target;
 }
 

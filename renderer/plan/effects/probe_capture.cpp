@@ -36,6 +36,10 @@ std::uint64_t hashOfInputs(const ViewContext& context, const CapturePoint& point
     hash.add(context.frame.environment.contentHash);
     for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
+    for (const Light& light : stage.pose.lights) {
+        hash.add(light.intensity);
+        for (const float v : {light.range, light.innerConeAngle, light.outerConeAngle}) hash.add(v);
+    }
     hash.add(hashOf(captureSettings(stage.settings)));
     hash.add(context.frame.limits.software);
     hash.add(context.frame.limits.rays);

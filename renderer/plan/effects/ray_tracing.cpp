@@ -91,6 +91,7 @@ private:
                                .view = work.view,
                                .map = work.map,
                                .environment = work.environment,
+                               .background = work.background,
                                .reflections = work.reflections};
         addRecording(pass, std::move(work));
         // A draw covers the light of the rays behind it, so rays are added before the next draw.
@@ -123,9 +124,11 @@ private:
                         .view = work.view,
                         .map = work.map,
                         .environment = work.environment,
+                        .background = work.background,
                         .records = work.recorded.targets,
                         .rect = work.recorded.rect,
-                        .radiance = sizedAs(pass.target, "radiance of rays", Format::rgba32f)};
+                        .radiance = sizedAs(pass.target, "radiance of rays", Format::rgba32f),
+                        .everyPixel = glass && work.background.radiance.has_value()};
         if (context_.builder.target(pass.target).samples > 1) {
             rays.sample = {sizedAs(pass.target, "start of a sample", Format::rgba32ui),
                            sizedAs(pass.target, "way of a sample", Format::rgba32ui)};
@@ -209,6 +212,7 @@ void planRays(FramePlan& plan, const FrameContext& context, const Stage& stage) 
     if (!traces && !context.needsRays) return;
     RayScene rays;
     rays.materialOfInstance = stage.materials.materialOfInstance;
+    rays.hidden = stage.materials.hidden;
     rays.hitFeatures = featuresOfAll(stage);
     rays.bounces = stage.settings.accuracy.bounces;
     const RayDensity density = densityOf(stage.settings.accuracy.preset);

@@ -240,6 +240,7 @@ void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& 
                                         .environment = behind.environment,
                                         .backdrop = backdrop,
                                         .backFaces = backFaces,
+                                        .background = behind.background,
                                         .reflections = behind.reflections,
                                         .glassDraws = std::move(layer.glassDraws),
                                         .blendedDraws = std::move(layer.blendedDraws)}});

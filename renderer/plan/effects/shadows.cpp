@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMaxShadows = 16;
 constexpr std::uint32_t kMaxMapEdge = 4096;
 // Distance from a light within which nothing hides it, relative to the diagonal of the scene.
-constexpr double kNearShare = 1e-4;
+constexpr double kLightNearShare = 1e-4;
 // A wider cone is six pictures.
 constexpr double kMaxConeCosine = 0.35;
 
@@ -124,7 +124,7 @@ struct Shadow {
 std::optional<Shadow> shadowOf(const Stage& stage, std::size_t index, const Edges& edges) {
     const PlacedLight& light = stage.lights[index];
     const double znear =
-        std::max(1e-9, kNearShare * double(lastingBounds(stage.scene, stage.pose).diagonal()));
+        std::max(1e-9, kLightNearShare * double(lastingBounds(stage.scene, stage.pose).diagonal()));
     if (light.kind == LightKind::directional) {
         const auto view = sunView(stage, glm::normalize(glm::dvec3(light.toLight)));
         if (!view) return std::nullopt;

@@ -40,7 +40,7 @@ std::string reasonWithout(const FrameContext& context, const LightInputs& inputs
 
 void setStillLights(const FrameContext& context, const FrameRequest& request,
                     const ViewSettings& settings, LightInputs& inputs) {
-    std::vector<Light> lights = lightsWith(context.scene, request.lights);
+    std::vector<Light> lights = lightsWith(context.scene.lights, request.lights);
     const std::vector<bool> moves = nodesThatMove(context.scene);
     const std::size_t all = lights.size();
     std::erase_if(lights,
@@ -53,14 +53,18 @@ void setStillLights(const FrameContext& context, const FrameRequest& request,
 
 }  // namespace
 
+// Of materials and lights as they are at rest: a clip that changes them would begin another
+// computation for every moment.
 LightInputs lightInputs(const FrameContext& context, const FrameRequest& request) {
     if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
     }
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
+    Pose rest = context.pose;
+    rest.materials.clear();
     LightInputs inputs{
-        .materials = bindMaterials(context.scene, request.overrides, request.variant),
+        .materials = bindMaterials(context.scene, rest, request.overrides, request.variant),
         .mapFromWorld = settings.mapFromWorld,
         .environmentIntensity = settings.environmentIntensity,
         .emission = settings.effects.emission};

@@ -49,7 +49,7 @@ ViewContext::ViewContext(const FrameContext& frame, const Stage& stage, PlanBuil
     : frame(frame),
       stage(stage),
       builder(builder),
-      moves(stage.scene.clips.empty() ? std::vector<bool>{} : instancesThatMove(stage.scene)),
+      moves(stage.scene.clips.empty() ? std::vector<bool>{} : instancesThatChange(stage.scene)),
       sceneBounds(lastingBounds(stage.scene, stage.pose)),
       sceneTriangles(triangleCount(stage.scene)),
       shading(meanShading(stage)),

@@ -12,6 +12,8 @@
 #include "plan/visibility/draws.h"
 #include "plan/visibility/occlusion.h"
 
+#include <map>
+
 namespace clerestory {
 
 // State that all views of a frame share.
@@ -28,8 +30,9 @@ struct ViewContext {
     std::uint64_t sceneTriangles = 0;
     Shading shading;  // mean over surfaces
     std::size_t curvedReflectors = 0;
-    std::vector<Occluder> occluders;  // of the root view
-    std::vector<Bounds> opaqueBoxes;  // see enclosureAt(); filled on first use
+    std::vector<Occluder> occluders;       // of the root view
+    std::vector<Bounds> opaqueBoxes;       // see enclosureAt(); filled on first use
+    std::map<std::string, Method> agreed;  // see agreedMethods()
 };
 
 // A view to plan, and the target of its picture.
@@ -43,10 +46,12 @@ struct ViewTask {
     TargetId target = kNoTarget;
     std::uint32_t face = 0;             // of a cube target
     std::uint32_t generation = 0;       // 0: the root
+    double part = 1.0;                  // of the frame that this root view shows, 0..1
     double weight = 1.0;                // of the view in the frame, 0..1; see kMinWeight
     bool captured = false;              // face of a captured cube, or mirrored view in one
     std::uint32_t mirrorsLeft = 0;      // nested mirrored views that may still be added
     std::uint32_t probeGeneration = 0;  // of the captured cubes that this view shows; 0: none
+    OwnBackground background;           // of the requested view
     std::vector<std::size_t> hidden;    // omitted surfaces, indices of Stage::surfaces; sorted
 };
 

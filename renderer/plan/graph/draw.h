@@ -26,6 +26,18 @@ struct View {
     bool operator==(const View&) const = default;
 };
 
+// What the requested view shows where it sees no surface, if that is not the environment map. Seen
+// directly and through glass; what mirrors reflect is the map.
+struct OwnBackground {
+    std::optional<glm::vec3> radiance;  // a uniform one
+    // Nothing: the alpha of the target is the share of a pixel that surfaces cover. Only for views
+    // without glass, which reads distances in alpha.
+    bool coverage = false;
+
+    bool replacesMap() const { return radiance.has_value() || coverage; }
+    bool operator==(const OwnBackground&) const = default;
+};
+
 // Where the shadows of a light are in the shadow map of the plan.
 struct LightShadow {
     // One picture of all that the light reaches, or the six faces of a cube about it, in the order

@@ -41,8 +41,8 @@ using EnvironmentMaps = std::map<std::string, std::shared_ptr<const EnvironmentM
 
 // The members must outlive the context.
 struct FrameContext {
-    const Scene& scene;
-    const Pose& pose;  // at the time of the request
+    const Scene& scene;  // composed as the request says (scene/compose.h)
+    const Pose& pose;    // at the time of the request
     const EnvironmentMap& environment;
     const EnvironmentMaps& maps;
     const ResidentMaps& resident;

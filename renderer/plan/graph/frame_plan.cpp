@@ -15,6 +15,7 @@ void count(std::span<const Draw> draws, PlanTotals& totals) {
 }  // namespace
 
 const View* frameView(const FramePlan& plan) {
+    if (plan.lens) return &plan.lens->view;
     const View* view = nullptr;
     for (const Pass& pass : plan.passes) {
         const auto* scene = std::get_if<DrawScene>(&pass.work);

@@ -15,9 +15,6 @@
 
 namespace clerestory {
 
-// The fields of a request that determine the size of a frame; see Pass::knobs().
-inline constexpr std::string_view kKnobsOfTheFrame = "/width, /height, /accuracy/samples";
-
 // Something that the plan leaves out, with the reason.
 struct Skipped {
     std::string name;
@@ -32,11 +29,19 @@ struct PlanTotals {
     bool operator==(const PlanTotals&) const = default;
 };
 
+// The requested view of a frame that is assembled from tiles.
+struct FrameLens {
+    Lens lens;
+    View view;  // its projection only has the near and far plane
+    bool operator==(const FrameLens&) const = default;
+};
+
 struct FramePlan {
     std::vector<TargetSpec> targets;
     std::vector<Pass> passes;
     std::vector<Skipped> skipped;
     std::vector<Decision> decisions;
+    std::vector<std::string> composition;  // what the request changes in the scene
     std::vector<PlacedLight> lights;
     std::vector<Material> materials;  // overridden ones; indices follow those of Scene::materials
     TargetId output = kNoTarget;
@@ -49,19 +54,21 @@ struct FramePlan {
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
     std::uint32_t curvedSamples = 0;
+    std::optional<FrameLens> lens;       // none: one matrix projects the frame
     std::optional<RayScene> rays;        // see planRays()
     std::uint64_t surfaceLight = 0;      // identifies the light at vertices; 0: the environment's
     std::optional<LightProgress> light;  // Effects::indirectLight
     TargetId shadowMap = kNoTarget;      // that every pass with lit surfaces reads; see LightShadow
     TargetId shadowTints = kNoTarget;    // half as large, if something lets light through
     std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius; 0: none has one
+    bool transparent = false;         // the output has an alpha channel
     double perMetre = 1.0;  // 1 / diagonal of the scene; pictures store distances times this
 
     bool operator==(const FramePlan&) const = default;
 };
 
-// The requested view: that of the last pass that draws the scene into the output. Null if the plan
-// has none.
+// The requested view: that of the lens, or of the last pass that draws the scene into the output.
+// Null if the plan has none.
 const View* frameView(const FramePlan& plan);
 
 PlanTotals totals(const Pass& pass);

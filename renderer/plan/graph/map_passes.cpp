@@ -1,7 +1,5 @@
 #include "plan/graph/map_passes.h"
 
-#include "plan/graph/frame_plan.h"
-
 namespace clerestory {
 namespace {
 
@@ -19,7 +17,7 @@ void addBlur(PlanHash& hash, const MapBlur& blur) {
 std::string_view PrefilterMap::knobs() const {
     return "/accuracy/environmentSize, /accuracy/environmentSamples";
 }
-std::uint64_t PrefilterMap::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t PrefilterMap::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return texelsOf(target, Faces::all, Levels::all) * samples;
 }
 void addTo(PlanHash& hash, const PrefilterMap& work, const Stage&) {
@@ -31,7 +29,7 @@ void addTo(PlanHash& hash, const PrefilterMap& work, const Stage&) {
 std::string_view PrefilterCube::knobs() const {
     return kKnobsOfCubes;
 }
-std::uint64_t PrefilterCube::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t PrefilterCube::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return texelsOf(target, Faces::all, Levels::all) * samples;
 }
 void addTo(PlanHash& hash, const PrefilterCube& work, const Stage&) {
@@ -45,7 +43,7 @@ std::vector<TargetId> BlurCube::reads() const {
 std::string_view BlurCube::knobs() const {
     return kKnobsOfCubes;
 }
-std::uint64_t BlurCube::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t BlurCube::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return texelsOf(target, Faces::all, Levels::first);
 }
 void addTo(PlanHash& hash, const BlurCube& work, const Stage&) {
@@ -58,7 +56,7 @@ void addTo(PlanHash& hash, const BlurCube& work, const Stage&) {
 std::string_view BuildLevels::knobs() const {
     return kKnobsOfCubes;
 }
-std::uint64_t BuildLevels::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t BuildLevels::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return texelsOf(target, target.kind == TargetKind::cube ? Faces::all : Faces::one, Levels::all);
 }
 void addTo(PlanHash&, const BuildLevels&, const Stage&) {}

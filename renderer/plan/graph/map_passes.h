@@ -2,6 +2,7 @@
 // graph/pass.h describes the members that every pass type has.
 #pragma once
 
+#include "plan/graph/sample_costs.h"
 #include "plan/graph/target.h"
 #include "scene/hash.h"
 #include "scene/scene.h"
@@ -12,7 +13,6 @@
 
 namespace clerestory {
 
-struct FramePlan;
 struct Stage;
 
 // Hashes every member.
@@ -26,7 +26,7 @@ struct PrefilterMap {
     std::string_view kind() const { return "environment"; }
     std::vector<TargetId> reads() const { return {}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const PrefilterMap& work, const Stage& stage);
     bool operator==(const PrefilterMap&) const = default;
 };
@@ -39,7 +39,7 @@ struct PrefilterCube {
     std::string_view kind() const { return "prefilter"; }
     std::vector<TargetId> reads() const { return {source}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const PrefilterCube& work, const Stage& stage);
     bool operator==(const PrefilterCube&) const = default;
 };
@@ -54,7 +54,7 @@ struct BlurCube {
     std::string_view kind() const { return "gaussian"; }
     std::vector<TargetId> reads() const;
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const BlurCube& work, const Stage& stage);
     bool operator==(const BlurCube&) const = default;
 };
@@ -64,7 +64,7 @@ struct BuildLevels {
     std::string_view kind() const { return "levels"; }
     std::vector<TargetId> reads() const { return {}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const BuildLevels& work, const Stage& stage);
     bool operator==(const BuildLevels&) const = default;
 };

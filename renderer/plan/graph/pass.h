@@ -4,7 +4,7 @@
 //   kind()                          its name in the API, in timings and in tests
 //   reads()                         targets of earlier passes that it reads
 //   knobs()                         fields of a request that determine its cost: "/a, /b"
-//   shadedSamples(target, plan)     its cost; see work.h
+//   shadedSamples(target, factors)  its cost; see work.h
 //   addTo(hash, work, stage)        hashes every member except the targets of reads(). It binds all
 //                                   members by name, so that a new member does not compile before
 //                                   addTo() handles it
@@ -22,10 +22,11 @@
 
 namespace clerestory {
 
-using PassWork = std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene,
-                              DrawGlass, DrawBlended, FollowRays, DrawShadow, DrawShadowTint,
-                              DrawBackFaces, DrawChannel, CopyBackdrop, Twirl, Convolve, GlowBright,
-                              GlowDown, GlowUp, Glow, ToneMapping, EdgeFilter>;
+using PassWork =
+    std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene, DrawGlass,
+                 DrawBlended, FollowRays, DrawShadow, DrawShadowTint, DrawBackFaces, DrawChannel,
+                 CopyBackdrop, AssembleLens, Twirl, Convolve, GlowBright, GlowDown, GlowUp, Glow,
+                 BackgroundAlpha, ToneMapping, EdgeFilter, StraightAlpha>;
 
 struct Pass {
     std::string name;

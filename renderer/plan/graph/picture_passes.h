@@ -2,7 +2,9 @@
 // graph/pass.h describes the members that every pass type has.
 #pragma once
 
+#include "plan/graph/sample_costs.h"
 #include "plan/graph/target.h"
+#include "plan/lens/tiles.h"
 #include "plan/request/frame_request.h"
 #include "scene/hash.h"
 
@@ -12,7 +14,6 @@
 
 namespace clerestory {
 
-struct FramePlan;
 struct Stage;
 
 // Common part: shades each pixel of the target once and reads one picture. No captured map depends
@@ -22,9 +23,25 @@ struct PicturePass {
 
     std::vector<TargetId> reads() const { return {source}; }
     std::string_view knobs() const { return "/filters"; }
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash&, const PicturePass&, const Stage&) {}
     bool operator==(const PicturePass&) const = default;
+};
+
+// Assembles the frame of a lens from the pictures of its tiles, by weight.
+struct AssembleLens {
+    Lens lens;
+    std::vector<LensTile> tiles;
+    std::vector<TargetId> sources;  // one for each tile
+    bool numbers = false;           // of a channel: nearest texels of one tile, not mixed
+    bool depth = false;             // which change with the direction
+
+    std::string_view kind() const { return "lens"; }
+    std::vector<TargetId> reads() const { return sources; }
+    std::string_view knobs() const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
+    friend void addTo(PlanHash&, const AssembleLens&, const Stage&) {}  // of frames only
+    bool operator==(const AssembleLens&) const = default;
 };
 
 // Rotates each pixel about the centre by an angle that depends on its distance.
@@ -73,11 +90,24 @@ struct Glow : PicturePass {
     bool operator==(const Glow&) const = default;
 };
 
-// Linear radiance -> display colour.
+// Of two pictures of the same scene, before a black background and before a white one of radiance
+// 1: the first one, and as alpha what the background adds to neither: 1 less the mean difference.
+struct BackgroundAlpha : PicturePass {
+    TargetId white = kNoTarget;
+    std::string_view kind() const { return "alpha"; }
+    std::string_view knobs() const;
+    std::vector<TargetId> reads() const { return {source, white}; }
+    bool operator==(const BackgroundAlpha&) const = default;
+};
+
+// Linear radiance -> display colour. A transparent picture stays premultiplied and linear: each
+// pixel's radiance over its alpha is mapped. Alpha grows to the brightest channel of what the pixel
+// shows over black, so that highlights on clear glass are kept.
 struct ToneMapping : PicturePass {
     ToneMap curve = ToneMap::neutral;
     float exposureFactor = 1.0f;
     bool edgeFilterFollows = false;  // then alpha holds the brightness that it reads
+    bool transparent = false;        // then alpha stays alpha
     std::string_view kind() const { return "toneMap"; }
     std::string_view knobs() const;
     bool operator==(const ToneMapping&) const = default;
@@ -85,9 +115,17 @@ struct ToneMapping : PicturePass {
 
 // Smooths edges in the display colour.
 struct EdgeFilter : PicturePass {
+    bool transparent = false;  // edges of alpha too; colour is premultiplied
     std::string_view kind() const { return "edgeFilter"; }
     std::string_view knobs() const;
     bool operator==(const EdgeFilter&) const = default;
+};
+
+// Premultiplied, linear display colour -> straight alpha, encoded.
+struct StraightAlpha : PicturePass {
+    std::string_view kind() const { return "straightAlpha"; }
+    std::string_view knobs() const;
+    bool operator==(const StraightAlpha&) const = default;
 };
 
 }  // namespace clerestory

@@ -30,6 +30,16 @@ public:
     void addDecision(Decision decision);
     void skip(const Subject& subject, Effect effect, std::string reason);
 
+    // Number of decisions and omissions so far; truncateExplanations() removes later ones.
+    struct Explanations {
+        std::size_t decisions, skipped;
+    };
+    Explanations explanations() const { return {plan_.decisions.size(), plan_.skipped.size()}; }
+    void truncateExplanations(const Explanations& to) {
+        plan_.decisions.resize(to.decisions);
+        plan_.skipped.resize(to.skipped);
+    }
+
     // Targets that several views read, by a key that identifies them within the frame.
     std::optional<TargetId> shared(std::uint64_t key) const;
     void share(std::uint64_t key, TargetId target);

@@ -19,11 +19,18 @@ void addTarget(PlanHash& hash, const TargetSpec& target) {
 
 }  // namespace
 
-std::uint64_t hashOf(const MaterialBindings& materials) {
-    if (materials.own.empty()) return 0;
+std::vector<std::uint64_t> ownHashesOf(const MaterialBindings& materials) {
+    std::vector<std::uint64_t> hashes;
+    for (const Material& m : materials.own) hashes.push_back(contentHash(m));
+    return hashes;
+}
+
+std::uint64_t hashOf(const MaterialBindings& materials, std::span<const std::uint64_t> own) {
+    if (materials.materialOfInstance.empty() && materials.hidden.empty()) return 0;
     PlanHash hash;
-    for (const Material& m : materials.own) hash.add(contentHash(m));
+    for (const std::uint64_t m : own) hash.add(m);
     for (const Index m : materials.materialOfInstance) hash.add(m);
+    for (const bool hidden : materials.hidden) hash.add(hidden);
     return hash.value();
 }
 
@@ -31,8 +38,7 @@ std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> p
                            const Stage& stage, const EnvironmentMap& environment) {
     PlanHash hash;
     hash.add(stage.scene.contentHash);
-    hash.add(stage.materialsHash);
-    hash.add(stage.surfaceLight);
+    hash.add(plan.surfaceLight);
     hash.add(environment.contentHash);
     hash.add(plan.mapFromWorld);
     hash.add(plan.environmentIntensity);

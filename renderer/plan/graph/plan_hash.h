@@ -7,11 +7,14 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace clerestory {
 
-// 0 if the frame overrides no material.
-std::uint64_t hashOf(const MaterialBindings& materials);
+// Of each material of the frame's own.
+std::vector<std::uint64_t> ownHashesOf(const MaterialBindings& materials);
+// 0 if the frame changes no material and hides nothing. `own`: ownHashesOf() them.
+std::uint64_t hashOf(const MaterialBindings& materials, std::span<const std::uint64_t> own);
 
 // Hashes everything that determines the pixels of the given passes of `plan` (indices into
 // plan.passes): geometry, transforms, materials, lights, targets. Equal hashes mean equal pictures.

@@ -24,6 +24,7 @@ struct RayScene {
     std::vector<InstanceProperties> instances;
     std::vector<MaterialProperties> materials;
     std::vector<Index> materialOfInstance;  // as in MaterialBindings
+    std::vector<bool> hidden;               // likewise
     Features hitFeatures = 0;               // union of the features of all surfaces
     std::uint32_t bounces = 0;              // maximum of reflections and refractions of a ray
     float leastShare = 0.0f;  // of a ray in its pixel, 0..1; rays with less are not followed

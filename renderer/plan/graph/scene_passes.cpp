@@ -1,7 +1,6 @@
 #include "plan/graph/scene_passes.h"
 
 #include "plan/graph/features.h"
-#include "plan/graph/frame_plan.h"
 #include "plan/graph/stage.h"
 
 #include <algorithm>
@@ -37,13 +36,20 @@ void addLight(PlanHash& hash, const PlacedLight& light) {
     hash.add(radius);
 }
 
+// Own materials by what they are: their numbers depend on what else the frame changes.
+void addMaterial(PlanHash& hash, Index material, const Stage& stage) {
+    const std::size_t ofScene = stage.scene.materials.size();
+    hash.add(std::min<std::size_t>(material, ofScene));
+    if (material >= ofScene) hash.add(stage.ownHashes[material - ofScene]);
+}
+
 void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
     hash.add(draws.size());
     for (const Draw& draw : draws) {
         const auto& [instance, material, firstIndex, indexCount, features, reflection, through,
                      lights, primitive, pointSize] = draw;
         hash.add(instance);
-        hash.add(material);
+        addMaterial(hash, material, stage);
         hash.add(firstIndex);
         hash.add(indexCount);
         hash.add(features);
@@ -84,12 +90,20 @@ void addRayScene(PlanHash& hash, const Stage& stage) {
     for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
     for (const PlacedLight& light : stage.lights) addLight(hash, light);
+    hash.add(stage.materialsHash);
     hash.add(stage.settings.accuracy.bounces);
     hash.add(stage.settings.accuracy.raySamples);
     hash.add(stage.settings.accuracy.preset);  // the density of rays
     hash.add(stage.settings.effects.emission);
     hash.add(stage.settings.effects.refraction);
     hash.add(stage.settings.effects.materialLayers);
+}
+
+void addBackground(PlanHash& hash, const OwnBackground& background) {
+    const auto& [radiance, coverage] = background;
+    hash.add(radiance.has_value());
+    hash.add(radiance.value_or(glm::vec3(0.0f)));
+    hash.add(coverage);
 }
 
 template <class Lists>
@@ -114,18 +128,18 @@ std::uint64_t samplesOf(const TargetSpec& target) {
 
 // If a draw traces rays or averages directions, every pixel counts as if it did.
 template <class Work>
-std::uint64_t litSamples(const Work& work, const TargetSpec& target, const FramePlan& plan) {
+std::uint64_t litSamples(const Work& work, const TargetSpec& target, const SampleFactors& factors) {
     std::uint64_t directions = 1;
     for (const ReflectedPicture& picture : work.reflections) {
         directions = std::max<std::uint64_t>(directions, picture.samples);
     }
     const auto lists = work.drawLists();
     if (anyDraw(lists, [](const Draw& d) { return (d.features & FEATURE_MAP_SAMPLES) != 0; })) {
-        directions = std::max<std::uint64_t>(directions, plan.curvedSamples);
+        directions = std::max<std::uint64_t>(directions, factors.curvedSamples);
     }
     const bool rays =
         work.recorded.draws.empty() && anyDraw(lists, [](const Draw& d) { return followsRays(d); });
-    if (rays && plan.rays) directions += plan.rays->bounces;
+    if (rays) directions += factors.rayBounces;
     return samplesOf(target) * directions;
 }
 
@@ -167,15 +181,18 @@ std::string_view DrawScene::knobs() const {
     }
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawScene::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return litSamples(*this, target, plan);
+std::uint64_t DrawScene::shadedSamples(const TargetSpec& target,
+                                       const SampleFactors& factors) const {
+    return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawScene& work, const Stage& stage) {
-    const auto& [purpose, face, view, map, environment, sky, reflections, depthDraws, opaqueDraws,
-                 recorded, blendedDraws] = work;  // reads(): environment; hashOfPasses(): map
+    const auto& [purpose, face, view, map, environment, sky, background, reflections, depthDraws,
+                 opaqueDraws, recorded, blendedDraws] =
+        work;  // reads(): environment; hashOfPasses(): map
     hash.add(purpose);
     hash.add(face);
     hash.add(sky);
+    addBackground(hash, background);
     addDrawnView(hash, view, {depthDraws, opaqueDraws, recorded.draws, blendedDraws}, stage);
     addReflections(hash, reflections);
 }
@@ -191,13 +208,16 @@ std::vector<TargetId> DrawGlass::reads() const {
 std::string_view DrawGlass::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawGlass::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return litSamples(*this, target, plan);
+std::uint64_t DrawGlass::shadedSamples(const TargetSpec& target,
+                                       const SampleFactors& factors) const {
+    return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage) {
-    const auto& [face, view, map, environment, backdrop, backFaces, reflections, glassDraws,
-                 recorded, blendedDraws] = work;  // others: reads(), and map in hashOfPasses()
+    const auto& [face, view, map, environment, backdrop, backFaces, background, reflections,
+                 glassDraws, recorded, blendedDraws] =
+        work;  // others: reads(), and map in hashOfPasses()
     hash.add(face);
+    addBackground(hash, background);
     addDrawnView(hash, view, {glassDraws, recorded.draws, blendedDraws}, stage);
     addReflections(hash, reflections);
 }
@@ -211,13 +231,15 @@ std::vector<TargetId> DrawBlended::reads() const {
 std::string_view DrawBlended::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawBlended::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return litSamples(*this, target, plan);
+std::uint64_t DrawBlended::shadedSamples(const TargetSpec& target,
+                                         const SampleFactors& factors) const {
+    return litSamples(*this, target, factors);
 }
 void addTo(PlanHash& hash, const DrawBlended& work, const Stage& stage) {
-    const auto& [face, view, map, environment, reflections, draws, recorded] =
+    const auto& [face, view, map, environment, background, reflections, draws, recorded] =
         work;  // others: reads(), and map in hashOfPasses()
     hash.add(face);
+    addBackground(hash, background);
     addDrawnView(hash, view, {draws, recorded.draws}, stage);
     addReflections(hash, reflections);
 }
@@ -230,13 +252,16 @@ std::vector<TargetId> FollowRays::reads() const {
 std::string_view FollowRays::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t FollowRays::shadedSamples(const TargetSpec& target, const FramePlan& plan) const {
-    return samplesOf(target) *
-           (plan.rays ? std::uint64_t{plan.rays->bounces} * plan.rays->lobePaths : 1);
+std::uint64_t FollowRays::shadedSamples(const TargetSpec& target,
+                                        const SampleFactors& factors) const {
+    return samplesOf(target) * factors.rayBounces * factors.lobePaths;
 }
 void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage) {
     // records: in reads(); radiance and sample: written before they are read
-    const auto& [face, view, map, environment, records, rect, radiance, sample] = work;
+    const auto& [face, view, map, environment, background, records, rect, radiance, everyPixel,
+                 sample] = work;
+    hash.add(everyPixel);
+    addBackground(hash, background);
     hash.add(rect.x);
     hash.add(rect.y);
     hash.add(rect.width);
@@ -260,7 +285,7 @@ void addTile(PlanHash& hash, const TargetRect& tile) {
 std::string_view DrawShadow::knobs() const {
     return "/effects/shadows, /accuracy";
 }
-std::uint64_t DrawShadow::shadedSamples(const TargetSpec&, const FramePlan&) const {
+std::uint64_t DrawShadow::shadedSamples(const TargetSpec&, const SampleFactors&) const {
     return 0;  // depth only
 }
 void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage) {
@@ -271,7 +296,7 @@ void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage) {
 std::string_view DrawShadowTint::knobs() const {
     return "/effects/shadows, /accuracy";
 }
-std::uint64_t DrawShadowTint::shadedSamples(const TargetSpec&, const FramePlan&) const {
+std::uint64_t DrawShadowTint::shadedSamples(const TargetSpec&, const SampleFactors&) const {
     return 0;  // resident, and small next to a picture
 }
 void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage) {
@@ -282,7 +307,7 @@ void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage) {
 std::string_view DrawBackFaces::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawBackFaces::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t DrawBackFaces::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return samplesOf(target);
 }
 void addTo(PlanHash& hash, const DrawBackFaces& work, const Stage& stage) {
@@ -293,7 +318,7 @@ void addTo(PlanHash& hash, const DrawBackFaces& work, const Stage& stage) {
 std::string_view DrawChannel::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t DrawChannel::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t DrawChannel::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return samplesOf(target);
 }
 void addTo(PlanHash& hash, const DrawChannel& work, const Stage& stage) {
@@ -304,7 +329,7 @@ void addTo(PlanHash& hash, const DrawChannel& work, const Stage& stage) {
 std::string_view CopyBackdrop::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t CopyBackdrop::shadedSamples(const TargetSpec& target, const FramePlan&) const {
+std::uint64_t CopyBackdrop::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
     return samplesOf(target);
 }
 void addTo(PlanHash& hash, const CopyBackdrop& work, const Stage&) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "plan/graph/draw.h"
+#include "plan/graph/sample_costs.h"
 #include "scene/hash.h"
 
 #include <span>
@@ -12,7 +13,6 @@
 
 namespace clerestory {
 
-struct FramePlan;
 struct Stage;
 
 // Draws whose rays the processor follows: they write records of their rays into targets of the
@@ -34,6 +34,7 @@ struct DrawScene {
     std::string map;                   // environment map of the lighting and the sky; may be empty
     TargetId environment = kNoTarget;  // the prefiltered map that lights the draws
     bool sky = false;
+    OwnBackground background;
     std::vector<ReflectedPicture> reflections;
     // In drawing order. depthDraws are the opaque draws that occlude most of the others; empty
     // without a depth prepass.
@@ -48,7 +49,7 @@ struct DrawScene {
         return {depthDraws, opaqueDraws, recorded.draws, blendedDraws};
     }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawScene& work, const Stage& stage);
     bool operator==(const DrawScene&) const = default;
 };
@@ -61,6 +62,7 @@ struct DrawGlass {
     TargetId environment = kNoTarget;  // as in DrawScene
     TargetId backdrop = kNoTarget;     // picture behind the glass
     TargetId backFaces = kNoTarget;    // exit points of solid glass, or none
+    OwnBackground background;
     std::vector<ReflectedPicture> reflections;
     std::vector<Draw> glassDraws;
     RecordedDraws recorded;
@@ -72,7 +74,7 @@ struct DrawGlass {
         return {glassDraws, recorded.draws, blendedDraws};
     }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawGlass& work, const Stage& stage);
     bool operator==(const DrawGlass&) const = default;
 };
@@ -84,6 +86,7 @@ struct DrawBlended {
     View view;
     std::string map;                   // as in DrawScene
     TargetId environment = kNoTarget;  // as in DrawScene
+    OwnBackground background;
     std::vector<ReflectedPicture> reflections;
     std::vector<Draw> draws;
     RecordedDraws recorded;
@@ -92,7 +95,7 @@ struct DrawBlended {
     std::vector<TargetId> reads() const;
     std::vector<std::span<const Draw>> drawLists() const { return {draws, recorded.draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawBlended& work, const Stage& stage);
     bool operator==(const DrawBlended&) const = default;
 };
@@ -103,16 +106,21 @@ struct FollowRays {
     View view;
     std::string map;                   // as in DrawScene
     TargetId environment = kNoTarget;  // as in DrawScene
-    std::vector<TargetId> records;     // RecordedDraws::targets
-    TargetRect rect;                   // RecordedDraws::rect
-    TargetId radiance = kNoTarget;     // receives the light before it is added
+    OwnBackground background;
+    std::vector<TargetId> records;  // RecordedDraws::targets
+    TargetRect rect;                // RecordedDraws::rect
+    TargetId radiance = kNoTarget;  // receives the light before it is added
+    // Each pixel follows a ray of its own, whatever RayScene::stride says. Where that would depend
+    // on the light behind glass, pictures before different backgrounds would differ by more than
+    // these.
+    bool everyPixel = false;
     // Receive the start and the way of one sample; empty if the records have one sample.
     std::vector<TargetId> sample;
 
     std::string_view kind() const { return "rays"; }
     std::vector<TargetId> reads() const;
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage);
     bool operator==(const FollowRays&) const = default;
 };
@@ -129,7 +137,7 @@ struct DrawShadow {
     std::vector<TargetId> reads() const { return {}; }
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage);
     bool operator==(const DrawShadow&) const = default;
 };
@@ -146,7 +154,7 @@ struct DrawShadowTint {
     std::vector<TargetId> reads() const { return {}; }
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawShadowTint& work, const Stage& stage);
     bool operator==(const DrawShadowTint&) const = default;
 };
@@ -160,7 +168,7 @@ struct DrawBackFaces {
     std::vector<TargetId> reads() const { return {}; }
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawBackFaces& work, const Stage& stage);
     bool operator==(const DrawBackFaces&) const = default;
 };
@@ -174,7 +182,7 @@ struct DrawChannel {
     std::vector<TargetId> reads() const { return {}; }
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const DrawChannel& work, const Stage& stage);
     bool operator==(const DrawChannel&) const = default;
 };
@@ -187,7 +195,7 @@ struct CopyBackdrop {
     std::string_view kind() const { return "backdrop"; }
     std::vector<TargetId> reads() const { return {source}; }
     std::string_view knobs() const;
-    std::uint64_t shadedSamples(const TargetSpec& target, const FramePlan& plan) const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash& hash, const CopyBackdrop& work, const Stage& stage);
     bool operator==(const CopyBackdrop&) const = default;
 };

@@ -25,7 +25,9 @@ std::string_view nameOf(Subject::Kind kind) {
 }
 
 std::string nameOf(const Subject& subject) {
-    if (subject.kind == Subject::Kind::view) return "surface";
+    if (subject.kind == Subject::Kind::view) {
+        return subject.name.empty() ? "surface" : "surface:" + subject.name;
+    }
     std::string name(nameOf(subject.kind));
     if (subject.kind == Subject::Kind::filter) name += std::to_string(subject.index);
     return name + ":" + subject.name;

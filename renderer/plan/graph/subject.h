@@ -20,13 +20,16 @@ struct Subject {
         filter,       // post-filter
     };
     Kind kind = Kind::view;
-    std::string name;         // of the object or map, or the type of the filter; empty for the view
+    // Of the object or map, or the type of the filter; empty for the view, except for one of
+    // several views of a lens.
+    std::string name;
     std::uint32_t index = 0;  // of a filter: its position in the request
     bool operator==(const Subject&) const = default;
 };
 std::string_view nameOf(Subject::Kind kind);
 
-// Identifies the subject within a plan: "mirror:floor", "filter0:glow"; "surface" for the view.
+// Identifies the subject within a plan: "mirror:floor", "filter0:glow"; "surface" for the view,
+// "surface:left" for one of several.
 std::string nameOf(const Subject& subject);
 
 }  // namespace clerestory

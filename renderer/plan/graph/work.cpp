@@ -34,12 +34,22 @@ void forEachPointer(std::string_view knobs, auto act) {
     throw InvalidRequest(std::move(errors));
 }
 
+SampleFactors factorsOf(const FramePlan& plan) {
+    SampleFactors factors{.curvedSamples = plan.curvedSamples};
+    if (plan.rays) {
+        factors.rayBounces = plan.rays->bounces;
+        factors.lobePaths = plan.rays->lobePaths;
+    }
+    return factors;
+}
+
 }  // namespace
 
 std::uint64_t shadedSamples(const FramePlan& plan, const Pass& pass) {
     if (pass.target >= plan.targets.size()) return 0;
     const TargetSpec& target = plan.targets[pass.target];
-    return std::visit([&](const auto& work) { return work.shadedSamples(target, plan); },
+    const SampleFactors factors = factorsOf(plan);
+    return std::visit([&](const auto& work) { return work.shadedSamples(target, factors); },
                       pass.work);
 }
 

@@ -76,6 +76,9 @@ void checkPose(const CameraRequest& c, std::vector<FieldError>& errors) {
     if (c.fit && c.orthographicHeight) {
         refuse("/camera/orthographicHeight", "conflicts with fit", "fit with yfov or intrinsics");
     }
+    if (c.fit && c.lens && !std::holds_alternative<PerspectiveLens>(*c.lens)) {
+        refuse("/camera/fit", "requires a perspective lens", "fit with lens perspective or none");
+    }
     if (c.cameraToWorld && (c.position || c.target || c.up || c.orientation || c.name)) {
         refuse("/camera/cameraToWorld", "conflicts with another form of the pose", onePose);
     }
@@ -112,22 +115,37 @@ void checkPose(const CameraRequest& c, std::vector<FieldError>& errors) {
     }
 }
 
+void checkLens(const CameraRequest& c, std::vector<FieldError>& errors) {
+    if (c.yfov && c.intrinsics) {
+        errors.push_back({"/camera/intrinsics", "conflicts with yfov", "one of the two"});
+    }
+    if (c.orthographicHeight && (c.yfov || c.intrinsics || c.lens)) {
+        errors.push_back({"/camera/orthographicHeight", "conflicts with another lens",
+                          "one of yfov, orthographicHeight, intrinsics and lens"});
+    }
+    if (!c.lens || std::holds_alternative<PerspectiveLens>(*c.lens)) return;
+    const std::string lens = "conflicts with the lens " + std::string(typeOf(*c.lens));
+    if (c.yfov) errors.push_back({"/camera/yfov", lens, "yfov with lens perspective or none"});
+    if (c.intrinsics && !std::holds_alternative<FisheyeLens>(*c.lens)) {
+        errors.push_back(
+            {"/camera/intrinsics", lens, "intrinsics with lens perspective, fisheye or none"});
+    }
+}
+
 }  // namespace
 
 InvalidRequest::InvalidRequest(std::vector<FieldError> errors)
     : std::runtime_error(joined(errors)), errors_(std::move(errors)) {}
 
+bool isTransparent(const std::optional<BackgroundRequest>& background) {
+    return background && *background == BackgroundRequest(Background::transparent);
+}
+
 std::vector<FieldError> problems(const FrameRequest& request) {
     std::vector<FieldError> errors;
     const CameraRequest& c = request.camera;
     checkPose(c, errors);
-    if (c.yfov && c.intrinsics) {
-        errors.push_back({"/camera/intrinsics", "conflicts with yfov", "one of the two"});
-    }
-    if (c.orthographicHeight && (c.yfov || c.intrinsics)) {
-        errors.push_back({"/camera/orthographicHeight", "conflicts with another lens",
-                          "one of yfov, orthographicHeight and intrinsics"});
-    }
+    checkLens(c, errors);
     if (c.znear && c.zfar && !(*c.znear < *c.zfar)) {
         errors.push_back({"/camera/zfar", "is not greater than znear", "more than znear"});
     }
@@ -148,6 +166,11 @@ std::vector<FieldError> problems(const FrameRequest& request) {
         request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
     if (request.output.channel != Channel::color && !floats) {
         errors.push_back({"/output/format", "cannot hold this channel", "npy or exr"});
+    }
+    if (request.output.channel == Channel::color && request.output.format == OutputFormat::jpeg &&
+        isTransparent(request.background)) {
+        errors.push_back(
+            {"/output/format", "cannot hold a transparent background", "png, webp, exr or npy"});
     }
     return errors;
 }

@@ -4,6 +4,8 @@
 #pragma once
 
 #include "plan/request/filter_request.h"
+#include "plan/request/lens_request.h"
+#include "scene/compose.h"
 #include "scene/fields.h"
 #include "scene/light_override.h"
 #include "scene/material_override.h"
@@ -18,6 +20,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace clerestory {
@@ -31,6 +34,7 @@ enum class OutputFormat { jpeg, png, npy, exr, webp };
 enum class Subsampling { s420, s444 };
 enum class Channel { color, depth, normal, objectId, through };
 enum class Preset { draft, standard, fine };
+enum class Background { map, transparent };
 // Techniques for an effect. automatic: the cheapest one that is accurate enough for the preset.
 enum class PlanarMethod { automatic, environment, mirror, traced };
 enum class CurvedMethod { automatic, environment, probe, traced };
@@ -40,6 +44,7 @@ enum class Parallax { none, box, depth };
 struct Intrinsics {  // pixels, first row on top
     double fx = 1000, fy = 1000, cx = 640, cy = 360;
     PixelCenter pixelCenter = PixelCenter::half;
+    bool operator==(const Intrinsics&) const = default;
 };
 
 // A pose from which chosen surfaces fill the frame; see scene/fit.h.
@@ -63,6 +68,7 @@ struct CameraRequest {
     std::optional<double> yfov;
     std::optional<double> orthographicHeight;
     std::optional<Intrinsics> intrinsics;
+    std::optional<LensRequest> lens;  // none: perspective, or orthographicHeight, or the scene's
     std::optional<double> znear;
     std::optional<double> zfar;
 };
@@ -114,6 +120,10 @@ struct EnvironmentRequest {
     bool visible = true;  // false: the background is black, light stays
 };
 
+// What the camera sees where it sees no surface, directly or through glass: the environment map,
+// nothing, or a radiance. Mirrors reflect the environment map in all cases.
+using BackgroundRequest = std::variant<Background, std::array<double, 3>>;
+
 struct Output {
     OutputFormat format = OutputFormat::jpeg;
     std::uint32_t quality = 85;
@@ -133,13 +143,17 @@ struct FrameRequest {
     Effects effects;
     Accuracy accuracy;
     EnvironmentRequest environment;
-    std::vector<MaterialOverride> overrides;  // in order; a later one wins
-    std::vector<LightOverride> lights;        // in order; a later one wins
-    std::vector<FilterRequest> filters;       // post-filters, in order
+    std::optional<BackgroundRequest> background;  // none: the map
+    std::vector<MaterialOverride> overrides;      // in order; a later one wins
+    std::vector<NodeOverride> nodes;              // in order; a later one wins
+    std::vector<LightOverride> lights;            // in order; a later one wins
+    std::vector<FilterRequest> filters;           // post-filters, in order
     ToneMap toneMap = ToneMap::neutral;
     double exposure = 0.0;  // stops
     Output output;
 };
+
+bool isTransparent(const std::optional<BackgroundRequest>& background);
 
 inline constexpr std::uint32_t kMaxEdge = 4096;
 inline constexpr std::uint64_t kMaxPixels = 8'847'360;  // 4096 x 2160
@@ -196,6 +210,8 @@ void fields(CameraRequest& c, V&& visit) {
           "height of what an orthographic lens shows, instead of yfov");
     visit("intrinsics", c.intrinsics, Nested{},
           "focal lengths and principal point, instead of yfov");
+    visit("lens", c.lens, NestedUnion{"Lens"},
+          "projection and distortion; perspective without distortion when absent");
     visit("znear", c.znear, Range{1e-9, 1e9, "metres"},
           "distance of the near plane; derived from the scene when absent");
     visit("zfar", c.zfar, Range{1e-9, 1e12, "metres"},
@@ -328,8 +344,9 @@ void fields(Output& o, V&& visit) {
                            {"normal", Channel::normal},
                            {"objectId", Channel::objectId},
                            {"through", Channel::through}}},
-          "content of the pixels. depth: metres along -Z, 0 for the background; normal: in world "
-          "space; objectId: instance + 1, 0 for the background; through: 0 background, 1 a surface "
+          "content of the pixels. depth: metres along -Z, along the ray with the lenses fisheye, "
+          "equirectangular and cube, 0 for the background; normal: in world space; objectId: "
+          "instance + 1, 0 for the background; through: 0 background, 1 a surface "
           "itself, 2 glass, 3 a mirror drawn from a captured cube or by ray tracing, 4 a mirror "
           "that shows the environment map only, 16 + k the plan's k-th mirrored view, from 0");
 }
@@ -354,11 +371,19 @@ void fields(FrameRequest& r, V&& visit) {
     visit("effects", r.effects, Nested{}, "switches of the effects");
     visit("accuracy", r.accuracy, NestedPreset{}, "the name of a preset, or an object of settings");
     visit("environment", r.environment, Nested{}, "environment map that lights the scene");
+    visit("background", r.background,
+          ChoiceOrNumbers<Background>{
+              {{{"map", Background::map}, {"transparent", Background::transparent}}}, {0, 1e4}},
+          "what the camera sees where there is no surface, directly or through glass: map, "
+          "transparent, or three numbers, a linear radiance; mirrors reflect the map");
     visit("overrides", r.overrides, NestedList{64},
           "changes of the materials that are selected by material or node name; a later entry "
           "overrides earlier ones");
-    visit("lights", r.lights, NestedList{64},
-          "changes of the lights that are selected by name; a later entry overrides earlier ones");
+    visit("nodes", r.nodes, NestedList{kMaxNodeOverrides},
+          "nodes of the scene that are hidden, moved or given another material; a later entry "
+          "overrides earlier ones");
+    visit("lights", r.lights, NestedList{kMaxLightOverrides},
+          "lights that are added, changed or switched off; a later entry overrides earlier ones");
     visit("filters", r.filters, NestedUnionList{kMaxFilters, "Filter"},
           "post-filters, applied in order to linear light before tone mapping; the channels depth, "
           "normal, objectId and through are not filtered");

@@ -42,9 +42,14 @@ Moving movingOf(const CameraRequest& camera) {
 CameraRequest cameraAt(const Moving& at, const CameraRequest& before, bool looksAt) {
     CameraRequest camera;
     camera.intrinsics = before.intrinsics;
+    camera.lens = before.lens;
+    camera.orthographicHeight = before.orthographicHeight;
     camera.znear = before.znear;
     camera.zfar = before.zfar;
-    if (!camera.intrinsics) camera.yfov = at.yfov;
+    const bool perspective =
+        !camera.orthographicHeight &&
+        (!camera.lens || std::holds_alternative<PerspectiveLens>(*camera.lens));
+    if (perspective && !camera.intrinsics) camera.yfov = at.yfov;
     camera.position = at.position;
     if (looksAt) {
         camera.target = at.target;

@@ -43,7 +43,7 @@ std::vector<PlacedLight> placedLights(const std::vector<Light>& lights, const Po
     for (const Light& light : lights) {
         if (placed.size() + 1 >= kMaxLights) break;
         if (!(brightest(light.intensity) > 0.0f)) continue;
-        const glm::dmat4 m = light.node == kNone ? glm::dmat4(1.0) : pose.worldFromNode[light.node];
+        const glm::dmat4 m = placeOf(light, pose);
         const glm::dvec3 back(m[2]);
         const double length = glm::length(back);
         placed.push_back(

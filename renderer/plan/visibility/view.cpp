@@ -46,7 +46,7 @@ struct PlacedCamera {
 
 PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose& pose) {
     std::string names;
-    for (const Camera& c : scene.cameras) {
+    for (const Camera& c : camerasOf(scene, pose)) {
         if (c.name == name) {
             PlacedCamera placed;
             const glm::dmat4& m = pose.worldFromNode[c.node];
@@ -83,18 +83,44 @@ std::vector<bool> chosenBy(const FitRequest& fit, const Scene& scene) {
           names.empty() ? "no names in this scene" : listedNearest(wanted, names)}});
 }
 
-// lens: clipFromView, whose sides give the frame.
+// The part of the frame within the margins. lens: clipFromView, whose sides give the frame.
+FrameTangents innerFrame(const glm::dmat4& lens, double inner) {
+    return {.left = (inner - lens[2][0]) / lens[0][0],
+            .right = (inner + lens[2][0]) / lens[0][0],
+            .bottom = (inner - lens[2][1]) / lens[1][1],
+            .top = (inner + lens[2][1]) / lens[1][1]};
+}
+
+// The same of a distorted perspective lens: the greatest rectangle of tangents inside.
+FrameTangents innerFrame(const Lens& lens, double inner) {
+    const glm::dvec2 middle = 0.5 * glm::dvec2(lens.width, lens.height);
+    FrameTangents frame{INFINITY, INFINITY, INFINITY, INFINITY};
+    const auto tangentsAt = [&](double x, double y) {
+        const glm::dvec3 ray = *rayOf(lens, middle + inner * middle * glm::dvec2(x, y));
+        return glm::dvec2(ray.x, ray.y) / -ray.z;
+    };
+    constexpr int kPoints = 32;  // per side
+    for (int i = 0; i <= kPoints; ++i) {
+        const double along = 2.0 * i / kPoints - 1.0;
+        frame.left = std::min(frame.left, -tangentsAt(-1.0, along).x);
+        frame.right = std::min(frame.right, tangentsAt(1.0, along).x);
+        frame.top = std::min(frame.top, tangentsAt(along, -1.0).y);
+        frame.bottom = std::min(frame.bottom, -tangentsAt(along, 1.0).y);
+    }
+    return frame;
+}
+
 glm::dmat4 fittedCamera(const FitRequest& fit, const Scene& scene, const Pose& pose,
-                        const glm::dmat4& lens) {
-    const double inner = 1.0 - 2.0 * fit.margin;
-    const FrameTangents frame{.left = (inner - lens[2][0]) / lens[0][0],
-                              .right = (inner + lens[2][0]) / lens[0][0],
-                              .bottom = (inner - lens[2][1]) / lens[1][1],
-                              .top = (inner + lens[2][1]) / lens[1][1]};
+                        const FrameTangents& frame) {
     const ViewAxes axes = uprightAxes(directionTo(fit.azimuth, fit.elevation));
     auto corners = cornersOf(scene, pose, chosenBy(fit, scene));
     if (fit.allAround) corners = turnedCorners(corners, axes);
     return rigid({axes.right, axes.up, axes.back}, fittedEye(corners, axes, frame));
+}
+
+Intrinsics intrinsicsOf(double yfov, std::uint32_t width, std::uint32_t height) {
+    const double focal = 0.5 * height / std::tan(0.5 * yfov);
+    return {focal, focal, 0.5 * width, 0.5 * height, PixelCenter::half};
 }
 
 PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose& pose,
@@ -103,9 +129,17 @@ PlacedCamera placedCamera(const CameraRequest& c, const Scene& scene, const Pose
     if (c.name) return sceneCamera(*c.name, scene, pose);
     if (c.fit) {
         const double yfov = c.yfov.value_or(kFitYfov);
+        const double inner = 1.0 - 2.0 * c.fit->margin;
+        if (c.lens && needsLens(*c.lens)) {
+            const Lens lens = lensFor(
+                *c.lens, c.intrinsics.value_or(intrinsicsOf(yfov, width, height)), width, height);
+            return {.worldFromCamera = fittedCamera(*c.fit, scene, pose, innerFrame(lens, inner)),
+                    .yfov = yfov};
+        }
         const glm::dmat4 lens = c.intrinsics ? perspective(*c.intrinsics, width, height, 1.0, {})
                                              : perspective(yfov, aspect, 1.0, {});
-        return {.worldFromCamera = fittedCamera(*c.fit, scene, pose, lens), .yfov = yfov};
+        return {.worldFromCamera = fittedCamera(*c.fit, scene, pose, innerFrame(lens, inner)),
+                .yfov = yfov};
     }
     PlacedCamera placed;
     if (const auto own = worldFromPose(c)) {
@@ -210,6 +244,34 @@ glm::dmat4 orthographic(double halfWidth, double halfHeight, double znear, doubl
     return m;
 }
 
+namespace {
+
+// None: perspective. The lens of the request replaces that of the scene's camera.
+std::optional<double> orthographicHalfHeight(const CameraRequest& camera,
+                                             const PlacedCamera& placed) {
+    if (camera.orthographicHeight) return 0.5 * *camera.orthographicHeight;
+    if (camera.lens) {
+        const auto* orthographic = std::get_if<OrthographicLens>(&*camera.lens);
+        return orthographic ? std::optional(0.5 * orthographic->height) : std::nullopt;
+    }
+    return camera.yfov || camera.intrinsics ? std::nullopt : placed.orthographicHalfHeight;
+}
+
+}  // namespace
+
+std::optional<Lens> requestedLens(const CameraRequest& camera, const Scene& scene, const Pose& pose,
+                                  std::uint32_t width, std::uint32_t height) {
+    if (!camera.lens || !needsLens(*camera.lens)) return std::nullopt;
+    std::optional<Intrinsics> intrinsics = camera.intrinsics;
+    if (!intrinsics && std::holds_alternative<PerspectiveLens>(*camera.lens)) {
+        const double yfov = camera.yfov  ? *camera.yfov
+                            : camera.fit ? kFitYfov
+                                         : placedCamera(camera, scene, pose, width, height).yfov;
+        intrinsics = intrinsicsOf(yfov, width, height);
+    }
+    return lensFor(*camera.lens, intrinsics, width, height);
+}
+
 View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
                    std::uint32_t width, std::uint32_t height) {
     const double aspect = static_cast<double>(width) / height;
@@ -233,9 +295,8 @@ View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& 
             zfar.reset();
     }
 
-    const auto halfHeight = camera.orthographicHeight ? 0.5 * *camera.orthographicHeight
-                                                      : placed.orthographicHalfHeight;
-    if (halfHeight && !camera.yfov && !camera.intrinsics) {
+    const auto halfHeight = orthographicHalfHeight(camera, placed);
+    if (halfHeight) {
         view.orthographic = true;
         if (!camera.znear && !placed.znear) view.znear = 0.0;
         if (!zfar) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "plan/graph/frame_plan.h"
+#include "plan/lens/lens.h"
 
 #include <optional>
 
@@ -13,6 +14,12 @@ namespace clerestory {
 // look-at, quaternion and matrix forms of one pose give the same bits.
 View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& pose,
                    std::uint32_t width, std::uint32_t height);
+
+// The lens of the requested view, if no projection matrix describes it (then that of
+// requestedView() is a perspective one with its near and far plane); else none. Throws
+// InvalidRequest as lensFor() and requestedView() do.
+std::optional<Lens> requestedLens(const CameraRequest& camera, const Scene& scene, const Pose& pose,
+                                  std::uint32_t width, std::uint32_t height);
 
 inline constexpr double kFitYfov = 0.7;      // radians; of CameraRequest::fit
 inline constexpr double kDefaultYfov = 0.9;  // radians; if neither request nor scene has one

@@ -1,6 +1,7 @@
 // The import as the server calls it: cache, child process, check of the result.
 #include "scene/import/import.h"
 
+#include "scene/import/base/clean_text.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/import/cache/blob.h"
 #include "scene/import/cache/scene_cache.h"

@@ -3,6 +3,7 @@
 #include "scene/import/in_process.h"
 
 #include "scene/import/assimp/scene.h"
+#include "scene/import/base/clean_text.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/import/base/scene_folder.h"
 #include "scene/import/base/sidecar.h"

@@ -2,6 +2,7 @@
 
 #include "scene/import/assimp/file_system.h"
 #include "scene/import/assimp/parts.h"
+#include "scene/import/base/clean_text.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/mesh_builder.h"
 #include "scene/srgb.h"

@@ -235,6 +235,12 @@ private:
     template <class... S>
     void member(const nlohmann::json& value, std::variant<S...>& target, const NestedUnionList&,
                 const std::string& pointer) {
+        member(value, target, NestedUnion{}, pointer);
+    }
+
+    template <class... S>
+    void member(const nlohmann::json& value, std::variant<S...>& target, const NestedUnion&,
+                const std::string& pointer) {
         const std::vector<std::string_view> types{S::kType...};
         const std::string at = pointer + "/type", allowed = "one of: " + listed(types);
         if (!value.is_object()) return refuse(pointer, typed(value), "an object");

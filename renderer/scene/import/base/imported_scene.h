@@ -14,9 +14,6 @@ namespace clerestory {
 // Clamps every factor to the range in the material's field table. Adds a warning if one changed.
 void cleanMaterial(Material& material, Scene& scene);
 
-// Valid UTF-8 without control characters, at most 200 bytes. Invalid bytes become '?'.
-std::string cleanText(const std::string& text);
-
 // Adds `primitives` to `total`. Throws ImportError above the limit.
 void countPrimitives(std::uint64_t& total, std::uint64_t primitives, const ImportLimits& limits);
 

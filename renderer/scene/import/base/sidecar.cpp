@@ -4,6 +4,7 @@
 #include "scene/import/base/types.h"
 #include "scene/light_override.h"
 #include "scene/material_override.h"
+#include "scene/mesh_builder.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -152,7 +153,13 @@ bool applySidecar(Scene& scene, const SceneFolder& folder, const std::string& mo
     for (const FieldError& e : problems(scene, sidecar.lights)) errors.push_back(e);
     warn(scene, kSidecarCode, name, errors);
     applyOverrides(scene, sidecar.overrides);
-    scene.lights = lightsWith(scene, sidecar.lights);
+    scene.lights = lightsWith(scene.lights, sidecar.lights);
+    // Lights of a scene have the place of their node.
+    for (Light& light : scene.lights) {
+        if (!light.worldPosition && !light.worldDirection) continue;
+        light.node = addNode(scene, light.name, placeOf(light, restPose(scene)));
+        light.worldPosition = light.worldDirection = std::nullopt;
+    }
     return true;
 }
 

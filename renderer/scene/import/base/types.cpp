@@ -139,9 +139,9 @@ std::span<const GltfExtension> gltfExtensions() {
     using enum Support;
     static constexpr std::array kExtensions{
         GltfExtension{
-            "KHR_animation_pointer", ignored,
-            "Animations of node transforms and morph weights are played; animated pointers "
-            "keep their initial values."},
+            "KHR_animation_pointer", drawn,
+            "Factors of materials, texture transforms, lights, cameras, node transforms and "
+            "visibility; other pointers, and rotations of normal maps, keep their values."},
         GltfExtension{"KHR_draco_mesh_compression", drawn,
                       "Bitstream version 2.2; uncompressed accessors are used if the file has them "
                       "and does not require the extension."},
@@ -181,7 +181,10 @@ std::span<const GltfExtension> gltfExtensions() {
                       "Volumes absorb but do not scatter."},
         GltfExtension{"KHR_mesh_quantization", drawn,
                       "8-bit and 16-bit vertex attributes, normalised or not."},
-        GltfExtension{"KHR_node_visibility", refused, "Hidden nodes would be drawn."},
+        GltfExtension{
+            "KHR_node_visibility", drawn,
+            "Meshes and lights at or below a hidden node are left out; clips may show and "
+            "hide them, except skinned meshes."},
         GltfExtension{"KHR_texture_basisu", drawn,
                       "UASTC and ETC1S in KTX2 files are decoded and used instead of the fallback "
                       "image."},

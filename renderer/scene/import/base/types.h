@@ -14,6 +14,8 @@
 
 namespace clerestory {
 
+using ByteSpan = std::span<const unsigned char>;
+
 struct ImportLimits {
     std::chrono::milliseconds wallClock{60000};
     std::chrono::seconds cpu{60};

@@ -16,7 +16,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 13;
+    std::uint32_t version = 14;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -90,7 +90,7 @@ void serialize(A& a, Mesh& m) {
 }
 template <class A>
 void serialize(A& a, Node& n) {
-    a(n.name), a(n.parent), a(n.parentFromLocal);
+    a(n.name), a(n.parent), a(n.parentFromLocal), a(n.visible);
 }
 template <class A>
 void serialize(A& a, Light& l) {
@@ -107,9 +107,9 @@ void serialize(A& a, Probe& p) {
 }
 template <class A>
 void serialize(A& a, Track& c) {
-    a(c.property, AnimatedProperty::weights), a(c.target),
+    a(c.property, AnimatedProperty::camera), a(c.target),
         a(c.interpolation, Interpolation::cubicSpline);
-    a(c.times), a(c.values);
+    a(c.times), a(c.values), a(c.field);
 }
 template <class A>
 void serialize(A& a, Clip& c) {
@@ -122,6 +122,10 @@ void serialize(A& a, MovingNode& n) {
 template <class A>
 void serialize(A& a, MorphWeights& w) {
     a(w.node), a(w.rest);
+}
+template <class A>
+void serialize(A& a, AnimatedLight& l) {
+    a(l.light), serializeTable(a, l.rest);
 }
 template <class A>
 void serialize(A& a, Skin& s) {
@@ -151,7 +155,8 @@ void serialize(A& a, Scene& s) {
     a(s.meshes), a(s.materials), a(s.variants), a(s.images), a(s.textures), a(s.nodes),
         a(s.instances);
     a(s.lights), a(s.cameras), a(s.probes), a(s.clips), a(s.movingNodes), a(s.morphWeights);
-    a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView), a(s.environment);
+    a(s.animatedLights), a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView),
+        a(s.environment);
     a(s.environmentRotation), a(s.warnings);
 }
 

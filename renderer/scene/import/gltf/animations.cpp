@@ -12,6 +12,12 @@ namespace {
 
 // Of all channels together: a small file could refer to one long accessor many times.
 constexpr std::uint64_t kMaxNumbers = 64'000'000;
+constexpr std::size_t kMaxUnknownPointers = 20;  // that warnings name
+
+// Its target is added after the clips.
+bool isPlacedLater(const Track& track) {
+    return track.property == AnimatedProperty::light || track.property == AnimatedProperty::camera;
+}
 
 }  // namespace
 
@@ -101,37 +107,119 @@ bool GltfAnimations::addTrack(const Json& animation, const Json& json, Clip& cli
     const Numbers times = document_.floats(indexAt(sampler, "input"));
     Numbers values = document_.floats(indexAt(sampler, "output"));
     numbers_ += times.values.size() + values.values.size();
-    if (numbers_ > kMaxNumbers) {
-        throw ImportError(ImportError::Reason::limit, "the animations have too many numbers");
-    }
+    requireFewNumbers();
     track.times = times.values;
     track.values = std::move(values.values);
-    const std::string path = text(object(json, "target"), "path");
-    track.property = path == "rotation"  ? AnimatedProperty::rotation
-                     : path == "scale"   ? AnimatedProperty::scale
-                     : path == "weights" ? AnimatedProperty::weights
-                                         : AnimatedProperty::translation;
-    const bool known = path == "translation" || track.property != AnimatedProperty::translation;
-    if (!known || times.components != 1) return false;
+    const std::optional<PointerTarget> target = targetOf(object(json, "target"));
+    if (!target || times.components != 1) return false;
+    track.property = target->property;
+    track.field = target->field;
     track.target = 0;
-    if (!isValid(track, 1)) return false;  // before targets are added to the scene
-    if (!setTarget(object(json, "target"), track)) return false;
-    if (!movedByClip_.insert({track.property, track.target}).second) return false;
+    // Before targets are added to the scene.
+    if (!isValid(track, 1)) return false;
+    if (!setTarget(target->index, track)) return false;
+    if (!movedByClip_.insert({track.property, track.target, track.field}).second) return false;
     clip.tracks.push_back(std::move(track));
     return true;
 }
 
-bool GltfAnimations::setTarget(const Json& target, Track& track) {
+// What a channel animates, in the file's indices.
+std::optional<PointerTarget> GltfAnimations::targetOf(const Json& target) {
+    std::string path = text(target, "path");
+    if (const Json* e = extension(target, "KHR_animation_pointer"); e && path == "pointer") {
+        const std::string pointer = text(*e, "pointer");
+        std::optional<PointerTarget> found = animatedBy(pointer);
+        if (!found && unknownPointers_.insert(pointer).second &&
+            unknownPointers_.size() <= kMaxUnknownPointers) {
+            scene_.warnings.push_back({"unsupportedAnimation", pointer,
+                                       "this property is not animated; it keeps its value"});
+        }
+        return found;
+    }
     const Index node = indexAt(target, "node");
-    if (node >= nodeOf_.size() || nodeOf_[node] == kNone) return false;
+    if (node == kNone || path.find('/') != std::string::npos) return {};
+    return animatedBy("/nodes/" + std::to_string(node) + "/" + path);
+}
+
+bool GltfAnimations::setTarget(Index index, Track& track) {
+    if (track.property == AnimatedProperty::material) return setMaterial(index, track);
+    if (isPlacedLater(track)) {
+        track.target = index;  // of the file, until placeTracks()
+        return true;
+    }
+    if (index >= nodeOf_.size() || nodeOf_[index] == kNone) return false;
+    if (track.property == AnimatedProperty::visible) {
+        track.target = nodeOf_[index];
+        return true;
+    }
     if (track.property != AnimatedProperty::weights) {
-        track.target = movingNode(node);
+        track.target = movingNode(index);
         return track.target != kNone;
     }
-    const Index known = weightsOf(node);
-    track.target = known != kNone ? known : morphWeights(node);
+    const Index known = weightsOf(index);
+    track.target = known != kNone ? known : morphWeights(index);
     return track.target != kNone &&
            track.components() == scene_.morphWeights[track.target].rest.size();
+}
+
+// The last material of the scene is glTF's default, which has no pointer. Tangents follow the
+// rotation of the normal map at rest.
+bool GltfAnimations::setMaterial(Index index, Track& track) {
+    const std::size_t ofFile = array(document_.json(), "materials").size();
+    if (index >= ofFile || track.field == "normalTexture.rotation") return false;
+    track.target = index;
+    return true;
+}
+
+// One copy of each track of a light or a camera for each that is made from it.
+void GltfAnimations::placeTracks(const std::vector<PlacedPart>& lights,
+                                 const std::vector<PlacedPart>& cameras) {
+    std::map<Index, Index> animated;  // index in animatedLights, by light
+    const auto targetOf = [&](AnimatedProperty property, const PlacedPart& part) {
+        if (property == AnimatedProperty::camera) return part.added;
+        const auto next = static_cast<Index>(scene_.animatedLights.size());
+        const auto [known, isNew] = animated.try_emplace(part.added, next);
+        if (isNew) scene_.animatedLights.push_back({part.added, part.rest});
+        return known->second;
+    };
+    for (Clip& clip : scene_.clips) {
+        std::vector<Track> tracks;
+        for (Track& track : clip.tracks) {
+            if (!isPlacedLater(track)) {
+                tracks.push_back(std::move(track));
+                continue;
+            }
+            for (const PlacedPart& part :
+                 track.property == AnimatedProperty::light ? lights : cameras) {
+                if (part.ofFile != track.target) continue;
+                numbers_ += track.times.size() + track.values.size();
+                requireFewNumbers();
+                tracks.push_back(track);
+                tracks.back().target = targetOf(track.property, part);
+            }
+        }
+        clip.tracks = std::move(tracks);
+    }
+    std::erase_if(scene_.clips, [](const Clip& clip) { return clip.tracks.empty(); });
+}
+
+std::vector<bool> GltfAnimations::nodesThatHide() const {
+    std::vector<bool> hides(scene_.nodes.size());
+    for (const Clip& clip : scene_.clips) {
+        for (const Track& track : clip.tracks) {
+            if (track.property == AnimatedProperty::visible) hides[track.target] = true;
+        }
+    }
+    for (std::size_t i = 0; i < hides.size(); ++i) {
+        const Index parent = scene_.nodes[i].parent;
+        if (parent != kNone && hides[parent]) hides[i] = true;
+    }
+    return hides;
+}
+
+void GltfAnimations::requireFewNumbers() const {
+    if (numbers_ <= kMaxNumbers) return;
+    throw ImportError(ImportError::Reason::limit, "the animations have too many numbers");
 }
 
 Index GltfAnimations::movingNode(Index gltfNode) {

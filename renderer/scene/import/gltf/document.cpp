@@ -1,5 +1,6 @@
 #include "scene/import/gltf/document.h"
 
+#include "scene/import/base/clean_text.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/import/gltf/meshopt.h"
 

@@ -10,13 +10,10 @@
 
 #include <cstdint>
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
 namespace clerestory {
-
-using ByteSpan = std::span<const unsigned char>;
 
 struct Numbers {
     std::size_t components = 0;  // per element

@@ -1,7 +1,5 @@
 #include "scene/import/gltf/meshopt.h"
 
-#include "scene/import/base/types.h"
-
 #include <meshoptimizer.h>
 
 #include <array>

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "scene/import/base/json_fields.h"
-#include "scene/import/gltf/document.h"
+#include "scene/import/base/types.h"
 
 #include <cstdint>
 #include <string>

@@ -4,14 +4,17 @@
 #pragma once
 
 #include "scene/import/base/types.h"
+#include "scene/import/gltf/animation_pointers.h"
 #include "scene/import/gltf/document.h"
 #include "scene/import/textures/texture_store.h"
 #include "scene/mesh_builder.h"
 #include "scene/scene.h"
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -103,8 +106,18 @@ public:
     GltfAnimations(GltfDocument& document, Scene& scene, const std::vector<Index>& nodeOf)
         : document_(document), scene_(scene), nodeOf_(nodeOf) {}
 
-    // Appends the file's clips. Invalid tracks are skipped with a warning.
+    // Appends the file's clips. Invalid tracks are skipped with a warning. The targets of lights
+    // and cameras are those of the file until placeTracks() is called.
     void readClips();
+    // What was added for the file's lights, or cameras.
+    struct PlacedPart {
+        Index ofFile = 0;
+        Index added = 0;         // in Scene::lights, or Scene::cameras
+        LightFactors rest = {};  // of a light
+    };
+    void placeTracks(const std::vector<PlacedPart>& lights, const std::vector<PlacedPart>& cameras);
+    // For each node of the scene whether a clip shows or hides it, or a node above it.
+    std::vector<bool> nodesThatHide() const;
 
     // The index in Scene::morphWeights for the mesh at a glTF node; kNone if no clip animates it.
     Index weightsOf(Index gltfNode) const;
@@ -117,16 +130,20 @@ private:
     void readClip(const Json& animation, std::size_t number);
     // Returns whether it was added.
     bool addTrack(const Json& animation, const Json& json, Clip& clip);
-    bool setTarget(const Json& target, Track& track);
+    std::optional<PointerTarget> targetOf(const Json& target);
+    bool setTarget(Index index, Track& track);
+    bool setMaterial(Index index, Track& track);
     Index movingNode(Index gltfNode);
     Index morphWeights(Index gltfNode);
+    void requireFewNumbers() const;
 
     GltfDocument& document_;
     Scene& scene_;
     const std::vector<Index>& nodeOf_;
     std::set<std::string> names_;
-    std::set<std::pair<AnimatedProperty, Index>> movedByClip_;  // of the current clip
-    std::map<Index, Index> movingAt_, weightsAt_;               // by node
+    std::set<std::tuple<AnimatedProperty, Index, std::string>> movedByClip_;  // of the current clip
+    std::set<std::string> unknownPointers_;
+    std::map<Index, Index> movingAt_, weightsAt_;  // by node
     std::vector<bool> nodeMoves_;
     Index staticNode_ = kNone;   // in place of joints outside the scene
     std::uint64_t numbers_ = 0;  // of all channels

@@ -1,6 +1,7 @@
 // The node tree with its meshes, lights and cameras.
 #include "scene/import/gltf/scene.h"
 
+#include "scene/import/base/clean_text.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/import/base/sidecar.h"
 #include "scene/import/base/types.h"
@@ -68,11 +69,13 @@ public:
         report(progress, "meshes", 0.1);
         readNodes();
         animations_.readClips();
+        findHiddenNodes();
         pose_ = restPose(scene_);
         GltfMeshes meshes(document_, scene_, limits_);
         for (const auto& [gltfNode, node] : visited_) {
             addContent(gltfNode, node, meshes);
         }
+        animations_.placeTracks(lights_, cameras_);
         finishMotion(scene_);
         report(progress, "textures", 0.3);
         textures_.finish(scene_, progress);
@@ -207,8 +210,22 @@ private:
             const Index node =
                 addCheckedNode(text(json, "name"), parentFromLocal(json), visit.parent);
             nodeOf_[visit.gltfNode] = node;
+            if (const Json* e = extension(json, "KHR_node_visibility")) {
+                scene_.nodes[node].visible = flag(*e, "visible", true);
+            }
             visited_.emplace_back(visit.gltfNode, node);
             push(indexList(json, "children"), node);
+        }
+    }
+
+    // Nodes that are never visible: their meshes and lights are not read.
+    void findHiddenNodes() {
+        const std::vector<bool> changes = animations_.nodesThatHide();
+        for (std::size_t i = 0; i < scene_.nodes.size(); ++i) {
+            const Node& node = scene_.nodes[i];
+            const bool shown = node.visible && (node.parent == kNone || shown_[node.parent]);
+            shown_.push_back(shown);
+            hidden_.push_back(!shown && !changes[i]);
         }
     }
 
@@ -223,17 +240,18 @@ private:
     void addContent(Index gltfNode, Index node, GltfMeshes& meshes) {
         const Json& json = document_.item("nodes", gltfNode);
         if (json.contains("extras")) readNodeExtras(json["extras"], node, scene_);
+        if (const Index camera = indexAt(json, "camera"); camera != kNone) {
+            addCamera(document_.item("cameras", camera), camera, node);
+        }
+        if (hidden_[node]) return;
         if (const Index mesh = indexAt(json, "mesh"); mesh != kNone) {
             addInstances(gltfNode, node, mesh, meshes);
         }
-        if (const Index camera = indexAt(json, "camera"); camera != kNone) {
-            addCamera(document_.item("cameras", camera), node);
-        }
         if (const Json* e = extension(json, "KHR_lights_punctual")) {
             const Json* lights = extension(document_.json(), "KHR_lights_punctual");
-            addLight(element(array(lights ? *lights : Json::object(), "lights"),
-                             indexAt(*e, "light"), "lights"),
-                     node);
+            const Index light = indexAt(*e, "light");
+            addLight(element(array(lights ? *lights : Json::object(), "lights"), light, "lights"),
+                     light, node);
         }
     }
 
@@ -259,8 +277,10 @@ private:
                 animation.skin = animations_.addSkin(skinJson);
             else
                 pose.fromBind = fromBind(skinJson, origin);
+            const bool shown = shown_[node];
             node = addCheckedNode(text(json, "name") + " (skinned)",
                                   glm::translate(glm::dmat4(1.0), origin), kNone);
+            scene_.nodes[node].visible = shown;
         }
         const std::vector<Index> parts = animation.any()
                                              ? meshes.deformingMeshes(mesh, pose, animation)
@@ -334,7 +354,7 @@ private:
         return matrices;
     }
 
-    void addCamera(const Json& json, Index node) {
+    void addCamera(const Json& json, Index gltfCamera, Index node) {
         Camera camera;
         camera.name = text(json, "name");
         camera.node = node;
@@ -352,10 +372,11 @@ private:
                 {"badCamera", camera.name, "a camera with an empty view was ignored"});
             return;
         }
+        cameras_.push_back({gltfCamera, static_cast<Index>(scene_.cameras.size())});
         scene_.cameras.push_back(camera);
     }
 
-    void addLight(const Json& json, Index node) {
+    void addLight(const Json& json, Index gltfLight, Index node) {
         Light light;
         light.name = text(json, "name");
         light.node = node;
@@ -364,8 +385,8 @@ private:
                      : type == "spot"      ? LightKind::spot
                                            : LightKind::point;
         const glm::vec3 color(numbers<3>(json, "color", glm::dvec3(1.0)));
-        constexpr float kMaxIntensity = 1e9f;  // keeps products finite in float
-        light.intensity = glm::clamp(color * real(json, "intensity", 1.0f), 0.0f, kMaxIntensity);
+        const float intensity = real(json, "intensity", 1.0f);
+        light.intensity = glm::clamp(color * intensity, 0.0f, kMaxLightIntensity);
         light.range = std::max(real(json, "range", 0.0f), 0.0f);
         const Json& spot = object(json, "spot");
         light.outerConeAngle = std::clamp(real(spot, "outerConeAngle", light.outerConeAngle), 1e-3f,
@@ -373,6 +394,14 @@ private:
         light.innerConeAngle =
             std::clamp(real(spot, "innerConeAngle", 0.0f), 0.0f, light.outerConeAngle);
         if (json.contains("extras")) readLightExtras(json["extras"], light, scene_);
+        const auto inRange = [](float v) { return std::clamp(v, 0.0f, kMaxLightIntensity); };
+        lights_.push_back({gltfLight,
+                           static_cast<Index>(scene_.lights.size()),
+                           {.color = glm::clamp(color, 0.0f, kMaxLightIntensity),
+                            .intensity = inRange(intensity),
+                            .range = inRange(light.range),
+                            .innerConeAngle = light.innerConeAngle,
+                            .outerConeAngle = light.outerConeAngle}});
         scene_.lights.push_back(light);
     }
 
@@ -384,6 +413,8 @@ private:
     std::vector<Index> nodeOf_;                     // by glTF node
     std::vector<std::pair<Index, Index>> visited_;  // glTF node, scene node
     GltfAnimations animations_{document_, scene_, nodeOf_};
+    std::vector<bool> shown_, hidden_;  // by scene node: at rest; always
+    std::vector<GltfAnimations::PlacedPart> lights_, cameras_;
     Pose pose_;
 };
 

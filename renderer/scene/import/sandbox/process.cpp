@@ -1,5 +1,6 @@
 #include "scene/import/sandbox/process.h"
 
+#include "scene/import/base/clean_text.h"
 #include "scene/import/base/imported_scene.h"
 
 #include <fcntl.h>
