@@ -1,6 +1,6 @@
 // The light of surfaces (Effects::indirectLight) as users of the renderer see it: how finely it is
 // computed, and how far the computation is. Until it is complete a frame shows that of the rounds
-// so far, at first the environment's.
+// so far, at first that of an environment that nothing hides.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,7 @@ namespace clerestory {
 // How finely the light is computed.
 struct LightOptions {
     std::uint32_t threads = 0;              // 0: one for each processor
+    bool background = true;                 // with low priority: frames do not wait for it
     std::uint64_t addedTriangles = 12'000;  // at most, to a scene whose triangles are large
     std::uint32_t places = 60'000;          // at most, where light is gathered
     // Where complete light is stored for the next start; empty: nowhere.
@@ -24,7 +25,7 @@ struct LightOptions {
 };
 
 struct LightState {
-    bool wanted = false;  // by the request
+    bool wanted = false;  // by the request, in a scene that calls for it
     bool complete = false;
     std::uint32_t revision = 0;  // of what a frame would show now; 0: none yet
     double share = 0.0;          // computed, 0..1

@@ -5,9 +5,11 @@
 #include "gl/pipeline.h"
 #include "passes/executor.h"
 #include "passes/gpu_tracer.h"
+#include "plan/effects/surface_light.h"
 #include "plan/graph/work.h"
 #include "plan/planner.h"
 #include "plan/warm_up.h"
+#include "scene/convexity.h"
 #include "scene_lights.h"
 
 #include <algorithm>
@@ -78,7 +80,8 @@ struct Renderer::State {
         std::uint64_t generation;
         std::shared_ptr<const EnvironmentMap> environment;
         std::shared_ptr<const Pose> pose;
-        // With light of surfaces, `scene` and `pose` are those of its refined meshes.
+        bool convex = false;
+        // With computed light of surfaces, `scene` and `pose` are those of its refined meshes.
         std::shared_ptr<const light::SurfaceLight> light = nullptr;
     };
     FrameContext contextOf(const Subject& subject, const ResidentMaps& resident) const {
@@ -91,15 +94,21 @@ struct Renderer::State {
                 .surfaceLight = subject.light ? hashOf(*subject.light) : 0,
                 .light = subject.light
                              ? LightProgress{subject.light->revision, subject.light->share}
-                             : LightProgress{}};
+                             : LightProgress{},
+                .convex = subject.convex};
     }
     static std::uint64_t hashOf(const light::SurfaceLight& light) {
         return light.key * 0x9e3779b97f4a7c15ull + light.revision + 1;
     }
-    // The key of the light that the request shows; its computation has begun.
-    std::uint64_t beginLight(Subject subject, const FrameRequest& request);
-    // Changes the subject to one with light, as far as it is computed. Returns Frame::lightNow.
-    std::function<LightProgress()> addLight(Subject& subject, const FrameRequest& request);
+    // What the light of surfaces depends on that the request shows; nothing if it needs none.
+    std::optional<LightInputs> lightOf(const Subject& subject, const FrameRequest& request) const;
+    // Begins to compute it.
+    void beginLight(Subject subject, const FrameRequest& request, LightInputs inputs);
+    // Changes the subject to one with that light as far as it is computed, else with that of the
+    // open environment.
+    void addLight(Subject& subject, const FrameRequest& request, const LightInputs& inputs);
+    // Both. Returns Frame::lightNow.
+    std::function<LightProgress()> showLight(Subject& subject, const FrameRequest& request);
     // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
@@ -157,6 +166,7 @@ struct Renderer::State {
     struct Loaded {
         std::shared_ptr<const Scene> scene;
         std::uint64_t generation = 0;
+        bool convex = false;
     };
     std::map<std::string, Loaded> scenes;
     std::uint64_t generations = 0;  // calls of addScene()
@@ -197,14 +207,23 @@ std::shared_ptr<const Pose> withMaterialsAtRest(const std::shared_ptr<const Pose
     return std::make_shared<const Pose>(std::move(rest));
 }
 
-std::uint64_t Renderer::State::beginLight(Subject subject, const FrameRequest& request) {
+std::optional<LightInputs> Renderer::State::lightOf(const Subject& subject,
+                                                    const FrameRequest& request) const {
+    if (!showsSurfaceLight(request)) return std::nullopt;
     const ResidentMaps none;
-    subject.pose = withMaterialsAtRest(subject.pose);
     LightInputs inputs = lightInputs(contextOf(subject, none), request);
+    if (!inputs.unneeded.empty()) return std::nullopt;
+    return inputs;
+}
+
+void Renderer::State::beginLight(Subject subject, const FrameRequest& request, LightInputs inputs) {
     light::BakeInput bake{.key = inputs.hash};
     if (!lights.known(inputs.hash)) {
-        const FramePlan framePlan = planFrame(contextOf(subject, none), request);
-        if (!framePlan.rays) return inputs.hash;  // not a colour frame
+        const ResidentMaps none;
+        subject.pose = withMaterialsAtRest(subject.pose);
+        FrameContext context = contextOf(subject, none);
+        context.needsRays = true;
+        const FramePlan framePlan = planFrame(context, request);
         bake.pose = subject.pose;
         bake.materials = std::move(inputs.materials);
         bake.lights = std::move(inputs.lights);
@@ -215,24 +234,36 @@ std::uint64_t Renderer::State::beginLight(Subject subject, const FrameRequest& r
         guarded([&] { executor.addTables(inputOf(subject, framePlan), bake); });
     }
     lights.begin(subject.scene, std::move(bake));
-    return inputs.hash;
 }
 
-std::function<LightProgress()> Renderer::State::addLight(Subject& subject,
-                                                         const FrameRequest& request) {
-    if (!request.effects.indirectLight || request.output.channel != Channel::color) return {};
-    const std::uint64_t key = beginLight(subject, request);
-    if (!lights.known(key)) return {};
-    std::function<LightProgress()> now = lights.now(key);
-    std::shared_ptr<const light::SurfaceLight> latest = lights.latest(key);
-    if (!latest) return now;
-    if (lights.mustUpload(*subject.scene, latest->scene)) {
-        guarded([&] { executor.upload(latest->scene, subject.scene.get()); });
+void Renderer::State::addLight(Subject& subject, const FrameRequest& request,
+                               const LightInputs& inputs) {
+    std::shared_ptr<const light::SurfaceLight> light = lights.latest(inputs.hash);
+    if (!light) {
+        subject.light = lights.open({.scene = subject.scene,
+                                     .pose = *subject.pose,
+                                     .materials = inputs.materials,
+                                     .environment = *subject.environment,
+                                     .mapFromWorld = inputs.mapFromWorld,
+                                     .environmentIntensity = inputs.environmentIntensity,
+                                     .key = inputs.hash});
+        return;
     }
-    subject.scene = latest->scene;
+    if (lights.mustUpload(*subject.scene, light->scene)) {
+        guarded([&] { executor.upload(light->scene, subject.scene.get()); });
+    }
+    subject.scene = light->scene;
     subject.pose = poseOf(subject.scene, *clipsNamed(*subject.scene, request.clip), request.time);
-    subject.light = std::move(latest);
-    return now;
+    subject.light = std::move(light);
+}
+
+std::function<LightProgress()> Renderer::State::showLight(Subject& subject,
+                                                          const FrameRequest& request) {
+    const std::optional<LightInputs> inputs = lightOf(subject, request);
+    if (!inputs) return {};
+    beginLight(subject, request, *inputs);
+    addLight(subject, request, *inputs);
+    return lights.now(inputs->hash);
 }
 
 std::shared_ptr<const Pose> Renderer::State::poseOf(const std::shared_ptr<const Scene>& scene,
@@ -327,7 +358,7 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
     if (scene == scenes.end()) {
         throw InvalidRequest({{"/scene", "there is no such scene", keysOf(scenes)}});
     }
-    const auto& [held, generation] = scene->second;
+    const auto& [held, generation, convex] = scene->second;
     const std::string name = request.environment.map.value_or(held->environment);
     if (!hasEnvironment(name)) {
         throw InvalidRequest(
@@ -349,7 +380,8 @@ Renderer::State::Subject Renderer::State::subjectOf(const FrameRequest& request)
     if (!errors.empty()) throw InvalidRequest(std::move(errors));
     for (const Material& material : held->materials) hasEnvironment(material.environmentMap);
     const std::shared_ptr<const Scene> shown = composedOf(held, request);
-    return {shown, generation, environments.at(name), poseOf(shown, *clips, request.time)};
+    return {shown, generation, environments.at(name), poseOf(shown, *clips, request.time),
+            convex && shown == held};
 }
 
 Renderer::Renderer(const RendererOptions& options) : state_(std::make_unique<State>(options)) {}
@@ -377,7 +409,7 @@ void Renderer::addScene(Scene added) {
     if (state_->firstScene.empty()) state_->firstScene = scene->id;
     // `= {}` would not free the memory.
     for (TextureImage& image : scene->images) std::vector<std::uint8_t>().swap(image.texels);
-    state_->scenes[scene->id] = {scene, ++state_->generations};
+    state_->scenes[scene->id] = {scene, ++state_->generations, isConvex(*scene, restPose(*scene))};
 }
 
 void Renderer::removeScene(const std::string& id) {
@@ -407,7 +439,7 @@ std::vector<std::string> Renderer::environmentNames() const {
 
 FramePlan Renderer::plan(const FrameRequest& request) const {
     State::Subject subject = state_->subjectOf(request);
-    state_->addLight(subject, request);
+    state_->showLight(subject, request);
     return state_->plan(subject, request);
 }
 
@@ -418,7 +450,7 @@ Frame Renderer::State::frame(const FrameRequest& request, Readback readback,
     Subject subject = subjectOf(request);
     const Clock::time_point start = Clock::now();
     Frame frame;
-    frame.lightNow = addLight(subject, request);
+    frame.lightNow = showLight(subject, request);
     frame.sceneGeneration = subject.generation;
     frame.plan = plan(subject, request);
     frame.light = frame.plan.light.value_or(LightProgress{});
@@ -458,15 +490,16 @@ Frame Renderer::render(const FrameRequest& request, Readback readback,
 }
 
 LightState Renderer::light(const FrameRequest& request) {
-    if (!request.effects.indirectLight) return {};
     state_->context.makeCurrent();
-    return state_->lights.state(state_->beginLight(state_->subjectOf(request), request));
+    const State::Subject subject = state_->subjectOf(request);
+    const std::optional<LightInputs> inputs = state_->lightOf(subject, request);
+    if (!inputs) return {};
+    state_->beginLight(subject, request, *inputs);
+    return state_->lights.state(inputs->hash);
 }
 
 LightState Renderer::completeLight(const FrameRequest& request,
                                    const std::function<bool()>& abandoned) {
-    if (!request.effects.indirectLight) return {};
-    state_->context.makeCurrent();
     const LightState now = light(request);
     if (now.wait) now.wait(abandoned);
     return light(request);
@@ -492,6 +525,10 @@ WarmUp Renderer::beginWarmUp(const std::vector<FrameRequest>& frames) const {
     WarmUp warmUp;
     for (const FrameRequest& frame : frames) {
         State::Subject subject = state_->subjectOf(frame);
+        // Frames with computed light have the same programs.
+        if (const auto inputs = state_->lightOf(subject, frame)) {
+            state_->addLight(subject, frame, *inputs);
+        }
         FramePlan plan = warmUpPlan(state_->plan(subject, frame));
         warmUp.plans_.push_back(
             std::make_shared<WarmUp::Plan>(WarmUp::Plan{std::move(subject), std::move(plan)}));
@@ -508,7 +545,9 @@ bool Renderer::advance(WarmUp& warmUp, bool fromTheEnd) {
     while (step >= (*plan)->plan.passes.size()) step -= (*plan++)->plan.passes.size();
     const State::Subject& subject = (*plan)->subject;
     const auto scene = state_->scenes.find(subject.scene->id);
-    if (scene == state_->scenes.end() || scene->second.scene != subject.scene) return false;
+    if (scene == state_->scenes.end() || scene->second.generation != subject.generation) {
+        return false;
+    }
     state_->context.makeCurrent();
     state_->compile(subject, (*plan)->plan, step);
     return warmUp.done_ < total;

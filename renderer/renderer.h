@@ -68,7 +68,7 @@ struct Frame {
     FramePlan plan;
     std::vector<PassTime> passTimes;  // in the order of plan.passes
     LightProgress light;
-    // What the same request would show now, on any thread; empty without Effects::indirectLight.
+    // What the same request would show now, on any thread; empty if it needs no light of surfaces.
     std::function<LightProgress()> lightNow;
     double planMs = 0.0;
     double readbackMs = 0.0;

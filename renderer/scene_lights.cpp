@@ -29,35 +29,56 @@ SceneLights::SceneLights(const LightOptions& options)
                                    .reportFailure = options.reportFailure})),
       baker_(std::make_shared<light::Baker>(light::BakerOptions{
           .threads = options.threads,
+          .background = options.background,
           .whenComplete = [files = files_, computed = computed_](const light::SurfaceLight& light) {
               ++*computed;
               files->store(light);
           }})) {}
 
+void SceneLights::refine(Refined& refined, const Scene& original, const Pose& pose,
+                         std::uint64_t addedTriangles) {
+    const std::lock_guard lock(refined.making);
+    if (refined.scene) return;
+    light::Refined made = light::refined(original, pose, {.addedTriangles = addedTriangles});
+    gl::fitForSharing(made.scene.vertices);
+    gl::fitForSharing(made.scene.indices);
+    refined.edge = made.edge;
+    refined.scene = std::make_shared<const Scene>(std::move(made.scene));
+}
+
 void SceneLights::begin(const std::shared_ptr<const Scene>& original, light::BakeInput input) {
     std::shared_ptr<Refined>& entry = refined_[original.get()];
     if (!entry) entry = std::make_shared<Refined>();
     if (known(input.key)) return;
+    // Read here, not by the baker: its threads may be busy, or rest because a frame is drawn.
+    if (files_->contains(input.key)) {
+        refine(*entry, *original, *input.pose, options_.addedTriangles);
+        if (auto stored = files_->find(input.key, entry->scene)) {
+            baker_->keep(std::make_shared<const light::SurfaceLight>(*std::move(stored)));
+            return;
+        }
+    }
     const auto bake = std::make_shared<light::BakeInput>(std::move(input));
-    baker_->begin(bake->key, [bake, original, refined = entry, files = files_, options = options_] {
-        if (!refined->scene) {
-            light::Refined made =
-                light::refined(*original, *bake->pose, {.addedTriangles = options.addedTriangles});
-            gl::fitForSharing(made.scene.vertices);
-            gl::fitForSharing(made.scene.indices);
-            refined->edge = made.edge;
-            refined->scene = std::make_shared<const Scene>(std::move(made.scene));
-        }
-        if (auto stored = files->find(bake->key, refined->scene)) {
-            return light::Baker::Work{
-                .light = std::make_shared<const light::SurfaceLight>(*std::move(stored))};
-        }
+    baker_->begin(bake->key, [bake, original, refined = entry, options = options_] {
+        refine(*refined, *original, *bake->pose, options.addedTriangles);
         bake->scene = refined->scene;
         bake->edge = refined->edge;
-        return light::Baker::Work{
-            .bake = std::make_unique<light::Bake>(std::move(*bake),
-                                                  light::BakeQuality{.places = options.places})};
+        return std::make_unique<light::Bake>(std::move(*bake),
+                                             light::BakeQuality{.places = options.places});
     });
+}
+
+std::shared_ptr<const light::SurfaceLight> SceneLights::latest(std::uint64_t key) {
+    auto light = baker_->latest(key);
+    if (light && open_ && open_->key == key) open_.reset();
+    return light;
+}
+
+std::shared_ptr<const light::SurfaceLight> SceneLights::open(const light::OpenLightInput& input) {
+    if (!open_ || open_->key != input.key || open_->scene != input.scene) {
+        open_ = std::make_shared<const light::SurfaceLight>(light::openLight(input));
+    }
+    return open_;
 }
 
 LightState SceneLights::state(std::uint64_t key) const {
@@ -89,6 +110,7 @@ bool SceneLights::mustUpload(const Scene& original, const std::shared_ptr<const 
 }
 
 std::vector<std::shared_ptr<const Scene>> SceneLights::forget(const Scene& original) {
+    if (open_ && open_->scene.get() == &original) open_.reset();
     const auto found = refined_.find(&original);
     if (found == refined_.end()) return {};
     std::vector<std::shared_ptr<const Scene>> uploaded = std::move(found->second->uploaded);

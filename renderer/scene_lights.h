@@ -4,13 +4,16 @@
 
 #include "light/baker.h"
 #include "light/light_files.h"
+#include "light/open_light.h"
 #include "light_state.h"
+#include "plan/graph/light_progress.h"
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 namespace clerestory {
@@ -20,12 +23,13 @@ public:
     explicit SceneLights(const LightOptions& options);
 
     bool known(std::uint64_t key) const { return baker_->state(key).known; }
-    // Begins the light of an original scene with this key. input: everything but the refined scene.
+    // Begins the light of an original scene with this key. Light that is stored on disk is complete
+    // when this returns. input: everything but the refined scene.
     void begin(const std::shared_ptr<const Scene>& original, light::BakeInput input);
     // Of the last round that is complete; null before the first one.
-    std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key) const {
-        return baker_->latest(key);
-    }
+    std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key);
+    // What is shown before the first one.
+    std::shared_ptr<const light::SurfaceLight> open(const light::OpenLightInput& input);
     LightState state(std::uint64_t key) const;
     // See Frame::lightNow.
     std::function<LightProgress()> now(std::uint64_t key) const;
@@ -43,18 +47,24 @@ public:
 private:
     // The refined meshes of a scene, made by the first computation of its light.
     struct Refined {
-        // On a thread of the baker:
+        std::mutex making;
+        // With that lock held:
         std::shared_ptr<const Scene> scene;
         double edge = 0.0;  // see light::Refined
         // On the renderer's thread; an earlier load of the scene may have made others.
         std::vector<std::shared_ptr<const Scene>> uploaded;
     };
 
+    // On any thread.
+    static void refine(Refined& refined, const Scene& original, const Pose& pose,
+                       std::uint64_t addedTriangles);
+
     const LightOptions options_;
     const std::shared_ptr<std::atomic<std::uint64_t>> computed_;
     const std::shared_ptr<light::LightFiles> files_;
     const std::shared_ptr<light::Baker> baker_;                 // clients that wait share it
     std::map<const Scene*, std::shared_ptr<Refined>> refined_;  // by their originals
+    std::shared_ptr<const light::SurfaceLight> open_;           // the last one, while it is shown
 };
 
 }  // namespace clerestory

@@ -1,5 +1,6 @@
 #include "light/baker.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -35,7 +36,7 @@ struct Baker::Shared {
 
     struct Entry {
         std::uint64_t key = 0;
-        std::function<Work()> make;
+        Make make;
         std::shared_ptr<Bake> bake;
         std::shared_ptr<const SurfaceLight> light;
         bool complete = false;
@@ -53,6 +54,7 @@ struct Baker::Shared {
             return !entry.complete && entry.failure.empty();
         });
     }
+    bool add(Entry entry);
     void startThreads();
     void coordinate();
     void help();
@@ -96,7 +98,7 @@ void Baker::Shared::workOn(Bake& bake) {
 }
 
 void Baker::Shared::help() {
-    lowerPriority();
+    if (options.background) lowerPriority();
     std::uint64_t seen = 0;
     std::unique_lock lock(mutex);
     for (;;) {
@@ -128,7 +130,7 @@ void Baker::Shared::runRound(const std::shared_ptr<Bake>& bake) {
 }
 
 void Baker::Shared::coordinate() {
-    lowerPriority();
+    if (options.background) lowerPriority();
     std::unique_lock lock(mutex);
     while (!stopping) {
         const auto entry = next();
@@ -145,14 +147,9 @@ void Baker::Shared::coordinate() {
         std::shared_ptr<const SurfaceLight> light;
         bool complete = false;
         try {
-            if (!bake) {
-                Work work = make();
-                light = std::move(work.light);
-                bake = std::move(work.bake);
-                complete = light != nullptr;
-            }
-            if (bake && bake->samples() > 0) runRound(bake);
-            if (bake && !cancelled) {
+            if (!bake) bake = make();
+            if (bake->samples() > 0) runRound(bake);
+            if (!cancelled) {
                 bake->endRound();
                 complete = bake->complete() || bake->samples() == 0;
                 light = std::make_shared<const SurfaceLight>(bake->light());
@@ -170,6 +167,11 @@ void Baker::Shared::coordinate() {
         found->complete = complete;
         found->failure = std::move(failure);
         changed.notify_all();
+        if (!complete) continue;
+        lock.unlock();
+        bake.reset();
+        malloc_trim(0);  // a computation takes several times the memory of its result
+        lock.lock();
     }
 }
 
@@ -192,17 +194,30 @@ Baker::~Baker() {
     for (std::thread& thread : shared_->threads) thread.join();
 }
 
-void Baker::begin(std::uint64_t key, std::function<Work()> make) {
+// With the lock held. Returns false if the key is known.
+bool Baker::Shared::add(Entry entry) {
+    if (find(entry.key) != entries.end()) return false;
+    entries.push_front(std::move(entry));
+    while (entries.size() > options.kept) {
+        if (current && current == entries.back().bake) cancelled = true;
+        entries.pop_back();
+    }
+    return true;
+}
+
+void Baker::begin(std::uint64_t key, Make make) {
     Shared& s = *shared_;
     const std::lock_guard lock(s.mutex);
-    if (s.find(key) != s.entries.end()) return;
-    s.entries.push_front({.key = key, .make = std::move(make)});
-    while (s.entries.size() > s.options.kept) {
-        if (s.current && s.current == s.entries.back().bake) s.cancelled = true;
-        s.entries.pop_back();
-    }
+    if (!s.add({.key = key, .make = std::move(make)})) return;
     if (s.threads.empty()) s.startThreads();
     s.changed.notify_all();
+}
+
+void Baker::keep(std::shared_ptr<const SurfaceLight> light) {
+    Shared& s = *shared_;
+    const std::lock_guard lock(s.mutex);
+    const std::uint64_t key = light->key;
+    s.add({.key = key, .light = std::move(light), .complete = true});
 }
 
 std::shared_ptr<const SurfaceLight> Baker::latest(std::uint64_t key) {

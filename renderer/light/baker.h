@@ -2,9 +2,7 @@
 // are drawn.
 //
 //     Baker baker;
-//     baker.begin(key, [=] {
-//         return Baker::Work{.bake = std::make_unique<Bake>(input, BakeQuality{})};
-//     });
+//     baker.begin(key, [=] { return std::make_unique<Bake>(input, BakeQuality{}); });
 //     if (const auto light = baker.latest(key)) draw(*light);
 //
 // All members may be called from any thread.
@@ -21,6 +19,7 @@ namespace clerestory::light {
 
 struct BakerOptions {
     std::uint32_t threads = 0;  // 0: one for each processor
+    bool background = true;     // with low priority
     std::size_t kept = 4;       // lights in memory; the ones used longest ago are dropped first
     // Called on a thread of the baker for each light that it has computed.
     std::function<void(const SurfaceLight&)> whenComplete;
@@ -34,14 +33,12 @@ public:
     Baker(const Baker&) = delete;
     Baker& operator=(const Baker&) = delete;
 
-    // One of both: light that was computed before, or its computation.
-    struct Work {
-        std::shared_ptr<const SurfaceLight> light;
-        std::unique_ptr<Bake> bake;
-    };
+    using Make = std::function<std::unique_ptr<Bake>()>;
     // Begins to compute, unless the key is known. `make` is called on a thread of the baker. The
     // light that was begun last is computed first.
-    void begin(std::uint64_t key, std::function<Work()> make);
+    void begin(std::uint64_t key, Make make);
+    // Keeps complete light that was computed before, unless its key is known.
+    void keep(std::shared_ptr<const SurfaceLight> light);
     // The light of the last round that is complete; null before the first one.
     std::shared_ptr<const SurfaceLight> latest(std::uint64_t key);
 

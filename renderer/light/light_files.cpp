@@ -75,6 +75,11 @@ std::filesystem::path LightFiles::fileOf(std::uint64_t key) const {
            (hashWordOf(options_.version + '\n' + std::to_string(key)) + kExtension);
 }
 
+bool LightFiles::contains(std::uint64_t key) const {
+    std::error_code error;
+    return !options_.folder.empty() && std::filesystem::exists(fileOf(key), error);
+}
+
 std::optional<SurfaceLight> LightFiles::find(std::uint64_t key,
                                              const std::shared_ptr<const Scene>& scene) const {
     if (options_.folder.empty()) return std::nullopt;

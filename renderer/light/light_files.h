@@ -31,6 +31,8 @@ class LightFiles {
 public:
     explicit LightFiles(LightFilesOptions options) : options_(std::move(options)) {}
 
+    // Whether there is a file, which may turn out to be damaged.
+    bool contains(std::uint64_t key) const;
     // The complete light of this key; scene: the refined scene that it was computed for. Nothing if
     // there is no file, or if it is damaged or does not belong to the scene.
     std::optional<SurfaceLight> find(std::uint64_t key,

@@ -92,16 +92,13 @@ void collectPoints(const PlacesInput& input, Places& places) {
         places.firstOfInstance[i] = static_cast<std::int32_t>(places.pointOf.size()) -
                                     static_cast<std::int32_t>(range.first);
         const glm::dmat4& world = input.pose.worldFromNode[instance.node];
-        const glm::dmat3 linear(world);
-        glm::dmat3 normals{glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
-                           glm::cross(linear[0], linear[1])};
-        if (glm::determinant(linear) < 0.0) normals = -normals;
+        const glm::dmat3 normals = input.mapFromWorld * normalMatrix(glm::dmat3(world));
         for (std::uint32_t v = range.first; v < range.first + range.count; ++v) {
             const Vertex& vertex = scene.vertices[v];
             SurfacePoint point;
             point.position = glm::vec3(
                 glm::dvec3(world * glm::dvec4(glm::dvec3(vertex.position), 1.0)) - input.origin);
-            const glm::dvec3 n = input.mapFromWorld * (normals * glm::dvec3(vertex.normal));
+            const glm::dvec3 n = normals * glm::dvec3(vertex.normal);
             const double length = glm::length(n);
             point.normal = length > 0.0 ? glm::vec3(n / length) : glm::vec3(0.0f, 1.0f, 0.0f);
             point.twoSided = material.doubleSided;

@@ -20,6 +20,10 @@ struct LightValue {
 };
 static_assert(sizeof(LightValue) == 32);
 
+inline float luminance(const glm::vec3& c) {
+    return glm::dot(c, glm::vec3(0.2126f, 0.7152f, 0.0722f));
+}
+
 // The same with names.
 struct LightAtVertex {
     glm::vec3 irradiance{0.0f};  // over pi: radiance of a white diffuse surface

@@ -10,29 +10,6 @@
 namespace clerestory {
 namespace {
 
-glm::dmat3 cofactors(const glm::dmat3& m) {
-    return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
-}
-
-// Transforms normals as the inverse transpose does, and is defined for singular matrices too.
-// Scaled so that its largest entry is 1, which a float represents for any scale of the scene.
-glm::dmat3 normalMatrix(const glm::dmat3& m) {
-    double largest = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        largest = std::max({largest, std::abs(m[i].x), std::abs(m[i].y), std::abs(m[i].z)});
-    }
-    if (!(largest > 0.0)) return glm::dmat3(1.0);
-    const glm::dmat3 unit = m / largest;
-    glm::dmat3 normals = cofactors(unit);
-    if (glm::determinant(unit) < 0.0) normals = -normals;
-    largest = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        largest = std::max(
-            {largest, std::abs(normals[i].x), std::abs(normals[i].y), std::abs(normals[i].z)});
-    }
-    return largest > 0.0 ? normals / largest : glm::dmat3(1.0);
-}
-
 glm::vec4 row(const glm::dmat3& m, int i, double w) {
     return glm::vec4(glm::dvec4(m[0][i], m[1][i], m[2][i], w));
 }

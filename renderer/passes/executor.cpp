@@ -72,6 +72,8 @@ const gl::BufferTexture& Executor::uploaded(
         lights_.splice(lights_.begin(), lights_, found);
         return lights_.front().texture;
     }
+    // Earlier revisions are not shown again.
+    std::erase_if(lights_, [](const UploadedLight& u) { return u.light.use_count() == 1; });
     lights_.emplace_front();
     lights_.front().light = light;
     lights_.front().values.assign(std::as_bytes(std::span(light->values)));

@@ -7,12 +7,12 @@
 #include "plan/effects/lens_tiles.h"
 #include "plan/effects/ray_tracing.h"
 #include "plan/effects/shadows.h"
+#include "plan/effects/surface_light.h"
 #include "plan/effects/view_context.h"
 #include "plan/explain.h"
 #include "plan/graph/plan_hash.h"
 #include "plan/visibility/lighting.h"
 #include "plan/visibility/view.h"
-#include "scene/hash.h"
 
 #include <algorithm>
 #include <bit>
@@ -144,9 +144,9 @@ void planColorFrame(const FrameContext& context, const FrameRequest& request, co
     for (ViewTask& task : drawn) {
         add(seen, planBackground(views, task, request.background, task.target));
     }
-    planRays(plan, stage);
-    const TargetId radiance = plan.lens ? planAssembly(plan, roots.tiles, drawn, roots.frame)
-                                        : drawn.front().target;
+    planRays(plan, context, stage);
+    const TargetId radiance =
+        plan.lens ? planAssembly(plan, roots.tiles, drawn, roots.frame) : drawn.front().target;
     explainOmissions(plan, stage, seen);
     explainBackground(plan, request.background);
     const auto exposureFactor = static_cast<float>(std::exp2(request.exposure));
@@ -183,43 +183,6 @@ bool hasVariant(const Scene& scene, const std::optional<std::string>& name) {
                                 [&](const Variant& variant) { return variant.name == *name; });
 }
 
-LightInputs lightInputs(const FrameContext& context, const FrameRequest& request) {
-    if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
-        throw InvalidRequest(std::move(errors));
-    }
-    const ViewSettings settings =
-        viewSettings(request, context.scene, context.limits.maxAnisotropy);
-    LightInputs inputs{
-        .lights =
-            placedLights(lightsWith(lightsOf(context.scene, context.pose), request.lights),
-                         context.pose, context.environment, glm::transpose(settings.mapFromWorld),
-                         settings.environmentIntensity),
-        .materials = bindMaterials(context.scene, context.pose, request.overrides, request.variant),
-        .mapFromWorld = settings.mapFromWorld,
-        .environmentIntensity = settings.environmentIntensity,
-        .emission = settings.effects.emission};
-    ContentHash hash;
-    hash.add(context.scene.contentHash);
-    hash.add(context.environment.contentHash);
-    for (const PlacedLight& light : inputs.lights) {
-        hash.add(light.kind);
-        hash.add(light.position);
-        hash.add(light.toLight);
-        hash.add(light.intensity);
-        hash.add(light.range);
-        hash.add(light.cosInner);
-        hash.add(light.cosOuter);
-        hash.add(light.radius);
-    }
-    for (const Material& material : inputs.materials.own) hash.add(contentHash(material));
-    for (const Index index : inputs.materials.materialOfInstance) hash.add(index);
-    hash.add(inputs.mapFromWorld);
-    hash.add(inputs.environmentIntensity);
-    hash.add(inputs.emission);
-    inputs.hash = hash.value();
-    return inputs;
-}
-
 FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     if (std::vector<FieldError> errors = problems(request); !errors.empty()) {
         throw InvalidRequest(std::move(errors));
@@ -227,12 +190,9 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
     const ViewSettings settings =
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     FramePlan plan = planOf(context, request, settings);
+    planSurfaceLight(plan, context, request);
     plan.composition = explained(context.scene, Composition{request.nodes, request.variant});
     for (std::string& line : explained(request.lights)) plan.composition.push_back(std::move(line));
-    if (settings.effects.indirectLight) {
-        plan.surfaceLight = context.surfaceLight;
-        plan.light = context.light;
-    }
     const MaterialBindings materials =
         bindMaterials(context.scene, context.pose, request.overrides, request.variant);
     plan.materials = materials.own;
@@ -242,8 +202,9 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
                       .pose = context.pose,
                       .settings = settings,
                       .materials = materials,
-                      .materialsHash = hashOf(materials, ownHashes) ^ plan.surfaceLight,
+                      .materialsHash = hashOf(materials, ownHashes),
                       .ownHashes = ownHashes,
+                      .surfaceLight = plan.surfaceLight,
                       .surfaces = surfaces,
                       .lights = plan.lights,
                       .environment = context.environment};

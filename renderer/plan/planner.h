@@ -19,18 +19,6 @@ bool hasVariant(const Scene& scene, const std::optional<std::string>& name);
 //
 // Throws InvalidRequest if problems(request) is not empty, or if the request names a camera that
 // the scene does not have.
-// What the light of surfaces depends on (light/bake.h), apart from the scene and the map.
-struct LightInputs {
-    std::vector<PlacedLight> lights;
-    MaterialBindings materials;
-    glm::dmat3 mapFromWorld{1.0};
-    float environmentIntensity = 1.0f;
-    bool emission = true;
-    std::uint64_t hash = 0;  // of everything, the scene and the map included
-};
-// Throws InvalidRequest as planFrame() does.
-LightInputs lightInputs(const FrameContext& context, const FrameRequest& request);
-
 FramePlan planFrame(const FrameContext& context, const FrameRequest& request);
 
 }  // namespace clerestory

@@ -54,6 +54,8 @@ EnvironmentMap environmentFromEquirectangular(std::string name,
 // included (Ramamoorthi and Hanrahan 2001): diffuse radiance = albedo * sum(c[i] * Y_i(n)). The
 // constants of Y are included as well: the basis is 1, y, z, x, xy, yz, 3z^2-1, xz, x^2-y^2.
 std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map);
+// Their sum for a surface with this unit normal, axes of the map.
+glm::vec3 harmonicsAlong(const std::array<glm::vec3, 9>& harmonics, const glm::vec3& normal);
 
 // What nine harmonics, scaled by lobeBands() of optics.glsl, differ from the map as a lobe of GGX
 // of this roughness gathers it: root of the mean square over directions, relative to the mean of

@@ -70,6 +70,10 @@ glm::vec3 harmonicsAlong(const std::array<glm::vec3, 9>& c, const glm::vec3& n,
 
 }  // namespace
 
+glm::vec3 harmonicsAlong(const std::array<glm::vec3, 9>& harmonics, const glm::vec3& normal) {
+    return harmonicsAlong(harmonics, normal, glm::vec2(1.0f));
+}
+
 std::array<glm::vec3, 9> diffuseHarmonics(const EnvironmentMap& map) {
     std::array<glm::dvec3, 9> sums{};
     double sphere = 0.0;

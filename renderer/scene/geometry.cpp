@@ -19,6 +19,10 @@ glm::dvec3 exactCross(const glm::dvec3& a, const glm::dvec3& b) {
             differenceOfProducts(a.x, b.y, a.y, b.x)};
 }
 
+glm::dmat3 cofactors(const glm::dmat3& m) {
+    return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
+}
+
 constexpr double kUnitTolerance = 1e-3;
 
 bool isRotation(const glm::dmat3& m) {
@@ -113,6 +117,23 @@ std::optional<Quaternion> rotationFrom(std::span<const double> n) {
         return numbersOf(glm::normalize(glm::quat_cast(m)));
     }
     return std::nullopt;
+}
+
+glm::dmat3 normalMatrix(const glm::dmat3& m) {
+    double largest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        largest = std::max({largest, std::abs(m[i].x), std::abs(m[i].y), std::abs(m[i].z)});
+    }
+    if (!(largest > 0.0)) return glm::dmat3(1.0);
+    const glm::dmat3 unit = m / largest;
+    glm::dmat3 normals = cofactors(unit);
+    if (glm::determinant(unit) < 0.0) normals = -normals;
+    largest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        largest = std::max(
+            {largest, std::abs(normals[i].x), std::abs(normals[i].y), std::abs(normals[i].z)});
+    }
+    return largest > 0.0 ? normals / largest : glm::dmat3(1.0);
 }
 
 }  // namespace clerestory

@@ -110,4 +110,8 @@ struct Vertex {
 };
 static_assert(sizeof(Vertex) == 72);
 
+// Transforms normals as the inverse transpose does, and is defined for singular matrices too.
+// Scaled so that its largest entry is 1, which a float represents for any scale of the scene.
+glm::dmat3 normalMatrix(const glm::dmat3& m);
+
 }  // namespace clerestory

@@ -28,6 +28,8 @@ struct FrameOrder {
     std::shared_ptr<CancellationToken> cancellation = {};  // null: cannot be cancelled
     // Whether a frame that is being drawn ends before its next pass when it is cancelled.
     bool endsInProgress = true;
+    // Waits for complete light of surfaces, two minutes at most, without occupying the renderer.
+    bool wholeLight = false;
 };
 
 struct EncodedFrame {
@@ -35,6 +37,7 @@ struct EncodedFrame {
     std::string bytes;  // the encoded picture
     // Time of planning, drawing and encoding; without that of waiting and of compiling shaders.
     double milliseconds = 0.0;
+    double lightShare = 1.0;  // of the light of surfaces that it shows; LightProgress::share
 
     // Empty unless requested with FrameOrder::withPlan.
     std::optional<FrameCamera> camera;

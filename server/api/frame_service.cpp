@@ -134,6 +134,13 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
     return drawn;
 }
 
+LightProgress FrameService::lightOf(const FrameRequest& request, Turn turn) {
+    turn.kind = kPlanKind;
+    const LightState light = components_.queue.run(
+        turn, [request](Renderer& renderer) { return renderer.light(request); });
+    return {.revision = light.revision, .share = light.wanted ? light.share : 1.0};
+}
+
 std::chrono::milliseconds FrameService::waitForLight(const FrameRequest& request, Turn turn,
                                                      std::chrono::milliseconds limit) {
     const auto began = Clock::now();

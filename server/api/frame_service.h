@@ -3,6 +3,7 @@
 #pragma once
 
 #include "image/image.h"
+#include "plan/effects/surface_light.h"
 #include "renderer.h"
 #include "server/api/metrics.h"
 #include "server/jobs/budgets.h"
@@ -72,7 +73,9 @@ public:
     // it shows.
     std::string etagOf(const Resolved& resolved, std::uint32_t lightRevision = 0) const;
     // Whether the bytes of the frame depend on a revision of light.
-    static bool showsLight(const FrameRequest& request) { return request.effects.indirectLight; }
+    static bool showsLight(const FrameRequest& request) { return showsSurfaceLight(request); }
+    // The light that the frame would show now; the computation begins if it has not.
+    LightProgress lightOf(const FrameRequest& request, Turn turn);
     // Waits until the light that the request shows is complete, for that time at most. Returns the
     // time waited. Other clients' frames are drawn in the meantime.
     std::chrono::milliseconds waitForLight(const FrameRequest& request, Turn turn,

@@ -134,31 +134,32 @@ Answer frame(const FrameRoutes& routes, const Call& call) {
         frames.resolve(std::move(given.request), {call.client, !isForeign(call)});
     const FrameRequest& request = resolved.request;
     frames.requireAffordable(request);
-    // The revision of its light is known after the frame is drawn.
     const bool light = FrameService::showsLight(request);
     std::string etag = frames.etagOf(resolved);
     Answer answer;
     answer.headers = {{"Cache-Control", "no-cache"}, {"Vary", "Accept"}};
-    const auto notModified = [&] {
-        if (call.method != "GET" || explained) return false;
-        if (!matchesEntityTag(call.header("If-None-Match"), etag)) return false;
-        answer.headers.emplace_back("ETag", etag);
-        frames.countNotModified();
-        answer.status = 304;
-        return true;
-    };
-    if (!light && notModified()) return answer;
     Turn turn = turnOf(frames, call);
     if (const unsigned seconds = light ? preferredWait(call) : 0; seconds > 0) {
         frames.waitForLight(request, turn, std::chrono::seconds(seconds));
         answer.headers.emplace_back("Preference-Applied", "wait=" + std::to_string(seconds));
+    }
+    const std::string ifNoneMatch = call.header("If-None-Match");
+    if (call.method == "GET" && !explained && !ifNoneMatch.empty()) {
+        const LightProgress shown = light ? frames.lightOf(request, turn) : LightProgress{};
+        etag = frames.etagOf(resolved, shown.revision);
+        if (matchesEntityTag(ifNoneMatch, etag)) {
+            if (light) answer.headers.emplace_back("Clerestory-Light", lightHeader(shown));
+            answer.headers.emplace_back("ETag", etag);
+            frames.countNotModified();
+            answer.status = 304;
+            return answer;
+        }
     }
     FrameService::Drawn drawn =
         frames.draw(resolved, std::move(turn), readbackFor(explain), call.requestId);
     if (light) {
         etag = frames.etagOf(resolved, drawn.frame.light.revision);
         answer.headers.emplace_back("Clerestory-Light", lightHeader(drawn.frame.light));
-        if (notModified()) return answer;
     }
     // The times of an explanation differ each time.
     if (!explained) answer.headers.emplace_back("ETag", etag);

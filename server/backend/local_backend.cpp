@@ -15,6 +15,8 @@ namespace {
 
 // That wait or run; each can take minutes.
 constexpr std::size_t kMaxJobs = 8;
+// How long a frame waits for its light; see FrameOrder::wholeLight.
+constexpr std::chrono::minutes kLightPatience{2};
 
 }  // namespace
 
@@ -65,12 +67,18 @@ EncodedFrame LocalBackend::draw(const FrameOrder& order) {
         turn.cancellation = order.cancellation;
         turn.endsInProgress =
             order.endsInProgress ? Turn::EndsInProgress::always : Turn::EndsInProgress::never;
+        if (order.wholeLight && FrameService::showsLight(resolved.request)) {
+            frames_.waitForLight(resolved.request, turn, kLightPatience);
+            turn.patience = frames_.turnFor(Clock::now()).patience;
+        }
         FrameService::Drawn drawn =
             frames_.draw(resolved, turn, Readback::picture, order.requestId);
         EncodedFrame frame{
             .type = std::string(mediaType(resolved.request.output.format)),
             .bytes = std::move(drawn.bytes),
-            .milliseconds = std::max(0.0, drawn.drawMs - drawn.frame.compileMs) + drawn.encodeMs};
+            .milliseconds = std::max(0.0, drawn.drawMs - drawn.frame.compileMs) + drawn.encodeMs,
+            .lightShare =
+                FrameService::showsLight(resolved.request) ? drawn.frame.light.share : 1.0};
         if (order.withPlan) addPlan(frame, drawn.frame);
         return frame;
     } catch (const std::exception&) {

@@ -323,6 +323,7 @@ std::optional<int> parseCommandLine(int argc, char** argv, CommandLine& line) {
     }
     line.config.scenes.import.cache = sceneCacheOf(line.config.cache);
     storeLight(line.config.renderer.light, line.config.cache);
+    line.config.renderer.light.background = line.command == Command::serve;  // others wait for it
     if (const auto folder = cacheFolderOf(line.config.cache); !folder.empty()) {
         line.config.curves = std::make_shared<CurveStore>(folder);
     }

@@ -14,8 +14,11 @@ constexpr std::chrono::minutes kRetryLimit{2};
 
 EncodedFrame FrameSource::draw(const FrameRequest& request, bool withPlan,
                                const std::string& requestId, const std::string& client) {
-    return draw(
-        {.request = request, .withPlan = withPlan, .requestId = requestId, .client = client});
+    return draw({.request = request,
+                 .withPlan = withPlan,
+                 .requestId = requestId,
+                 .client = client,
+                 .wholeLight = true});
 }
 
 EncodedFrame FrameSource::draw(FrameOrder order) {

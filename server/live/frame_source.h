@@ -21,6 +21,7 @@ public:
                 std::size_t renderers)
         : backend_(backend), metrics_(metrics), stopping_(stopping), renderers_(renderers) {}
 
+    // A frame with complete light of surfaces, for sequences.
     // Repeats the request for up to two minutes while the problem is temporary: the queue is full,
     // the scene is loading, a budget is being measured. Throws RequestError.
     EncodedFrame draw(const FrameRequest& request, bool withPlan, const std::string& requestId,

@@ -43,7 +43,8 @@ LiveDrawing::Picture LiveDrawing::drawnAt(std::size_t level, const FrameRequest&
                     .settings = settings,
                     .width = scaled.width,
                     .height = scaled.height,
-                    .milliseconds = drawn.milliseconds});
+                    .milliseconds = drawn.milliseconds,
+                    .lightShare = drawn.lightShare});
     lastText_ = canonicalText(frame);
     ++serial_;
     return last_;
@@ -61,7 +62,7 @@ LiveDrawing::Picture LiveDrawing::moved(const Picture& seen, std::optional<doubl
         const LiveView::Shown shown = view_.shown();
         FrameRequest frame = shown.request;
         if (time) frame.time = *time;
-        if (last_ && canonicalText(frame) == lastText_) {
+        if (last_ && last_->lightShare >= 1.0 && canonicalText(frame) == lastText_) {
             if (last_->version == shown.version) return last_;
             LivePicture same = *last_;
             same.version = shown.version;
@@ -84,6 +85,15 @@ LiveDrawing::Picture LiveDrawing::refined(const Picture& seen, const Draw& draw)
     const bool isShared = last_->version == seen->version && last_->level < seen->level;
     if (isShared) return last_;
     return drawnAt(pace_->refined(seen->level), shown.request, shown.version, true, draw);
+}
+
+LiveDrawing::Picture LiveDrawing::relit(const Picture& seen, const Draw& draw) {
+    const std::lock_guard lock(drawing_);
+    const LiveView::Shown shown = view_.shown();
+    if (shown.version != seen->version) return nullptr;
+    const bool isShared = last_->version == seen->version && last_->serial > seen->serial;
+    if (isShared) return last_;
+    return drawnAt(seen->level, shown.request, shown.version, true, draw);
 }
 
 }  // namespace clerestory

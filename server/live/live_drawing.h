@@ -30,6 +30,7 @@ struct LivePicture {
     Level settings = {};        // of that level
     std::uint32_t width = 0, height = 0;
     double milliseconds = 0.0;  // of drawing and encoding; 0 if an earlier picture was equal
+    double lightShare = 1.0;    // of its light of surfaces that is computed
 };
 
 class LiveDrawing {
@@ -37,6 +38,7 @@ public:
     struct Drawn {
         std::string bytes;
         double milliseconds = 0.0;  // as for Pace::measured()
+        double lightShare = 1.0;    // as EncodedFrame::lightShare
     };
     // A frame that is wanted. Another request cancels it: a refinement at any time, a frame in
     // motion as long as it has not begun, since poses can come faster than frames.
@@ -60,6 +62,10 @@ public:
     // A picture of the same request as `seen`, whose level is above 0, with a finer level. Null if
     // another request was put meanwhile. Throws what `draw` throws.
     Picture refined(const Picture& seen, const Draw& draw);
+
+    // A picture of the same request and level as `seen`, whose light was not complete, with the
+    // light that is computed now. Null if another request was put meanwhile.
+    Picture relit(const Picture& seen, const Draw& draw);
 
 private:
     LiveDrawing(LiveView& view, const LiveSettings& settings) : view_(view), settings_(settings) {}

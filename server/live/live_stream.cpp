@@ -17,6 +17,8 @@ using namespace std::chrono_literals;
 constexpr auto kRestDelay = 160ms;
 // Browsers show a part when the next one begins, so the last frame is sent a second time.
 constexpr auto kRepeatDelay = 150ms;
+// A still view whose light of surfaces is not complete is drawn again at this interval.
+constexpr auto kLightInterval = 1s;
 // A still view is sent again at this interval: proxies close idle connections, and only writing
 // shows that the client has closed its side.
 constexpr auto kStillInterval = 5s;
@@ -45,7 +47,7 @@ LiveDrawing::Draw LiveStream::drawer() {
                                            .client = client_,
                                            .cancellation = order.cancellation,
                                            .endsInProgress = order.isRefinement});
-        return LiveDrawing::Drawn{std::move(drawn.bytes), drawn.milliseconds};
+        return LiveDrawing::Drawn{std::move(drawn.bytes), drawn.milliseconds, drawn.lightShare};
     };
 }
 
@@ -87,6 +89,24 @@ bool LiveStream::refine() {
     }
 }
 
+bool LiveStream::mayRelight() const {
+    return !mayRefine() && picture_->lightShare < 1.0 && picture_->version == version_ &&
+           !request_.play;
+}
+
+// Returns whether there is a new picture. The next attempt follows after another interval.
+bool LiveStream::relight() {
+    lit_ = Clock::now();
+    try {
+        const auto lit = drawing_->relit(picture_, drawer());
+        const bool differs = lit && *lit->bytes != *picture_->bytes;
+        if (lit) picture_ = lit;
+        return differs;
+    } catch (const RequestError&) {
+        return false;
+    }
+}
+
 bool LiveStream::run(const Sink& sink) {
     const auto interval = std::chrono::duration_cast<Clock::duration>(
         std::chrono::duration<double>(1.0 / request_.rate));
@@ -99,9 +119,11 @@ bool LiveStream::run(const Sink& sink) {
         const auto again = sent_ + (repeated_ ? Clock::duration(kStillInterval) : kRepeatDelay);
         const auto rest =
             mayRefine() ? request_.view->shown().since + kRestDelay : Clock::time_point::max();
+        const auto light = mayRelight() ? std::max(sent_, lit_) + Clock::duration(kLightInterval)
+                                        : Clock::time_point::max();
         if (!request_.play) {
-            request_.view->waitForNewer(version_,
-                                        std::min({again, rest, Clock::now() + kStopPollInterval}));
+            request_.view->waitForNewer(
+                version_, std::min({again, rest, light, Clock::now() + kStopPollInterval}));
         }
         if (request_.play || request_.view->shown().version > version_) {
             repeated_ = false;
@@ -110,6 +132,11 @@ bool LiveStream::run(const Sink& sink) {
         } else if (Clock::now() >= rest) {
             repeated_ = false;
             if (refine()) open = send(sink);
+        } else if (Clock::now() >= light) {
+            if (relight()) {
+                repeated_ = false;
+                open = send(sink);
+            }
         } else if (Clock::now() >= again) {
             repeated_ = true;
             open = send(sink);

@@ -34,6 +34,8 @@ private:
     LiveDrawing::Draw drawer();
     void drawOrKeep();
     bool mayRefine() const;
+    bool mayRelight() const;
+    bool relight();
     bool refine();
     bool send(const Sink& sink);
 
@@ -48,6 +50,7 @@ private:
     bool cannotRefine_ = false;       // the last picture
     bool delimiterSent_ = false;      // the one before the next part
     Clock::time_point begun_, sent_;  // the last picture
+    Clock::time_point lit_;           // when more light was asked for
 };
 
 }  // namespace clerestory

@@ -253,13 +253,13 @@ Call unpackedCall(std::string_view bytes) {
 
 std::string packed(const FrameOrder& order) {
     return packedParts(order.request, order.withPlan, order.requestId, order.client, order.arrived,
-                       order.endsInProgress);
+                       order.endsInProgress, order.wholeLight);
 }
 
 FrameOrder unpackedFrameOrder(std::string_view bytes) {
     FrameOrder order;
     unpackParts(bytes, order.request, order.withPlan, order.requestId, order.client, order.arrived,
-                order.endsInProgress);
+                order.endsInProgress, order.wholeLight);
     return order;
 }
 
@@ -276,13 +276,13 @@ Answer unpackedAnswer(std::string_view bytes) {
 }
 
 std::string packed(const EncodedFrame& frame) {
-    return packedParts(frame.type, frame.bytes, frame.milliseconds, frame.camera,
+    return packedParts(frame.type, frame.bytes, frame.milliseconds, frame.lightShare, frame.camera,
                        frame.passMilliseconds, frame.plan);
 }
 
 EncodedFrame unpackedFrame(std::string_view bytes) {
     EncodedFrame frame;
-    unpackParts(bytes, frame.type, frame.bytes, frame.milliseconds, frame.camera,
+    unpackParts(bytes, frame.type, frame.bytes, frame.milliseconds, frame.lightShare, frame.camera,
                 frame.passMilliseconds, frame.plan);
     return frame;
 }

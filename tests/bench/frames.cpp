@@ -1,12 +1,14 @@
-// `bench_frames [--width W --height H --frames N --accuracy PRESET --effects all|none] SCENE...`:
-// the cost of a frame. A scene is a built-in's id or a file. The camera rotates a little from frame
-// to frame, because a driver may skip repeated work. Prints a Markdown table: median and 95th
-// percentile of warm frames, the cold first frame, processor time, milliseconds of each pass and of
-// encoding, and memory.
-#include "scene/default_view.h"
+// `bench_frames [--width W --height H --frames N --accuracy PRESET --effects all|none|shadows|full]
+// SCENE...`: the cost of a frame. `all` are all effects but shadows and light between surfaces,
+// `shadows` adds shadows, and `full`, the effects of a default request, also light between
+// surfaces, which is complete before the first frame is measured. A scene is a built-in's id or a
+// file. The camera rotates a little from frame to frame, because a driver may skip repeated work.
+// Prints a Markdown table: median and 95th percentile of warm frames, the cold first frame,
+// processor time, milliseconds of each pass and of encoding, and memory.
 #include "image/image.h"
 #include "program.h"
 #include "renderer.h"
+#include "scene/default_view.h"
 #include "scenes.h"
 #include "statistics.h"
 
@@ -51,6 +53,7 @@ void measure(Renderer& renderer, Scene loaded, const FrameRequest& shape, int fr
         request.height = shape.height;
         request.accuracy = shape.accuracy;
         request.effects = shape.effects;
+        if (shape.effects.indirectLight) renderer.completeLight(request);
         const double processorBefore = processorMilliseconds();
         const Stopwatch whole;
         const Frame frame = renderer.render(request);
@@ -91,18 +94,22 @@ int run(int argc, char** argv) {
     app.add_option("--height", height);
     app.add_option("--frames", frames, "warm frames measured");
     app.add_option("--accuracy", preset)->check(CLI::IsMember({"draft", "standard", "fine"}));
-    app.add_option("--effects", effects, "all, or none: base shading, as other renderers draw it")
-        ->check(CLI::IsMember({"all", "none"}));
+    app.add_option("--effects", effects,
+                   "none: base shading, as other renderers draw it; shadows, full: with shadows, "
+                   "and with light between surfaces")
+        ->check(CLI::IsMember({"all", "none", "shadows", "full"}));
     CLI11_PARSE(app, argc, argv);
 
     FrameRequest shape;
-    if (effects == "none") shape.effects = {false, false, false, false};
+    if (effects == "none") shape.effects = {false, false, false, false, false};
+    shape.effects.shadows = effects == "shadows" || effects == "full";
+    shape.effects.indirectLight = effects == "full";
     shape.width = static_cast<std::uint32_t>(width);
     shape.height = static_cast<std::uint32_t>(height);
     for (const auto& [word, value] : presetChoice().words) {
         if (word == preset) shape.accuracy = accuracyOf(value);
     }
-    Renderer renderer{RendererOptions{}};
+    Renderer renderer({.light = {.background = false}});
     std::printf("%s; %ld cores; %dx%d, accuracy %s, effects %s, %d warm frames\n\n",
                 renderer.identity().renderer.c_str(), sysconf(_SC_NPROCESSORS_ONLN), width, height,
                 preset.c_str(), effects.c_str(), frames);

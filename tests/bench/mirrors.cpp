@@ -62,6 +62,7 @@ Scene roomOf(int balls) {
 
 FrameRequest requestFor(int balls, std::uint32_t generations, std::uint32_t faces) {
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.scene = "mirrors" + std::to_string(balls);
     r.accuracy.curved = CurvedMethod::probe;
     r.accuracy.probeSamples = 1;

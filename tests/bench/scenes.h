@@ -44,7 +44,8 @@ inline Scene loadScene(const std::string& argument) {
     return scene;
 }
 
-// A view, turned about the vertical axis through the eye.
+// A view, turned about the vertical axis through the eye. Without shadows and light between
+// surfaces, which change while they are computed.
 inline FrameRequest turned(const std::string& scene, const DefaultView& view, double angle) {
     const glm::dvec3 d = view.target - view.position;
     const double c = std::cos(angle), s = std::sin(angle);
@@ -53,6 +54,7 @@ inline FrameRequest turned(const std::string& scene, const DefaultView& view, do
     request.camera.position = view.position;
     request.camera.target = view.position + glm::dvec3(c * d.x + s * d.z, d.y, c * d.z - s * d.x);
     request.camera.yfov = view.yfov;
+    request.effects.shadows = request.effects.indirectLight = false;
     return request;
 }
 

@@ -378,6 +378,7 @@ TEST(Display, TheProcessorGivesThePictureOfTheShaders) {
         for (const ToneMap curve : {ToneMap::neutral, ToneMap::aces, ToneMap::linear}) {
             for (const bool edgeFilter : {false, true}) {
                 FrameRequest r;
+                r.effects.shadows = r.effects.indirectLight = false;
                 r.scene = id;
                 r.width = 325;  // odd, so that rows have a rest
                 r.height = 181;

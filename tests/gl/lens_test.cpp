@@ -374,6 +374,7 @@ namespace {
 FrameRequest builtin(const char* name) {
     renderer().addScene(*makeBuiltinScene(name));
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.scene = name;
     r.output.format = OutputFormat::npy;
     return r;

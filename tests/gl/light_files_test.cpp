@@ -42,12 +42,14 @@ struct Start {
     std::vector<std::byte> picture;
     std::uint64_t computed = 0;
     std::uint32_t revision = 0;
+    std::uint32_t revisionAtFirst = 0;  // of a frame that does not wait
     std::vector<std::string> failures;
 };
 
 Start start(LightOptions options, float emitted = 4.0f, bool ball = false) {
     Start result;
     options.addedTriangles = options.places = 2000;
+    options.background = false;
     options.reportFailure = [&](const std::string& words) { result.failures.push_back(words); };
     {
         Renderer renderer({.light = options});
@@ -59,6 +61,7 @@ Start start(LightOptions options, float emitted = 4.0f, bool ball = false) {
         r.camera.target = {0.0, 0.0, 0.0};
         r.output.format = OutputFormat::npy;
         r.effects.indirectLight = true;
+        result.revisionAtFirst = renderer.render(r).light.revision;
         const LightState light = renderer.completeLight(r);
         EXPECT_TRUE(light.complete) << light.failure;
         Frame frame = renderer.render(r);
@@ -95,6 +98,8 @@ TEST(LightFiles, StoredLightIsNotComputedAgain) {
     EXPECT_EQ(first.computed, 1u);
     EXPECT_EQ(second.computed, 0u);
     EXPECT_EQ(second.revision, first.revision);
+    EXPECT_EQ(first.revisionAtFirst, 0u);
+    EXPECT_EQ(second.revisionAtFirst, first.revision) << "in the first frame";
     EXPECT_TRUE(second.picture == first.picture);
     EXPECT_EQ(filesIn(folder / "cache").size(), 1u);
     EXPECT_EQ(start({}).computed, 1u);  // without a folder

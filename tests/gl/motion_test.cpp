@@ -41,6 +41,7 @@ Scene frozen(Scene scene, double time) {
 
 FrameRequest small(const std::string& scene, double time = 0.0) {
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.scene = scene;
     r.time = time;
     r.width = 160;

@@ -25,6 +25,7 @@ Renderer& tracing(Computation rays) {
 // Every mirror and all glass by rays; `preset` decides how many.
 FrameRequest traced(const std::string& scene, Preset preset) {
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.scene = scene;
     r.width = 160;
     r.height = 90;

@@ -10,11 +10,11 @@ namespace clerestory::test {
 
 Renderer& renderer() {
     const char* rays = std::getenv("CLERESTORY_TEST_RAYS");
-    static Renderer instance({.rays = rays && std::string_view(rays) == "shader"
-                                          ? Computation::shader
-                                          : Computation::automatic,
-                              .light = {.addedTriangles = 8000, .places = 8000},
-                              .debugOutput = true});
+    static Renderer instance(
+        {.rays = rays && std::string_view(rays) == "shader" ? Computation::shader
+                                                            : Computation::automatic,
+         .light = {.background = false, .addedTriangles = 8000, .places = 8000},
+         .debugOutput = true});
     return instance;
 }
 
@@ -157,6 +157,7 @@ FrameRequest request(Scene scene, const std::string& id, const glm::dvec3& eye) 
     r.camera.znear = 0.01;
     r.output.format = OutputFormat::npy;
     r.accuracy.edgeFilter = false;
+    r.effects.shadows = r.effects.indirectLight = false;
     return r;
 }
 

@@ -48,7 +48,7 @@ void moveLast(Scene& scene, const glm::vec3& from, const glm::vec3& to);
 
 // Finishes the scene, hands it to renderer() under `id` and returns a request for it: 64x64, black
 // environment, camera at `eye` looking down -Z with a vertical angle of 90 degrees, linear float
-// colour, nothing filtered.
+// colour, nothing filtered, without shadows and light between surfaces, which have their own tests.
 FrameRequest request(Scene scene, const std::string& id, const glm::dvec3& eye = {0.0, 0.0, 2.0});
 
 glm::vec3 color(const Image& image, std::uint32_t x, std::uint32_t y);

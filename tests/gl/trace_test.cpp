@@ -1,6 +1,6 @@
 // Rays compared with rasterisation.
-#include "scene/default_view.h"
 #include "scene/builtin/builtin_scenes.h"
+#include "scene/default_view.h"
 #include "scene/import/in_process.h"
 #include "support.h"
 #include "trace_support.h"
@@ -17,6 +17,7 @@ FrameRequest looking(const Scene& scene, Channel channel, std::uint32_t width = 
                      std::uint32_t height = 180) {
     const DefaultView view = defaultView(scene);
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.width = width;
     r.height = height;
     r.camera.position = view.position;

@@ -11,6 +11,7 @@ namespace {
 
 FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target, double yfov) {
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.width = r.height = 96;
     r.camera.position = eye;
     r.camera.target = target;

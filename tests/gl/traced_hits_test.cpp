@@ -245,6 +245,7 @@ Scene things(const HitCase& c, const glm::dmat4& world) {
 
 FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target) {
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.width = r.height = 160;
     r.camera.position = eye;
     r.camera.target = target;

@@ -1,8 +1,8 @@
 // Light along traced paths: furnaces, Snell's law, mirrors, and shading of hits.
-#include "scene/default_view.h"
 #include "../support/compare_images.h"
 #include "plan/graph/features.h"
 #include "scene/builtin/builtin_scenes.h"
+#include "scene/default_view.h"
 #include "support.h"
 #include "trace_support.h"
 
@@ -18,6 +18,7 @@ constexpr std::uint32_t kSize = 64;
 
 FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target, double yfov = 0.8) {
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.width = r.height = kSize;
     r.camera.position = eye;
     r.camera.target = target;

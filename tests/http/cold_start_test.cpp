@@ -1,6 +1,7 @@
 // The first minute: servers with empty caches receive requests for every preset and every effect
 // from several clients. Compiling shaders makes frames late. It is not overload, and no response
 // may say so. No time is asserted.
+#include "tests/support/plain_effects.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
 
@@ -69,8 +70,9 @@ private:
 
 // Every preset with all effects; with the usual preset every effect alone, and none.
 std::vector<std::string> requestsFor(const std::string& scene) {
-    const std::vector<std::string> effects = {"emission", "refraction", "planarReflection",
-                                              "environmentReflection"};
+    const std::vector<std::string> effects = {
+        "emission",       "refraction", "planarReflection", "environmentReflection",
+        "materialLayers", "shadows",    "indirectLight"};
     std::vector<std::string> list;
     const auto add = [&](const char* preset, const std::vector<std::string>& on) {
         // A fine frame costs the most after compilation too; it stays far below the deadline.
@@ -304,7 +306,8 @@ TEST(ColdStart, TheOptimisingRendererGivesTheSameBytes) {
     httplib::Client client = clientOf(server);
     std::map<std::string, std::string> pictures;  // by renderer
     while (!pictures.contains("2")) {
-        const auto frame = client.Get("/v1/frames?width=160&height=90&output.format=png");
+        const auto frame =
+            client.Get("/v1/frames?width=160&height=90&output.format=png" + kPlainLink);
         ASSERT_TRUE(frame);
         if (frame->status == 409 || frame->status == 503) {
             ASSERT_TRUE(frame->has_header("Retry-After")) << frame->body;

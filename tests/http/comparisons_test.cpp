@@ -150,7 +150,8 @@ TEST(Budgets, APageOfAnotherSiteStartsNoMeasurement) {
     TestServer server;
     server.awaitReady();
     auto client = server.client();
-    const std::string link = "/v1/frames?scene=six-walls&width=24&height=24&accuracy.maxError=1";
+    const std::string link =
+        "/v1/frames?scene=six-walls&width=24&height=24&accuracy.maxError=1" + kPlainLink;
     const auto from = [&](const char* site) {
         return client.Get(link, {{"Sec-Fetch-Site", site}});
     };

@@ -83,7 +83,7 @@ TEST(FrameCache, AnEqualRequestGetsTheSameAnswerWithoutDrawing) {
               static_cast<double>(drawn->body.size()));
     const json limits = json::parse(client.Get("/v1/renderer")->body)["limits"];
     EXPECT_EQ(limits["frameCacheBytes"], 64 << 20);
-    const auto head = client.Head("/v1/frames?scene=six-walls&width=64&height=48");
+    const auto head = client.Head("/v1/frames?scene=six-walls&width=64&height=48" + kPlainLink);
     EXPECT_EQ(head->get_header_value("Content-Length"), std::to_string(drawn->body.size()));
     EXPECT_TRUE(head->has_header("Age"));
 }
@@ -94,15 +94,15 @@ TEST(FrameCache, EqualFormsOfARequestShareAnEntry) {
     const auto drawn = postJson(client, "/v1/frames", smallFrame());
     EXPECT_FALSE(isHit(drawn));
     for (const char* form :
-         {R"({"width": 64, "height": 48})", R"({"height": 48.0, "scene": "", "width": 64})",
-          R"({"scene": "six-walls", "width": 64, "height": 48, "time": 0, "toneMap": "neutral",
-              "accuracy": {"preset": "standard"}, "output": {"format": "jpeg"}})"}) {
-        const auto result = postJson(client, "/v1/frames", form);
+         {R"("width": 64, "height": 48)", R"("height": 48.0, "scene": "", "width": 64)",
+          R"("scene": "six-walls", "width": 64, "height": 48, "time": 0, "toneMap": "neutral",
+              "accuracy": {"preset": "standard"}, "output": {"format": "jpeg"})"}) {
+        const auto result = postJson(client, "/v1/frames", "{" + kPlainEffects + ", " + form + "}");
         EXPECT_TRUE(isHit(result)) << form;
         EXPECT_EQ(result->body, drawn->body) << form;
     }
-    EXPECT_TRUE(isHit(client.Get("/v1/frames?scene=six-walls&width=64&height=48")));
-    EXPECT_TRUE(isHit(client.Get("/v1/frames?height=48&width=64&explain=0")));
+    EXPECT_TRUE(isHit(client.Get("/v1/frames?scene=six-walls&width=64&height=48" + kPlainLink)));
+    EXPECT_TRUE(isHit(client.Get("/v1/frames?height=48&width=64&explain=0" + kPlainLink)));
     EXPECT_TRUE(isHit(postWith(client, {{"Accept", "image/jpeg"}}, smallFrame())));
     EXPECT_EQ(framesDrawn(server), 1u);
 }
@@ -186,7 +186,8 @@ TEST(FrameCache, TheLeastRecentlyUsedFrameMakesRoom) {
     EXPECT_FALSE(isHit(postJson(client, "/v1/frames", tinyFrame(1))));
 
     // An answer that is larger than the cache removes nothing.
-    const std::string large = R"({"width": 256, "height": 256, "output": {"format": "npy"}})";
+    const std::string large =
+        R"({"width": 256, "height": 256, "output": {"format": "npy"}, )" + kPlainEffects + "}";
     EXPECT_FALSE(isHit(postJson(client, "/v1/frames", large)));
     EXPECT_FALSE(isHit(postJson(client, "/v1/frames", large)));
     EXPECT_EQ(metric(client, "clerestory_frame_cache_entries"), 2.0);
@@ -233,10 +234,39 @@ TEST(FrameCache, ExplainedFramesAndBudgetsAreDrawnEachTime) {
     EXPECT_EQ(metric(client, "clerestory_frame_cache_entries"), 1.0);
 }
 
+// Until its light is complete a frame changes: it is drawn each time, and its entity tag with it.
+TEST(FrameCache, OnlyFramesWithCompleteLightAreKept) {
+    Config config = cacheConfig();
+    config.scenes.scenes = {"orbiting-cubes"};
+    TestServer server(config);
+    auto client = server.client();
+    const std::string link = "/v1/frames?width=64&height=48&format=png";
+    const auto first = client.Get(link);
+    EXPECT_FALSE(isHit(first));
+    EXPECT_EQ(first->get_header_value("Clerestory-Light"), "revision=0, share=0.00");
+    EXPECT_EQ(metric(client, "clerestory_frame_cache_entries"), 0.0);
+    const auto waited = [&] { return client.Get(link, httplib::Headers{{"Prefer", "wait=60"}}); };
+    auto complete = waited();
+    while (complete->get_header_value("Clerestory-Light") != "revision=6, share=1.00") {
+        ASSERT_EQ(complete->status, 200) << complete->body;
+        complete = waited();
+    }
+    EXPECT_NE(complete->body, first->body);
+    EXPECT_NE(complete->get_header_value("ETag"), first->get_header_value("ETag"));
+    EXPECT_EQ(metric(client, "clerestory_frame_cache_entries"), 1.0);
+    const auto hit = client.Get(link);
+    EXPECT_TRUE(isHit(hit));
+    EXPECT_EQ(hit->body, complete->body);
+    // Where no frame shows it, there is nothing to wait for.
+    const std::string depth = "/v1/frames?width=64&height=48&format=npy&channel=depth";
+    EXPECT_FALSE(isHit(client.Get(depth)));
+    EXPECT_TRUE(isHit(client.Get(depth)));
+}
+
 TEST(FrameCache, AnUnchangedFrameIsStillAnswered304) {
     TestServer server(cacheConfig());
     auto client = server.client();
-    const std::string link = "/v1/frames?scene=six-walls&width=64&height=48";
+    const std::string link = "/v1/frames?scene=six-walls&width=64&height=48" + kPlainLink;
     const auto drawn = client.Get(link);
     EXPECT_FALSE(isHit(drawn));
     const std::string etag = drawn->get_header_value("ETag");
@@ -314,7 +344,7 @@ TEST(FrameCache, ConcurrentRequestsGetEqualBytes) {
 TEST(FrameCache, PrintsTheTimeOfAHit) {
     TestServer server(cacheConfig());
     auto client = server.client();
-    const std::string body = R"({"width": 640, "height": 360})";
+    const std::string body = R"({"width": 640, "height": 360, )" + kPlainEffects + "}";
     EXPECT_FALSE(isHit(postJson(client, "/v1/frames", body)));
     std::vector<double> milliseconds;
     for (int i = 0; i < 500; ++i) {

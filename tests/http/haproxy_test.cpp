@@ -1,5 +1,6 @@
 // deploy/haproxy.cfg before three servers: one is killed under load, and no client notices.
 #include "tests/support/free_port.h"
+#include "tests/support/plain_effects.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
 
@@ -86,8 +87,8 @@ private:
 std::string body(int i) {
     // The scene's name chooses the server, so that all three have some.
     const char* scenes[] = {"six-walls", "orbiting-cubes", "teapots"};
-    return R"({"scene": ")" + std::string(scenes[i % 3]) +
-           R"(", "width": 48, "height": 32, "exposure": )" + std::to_string(i % 7) + "}";
+    return R"({"scene": ")" + std::string(scenes[i % 3]) + R"(", "width": 48, "height": 32, )" +
+           kPlainEffects + R"(, "exposure": )" + std::to_string(i % 7) + "}";
 }
 
 TEST(HaProxy, KillingOneServerUnderLoadLosesNoRequest) {

@@ -38,10 +38,15 @@ struct Studio {
             if (ends && order.cancellation->cancelled()) throw RequestError(clientLeft());
             if (isFull) throw RequestError(queueFull(1));
             const double pixels = 1.0 * frame.width * frame.height / (1280 * 720);
-            return LiveDrawing::Drawn{std::to_string(frame.exposure), 400 * pixels};
+            return LiveDrawing::Drawn{std::to_string(frame.exposure), 400 * pixels, lightShare};
         };
     }
     Picture moved() { return last = drawing->moved(last, std::nullopt, draw()); }
+    Picture relit() {
+        const Picture lit = drawing->relit(last, draw());
+        if (lit) last = lit;
+        return lit;
+    }
     Picture refined() {
         const Picture finer = drawing->refined(last, draw());
         if (finer) last = finer;
@@ -56,6 +61,7 @@ struct Studio {
     std::function<void()> during;  // called once, while a frame is drawn
     bool stillWaits = false;       // no frame begins before it is cancelled
     bool isFull = false;
+    double lightShare = 1.0;
 };
 
 TEST(LiveDrawing, OfThePosesDuringAFrameTheNewestIsDrawnNext) {
@@ -83,6 +89,30 @@ TEST(LiveDrawing, WithoutATargetEveryFrameIsTheRequest) {
     EXPECT_EQ(studio.drawn[0].width, 1280u);
     EXPECT_EQ(studio.refined(), nullptr);
     EXPECT_EQ(studio.drawn.size(), 1u);
+}
+
+TEST(LiveDrawing, AViewAtRestIsDrawnAgainWithMoreLight) {
+    for (const double target : {0.0, 100.0}) {
+        Studio studio(target);
+        studio.lightShare = 0.0;
+        const Picture first = studio.moved();
+        EXPECT_EQ(first->lightShare, 0.0);
+        studio.lightShare = 1.0;
+        const Picture lit = studio.relit();
+        ASSERT_NE(lit, nullptr);
+        EXPECT_EQ(lit->lightShare, 1.0);
+        EXPECT_EQ(lit->version, first->version);
+        EXPECT_EQ(lit->level, first->level);
+        EXPECT_GT(lit->serial, first->serial);
+        EXPECT_TRUE(studio.orders.back().isRefinement) << "a pose cancels it";
+        EXPECT_EQ(studio.drawn.size(), 2u);
+        // Another stream that shows the first picture takes this one.
+        studio.last = first;
+        EXPECT_EQ(studio.relit(), lit);
+        EXPECT_EQ(studio.drawn.size(), 2u);
+        studio.put(7);
+        EXPECT_EQ(studio.relit(), nullptr);
+    }
 }
 
 TEST(LiveDrawing, MotionIsSmallAndRestIsRefinedToTheRequest) {

@@ -75,8 +75,9 @@ Seen seen(const std::string& scene, const std::string& eye, const std::string& m
     const auto result = postJson(client, "/v1/frames",
                                  R"({"scene": ")" + scene +
                                      R"(", "width": 33, "height": 33, "output": {"format": "png"},
-            "toneMap": "linear", "camera": {"position": )" +
-                                     eye + R"(, "target": [0, 0, 0]})" + more + "}");
+            "toneMap": "linear", )" + kPlainEffects +
+                                     R"(, "camera": {"position": )" + eye +
+                                     R"(, "target": [0, 0, 0]})" + more + "}");
     if (!result || result->status != 200) {
         ADD_FAILURE() << (result ? result->body : "no answer");
         return {};

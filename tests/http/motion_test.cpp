@@ -11,8 +11,11 @@ namespace {
 using nlohmann::json;
 
 httplib::Result frame(httplib::Client& client, json more) {
-    json body = {
-        {"scene", "meadow"}, {"width", 96}, {"height", 54}, {"output", {{"format", "png"}}}};
+    json body = {{"scene", "meadow"},
+                 {"width", 96},
+                 {"height", 54},
+                 {"output", {{"format", "png"}}},
+                 {"effects", {{"shadows", false}, {"indirectLight", false}}}};
     body.update(more);
     return postJson(client, "/v1/frames", body.dump());
 }
@@ -38,7 +41,8 @@ TEST(MovingScenes, AreDescribedAndDependOnTimeAndClip) {
     EXPECT_EQ(frame(client, {{"time", 2.25}, {"clip", "flag"}})->body,
               frame(client, {{"time", 0.25}, {"clip", "flag"}})->body)
         << "the clip repeats";
-    const auto link = client.Get("/v1/frames?scene=meadow&width=96&height=54&format=png&time=0.25");
+    const auto link =
+        client.Get("/v1/frames?scene=meadow&width=96&height=54&format=png&time=0.25" + kPlainLink);
     ASSERT_EQ(link->status, 200);
     EXPECT_EQ(link->body, first->body);
 }

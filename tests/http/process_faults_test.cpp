@@ -4,6 +4,7 @@
 #include "scene/import/sandbox/jail.h"
 #include "tests/bench/process_tree.h"
 #include "tests/support/failing_process.h"
+#include "tests/support/plain_effects.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
 
@@ -75,8 +76,10 @@ protected:
 };
 
 std::string frame() {
-    return post("/v1/frames", R"({"width": 96, "height": 64, "output": {"format": "png"}})",
-                "Connection: close\r\n");
+    return post(
+        "/v1/frames",
+        R"({"width": 96, "height": 64, "output": {"format": "png"}, )" + kPlainEffects + "}",
+        "Connection: close\r\n");
 }
 
 std::string numberOf(const std::string& answer) {

@@ -80,6 +80,24 @@ TEST(UploadedArchives, AreDiscardedWhenTheClientDisconnects) {
     }
 }
 
+TEST(Sequences, FramesHaveCompleteLight) {
+    TestServer server;  // whose light is not computed
+    auto client = server.client();
+    json body = orbit(1);
+    body["common"]["scene"] = "orbiting-cubes";
+    body["common"]["output"] = {{"format", "png"}};
+    auto result = postJson(client, "/v1/sequences", body.dump());
+    while (result->status == 409) {  // it loads
+        result = postJson(client, "/v1/sequences", body.dump());
+    }
+    ASSERT_EQ(result->status, 200) << result->body;
+    json single = body["common"];
+    single.update(body["frames"][0]);
+    const auto frame = postJson(client, "/v1/frames", single.dump());
+    EXPECT_THAT(frame->get_header_value("Clerestory-Light"), testing::HasSubstr("share=1.00"));
+    EXPECT_EQ(fileOf(filesOfTar(result->body), "000000.png"), frame->body);
+}
+
 TEST(Sequences, EachFileEqualsASingleResponse) {
     auto client = sharedServer().client();
     const json body = orbit(3, {{"channels", {{"depth", true}}}});

@@ -176,7 +176,11 @@ TEST(CallWire, RoundTripPreservesEverything) {
 }
 
 TEST(CallWire, AFrameComesBackWithItsCamera) {
-    EncodedFrame frame{.type = "image/png", .bytes = "x", .passMilliseconds = 0.1, .plan = "{}"};
+    EncodedFrame frame{.type = "image/png",
+                       .bytes = "x",
+                       .lightShare = 0.3,
+                       .passMilliseconds = 0.1,
+                       .plan = "{}"};
     EXPECT_FALSE(unpackedFrame(packed(frame)).camera);
     FrameCamera& camera = frame.camera.emplace();
     camera.cameraToWorld[3] = {0.1, 1e-9, -3.0, 1.0};
@@ -187,12 +191,14 @@ TEST(CallWire, AFrameComesBackWithItsCamera) {
     const EncodedFrame back = unpackedFrame(packed(frame));
     EXPECT_EQ(back.passMilliseconds, frame.passMilliseconds);
     EXPECT_EQ(back.plan, frame.plan);
+    EXPECT_EQ(back.lightShare, frame.lightShare);
     ASSERT_TRUE(back.camera);
     EXPECT_EQ(cameraJson(*back.camera), cameraJson(camera));
 }
 
 TEST(CallWire, AFrameOrderComesBackWithEveryBit) {
-    FrameOrder order{.withPlan = true, .requestId = "id-1", .arrived = Clock::now()};
+    FrameOrder order{
+        .withPlan = true, .requestId = "id-1", .arrived = Clock::now(), .wholeLight = true};
     FrameRequest& request = order.request;
     request = frameRequestFrom(nlohmann::json::parse(R"({
         "scene": "a", "width": 33, "time": 0.1, "clip": "",
@@ -208,6 +214,7 @@ TEST(CallWire, AFrameOrderComesBackWithEveryBit) {
     const FrameOrder back = unpackedFrameOrder(packed(order));
     EXPECT_EQ(canonicalText(back.request), canonicalText(request));
     EXPECT_EQ(back.withPlan, order.withPlan);
+    EXPECT_EQ(back.wholeLight, order.wholeLight);
     EXPECT_EQ(back.requestId, order.requestId);
     EXPECT_EQ(back.arrived, order.arrived);
     EXPECT_EQ(packed(back), packed(order));

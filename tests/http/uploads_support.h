@@ -50,7 +50,7 @@ inline std::string idOf(const httplib::Result& answer) {
 }
 
 inline std::string frameOf(const std::string& id) {
-    return R"({"width": 48, "height": 32, "scene": ")" + id + R"("})";
+    return R"({"width": 48, "height": 32, "scene": ")" + id + R"(", )" + kPlainEffects + "}";
 }
 
 inline json sceneAt(httplib::Client& client, const std::string& id) {

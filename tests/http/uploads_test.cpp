@@ -186,14 +186,18 @@ TEST(Uploads, VariantsAreSelectedByRequestsAndLinks) {
     EXPECT_EQ(scene["variants"], json({"at night"}));
     const auto frame = [&](const std::string& more) {
         return postJson(client, "/v1/frames",
-                        R"({"scene": ")" + id + R"(", "width": 24, "height": 24)" + more + "}");
+                        R"({"scene": ")" + id + R"(", "width": 24, "height": 24, )" +
+                            kPlainEffects + more + "}");
     };
     const auto plain = frame(""), red = frame(R"(, "variant": "at night")");
     ASSERT_EQ(red->status, 200) << red->body;
     EXPECT_NE(red->body, plain->body);
     EXPECT_NE(red->get_header_value("ETag"), plain->get_header_value("ETag"));
-    EXPECT_EQ(client.Get("/v1/frames?scene=" + id + "&width=24&height=24&variant=at%20night")->body,
-              red->body);
+    EXPECT_EQ(
+        client
+            .Get("/v1/frames?scene=" + id + "&width=24&height=24&variant=at%20night" + kPlainLink)
+            ->body,
+        red->body);
     const json problem = problemOf(frame(R"(, "variant": "night")"), 422);
     EXPECT_EQ(problem["errors"][0]["pointer"], "/variant");
     EXPECT_EQ(problem["errors"][0]["allowed"], "one of: at night");
@@ -216,13 +220,15 @@ TEST(Uploads, ScenesOfAFileHaveIds) {
     EXPECT_EQ(scene["scenes"],
               json({{{"id", id}, {"name", "day"}}, {{"id", other}, {"name", "night"}}}));
     const auto frame = [&](const std::string& which) {
-        return postJson(client, "/v1/frames",
-                        R"({"scene": ")" + which + R"(", "width": 24, "height": 24})");
+        return postJson(
+            client, "/v1/frames",
+            R"({"scene": ")" + which + R"(", "width": 24, "height": 24, )" + kPlainEffects + "}");
     };
     const auto day = frame(id), night = frame(other);
     ASSERT_EQ(night->status, 200) << night->body;
     EXPECT_NE(night->body, day->body);
-    EXPECT_EQ(client.Get("/v1/frames?scene=" + other + "&width=24&height=24")->body, night->body);
+    EXPECT_EQ(client.Get("/v1/frames?scene=" + other + "&width=24&height=24" + kPlainLink)->body,
+              night->body);
     const json described = json::parse(client.Get("/v1/scenes/" + other)->body);
     EXPECT_EQ(described["triangles"], 2);
     EXPECT_EQ(described["scenes"], scene["scenes"]);

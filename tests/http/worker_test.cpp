@@ -262,7 +262,7 @@ TEST_F(SeveralRenderers, ShareTheFramesAndGiveTheBytesOfOne) {
     problemOf(postJson(client, "/v1/frames", R"({"widht": 3})"), 422);
     problemOf(postJson(client, "/v1/frames", R"({"scene": "unknown"})"), 404);
     problemOf(client.Get("/v1/plans"), 405);
-    const std::string link = "/v1/frames?width=64&height=48";
+    const std::string link = "/v1/frames?width=64&height=48" + kPlainLink;
     const std::string etag = client.Get(link)->get_header_value("ETag");
     EXPECT_EQ(client.Get(link, httplib::Headers{{"If-None-Match", etag}})->status, 304);
     EXPECT_THAT(
@@ -318,7 +318,8 @@ TEST_F(SeveralRenderers, DrawTheFramesOfASequenceInTurn) {
 
 // A scene that is requested for the first time is loaded by one renderer, and then by the other.
 TEST_F(SeveralRenderers, LoadTheSameScenes) {
-    const std::string body = R"({"scene": "orbiting-cubes", "width": 64, "height": 48})";
+    const std::string body =
+        R"({"scene": "orbiting-cubes", "width": 64, "height": 48, )" + kPlainEffects + "}";
     auto client = this->client();
     auto answer = postJson(client, "/v1/frames", body);
     for (; answer->status == 409; answer = postJson(client, "/v1/frames", body)) {
@@ -378,7 +379,8 @@ class SharedScenes : public WorkerServer {
 protected:
     using Counts = std::pair<std::size_t, std::size_t>;
     const std::string kBody =
-        R"({"scene": "orbiting-cubes", "width": 64, "height": 48, "output": {"format": "png"}})";
+        R"({"scene": "orbiting-cubes", "width": 64, "height": 48, "output": {"format": "png"}, )" +
+        kPlainEffects + "}";
 
     std::string loaded() {
         auto client = this->client();

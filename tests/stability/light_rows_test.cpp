@@ -392,6 +392,7 @@ TEST_F(FrameRows, MonotoneLadderOfFlatMirrors) {
 TEST_F(FrameRows, MonotoneLadderOfCurvedMirrors) {
     renderer().addScene(*makeBuiltinScene("six-walls"));
     FrameRequest truth;
+    truth.effects.shadows = truth.effects.indirectLight = false;
     truth.scene = "six-walls";
     truth.output.format = OutputFormat::npy;
     truth.accuracy.curved = CurvedMethod::traced;

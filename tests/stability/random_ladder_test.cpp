@@ -120,6 +120,7 @@ double errorOn(const Mask& mask, const Image& picture, const Image& truth) {
 // about is served by rays.
 FrameRequest randomLook(RandomSource& chance, const Scene& scene) {
     FrameRequest r;
+    r.effects.shadows = r.effects.indirectLight = false;
     r.scene = scene.id;
     r.width = 24 * kSquare;
     r.height = 18 * kSquare;

@@ -226,6 +226,7 @@ FrameRequest randomRequest(RandomSource& chance, const std::string& scene) {
     r.height = 1 + chance.below(24);
     randomCamera(chance, r);
     r.effects = {chance.is(0.9), chance.is(0.9), chance.is(0.9), chance.is(0.9)};
+    r.effects.shadows = r.effects.indirectLight = false;  // as the ladder's other ways to a picture
 
     r.accuracy = accuracyOf(oneOf(chance, std::array{Preset::draft, Preset::standard}));
     Accuracy& a = r.accuracy;

@@ -100,8 +100,9 @@ httplib::Result postJson(httplib::Client& client, const std::string& path,
 }
 
 std::string smallFrame(const std::string& more) {
+    const bool plain = more.find("\"effects\"") == std::string::npos;
     return R"({"scene": "six-walls", "width": 64, "height": 48)" +
-           (more.empty() ? "" : ", " + more) + "}";
+           (plain ? ", " + kPlainEffects : "") + (more.empty() ? "" : ", " + more) + "}";
 }
 
 nlohmann::json problemOf(const httplib::Result& result, int status) {

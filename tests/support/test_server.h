@@ -5,6 +5,7 @@
 #include "server/backend/local_backend.h"
 #include "server/server.h"
 #include "server/worker/worker_backend.h"
+#include "tests/support/plain_effects.h"
 
 #include <httplib.h>
 #include <nlohmann/json.hpp>
@@ -50,7 +51,8 @@ TestServer& sharedServer();
 
 httplib::Result postJson(httplib::Client& client, const std::string& path, const std::string& body);
 
-// A frame of 64 x 48 of six-walls; `more` adds fields, as in R"("time": 1)".
+// A frame of 64 x 48 of six-walls; `more` adds fields, as in R"("time": 1)". Has kPlainEffects
+// unless it adds effects.
 std::string smallFrame(const std::string& more = "");
 
 // The body that a problem document must be, or a failed expectation and null.

@@ -96,6 +96,7 @@ inline Scene boxScene(Material material = {}) {
     return scene;
 }
 
+// Without shadows and light between surfaces, which have their own tests.
 inline FrameRequest lookingFrom(const glm::dvec3& position,
                                 const glm::dvec3& target = glm::dvec3(0.0)) {
     FrameRequest request;
@@ -103,6 +104,7 @@ inline FrameRequest lookingFrom(const glm::dvec3& position,
     request.camera.target = target;
     request.width = 160;
     request.height = 90;
+    request.effects.shadows = request.effects.indirectLight = false;
     return request;
 }
 

@@ -32,6 +32,7 @@ std::uint64_t hashOfInputs(const ViewContext& context, const CapturePoint& point
     PlanHash hash;
     hash.add(stage.scene.contentHash);
     hash.add(stage.materialsHash);
+    hash.add(stage.surfaceLight);
     hash.add(context.frame.environment.contentHash);
     for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);

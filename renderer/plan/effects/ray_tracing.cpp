@@ -206,11 +206,10 @@ void addDrawnPass(ViewContext& context, const ViewTask& task, Pass pass) {
     }
 }
 
-void planRays(FramePlan& plan, const Stage& stage) {
+void planRays(FramePlan& plan, const FrameContext& context, const Stage& stage) {
     const bool traces = std::any_of(plan.passes.begin(), plan.passes.end(),
                                     [](const Pass& pass) { return followsRays(pass); });
-    // The light of surfaces is computed with rays.
-    if (!traces && !stage.settings.effects.indirectLight) return;
+    if (!traces && !context.needsRays) return;
     RayScene rays;
     rays.materialOfInstance = stage.materials.materialOfInstance;
     rays.hidden = stage.materials.hidden;

@@ -5,11 +5,12 @@
 
 namespace clerestory {
 
-// Adds a pass that draws a view. If the processor follows rays, the draws of the pass that have rays
-// record them, and a further pass follows them; blended draws then have passes of their own.
+// Adds a pass that draws a view. If the processor follows rays, the draws of the pass that have
+// rays record them, and a further pass follows them; blended draws then have passes of their own.
 void addDrawnPass(ViewContext& context, const ViewTask& task, Pass pass);
 
-// Sets plan.rays if a pass of the plan traces rays. Call it after all views are planned.
-void planRays(FramePlan& plan, const Stage& stage);
+// Sets plan.rays if a pass of the plan traces rays or the context needs them. Call it after all
+// views are planned.
+void planRays(FramePlan& plan, const FrameContext& context, const Stage& stage);
 
 }  // namespace clerestory

@@ -219,6 +219,7 @@ std::uint64_t keyOf(std::string_view name, const Stage& stage, const std::vector
     PlanHash hash;
     hash.add(name);
     hash.add(stage.scene.contentHash);
+    hash.add(stage.scene.indices.size());  // refined meshes (light/refinement.h) round differently
     hash.add(stage.materialsHash);
     for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
     for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
@@ -368,6 +369,9 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
         return builder.skip(
             subject, Effect::shadows,
             order.empty() ? "the scene has no punctual light" : "the scene has no opaque surface");
+    }
+    if (context.convex) {
+        return builder.skip(subject, Effect::shadows, "no surface lies before another");
     }
     order = worthAShadow(context, stage, builder, order, pixels);
     if (order.empty()) return;

@@ -48,9 +48,11 @@ struct FrameContext {
     const ResidentMaps& resident;
     const DeviceLimits& limits;
     // Identifies the light at the vertices of `scene` (light/surface_light.h) in its present state;
-    // 0: there is none, and the environment lights all surfaces.
+    // 0: there is none, and nothing hides the environment.
     std::uint64_t surfaceLight = 0;
     LightProgress light = {};
+    bool needsRays = false;  // FramePlan::rays is wanted even if no draw traces rays
+    bool convex = false;     // no surface of the scene sees another; see scene/convexity.h
 };
 
 }  // namespace clerestory

@@ -55,7 +55,7 @@ struct FramePlan {
     float environmentIntensity = 1.0f;
     std::uint32_t curvedSamples = 0;
     std::optional<FrameLens> lens;       // none: one matrix projects the frame
-    std::optional<RayScene> rays;        // present if a draw traces rays
+    std::optional<RayScene> rays;        // see planRays()
     std::uint64_t surfaceLight = 0;      // identifies the light at vertices; 0: the environment's
     std::optional<LightProgress> light;  // Effects::indirectLight
     TargetId shadowMap = kNoTarget;      // that every pass with lit surfaces reads; see LightShadow

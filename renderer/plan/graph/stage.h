@@ -19,6 +19,7 @@ struct Stage {
     const MaterialBindings& materials;
     std::uint64_t materialsHash = 0;       // of all `materials`; 0 if the frame has none
     std::vector<std::uint64_t> ownHashes;  // of each of materials.own
+    std::uint64_t surfaceLight = 0;        // as FrameContext::surfaceLight
     std::span<const Surface> surfaces;
     std::vector<PlacedLight> lights;
     const EnvironmentMap& environment;

@@ -79,8 +79,8 @@ struct Effects {
     bool planarReflection = true;
     bool environmentReflection = true;
     bool materialLayers = true;
-    bool shadows = false;
-    bool indirectLight = false;
+    bool shadows = true;
+    bool indirectLight = true;
 };
 
 struct Accuracy {
@@ -229,10 +229,9 @@ void fields(Effects& e, V&& visit) {
     visit("materialLayers", e.materialLayers, Flag{},
           "clear coat, sheen, iridescence, anisotropy, diffuse transmission, dispersion");
     visit("shadows", e.shadows, Flag{}, "surfaces hide punctual lights from each other");
-    visit(
-        "indirectLight", e.indirectLight, Flag{},
-        "surfaces hide the environment from each other and light each other; computed once in the "
-        "background, see Clerestory-Light");
+    visit("indirectLight", e.indirectLight, Flag{},
+          "surfaces hide the environment from each other and light each other; computed once in "
+          "the background while frames show what is complete, see Clerestory-Light");
 }
 
 inline Choice<Preset> presetChoice() {

@@ -126,6 +126,7 @@ visit("the page shows the progress of the light between surfaces until it is com
     const light = response.headers()["clerestory-light"];
     if (light) answers.push(light);
   });
+  await page.uncheck("#effects [data-field=indirectLight] input", { force: true });
   await page.check("#effects [data-field=indirectLight] input", { force: true });
   while (!answers.some((light) => light.includes("share=1.00"))) await page.waitForTimeout(100);
   await page.waitForFunction(() => !document.querySelector("#caption").textContent.includes("light"));

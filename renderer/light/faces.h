@@ -1,0 +1,39 @@
+// The still triangles of a scene as rays meet them, and those of them that emit.
+#pragma once
+
+#include "light/bake.h"
+#include "rays/path.h"
+#include "rays/triangle_tree.h"
+
+#include <glm/glm.hpp>
+
+#include <vector>
+
+namespace clerestory::light {
+
+// A triangle that is no hole, no veil and no glass; see PathTracer::middleOf().
+struct Face {
+    glm::vec3 normal{0.0f};  // world, on the front; any length
+    glm::vec3 albedo{0.0f};
+    glm::vec3 emitted{0.0f};
+    float density = 0.0f;  // of rays towards emitters, per square metre
+    bool plain = false;
+    bool twoSided = false;
+};
+
+// A triangle that emits.
+struct Emitter {
+    glm::vec3 a, ab, ac;   // world axes, from the origin
+    double end = 0.0;      // of its part of the sum of powers, 0..1
+    float density = 0.0f;  // per square metre
+    bool plain = false;    // rays that meet it at random count, too
+};
+
+// Of all triangles of the tree, in its order.
+std::vector<Face> facesOf(const BakeInput& input, const rays::TriangleTree& tree,
+                          const rays::PathTracer& tracer);
+// Sets Face::density of those that emit. Empty without emission.
+std::vector<Emitter> emittersOf(const BakeInput& input, const rays::TriangleTree& tree,
+                                std::vector<Face>& faces);
+
+}  // namespace clerestory::light

@@ -1,0 +1,288 @@
+#include "light/light_rays.h"
+
+#include "light/directions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace clerestory::light {
+namespace {
+
+constexpr float kPi = std::numbers::pi_v<float>;
+constexpr std::uint32_t kLampRays = 12;  // to a lamp with a radius
+
+// All sides can be hit: rays that begin inside a body must notice it.
+std::vector<BvhTriangle> fromBothSides(std::vector<BvhTriangle> triangles) {
+    for (BvhTriangle& t : triangles) t.side = 0.0f;
+    return triangles;
+}
+
+}  // namespace
+
+glm::vec3 Radiosity::sentFrom(const Places& places, std::uint32_t instance,
+                              const std::uint32_t vertices[3], const float weights[3],
+                              const glm::vec3& normal) const {
+    const std::int32_t first = places.firstOfInstance[instance];
+    if (first == kNoLight) return mean;
+    glm::vec3 sum(0.0f);
+    for (int k = 0; k < 3; ++k) {
+        const std::uint32_t index =
+            places
+                .pointOf[static_cast<std::size_t>(first + static_cast<std::int32_t>(vertices[k]))];
+        const SurfacePoint& point = places.points[index];
+        const int side = point.twoSided && glm::dot(point.normal, normal) < 0.0f ? 1 : 0;
+        sum += weights[k] * sent[side][index];
+    }
+    return sum;
+}
+
+LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
+    : input_(input), quality_(quality), sky_(*input.environment) {
+    triangles_ = stillTriangles(*input.scene, *input.pose, input.materials);
+    tree_.setStill(fromBothSides(std::move(triangles_.triangles)));
+    tracer_.emplace(
+        rays::Surroundings{.tree = tree_,
+                           .vertices = input.scene->vertices,
+                           .indices = input.scene->indices,
+                           .instances = input.instances,
+                           .materials = input.materialRows,
+                           .firstTextureRow = input.firstTextureRow,
+                           .texels = *input.texels,
+                           .lights = noLights_,
+                           .environment = sky_.map(),
+                           .brdf = noBrdf_,
+                           .brdfSize = 1,
+                           .worldFromEye = glm::mat3(glm::transpose(input.mapFromWorld)),
+                           .hitFeatures = input.hitFeatures});
+    offset_ = static_cast<float>(
+        1e-4 * static_cast<double>(lastingBounds(*input.scene, *input.pose).diagonal()));
+    faces_ = facesOf(input, tree_, *tracer_);
+    emitters_ = emittersOf(input, tree_, faces_);
+}
+
+glm::vec3 LightRays::startOf(const SurfacePoint& point, float side) const {
+    const glm::vec3 normal(glm::transpose(input_.mapFromWorld) * glm::dvec3(point.normal));
+    return point.start + normal * (side * offset_);
+}
+
+// What arrives of a lamp's light: along: to its centre, axes of the map; distance: to it.
+glm::vec3 LightRays::shareOf(const PlacedLight& lamp, const glm::vec3& start,
+                             const glm::vec3& along, float distance) const {
+    const bool soft = lamp.radius > 0.0f;
+    const float reach = lamp.kind == LightKind::directional ? 1.0f : distance;
+    glm::vec3 x, y, sum(0.0f);
+    axesAbout(along, x, y);
+    for (std::uint32_t i = 0; i < (soft ? kLampRays : 1u); ++i) {
+        const float radius = lamp.radius * std::sqrt(static_cast<float>(i) / kLampRays);
+        const float turn = kGoldenAngle * static_cast<float>(i);
+        const glm::vec3 way = glm::normalize(along * reach + x * (radius * std::cos(turn)) +
+                                             y * (radius * std::sin(turn)));
+        const float limit = std::min(distance / std::max(glm::dot(way, along), 1e-6f), 1e30f);
+        const rays::SurfaceHit hit = tracer_->surfaceAlong(start, way, 0.0f, 1e-3f, limit);
+        if (!hit.met) sum += hit.share;
+    }
+    return soft ? sum / static_cast<float>(kLampRays) : sum;
+}
+
+glm::vec3 LightRays::lampsAt(const SurfacePoint& point, float side) const {
+    glm::vec3 sum(0.0f);
+    const glm::vec3 start = startOf(point, side);
+    for (const PlacedLight& lamp : input_.lights) {
+        glm::vec3 towards(lamp.toLight);
+        float distance = 1e30f, falloff = 1.0f;
+        if (lamp.kind != LightKind::directional) {
+            const glm::vec3 way = glm::vec3(lamp.position - triangles_.origin) - start;
+            distance = std::max(glm::length(way), 1e-6f);
+            towards = way / distance;
+            falloff = 1.0f / std::max(distance * distance, 1e-4f);
+            if (lamp.range > 0.0f) {
+                const float r = std::min(distance / lamp.range, 1.0f);
+                falloff *= 1.0f - r * r * r * r;
+            }
+            if (lamp.kind == LightKind::spot) {
+                const float width = std::max(lamp.cosInner - lamp.cosOuter, 1e-3f);
+                const float in = std::clamp(
+                    (glm::dot(lamp.toLight, towards) - lamp.cosOuter) / width, 0.0f, 1.0f);
+                falloff *= in * in;
+            }
+        }
+        const glm::vec3 along(input_.mapFromWorld * glm::dvec3(towards));
+        const float cosine = side * glm::dot(point.normal, along);
+        if (!(cosine > 0.0f) || !(falloff > 0.0f)) continue;
+        const glm::vec3 arriving = shareOf(lamp, start, along, distance);
+        sum += lamp.intensity * arriving * (falloff * cosine / kPi);
+    }
+    return sum;
+}
+
+// Weight of a ray that meets an emitter at random against those that are sent to it (balance
+// heuristic, Veach 1997). cosine: at the start; facing: at the emitter.
+float LightRays::randomWeight(float cosine, float facing, float distance, float density) const {
+    const float atRandom = static_cast<float>(quality_.rays) * cosine / kPi;
+    const float sent = static_cast<float>(quality_.emitterRays) * density * distance * distance /
+                       std::max(facing, 1e-6f);
+    return atRandom / std::max(atRandom + sent, 1e-30f);
+}
+
+// The light along a ray. cosine: between it and the normal of the surface that it leaves; below 0
+// if it leaves none, and no other rays are sent to emitters.
+LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along,
+                                float cosine) const {
+    const glm::vec3 world(glm::transpose(input_.mapFromWorld) * glm::dvec3(along));
+    rays::TriangleHit hit;
+    if (!tree_.nearestHit(&start.x, &world.x, hit)) return {};
+    const Face& face = faces_[hit.place];
+    const bool front = glm::dot(face.normal, world) < 0.0f;
+    if (face.plain && (front || face.twoSided)) {
+        const BvhTriangle& t = tree_.triangle(hit.place);
+        const std::uint32_t* corners =
+            &input_.scene->indices[3 * static_cast<std::size_t>(t.triangle)];
+        const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+        Seen seen{.met = true};
+        seen.light =
+            face.albedo * radiosity_->sentFrom(*places_, static_cast<std::uint32_t>(t.instance),
+                                               corners, weights, -along);
+        if (face.density > 0.0f) {
+            const float facing =
+                std::abs(glm::dot(face.normal, world)) / std::max(glm::length(face.normal), 1e-30f);
+            seen.emitted = face.emitted;
+            if (cosine >= 0.0f) {
+                seen.emitted *= randomWeight(cosine, facing, hit.distance, face.density);
+            }
+        }
+        return seen;
+    }
+    const rays::SurfaceHit passing = tracer_->surfaceAlong(start, along, 0.0f, 0.1f);
+    Seen seen{.met = passing.met, .begins = passing.begins, .share = passing.share};
+    if (passing.met) {
+        seen.light = passing.share * passing.albedo *
+                     radiosity_->sentFrom(*places_, passing.instance, passing.vertices,
+                                          passing.weights, passing.normal);
+    }
+    return seen;
+}
+
+void LightRays::gather(const SurfacePoint& point, std::uint32_t place, int side,
+                       std::uint32_t round, RaySums& sum) const {
+    const float sign = side == 0 ? 1.0f : -1.0f;
+    const glm::vec3 normal = sign * point.normal;
+    const glm::vec3 start = startOf(point, sign);
+    glm::vec3 x, y;
+    axesAbout(normal, x, y);
+    sum.forgetBounces(keptOfBounces(round));
+    sum.wholeSky = sky_.irradiance(normal) * input_.environmentIntensity;
+    for (std::uint32_t i = 0; i < quality_.rays; ++i) {
+        const glm::vec2 u =
+            pointOfSequence(round * quality_.rays + i, 2 * place + static_cast<unsigned>(side));
+        const float radius = std::sqrt(u.x), turn = 2.0f * kPi * u.y;
+        const float cosine = std::sqrt(std::max(1.0f - u.x, 1e-4f));
+        const glm::vec3 along = glm::normalize(x * (radius * std::cos(turn)) +
+                                               y * (radius * std::sin(turn)) + normal * cosine);
+        const Seen seen = look(start, along, cosine);
+        if (!seen.begins) sum.behind += 1.0f;
+        const glm::vec3 radiance = sky_.radiance(along) * input_.environmentIntensity;
+        const glm::vec3 open = seen.met ? glm::vec3(0.0f) : seen.share * radiance;
+        if (!seen.met) {
+            const float through = luminance(seen.share);
+            sum.visible += through;
+            sum.towards += through * along;
+        }
+        const float perCosine = 1.0f / std::max(cosine, 0.15f);
+        sum.count += 1.0f;
+        sum.directions += along;
+        sum.open += open;
+        sum.hidden += radiance - open;
+        sum.openFlux += luminance(open + seen.emitted) * perCosine * along;
+        sum.bounceCount += 1.0f;
+        sum.bounces += seen.light;
+        sum.bounceFlux += luminance(seen.light) * perCosine * along;
+        sum.emittersMet += seen.emitted;
+    }
+    count_.fetch_add(quality_.rays, std::memory_order_relaxed);
+    if (!emitters_.empty()) sampleEmitters(point, place, side, round, sum);
+}
+
+void LightRays::sampleEmitters(const SurfacePoint& point, std::uint32_t place, int side,
+                               std::uint32_t round, RaySums& sum) const {
+    const float sign = side == 0 ? 1.0f : -1.0f;
+    const glm::vec3 start = startOf(point, sign);
+    for (std::uint32_t i = 0; i < quality_.emitterRays; ++i) {
+        const std::uint32_t number = round * quality_.emitterRays + i;
+        const glm::vec2 u =
+            pointOfSequence(number, 0x40000000u + 2 * place + static_cast<unsigned>(side));
+        const double part =
+            (i + static_cast<double>(hashed(number ^ (place << 8)) & 0xffffu) / 65536.0) /
+            quality_.emitterRays;
+        const auto chosen =
+            std::min(std::upper_bound(emitters_.begin(), emitters_.end(), part,
+                                      [](double p, const Emitter& e) { return p < e.end; }),
+                     emitters_.end() - 1);
+        const float root = std::sqrt(u.x);
+        const glm::vec3 there =
+            chosen->a + chosen->ab * (root * (1.0f - u.y)) + chosen->ac * (root * u.y);
+        const glm::vec3 way = there - start;
+        const float distance = glm::length(way);
+        sum.emitterCount += 1.0f;
+        if (!(distance > 0.0f)) continue;
+        const glm::vec3 along(input_.mapFromWorld * glm::dvec3(way / distance));
+        const float cosine = sign * glm::dot(point.normal, along);
+        const glm::vec3 face = glm::normalize(glm::cross(chosen->ab, chosen->ac));
+        const float facing = std::abs(glm::dot(face, way / distance));
+        if (!(cosine > 0.0f)) continue;
+        const rays::SurfaceHit hit =
+            tracer_->surfaceAlong(start, along, 0.0f, 1e-3f, distance * 1.001f + offset_);
+        if (!hit.met || hit.distance < distance * 0.999f - 2.0f * offset_) continue;
+        const float sent = distance * distance * chosen->density / std::max(facing, 1e-6f);
+        const float weight =
+            chosen->plain ? 1.0f - randomWeight(cosine, facing, distance, chosen->density) : 1.0f;
+        // Without the other rays, no point of an emitter fills more than the hemisphere.
+        const float perSteradian = std::max(sent, chosen->plain ? 0.0f : 1.0f / kPi);
+        const glm::vec3 light =
+            hit.share * hit.emitted * (weight / (std::max(perSteradian, 1e-20f) * kPi));
+        sum.emitters += light * cosine;
+        sum.emitterShare += cosine / (std::max(perSteradian, 1e-20f) * kPi);
+        sum.emitterFlux += luminance(light) * along;
+    }
+    count_.fetch_add(quality_.emitterRays, std::memory_order_relaxed);
+}
+
+std::optional<LightAtVertex> LightRays::lightAround(const glm::vec3& point) const {
+    constexpr int kRays = 192;
+    const auto golden = static_cast<float>(std::numbers::pi * (3.0 - std::sqrt(5.0)));
+    glm::vec3 mean(0.0f), met(0.0f), moment(0.0f), towards(0.0f);
+    float visible = 0.0f;
+    int behind = 0;
+    for (int i = 0; i < kRays; ++i) {
+        const float z = 1.0f - (2.0f * static_cast<float>(i) + 1.0f) / kRays;
+        const float radius = std::sqrt(1.0f - z * z), turn = golden * static_cast<float>(i);
+        const glm::vec3 along(radius * std::cos(turn), radius * std::sin(turn), z);
+        const Seen seen = look(point, along, -1.0f);
+        if (!seen.begins) ++behind;
+        const glm::vec3 fromSurfaces = seen.light + seen.emitted;
+        glm::vec3 light = fromSurfaces;
+        if (!seen.met) {
+            light += seen.share * sky_.radiance(along) * input_.environmentIntensity;
+            const float through = luminance(seen.share);
+            visible += through;
+            towards += through * along;
+        }
+        mean += light;
+        met += fromSurfaces;
+        moment += luminance(light) * along;
+    }
+    if (behind > kMaxBehind * kRays) return std::nullopt;
+    // Radiance a + b w, of which a surface with the normal n receives pi (a + 2/3 b n); b is three
+    // times the mean of radiance times direction.
+    const float perRay = 1.0f / kRays, share = visible * perRay;
+    LightAtVertex light;
+    light.irradiance = mean * perRay;
+    const float scale = std::max(luminance(light.irradiance), 1e-20f);
+    light.turned = glm::vec4(2.0f * perRay / scale * moment, 1.0f);
+    light.visible = glm::vec4(3.0f * perRay * towards, share);
+    if (share < 1.0f) light.nearby = met * (perRay / std::max(1.0f - share, 0.5f * perRay));
+    return light;
+}
+
+}  // namespace clerestory::light

@@ -1,0 +1,99 @@
+// Rays that gather light at the places of a scene and at points of the space between surfaces. One
+// object serves all threads of a computation.
+#pragma once
+
+#include "light/bake.h"
+#include "light/faces.h"
+#include "light/places.h"
+#include "light/ray_sums.h"
+#include "light/sky.h"
+#include "rays/path.h"
+#include "rays/triangle_tree.h"
+#include "scene/bvh.h"
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace clerestory::light {
+
+// Light that white surfaces send back, of both sides of each point of Places.
+struct Radiosity {
+    std::vector<glm::vec3> sent[2];
+    glm::vec3 mean{0.0f};  // over all points
+
+    // From a point of a triangle. normal: axes of the map, on the side that is seen.
+    glm::vec3 sentFrom(const Places& places, std::uint32_t instance,
+                       const std::uint32_t vertices[3], const float weights[3],
+                       const glm::vec3& normal) const;
+};
+
+// Part of the rays that may begin behind surfaces before a place counts as buried in a body.
+inline constexpr float kMaxBehind = 0.25f;
+
+class LightRays {
+public:
+    // `input` must outlive this.
+    LightRays(const BakeInput& input, const BakeQuality& quality);
+    LightRays(const LightRays&) = delete;
+    LightRays& operator=(const LightRays&) = delete;
+
+    // What surfaces send back, for the rays that follow; must outlive them.
+    void meet(const Places& places, const Radiosity& radiosity) {
+        places_ = &places;
+        radiosity_ = &radiosity;
+    }
+    // Where a place sends its rays from; the least distance between surfaces that it notices.
+    const glm::dvec3& origin() const { return triangles_.origin; }  // world, of all points
+    bool anything() const { return tree_.stillTriangles() > 0; }
+    std::uint32_t raysOfPlace() const { return quality_.rays; }
+    void setRays(std::uint32_t rays, std::uint32_t emitterRays) {
+        quality_.rays = rays;
+        quality_.emitterRays = emitterRays;
+    }
+
+    // Irradiance over pi of the punctual lights. side: 1 or -1.
+    glm::vec3 lampsAt(const SurfacePoint& point, float side) const;
+    // Adds a round of rays: distributed as the cosine, and towards emitters. place: its number,
+    // from which the rays follow.
+    void gather(const SurfacePoint& point, std::uint32_t place, int side, std::uint32_t round,
+                RaySums& sum) const;
+    // Light at a point, relative to the origin; nothing if it lies within a body.
+    std::optional<LightAtVertex> lightAround(const glm::vec3& point) const;
+
+    std::uint64_t count() const { return count_.load(std::memory_order_relaxed); }
+    std::uint64_t bytes() const { return faces_.size() * sizeof(Face) + tree_.bytes(); }
+
+private:
+    // What a ray meets.
+    struct Seen {
+        bool met = false, begins = true;
+        glm::vec3 light{0.0f}, share{1.0f};
+        glm::vec3 emitted{0.0f};  // times the weight of rays that meet emitters at random
+    };
+    Seen look(const glm::vec3& start, const glm::vec3& along, float cosine) const;
+    float randomWeight(float cosine, float facing, float distance, float density) const;
+    glm::vec3 shareOf(const PlacedLight& lamp, const glm::vec3& start, const glm::vec3& along,
+                      float distance) const;
+    glm::vec3 startOf(const SurfacePoint& point, float side) const;
+    void sampleEmitters(const SurfacePoint& point, std::uint32_t place, int side,
+                        std::uint32_t round, RaySums& sum) const;
+
+    const BakeInput& input_;
+    BakeQuality quality_;
+    BvhTriangles triangles_;  // without their list, which the tree has
+    rays::TriangleTree tree_;
+    Sky sky_;
+    std::vector<glm::vec2> noBrdf_{glm::vec2(0.0f)};
+    std::vector<glm::vec4> noLights_{glm::vec4(0.0f)};
+    std::optional<rays::PathTracer> tracer_;
+    float offset_ = 0.0f;  // of ray starts, metres
+    std::vector<Face> faces_;
+    std::vector<Emitter> emitters_;
+    const Places* places_ = nullptr;
+    const Radiosity* radiosity_ = nullptr;
+    mutable std::atomic<std::uint64_t> count_{0};
+};
+
+}  // namespace clerestory::light
