@@ -106,13 +106,13 @@ export const cancelJob = (id) => request(`v1/jobs/${encodeURIComponent(id)}`, { 
 export const relativePath = (path) => path.replace(/^\//, "");
 export const imageAt = async (path) => (await request(relativePath(path))).blob();
 
-// Uploads a scene file; onProgress(fraction). -> the id of the scene, which may still be loading. Uses XMLHttpRequest,
-// because fetch() does not report upload progress.
-export function uploadScene(file, onProgress) {
-  const type = /\.glb$/i.test(file.name) ? "model/gltf-binary" : "application/octet-stream";
+// Uploads a scene; onProgress(fraction). -> the id of the scene, which may still be loading. Uses XMLHttpRequest, because
+// fetch() does not report upload progress.
+export function uploadScene(content, title, onProgress) {
+  const type = /\.glb$/i.test(title) ? "model/gltf-binary" : "application/octet-stream";
   return new Promise((resolve, reject) => {
     const upload = new XMLHttpRequest();
-    upload.open("POST", `v1/scenes?title=${encodeURIComponent(file.name)}`);
+    upload.open("POST", `v1/scenes?title=${encodeURIComponent(title)}`);
     upload.setRequestHeader("Content-Type", type);
     upload.setRequestHeader("Prefer", "respond-async");
     if (token) upload.setRequestHeader("Authorization", `Bearer ${token}`);
@@ -125,7 +125,7 @@ export function uploadScene(file, onProgress) {
       const location = upload.getResponseHeader("Location");
       resolve(decodeURIComponent(location.slice(location.lastIndexOf("/") + 1)));
     });
-    upload.send(file);
+    upload.send(content);
   });
 }
 

@@ -194,7 +194,7 @@ export class ComparePanel {
   #select(i) {
     this.#draw(i);
     const p = this.#points[i];
-    const opacity = element("input", { type: "range", min: 0, max: 1, step: 0.05, id: "error-opacity", oninput: () => {
+    const opacity = element("input", { type: "range", min: 0, max: 1, step: 0.05, id: "error-opacity", title: "How much of the error image covers the frame", oninput: () => {
       $("error-image").style.opacity = opacity.value;
     } });
     opacity.value = 0.75;
@@ -203,8 +203,8 @@ export class ComparePanel {
       element("p", {}, element("b", {}, p.label), ` ${millisecondsText(p.milliseconds)}, relMSE ${shortNumber(p.error)}, PSNR ${p.psnr?.toFixed(1) ?? "?"} dB${closed}`),
       element("div", { className: "field" }, element("label", { htmlFor: "error-opacity" }, "Opacity of the error image"), opacity),
       element("div", { className: "row" },
-        element("button", { type: "button", onclick: () => this.use(p.accuracy) }, "Use this setting"),
-        element("button", { type: "button", onclick: () => { this.#showError(undefined); this.#draw(undefined); } }, "Hide")));
+        element("button", { type: "button", title: "Applies this accuracy to the view", onclick: () => this.use(p.accuracy) }, "Use this setting"),
+        element("button", { type: "button", title: "Hides the error image", onclick: () => { this.#showError(undefined); this.#draw(undefined); } }, "Hide")));
     this.#showError(p.image, opacity.value);
   }
 

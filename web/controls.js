@@ -2,14 +2,22 @@
 import { $, element, fillSelect } from "./dom.js";
 import { controlOf, fieldsOfType, labelOf, newOfType, positionFor, sliderSteps, typesOf, valueAt } from "./schema.js";
 
-// Shows the description of a field and its unit while the pointer is over it or it has the focus.
-function withHint(row, { description, "x-unit": unit }) {
-  if (!description) return row;
-  const text = `${description[0].toUpperCase()}${description.slice(1)}${unit ? `, in ${unit}` : ""}.`;
-  const show = () => { $("hint").textContent = text; };
-  row.addEventListener("pointerenter", show);
-  row.addEventListener("focusin", show);
-  return row;
+// Tool tips: while the pointer is over an element with a title, or it has the focus, the line below the settings shows it,
+// which touch and keyboards reach too. Screen readers read the title as the description.
+export function connectTips() {
+  const show = ({ target }) => {
+    const tip = target.closest?.("[title]")?.title;
+    if (tip) $("hint").textContent = tip;
+  };
+  for (const event of ["pointerover", "focusin"]) document.addEventListener(event, show);
+}
+
+const tipOf = (label, { description, "x-unit": unit }) =>
+  (description ? `${description[0].toUpperCase()}${description.slice(1)}${unit ? `, in ${unit}` : ""}.` : `${label}.`);
+
+// Tips of the choice of a segmented control: its radio buttons and what is seen of them.
+export function tipSegments(parent, tip) {
+  for (const part of parent.querySelectorAll("label, input")) part.title = tip;
 }
 
 let count = 0;
@@ -33,7 +41,7 @@ function rangeFor(id, label, control, value, changed, none) {
     placeholder: none, onchange: () => {
       if (!number.reportValidity()) return;
       const given = number.value === "" ? undefined : Number(number.value);
-      if (given !== undefined) slider.value = positionFor(control, given);
+      place(given);
       changed(given);
     },
   });
@@ -41,11 +49,21 @@ function rangeFor(id, label, control, value, changed, none) {
   const slider = element("input", {
     type: "range", min: 0, max: sliderSteps(control), step: 1, oninput: () => {
       number.value = valueAt(control, Number(slider.value));
+      show(Number(number.value));
       changed(Number(number.value));
     },
   });
   slider.setAttribute("aria-label", `${label}, slider`);
-  slider.value = value === undefined ? 0 : positionFor(control, value);
+  // An omitted field has the middle of the slider, dimmed.
+  const show = (now) => {
+    slider.classList.toggle("unset", now === undefined);
+    slider.setAttribute("aria-valuetext", now ?? none ?? "none");
+  };
+  const place = (now) => {
+    slider.value = now === undefined ? Math.round(sliderSteps(control) / 2) : positionFor(control, now);
+    show(now);
+  };
+  place(value);
   return [slider, number];
 }
 
@@ -69,9 +87,9 @@ function vectorFor(id, label, count, value, changed) {
 }
 
 // A labelled control for one field, or nothing for a field of objects. `changed` is called with the new value, undefined
-// if the field is omitted. `none` is the name of that choice.
-export function controlFor(name, schema, value, changed, { none } = {}) {
-  const control = controlOf(name, schema);
+// if the field is omitted. `none` is the name of that choice. sliderRange: [min, max] of the slider, within the allowed range.
+export function controlFor(name, schema, value, changed, { none, sliderRange } = {}) {
+  const control = controlOf(name, schema, sliderRange);
   const id = newId(name), label = labelOf(name);
   const inputs = {
     switch: () => switchFor(id, value, changed),
@@ -82,9 +100,10 @@ export function controlFor(name, schema, value, changed, { none } = {}) {
   }[control.kind]?.();
   if (!inputs) return undefined;
   const row = element("div", { className: `field ${control.kind}` },
-                      element("label", { htmlFor: id, title: schema.description ?? "" }, label), ...inputs);
+                      element("label", { htmlFor: id }, label), ...inputs);
   row.dataset.field = name;
-  return withHint(row, schema);
+  for (const part of [row, ...row.querySelectorAll("input, select")]) part.title = tipOf(label, schema);
+  return row;
 }
 
 // A control for each field in `parent`. `values` is updated on every change. nones: the name of "omitted", by field.
@@ -122,6 +141,7 @@ export function filterControls(session, schema, changed) {
       changed();
     } });
     made.setAttribute("aria-label", words);
+    made.title = { Earlier: "Applies this filter before the one above", Remove: "Removes this filter" }[words];
     return made;
   };
   fillSelect($("add-filter"), [["", "choose…"], ...typesOf(item).map((t) => [t, labelOf(t)])], "");

@@ -22,6 +22,11 @@ export class Latest {
     if (!this.#busy) this.#drain();
   }
 
+  // Drops the request that waits.
+  forget() {
+    this.#next = undefined;
+  }
+
   get busy() {
     return this.#busy;
   }
@@ -71,13 +76,14 @@ export const retryDelay = (retryAfterSeconds, failures) =>
 
 const kMovingMs = 90;  // target time of a frame in motion
 const kRestMs = 160;   // without motion until the frame is refined
+const kFirstScale = 0.25;  // of the edges: first frame of a scene
 const kMinPixels = 160 * 90;
 
 export class Frames {
   #latest = new Latest((settings) => this.#render(settings));
   #rest;
   #resting = false;  // the view has not changed for kRestMs
-  #running;  // { refines, stop: AbortController } of the frame in progress
+  #running;  // { kind, stop: AbortController } of the frame in progress, until it is shown
   #level = 0;         // of the frame that is shown
   #complete = true;   // that is the full frame, with its plan
   #pace;
@@ -87,8 +93,8 @@ export class Frames {
 
   // requestFor(size, options) -> a request, or nothing while there is no view.
   // box() -> { width, height, ratio } of the image on the screen. reducedMotion(): the user prefers reduced motion.
-  // presets: cheapest first. shown(frame, request, still) and failed(problem, secondsUntilRetry) are called with the result;
-  // still: it is the full frame. A frame that exceeds the deadline of the server is requested again with half the pixels.
+  // presets: cheapest first. shown(frame, request, still, signal) and failed(problem, secondsUntilRetry) are called with the result;
+  // still: it is the full frame; signal: aborts what it requests in addition. A frame that exceeds the deadline of the server is requested again with half the pixels.
   // render: renderFrame(), or a replacement in tests.
   constructor({ requestFor, box, reducedMotion, limits, presets, shown, failed, render = renderFrame }) {
     Object.assign(this, { requestFor, box, reducedMotion, limits, presets, shown, failed, render });
@@ -103,7 +109,7 @@ export class Frames {
   moved() {
     if (this.reducedMotion()) return this.#full();
     this.#restart();
-    if (this.#running?.refines) this.#running.stop.abort();  // out of date
+    if (["full", "refined"].includes(this.#running?.kind)) this.#running.stop.abort();  // out of date
     return this.#request({ kind: "moving" });
   }
 
@@ -112,6 +118,24 @@ export class Frames {
     this.#fraction = 1;
     if (this.#pace && !this.#pace.fullIsQuick) return this.moved();
     return this.#full();
+  }
+
+  // Another scene: a small frame as soon as possible, then the full one.
+  begin() {
+    this.stop();
+    this.#fraction = 1;
+    this.#pace = undefined;
+    this.#complete = false;
+    this.#resting = true;
+    this.#request({ kind: "first" });
+  }
+
+  // The frames of the present view are not needed any more.
+  stop() {
+    clearTimeout(this.#rest);
+    this.#resting = false;
+    this.#latest.forget();
+    this.#running?.stop.abort();
   }
 
   // The server would draw the same view differently now.
@@ -156,27 +180,29 @@ export class Frames {
     const whole = this.requestFor(full, {});
     if (!whole) return;
     const pace = this.#paceOf(whole);
-    const level = { full: 0, moving: pace.moving, refined: pace.refined(Math.min(this.#level, pace.ladder.length - 1)) }[kind];
+    const last = pace.ladder.length - 1, small = pace.ladder.findIndex(({ scale }) => scale <= kFirstScale);
+    const level = { full: 0, first: small < 0 ? last : small, moving: pace.moving, refined: pace.refined(Math.min(this.#level, last)) }[kind];
     const { scale, draft } = pace.ladder[level];
     const size = full.map((edge) => Math.max(1, Math.round(edge * scale)));
     const request = level === 0 ? whole : this.requestFor(size, { draft, scale });
     const still = level === 0 && kind !== "moving";
     const stop = new AbortController();
-    this.#running = { refines: kind !== "moving", stop };
+    const running = (this.#running = { kind, stop });
     try {
       const frame = await this.render(request, still ? "1" : "0", stop.signal);
-      this.#running = undefined;
+      if (stop.signal.aborted) return;
       this.#failures = 0;
-      pace.measured(level, workMs(frame));
+      // The first frame pays for what is done once per scene.
+      if (kind !== "first" || level === 0) pace.measured(level, workMs(frame));
       this.#level = level;
       this.#complete = still;
-      await this.shown(frame, request, still);
+      await this.shown(frame, request, still, stop.signal);
       this.#refine();
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
       if (!stop.signal.aborted) this.#fail(problem, request);
     } finally {
-      this.#running = undefined;
+      if (this.#running === running) this.#running = undefined;
     }
   }
 

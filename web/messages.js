@@ -90,7 +90,14 @@ function show(title, text, className) {
 }
 
 export const clearMessage = () => show();
-export const showMessage = (title, text) => show(title, text);
+export const showMessage = (title, text, className) => show(title, text, className);
+
+// Why something that the user did failed.
+export function failureText(problem) {
+  const { title, lines } = messageOf(problem);
+  return [problem.status === 422 ? "" : `${title}.`, ...lines].filter(Boolean).join(" ");
+}
+export const showFailure = (title, problem) => show(title, failureText(problem), "bad");
 
 // fraction: in [0, 1], or undefined if it is unknown.
 export function showProgress(title, text, fraction) {

@@ -29,9 +29,9 @@ export function resolved(schema, document) {
 export const objectOf = (schema) => (schema.oneOf ?? [schema]).find((s) => s.type === "object") ?? schema;
 
 // -> { kind: "switch" | "choice" | "range" | "vector" | "text" | "other", … }
-export function controlOf(name, schema) {
+export function controlOf(name, schema, sliderRange = kSliderRanges[name]) {
   const named = schema.oneOf?.find((s) => s.enum);
-  if (named) return controlOf(name, named);  // the other forms are for programs
+  if (named) return controlOf(name, named, sliderRange);  // the other forms are for programs
   if (schema.type === "boolean") return { kind: "switch" };
   if (schema.enum) return { kind: "choice", words: schema.enum };
   if (schema.type === "array" && schema.items?.type === "number") {
@@ -40,7 +40,7 @@ export function controlOf(name, schema) {
   if (schema.type === "string") return { kind: "text", maxLength: schema.maxLength };
   if (schema.type !== "number" && schema.type !== "integer") return { kind: "other" };
   const whole = schema.type === "integer";
-  const [low, high] = kSliderRanges[name] ?? [schema.minimum, schema.maximum];
+  const [low, high] = sliderRange ?? [schema.minimum, schema.maximum];
   const min = Math.max(low, schema.minimum), max = Math.min(high, schema.maximum);
   return { kind: "range", whole, min, max, logarithmic: min > 0 && max / min >= 30,
            allowed: [schema.minimum, schema.maximum] };

@@ -17,6 +17,7 @@ export class Session {
   clip;  // animation of the scene; undefined: the default of the server
   variant;  // of the scene's materials; undefined: the default ones
   filters = [];
+  lights = [];  // `lights` of the request
   headingDegrees = 0;  // rotation of the environment map about +Y
 
   // frame: the schema of FrameRequest without references.
@@ -40,6 +41,7 @@ export class Session {
     this.image = Object.fromEntries(Object.keys(this.imageSchemas)
       .filter((name) => defaults[name] !== undefined).map((name) => [name, defaults[name]]));
     this.filters = [];
+    this.lights = [];
     this.headingDegrees = 0;
     this.time = 0;
     this.clip = undefined;
@@ -52,6 +54,30 @@ export class Session {
   }
   get accuracy() {
     return { preset: this.preset, ...this.knobs };
+  }
+
+  // What the request changes of the lights of a name, or of all (name: undefined). A field, or all of it.
+  lightValue(name, field) {
+    const entry = this.#light(name);
+    return field === undefined ? entry : entry?.[field];
+  }
+  // Sets one field, or removes it (value: undefined); without a field everything of these lights.
+  setLight(name, field, value) {
+    const { [field]: _, light, ...rest } = this.#light(name) ?? {};
+    const fields = field === undefined ? {} : { ...rest, ...(value === undefined ? {} : { [field]: value }) };
+    const others = this.lights.filter((entry) => entry !== this.#light(name));
+    const entry = Object.keys(fields).length ? [{ ...(name === undefined ? {} : { light: name }), ...fields }] : [];
+    // Later entries override earlier ones: those of all lights come first.
+    this.lights = name === undefined ? [...entry, ...others] : [...others, ...entry];
+  }
+  #light(name) {
+    return this.lights.find((entry) => entry.light === name && entry.type === undefined);
+  }
+
+  // Removes what refers to another scene's lights.
+  keepLights() {
+    const names = new Set((this.scene.lights ?? []).map((l) => l.name));
+    this.lights = this.lights.filter(({ light, type }) => light === undefined || type !== undefined || names.has(light));
   }
 
   goTo(view) {
@@ -85,6 +111,7 @@ export class Session {
       effects: this.effects,
       accuracy: this.accuracy,
       environment,
+      ...(this.lights.length ? { lights: this.lights } : {}),
       ...(this.filters.length ? { filters: this.filters } : {}),
       ...this.image,
     };
@@ -120,7 +147,7 @@ export class Session {
 
   // Applies such an address. -> its scene and view, if any; the view applies when the scene is loaded.
   read(query) {
-    const { scene, camera, time, clip, variant, effects, accuracy, environment, filters, ...rest } = requestOf(query, this.schema);
+    const { scene, camera, time, clip, variant, effects, accuracy, environment, lights, filters, ...rest } = requestOf(query, this.schema);
     Object.assign(this.effects, effects);
     if (accuracy) {
       const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
@@ -130,6 +157,7 @@ export class Session {
     const { rotation, ...other } = environment ?? {};
     Object.assign(this.environment, other);
     if (rotation) this.headingDegrees = Math.round((2 * Math.atan2(rotation[1], rotation[3]) * 180) / Math.PI * 10) / 10;
+    if (lights) this.lights = lights;
     if (filters) this.filters = filters;
     if (time !== undefined) this.time = time;
     if (clip !== undefined) this.clip = clip;

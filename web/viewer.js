@@ -1,32 +1,37 @@
 // Connects the parts of the page: session, input, frames, panels and messages.
-import { Problem, getJson, pixelOf, putView, renderFrame, uploadScene, useToken } from "./api.js";
+import { Problem, getJson, pixelOf, putView, renderFrame, useToken } from "./api.js";
 import { focusOn, lensFor, lensOfPixel, pointAt, positionOf } from "./camera.js";
 import { ComparePanel } from "./compare_panel.js";
-import { controlFor, controlsFor, filterControls } from "./controls.js";
+import { connectTips, controlFor, controlsFor, filterControls, tipSegments } from "./controls.js";
 import { $, fillSelect, segments, showBlob, tabs } from "./dom.js";
 import { showCost, showMaps } from "./frame_panels.js";
 import { Frames, retryDelay } from "./frames.js";
 import { InputHandler, connectFlightButtons } from "./input.js";
+import { LightRows } from "./light_rows.js";
 import { connectSharing } from "./links.js";
-import { clearMessage, messageOf, millisecondsText, showMessage, showProblem, showProgress, sizeText } from "./messages.js";
+import { clearMessage, messageOf, millisecondsText, showMessage, showProblem } from "./messages.js";
+import { connectPicture } from "./picture.js";
+import { SceneChoice } from "./scene_choice.js";
 import { labelOf, resolved } from "./schema.js";
 import { Session } from "./session.js";
 import { TimeRow } from "./time_row.js";
+import { Turntable } from "./turntable.js";
+import { Uploads } from "./upload.js";
 import { VariantRow } from "./variant_row.js";
 import { Wipe, wipeChoices } from "./wipe.js";
 
 const motion = matchMedia("(prefers-reduced-motion: reduce)");
 const reducedMotion = () => motion.matches;
-let session, frames, input, wipe, compare, time, variants, sharing;
-let shownScene;  // id of the scene of the last frame
+let session, frames, input, wipe, compare, time, variants, lights, turntable, sharing, choice;
 let lightTimer;  // of the next look at the progress of its light
 const kLightPollMs = 1000;
 
 // ---- frames ---------------------------------------------------------------------------------
 
-async function shown(frame, request, still) {
+async function shown(frame, request, still, signal) {
   await showBlob($("frame"), frame.blob);
-  shownScene = request.scene;
+  if (signal.aborted) return;  // another scene was chosen meanwhile
+  choice.shown(request, still);
   clearMessage();
   const { width, height } = request;
   const light = frame.light && frame.light.share < 1 ? ` · light ${Math.round(100 * frame.light.share)} %` : "";
@@ -37,7 +42,7 @@ async function shown(frame, request, still) {
   if (!still) return;
   if (light) followLight(frame.light, request.scene);
   showCost(frame, request);
-  if (wipe.on) await wipe.showRight(frameRequest([width, height]), renderFrame);
+  if (wipe.on) await wipe.showRight(frameRequest([width, height]), (right) => renderFrame(right, "0", signal));
   if (sharing.live()) await putView(sharing.live(), request);
   history.replaceState(null, "", `#${session.query()}`);
 }
@@ -51,8 +56,13 @@ function followLight({ revision, share }, id) {
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
     }
-    if (shownScene === id) followLight({ revision, share }, id);
+    if (choice.shownId === id && !choice.opening) followLight({ revision, share }, id);
   }, kLightPollMs);
+}
+
+function failed(problem, seconds) {
+  choice.failed();
+  showProblem(problem, seconds);
 }
 
 const frameRequest = (size, options) => (session.camera ? session.request(size, options) : undefined);
@@ -62,64 +72,12 @@ function moved() {
   frames.moved();
 }
 
-// ---- scenes ---------------------------------------------------------------------------------
-
-const wait = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
-
-// Waits until the scene is loaded, and shows the progress. A waiting scene is loaded when a frame of it is requested.
-// Returns undefined if loading fails or stillWanted() is false.
-async function loadedScene(id, stillWanted = () => $("scene").value === id) {
-  for (let failures = 0; stillWanted();) {
-    try {
-      const scene = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
-      failures = 0;
-      if (scene.state === "ready") return scene;
-      if (scene.state === "failed") {
-        showProblem(new Problem({ status: 422, title: "", errors: [{ pointer: id, detail: `could not be loaded: ${scene.failure ?? ""}` }] }));
-        return undefined;
-      }
-      showProgress(`Loading ${id}`, scene.stage ?? "", scene.progress);
-      if (scene.state === "waiting") await renderFrame({ scene: id, width: 1, height: 1 });
-    } catch (problem) {
-      if (!(problem instanceof Problem)) throw problem;
-      if (problem.status !== 409) {
-        if (!messageOf(problem).retry) {
-          showProblem(problem);
-          return undefined;
-        }
-        const seconds = retryDelay(problem.retryAfterSeconds, ++failures);
-        showProblem(problem, seconds);
-        await wait(seconds);
-      }
-    }
-    await wait(0.3);
-  }
-  return undefined;
-}
-
-// Shows how many shaders are compiled until the first frame of the scene is shown.
-async function showCompilation(id) {
-  for (await wait(1); shownScene !== id && $("scene").value === id; await wait(0.5)) {
-    try {
-      const { shaders } = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
-      if (!shaders || shaders.finished) return;
-      if (shownScene === id || shaders.total === 0) continue;
-      showProgress(`Compiling shaders for ${id}`, `${shaders.compiled} of ${shaders.total} programs`,
-        shaders.compiled / shaders.total);
-    } catch (problem) {
-      if (!(problem instanceof Problem)) throw problem;
-      return;
-    }
-  }
-}
-
-// -> whether the page shows the scene now.
-async function chooseScene(id, view) {
-  const scene = await loadedScene(id);
-  if (!scene || $("scene").value !== id) return false;
-  clearMessage();
-  session.scene = scene;
-  const cameras = (scene.cameras ?? []).filter((c) => c.position && c.direction && c.yfov);
+// The session has another scene. view: instead of the default one.
+function opened(view) {
+  clearTimeout(lightTimer);
+  wipe.hide();
+  turntable.stop();
+  const cameras = (session.scene.cameras ?? []).filter((c) => c.position && c.direction && c.yfov);
   fillSelect($("camera"), [["", "default view"], ...cameras.map((c) => [c.name, c.name])], "");
   $("camera-pick").hidden = cameras.length === 0;
   session.useCamera("");
@@ -128,16 +86,16 @@ async function chooseScene(id, view) {
     session.goTo(view);
     session.start = start;
   }
+  session.keepLights();
   time.sceneChanged();
   variants.sceneChanged();
-  changed();
-  showCompilation(id);
-  return true;
+  lights.sceneChanged();
 }
 
 async function focus(x, y) {
   const { clientWidth: width, clientHeight: height } = $("stage");
   const { camera, scene } = session;
+  if (!camera || choice.opening) return;
   const lens = lensOfPixel(lensFor(camera.yfov, width / height), width, height, x, y);
   const at = { scene: scene.id, camera: { position: positionOf(camera), target: camera.target }, time: session.time };
   try {
@@ -158,6 +116,7 @@ function drawKnobs() {
     drawKnobs();
     changed();
   });
+  tipSegments($("preset"), "Sets every knob below: draft is fast, fine is exact.");
   $("knobs").replaceChildren(...Object.entries(session.knobSchemas).flatMap(([name, schema]) => {
     const row = controlFor(name, schema, session.knobValue(name), (value) => {
       if (value === undefined) delete session.knobs[name];
@@ -188,42 +147,11 @@ function drawView(environments) {
   controlsFor($("image-settings"), session.imageSchemas, session.image, changed);
 }
 
-// Uploads a scene file and shows the scene; if that fails, the present scene stays.
-async function uploadAndShow(file, maxBytes) {
-  const before = $("scene").value;
-  try {
-    if (file.size > maxBytes) {
-      throw new Problem({ status: 413, title: "File too large", detail: `${file.name} has ${sizeText(file.size)}; the limit of the server is ${sizeText(maxBytes)}.` });
-    }
-    const id = await uploadScene(file, (fraction) => showProgress(`Uploading ${file.name}`, "", fraction));
-    const unchanged = () => $("scene").value === before;
-    const scene = await loadedScene(id, unchanged);  // selected afterwards: a scene that fails is not in the list
-    if (scene || !unchanged()) await listScenes(unchanged() ? id : $("scene").value);
-    if ($("scene").value === id) await chooseScene(id);
-  } catch (problem) {
-    if (!(problem instanceof Problem)) throw problem;
-    showProblem(problem);
-  }
-}
-
-function listenToUpload(maxBytes) {
-  if (!(maxBytes > 0)) return;
-  $("upload-pick").hidden = false;
-  $("upload").addEventListener("change", async () => {
-    const [file] = $("upload").files;
-    if (file) await uploadAndShow(file, maxBytes);
-    $("upload").value = "";  // so that the same file can be selected again
-  });
-}
-
-async function listScenes(selected) {
-  const { scenes } = await getJson("v1/scenes");
-  const first = scenes.find((s) => s.id === selected) ?? scenes.find((s) => s.default) ?? scenes[0];
-  fillSelect($("scene"), scenes.map((s) => [s.id, s.title || s.id]), first.id);
-}
-
 function listenToBar() {
-  const reset = () => input.animateTo(session.start);
+  const reset = () => {
+    turntable.stop();
+    if (session.start) input.animateTo(session.start);
+  };
   $("reset").addEventListener("click", reset);
   for (const radio of document.querySelectorAll("input[name=mode]")) {
     radio.addEventListener("change", () => {
@@ -252,10 +180,13 @@ async function start() {
   const fromLink = session.read(location.hash);
   const limits = { maxPixels: Math.min(renderer.limits.pixels, renderer.software ? 1280 * 720 : 2560 * 1440), maxEdge: renderer.limits.edge };
   const box = () => ({ width: $("stage").clientWidth, height: $("stage").clientHeight, ratio: Math.min(2, devicePixelRatio || 1) });
-  frames = new Frames({ limits, box, reducedMotion, presets: session.presets, shown, failed: showProblem, requestFor: (size, options) => {
-    const request = frameRequest(size, options);
+  frames = new Frames({ limits, box, reducedMotion, presets: session.presets, shown, failed, requestFor: (size, options) => {
+    const request = choice.opening ? undefined : frameRequest(size, options);
     return request && wipe.left(request);
   } });
+  choice = new SceneChoice({ session, frames, opened, acceptsFiles: renderer.limits.uploadBytes > 0 });
+  turntable = new Turntable({ session, moved, reducedMotion });
+  lights = new LightRows(session, changed);
   time = new TimeRow(session, moved);
   variants = new VariantRow(session, changed);
   wipe = new Wipe(wipeChoices(session.presets, Object.keys(session.effects), labelOf), changed);
@@ -280,16 +211,18 @@ async function start() {
   tabs(document.querySelector("[role=tablist]"), () => { $("hint").textContent = ""; });
   listenToBar();
   sharing = connectSharing({ session, changed, paths: schema.paths, fullRequest: () => frameRequest(frames.size()) });
-  listenToUpload(renderer.limits.uploadBytes);
+  connectPicture({ fullRequest: () => frameRequest(frames.size()), titleOf: (id) => choice.titleOf(id),
+                   formats: session.schema.properties.output.properties.format.enum });
+  new Uploads({ choice, maxBytes: renderer.limits.uploadBytes, maps: renderer.environments });
+  connectTips();
   $("maps-show").addEventListener("click", () => showMaps(frameRequest(frames.size())));
-  $("scene").addEventListener("change", () => chooseScene($("scene").value));
   $("camera").addEventListener("change", () => {
     session.useCamera($("camera").value);
     changed();
   });
   addEventListener("hashchange", () => location.reload());
-  await listScenes(fromLink.scene);
-  await chooseScene($("scene").value, fromLink.view);
+  const first = await choice.list(fromLink.scene);
+  if (first !== undefined) await choice.choose(first, fromLink.view);
 }
 
 // The token is kept until the tab is closed.

@@ -121,7 +121,10 @@ function page(t, { reduced = false, fullMs = 400 } = {}) {
     box: () => ({ width: 1280, height: 720, ratio: 1 }),
     reducedMotion: () => reduced,
     requestFor: ([width, height], { draft = false }) => ({ pose: made.pose, width, height, accuracy: draft ? "draft" : "standard" }),
-    shown: async (frame, request, still) => { made.shown.push({ ...request, still }); },
+    shown: async (frame, request, still, signal) => {
+      made.shown.push({ ...request, still });
+      await made.after?.(still, signal);
+    },
     failed: (problem) => { made.failed.push(problem); },
     render: (request, explain, signal) => new Promise((resolve, reject) => {
       made.requests.push(request);
@@ -240,6 +243,52 @@ test("a changed setting requests the full frame, unless that takes long", async 
   await slow.rest();
   while (slow.open.length > 0) await slow.finish();
   assert.ok(slow.shown.at(-1).still);
+});
+
+test("a pose aborts the full frame after a changed setting, and what is requested after it", async (t) => {
+  const p = page(t, { fullMs: 100 });
+  p.frames.changed();
+  assert.ok(isFull(p.open[0].request));
+  p.move(1);
+  await settled();
+  assert.deepEqual([p.open.length, p.open[0].request.pose, isFull(p.open[0].request)], [1, 1, false]);
+  await p.finish();
+  await p.rest();
+  // The other side of a comparison is requested while the full frame is being shown.
+  p.after = (still, signal) => still && new Promise((resolve, reject) => signal.addEventListener("abort", () => reject(new Problem({}))));
+  while (!p.shown.at(-1).still) await p.finish();
+  assert.equal(p.open.length, 0);
+  p.move(2);
+  await settled();
+  assert.equal(p.open[0].request.pose, 2, "at once");
+  assert.deepEqual(p.failed, []);
+});
+
+test("another scene has a small frame at once, then the full one", async (t) => {
+  const p = page(t, { fullMs: 3000 });
+  p.frames.changed();
+  p.frames.stop();
+  await settled();
+  assert.equal(p.open.length, 0, "frames of the scene before are aborted");
+  p.pose = 7;
+  p.frames.begin();
+  const { pose, width, height, accuracy } = p.open[0].request;
+  assert.deepEqual([pose, width, height, accuracy], [7, 320, 180, "draft"]);
+  await p.finish();
+  assert.ok(isFull(p.open[0].request), "without waiting for rest");
+  await p.finish();
+  assert.deepEqual(p.shown.map(({ still }) => still), [false, true]);
+  assert.equal(p.open.length, 0);
+  assert.deepEqual(p.failed, []);
+});
+
+test("a frame whose scene was left while it arrived is not shown", async (t) => {
+  const p = page(t);
+  p.move(1);
+  p.open[0].done();
+  p.frames.stop();
+  await settled();
+  assert.deepEqual(p.shown, []);
 });
 
 test("with reduced motion every frame is full", async (t) => {

@@ -45,6 +45,7 @@ const frame = object({
               default: "standard" },
   environment: object({ map: { type: "string", maxLength: 128 }, rotation: numbers(4), visible: flag,
                         intensity: { type: "number", minimum: 0, maximum: 10000, default: 1 } }),
+  lights: { type: "array", maxItems: 64, items: object({ light: { type: "string" }, radius: { type: "number", minimum: 0, maximum: 1e9 } }) },
   filters: { type: "array", maxItems: 8, items: filter },
   toneMap: { type: "string", enum: ["neutral", "aces"], default: "neutral" },
   exposure: { type: "number", minimum: -32, maximum: 32, default: 0 },
@@ -115,6 +116,24 @@ test("filter fields in pixels are scaled for small frames", () => {
   assert.deepEqual(made.request([128, 72]).filters, made.filters);
 });
 
+test("changes of lights are entries by name; those of all lights come first", () => {
+  const made = session();
+  made.setLight("lamp", "radius", 0.2);
+  made.setLight("lamp", "enabled", false);
+  made.setLight(undefined, "radius", 0.1);
+  assert.deepEqual(made.request([64, 36]).lights, [{ radius: 0.1 }, { light: "lamp", radius: 0.2, enabled: false }]);
+  assert.deepEqual([made.lightValue("lamp", "radius"), made.lightValue("sun", "radius"), made.lightValue(undefined, "radius")], [0.2, undefined, 0.1]);
+  made.setLight("lamp", "radius", undefined);
+  made.setLight(undefined);
+  assert.deepEqual(made.lights, [{ light: "lamp", enabled: false }]);
+  made.lights.push({ light: "new", type: "point" });
+  made.scene = { ...scene, lights: [{ name: "sun" }] };
+  made.keepLights();
+  assert.deepEqual(made.lights, [{ light: "new", type: "point" }], "lights of another scene are forgotten");
+  made.setLight(undefined, "radius", 0);
+  assert.deepEqual(made.lights, [{ radius: 0 }, { light: "new", type: "point" }]);
+});
+
 test("a knob has the value of the preset until it is set", () => {
   const made = session();
   assert.equal(made.knobValue("generations"), 2);
@@ -135,7 +154,8 @@ test("a camera of the scene is applied; the size of the scene is its diagonal", 
 test("an address restores the view and the settings", () => {
   const made = session();
   made.useCamera("door");
-  Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, clip: "walk", headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }] });
+  Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, clip: "walk", headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }],
+                       lights: [{ light: "lamp, left", radius: 0.25 }] });
   made.effects.refraction = false;
   made.environment.map = "a b";
   made.image.exposure = -1.25;

@@ -35,6 +35,7 @@ function lowContrastText() {
 const looks = [
   ["desk-light", { colorScheme: "light", viewport: { width: 1360, height: 850 } }],
   ["desk-dark", { colorScheme: "dark", viewport: { width: 1360, height: 850 } }],
+  ["tablet-light", { colorScheme: "light", viewport: { width: 820, height: 1180 }, hasTouch: true }],
   ["phone-light", { colorScheme: "light", viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 }],
   ["phone-dark", { colorScheme: "dark", viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 }],
 ];

@@ -41,7 +41,7 @@ visit("a busy server is reported and the request is retried", {}, async (v, page
 
 visit("a frame that exceeds the deadline is retried with fewer pixels", {}, async (v, page) => {
   v.expected.push(/504/);
-  const full = v.frames[0].width * v.frames[0].height;
+  const full = v.first.width * v.first.height;
   await page.route("**/v1/frames*", (route) => {
     const { width, height } = route.request().postDataJSON();
     return width * height > 0.3 * full
@@ -54,7 +54,7 @@ visit("a frame that exceeds the deadline is retried with fewer pixels", {}, asyn
   assert.ok(last.width * last.height > 0.2 * full && last.width * last.height < 0.3 * full);
   await page.unroute("**/v1/frames*");
   await page.click("[data-field=emission] input");
-  assert.equal((await v.settled()).width, v.frames[0].width);
+  assert.equal((await v.settled()).width, v.first.width);
 });
 
 visit("an invalid request shows the field and the allowed values", {}, async (v, page) => {
@@ -126,53 +126,6 @@ visit("the time of an animated scene can be played", { path: "#scene=orbiting-cu
   const [first, last] = [v.frames[0], v.frames.at(-1)];
   assert.equal(first.scene, "orbiting-cubes");
   assert.ok(last.time > 0.2 && v.frames.filter((f) => f.time > 0).length > 1);
-});
-
-// One triangle.
-function glb() {
-  const binary = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer);
-  const json = JSON.stringify({
-    asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
-    meshes: [{ primitives: [{ attributes: { POSITION: 0 } }] }], buffers: [{ byteLength: 36 }],
-    bufferViews: [{ buffer: 0, byteLength: 36 }],
-    accessors: [{ bufferView: 0, componentType: 5126, type: "VEC3", count: 3, min: [0, 0, 0], max: [1, 1, 0] }],
-  });
-  const text = Buffer.from(json.padEnd(Math.ceil(json.length / 4) * 4));
-  const numbers = (...list) => Buffer.from(new Uint32Array(list).buffer);
-  return Buffer.concat([Buffer.from("glTF"), numbers(2, 12 + 8 + text.length + 8 + 36, text.length), Buffer.from("JSON"), text,
-                        numbers(36), Buffer.from("BIN\0"), binary]);
-}
-
-test("an uploaded file becomes a scene; an invalid file is reported and changes nothing", { timeout: 120000 }, async () => {
-  const folder = mkdtempSync(join(tmpdir(), "clerestory-uploads-"));
-  const open = await serve({ more: ["--uploads", folder, "--max-upload", "100000"] });
-  const v = await Visit.open(open.url);
-  v.expected.push(/415|422/);
-  const { page } = v;
-  await v.settled();
-  const send = (name, buffer) => page.setInputFiles("#upload", { name, mimeType: "model/gltf-binary", buffer });
-  const posted = page.waitForRequest((r) => r.method() === "POST" && r.url().includes("/v1/scenes"));
-  await send("My triangle.glb", glb());
-  assert.equal((await posted).headers()["content-type"], "model/gltf-binary");
-  await page.waitForFunction(() => location.hash.includes("scene=upload-"));
-  const id = (await v.settled()).scene;
-  assert.match(id, /^upload-[0-9a-f]{32}$/);
-  assert.equal(await page.locator("#scene option:checked").textContent(), "My triangle.glb");
-  await v.screenshot("upload");
-
-  const refusal = async (name, buffer, words) => {
-    await send(name, buffer);
-    await page.waitForFunction((w) => new RegExp(w).test(document.querySelector("#note.bad")?.textContent ?? ""), words.source);
-    await page.waitForFunction((stays) => document.querySelector("#scene").value === stays, id);
-  };
-  // A failed scene is no longer in the list when a slow response arrives.
-  await page.route(/\/v1\/scenes$/, (route) => setTimeout(() => route.continue(), 500));
-  await refusal("torn.glb", glb().subarray(0, 100), /not as long as its header/);
-  await refusal("hollow.zip", Buffer.from("PK\x03\x04 and no more"), /could not be loaded|archive/);
-  await refusal("words.glb", Buffer.from("words"), /Unsupported media type/);
-  await refusal("huge.glb", Buffer.alloc(100001), /the limit of the server is 98 KB/);
-  await v.leave();
-  await open.stop();
 });
 
 test("the Content-Security-Policy is strict", async () => {

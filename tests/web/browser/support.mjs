@@ -20,6 +20,7 @@ const kDesk = { width: 1280, height: 800 };
 // A page in its own browser context that records requests and errors.
 export class Visit {
   frames = [];        // bodies of POST v1/frames, in order
+  first;              // that of the first full frame
   foreign = [];       // requests to other origins
   errors = [];        // of the console, and uncaught ones
   #inProgress = new Set();   // requests of frames
@@ -113,7 +114,7 @@ after(async () => {
 // Opens the page, waits for the first full frame, runs the steps, and checks the recorded requests and errors.
 export const visit = (name, options, steps) => test(name, { timeout: 120000 }, async () => {
   const visited = await Visit.open(options.url ?? server.url, options);
-  await visited.settled();
+  visited.first = await visited.settled();
   await steps(visited, visited.page);
   await visited.leave();
 });
