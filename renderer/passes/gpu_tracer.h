@@ -31,7 +31,7 @@ public:
     // between DrawStream::begin() and upload().
     void addInstances(DrawStream& draws);
     // Binds the buffers and the uniform block for rays from a view; eye: world.
-    void bind(const FramePlan& plan, const glm::dvec3& eye, const OwnBackground& background);
+    void bind(const FramePlan& plan, const glm::dvec3& eye, const OwnBackground& background = {});
 
     std::uint64_t bytes() const;
 
