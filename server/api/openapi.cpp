@@ -231,11 +231,15 @@ ordered_json paths() {
             {"description",
              "Files are sent as they are drawn, as a tar, or as parts with Accept: "
              "multipart/mixed. Each frame has its pictures, then NNNNNN.json with the matrices of "
-             "the camera, plans and milliseconds. manifest.json comes last."},
+             "the camera, plans and milliseconds. manifest.json comes last. Accept: video/mp4 "
+             "(H.264) "
+             "or image/webp (animated) gives a film of the colour channel instead."},
             {"requestBody",
              {{"required", true}, {"content", jsonContent(reference("SequenceRequest"))}}},
             {"responses", answers("the files", {{kTarType, binaryContent()},
-                                                {"multipart/mixed", binaryContent()}})}}}}},
+                                                {"multipart/mixed", binaryContent()},
+                                                {"video/mp4", binaryContent()},
+                                                {"image/webp", binaryContent()}})}}}}},
         {"/v1/views/{name}",
          {{"put",
            {{"summary", "Sets a live view"},

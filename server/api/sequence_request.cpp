@@ -80,6 +80,10 @@ void checkWhole(const json& body, const SequenceRequest& request, std::vector<Fi
     } else if (request.frames.empty()) {
         errors.push_back({"/frames", "is empty", "at least one frame, or a path, or a turntable"});
     }
+    if (request.frameRate && (request.path || request.turntable)) {
+        errors.push_back(
+            {"/frameRate", "conflicts with the frameRate of path or turntable", "one of the two"});
+    }
     const SequenceChannels& c = request.channels;
     if (!(c.color || c.depth || c.normal || c.objectId || c.through)) {
         errors.push_back({"/channels", "are all off", "at least one channel"});
@@ -108,7 +112,10 @@ Sequence sequenceFrom(const json& body) {
                       .own = ownFields(body, request),
                       .channels = request.channels,
                       .first = request.first,
-                      .plans = request.plans};
+                      .plans = request.plans,
+                      .frameRate = request.frameRate};
+    if (request.path) sequence.frameRate = request.path->frameRate;
+    if (request.turntable) sequence.frameRate = request.turntable->frameRate;
     sequence.end = request.count ? std::min(sequence.first + *request.count, sequence.count())
                                  : sequence.count();
     if (sequence.common.dump().size() > kMaxSequenceText / sequence.count()) {

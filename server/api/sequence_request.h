@@ -28,6 +28,7 @@ struct SequenceRequest {
     std::vector<FrameRequest> frames;
     std::optional<CameraPath> path;
     std::optional<Turntable> turntable;
+    std::optional<double> frameRate;  // of a film of frames
     SequenceChannels channels;
     std::uint32_t first = 0;
     std::optional<std::uint32_t> count;  // none: all that follow
@@ -68,6 +69,9 @@ void fields(SequenceRequest& s, V&& visit) {
     visit("turntable", s.turntable, Nested{},
           "camera that goes round what common.camera.fit chooses, or round everything; instead of "
           "frames");
+    visit("frameRate", s.frameRate, Range{0.001, 1000},
+          "frames per second of a film (Accept: video/mp4 or image/webp) of frames; path and "
+          "turntable have their own");
     visit("channels", s.channels, Nested{}, "the files that are written for each frame");
     visit("first", s.first, Range{0, kMaxSequenceFrames - 1},
           "index of the first frame to send, to continue an interrupted answer");
@@ -86,8 +90,9 @@ struct Sequence {
     nlohmann::json common;
     std::vector<nlohmann::json> own;  // of each frame; of a path: time and camera
     SequenceChannels channels;
-    std::size_t first = 0, end = 0;  // frames to send: first to end - 1
-    bool plans = true;               // in the JSON files, with milliseconds
+    std::size_t first = 0, end = 0;   // frames to send: first to end - 1
+    bool plans = true;                // in the JSON files, with milliseconds
+    std::optional<double> frameRate;  // of a film; none: frames without one
 
     std::size_t count() const { return own.size(); }  // of all frames
     // A whole frame, with the format of colour.

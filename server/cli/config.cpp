@@ -262,7 +262,8 @@ void addCompile(CLI::App& app, CommandLine& line) {
 }
 
 void addSequence(CLI::App& app, CommandLine& line) {
-    CLI::App* command = app.add_subcommand("sequence", "Render many frames into a folder");
+    CLI::App* command =
+        app.add_subcommand("sequence", "Render many frames into a folder, or into a film");
     command->callback([&line] { line.command = Command::sequence; });
     addFrameFlags(*command, line);
     command->get_option("--request")
@@ -270,9 +271,10 @@ void addSequence(CLI::App& app, CommandLine& line) {
         ->description("a sequence as JSON, as for POST /v1/sequences; - reads standard input");
     command
         ->add_option("-o,--output", line.frame.output,
-                     "output folder; an interrupted run is resumed")
+                     "output folder, where an interrupted run is resumed; or a film: FILE.mp4 or "
+                     "FILE.webp")
         ->required()
-        ->type_name("FOLDER");
+        ->type_name("OUTPUT");
 }
 
 void addSign(CLI::App& app, CommandLine& line) {

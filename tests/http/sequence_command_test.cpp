@@ -69,6 +69,34 @@ TEST_F(SequenceCommand, AnInterruptedSequenceResumes) {
     }
 }
 
+// The same request gives the same film, and names what a film cannot have.
+TEST_F(SequenceCommand, AFilmIsOneFile) {
+    const auto film = [&](const char* name, const char* more) {
+        std::ofstream(request) << R"({"common": {"width": 32, "height": 24}, "turntable": )"
+                                  R"({"seconds": 1, "frameRate": 4})" +
+                                      std::string(more) + "}";
+        return run("sequence six-walls --request '" + request.string() + "' -o '" +
+                   (folder.parent_path() / name).string() + "'");
+    };
+    for (const char* name : {"film.mp4", "film.webp"}) {
+        const fs::path file = folder.parent_path() / name;
+        fs::remove(file);
+        const Outcome outcome = film(name, "");
+        ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
+        EXPECT_THAT(outcome.output, HasSubstr("4 frames in"));
+        const std::string once = contentOf(file);
+        EXPECT_FALSE(fs::exists(file.string() + ".part"));
+        ASSERT_EQ(film(name, "").exitCode, 0);
+        EXPECT_EQ(contentOf(file), once);
+    }
+    EXPECT_EQ(contentOf(folder.parent_path() / "film.mp4").substr(4, 4), "ftyp");
+    EXPECT_EQ(contentOf(folder.parent_path() / "film.webp").substr(0, 4), "RIFF");
+    const Outcome refused = film("other.mp4", R"(, "channels": {"depth": true})");
+    EXPECT_EQ(refused.exitCode, 2);
+    EXPECT_THAT(refused.output, HasSubstr("channels/depth"));
+    EXPECT_FALSE(fs::exists(folder.parent_path() / "other.mp4"));
+}
+
 TEST_F(SequenceCommand, ForeignFoldersAreNotChanged) {
     ASSERT_EQ(sequence().exitCode, 0);
     const std::string before = contentOf(folder / "000000.jpg");

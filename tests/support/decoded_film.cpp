@@ -3,6 +3,7 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/opt.h>
 #include <libswscale/swscale.h>
 }
 #include <webp/demux.h>
@@ -27,14 +28,26 @@ int readPiece(void* rest, std::uint8_t* to, int size) {
 
 Image pictureOf(const AVFrame& frame) {
     Image image = makeImage(static_cast<std::uint32_t>(frame.width),
-                            static_cast<std::uint32_t>(frame.height), 3, PixelType::srgb8);
-    SwsContext* scaler = sws_getContext(
-        frame.width, frame.height, AV_PIX_FMT_YUV420P, frame.width, frame.height, AV_PIX_FMT_RGB24,
-        SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr, nullptr, nullptr);
+                            static_cast<std::uint32_t>(frame.height), 4, PixelType::srgb8);
+    SwsContext* scaler = sws_alloc_context();
+    const auto set = [&](const char* name, std::int64_t value) {
+        EXPECT_EQ(av_opt_set_int(scaler, name, value, 0), 0) << name;
+    };
+    set("srcw", frame.width);
+    set("srch", frame.height);
+    set("src_format", frame.format);
+    set("dstw", frame.width);
+    set("dsth", frame.height);
+    set("dst_format", AV_PIX_FMT_RGBA);
+    set("sws_flags", SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT);
+    // AVCHROMA_LOC_LEFT, in 1/256 pixel; otherwise it assumes the middle of both columns.
+    set("src_h_chr_pos", 0);
+    set("src_v_chr_pos", 128);
+    EXPECT_GE(sws_init_context(scaler, nullptr, nullptr), 0);
     const int* table = sws_getCoefficients(SWS_CS_ITU709);
     sws_setColorspaceDetails(scaler, table, 0, table, 1, 0, 1 << 16, 1 << 16);
     std::uint8_t* to[] = {image.bytes()};
-    const int stride[] = {3 * frame.width};
+    const int stride[] = {4 * frame.width};
     sws_scale(scaler, frame.data, frame.linesize, 0, frame.height, to, stride);
     sws_freeContext(scaler);
     return image;

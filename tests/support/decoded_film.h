@@ -9,7 +9,7 @@
 namespace clerestory::test {
 
 struct DecodedFilm {
-    std::vector<Image> pictures;  // srgb8
+    std::vector<Image> pictures;  // srgb8, 4 channels
     std::vector<double> times;    // seconds, of each picture
     double frameRate = 0.0;       // that an MP4 states
     double seconds = 0.0;         // to the end of the last picture

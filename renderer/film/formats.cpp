@@ -1,5 +1,3 @@
-#include "film/film.h"
-
 #include "film/formats.h"
 
 namespace clerestory {
