@@ -46,6 +46,12 @@ json planOf(const json& camera) {
     return json::parse(result->body);
 }
 
+int rootViews(const json& plan) {
+    int count = 0;
+    for (const json& pass : plan["passes"]) count += pass["kind"] == "surface";
+    return count;
+}
+
 TEST(Lenses, EveryTypeIsDrawn) {
     std::vector<std::string> pictures = {picture(kPose)};
     for (const json& lens :
@@ -88,7 +94,7 @@ TEST(Lenses, LinksNameThemByDots) {
 TEST(Lenses, ErrorsNameTheFieldAndTheRadius) {
     EXPECT_EQ(errorsOf(lensed("fisheye"))[0]["pointer"], "/camera/lens");
     EXPECT_EQ(errorsOf(lensed({{"k1", 1}}))[0]["pointer"], "/camera/lens/type");
-    EXPECT_THAT(errorsOf(lensed({{"type", "fish"}}))[0]["detail"].get<std::string>(),
+    EXPECT_THAT(errorsOf(lensed({{"type", "fisheyes"}}))[0]["detail"].get<std::string>(),
                 HasSubstr("fisheye"));
     EXPECT_EQ(errorsOf(lensed({{"type", "orthographic"}}))[0]["pointer"], "/camera/lens/height");
     EXPECT_EQ(errorsOf(lensed({{"type", "fisheye"}, {"fov", 7}}))[0]["pointer"],
@@ -119,11 +125,11 @@ TEST(Lenses, PlansReportTheCameraAndTheViews) {
     EXPECT_NEAR(camera["lens"]["fov"].get<double>(), 3.141592653589793, 1e-12);
     EXPECT_EQ(camera["intrinsics"]["cx"], 32.0);
     EXPECT_FALSE(camera.contains("clipFromView"));
-    EXPECT_EQ(plan["totals"]["views"], 5);
+    EXPECT_EQ(rootViews(plan), 5);
     const json direct = planOf(kPose);
     EXPECT_EQ(direct["camera"]["lens"]["type"], "perspective");
     EXPECT_TRUE(direct["camera"].contains("clipFromView"));
-    EXPECT_EQ(direct["totals"]["views"], 1);
+    EXPECT_EQ(rootViews(direct), 1);
     const json parallel = planOf(lensed({{"type", "orthographic"}, {"height", 3}}));
     EXPECT_EQ(parallel["camera"]["lens"], (json{{"type", "orthographic"}, {"height", 3.0}}));
 }
