@@ -64,6 +64,7 @@ export class InputHandler {
       this.#set(zoom(this.session.camera, wheelZoom(e.deltaY, e.deltaMode)));
     }, { passive: false });
     stage.addEventListener("dblclick", (e) => {
+      if (e.target.closest("input, button, form")) return;
       const box = stage.getBoundingClientRect();
       this.focus(e.clientX - box.left, e.clientY - box.top);
     });

@@ -4,17 +4,18 @@ import { $, element } from "./dom.js";
 import { grouped } from "./lists.js";
 
 const kSelectors = ["light", "type"];
+const kPlaces = ["position", "direction"];  // of one light only
 const kOfKind = {  // fields that other kinds of light do not have
   position: ["point", "spot"], range: ["point", "spot"], direction: ["spot", "directional"],
   innerConeAngle: ["spot"], outerConeAngle: ["spot"],
 };
 
-// Lights that one name selects: [{ name, kind, count, light }]. An override without a name changes all lights: it comes first
+// Lights that one name selects: [{ name, kind, lights }]. An override without a name changes all lights: it comes first
 // if there are several names, or lights without one.
 export function lightGroups(lights) {
   const named = [...grouped(lights.filter((l) => l.name), (l) => l.name)].map(([name, all]) => (
-    { name, kind: all[0].kind, count: all.length, light: all[0] }));
-  const first = { name: undefined, kind: undefined, count: lights.length, light: {} };
+    { name, kind: all[0].kind, lights: all }));
+  const first = { name: undefined, kind: undefined, lights };
   return lights.length > 0 && (named.length !== 1 || lights.some((l) => !l.name)) ? [first, ...named] : named;
 }
 
@@ -31,10 +32,16 @@ export function ownValue({ intensity, ...light }, field) {
   }
 }
 
+// That of several lights; undefined if they differ.
+export function commonValue(lights, field) {
+  const [first, ...others] = lights.map((light) => JSON.stringify(ownValue(light, field)));
+  return others.every((value) => value === first) ? ownValue(lights[0], field) : undefined;
+}
+
 // Slider ranges in the order of the light's own values.
-export function lightRange(field, light, sceneSize) {
-  const own = ownValue(light, field);
-  return { radius: light.kind === "directional" ? [0, 0.1] : [0, 0.05 * sceneSize], range: [0, 2 * sceneSize],
+export function lightRange(field, lights, sceneSize) {
+  const own = commonValue(lights, field);
+  return { radius: lights[0].kind === "directional" ? [0, 0.1] : [0, 0.05 * sceneSize], range: [0, 2 * sceneSize],
            intensity: [0, own > 0 ? 4 * own : 100] }[field];
 }
 
@@ -51,8 +58,8 @@ export class LightRows {
     $("lights").replaceChildren(...groups.map((group) => this.#row(group)));
   }
 
-  #row({ name, kind, count, light }) {
-    const { session } = this;
+  #row({ name, kind, lights }) {
+    const { session } = this, count = lights.length;
     const set = (field, value) => {
       session.setLight(name, field, value);
       mark();
@@ -63,16 +70,17 @@ export class LightRows {
       element("b", {}, name ?? "All lights"), element("span", { className: "quiet" }, count > 1 ? ` × ${count}` : kind ?? ""));
     const reset = element("button", { type: "button", className: "plain", title: "Restores the values of the scene", onclick: () => {
       session.setLight(name);
-      const fresh = this.#row({ name, kind, count, light });
+      const fresh = this.#row({ name, kind, lights });
       fresh.open = true;
       row.replaceWith(fresh);
       fresh.querySelector("summary").focus();
       this.changed();
     } }, "Reset");
-    const controls = this.fields.filter(([field]) => !kind || (kOfKind[field] ?? [kind]).includes(kind)).flatMap(([field, schema]) => {
-      const value = session.lightValue(name, field) ?? ownValue(light, field);
+    const hasField = (field) => (!kind || (kOfKind[field] ?? [kind]).includes(kind)) && (count === 1 || !kPlaces.includes(field));
+    const controls = this.fields.filter(([field]) => hasField(field)).flatMap(([field, schema]) => {
+      const value = session.lightValue(name, field) ?? commonValue(lights, field);
       return controlFor(field, schema, value, (chosen) => set(field, chosen),
-        { none: value === undefined ? "none" : undefined, sliderRange: lightRange(field, light, session.sceneSize) }) ?? [];
+        { none: value === undefined ? "none" : undefined, sliderRange: lightRange(field, lights, session.sceneSize) }) ?? [];
     });
     const row = element("details", { className: "light" }, summary, ...controls, element("div", { className: "row end" }, reset));
     const mark = () => {

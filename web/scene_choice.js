@@ -83,6 +83,7 @@ export class SceneChoice {
   async choose(id, view) {
     this.#opening = id;
     this.frames.stop();
+    showNotice("warnings", "", []);
     this.#show();
     let scene;
     try {

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 
 import { bytesOf, contentOf, filesOf, uploadsOf } from "../../web/files.js";
-import { lightGroups, lightRange, ownValue } from "../../web/light_rows.js";
+import { commonValue, lightGroups, lightRange, ownValue } from "../../web/light_rows.js";
 import { warningLines } from "../../web/notices.js";
 import { fileName } from "../../web/picture.js";
 import { headerOf, pathRecord, tarOf } from "../../web/tar.js";
@@ -92,7 +92,7 @@ test("folders are read completely, although the browser lists them in parts", as
 const sun = { name: "sun", kind: "directional", intensity: [2, 1, 0.5] }, lamp = { name: "lamp", kind: "point", intensity: [0, 0, 0], radius: 0.1 };
 
 test("lights of one name are one row; all lights have a row if names do not reach them", () => {
-  const rows = (list) => lightGroups(list).map(({ name, count }) => [name, count]);
+  const rows = (list) => lightGroups(list).map(({ name, lights }) => [name, lights.length]);
   assert.deepEqual(rows([]), []);
   assert.deepEqual(rows([sun]), [["sun", 1]]);
   assert.deepEqual(rows([lamp, lamp]), [["lamp", 2]]);
@@ -103,9 +103,10 @@ test("lights of one name are one row; all lights have a row if names do not reac
 test("controls of lights begin at the values of the scene", () => {
   assert.deepEqual(["enabled", "intensity", "color", "radius"].map((f) => ownValue(sun, f)), [true, 2, [1, 0.5, 0.25], 0]);
   assert.deepEqual(["intensity", "color", "radius"].map((f) => ownValue(lamp, f)), [0, undefined, 0.1]);
-  assert.deepEqual(["intensity", "radius"].map((f) => ownValue({}, f)), [undefined, undefined]);
-  assert.deepEqual(lightRange("intensity", sun, 10), [0, 8]);
-  assert.deepEqual([lightRange("radius", sun, 10), lightRange("radius", lamp, 10)], [[0, 0.1], [0, 0.5]]);
+  assert.deepEqual(["enabled", "intensity", "radius"].map((f) => commonValue([sun, lamp], f)), [true, undefined, undefined]);
+  assert.deepEqual(["intensity", "radius"].map((f) => commonValue([sun, { ...sun, name: "moon" }], f)), [2, 0]);
+  assert.deepEqual(lightRange("intensity", [sun], 10), [0, 8]);
+  assert.deepEqual([lightRange("radius", [sun], 10), lightRange("radius", [lamp], 10)], [[0, 0.1], [0, 0.5]]);
 });
 
 // ---- texts and motion -----------------------------------------------------------------------------

@@ -110,7 +110,7 @@ visit("loading progress is shown; without animations there is no time slider; wi
     ? route.fulfill({ json: { id: "teapots", state: "loading", stage: "cutting clusters", progress: 0.4 } }) : route.continue()));
   await page.selectOption("#scene", "teapots");
   await page.waitForFunction(() => document.querySelector("#note progress:not([hidden])")?.value === 0.4);
-  assert.match(await text(page, "#note"), /Loading teapots.*cutting clusters/s);
+  assert.match(await text(page, "#note"), /Loading Teapots.*cutting clusters/s);
   await page.waitForFunction(() => location.hash.includes("scene=teapots"));
   assert.equal((await v.settled()).scene, "teapots");
   assert.ok(!await page.isVisible("#time-row"));
