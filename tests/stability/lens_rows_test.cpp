@@ -56,7 +56,7 @@ TEST_F(FrameRows, LensesOfFramesOfEveryShape) {
              {LensRequest(FisheyeLens{}), LensRequest(EquirectangularLens{}),
               LensRequest(CubeLens{}), LensRequest(CubeLens{CubeLayout::row}),
               LensRequest(CubeLens{CubeLayout::cross}),
-              LensRequest(PerspectiveLens{.k1 = -0.05})}) {
+              LensRequest(PerspectiveLens{.k1 = 0.05})}) {
             r.camera.lens = lens;
             EXPECT_TRUE(atMost("lenses", "small frames refused", !drawnOrRefused(r), 0.0));
         }
