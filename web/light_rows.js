@@ -25,7 +25,7 @@ export function ownValue({ intensity, ...light }, field) {
   switch (field) {
     case "enabled": return true;
     case "intensity": return greatest;
-    case "color": return greatest > 0 ? intensity.map((c) => Number((c / greatest).toPrecision(4))) : undefined;
+    case "color": return greatest > 0 ? intensity.map((c) => Number((c / greatest).toPrecision(3))) : undefined;
     case "radius":
     case "range": return light[field] ?? (light.kind ? 0 : undefined);
     default: return light[field];

@@ -97,8 +97,10 @@ visit("lights have controls from the schema; changes are in requests and links, 
   await row.locator("summary").click();
   await row.locator("[data-field=radius] input[type=number]").fill("0.2");
   await row.locator("[data-field=radius] input[type=number]").blur();
+  assert.deepEqual((await v.settled()).lights, [{ light: name, radius: 0.2 }]);
+  await row.locator("[data-field=enabled] input").uncheck({ force: true });
   const requested = await v.settled();
-  assert.deepEqual(requested.lights, [{ light: name, radius: 0.2 }]);
+  assert.deepEqual(requested.lights, [{ light: name, radius: 0.2, enabled: false }]);
   await v.screenshot("lights");
   const other = await Visit.open(page.url());
   assert.deepEqual((await other.settled()).lights, requested.lights);
