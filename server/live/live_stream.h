@@ -50,7 +50,7 @@ private:
     bool cannotRefine_ = false;       // the last picture
     bool delimiterSent_ = false;      // the one before the next part
     Clock::time_point begun_, sent_;  // the last picture
-    Clock::time_point lit_;           // when more light was asked for
+    Clock::time_point lit_;           // when more light was requested
 };
 
 }  // namespace clerestory

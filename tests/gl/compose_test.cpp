@@ -155,7 +155,7 @@ TEST_F(ComposeTest, ThePlanSaysWhatChanged) {
 }
 
 // Light between surfaces is that of the composed scene.
-TEST_F(ComposeTest, IndirectLightIsComputedAnew) {
+TEST_F(ComposeTest, IndirectLightIsComputedAgain) {
     FrameRequest r = roomRequest({}, "room to bake");
     r.width = 80;
     r.height = 60;
