@@ -1,7 +1,7 @@
 // The still triangles of a scene as rays meet them, and those of them that emit.
 #pragma once
 
-#include "light/bake.h"
+#include "light/bake_input.h"
 #include "rays/path.h"
 #include "rays/triangle_tree.h"
 

@@ -2,11 +2,12 @@
 // object serves all threads of a computation.
 #pragma once
 
-#include "light/bake.h"
+#include "light/bake_input.h"
 #include "light/faces.h"
 #include "light/places.h"
 #include "light/ray_sums.h"
 #include "light/sky.h"
+#include "light/surface_light.h"
 #include "rays/path.h"
 #include "rays/triangle_tree.h"
 #include "scene/bvh.h"

@@ -1,9 +1,7 @@
 // Interpolation: glTF 2.0, appendix C.
 #include "scene/animation.h"
 
-#include "scene/animated_field.h"
 #include "scene/geometry.h"
-#include "scene/scene.h"
 
 #include <algorithm>
 #include <array>
@@ -160,38 +158,6 @@ void sample(const Track& track, double time, std::span<double> out) {
                  (3.0 * s2 - 2.0 * s3) * b + (s3 - s2) * inTangent;
     }
     if (isRotation) normalise(out);
-}
-
-std::size_t componentsOf(AnimatedProperty property, std::string_view field) {
-    switch (property) {
-        case AnimatedProperty::rotation:
-            return 4;
-        case AnimatedProperty::weights:
-            return 0;
-        case AnimatedProperty::visible:
-            return 1;
-        case AnimatedProperty::material:
-            return componentsOf(Material{}, field);
-        case AnimatedProperty::light:
-            return componentsOf(LightFactors{}, field);
-        case AnimatedProperty::camera:
-            return componentsOf(Camera{}, field);
-        default:
-            return 3;
-    }
-}
-
-bool isValid(const Track& track, std::size_t targets) {
-    const auto inRange = [](float v) { return std::abs(v) <= kMaxKey; };  // false for a NaN
-    const std::size_t parts = track.interpolation == Interpolation::cubicSpline ? 3 : 1;
-    const std::size_t keys = track.times.size(), n = track.components();
-    return track.target < targets && keys > 0 && n > 0 && track.values.size() == keys * parts * n &&
-           (track.property == AnimatedProperty::weights ||
-            n == componentsOf(track.property, track.field)) &&
-           std::all_of(track.values.begin(), track.values.end(), inRange) &&
-           std::all_of(track.times.begin(), track.times.end(),
-                       [&](float t) { return inRange(t) && t >= 0.0f; }) &&
-           std::is_sorted(track.times.begin(), track.times.end());
 }
 
 void deform(const Deformation& d, std::span<const double> weights,
