@@ -184,7 +184,7 @@ TEST(CallWire, AFrameComesBackWithItsCamera) {
     EXPECT_FALSE(unpackedFrame(packed(frame)).camera);
     FrameCamera& camera = frame.camera.emplace();
     camera.cameraToWorld[3] = {0.1, 1e-9, -3.0, 1.0};
-    camera.clipFromView[1][1] = 0.3;
+    camera.clipFromView.emplace(1.0)[1][1] = 0.3;
     camera.width = 33;
     camera.znear = 0.7;
     camera.intrinsics = Intrinsics{.fx = 0.3};
