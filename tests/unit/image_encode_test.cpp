@@ -257,7 +257,7 @@ TEST(Webp, ComesBackNearTheOriginal) {
             p[0] = static_cast<std::uint8_t>(2 * x);
             p[1] = static_cast<std::uint8_t>(4 * y);
             p[2] = static_cast<std::uint8_t>(128 + x - y);
-            p[3] = 0;  // ignored
+            p[3] = 255;
         }
     }
     double before = 1e9;
