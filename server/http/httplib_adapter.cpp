@@ -76,7 +76,8 @@ struct Serving {
     ResponseWriter* writer = nullptr;
     std::function<bool(const Sink&)> pieces = {};  // writes the body of a streamed response
 };
-thread_local Serving serving;
+// A pointer: the C library ends the process if it has no memory for the destructor of an object.
+thread_local Serving* serving = nullptr;
 
 // A protected member of the library, whose parameters differ by version.
 using Prepare = std::function<void(httplib::Request&)>;
@@ -111,13 +112,13 @@ public:
         // and before the library reads a body.
         set_pre_routing_handler(
             [this](const httplib::Request& request, httplib::Response& response) {
-                Call call = callOf(*serving.exchange);
+                Call call = callOf(*serving->exchange);
                 call.path = request.path;
                 call.query = request.params;
-                call.body = std::move(serving.exchange->body);
+                call.body = std::move(serving->exchange->body);
                 Answer answer = responder_(call);
                 // Too late to save the work, but not the memory.
-                if (!serving.writer->hasRoomFor(answer.body.size())) {
+                if (!serving->writer->hasRoomFor(answer.body.size())) {
                     answer = refuser_(call, responsesFull());
                 }
                 give(call, std::move(answer), response);
@@ -126,7 +127,7 @@ public:
         // Called with the final headers. The library does not know the body of a stream.
         set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
             const bool hasNoBody = response.status == 204 || response.status == 304;
-            if (serving.pieces || hasNoBody) response.headers.erase("Content-Length");
+            if (serving->pieces || hasNoBody) response.headers.erase("Content-Length");
         });
         set_error_handler([this](const httplib::Request&, httplib::Response& response) {
             if (!response.has_header("X-Request-Id")) refuse(notHttp(), response);
@@ -137,7 +138,8 @@ public:
 
     bool answer(Exchange& exchange, ResponseWriter& writer) {
         MemoryStream stream(exchange, writer);
-        serving = {&exchange, &writer};
+        Serving current{&exchange, &writer};
+        serving = &current;
         bool closing = false;
         const Prepare prepare = [&](httplib::Request& request) {
             request.ranges.clear();           // range requests are not supported
@@ -153,7 +155,7 @@ public:
 
 private:
     void refuse(const Problem& problem, httplib::Response& response) {
-        const Call call = callOf(*serving.exchange);
+        const Call call = callOf(*serving->exchange);
         give(call, refuser_(call, problem), response);
     }
 
@@ -163,8 +165,8 @@ private:
         response.set_header("X-Request-Id", call.requestId);
         if (!answer.type.empty()) response.set_header("Content-Type", answer.type);
         response.body = std::move(answer.body);
-        serving.pieces = std::move(answer.stream);
-        if (serving.pieces && serving.exchange->head.minorVersion > 0) {
+        serving->pieces = std::move(answer.stream);
+        if (serving->pieces && serving->exchange->head.minorVersion > 0) {
             response.set_header("Transfer-Encoding", "chunked");
         }
     }
@@ -182,7 +184,7 @@ private:
     // The library stops a stream unless its own socket listens, and it has none. So the chunks are
     // written here, after its headers.
     bool sendPieces(MemoryStream& stream, const Exchange& exchange) {
-        const auto pieces = std::exchange(serving.pieces, nullptr);
+        const auto pieces = std::exchange(serving->pieces, nullptr);
         if (!pieces || exchange.head.method == "HEAD") return true;
         const bool chunked =
             exchange.head.minorVersion > 0;  // otherwise the end of the connection ends the body

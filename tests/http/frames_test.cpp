@@ -178,16 +178,16 @@ TEST(Frames, AnUnchangedFrameIsNotRedrawn) {
         return metrics->body.substr(metrics->body.find("clerestory_frame_seconds_count"), 60);
     };
     const std::string before = count();
-    const auto second = client.Get(link, httplib::Headers{{"If-None-Match", etag}});
+    const auto second = client.Get(link, unless(etag));
     ASSERT_TRUE(second);
     EXPECT_EQ(second->status, 304);
     EXPECT_TRUE(second->body.empty());
     EXPECT_EQ(second->get_header_value("ETag"), etag);
     EXPECT_EQ(count().substr(0, 40), before.substr(0, 40));
 
-    const auto weak = client.Get(link, httplib::Headers{{"If-None-Match", "\"x\", W/" + etag}});
+    const auto weak = client.Get(link, unless("\"x\", W/" + etag));
     EXPECT_EQ(weak->status, 304);
-    const auto other = client.Get(link, httplib::Headers{{"If-None-Match", "\"x\""}});
+    const auto other = client.Get(link, unless("\"x\""));
     EXPECT_EQ(other->status, 200);
 }
 
@@ -226,8 +226,7 @@ TEST(Frames, LightBetweenSurfacesIsReportedAndWaitedFor) {
                            text.find('\n', text.find(name) + 1) - text.find(name) - 1);
     };
     const std::string drawn = framesDrawn();
-    const auto unchanged =
-        client.Get(link, httplib::Headers{{"If-None-Match", complete->get_header_value("ETag")}});
+    const auto unchanged = client.Get(link, unless(complete->get_header_value("ETag")));
     ASSERT_TRUE(unchanged);
     EXPECT_EQ(unchanged->status, 304);
     EXPECT_EQ(framesDrawn(), drawn) << "its revision is known without drawing";

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -59,8 +60,16 @@ void ServerProcess::signal(int number) const {
     ::kill(id_, number);
 }
 
+bool ServerProcess::ended() const {
+    siginfo_t info{};
+    return id_ <= 0 ||
+           (::waitid(P_PID, static_cast<id_t>(id_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+            info.si_pid == id_);
+}
+
 bool ServerProcess::waitUntilReady() const {
-    for (int i = 0; i < 3000; ++i) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(5);
+    while (!ended() && std::chrono::steady_clock::now() < end) {
         if (statusOf(ask(port_, get("/readyz", "Connection: close\r\n"))) == 200) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }

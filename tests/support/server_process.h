@@ -20,7 +20,7 @@ public:
     int port() const { return port_; }  // 0: it did not start
     pid_t id() const { return id_; }
     void signal(int number) const;
-    bool waitUntilReady() const;  // within a minute
+    bool waitUntilReady() const;  // false: it ended before, or five minutes passed
     int wait();                   // for its end; waitpid()'s status
     int end(int number);          // signal and wait
 
@@ -29,6 +29,8 @@ public:
     std::size_t threads() const;
 
 private:
+    bool ended() const;
+
     pid_t id_ = -1;
     int port_ = 0;
 };

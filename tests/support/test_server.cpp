@@ -94,6 +94,10 @@ TestServer& sharedServer() {
     return *shared;
 }
 
+httplib::Headers unless(const std::string& entityTags) {
+    return {{"If-None-Match", entityTags}, {"Connection", "close"}};
+}
+
 httplib::Result postJson(httplib::Client& client, const std::string& path,
                          const std::string& body) {
     return client.Post(path, body, "application/json");

@@ -49,6 +49,10 @@ private:
 // One for all tests of a program that change nothing in it.
 TestServer& sharedServer();
 
+// The header If-None-Match, on a connection that then closes: clients of the library read the body
+// of a 304, which has none, until then.
+httplib::Headers unless(const std::string& entityTags);
+
 httplib::Result postJson(httplib::Client& client, const std::string& path, const std::string& body);
 
 // A frame of 64 x 48 of six-walls; `more` adds fields, as in R"("time": 1)". Has kPlainEffects
