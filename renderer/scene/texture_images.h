@@ -1,24 +1,13 @@
-// Processing of texture images: mip levels, computed on the CPU, because drivers start more slowly
-// and do not average in linear light; and normal maps and metallic-roughness maps combined into one
-// texture each, so that shaders sample fewer textures.
+// Mip levels of texture images, computed on the CPU, because drivers start more slowly and do not
+// average in linear light.
 #pragma once
 
 #include "scene/material.h"
-#include "scene/scene.h"
 
 namespace clerestory {
 
 // Extends `texels` from level 0 (width * height * 4 bytes) to all levels down to 1x1. Averages in
 // linear light, not weighted by alpha. Sets levels, texels, mean and hasAlpha.
 void buildLevels(TextureImage& image);
-
-// Stores x and y of the normal in R and A and the metallic-roughness map in G and B
-// (TextureImage::packedNormal), and removes a metallic-roughness map that is no longer used.
-// Normals are normalised on every level; z follows from x and y, since it is never negative in
-// glTF. Applies only to pairs of linear images of equal size, if the normal map has no other use
-// and every material that uses it samples the other map with the same coordinates, transform and
-// sampler.
-// First sets TextureImage::slope of every normal map.
-void packNormals(Scene& scene);
 
 }  // namespace clerestory

@@ -7,8 +7,6 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include <cstring>
-
 namespace clerestory::test {
 namespace {
 
@@ -48,16 +46,6 @@ Scene withClip(Scene scene, std::vector<Track> tracks) {
     scene.clips.push_back({"go", 2.0, std::move(tracks)});
     finishMotion(scene);
     return scene;
-}
-
-std::size_t differing(const Image& a, const Image& b) {
-    EXPECT_EQ(a.data.size(), b.data.size());
-    const std::size_t pixel = a.data.size() / (std::size_t{a.width} * a.height);
-    std::size_t count = 0;
-    for (std::size_t i = 0; i + pixel <= a.data.size(); i += pixel) {
-        count += std::memcmp(a.data.data() + i, b.data.data() + i, pixel) != 0 ? 1 : 0;
-    }
-    return count;
 }
 
 enum class How { maps, rays, shadows };

@@ -92,6 +92,14 @@ FrameRequest roomRequest() {
     return r;
 }
 
+FrameRequest roomRequest(std::uint32_t width, std::uint32_t height) {
+    FrameRequest r = roomRequest();
+    r.camera.yfov = 1.1;
+    r.width = width;
+    r.height = height;
+    return r;
+}
+
 FrameRequest channelOf(FrameRequest r, Channel channel) {
     r.output.channel = channel;
     r.output.format = OutputFormat::npy;
@@ -179,10 +187,7 @@ TEST_F(Lenses, ChannelsAreThoseOfTheRays) {
 // ---- two ways to one picture ---------------------------------------------------------------
 
 TEST_F(Lenses, DistortionWithoutCoefficientsGivesTheSameBytes) {
-    FrameRequest r = roomRequest();
-    r.camera.yfov = 1.1;
-    r.width = 131;
-    r.height = 77;
+    FrameRequest r = roomRequest(131, 77);
     const Image plain = renderer().render(r).image;
     r.camera.lens = PerspectiveLens{};
     EXPECT_EQ(renderer().render(r).image.data, plain.data);
@@ -197,10 +202,7 @@ TEST_F(Lenses, DistortionWithoutCoefficientsGivesTheSameBytes) {
 
 // Resampling costs no accuracy: against the mean of 16 samples of each pixel.
 TEST_F(Lenses, TinyDistortionIsAsAccurateAsNone) {
-    FrameRequest r = roomRequest();
-    r.camera.yfov = 1.1;
-    r.width = 128;
-    r.height = 96;
+    FrameRequest r = roomRequest(128, 96);
     const Image plain = renderer().render(r).image;
     FrameRequest fine = r;
     fine.width *= 4;

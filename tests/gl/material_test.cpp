@@ -1,5 +1,5 @@
 // Material properties: coverage, sidedness, textures.
-#include "scene/texture_images.h"
+#include "scene/normal_maps.h"
 #include "support.h"
 
 #include <cmath>

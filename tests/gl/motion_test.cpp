@@ -6,8 +6,6 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include <cstring>
-
 namespace clerestory::test {
 namespace {
 
@@ -54,16 +52,6 @@ Scene meadowAs(const std::string& id) {
     Scene scene = *makeBuiltinScene("meadow");
     scene.id = id;
     return scene;
-}
-
-std::size_t differing(const Image& a, const Image& b) {
-    EXPECT_EQ(a.data.size(), b.data.size());
-    const std::size_t pixel = a.data.size() / (std::size_t{a.width} * a.height);
-    std::size_t count = 0;
-    for (std::size_t i = 0; i + pixel <= a.data.size(); i += pixel) {
-        count += std::memcmp(a.data.data() + i, b.data.data() + i, pixel) != 0 ? 1 : 0;
-    }
-    return count;
 }
 
 TEST_F(AnimatedFrames, AMomentEqualsTheStaticScene) {

@@ -1,10 +1,10 @@
 // See support.h.
 #include "support.h"
 
-#include <cstdlib>
-#include <string_view>
-
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
 
 namespace clerestory::test {
 
@@ -159,6 +159,16 @@ FrameRequest request(Scene scene, const std::string& id, const glm::dvec3& eye) 
     r.accuracy.edgeFilter = false;
     r.effects.shadows = r.effects.indirectLight = false;
     return r;
+}
+
+std::size_t differing(const Image& a, const Image& b) {
+    EXPECT_EQ(a.data.size(), b.data.size());
+    const std::size_t pixel = a.data.size() / (std::size_t{a.width} * a.height);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i + pixel <= a.data.size(); i += pixel) {
+        count += std::memcmp(a.data.data() + i, b.data.data() + i, pixel) != 0 ? 1 : 0;
+    }
+    return count;
 }
 
 glm::vec3 color(const Image& image, std::uint32_t x, std::uint32_t y) {

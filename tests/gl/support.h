@@ -51,6 +51,9 @@ void moveLast(Scene& scene, const glm::vec3& from, const glm::vec3& to);
 // colour, nothing filtered, without shadows and light between surfaces, which have their own tests.
 FrameRequest request(Scene scene, const std::string& id, const glm::dvec3& eye = {0.0, 0.0, 2.0});
 
+// Pixels of two images of one size whose bytes differ.
+std::size_t differing(const Image& a, const Image& b);
+
 glm::vec3 color(const Image& image, std::uint32_t x, std::uint32_t y);
 float number(const Image& image, std::uint32_t x, std::uint32_t y);
 glm::vec3 centerColor(const Image& image);

@@ -275,17 +275,7 @@ TEST(Uploads, EverySceneFormatIsAccepted) {
          "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
          "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
          "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
-        {"dae",
-         R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"
-version="1.4.1"><asset><unit meter="1"/><up_axis>Y_UP</up_axis></asset><library_geometries>
-<geometry id="g"><mesh><source id="p"><float_array id="a" count="9">0 0 0 1 0 0 0 1 0</float_array>
-<technique_common><accessor source="#a" count="3" stride="3"><param name="X" type="float"/>
-<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
-<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="1">
-<input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry>
-</library_geometries><library_visual_scenes><visual_scene id="s"><node id="n">
-<instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
-<scene><instance_visual_scene url="#s"/></scene></COLLADA>)"}};
+        {"dae", triangleDae()}};
     std::string binary(80, ' ');  // a header, which may begin as that of a text does
     binary.replace(0, 5, "solid");
     const auto append = [&](auto value) {
@@ -321,6 +311,28 @@ version="1.4.1"><asset><unit meter="1"/><up_axis>Y_UP</up_axis></asset><library_
     const json problem = problemOf(send(client, triangleGltf("triangle.bin")), 422);
     EXPECT_THAT(problem["detail"].get<std::string>(),
                 testing::AllOf(HasSubstr("'triangle.bin' is missing"), HasSubstr(".zip")));
+    json pictures = json::parse(triangleGltf("triangle.bin"));
+    for (int i = 0; i < 9; ++i) {
+        pictures["images"].push_back({{"uri", "wall%20" + std::to_string(i) + ".png"}});
+    }
+    EXPECT_THAT(problemOf(send(client, pictures.dump()), 422)["detail"].get<std::string>(),
+                testing::AllOf(HasSubstr("the files 'triangle.bin', 'wall%200.png', "),
+                               HasSubstr(" and 4 more are missing"), HasSubstr(".zip")));
+}
+
+// A COLLADA camera of 37.8492 degrees, as its file says, in the list of cameras and in the default
+// view.
+TEST(Uploads, DescriptionsHaveTheFieldOfViewOfColladaCameras) {
+    TestServer server(uploadConfig());
+    auto client = server.client();
+    const auto answer = send(client, triangleDae("<yfov>37.8492</yfov><znear>1</znear>"
+                                                 "<zfar>100</zfar>"));
+    ASSERT_EQ(answer->status, 201) << answer->body;
+    const json scene = sceneAt(client, idOf(answer));
+    constexpr double kRadians = 37.8492 * 3.14159265358979 / 180.0;
+    ASSERT_EQ(scene["cameras"].size(), 1u);
+    EXPECT_NEAR(scene["cameras"][0]["yfov"].get<double>(), kRadians, 1e-5);
+    EXPECT_NEAR(scene["defaultView"]["yfov"].get<double>(), kRadians, 1e-5);
 }
 
 TEST(Uploads, FilesWithoutASceneAreRejectedWithTheReason) {

@@ -55,6 +55,28 @@ la_ssize_t append(struct archive*, void* text, const void* bytes, std::size_t si
 
 }  // namespace
 
+std::string triangleDae(const std::string& perspective) {
+    std::string cameras, node;
+    if (!perspective.empty()) {
+        cameras = "<library_cameras><camera id=\"c\"><optics><technique_common><perspective>" +
+                  perspective +
+                  "</perspective></technique_common></optics></camera></library_cameras>";
+        node = R"(<node id="eye"><translate>0 0 4</translate><instance_camera url="#c"/></node>)";
+    }
+    return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"
+version="1.4.1"><asset><unit meter="1"/><up_axis>Y_UP</up_axis></asset>)" +
+           cameras + R"(<library_geometries>
+<geometry id="g"><mesh><source id="p"><float_array id="a" count="9">0 0 0 1 0 0 0 1 0</float_array>
+<technique_common><accessor source="#a" count="3" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="1">
+<input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry>
+</library_geometries><library_visual_scenes><visual_scene id="s"><node id="n">
+<instance_geometry url="#g"/></node>)" +
+           node + R"(</visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
 std::string glbOf(std::string json, const std::string& binary) {
     json.resize((json.size() + 3) / 4 * 4, ' ');
     std::string glb = "glTF";

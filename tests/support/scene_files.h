@@ -14,6 +14,10 @@ std::string triangleGlb(unsigned seed = 0, unsigned triangles = 1);
 std::string triangleGltf(const std::string& bufferUri = "");
 std::string triangleBuffer();
 
+// The same triangle as COLLADA. perspective: the optics of a camera at (0, 0, 4) that looks at it,
+// such as "<yfov>40</yfov>"; empty: no camera.
+std::string triangleDae(const std::string& perspective = "");
+
 // A .glb of a document, whose buffer 0 is that binary part.
 std::string glbOf(std::string document, const std::string& binary);
 

@@ -12,6 +12,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <set>
 
@@ -19,6 +21,7 @@ namespace clerestory::test {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 const std::vector<glm::vec3> kFive{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 2}};
 
@@ -158,6 +161,57 @@ TEST(LinesAndPoints, PointCloudsOfPly) {
     const std::string nan = header + "end_header\nnan nan nan\nnan nan nan\nnan nan nan\n";
     EXPECT_THAT(refusal(folder.write("wrong.ply", nan)).what(),
                 HasSubstr("no triangles, lines or points"));
+}
+
+// Vertices without elements are points, with colours, and with normals if each has one; and point
+// elements alone.
+TEST(LinesAndPoints, PointCloudsOfObj) {
+    const TemporaryFolder folder;
+    const auto cloudOf = [&](const std::string& text) {
+        const Scene scene = importSceneInProcess(folder.write("cloud.obj", text));
+        EXPECT_EQ(triangleCount(scene), 0u);
+        EXPECT_EQ(sceneProblems(scene), std::vector<std::string>{});
+        return scene;
+    };
+    const auto placesOf = [](const Scene& scene) {
+        std::vector<std::array<float, 3>> places;
+        for (const Cluster& cluster : scene.clusters) {
+            for (std::uint32_t i = 0; i < cluster.indexCount; ++i) {
+                const glm::vec3 p = scene.vertices[scene.indices[cluster.firstIndex + i]].position;
+                places.push_back({p.x, p.y, p.z});
+            }
+        }
+        std::sort(places.begin(), places.end());
+        return places;
+    };
+    using Places = std::vector<std::array<float, 3>>;
+    const Scene plain = cloudOf("# three\nv 0 0 0\n  v 1 0 2\nv 0 1 0");
+    EXPECT_EQ(placesOf(plain), (Places{{0, 0, 0}, {0, 1, 0}, {1, 0, 2}}));
+    EXPECT_FALSE(plain.meshes[0].lit);
+    const Scene lit = cloudOf("vn 0 0 1\nv 0 0 0\nvn 0 1 0\nv 1 0 2\n");
+    ASSERT_EQ(lit.vertices.size(), 2u);
+    EXPECT_TRUE(lit.meshes[0].lit);
+    for (const Vertex& v : lit.vertices) {
+        EXPECT_EQ(v.normal, v.position.x > 0.5f ? glm::vec3(0, 1, 0) : glm::vec3(0, 0, 1));
+    }
+    const Scene colored = cloudOf("v 0 0 0 1 0 0\nv 1 0 2 0 0 1\n");
+    ASSERT_EQ(colored.vertices.size(), 2u);
+    for (const Vertex& v : colored.vertices) {
+        EXPECT_EQ(v.color, v.position.x > 0.5f ? glm::vec4(0, 0, 1, 1) : glm::vec4(1, 0, 0, 1));
+    }
+    EXPECT_EQ(placesOf(cloudOf("v 0 0 0\nv 1 0 2\nv 0 1 0\np 3 1\n")),
+              (Places{{0, 0, 0}, {0, 1, 0}}));
+    std::string many;
+    for (int i = 0; i < 5000; ++i) many += "v " + std::to_string(i) + " 0.5 0.25\n";
+    EXPECT_EQ(primitiveCount(cloudOf(many), Primitive::points), 5000u);
+    EXPECT_THAT(refusal(folder.write("empty.obj", "# nothing\n")).what(), Not(HasSubstr("crash")));
+    ImportOptions options;
+    options.limits.maxTriangles = 4000;
+    EXPECT_EQ(refusal(folder.write("many.obj", many), options).reason(),
+              ImportError::Reason::limit);
+    const auto file = sharedScene("FormatsOBJ/point_cloud.obj");
+    CLERESTORY_NEEDS(file);
+    EXPECT_EQ(primitiveCount(importSceneInProcess(file), Primitive::points), 3u);
 }
 
 // 10,000 points: clusters of at most kClusterPrimitives, each point once.

@@ -1,5 +1,6 @@
 // Packing metallic-roughness maps into normal maps: which are packed, and the precision of the
 // result.
+#include "scene/normal_maps.h"
 #include "scene/texture_images.h"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 #include "plan_scenes.h"
 #include "scene/default_view.h"
 
+#include "scene/normal_maps.h"
 #include "scene/texture_images.h"
 
 #include <gmock/gmock.h>

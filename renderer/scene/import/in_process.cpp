@@ -29,14 +29,6 @@
 namespace clerestory {
 namespace {
 
-std::string lowerExtension(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    extension.erase(0, extension.empty() ? 0 : 1);
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-    return extension;
-}
-
 Scene sceneIn(const SceneFolder& folder, const std::string& name, const std::string& wanted,
               const ImportLimits& limits, const ProgressCallback& progress) {
     const std::string extension = lowerExtension(name);

@@ -364,6 +364,8 @@ Scene assimpScene(const std::string& file, const std::string& extension, const S
     keepOnlyReader(importer, extension);
     importer.SetIOHandler(new AssimpFileSystem(folder));  // the importer deletes it
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kCreaseDegrees);
+    // Not a picture of the nodes in place of the meshes that the file does not have.
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
     const aiScene* scene = importer.ReadFile(file, extension == "ply" ? 0 : kSteps);
     // The steps refuse meshes without faces.
     const bool cloud = scene && scene->mNumMeshes == 1 && isPointCloud(*scene->mMeshes[0]);

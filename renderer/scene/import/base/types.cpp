@@ -47,7 +47,8 @@ std::span<const FileFormat> fileFormats() {
         FileFormat{
             scene, "Wavefront OBJ with MTL", ".obj",
             "Meshes with lines (`l`) and points (`p`), materials and textures through Assimp; MTL "
-            "illumination models 3 to 9 give mirrors and glass. Units are metres."},
+            "illumination models 3 to 9 give mirrors and glass. Without elements its vertices are "
+            "points. Units are metres."},
         FileFormat{
             scene, "Autodesk FBX", ".fbx",
             "Meshes, materials, textures, lights, cameras, skins and animations through Assimp; "
@@ -106,6 +107,14 @@ std::string_view nameOf(FormatUse use) {
     constexpr std::array<std::string_view, 5> kNames{"scene", "archive", "texture", "environment",
                                                      "sidecar"};
     return kNames[static_cast<std::size_t>(use)];
+}
+
+std::string lowerExtension(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    extension.erase(0, extension.empty() ? 0 : 1);
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    return extension;
 }
 
 const std::vector<std::string>& importableExtensions() {

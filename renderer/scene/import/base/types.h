@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <stdexcept>
@@ -67,6 +68,9 @@ struct FileFormat {
 std::span<const FileFormat> fileFormats();
 
 std::string_view nameOf(FormatUse use);  // the enumerator's name
+
+// Of a file's name: lower case, without the dot; empty without an extension.
+std::string lowerExtension(const std::filesystem::path& file);
 
 // Extensions of scenes and archives, lower case, without the dot.
 const std::vector<std::string>& importableExtensions();

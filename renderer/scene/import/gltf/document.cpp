@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 
 namespace clerestory {
 namespace {
@@ -170,6 +171,30 @@ ByteSpan GltfDocument::dataUri(const std::string& uri) {
     return {reinterpret_cast<const unsigned char*>(entry->second.data()), entry->second.size()};
 }
 
+void GltfDocument::refuseMissingFiles() const {
+    constexpr std::size_t kNamed = 6;
+    std::set<std::string> missing;
+    for (const char* list : {"buffers", "images"}) {
+        const Json none = Json::array();
+        for (const Json& part : json_.contains(list) ? json_.at(list) : none) {
+            const std::string uri = text(part, "uri");
+            if (!uri.empty() && !isDataUri(uri) && !folder_.has(percentDecoded(uri))) {
+                missing.insert(cleanText(uri));
+            }
+        }
+    }
+    std::string names;
+    std::size_t count = 0;
+    for (const std::string& name : missing) {
+        if (count++ < kNamed) names += (names.empty() ? "'" : ", '") + name + "'";
+    }
+    if (count > kNamed) names += " and " + std::to_string(count - kNamed) + " more";
+    malformed((count > 1 ? "the files " + names + " are missing; they belong"
+                         : "the file " + names + " is missing; it belongs") +
+              std::string(" next to the scene, or into an archive (") +
+              extensionsText(FormatUse::archive) + ") with the scene");
+}
+
 const std::string& GltfDocument::buffer(Index i) {
     const auto known = buffers_.find(i);
     if (known != buffers_.end()) {
@@ -189,12 +214,8 @@ const std::string& GltfDocument::buffer(Index i) {
         try {
             bytes = folder_.read(percentDecoded(uri));
         } catch (const ImportError& error) {
-            if (error.reason() == ImportError::Reason::notFound) {
-                // The scene exists, a part of it does not.
-                malformed("the file '" + cleanText(uri) +
-                          "' is missing; it belongs next to the scene, or into an archive (" +
-                          extensionsText(FormatUse::archive) + ") with the scene");
-            }
+            // The scene exists, a part of it does not.
+            if (error.reason() == ImportError::Reason::notFound) refuseMissingFiles();
             throw;
         }
     }

@@ -69,6 +69,8 @@ private:
     struct Layout;
     Layout layout(const Json& accessor) const;
     const std::string& buffer(Index i);
+    // Throws an ImportError that names the files of buffers and images that are not in the folder.
+    [[noreturn]] void refuseMissingFiles() const;
     // The part of a buffer that an object with buffer, byteOffset and byteLength refers to.
     ByteSpan bufferPart(const Json& part, const std::string& name);
     template <class Out, class Convert>

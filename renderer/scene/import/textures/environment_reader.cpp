@@ -20,13 +20,6 @@ Bytes bytesOf(const std::string& file) {
     return {reinterpret_cast<const unsigned char*>(file.data()), file.size()};
 }
 
-std::string environmentExtension(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-    return extension;
-}
-
 // Finite, not negative, at most the largest half float.
 glm::vec3 cleaned(const glm::vec3& texel) {
     constexpr float kLargestHalf = 65504.0f;
@@ -113,8 +106,8 @@ EnvironmentMap readEnvironmentFile(const std::filesystem::path& fileOrFolder,
     if (std::filesystem::is_directory(fileOrFolder, error)) {
         return mapOf(sixImages(fileOrFolder, limits));
     }
-    const std::string extension = environmentExtension(fileOrFolder);
-    constexpr std::array kExtensions{".hdr", ".exr", ".ktx", ".ktx2", ".dds"};
+    const std::string extension = lowerExtension(fileOrFolder);
+    constexpr std::array kExtensions{"hdr", "exr", "ktx", "ktx2", "dds"};
     if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) {
         throw ImportError(
             Reason::unsupported,
@@ -123,7 +116,7 @@ EnvironmentMap readEnvironmentFile(const std::filesystem::path& fileOrFolder,
     }
     const SceneFolder folder(fileOrFolder.parent_path(), limits.fileBytes);
     const std::string file = folder.read(fileOrFolder.filename().string());
-    if (extension != ".hdr" && extension != ".exr") {
+    if (extension != "hdr" && extension != "exr") {
         return mapOf(decodedCube(bytesOf(file), limits.maxImagePixels));
     }
     const RadianceImage image = decodedRadiance(bytesOf(file), limits.maxImagePixels);

@@ -1,6 +1,7 @@
 #include "scene/import/textures/texture_store.h"
 
 #include "scene/import/textures/image_decoder.h"
+#include "scene/normal_maps.h"
 #include "scene/texture_images.h"
 
 #include <algorithm>
