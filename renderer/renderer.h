@@ -63,6 +63,14 @@ struct TargetHealth {
     std::uint64_t negative = 0;   // finite, with negative light
 };
 
+// What the channel instances says of an instance.
+struct LabelledInstance {
+    InstanceExtent extent;
+    std::string node;  // its name
+    glm::dmat4 worldFromModel{1.0};
+    std::uint32_t materialId = 0, classId = 0;
+};
+
 struct Frame {
     Image image;
     FramePlan plan;
@@ -77,8 +85,9 @@ struct Frame {
     std::uint64_t mapBytes = 0;  // resident data that the frame uses
     // Number of the addScene() call of this renderer, from 1, that added the scene.
     std::uint64_t sceneGeneration = 0;
-    std::vector<TargetHealth> health;  // Readback::health
-    std::vector<MapPicture> maps;      // Readback::maps
+    std::vector<TargetHealth> health;         // Readback::health
+    std::vector<MapPicture> maps;             // Readback::maps
+    std::vector<LabelledInstance> instances;  // of the channel instances
 };
 
 // Objects created and work submitted to OpenGL since start.

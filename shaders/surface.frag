@@ -20,6 +20,7 @@
 #include "include/no_rays.glsl"
 #endif
 #include "include/reflection.glsl"
+#include "include/catcher.glsl"
 
 out vec4 color;  // premultiplied by coverage; alpha: coverage, or how far away
 
@@ -84,18 +85,23 @@ vec3 layeredLight(Surface s, vec3 mirrored, float ofPicture, float occlusion) {
     return light;
 }
 
-vec3 shaded(inout MaterialPoint m) {
+Surface surfaceSeen(MaterialPoint m) {
     vec3 toEye = towardsEye();
     vec3 face = cross(dFdx(positionEye), dFdy(positionEye));
     float across = dot(face, toEye);
     float least = leastCosineOver(across * across / max(dot(face, face), 1e-30f));
     Surface s = surfaceOf(m, toEye, least);
-    if (layered(LAYER_CLEARCOAT)) m.emitted *= s.belowClearcoat;
     if (viewHas(VIEW_SURFACE_LIGHT)) {
         SurfaceLight light =
             SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby, lightSides);
         s.light = lightOnSide(light, gl_FrontFacing, s.normal);
     }
+    return s;
+}
+
+vec3 shaded(inout MaterialPoint m) {
+    Surface s = surfaceSeen(m);
+    if (layered(LAYER_CLEARCOAT)) m.emitted *= s.belowClearcoat;
     if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) return shadedGlass(m, s);
     vec3 mirrored = reflectedRadiance(s, positionEye);
     // Light at vertices knows what hides the environment.
@@ -116,12 +122,20 @@ void main() {
     float coverage = has(FEATURE_BLEND) ? clamp(base.a, 0.0f, 1.0f) : 1.0f;
 
     MaterialPoint m = materialAt(base);
-    vec3 radiance = has(FEATURE_UNLIT) ? base.rgb : shaded(m);
+    vec3 radiance;
+    if (layered(LAYER_SHADOW_CATCHER)) {
+        vec4 caught =
+            caughtLight(surfaceSeen(m), positionEye, viewHas(VIEW_SUN_ONLY) ? 0 : int(drawNumbers.x),
+                        viewHas(VIEW_SUN_ONLY) ? 1 : int(drawNumbers.y));
+        radiance = caught.rgb;
+        coverage = caught.a;
+    } else {
+        radiance = (has(FEATURE_UNLIT) ? base.rgb : shaded(m)) * coverage + finishRays(coverage);
+    }
     // Coverage dims what lies on the surface, not what it gives off.
     float alpha = has(FEATURE_BLEND)         ? coverage
                   : viewHas(VIEW_COVERAGE) ? 1.0f
                                            : distanceShare(length(positionEye), view.picture.w);
-    radiance = radiance * coverage + finishRays(coverage);
     color = vec4(radianceFinite(radiance + m.emitted), alpha);
     if (has(FEATURE_BLEND) && has(FEATURE_BACKDROP)) {
         // Coverage counts for the whole surface, what it lets through included: beside it stands

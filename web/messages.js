@@ -56,7 +56,7 @@ export const effectText = (effect) => kEffects[effect] ?? labelOf(effect ?? "oth
 const kKinds = {
   environment: "environment map", prefilter: "roughness levels", levels: "mip levels", capture: "cube faces", blended: "blended surfaces",
   mirror: "mirrored view", shadow: "shadows of lights", surface: "surfaces", backFaces: "back faces of glass", backdrop: "backdrop of glass",
-  glass: "glass", channel: "channel", toneMap: "tone mapping", edgeFilter: "edge smoothing",
+  glass: "glass", channel: "channel", flow: "optical flow", layer: "layer of a channel", instances: "instances", toneMap: "tone mapping", edgeFilter: "edge smoothing",
   alpha: "alpha of the background", straightAlpha: "straight alpha",
   twirl: "twirl", convolve: "convolution", glowBright: "glow: threshold", glowDown: "glow: downsampling", glowUp: "glow: upsampling",
   glow: "glow: composition",

@@ -5,7 +5,7 @@ import { defaultsOf, fieldsOfType, objectOf } from "./schema.js";
 
 // Fields with controls elsewhere on the page; the others have controls under "Image".
 const kHandledElsewhere = ["scene", "camera", "width", "height", "time", "clip", "variant", "effects", "accuracy", "environment", "overrides",
-                 "filters", "output", "background", "nodes", "lights"];
+                 "filters", "output", "background", "nodes", "lights", "ground"];
 
 export class Session {
   scene;   // GET v1/scenes/{id}
@@ -18,6 +18,7 @@ export class Session {
   variant;  // of the scene's materials; undefined: the default ones
   filters = [];
   lights = [];  // `lights` of the request
+  ground;  // likewise; undefined: none
   headingDegrees = 0;  // rotation of the environment map about +Y
 
   // frame: the schema of FrameRequest without references.
@@ -42,6 +43,7 @@ export class Session {
       .filter((name) => defaults[name] !== undefined).map((name) => [name, defaults[name]]));
     this.filters = [];
     this.lights = [];
+    this.ground = undefined;
     this.headingDegrees = 0;
     this.time = 0;
     this.clip = undefined;
@@ -112,6 +114,7 @@ export class Session {
       accuracy: this.accuracy,
       environment,
       ...(this.lights.length ? { lights: this.lights } : {}),
+      ...(this.ground ? { ground: this.ground } : {}),
       ...(this.filters.length ? { filters: this.filters } : {}),
       ...this.image,
     };
@@ -147,7 +150,7 @@ export class Session {
 
   // Applies such an address. -> its scene and view, if any; the view applies when the scene is loaded.
   read(query) {
-    const { scene, camera, time, clip, variant, effects, accuracy, environment, lights, filters, ...rest } = requestOf(query, this.schema);
+    const { scene, camera, time, clip, variant, effects, accuracy, environment, lights, ground, filters, ...rest } = requestOf(query, this.schema);
     Object.assign(this.effects, effects);
     if (accuracy) {
       const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
@@ -158,6 +161,7 @@ export class Session {
     Object.assign(this.environment, other);
     if (rotation) this.headingDegrees = Math.round((2 * Math.atan2(rotation[1], rotation[3]) * 180) / Math.PI * 10) / 10;
     if (lights) this.lights = lights;
+    if (ground) this.ground = ground;
     if (filters) this.filters = filters;
     if (time !== undefined) this.time = time;
     if (clip !== undefined) this.clip = clip;

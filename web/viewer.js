@@ -6,6 +6,7 @@ import { connectTips, controlFor, controlsFor, filterControls, tipSegments } fro
 import { $, fillSelect, segments, showBlob, tabs } from "./dom.js";
 import { showCost, showMaps } from "./frame_panels.js";
 import { Frames, retryDelay } from "./frames.js";
+import { groundControls } from "./ground_part.js";
 import { InputHandler, connectFlightButtons } from "./input.js";
 import { LightRows } from "./light_rows.js";
 import { connectSharing } from "./links.js";
@@ -201,6 +202,7 @@ async function start() {
   } });
   drawView(renderer.environments);
   drawKnobs();
+  groundControls(session, changed);
   const { filters } = session.schema.properties;
   if (filters) filterControls(session, filters, changed);
   $("knobs-reset").addEventListener("click", () => {

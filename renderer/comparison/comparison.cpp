@@ -221,6 +221,13 @@ std::vector<FieldError> problems(const ComparisonRequest& request) {
         errors.push_back({"/filters", "are not supported: the reference has no filters",
                           "an empty list; the frame is compared before filtering"});
     }
+    if (!request.frame.parts.empty()) {
+        errors.push_back({"/scene", "is a list, which cannot be compared", "the id of a scene"});
+    }
+    if (const auto& ground = request.frame.ground; ground && ground->shadowCatcher == true) {
+        errors.push_back({"/ground/shadowCatcher", "is not supported: the reference has none",
+                          "false; the ground is compared as a surface"});
+    }
     const FieldError budget{"/accuracy", "is a budget and cannot be compared",
                             "a preset or settings"};
     if (request.frame.accuracy.isBudget()) errors.push_back(budget);
@@ -270,7 +277,7 @@ std::optional<Comparison> compare(const ComparisonRequest& request, const Scene&
     const std::size_t frameCount =
         2 + 1 + std::size(kSwitches) + settings.size() * (request.frames + 2);
     ProgressDraw progressDraw(frameCount, draw, progress);
-    const Composition composition{request.frame.nodes, request.frame.variant};
+    const Composition composition = compositionOf(linear(request.frame));
     const std::optional<Scene> own =
         composition.empty() ? std::nullopt : std::optional(composed(scene, composition));
     SettingComparison comparison(request, own ? *own : scene, truth, progressDraw);

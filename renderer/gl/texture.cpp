@@ -331,6 +331,14 @@ void Framebuffer::readFloats(std::span<float> rgba) const {
                  rgba.data());
 }
 
+void Framebuffer::readReds(const Rect& part, std::span<float> reds) const {
+    assert(reds.size() == std::size_t{part.width} * part.height);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
+                 static_cast<int>(part.height), GL_RED, GL_FLOAT, reds.data());
+}
+
 void Framebuffer::readDepths(std::span<float> depths) const {
     assert(depths.size() == std::size_t{width_} * height_);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());

@@ -22,6 +22,7 @@ std::vector<double> scalesOf(const Scene& scene, const Pose& pose) {
         const Instance& instance = scene.instances[i];
         if (moves[i] || scene.meshes[instance.mesh].deformation != kNone) continue;
         if (scene.materials[instance.material].unlit) continue;
+        if (i == scene.ground) continue;  // made with small triangles
         const glm::dmat4& m = pose.worldFromNode[instance.node];
         for (int column = 0; column < 3; ++column) {
             scales[instance.mesh] =

@@ -122,7 +122,7 @@ std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
         record.normalFromModel[0].w = static_cast<float>(firstLight(
             {draw.lights.indices.begin(), draw.lights.indices.begin() + draw.lights.count}));
         record.normalFromModel[1].w = static_cast<float>(draw.lights.count);
-        if (draw.through > 0) record.normalFromModel[2].w = static_cast<float>(draw.through);
+        if (draw.label) record.normalFromModel[2].w = static_cast<float>(*draw.label);
         if (surfaceLight_) record.normalFromModel[2].w = firstLightValue(draw.instance);
         recordData_.push_back(record);
     }

@@ -18,7 +18,7 @@ namespace clerestory {
 struct DrawRecord {
     glm::vec4 eyeFromModel[3];     // rows
     glm::vec4 normalFromModel[3];  // rows; w: first light, number of lights, and one of: first
-                                   // value of light at vertices, object id, Draw::through
+                                   // value of light at vertices, object id, Draw::label
 };
 static_assert(sizeof(DrawRecord) == 96);
 

@@ -22,16 +22,14 @@ constexpr std::size_t kMaxMaps = 4;
 // Lights of scenes that stay uploaded.
 constexpr std::size_t kMaxSurfaceLights = 2;
 
-std::uint32_t channelsOf(Channel channel) {
-    return channel == Channel::color || channel == Channel::normal ? 3 : 1;
-}
-
 }  // namespace
 
-void Executor::upload(const std::shared_ptr<const Scene>& scene, const Scene* original) {
+void Executor::upload(const std::shared_ptr<const Scene>& scene,
+                      std::span<const Scene* const> texturesOf) {
+    std::vector<const GpuScene*> uploaded;
+    for (const Scene* source : texturesOf) uploaded.push_back(&scenes_.at(source));
     try {
-        scenes_.try_emplace(scene.get(), scene, resources_.draws.records(),
-                            original ? &scenes_.at(original) : nullptr);
+        scenes_.try_emplace(scene.get(), scene, resources_.draws.records(), uploaded);
         gl::Context::current().throwIfFailed();
     } catch (...) {
         scenes_.erase(scene.get());
@@ -152,6 +150,7 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
 
 std::vector<Target*> Executor::begin(const FramePlan& plan) {
     targets_.beginFrame();
+    resources_.instances.clear();
     if (!plan.materials.empty()) {
         resources_.frameMaterials.assign(plan.materials);
         resources_.frameMaterials.bind(0, false);  // unbinds ranges of an earlier, longer list
@@ -169,8 +168,9 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
     PassInput input{.plan = frame.plan,
                     .pass = pass,
                     .targets = targets,
-                    .scene = pass.view() ? &scenes_.at(&frame.scene) : nullptr,
+                    .scene = &scenes_.at(&frame.scene),
                     .pose = frame.pose,
+                    .flowPose = frame.flowPose,
                     .environment = name.empty() ? nullptr : &uploaded(map),
                     .surfaceLight = frame.surfaceLight.get()};
     if (frame.surfaceLight) input.surfaceLightTexture = &uploaded(frame.surfaceLight);
@@ -181,7 +181,8 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
         for (const TargetId id : recorded->targets) records.push_back(targets[id]);
         input.recording = &targets_.together(*targets[pass.target], pass.face(), records);
     }
-    if (input.recording || std::holds_alternative<FollowRays>(pass.work)) {
+    if (input.recording || std::holds_alternative<FollowRays>(pass.work) ||
+        std::holds_alternative<FollowLayer>(pass.work)) {
         input.processorTracer = &processorTracerOf(frame.scene, frame.plan, frame.pose);
     } else if (followsRays(pass)) {
         input.tracer = &tracerOf(frame.scene, frame.plan, frame.pose);
@@ -226,6 +227,7 @@ Execution Executor::run(const ExecutionInput& input, Readback readback,
         result.passPaths.push_back(resources_.counters.paths - paths);
         result.passMilliseconds.push_back(millisecondsSince(start));
     }
+    result.instances = std::move(resources_.instances);
     const Clock::time_point start = Clock::now();
     result.image = readBack(input.plan, *targets[input.plan.output]);
     result.readbackMilliseconds = millisecondsSince(start);

@@ -9,6 +9,7 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <span>
 
 namespace clerestory {
 
@@ -22,6 +23,7 @@ struct ExecutionInput {
     // Light at the vertices of `scene`, or null. Must stay as it is while the executor draws with
     // it.
     std::shared_ptr<const light::SurfaceLight> surfaceLight = nullptr;
+    const Pose* flowPose = nullptr;  // as FrameContext::flowPose
 };
 
 struct Execution {
@@ -31,8 +33,9 @@ struct Execution {
     std::vector<std::uint64_t> passPaths;  // the same: paths of rays followed on the processor
     double readbackMilliseconds = 0.0;
     std::uint64_t mapBytes = 0;  // resident data that the frame uses: cubes, tables for ray tracing
-    std::vector<TexelCounts> health;  // Readback::health: one for each of plan.targets
-    std::vector<MapPicture> maps;     // Readback::maps
+    std::vector<TexelCounts> health;        // Readback::health: one for each of plan.targets
+    std::vector<MapPicture> maps;           // Readback::maps
+    std::vector<InstanceExtent> instances;  // of the channel instances
 };
 
 class Executor {
@@ -47,8 +50,10 @@ public:
     ResidentMaps residentMaps() const { return targets_.residentMaps(); }
     // A scene must be uploaded before it is drawn; forget() frees its GPU memory. upload() throws
     // if the driver fails.
-    // `original`: an uploaded scene with the same images, whose textures it shares; or null.
-    void upload(const std::shared_ptr<const Scene>& scene, const Scene* original = nullptr);
+    // `texturesOf`: uploaded scenes with the images of this one, one after another, whose textures
+    // it shares; or none.
+    void upload(const std::shared_ptr<const Scene>& scene,
+                std::span<const Scene* const> texturesOf = {});
     // The tables of a bake (light/bake.h) for a plan with rays.
     void addTables(const ExecutionInput& input, light::BakeInput& bake);
     void forget(const Scene& scene);

@@ -138,22 +138,20 @@ const gl::Sampler& SamplerCache::sampler(const gl::SamplerDescription& descripti
 }
 
 GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
-                   const GpuScene* textures)
+                   std::span<const GpuScene* const> texturesOf)
     : scene_(std::move(scene)),
       vertices_(vertexBuffer(*scene_)),
       indices_(gl::Buffer::sharing(std::as_bytes(std::span(scene_->indices)))),
       vertexArray_(vertexArrayOf(vertices_, indices_, drawRecords)) {
     materials_.assign(scene_->materials);
-    if (textures) {
-        images_ = textures->images_;
-        texels_ = textures->texels_;
-    } else {
-        auto images = std::make_shared<std::vector<gl::Texture>>();
-        images->reserve(scene_->images.size());
-        for (const TextureImage& image : scene_->images) images->push_back(uploaded(image));
-        images_ = std::move(images);
-        texels_ = std::make_shared<std::weak_ptr<const TracedTexels>>();
+    for (const GpuScene* source : texturesOf) {
+        images_.insert(images_.end(), source->images_.begin(), source->images_.end());
     }
+    for (std::size_t i = images_.size(); i < scene_->images.size(); ++i) {
+        images_.push_back(std::make_shared<const gl::Texture>(uploaded(scene_->images[i])));
+    }
+    texels_ = texturesOf.size() == 1 ? texturesOf.front()->texels_
+                                     : std::make_shared<std::weak_ptr<const TracedTexels>>();
     for (const Material& material : scene_->materials) {
         const auto slots = textureSlots(material);
         for (std::size_t slot = 0; slot < MATERIAL_SLOTS; ++slot) {
@@ -167,7 +165,7 @@ GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRec
 std::shared_ptr<const TracedTexels> GpuScene::texels() const {
     auto texels = texels_->lock();
     if (!texels) {
-        texels = std::make_shared<const TracedTexels>(tracedTexels(*scene_, *images_));
+        texels = std::make_shared<const TracedTexels>(tracedTexels(*scene_, images_));
         *texels_ = texels;
     }
     return texels;
@@ -201,7 +199,7 @@ void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features 
         const bool present = slots[slot]->present();
         const Texture& texture =
             present ? scene_->textures[slots[slot]->texture] : whites_.at(slot).sampledAs;
-        (present ? (*images_)[texture.image] : whites_.at(slot).texture).bind(unit);
+        (present ? *images_[texture.image] : whites_.at(slot).texture).bind(unit);
         const bool holdsColor = scene_->images[texture.image].colorSpace == ColorSpace::srgb;
         samplers.sampler(samplerOf(texture, holdsColor, anisotropy)).bind(unit);
     }

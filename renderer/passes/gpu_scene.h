@@ -34,9 +34,10 @@ class GpuScene {
 public:
     // Uploads everything; constant vertices may be read from the memory of `scene`, see
     // gl::Buffer::sharing(). `drawRecords` holds the per-draw attributes and must outlive this
-    // object. `textures`: a scene with the same images, whose textures are shared.
+    // object. `texturesOf`: scenes with the images of this one, one after another, whose textures
+    // are shared; none: it uploads its own.
     GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
-             const GpuScene* textures = nullptr);
+             std::span<const GpuScene* const> texturesOf = {});
 
     // Uploads the vertices of deformed meshes that changed since the last call. Returns the number
     // of these meshes.
@@ -48,7 +49,6 @@ public:
     const gl::VertexArray& vertexArray() const { return vertexArray_; }
     const gl::Buffer& vertices() const { return vertices_; }
     const gl::Buffer& indices() const { return indices_; }
-    const std::vector<gl::Texture>& images() const { return *images_; }
     // For rays; read from the textures on first use and shared as they are.
     std::shared_ptr<const TracedTexels> texels() const;
     // Binds the material's block and those of its textures that `features` reads; white where it
@@ -61,7 +61,7 @@ private:
     gl::Buffer vertices_, indices_;
     gl::VertexArray vertexArray_;
     MaterialBlocks materials_;
-    std::shared_ptr<const std::vector<gl::Texture>> images_;
+    std::vector<std::shared_ptr<const gl::Texture>> images_;
     std::shared_ptr<std::weak_ptr<const TracedTexels>> texels_;
     // For slots that a program samples and a material leaves empty: like the slot's first texture
     // in the scene, so that a driver compiles nothing for it.

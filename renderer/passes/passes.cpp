@@ -135,7 +135,8 @@ void bindView(PassResources& resources, const PassInput& input, const PassView& 
         block.shadows.w = 1.0f;
     }
     for (int row = 0; row < 3; ++row) {  // the transpose of a rotation
-        block.worldFromEye[row] = glm::vec4(glm::vec3(axesFromWorld[row]), 0.0f);
+        block.worldFromEye[row] =
+            glm::vec4(glm::vec3(axesFromWorld[row]), static_cast<float>(view.eye[row]));
     }
     resources.viewBlock.assign(blocks::bytesOf(block));
     resources.viewBlock.bindUniform(BINDING_VIEW);

@@ -9,6 +9,7 @@
 #include "passes/gpu_tracer.h"
 #include "passes/lens_lookups.h"
 #include "passes/processor_tracer.h"
+#include "passes/readback.h"
 #include "passes/shader_library.h"
 #include "passes/targets.h"
 
@@ -37,6 +38,7 @@ struct PassResources {
     gl::Texture darkness;                 // a black cube, for plans without an environment
     std::vector<std::uint64_t> radiance;  // halves of a picture, read back for tone mapping
     DrawCounters counters;
+    std::vector<InstanceExtent> instances;  // of MeasureInstances
 };
 
 // The pass to execute, its plan and the objects that it reads.
@@ -46,6 +48,7 @@ struct PassInput {
     const std::vector<Target*>& targets;  // as plan.targets
     const GpuScene* scene = nullptr;
     const Pose& pose;
+    const Pose* flowPose = nullptr;               // at the time of MeasureFlow
     const GpuEnvironment* environment = nullptr;  // if the pass reads the stored map
     GpuTracer* tracer = nullptr;                  // if a program traces rays
     ProcessorTracer* processorTracer = nullptr;   // if rays are recorded or followed
@@ -83,6 +86,9 @@ void execute(PassResources& resources, const PassInput& input, const BackgroundA
 void execute(PassResources& resources, const PassInput& input, const ToneMapping& work);
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work);
 void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work);
+void execute(PassResources& resources, const PassInput& input, const MeasureFlow& work);
+void execute(PassResources& resources, const PassInput& input, const MeasureInstances& work);
+void execute(PassResources& resources, const PassInput& input, const FollowLayer& work);
 
 // The view of a pass that draws the scene, for drawAll() and the uniform blocks.
 struct PassView {

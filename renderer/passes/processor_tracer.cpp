@@ -150,6 +150,26 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     stride_ = work.everyPixel ? 1 : rays_.stride;
 }
 
+const rays::Surroundings& ProcessorTracer::beginLookups(const FramePlan& plan, DrawStream& draws) {
+    const Scene& scene = scene_.scene();
+    instances_ = instanceRows(scene, rays_, draws);
+    surroundings_.emplace(rays::Surroundings{
+        .tree = tree_,
+        .vertices = vertices_.empty() ? std::span<const Vertex>(scene.vertices) : vertices_,
+        .indices = scene.indices,
+        .instances = instances_,
+        .materials = materials_,
+        .firstTextureRow = firstTextureRow_,
+        .texels = texels_->bytes,
+        .lights = draws.lightRows(),
+        .environment = cubeOf(nullptr),
+        .environmentIntensity = plan.environmentIntensity,
+        .brdf = brdf_,
+        .brdfSize = kEnvironmentBrdfSize,
+        .hitFeatures = rays_.hitFeatures});
+    return *surroundings_;
+}
+
 void ProcessorTracer::beginSample() {
     radiance_.assign(std::size_t{rect_.width} * rect_.height, glm::vec4(0.0f));
     ++sample_;

@@ -48,6 +48,12 @@ public:
     // For each pixel of `rect`: the light along the rays of the sample (rgb).
     std::span<const glm::vec4> radiance() const { return radiance_; }
 
+    // For passes that only ask what rays meet: begins one whose eye space has the world's axes.
+    // draws: begun for its view. The surroundings are relative to origin() and valid until the
+    // next pass.
+    const rays::Surroundings& beginLookups(const FramePlan& plan, DrawStream& draws);
+    const glm::dvec3& origin() const { return origin_; }
+
     std::uint64_t bytes() const;
 
 private:

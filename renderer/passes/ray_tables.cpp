@@ -137,7 +137,8 @@ std::vector<glm::vec4> instanceRows(const Scene& scene, const RayScene& rays, Dr
     return rows;
 }
 
-TracedTexels tracedTexels(const Scene& scene, const std::vector<gl::Texture>& images) {
+TracedTexels tracedTexels(const Scene& scene,
+                          std::span<const std::shared_ptr<const gl::Texture>> images) {
     std::uint32_t edge = 1u << 15;
     while (edge > 1 && texelsBelow(scene, edge) > kMaxTracedTexels) edge /= 2;
 
@@ -152,7 +153,7 @@ TracedTexels tracedTexels(const Scene& scene, const std::vector<gl::Texture>& im
             const std::size_t count = std::size_t{size.x} * size.y;
             const std::span<std::byte> texels =
                 std::span(result.bytes).subspan(4 * texel, 4 * count);
-            images[i].read(level, texels);
+            images[i]->read(level, texels);
             if (image.colorSpace == ColorSpace::srgb) takeRoots(texels);
             levelsOf[i].emplace_back(texel / 4096, texel % 4096, size.x, size.y);
             texel += count;

@@ -7,6 +7,8 @@
 #include "scene/scene.h"
 
 #include <cstddef>
+#include <memory>
+#include <span>
 #include <vector>
 
 namespace clerestory {
@@ -38,6 +40,7 @@ inline constexpr std::uint64_t kMaxTracedTexels = 32'000'000;
 
 // `images` as Scene::images, on the GPU. The largest levels are left out until the texels are at
 // most kMaxTracedTexels.
-TracedTexels tracedTexels(const Scene& scene, const std::vector<gl::Texture>& images);
+TracedTexels tracedTexels(const Scene& scene,
+                          std::span<const std::shared_ptr<const gl::Texture>> images);
 
 }  // namespace clerestory

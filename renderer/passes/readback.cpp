@@ -80,7 +80,9 @@ std::vector<TexelCounts> countInvalidTexels(const FramePlan& plan,
     std::vector<TexelCounts> result(targets.size());
     for (std::size_t i = 0; i < targets.size(); ++i) {
         const TargetSpec& spec = targets[i]->spec();
-        if (spec.format == Format::srgba8 || spec.format == Format::rgba32ui) continue;
+        if (spec.storage == Storage::processor || spec.format == Format::srgba8 ||
+            spec.format == Format::rgba32ui)
+            continue;
         if (spec.format == Format::depth32f) {
             countDepths(targets[i]->readable(), result[i]);
             continue;

@@ -30,6 +30,19 @@ struct TexelCounts {
 std::vector<TexelCounts> countInvalidTexels(const FramePlan& plan,
                                             const std::vector<Target*>& targets);
 
+// A part of a picture, in pixels from its upper left corner; empty without a width.
+struct PixelBox {
+    std::uint32_t x = 0, y = 0, width = 0, height = 0;
+    bool operator==(const PixelBox&) const = default;
+};
+
+// What MeasureInstances finds of an instance that is in the frame, or would be if it were alone.
+struct InstanceExtent {
+    Index instance = 0;
+    std::uint32_t pixels = 0, pixelsAlone = 0;  // that show it; that would if it were alone
+    PixelBox box, boxAlone;                     // of these pixels
+};
+
 struct MapPicture {
     std::string target;  // its name in the plan
     // float32, 3 channels, linear radiance. Of a flat mirror: its mirrored view. Of a cube: its six

@@ -1,5 +1,6 @@
 // Passes that draw the scene from one view, and the copy of a picture as a backdrop of glass.
 #include "passes/blocks.h"
+#include "passes/instance_counts.h"
 #include "passes/passes.h"
 #include "plan/graph/features.h"
 
@@ -128,14 +129,29 @@ int channelVariant(Channel channel) {
     switch (channel) {
         case Channel::normal:
             return CHANNEL_NORMAL;
+        case Channel::position:
+            return CHANNEL_POSITION;
+        case Channel::albedo:
+            return CHANNEL_ALBEDO;
         case Channel::objectId:
+        case Channel::instances:
+        case Channel::materialId:
+        case Channel::classId:
         case Channel::through:
             return CHANNEL_NUMBER;
+        case Channel::flow:
+            return CHANNEL_SURFACE;
         case Channel::depth:
         case Channel::color:
             break;
     }
     return CHANNEL_DEPTH;
+}
+
+DrawProgram channelProgram(const FramePlan& plan) {
+    const int variant =
+        plan.layer == OutputLayer::direct ? channelVariant(plan.channel) : CHANNEL_SURFACE;
+    return {"surface.vert", "channel.frag", kGeometry | kCoverage, variant};
 }
 
 }  // namespace
@@ -366,10 +382,32 @@ void execute(PassResources& resources, const PassInput& input, const DrawChannel
     input.target().drawn().bind();
     gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true});
     gl::clearColorAndDepth();
-    const DrawProgram program{"surface.vert", "channel.frag", kGeometry | kCoverage,
-                              channelVariant(input.plan.channel)};
-    drawAll(resources, input, view, work.draws, records, program);
+    drawAll(resources, input, view, work.draws, records, channelProgram(input.plan));
     input.target().resolve();
+}
+
+void execute(PassResources& resources, const PassInput& input, const MeasureInstances& work) {
+    const glm::dmat3 worldAxes(1.0);
+    const PassView view{.view = work.view};
+    resources.draws.begin(input.scene->scene(), input.pose, work.view, worldAxes,
+                          input.plan.lights);
+    const std::uint32_t records = resources.draws.add(work.draws);
+    resources.draws.upload();
+    bindView(resources, input, view, worldAxes);
+
+    const gl::Framebuffer& alone = input.target().drawn();
+    InstanceCounts counts(input.read(work.source).readable());
+    const DrawProgram program = channelProgram(input.plan);
+    for (const auto& [instance, first, count, part] : work.instances) {
+        const gl::Rect rect = glRect(part);
+        alone.bind();
+        gl::apply(gl::State{});
+        gl::clearColor(rect, {0.0f, 0.0f, 0.0f, 0.0f});
+        drawAll(resources, input, view, std::span(work.draws).subspan(first, count),
+                records + first, program);
+        counts.add(instance, alone, rect);
+    }
+    resources.instances = counts.all();
 }
 
 void execute(PassResources&, const PassInput& input, const CopyBackdrop& work) {

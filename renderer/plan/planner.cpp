@@ -23,7 +23,9 @@ namespace clerestory {
 namespace {
 
 bool hasFloatOutput(const FrameRequest& request) {
-    return request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
+    const OutputFormat format = request.output.format;
+    return format == OutputFormat::npy || format == OutputFormat::exr ||
+           format == OutputFormat::json;
 }
 
 // The target of the root view.
@@ -47,6 +49,7 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.width = request.width;
     plan.height = request.height;
     plan.channel = request.output.channel;
+    plan.layer = request.output.layer;
     plan.transparent = plan.channel == Channel::color && isTransparent(request.background);
     plan.anisotropy = settings.accuracy.anisotropy;
     plan.environment = context.environment.name;
@@ -125,11 +128,22 @@ void planChannelFrame(const FrameContext& context, const FrameRequest& request, 
     if (plan.channel == Channel::through) {
         seen = seenInColor(context, stage, roots, plan);
     } else {
-        for (const ViewTask& task : roots.tasks) seen.push_back(seenFrom(stage, task.view));
+        const std::vector<std::uint32_t> labels = labelsOf(stage.scene, plan.channel, request);
+        for (const ViewTask& task : roots.tasks) {
+            seen.push_back(seenFrom(stage, task.view));
+            if (plan.layer == OutputLayer::direct) {
+                labelInstances(seen.back(), labels);
+            } else {
+                labelMirrors(seen.back());
+            }
+        }
     }
     for (std::size_t i = 0; i < seen.size(); ++i) planChannel(plan, roots.tasks[i], seen[i]);
     plan.output = roots.frame.target;
     if (plan.lens) planAssembly(plan, roots.tiles, roots.tasks, roots.frame);
+    if (plan.layer != OutputLayer::direct) planLayer(plan, context, stage, request, roots.frame);
+    if (plan.channel == Channel::flow) planFlow(plan, context, request, roots.frame);
+    if (plan.channel == Channel::instances) planInstances(plan, stage, roots.frame);
     explainFilters(plan, request.filters);
 }
 
@@ -191,8 +205,11 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
         viewSettings(request, context.scene, context.limits.maxAnisotropy);
     FramePlan plan = planOf(context, request, settings);
     planSurfaceLight(plan, context, request);
-    plan.composition = explained(context.scene, Composition{request.nodes, request.variant});
-    for (std::string& line : explained(request.lights)) plan.composition.push_back(std::move(line));
+    plan.composition = explained(request.parts);
+    for (const auto& lines :
+         {explained(context.scene, compositionOf(request)), explained(request.lights)}) {
+        plan.composition.insert(plan.composition.end(), lines.begin(), lines.end());
+    }
     const MaterialBindings materials =
         bindMaterials(context.scene, context.pose, request.overrides, request.variant);
     plan.materials = materials.own;

@@ -13,11 +13,18 @@
 namespace clerestory {
 namespace {
 
-// The surfaces that the view omits. A captured view also omits occluded moving objects, so that
-// their motion does not invalidate the cube.
+// The surfaces that the view omits. Only the requested view shows a shadow catcher. A captured view
+// also omits occluded moving objects, so that their motion does not invalidate the cube.
 std::vector<std::size_t> hiddenFrom(const ViewContext& context, const ViewTask& task) {
     const Stage& stage = context.stage;
     std::vector<std::size_t> hidden = task.hidden;
+    if (stage.scene.shadowCatcher && (task.generation > 0 || task.captured)) {
+        for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
+            if (stage.surfaces[i].instance == stage.scene.ground) hidden.push_back(i);
+        }
+        std::sort(hidden.begin(), hidden.end());
+        hidden.erase(std::unique(hidden.begin(), hidden.end()), hidden.end());
+    }
     if (context.moves.empty() || !task.captured) return hidden;
     std::vector<Occluder> occluders = occludersOf(stage, task.view);
     std::erase_if(occluders, [&](const Occluder& occluder) {

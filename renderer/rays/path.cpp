@@ -375,12 +375,40 @@ std::optional<SurfaceHit> middleOf(std::uint32_t place) {
     return result;
 }
 
+// Surfaces that a ray passes.
+constexpr int kMaxSurfaces = 24;
+
+// Not drawn where the ray comes from, or a hole.
+bool isAbsent(const HitPoint& p) {
+    const bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
+    return back || p.material.baseColor.w < p.cutoff;
+}
+
+std::optional<PointHit> pointAlong(vec3 start, vec3 along, RayCone cone) {
+    for (int passed = 0; passed < kMaxSurfaces; ++passed) {
+        const Hit hit = nearest(start, worldAxes(along));
+        if (hit.place < 0) return std::nullopt;
+        cone.width += cone.pixel * hit.distance;
+        const HitPoint p = hitPoint(hit, along, cone.width);
+        if (isAbsent(p)) {
+            start = offsetRayOrigin(p.place, -p.faceNormal, p.reach);
+            continue;
+        }
+        const BvhTriangle& t =
+            scene->triangles.tree->triangle(static_cast<std::uint32_t>(hit.place));
+        const vec4 color = p.material.baseColor;
+        return PointHit{static_cast<std::uint32_t>(p.instance),
+                        static_cast<std::uint32_t>(t.triangle), p.front,
+                        glm::vec3(color.x, color.y, color.z)};
+    }
+    return std::nullopt;
+}
+
 // See PathTracer::surfaceAlong().
 SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit) {
     SurfaceHit result;
     vec3 share(1.0f);
     float left = limit;
-    const int kMaxSurfaces = 24;  // that a ray passes
     for (int passed = 0; passed < kMaxSurfaces && maxComponent(share) > 1e-3f; ++passed) {
         const Hit hit = nearest(start, worldAxes(along));
         if (hit.place < 0 || hit.distance >= left) {
@@ -394,7 +422,7 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit) {
         const MaterialPoint& m = p.material;
         const bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
         if (back && passed == 0) result.begins = false;
-        if (back || m.baseColor.w < p.cutoff) {
+        if (isAbsent(p)) {
             start = offsetRayOrigin(p.place, -p.faceNormal, p.reach);
             continue;
         }
@@ -556,6 +584,13 @@ SurfaceHit PathTracer::surfaceAlong(const glm::vec3& start, const glm::vec3& alo
     shader::scene = scene_.get();
     return shader::surfaceAlong({start.x, start.y, start.z}, {along.x, along.y, along.z},
                                 {width, spread, 0.0f}, limit);
+}
+
+std::optional<PointHit> PathTracer::pointAlong(const glm::vec3& start, const glm::vec3& along,
+                                               float width, float spread) const {
+    shader::scene = scene_.get();
+    return shader::pointAlong({start.x, start.y, start.z}, {along.x, along.y, along.z},
+                              {width, spread, 0.0f});
 }
 
 std::optional<SurfaceHit> PathTracer::middleOf(std::uint32_t place) const {

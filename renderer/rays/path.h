@@ -59,6 +59,14 @@ struct SurfaceHit {
     glm::vec3 share{1.0f};           // of the light of what is met (or left) after glass and veils
 };
 
+// The first surface along a ray that is drawn there and no hole.
+struct PointHit {
+    std::uint32_t instance = 0;
+    std::uint32_t triangle = 0;  // its corners are Scene::indices[3 * triangle ...]
+    bool front = true;           // it is met from its outer side
+    glm::vec3 baseColor{0.0f};
+};
+
 class PathTracer {
 public:
     // The members of `surroundings` must outlive this object.
@@ -74,6 +82,9 @@ public:
     // refract. limit: metres; what is farther away is not met.
     SurfaceHit surfaceAlong(const glm::vec3& start, const glm::vec3& along, float width,
                             float spread, float limit = 1e30f) const;
+    // The same as to the arguments.
+    std::optional<PointHit> pointAlong(const glm::vec3& start, const glm::vec3& along, float width,
+                                       float spread) const;
     // The middle of a triangle of the tree as a ray against it meets it, averaged over the
     // triangle. Nothing if rays may pass it: holes, veils, glass.
     std::optional<SurfaceHit> middleOf(std::uint32_t place) const;

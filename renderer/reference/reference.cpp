@@ -297,11 +297,13 @@ Lighting lightingOf(const ReferenceRequest& request, const Pose& pose, const glm
 std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
                                              const std::function<bool(double)>& progress) {
     check(request);
-    const Composition composition{request.frame.nodes, request.frame.variant};
+    FrameRequest frame = request.frame;
+    frame.background.reset();  // the ground is a surface
+    const Composition composition = compositionOf(frame);
     if (!composition.empty()) {
         const Scene scene = composed(request.scene, composition);
-        FrameRequest frame = request.frame;
         frame.nodes.clear();
+        frame.ground.reset();
         return traceReference({.scene = scene,
                                .frame = frame,
                                .environment = request.environment,
@@ -313,7 +315,6 @@ std::optional<ReferenceImage> traceReference(const ReferenceRequest& request,
                               progress);
     }
     if (progress && !progress(0.0)) return std::nullopt;
-    const FrameRequest& frame = request.frame;
     const Pose pose = poseAt(request.scene, *clipsNamed(request.scene, frame.clip), frame.time);
     const View view = requestedView(frame.camera, request.scene, pose, frame.width, frame.height);
     const std::optional<Lens> lens =

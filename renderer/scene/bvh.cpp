@@ -72,7 +72,9 @@ std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose,
     for (Index i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         const Mesh& mesh = scene.meshes[instance.mesh];
-        if (!chosen[i] || !materials.draws(i) || mesh.primitive != Primitive::triangles) continue;
+        if (!chosen[i] || isShadowCatcher(scene, i) || !materials.draws(i) ||
+            mesh.primitive != Primitive::triangles)
+            continue;
         const glm::dmat4& worldFromModel = pose.worldFromNode[instance.node];
         const float side =
             sideOf(materials.material(scene, materials.materialOf(scene, i)), worldFromModel);

@@ -2,77 +2,13 @@
 
 #include "scene/hash.h"
 #include "scene/material_override.h"
+#include "scene/name_pattern.h"
 #include "scene/spelling.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 namespace clerestory {
 namespace {
-
-// ---- transforms --------------------------------------------------------------------------------
-
-// Relative to the product of the lengths of its axes: below this a matrix is as good as flat.
-constexpr double kLeastVolume = 1e-9;
-constexpr double kMaxAxis = 1e6, kMinAxis = 1e-9;
-
-glm::dmat4 matrixOf(const std::array<double, 16>& m) {
-    glm::dmat4 matrix;
-    std::copy(m.begin(), m.end(), &matrix[0][0]);
-    return matrix;
-}
-
-// Empty, or why the matrix is no transform of a node.
-std::string problemOf(const glm::dmat4& m) {
-    if (m[0].w != 0.0 || m[1].w != 0.0 || m[2].w != 0.0 || m[3].w != 1.0) return "is not affine";
-    const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
-    const double lengths[] = {glm::length(x), glm::length(y), glm::length(z)};
-    for (const double length : lengths) {
-        if (!(length <= kMaxAxis)) return "is too large";
-        if (!(length >= kMinAxis)) return "is singular";
-    }
-    const double volume = std::abs(glm::dot(x, glm::cross(y, z)));
-    if (!(volume > kLeastVolume * lengths[0] * lengths[1] * lengths[2])) return "is singular";
-    return {};
-}
-
-// A mirrored matrix has a negative factor along x. Shear is lost.
-Transform transformOf(const glm::dmat4& m) {
-    Transform t;
-    t.translation = glm::dvec3(m[3]);
-    glm::dmat3 axes(m);
-    for (int i = 0; i < 3; ++i) {
-        const double length = glm::length(axes[i]);
-        t.scale[i] = std::max(length, std::numeric_limits<double>::min());
-        axes[i] /= t.scale[i];
-    }
-    if (glm::determinant(axes) < 0.0) {
-        t.scale.x = -t.scale.x;
-        axes[0] = -axes[0];
-    }
-    t.rotation = glm::normalize(glm::quat_cast(axes));
-    return t;
-}
-
-Transform changed(Transform t, const NodeOverride& o) {
-    if (o.matrix) return transformOf(matrixOf(*o.matrix));
-    if (o.translation) t.translation = *o.translation;
-    if (const auto& q = o.rotation) {
-        t.rotation = glm::normalize(glm::dquat((*q)[3], (*q)[0], (*q)[1], (*q)[2]));
-    }
-    if (o.scale) t.scale = *o.scale;
-    return t;
-}
-
-// Keeps shear where only the translation changes.
-glm::dmat4 changed(const glm::dmat4& own, const NodeOverride& o) {
-    if (o.matrix) return matrixOf(*o.matrix);
-    glm::dmat4 m = own;
-    if (o.rotation || o.scale) m = matrixOf(changed(transformOf(own), o));
-    if (o.translation) m[3] = glm::dvec4(*o.translation, 1.0);
-    return m;
-}
 
 bool isTransform(AnimatedProperty property) {
     return property == AnimatedProperty::translation || property == AnimatedProperty::rotation ||
@@ -111,7 +47,7 @@ void move(Scene& scene, Index index, const NodeOverride& o) {
         }
         node.parent = kNone;
     }
-    node.parentFromLocal = changed(own, o);
+    node.parentFromLocal = changed(own, partsOf(o));
     endAnimation(scene, index, o, transformOf(node.parentFromLocal));
 }
 
@@ -154,14 +90,14 @@ void setMaterials(Scene& scene, const Composition& composition) {
 void setVisible(Scene& scene, const Composition& composition) {
     for (const NodeOverride& o : composition.nodes) {
         if (!o.hidden) continue;
-        std::vector<bool> changed;
+        std::vector<bool> chosen;
         for (Node& node : scene.nodes) {
-            changed.push_back(node.name == o.node);
-            if (changed.back()) node.visible = !*o.hidden;
+            chosen.push_back(matchesName(o.node, node.name));
+            if (chosen.back()) node.visible = !*o.hidden;
         }
         for (Clip& clip : scene.clips) {
             std::erase_if(clip.tracks, [&](const Track& track) {
-                return track.property == AnimatedProperty::visible && changed[track.target];
+                return track.property == AnimatedProperty::visible && chosen[track.target];
             });
         }
     }
@@ -172,7 +108,7 @@ std::vector<bool> hiddenNodes(const Scene& scene, const Composition& composition
     for (std::size_t i = 0; i < hidden.size(); ++i) {
         const Node& node = scene.nodes[i];
         for (const NodeOverride& o : composition.nodes) {
-            if (o.hidden && o.node == node.name) hidden[i] = *o.hidden;
+            if (o.hidden && matchesName(o.node, node.name)) hidden[i] = *o.hidden;
         }
         if (node.parent != kNone && hidden[node.parent]) hidden[i] = true;
     }
@@ -198,27 +134,17 @@ std::vector<FieldError> problems(const Scene& scene, const std::vector<NodeOverr
                               known.empty() ? "no " + std::string(what) + " has a name"
                                             : listedNearest(name, known)});
         };
-        requireName("node", o.node, names);
+        if (!isNamePattern(o.node)) {
+            requireName("node", o.node, names);
+        } else if (std::none_of(names.begin(), names.end(),
+                                [&](std::string_view name) { return matchesName(o.node, name); })) {
+            errors.push_back(matchesNoNode(at + "/node", o.node, names));
+        }
         if (o.material) requireName("material", *o.material, materials);
         if (!o.hidden && !o.material && !o.moves()) {
             errors.push_back({at, "changes nothing", "hidden, material or a transform"});
         }
-        if (o.matrix && (o.translation || o.rotation || o.scale)) {
-            errors.push_back({at + "/matrix", "conflicts with another form of the transform",
-                              "matrix, or translation, rotation and scale"});
-        }
-        if (o.matrix) {
-            if (const std::string problem = problemOf(matrixOf(*o.matrix)); !problem.empty()) {
-                errors.push_back({at + "/matrix", problem,
-                                  "an invertible affine matrix whose axes have lengths from 1e-9 "
-                                  "to 1e6; last row 0 0 0 1"});
-            }
-        }
-        const auto flat = [](double factor) { return !(std::abs(factor) >= kMinAxis); };
-        if (o.scale && (flat(o.scale->x) || flat(o.scale->y) || flat(o.scale->z))) {
-            errors.push_back(
-                {at + "/scale", "is singular", "factors whose absolute value is from 1e-9 to 1e6"});
-        }
+        for (FieldError& e : problems(partsOf(o), at)) errors.push_back(std::move(e));
     }
     return errors;
 }
@@ -229,6 +155,12 @@ std::uint64_t contentHash(const Scene& scene, const Composition& composition) {
     addValue(hash, composition.variant);
     for (const NodeOverride& node : composition.nodes) {
         fields(node, [&](const char*, const auto& member, auto&&...) { addValue(hash, member); });
+    }
+    if (auto ground = composition.ground) {
+        ground->shadowCatcher = composition.shadowCatcher;
+        hash.add(std::string_view("ground"));
+        fields(*ground,
+               [&](const char*, const auto& member, auto&&...) { addValue(hash, member); });
     }
     return hash.value();
 }
@@ -241,7 +173,7 @@ Scene composed(const Scene& scene, const Composition& composition) {
     for (const NodeOverride& o : composition.nodes) {
         if (!o.moves()) continue;
         for (Index i = 0; i < result.nodes.size(); ++i) {
-            if (result.nodes[i].name == o.node) move(result, i, o);
+            if (matchesName(o.node, result.nodes[i].name)) move(result, i, o);
         }
         moved = true;
     }
@@ -249,16 +181,20 @@ Scene composed(const Scene& scene, const Composition& composition) {
     const std::vector<bool> hidden = hiddenNodes(scene, composition);
     std::erase_if(result.instances, [&](const Instance& i) { return hidden[i.node]; });
     if (moved && (!result.clips.empty() || !result.deformations.empty())) finishMotion(result);
+    if (composition.ground) addGround(result, *composition.ground, composition.shadowCatcher);
     return result;
 }
 
 std::vector<std::string> explained(const Scene& scene, const Composition& composition) {
     std::vector<std::string> lines;
     for (const NodeOverride& o : composition.nodes) {
-        const auto count = std::count_if(scene.nodes.begin(), scene.nodes.end(),
-                                         [&](const Node& node) { return node.name == o.node; });
+        const auto count =
+            std::count_if(scene.nodes.begin(), scene.nodes.end(),
+                          [&](const Node& node) { return matchesName(o.node, node.name); });
         std::string line = "node " + o.node;
-        if (count > 1) line += " (" + std::to_string(count) + " of this name)";
+        if (count > 1)
+            line += " (" + std::to_string(count) +
+                    (isNamePattern(o.node) ? " nodes)" : " of this name)");
         const char* separator = ": ";
         const auto add = [&](const std::string& text) {
             line += separator + text;
@@ -271,6 +207,9 @@ std::vector<std::string> explained(const Scene& scene, const Composition& compos
                                              : "moved, relative to its parent");
         }
         lines.push_back(std::move(line));
+    }
+    if (composition.ground) {
+        lines.push_back(explained(*composition.ground, composition.shadowCatcher));
     }
     return lines;
 }

@@ -1,15 +1,18 @@
-// Composition of what a request shows: nodes of a loaded scene that are hidden, moved or given
-// another material. A pure function from a scene to another one; the loaded scene stays as it is.
+// Composition of what a request shows: nodes of a scene that are hidden, moved or given another
+// material, and a ground. A pure function from a scene to another one; the loaded scene stays as it
+// is.
 //
 //     if (const auto errors = problems(scene, nodes); errors.empty()) draw(composed(scene,
 //     {nodes}));
 //
-// Does not: read files, change vertices, know requests or OpenGL.
+// Does not: join scenes (scene/join.h), read files, change vertices, know requests or OpenGL.
 #pragma once
 
 #include "scene/fields.h"
 #include "scene/geometry.h"
+#include "scene/ground.h"
 #include "scene/scene.h"
+#include "scene/transform_parts.h"
 
 #include <array>
 #include <concepts>
@@ -22,9 +25,10 @@ namespace clerestory {
 
 enum class Space { parent, world };
 
-// Selects all nodes of the name `node`. Hiding and materials include everything below them; lights
-// below a hidden node are off. A new transform replaces the node's own, in parts: what is absent of
-// translation, rotation and scale stays, animated or not, and animation of the others ends.
+// Selects all nodes of the name `node`, or whose names fit the pattern (scene/name_pattern.h).
+// Hiding and materials include everything below them; lights below a hidden node are off. A new
+// transform replaces the node's own, in parts: what is absent of translation, rotation and scale
+// stays, animated or not, and animation of the others ends.
 struct NodeOverride {
     std::string node;
     std::optional<bool> hidden;
@@ -36,7 +40,7 @@ struct NodeOverride {
     // world: relative to the world, where the node then stays whatever is above it.
     Space relativeTo = Space::parent;
 
-    bool moves() const { return translation || rotation || scale || matrix; }
+    bool moves() const { return partsOf(*this).any(); }
     bool operator==(const NodeOverride&) const = default;
 };
 
@@ -45,7 +49,8 @@ inline constexpr std::size_t kMaxNodeOverrides = 64;
 template <class O, class V>
 requires std::same_as<std::remove_const_t<O>, NodeOverride>
 void fields(O& o, V&& visit) {
-    visit("node", o.node, Required{Text{256}}, "name of the nodes that it changes");
+    visit("node", o.node, Required{Text{256}},
+          "name of the nodes that it changes; `*` matches any characters");
     visit("hidden", o.hidden, Flag{},
           "true: the node and everything below it is not there; lights below it are off");
     visit("material", o.material, Text{256},
@@ -75,13 +80,16 @@ std::vector<FieldError> problems(const Scene& scene, const std::vector<NodeOverr
 struct Composition {
     std::vector<NodeOverride> nodes;     // in order; a later one wins
     std::optional<std::string> variant;  // of the materials; nodes with a material keep that
+    std::optional<GroundPlane> ground = std::nullopt;
+    bool shadowCatcher = false;  // the ground is one
 
-    bool empty() const { return nodes.empty(); }
+    bool empty() const { return nodes.empty() && !ground; }
 };
 
-// A scene with the same vertices, meshes, materials and images. Its instances are those that are
-// not hidden, so that their numbers may differ. The hash of its content is that of the scene and of
-// the composition; images without texels are no problem. The names must exist in the scene.
+// A scene with the same vertices, meshes, materials and images, after which those of the ground
+// come. Its instances are those that are not hidden, so that their numbers may differ. The hash of
+// its content is that of the scene and of the composition; images without texels are no problem.
+// The names must exist in the scene.
 Scene composed(const Scene& scene, const Composition& composition);
 
 // That of composed(), without making it.

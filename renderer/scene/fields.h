@@ -26,10 +26,11 @@ struct Text {
     std::size_t maxLength;
 };
 struct Flag {};
-struct Nested {};        // a struct that has a fields() table
-struct Rotation {};      // a Quaternion, given in any form of scene/geometry.h
-struct NestedPreset {};  // the same, which may also be given as the name of its preset
-struct NestedList {      // a list of such structs
+struct Nested {};                 // a struct that has a fields() table
+struct NestedInBody : Nested {};  // the same, which links do not have
+struct Rotation {};               // a Quaternion, given in any form of scene/geometry.h
+struct NestedPreset {};           // the same, which may also be given as the name of its preset
+struct NestedList {               // a list of such structs
     std::size_t maxItems;
 };
 struct NestedPresetList {  // each of which may also be given as the name of its preset
@@ -63,6 +64,12 @@ template <class E>
 struct ChoiceOrNumbers {
     Choice<E> choice;
     Range range;
+};
+
+// A text, or a list of structs; see the member's type.
+struct TextOrList {
+    Text text;
+    std::size_t maxItems;
 };
 
 struct FieldError {

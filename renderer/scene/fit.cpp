@@ -22,7 +22,9 @@ glm::dvec3 directionTo(double azimuth, double elevation) {
 
 std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose,
                                   const std::vector<bool>& chosen, std::size_t most) {
-    const auto takes = [&](Index instance) { return chosen.empty() || chosen[instance]; };
+    const auto takes = [&](Index instance) {
+        return chosen.empty() ? instance != scene.ground : bool(chosen[instance]);
+    };
     std::uint64_t primitives = 0;
     for (Index i = 0; i < scene.instances.size(); ++i) {
         if (takes(i)) primitives += scene.meshes[scene.instances[i].mesh].primitives;

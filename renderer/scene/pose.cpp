@@ -388,17 +388,29 @@ const Bounds& boundsOf(const Scene& scene, const Pose& pose, const Mesh& mesh,
                     : scene.clusters[mesh.firstCluster + cluster].bounds;
 }
 
-Bounds worldBounds(const Scene& scene, const Pose& pose) {
+namespace {
+
+Bounds boundsWithout(Index omitted, const Scene& scene, const Pose& pose) {
     Bounds bounds;
-    for (const Instance& instance : scene.instances) {
+    for (Index i = 0; i < scene.instances.size(); ++i) {
+        if (i == omitted) continue;
+        const Instance& instance = scene.instances[i];
         bounds.add(transformed(boundsOf(pose, scene.meshes[instance.mesh]),
                                pose.worldFromNode[instance.node]));
     }
     return bounds;
 }
 
+}  // namespace
+
+Bounds worldBounds(const Scene& scene, const Pose& pose) {
+    return boundsWithout(kNone, scene, pose);
+}
+
 Bounds lastingBounds(const Scene& scene, const Pose& pose) {
-    return scene.reach.empty() ? worldBounds(scene, pose) : scene.reach;
+    if (!scene.reach.empty()) return scene.reach;
+    const Bounds bounds = boundsWithout(scene.ground, scene, pose);
+    return bounds.empty() ? worldBounds(scene, pose) : bounds;  // the ground alone
 }
 
 }  // namespace clerestory

@@ -2,6 +2,7 @@
 #include "scene/scene.h"
 
 #include "scene/hash.h"
+#include "scene/name_pattern.h"
 
 #include <cmath>
 
@@ -73,7 +74,7 @@ std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name) {
     std::vector<bool> chosen(scene.nodes.size());
     for (std::size_t i = 0; i < chosen.size(); ++i) {
         const Node& node = scene.nodes[i];
-        chosen[i] = node.name == name || (node.parent != kNone && chosen[node.parent]);
+        chosen[i] = matchesName(name, node.name) || (node.parent != kNone && chosen[node.parent]);
     }
     return chosen;
 }

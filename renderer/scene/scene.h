@@ -192,7 +192,10 @@ struct Scene {
     std::vector<AnimatedLight> animatedLights;
     std::vector<Skin> skins;
     std::vector<Deformation> deformations;
-    Bounds reach;  // world; of everything that moves, at any time; see finishMotion()
+    // The instance of a ground plane that a request adds (scene/ground.h); it counts for no bounds.
+    Index ground = kNone;
+    bool shadowCatcher = false;  // the ground shows only what the scene changes on it
+    Bounds reach;                // world; of everything that moves, at any time; see finishMotion()
     std::optional<DefaultView> defaultView;
     std::string environment = "sky";                     // the map of requests that name none
     glm::dquat environmentRotation{1.0, 0.0, 0.0, 0.0};  // world from map, likewise; unit
@@ -241,7 +244,8 @@ std::optional<std::vector<Index>> clipsNamed(const Scene& scene,
 // World from light: it is at the origin and points along its own -Z.
 glm::dmat4 placeOf(const Light& light, const Pose& pose);
 
-// For each node whether it or an ancestor has the name.
+// For each node whether it or an ancestor has the name, which may be a pattern
+// (scene/name_pattern.h).
 std::vector<bool> nodesAtOrBelow(const Scene& scene, const std::string& name);
 
 // For each node whether a clip moves or hides it; for each instance whether its node does so or its
@@ -276,8 +280,8 @@ const DeformedMesh* deformedMesh(const Pose& pose, const Mesh& mesh);
 
 // World bounds of all instances in this pose; empty for an empty scene.
 Bounds worldBounds(const Scene& scene, const Pose& pose);
-// The same over all times, for lengths that are relative to the scene and must not change with
-// time.
+// The same over all times and without the ground, for lengths that are relative to the scene and
+// must not change with time.
 Bounds lastingBounds(const Scene& scene, const Pose& pose);
 
 // Sum over all instances.
@@ -295,6 +299,11 @@ std::vector<std::string> sceneProblems(const Scene& scene);
 void updateContentHash(Scene& scene);
 // Of all fields of the material's table.
 std::uint64_t contentHash(const Material& material);
+
+// Whether the instance is a ground that catches shadows.
+inline bool isShadowCatcher(const Scene& scene, Index instance) {
+    return scene.shadowCatcher && instance == scene.ground;
+}
 
 // The material of every instance in one frame: the scene's materials, and modified copies where a
 // clip changes them or a request overrides them. A material index below scene.materials.size()

@@ -54,6 +54,8 @@ std::string_view mediaType(OutputFormat format) {
             return "image/x-exr";
         case OutputFormat::webp:
             return "image/webp";
+        case OutputFormat::json:
+            return "application/json";
     }
     return "";
 }
@@ -79,8 +81,15 @@ Bytes encoded(const Image& image, const Output& output) {
             return encodeExr(image);
         case OutputFormat::webp:
             return encodeWebp(image, static_cast<int>(output.quality));
+        case OutputFormat::json:
+            break;
     }
     return {};
+}
+
+Bytes encoded(const Frame& frame, const Output& output) {
+    return output.format == OutputFormat::json ? jsonText(instancesJson(frame, output.classes), 1)
+                                               : encoded(frame.image, output);
 }
 
 void addPlan(EncodedFrame& encoded, const Frame& frame) {

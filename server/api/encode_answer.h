@@ -15,7 +15,9 @@ std::string_view mediaType(OutputFormat format);
 // that is, otherwise JPEG.
 OutputFormat formatFor(const std::string& accept);
 
+// A picture in any format but json.
 Bytes encoded(const Image& image, const Output& output);
+Bytes encoded(const Frame& frame, const Output& output);
 
 // Sets the members of `encoded` that describe the plan.
 void addPlan(EncodedFrame& encoded, const Frame& frame);

@@ -75,6 +75,7 @@ std::optional<FrameRequest> FrameCache::storableRequest(const Call& call) const 
 
 // Empty while the scene is not loaded.
 std::optional<FrameCache::Key> FrameCache::keyFor(const FrameRequest& given) const {
+    if (!given.parts.empty()) return std::nullopt;  // entries belong to one scene
     const auto loaded = backend_.loadedScenes();
     if (!loaded) return std::nullopt;
     FrameRequest request = given;

@@ -63,6 +63,8 @@ nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTim
 nlohmann::ordered_json mapsJson(const FramePlan& plan, const std::vector<MapPicture>& maps);
 // Sums over the targets, and each target.
 nlohmann::ordered_json healthJson(const std::vector<TargetHealth>& health);
+// The channel instances; `classes`: of its request.
+nlohmann::ordered_json instancesJson(const Frame& frame, const std::vector<ClassPattern>& classes);
 
 // JSON Schemas (2020-12) by the name of the component: "FrameRequest", what it refers to, and
 // "Accuracy".

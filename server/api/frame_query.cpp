@@ -67,6 +67,11 @@ json valueFrom(const std::string& text, const T*, const K&) {
     return text;
 }
 
+template <class T, class K>
+json valueFrom(const std::string& text, const T* type, const Required<K>& required) {
+    return valueFrom(text, type, required.kind);
+}
+
 struct QueryField {
     std::string path;       // "camera.yfov"
     std::string shortName;  // "yfov"
@@ -101,7 +106,7 @@ void collect(std::vector<QueryField>& all, const std::string& prefix) {
             collect<T>(all, path + ".");
         } else if constexpr (std::is_same_v<K, NestedUnion>) {
             collectUnion(all, path + ".", static_cast<const T*>(nullptr));
-        } else if constexpr (!std::is_same_v<K, NestedList> &&
+        } else if constexpr (!std::is_same_v<K, NestedInBody> && !std::is_same_v<K, NestedList> &&
                              !std::is_same_v<K,
                                              NestedUnionList>) {  // links have no lists of objects
             all.push_back({path, name, [kind](const std::string& text) {
@@ -270,6 +275,7 @@ nlohmann::ordered_json frameQueryParameters() {
             begin = end + 1;
         }
         std::string description = at.value("description", "");
+        if (f.path == "scene") at = nlohmann::ordered_json(at["oneOf"].front());  // no list
         at.erase("description");
         nlohmann::ordered_json parameter = {{"name", f.path},
                                             {"in", "query"},

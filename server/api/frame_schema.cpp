@@ -76,6 +76,12 @@ template <class T>
 ordered_json schemaOf(const std::vector<T>*, const NestedList& list) {
     return {{"type", "array"}, {"maxItems", list.maxItems}, {"items", objectSchema<T>()}};
 }
+ordered_json schemaOf(const PlacedScenes*, const TextOrList& kind) {
+    return {{"oneOf",
+             {schemaOf(static_cast<const std::string*>(nullptr), kind.text),
+              schemaOf(static_cast<const std::vector<PlacedScene>*>(nullptr),
+                       NestedList{kind.maxItems})}}};
+}
 // The union itself is a component: see addUnion().
 template <class... S>
 ordered_json schemaOf(const std::vector<std::variant<S...>>*, const NestedUnionList& list) {
@@ -111,6 +117,9 @@ void addDefault(ordered_json& schema, const T& value, const Range&) {
 template <std::size_t N>
 void addDefault(ordered_json& schema, const std::array<double, N>& value, const Range&) {
     schema["default"] = value;
+}
+void addDefault(ordered_json& schema, const glm::dvec3& value, const Range&) {
+    schema["default"] = {value.x, value.y, value.z};
 }
 template <class T>
 void addDefault(ordered_json& schema, const T& value, const Flag&) {

@@ -55,9 +55,27 @@ std::shared_ptr<const Scene> FrameService::requireScene(const std::string& id) {
     return components_.library.require(id);
 }
 
+std::vector<std::shared_ptr<const Scene>> FrameService::requireParts(const FrameRequest& request) {
+    std::vector<std::shared_ptr<const Scene>> scenes;
+    std::vector<FieldError> unknown;
+    for (std::size_t i = 0; i < request.parts.size(); ++i) {
+        try {
+            scenes.push_back(requireScene(request.parts[i].scene));
+        } catch (const RequestError& error) {
+            const Problem& problem = error.problem();
+            if (problem.code != ProblemCode::notFound || problem.errors.empty()) throw;
+            unknown.push_back(problem.errors.front());
+            unknown.back().pointer = "/scene/" + std::to_string(i) + "/scene";
+        }
+    }
+    if (!unknown.empty()) throw RequestError(invalidFields(std::move(unknown)));
+    return scenes;
+}
+
 FrameService::Resolved FrameService::resolve(FrameRequest request,
                                              const Budgets::Requester& requester) {
     Resolved resolved{.request = std::move(request)};
+    resolved.parts = requireParts(resolved.request);
     resolved.scene = requireScene(resolved.request.scene);
     resolved.request.scene = resolved.scene->id;
     if (resolved.request.accuracy.isBudget()) {
@@ -74,6 +92,10 @@ void FrameService::requireAffordable(const FrameRequest& request) const {
 std::string FrameService::etagOf(const Resolved& resolved, std::uint32_t lightRevision) const {
     std::string text =
         contentText(components_.queue, components_.library, *resolved.scene, resolved.request);
+    for (const auto& part : resolved.parts) {
+        text += '\n' + std::to_string(part->contentHash) + '\n' +
+                namedMapsText(components_.library, *part, resolved.request);
+    }
     if (lightRevision > 0) text += "\nlight " + std::to_string(lightRevision);
     return '"' + hashWordOf(text) + '"';
 }
@@ -123,7 +145,7 @@ FrameService::Drawn FrameService::draw(const Resolved& resolved, Turn turn, Read
     components_.library.recordMapBytes(request.scene, frame.mapBytes);
     if (frame.lightNow) components_.library.recordLight(request.scene, frame.lightNow);
     const auto drawnAt = Clock::now();
-    drawn.bytes = encoded(frame.image, request.output);
+    drawn.bytes = encoded(frame, request.output);
     drawn.encodeMs = millisecondsSince(drawnAt);
     components_.metrics.frame(frame, 1e-3 * millisecondsSince(entered), 1e-3 * drawn.queueMs,
                               1e-3 * drawn.encodeMs);

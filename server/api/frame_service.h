@@ -51,7 +51,8 @@ public:
     struct Resolved {
         FrameRequest request;                // with the id of its scene, and without a budget
         std::shared_ptr<const Scene> scene;  // stays loaded as long as this exists
-        std::optional<Budgets::Pick> pick;   // of the request's budget
+        std::vector<std::shared_ptr<const Scene>> parts;  // those of FrameRequest::parts, likewise
+        std::optional<Budgets::Pick> pick;                // of the request's budget
     };
     struct Drawn {
         Frame frame;
@@ -65,7 +66,8 @@ public:
     // The scene with this id; the default scene if it is empty. Stays loaded as long as the result
     // exists. Throws RequestError: no such scene (404), loading (409), failed (422).
     std::shared_ptr<const Scene> requireScene(const std::string& id);
-    // Throws as requireScene(); 409 also while the curve of a budget is measured.
+    // Throws as requireScene(); 409 also while the curve of a budget is measured; 422 if scenes of
+    // a list are unknown.
     Resolved resolve(FrameRequest request, const Budgets::Requester& requester);
     // Throws InvalidRequest if the frame needs more samples than the limit.
     void requireAffordable(const FrameRequest& request) const;
@@ -97,6 +99,8 @@ public:
     void countNotModified() { components_.metrics.notModified(); }
 
 private:
+    std::vector<std::shared_ptr<const Scene>> requireParts(const FrameRequest& request);
+
     const Components components_;
     const Limits limits_;
 };

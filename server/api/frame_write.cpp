@@ -50,6 +50,10 @@ ordered_json member(const std::vector<S>& values, const NestedList&) {
     for (const S& value : values) list.push_back(written(value));
     return list;
 }
+ordered_json member(const PlacedScenes& value, const TextOrList& kind) {
+    if (value.parts.empty()) return value.id;
+    return member(value.parts, NestedList{kind.maxItems});
+}
 template <class S>
 ordered_json member(const std::vector<S>& values, const NestedPresetList&) {
     return member(values, NestedList{});

@@ -51,6 +51,7 @@ ordered_json frameAnswers() {
                                       OutputFormat::exr, OutputFormat::webp}) {
         content[std::string(mediaType(format))] = binaryContent();
     }
+    content["application/json"] = {{"schema", reference("Instances")}};
     content["multipart/mixed"] = binaryContent();
     ordered_json json = answers("the frame; with explain also its plan", content);
     json["200"]["headers"] = {

@@ -324,6 +324,9 @@ ordered_json sceneSchema() {
          {"animations", listOf(animation)},
          {"scenes", described(listOf(object({{"id", kText}, {"name", kText}})),
                               "all scenes of the file, if it has several")},
+         {"materials", described(listOf(kText),
+                                 "names of materials, in the order of the channel "
+                                 "materialId, which counts from 1")},
          {"variants", described(listOf(kText), "names of material variants")},
          {"cameras", listOf(camera)},
          {"lights", listOf(light)},
@@ -337,6 +340,30 @@ ordered_json sceneSchema() {
          {"warnings", listOf(warning)},
          {"shaders", object({{"compiled", kCount}, {"total", kCount}, {"finished", kFlag}})},
          {"light", lightSchema()}});
+}
+
+ordered_json instancesSchema() {
+    ordered_json box = object({{"x", described(kCount, "from the left edge, pixels")},
+                               {"y", described(kCount, "from the top edge")},
+                               {"width", kCount},
+                               {"height", kCount}});
+    box["type"] = {"object", "null"};
+    const ordered_json instance = object(
+        {{"objectId", described(kCount, "value in the channel objectId")},
+         {"node", described(kText, "its name")},
+         {"materialId", described(kCount, "value in the channel materialId")},
+         {"classId", described(kCount, "value in the channel classId; 0: no class")},
+         {"worldFromModel", described(numbers(16), "transform of its mesh, column-major, metres")},
+         {"pixels", described(kCount, "that show it")},
+         {"amodalPixels", described(kCount, "that would show it if it were alone in the scene")},
+         {"visibleShare", described(kNumber, "pixels / amodalPixels")},
+         {"box", described(box, "of its pixels; null: nothing of it is seen")},
+         {"amodalBox", described(box, "of amodalPixels, within the frame")}},
+        {{"class", described(kText, "name of the class, if it has one")}});
+    return object({{"width", described(kCount, "of the frame, pixels")},
+                   {"height", kCount},
+                   {"classes", described(listOf(kText), "names of classes, from 1")},
+                   {"instances", listOf(instance)}});
 }
 
 ordered_json rendererSchema() {
@@ -401,6 +428,7 @@ ordered_json responseSchemas() {
             {"Scene", sceneSchema()},
             {"SceneList", object({{"scenes", listOf(summarySchema())}})},
             {"Renderer", rendererSchema()},
+            {"Instances", instancesSchema()},
             {"Status", object({{"status", kText}})}};
 }
 

@@ -302,6 +302,8 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
     for (const SceneOfFile& each : status.scenesOfFile) {
         scenes.push_back({{"id", each.id}, {"name", each.name}});
     }
+    auto& materials = json["materials"] = ordered_json::array();
+    for (const Material& material : scene.materials) materials.push_back(material.name);
     auto& variants = json["variants"] = ordered_json::array();
     for (const Variant& variant : scene.variants) variants.push_back(variant.name);
     json["cameras"] = cameras(scene, pose);

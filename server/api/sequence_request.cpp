@@ -84,13 +84,36 @@ void checkWhole(const json& body, const SequenceRequest& request, std::vector<Fi
         errors.push_back(
             {"/frameRate", "conflicts with the frameRate of path or turntable", "one of the two"});
     }
-    const SequenceChannels& c = request.channels;
-    if (!(c.color || c.depth || c.normal || c.objectId || c.through)) {
+    bool any = false;
+    SequenceChannels channels = request.channels;
+    fields(channels, [&](const char*, bool on, const Flag&, const char*) { any = any || on; });
+    if (!any) {
         errors.push_back({"/channels", "are all off", "at least one channel"});
+    }
+    if (request.common.output.layer != OutputLayer::direct) {
+        errors.push_back({"/common/output/layer", "does not select the files of a sequence",
+                          "the field layers, next to common"});
     }
     if (request.common.output.channel != Channel::color) {
         errors.push_back({"/common/output/channel", "does not select the files of a sequence",
                           "the field channels, next to common"});
+    }
+}
+
+// Flow connects frames of one scene and size: only the camera and the time may differ.
+void checkFlow(const Sequence& sequence, std::vector<FieldError>& errors) {
+    for (std::size_t i = 1; i < sequence.count(); ++i) {
+        for (const char* name : {"scene", "clip", "nodes", "width", "height"}) {
+            const auto valueIn = [&](std::size_t frame) {
+                const json& own = sequence.own[frame];
+                return own.contains(name) ? own[name] : sequence.common.value(name, json());
+            };
+            if (valueIn(i) == valueIn(i - 1)) continue;
+            errors.push_back({"/frames/" + std::to_string(i) + "/" + name,
+                              "is another one than that of the frame before, to which flow leads",
+                              "one value for all frames, in common"});
+        }
+        if (errors.size() > kEnoughErrors) return;
     }
 }
 
@@ -111,6 +134,7 @@ Sequence sequenceFrom(const json& body) {
     Sequence sequence{.common = body.value("common", json::object()),
                       .own = ownFields(body, request),
                       .channels = request.channels,
+                      .layers = request.layers,
                       .first = request.first,
                       .plans = request.plans,
                       .frameRate = request.frameRate};
@@ -122,9 +146,17 @@ Sequence sequenceFrom(const json& body) {
         refuse({{"/common", "is too long for this number of frames",
                  std::to_string(kMaxSequenceText / sequence.count()) + " bytes"}});
     }
+    if (sequence.channels.flow || sequence.channels.flowBack) checkFlow(sequence, errors);
+    if (!errors.empty()) refuse(std::move(errors));
     for (std::size_t i = 0; i < sequence.count(); ++i) {
         try {
-            sequence.request(i);
+            FrameRequest frame = sequence.request(i);
+            if (!sequence.channels.classId) continue;
+            frame.output.channel = Channel::classId;
+            frame.output.format = OutputFormat::npy;
+            if (auto wrong = problems(frame); !wrong.empty()) {
+                throw RequestError(invalidFields(std::move(wrong)));
+            }
         } catch (const RequestError& error) {
             const std::string place =
                 request.path || request.turntable ? "/common" : "/frames/" + std::to_string(i);
@@ -147,11 +179,22 @@ FrameRequest Sequence::request(std::size_t index) const {
     return frameRequestFrom(frame);
 }
 
-json channelsJson(const SequenceChannels& channels) {
+namespace {
+
+template <class Switches>
+json switchesOf(Switches switches) {
     json list = json::object();
-    SequenceChannels copy = channels;
-    fields(copy, [&](const char* name, bool on, const Flag&, const char*) { list[name] = on; });
+    fields(switches, [&](const char* name, bool on, const Flag&, const char*) { list[name] = on; });
     return list;
+}
+
+}  // namespace
+
+json switchesJson(const SequenceChannels& channels) {
+    return switchesOf(channels);
+}
+json switchesJson(const SequenceLayers& layers) {
+    return switchesOf(layers);
 }
 
 }  // namespace clerestory

@@ -12,7 +12,14 @@ namespace clerestory {
 
 // The channels of which each frame has a file.
 struct SequenceChannels {
-    bool color = true, depth = false, normal = false, objectId = false, through = false;
+    bool color = true, depth = false, normal = false, position = false, albedo = false;
+    bool objectId = false, materialId = false, classId = false, through = false;
+    bool flow = false, flowBack = false, instances = false;
+};
+
+// Layers other than direct of which the channels that have layers have files, too.
+struct SequenceLayers {
+    bool reflected = false, refracted = false;
 };
 
 // A camera that goes round what the frame shows, at one moment of the animation.
@@ -30,6 +37,7 @@ struct SequenceRequest {
     std::optional<Turntable> turntable;
     std::optional<double> frameRate;  // of a film of frames
     SequenceChannels channels;
+    SequenceLayers layers;
     std::uint32_t first = 0;
     std::optional<std::uint32_t> count;  // none: all that follow
     bool plans = true;
@@ -46,9 +54,26 @@ void fields(SequenceChannels& c, V&& visit) {
     visit("color", c.color, Flag{}, "color, in the format of output");
     visit("depth", c.depth, Flag{}, "distance along -Z in metres, as float32");
     visit("normal", c.normal, Flag{}, "normals in world space, as float32");
+    visit("position", c.position, Flag{}, "positions in the world, as float32");
+    visit("albedo", c.albedo, Flag{}, "linear base colours, as float32");
     visit("objectId", c.objectId, Flag{}, "instance + 1 of each pixel, as float32");
+    visit("materialId", c.materialId, Flag{},
+          "place in the scene's list of materials + 1, as float32");
+    visit("classId", c.classId, Flag{}, "class by output.classes of each pixel, as float32");
     visit("through", c.through, Flag{},
           "how each pixel is seen (output.channel through), as float32");
+    visit("flow", c.flow, Flag{},
+          "output.channel flow to the next frame, as float32; the last frame has none");
+    visit("flowBack", c.flowBack, Flag{},
+          "the same to the previous frame; the first frame has none");
+    visit("instances", c.instances, Flag{},
+          "boxes and pixel counts of instances (output.channel instances), as JSON");
+}
+
+template <class V>
+void fields(SequenceLayers& l, V&& visit) {
+    visit("reflected", l.reflected, Flag{}, "what mirrors and glass reflect");
+    visit("refracted", l.refracted, Flag{}, "what is seen through glass");
 }
 
 template <class V>
@@ -73,6 +98,9 @@ void fields(SequenceRequest& s, V&& visit) {
           "frames per second of a film (Accept: video/mp4 or image/webp) of frames; path and "
           "turntable have their own");
     visit("channels", s.channels, Nested{}, "the files that are written for each frame");
+    visit("layers", s.layers, Nested{},
+          "further layers (output.layer) of which depth, normal, position, albedo, objectId, "
+          "materialId and classId have files if channels has them");
     visit("first", s.first, Range{0, kMaxSequenceFrames - 1},
           "index of the first frame to send, to continue an interrupted answer");
     visit("count", s.count, Range{1, kMaxSequenceFrames},
@@ -90,6 +118,7 @@ struct Sequence {
     nlohmann::json common;
     std::vector<nlohmann::json> own;  // of each frame; of a path: time and camera
     SequenceChannels channels;
+    SequenceLayers layers;
     std::size_t first = 0, end = 0;   // frames to send: first to end - 1
     bool plans = true;                // in the JSON files, with milliseconds
     std::optional<double> frameRate;  // of a film; none: frames without one
@@ -102,7 +131,9 @@ struct Sequence {
 // Throws RequestError (422) that lists every wrong field.
 Sequence sequenceFrom(const nlohmann::json& body);
 
-nlohmann::json channelsJson(const SequenceChannels& channels);
+// The switches of one of the two.
+nlohmann::json switchesJson(const SequenceChannels& channels);
+nlohmann::json switchesJson(const SequenceLayers& layers);
 
 // JSON Schema (2020-12) of the body.
 nlohmann::ordered_json sequenceRequestSchema();

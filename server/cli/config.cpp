@@ -119,7 +119,9 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
     field("--clip", "clip", "animation to play", "NAME");
     field("--variant", "variant", "material variant of the scene", "NAME");
     field("--accuracy", "accuracy.preset", "draft, standard or fine", "PRESET");
-    field("--channel", "output.channel", "color, depth, normal, objectId or through", "NAME");
+    field("--channel", "output.channel",
+          "color, depth, normal, position, albedo, objectId, materialId, through or instances",
+          "NAME");
     field("--quality", "output.quality", "JPEG quality, 1 to 100", "N");
     command
         .add_option_function<std::string>(

@@ -42,6 +42,7 @@ std::optional<OutputFormat> formatOf(const std::filesystem::path& file) {
     if (extension == ".npy") return OutputFormat::npy;
     if (extension == ".exr") return OutputFormat::exr;
     if (extension == ".webp") return OutputFormat::webp;
+    if (extension == ".json") return OutputFormat::json;
     return std::nullopt;
 }
 
@@ -207,7 +208,7 @@ int runRender(const CommandLine& line) {
         p.compileAhead->stop();
         setCompiled(p.compiledMark);
     }
-    const Bytes bytes = encoded(frame.image, p.request.output);
+    const Bytes bytes = encoded(frame, p.request.output);
     std::ofstream file(line.frame.output, std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     file.close();

@@ -59,7 +59,8 @@ Sequence sequenceOf(const FrameCommand& command) {
 std::string identityOf(const Sequence& sequence, const Scene& scene) {
     return json{{"build", buildId()},
                 {"scene", scene.contentHash},
-                {"channels", channelsJson(sequence.channels)},
+                {"channels", switchesJson(sequence.channels)},
+                {"layers", switchesJson(sequence.layers)},
                 {"plans", sequence.plans},
                 {"common", sequence.common},
                 {"frames", sequence.own}}
@@ -156,7 +157,7 @@ int runSequence(const CommandLine& line) {
         requireLight(renderer, request);
         const Frame frame = renderer.render(request);
         EncodedFrame made{.type = std::string(mediaType(request.output.format)),
-                          .bytes = encoded(frame.image, request.output)};
+                          .bytes = encoded(frame, request.output)};
         addPlan(made, frame);
         return made;
     };

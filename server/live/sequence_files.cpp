@@ -10,12 +10,23 @@ using nlohmann::ordered_json;
 
 constexpr const char* kJsonType = "application/json";
 
-// Every channel but colour is float32, which npy and exr store without loss.
+// Channels of numbers are float32, which npy and exr store without loss.
 FrameRequest channelRequest(const FrameRequest& frame, Channel channel) {
     FrameRequest request = frame;
     if (channel == Channel::color) return request;
     request.output.channel = channel;
-    if (request.output.format != OutputFormat::exr) request.output.format = OutputFormat::npy;
+    OutputFormat& format = request.output.format;
+    if (channel == Channel::instances) {
+        format = OutputFormat::json;
+    } else if (format != OutputFormat::exr) {
+        format = OutputFormat::npy;
+    }
+    return request;
+}
+
+FrameRequest flowRequest(const FrameRequest& frame, const FrameRequest& other) {
+    FrameRequest request = channelRequest(frame, Channel::flow);
+    request.output.flow = FlowRequest{other.time, other.camera};
     return request;
 }
 
@@ -23,7 +34,7 @@ std::string extensionOf(const std::string& type) {
     for (const auto& [format, extension] :
          {std::pair{OutputFormat::jpeg, ".jpg"}, std::pair{OutputFormat::png, ".png"},
           std::pair{OutputFormat::npy, ".npy"}, std::pair{OutputFormat::exr, ".exr"},
-          std::pair{OutputFormat::webp, ".webp"}}) {
+          std::pair{OutputFormat::webp, ".webp"}, std::pair{OutputFormat::json, ".json"}}) {
         if (type == mediaType(format)) return extension;
     }
     return "";
@@ -78,10 +89,10 @@ FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker
     const std::string stem = frameStem(index);
     FrameFiles made{.record = {.index = index, .time = frame.time}};
     std::vector<std::pair<std::string, std::string>> plans;
-    const auto add = [&](bool on, Channel channel, const char* name) {
-        if (!on) return;
-        EncodedFrame encoded = make(channelRequest(frame, channel));
-        const std::string middle = channel == Channel::color ? "" : "." + std::string(name);
+    const auto addFile = [&](const FrameRequest& request, const std::string& name) {
+        EncodedFrame encoded = make(request);
+        const bool isColor = request.output.channel == Channel::color;
+        const std::string middle = isColor ? "" : "." + name;
         const std::string file = stem + middle + extensionOf(encoded.type);
         made.record.camera = encoded.camera;
         FrameRecord::ChannelFile& record = made.record.channels.emplace_back(name, file);
@@ -91,15 +102,39 @@ FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker
         }
         made.files.push_back({file, std::move(encoded.type), std::move(encoded.bytes)});
     };
+    const auto add = [&](bool on, Channel channel, const char* name) {
+        if (!on) return;
+        FrameRequest request = channelRequest(frame, channel);
+        request.output.layer = OutputLayer::direct;
+        addFile(request, name);
+        if (!hasLayers(channel)) return;
+        for (const auto& [wanted, layer, prefix] :
+             {std::tuple{sequence.layers.reflected, OutputLayer::reflected, "reflected."},
+              std::tuple{sequence.layers.refracted, OutputLayer::refracted, "refracted."}}) {
+            request.output.layer = layer;
+            if (wanted) addFile(request, std::string(prefix) + name);
+        }
+    };
     const SequenceChannels& on = sequence.channels;
     add(on.color, Channel::color, "color");
     add(on.depth, Channel::depth, "depth");
     add(on.normal, Channel::normal, "normal");
+    add(on.position, Channel::position, "position");
+    add(on.albedo, Channel::albedo, "albedo");
     add(on.objectId, Channel::objectId, "objectId");
+    add(on.materialId, Channel::materialId, "materialId");
+    add(on.classId, Channel::classId, "classId");
     add(on.through, Channel::through, "through");
-    made.files.push_back({stem + ".json", kJsonType,
-                          sequence.plans ? frameJson(made.record, plans)
-                                         : jsonText(recordJson(made.record), 1)});
+    if (on.flow && index + 1 < sequence.count()) {
+        addFile(flowRequest(frame, sequence.request(index + 1)), "flow");
+    }
+    if (on.flowBack && index > 0) {
+        addFile(flowRequest(frame, sequence.request(index - 1)), "flowBack");
+    }
+    add(on.instances, Channel::instances, "instances");
+    made.files.push_back(
+        {stem + ".json", kJsonType,
+         sequence.plans ? frameJson(made.record, plans) : jsonText(recordJson(made.record), 1)});
     return made;
 }
 

@@ -25,7 +25,7 @@ concept HasFields = requires(T& value) {
     fields(value, AnyVisitor{});
 };
 template <class T>
-concept Plain = std::is_trivially_copyable_v<T> && !HasFields<T>;
+concept Plain = std::is_trivially_copyable_v<T> && std::is_copy_assignable_v<T> && !HasFields<T>;
 
 class Writer {
 public:
@@ -62,6 +62,10 @@ public:
         T copy = value;  // the tables visit values that can be changed
         fields(copy,
                [this](const char*, const auto& member, const auto&, const char*) { put(member); });
+    }
+    void put(const PlacedScenes& scenes) {
+        put(scenes.id);
+        put(scenes.parts);
     }
     void put(const FieldError& error) {
         put(error.pointer);
@@ -131,6 +135,10 @@ public:
     template <HasFields T>
     void get(T& value) {
         fields(value, [this](const char*, auto& member, const auto&, const char*) { get(member); });
+    }
+    void get(PlacedScenes& scenes) {
+        get(scenes.id);
+        get(scenes.parts);
     }
     void get(FieldError& error) {
         get(error.pointer);

@@ -120,6 +120,9 @@
 #define CHANNEL_DEPTH 1
 #define CHANNEL_NORMAL 2
 #define CHANNEL_NUMBER 3
+#define CHANNEL_POSITION 4
+#define CHANNEL_ALBEDO 5
+#define CHANNEL_SURFACE 6
 #define CHANNEL_BACK_FACES 8
 
 // What a lens pass assembles.

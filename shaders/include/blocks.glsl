@@ -10,7 +10,7 @@ BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     vec4 skyDirections[3];  // at the picture's centre; its change to the right edge; to the top
     vec4 clipPlane;         // kept: dot(xyz, p) + w >= 0
     vec4 picture;           // width, height, pixels per unit of slope, 1 / diagonal of the scene
-    vec4 worldFromEye[3];   // rows
+    vec4 worldFromEye[3];   // rows; w: the eye in the world, only for the channel of positions
     vec4 backdrop;          // last level; radiance of a background that replaces the map
     // 1 / width and 1 / height of the shadow map, samples of soft shadows; 1: there is such a background
     vec4 shadows;

@@ -70,5 +70,6 @@ const uint LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP = 1u << 15;
 const uint LAYER_DISPERSION = 1u << 16;
 const uint LAYER_SPECULAR_MAP = 1u << 17;
 const uint LAYER_SPECULAR_COLOR_MAP = 1u << 18;
+const uint LAYER_SHADOW_CATCHER = 1u << 19;  // a ground that shows what the scene changes on it
 const uint LAYERS_WITH_TANGENTS = LAYER_CLEARCOAT_NORMAL_MAP | LAYER_ANISOTROPY;
 #define layered(bit) ((LAYERS & (bit)) != 0u)  // a macro as has() is

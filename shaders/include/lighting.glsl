@@ -271,8 +271,18 @@ vec3 sunLight(Surface s, vec3 position, int first) {
     return power * evalDirectLight(s, toLight, nDotL);
 }
 
-// Of any lamp; one that is not `limited` has neither range nor cone.
-vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
+// The light of a lamp at a surface that nothing hides from it.
+struct ArrivingLight {
+    vec3 place;     // of the lamp, or its direction
+    vec3 toLight;   // unit
+    float metres;   // to the lamp; 0: a direction
+    float nDotL;    // normal . toLight
+    vec3 power;
+    float falloff;  // of power
+};
+
+// From any lamp; one that is not `limited` has neither range nor cone.
+ArrivingLight arrivingLight(Surface s, vec3 position, int first, bool limited) {
     vec4 place = texelFetch(lightTable, first);      // w: 0 for a direction
     vec4 power = texelFetch(lightTable, first + 1);  // w: 1 / range^2, 0 without a range
 
@@ -288,14 +298,20 @@ vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
         float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
         falloff *= inCone * inCone * (1.0f - inRange * inRange);
     }
+    return ArrivingLight(place.xyz, toLight, place.w > 0.5f ? sqrt(squared) : 0.0f, nDotL, power.rgb,
+                         falloff);
+}
+
+vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
+    ArrivingLight lamp = arrivingLight(s, position, first, limited);
     vec3 sum = vec3(0.0f);
-    if (isLit(nDotL) && falloff > 0.0f) {
-        vec3 light = power.rgb * falloff;
+    if (isLit(lamp.nDotL) && lamp.falloff > 0.0f) {
+        vec3 light = lamp.power * lamp.falloff;
         if (viewHas(VIEW_SHADOWS)) {
-            float metres = place.w > 0.5f ? sqrt(squared) : 0.0f;
-            light *= shadowAt(position, sideOf(s, nDotL), place.xyz, toLight, metres, first);
+            light *= shadowAt(position, sideOf(s, lamp.nDotL), lamp.place, lamp.toLight, lamp.metres,
+                              first);
         }
-        if (maxComponent(light) > 0.0f) sum = light * evalDirectLight(s, toLight, nDotL);
+        if (maxComponent(light) > 0.0f) sum = light * evalDirectLight(s, lamp.toLight, lamp.nDotL);
     }
     return sum;
 }

@@ -44,25 +44,43 @@ vec3 flatMirrorLobe(Surface s, vec3 position, float toMirror, float beyond) {
     return sum / weights;
 }
 
+// Where in the mirror's picture the surface reads.
+struct MirrorPlace {
+    vec2 at;
+    float first;   // what the picture's pixel keeps of its distance; see distance_share.glsl
+    float beyond;  // metres from the surface to what is mirrored
+    float level;   // of the blurred picture
+};
+
 // The mirrored view lies pixel on pixel over this one. Blur follows the distance between the mirror
 // and what it shows (erratum R4), which the picture keeps beside its colours.
-vec3 flatMirror(Surface s, vec3 position) {
-    vec2 at = pictureCoordinate(gl_FragCoord.xy);
+MirrorPlace mirrorPlace(Surface s, vec3 position) {
+    MirrorPlace found;
+    found.at = pictureCoordinate(gl_FragCoord.xy);
     float toMirror = length(position);
     float spread = 2.0f * s.roughness * s.roughness;
     // What a rough mirror shows stands about as far as this, over half the lobe's width there. As wide
     // as the lobe would be at its widest, the foot of what stands on the mirror would be mixed with
     // the emptiness behind the plane.
-    float first = beyondSurface(textureLod(mirrorPicture, at, 0.0f).a, toMirror);
+    found.first = textureLod(mirrorPicture, found.at, 0.0f).a;
+    float first = beyondSurface(found.first, toMirror);
     float wide = min(0.5f * lobeLod(spread, reflection.levels.y * lobeReach(toMirror, first)),
                      reflection.levels.x);
-    float beyond = beyondSurface(textureLod(mirrorPicture, at, wide).a, toMirror);
-    if (has(FEATURE_MIRROR_SAMPLES)) return flatMirrorLobe(s, position, toMirror, beyond);
-    if (has(FEATURE_NORMAL_MAP)) {
-        at = mirroredCoordinate(position, reflect(-s.toEye, s.normal), beyond);
+    found.beyond = beyondSurface(textureLod(mirrorPicture, found.at, wide).a, toMirror);
+    float level = mirrorLod(s.roughness, reflection.levels.y, toMirror, found.beyond);
+    found.level = min(level, reflection.levels.x);
+    return found;
+}
+
+vec3 flatMirror(Surface s, vec3 position) {
+    MirrorPlace found = mirrorPlace(s, position);
+    if (has(FEATURE_MIRROR_SAMPLES)) {
+        return flatMirrorLobe(s, position, length(position), found.beyond);
     }
-    float lod = mirrorLod(s.roughness, reflection.levels.y, toMirror, beyond);
-    return textureLod(mirrorPicture, at, min(lod, reflection.levels.x)).rgb;
+    if (has(FEATURE_NORMAL_MAP)) {
+        found.at = mirroredCoordinate(position, reflect(-s.toEye, s.normal), found.beyond);
+    }
+    return textureLod(mirrorPicture, found.at, found.level).rgb;
 }
 
 // Metres from a probe's centre to what it saw in a direction.

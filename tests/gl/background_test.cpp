@@ -189,6 +189,67 @@ TEST_F(BackgroundTest, HighlightsOnClearGlassStay) {
     EXPECT_GT(p[0], 200);
 }
 
+// One whose image circle contains the frame, at whose upper and lower edges it sees 0.8 rad.
+void setFisheye(FrameRequest& r) {
+    const double width = r.width, height = r.height, f = height / 1.6;
+    r.camera.yfov.reset();
+    r.camera.intrinsics = Intrinsics{f, f, width / 2.0, height / 2.0};
+    r.camera.lens = FisheyeLens{};
+}
+
+// A lens is a sum of parts of several views; alpha is one of its numbers.
+TEST_F(BackgroundTest, LensesKeepAlpha) {
+    for (const LensRequest& lens :
+         {LensRequest(FisheyeLens{}), LensRequest(PerspectiveLens{.k1 = -0.2})}) {
+        FrameRequest r = stillLifeRequest(false, "still life through a lens");
+        r.camera.position = glm::dvec3(0.0, 0.1, 1.6);
+        r.camera.target = glm::dvec3(0.0, 0.0, 0.0);
+        if (std::holds_alternative<FisheyeLens>(lens)) setFisheye(r);
+        r.camera.lens = lens;
+        r.background = Background::transparent;
+        renderer().render(r);  // maps are resident from now on
+        const Frame transparent = renderer().render(r);
+        ASSERT_EQ(transparent.image.channels, 4u);
+        ASSERT_TRUE(transparent.plan.lens);
+        int covered = 0, open = 0;
+        for (std::size_t i = 0; i < std::size_t{r.width} * r.height; ++i) {
+            covered += transparent.image.floats()[4 * i + 3] > 0.999f;
+            open += transparent.image.floats()[4 * i + 3] == 0.0f;
+        }
+        EXPECT_GT(covered, 500);
+        EXPECT_GT(open, 5000);
+        for (const Radiance& background : {kGrey, kSand}) {
+            r.background = background;
+            EXPECT_TRUE(imagesMatch(over(transparent.image, background), renderer().render(r).image,
+                                    Tolerance{"sum in floats", 1e-5, 0.0}));
+        }
+    }
+}
+
+TEST_F(BackgroundTest, LensesKeepWhatGlassLetsThrough) {
+    FrameRequest r = stillLifeRequest(true, "glass through a fisheye");
+    setFisheye(r);
+    r.background = Background::transparent;
+    const Image transparent = renderer().render(r).image;
+    r.background = Radiance{1.0, 1.0, 1.0};
+    const Image white = renderer().render(r).image;
+    r.background = Radiance{0.0, 0.0, 0.0};
+    const Image black = renderer().render(r).image;
+    double worst = 0.0;
+    int partly = 0;
+    for (std::uint32_t y = 0; y < r.height; ++y) {
+        for (std::uint32_t x = 0; x < r.width; ++x) {
+            const glm::vec3 through = color(white, x, y) - color(black, x, y);
+            const float alpha = transparent.floats()[4 * (std::size_t{y} * r.width + x) + 3];
+            worst =
+                std::max(worst, std::abs(1.0 - alpha - (through.x + through.y + through.z) / 3.0));
+            partly += alpha > 0.05f && alpha < 0.95f;
+        }
+    }
+    EXPECT_LE(worst, 1e-5);
+    EXPECT_GT(partly, 300);
+}
+
 // Filters treat alpha as they treat colour.
 TEST_F(BackgroundTest, FiltersCommuteWithTheBackground) {
     FrameRequest r = stillLifeRequest(false, "filtered still life");

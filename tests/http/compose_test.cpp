@@ -137,5 +137,110 @@ TEST(Compose, NamesEveryWrongField) {
     EXPECT_EQ(missing["errors"][0]["pointer"], "/nodes/0/node");
 }
 
+std::vector<std::string> pointersOf(const json& problem) {
+    std::vector<std::string> pointers;
+    for (const json& e : problem["errors"]) pointers.push_back(e["pointer"]);
+    return pointers;
+}
+
+TEST(Compose, PatternsSelectNodes) {
+    const json hidden = {{"nodes", {{{"node", "teapot *"}, {"hidden", true}}}}};
+    const json plan = json::parse(post(teapots(hidden), "/v1/plans")->body);
+    EXPECT_THAT(plan["composition"][0].get<std::string>(), HasSubstr("nodes): hidden"));
+    EXPECT_NE(bytesOf(teapots(hidden)), bytesOf(teapots()));
+    const json none =
+        problemOf(post(teapots({{"nodes", {{{"node", "kettle *"}, {"hidden", true}}}}})), 422);
+    EXPECT_EQ(none["errors"][0]["pointer"], "/nodes/0/node");
+    EXPECT_THAT(none["errors"][0]["detail"].get<std::string>(), HasSubstr("kettle *"));
+}
+
+TEST(Compose, AGroundIsASurfaceOrCatchesShadows) {
+    const json ground = {{"ground", {{"roughness", 0.2}}}};
+    const json plan = json::parse(post(teapots(ground), "/v1/plans")->body);
+    EXPECT_EQ(plan["composition"], json({"ground: added, at the lowest point of the scene"}));
+    EXPECT_NE(bytesOf(teapots(ground)), bytesOf(teapots()));
+
+    json catcher = teapots(ground);
+    catcher["background"] = "transparent";
+    catcher["nodes"] = {{{"node", "table"}, {"hidden", true}}};
+    const auto before = alphas(decodePng(bytesOf(catcher)));
+    catcher.erase("ground");
+    const auto without = alphas(decodePng(bytesOf(catcher)));
+    int soft = 0, softWithout = 0;
+    for (int a = 10; a < 245; ++a) {
+        soft += before[a];
+        softWithout += without[a];
+    }
+    EXPECT_GT(soft, softWithout + 300) << "shadows and reflections on the catcher";
+
+    auto client = sharedServer().client();
+    const auto link = client.Get(
+        "/v1/frames?scene=teapots&width=96&height=64&accuracy=draft&shadows=1&indirectLight=0"
+        "&format=png&ground.roughness=0.2");
+    ASSERT_TRUE(link);
+    EXPECT_EQ(link->body, bytesOf(teapots(ground)));
+    const json wrong = teapots({{"ground", {{"roughness", 2}, {"reflectance", 1}, {"hight", 0}}}});
+    EXPECT_THAT(
+        pointersOf(problemOf(post(wrong), 422)),
+        testing::UnorderedElementsAre("/ground/roughness", "/ground/reflectance", "/ground/hight"));
+}
+
+TEST(Compose, ScenesInAListAreOneScene) {
+    const json list = {{{"scene", "teapots"}},
+                       {{"scene", "orbiting-cubes"}, {"name", "box"}, {"translation", {2, 0, 0}}}};
+    json body = teapots({{"scene", list}});
+    const std::string both = bytesOf(body);
+    EXPECT_EQ(bytesOf(body), both);
+    const std::string tag = post(body)->get_header_value("ETag");
+    EXPECT_NE(tag, post(teapots())->get_header_value("ETag"));
+    EXPECT_FALSE(post(body)->has_header("Age")) << "the frame cache has entries of one scene";
+    const json plan = json::parse(post(body, "/v1/plans")->body);
+    EXPECT_EQ(plan["composition"],
+              json({"scene teapots: at its own place", "scene orbiting-cubes as box: placed"}));
+
+    body["nodes"] = {{{"node", "box"}, {"hidden", true}}};
+    body["camera"] = {{"position", {0, 2, 6}}, {"target", {0, 0.5, 0}}};
+    body["output"] = {{"format", "npy"}, {"channel", "objectId"}};
+    const json alone = teapots({{"camera", body["camera"]}, {"output", body["output"]}});
+    EXPECT_EQ(bytesOf(body), bytesOf(alone)) << "a hidden part is not there";
+
+    const json sequence = {{"common", teapots({{"scene", list}, {"output", {{"format", "png"}}}})},
+                           {"frames", {json::object(), {{"exposure", 1}}}}};
+    auto client = sharedServer().client();
+    const auto tar = postJson(client, "/v1/sequences", sequence.dump());
+    ASSERT_TRUE(tar);
+    EXPECT_EQ(tar->status, 200);
+    EXPECT_THAT(tar->body, HasSubstr(both)) << "the file of a sequence is that of one request";
+}
+
+TEST(Compose, ListsOfScenesNameEveryWrongField) {
+    const json flat = {1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    EXPECT_THAT(pointersOf(problemOf(post(teapots({{"scene",
+                                                    {{{"scene", "teapots"}, {"scale", {1, 0, 1}}},
+                                                     {{"scene", "teapots"}, {"matrix", flat}},
+                                                     {{"scene", "teapots"}, {"name", ""}}}}})),
+                                     422)),
+                testing::ElementsAre("/scene/0/scale", "/scene/1/matrix", "/scene/2/name"));
+    const json unknown = problemOf(
+        post(teapots(
+            {{"scene", {{{"scene", "teapots"}}, {{"scene", "teapot"}}, {{"scene", "kettles"}}}}})),
+        422);
+    EXPECT_THAT(pointersOf(unknown), testing::ElementsAre("/scene/1/scene", "/scene/2/scene"));
+    EXPECT_THAT(unknown["errors"][0]["detail"].get<std::string>(), HasSubstr("teapots"));
+    json many = json::array();
+    for (int i = 0; i < 17; ++i) many.push_back({{"scene", "orbiting-cubes"}});
+    for (const json& scene : {many, json::array(), json(3), json::object()}) {
+        EXPECT_EQ(problemOf(post(teapots({{"scene", scene}})), 422)["errors"][0]["pointer"],
+                  "/scene");
+    }
+    json budget = teapots({{"scene", {{{"scene", "teapots"}}}}});
+    budget["accuracy"] = {{"maxMilliseconds", 100}};
+    EXPECT_EQ(problemOf(post(budget), 422)["errors"][0]["pointer"], "/accuracy");
+    budget["accuracy"] = "draft";
+    budget["output"] = {{"format", "png"}};
+    EXPECT_THAT(pointersOf(problemOf(post(budget, "/v1/comparisons"), 422)),
+                testing::Contains("/scene"));
+}
+
 }  // namespace
 }  // namespace clerestory::test

@@ -126,6 +126,109 @@ TEST(Sequences, EachFileEqualsASingleResponse) {
     EXPECT_EQ(manifest["failures"], 0);
 }
 
+TEST(Sequences, LabelsAndPositionsAreFilesToo) {
+    auto client = sharedServer().client();
+    const json scene = json::parse(client.Get("/v1/scenes/six-walls")->body);
+    EXPECT_EQ(scene["materials"].size(), scene["counts"]["materials"]);
+    const json on = {{"color", false},
+                     {"position", true},
+                     {"albedo", true},
+                     {"materialId", true},
+                     {"classId", true}};
+    const json classes = {{{"name", "everything"}, {"pattern", "*"}}};
+    const json body =
+        orbit(1, {{"channels", on}, {"common", {{"output", {{"classes", classes}}}}}});
+    const auto result = postJson(client, "/v1/sequences", body.dump());
+    ASSERT_EQ(result->status, 200) << result->body;
+    const Files files = filesOfTar(result->body);
+    for (const std::string name : {"position", "albedo", "materialId", "classId"}) {
+        json single = body["common"];
+        single.update(body["frames"][0]);
+        single["output"].update({{"channel", name}, {"format", "npy"}});
+        const auto frame = postJson(client, "/v1/frames", single.dump());
+        ASSERT_EQ(frame->status, 200) << frame->body;
+        EXPECT_EQ(fileOf(files, "000000." + name + ".npy"), frame->body) << name;
+        const bool isVector = name == "position" || name == "albedo";
+        EXPECT_THAT(frame->body.substr(0, 128),
+                    testing::HasSubstr(isVector ? "(48, 64, 3)" : "(48, 64, 1)"));
+        if (name == "classId") continue;
+        const auto link = client.Get(
+            "/v1/frames?scene=six-walls&width=64&height=48&position=0,1,2&"
+            "target=0,1,0&format=npy&channel=" +
+            name);
+        EXPECT_EQ(link->body, frame->body) << name;
+    }
+}
+
+TEST(Sequences, FlowConnectsNeighbours) {
+    auto client = sharedServer().client();
+    const json body =
+        orbit(3, {{"channels", {{"color", false}, {"flow", true}, {"flowBack", true}}}});
+    const auto result = postJson(client, "/v1/sequences", body.dump());
+    ASSERT_EQ(result->status, 200) << result->body;
+    const Files files = filesOfTar(result->body);
+    std::vector<std::string> names;
+    for (const auto& [name, content] : files) names.push_back(name);
+    EXPECT_THAT(names, testing::ElementsAre("000000.flow.npy", "000000.json", "000001.flow.npy",
+                                            "000001.flowBack.npy", "000001.json",
+                                            "000002.flowBack.npy", "000002.json", "manifest.json"));
+    const auto single = [&](int from, int to) {
+        json frame = body["common"];
+        frame.update(body["frames"][from]);
+        frame["output"] = {{"channel", "flow"},
+                           {"format", "npy"},
+                           {"flow", {{"time", 0}, {"camera", body["frames"][to]["camera"]}}}};
+        const auto answer = postJson(client, "/v1/frames", frame.dump());
+        EXPECT_EQ(answer->status, 200) << answer->body;
+        return answer->body;
+    };
+    EXPECT_EQ(fileOf(files, "000001.flow.npy"), single(1, 2));
+    EXPECT_EQ(fileOf(files, "000001.flowBack.npy"), single(1, 0));
+    EXPECT_NE(single(1, 2), single(1, 0));
+    EXPECT_THAT(single(0, 1).substr(0, 128), testing::HasSubstr("(48, 64, 3)"));
+    const auto link = client.Get(
+        "/v1/frames?scene=six-walls&width=64&height=48&position=0,1,2&target=0,1,0&"
+        "format=npy&channel=flow&output.flow.time=1");
+    EXPECT_EQ(link->status, 200) << link->body;
+}
+
+TEST(Sequences, InstancesAreJson) {
+    auto client = sharedServer().client();
+    json body = orbit(1, {{"channels", {{"objectId", true}, {"instances", true}}}});
+    body["common"]["output"]["classes"] = {{{"name", "wall"}, {"pattern", "wall*"}}};
+    const auto result = postJson(client, "/v1/sequences", body.dump());
+    ASSERT_EQ(result->status, 200) << result->body;
+    const Files files = filesOfTar(result->body);
+    const std::string text = fileOf(files, "000000.instances.json");
+    const json found = json::parse(text);
+    EXPECT_EQ(found["width"], 64);
+    EXPECT_EQ(found["classes"], json({"wall"}));
+    ASSERT_GT(found["instances"].size(), 2u);
+    // The counts of the identifiers' file, whose header has 128 bytes.
+    const std::string npy = fileOf(files, "000000.objectId.npy");
+    std::vector<float> ids(64 * 48);
+    std::memcpy(ids.data(), npy.data() + 128, ids.size() * sizeof(float));
+    for (const json& each : found["instances"]) {
+        const float id = each["objectId"].get<float>();
+        EXPECT_EQ(each["pixels"], std::count(ids.begin(), ids.end(), id)) << each;
+        EXPECT_EQ(each["worldFromModel"].size(), 16u);
+        EXPECT_LE(each["visibleShare"], 1.0);
+        const bool wall = each["node"].get<std::string>().starts_with("wall");
+        EXPECT_EQ(each.value("class", ""), wall ? "wall" : "") << each;
+    }
+    json single = body["common"];
+    single.update(body["frames"][0]);
+    single["output"].update({{"channel", "instances"}, {"format", "json"}});
+    const auto frame = postJson(client, "/v1/frames", single.dump());
+    EXPECT_EQ(frame->status, 200) << frame->body;
+    EXPECT_EQ(frame->get_header_value("Content-Type"), "application/json");
+    EXPECT_EQ(frame->body, text);
+    single["output"]["format"] = "npy";
+    const auto wrong = postJson(client, "/v1/frames", single.dump());
+    EXPECT_EQ(wrong->status, 422);
+    EXPECT_THAT(wrong->body, testing::HasSubstr("/output/format"));
+}
+
 TEST(Sequences, MatricesAreReported) {
     auto client = sharedServer().client();
     json body = orbit(1);
@@ -252,6 +355,16 @@ TEST(Sequences, EveryInvalidFieldIsNamed) {
     EXPECT_THAT(pointers(json::object()), ElementsAre("/frames"));
     EXPECT_THAT(pointers(orbit(1, {{"first", 1}})), ElementsAre("/first"));
     EXPECT_THAT(pointers(orbit(1, {{"channels", {{"color", false}}}})), ElementsAre("/channels"));
+    EXPECT_THAT(pointers(orbit(1, {{"channels", {{"classId", true}}}})),
+                ElementsAre("/frames/0/output/classes"));
+    EXPECT_THAT(
+        pointers(orbit(
+            1, {{"channels", {{"classId", true}}},
+                {"common", {{"output", {{"classes", {{{"name", "a"}, {"pattern", "none*"}}}}}}}}})),
+        ElementsAre("/output/classes/0/pattern"));
+    json resized = orbit(2, {{"channels", {{"flow", true}}}});
+    resized["frames"][1]["width"] = 32;
+    EXPECT_THAT(pointers(resized), ElementsAre("/frames/1/width"));
     EXPECT_THAT(pointers(orbit(1, {{"path", {{"keys", json::array()}}}})),
                 ElementsAre("/path", "/path/keys"));
     EXPECT_THAT(pointers(orbit(1, {{"turntable", json::object()}})), ElementsAre("/turntable"));

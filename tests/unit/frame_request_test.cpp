@@ -96,7 +96,11 @@ INSTANTIATE_TEST_SUITE_P(
               [](auto& r) {
                   r.environment.rotation = {0, 0, 0, 3};
               }},
-        Wrong{"depthInJpeg", "/output/format", [](auto& r) { r.output.channel = Channel::depth; }}),
+        Wrong{"depthInJpeg", "/output/format", [](auto& r) { r.output.channel = Channel::depth; }},
+        Wrong{"classesMissing", "/output/classes",
+              [](auto& r) {
+                  r.output = {.format = OutputFormat::npy, .channel = Channel::classId};
+              }}),
     [](const auto& row) { return row.param.name; });
 
 TEST(Accuracy, APresetIsItsOwnName) {

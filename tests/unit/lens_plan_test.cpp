@@ -292,8 +292,8 @@ TEST(LensPlan, ThroughNumbersMirroredViewsAcrossTheViewsOfALens) {
     std::set<std::uint32_t> numbers;
     for (const DrawChannel& work : worksOf<DrawChannel>(planOf(mirrorScene(), r))) {
         for (const Draw& draw : work.draws) {
-            if (draw.through >= throughFirstMirror)
-                numbers.insert(draw.through - throughFirstMirror);
+            if (draw.label.value_or(0) >= throughFirstMirror)
+                numbers.insert(*draw.label - throughFirstMirror);
         }
     }
     const std::size_t mirrors = count(color, "mirror");

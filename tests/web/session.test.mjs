@@ -46,6 +46,8 @@ const frame = object({
   environment: object({ map: { type: "string", maxLength: 128 }, rotation: numbers(4), visible: flag,
                         intensity: { type: "number", minimum: 0, maximum: 10000, default: 1 } }),
   lights: { type: "array", maxItems: 64, items: object({ light: { type: "string" }, radius: { type: "number", minimum: 0, maximum: 1e9 } }) },
+  ground: object({ height: { type: "number", minimum: -1e9, maximum: 1e9 }, color: { ...numbers(3), default: [0.5, 0.5, 0.5] },
+                   roughness: { type: "number", minimum: 0, maximum: 1, default: 1 }, shadowCatcher: { type: "boolean" } }),
   filters: { type: "array", maxItems: 8, items: filter },
   toneMap: { type: "string", enum: ["neutral", "aces"], default: "neutral" },
   exposure: { type: "number", minimum: -32, maximum: 32, default: 0 },
@@ -114,6 +116,17 @@ test("filter fields in pixels are scaled for small frames", () => {
   made.filters = [{ type: "twirl", amount: 2, radius: 100 }];
   assert.deepEqual(made.request([64, 36], { scale: 0.5 }).filters, [{ type: "twirl", amount: 2, radius: 50 }]);
   assert.deepEqual(made.request([128, 72]).filters, made.filters);
+});
+
+test("a ground is in requests and links once it is set", () => {
+  const made = session();
+  assert.equal(made.request([64, 36]).ground, undefined);
+  assert.equal(made.imageSchemas.ground, undefined);
+  made.ground = { color: [0.5, 0.5, 0.5], roughness: 0.1, shadowCatcher: true };
+  assert.deepEqual(made.request([64, 36]).ground, made.ground);
+  const other = session();
+  other.read(made.query());
+  assert.deepEqual(other.ground, made.ground);
 });
 
 test("changes of lights are entries by name; those of all lights come first", () => {

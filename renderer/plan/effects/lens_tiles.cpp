@@ -82,7 +82,7 @@ TargetId planAssembly(FramePlan& plan, std::vector<LensTile> tiles,
     AssembleLens work{.lens = plan.lens->lens, .tiles = std::move(tiles)};
     for (const ViewTask& task : tasks) work.sources.push_back(task.target);
     work.numbers = plan.channel != Channel::color;
-    work.depth = plan.channel == Channel::depth;
+    work.depth = plan.channel == Channel::depth && plan.layer == OutputLayer::direct;
     plan.passes.push_back({.name = "lens",
                            .target = frame.target,
                            .reason = "the lens " + std::string(typeOf(plan.lens->lens.model)) +

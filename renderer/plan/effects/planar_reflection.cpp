@@ -102,8 +102,9 @@ MirrorGroup& groupFor(std::vector<MirrorGroup>& groups, const Stage& stage, cons
     const auto sameDirection = [&](const MirrorGroup& g) {
         return glm::dot(g.plane.normal, facing.plane->normal) > kSameNormal;
     };
+    const auto isCatcher = [&](Index instance) { return isShadowCatcher(stage.scene, instance); };
     const auto samePlane = [&](const MirrorGroup& g) {
-        return sameDirection(g) &&
+        return sameDirection(g) && isCatcher(g.instance) == isCatcher(s.surface->instance) &&
                std::abs(g.height - facing.height) <= kSameOffset * (g.height + facing.height);
     };
     const auto otherSide = [&](const MirrorGroup& g) {
@@ -246,6 +247,9 @@ TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGro
     if (task.background.radiance) {
         if (const auto drawn = context.builder.shared(key)) return *drawn;
     }
+    // A shadow catcher reflects the scene alone.
+    OwnBackground background;
+    if (isShadowCatcher(context.stage.scene, group.instance)) background.radiance = glm::vec3(0.0f);
     const TargetId target = context.builder.addTarget(
         {.name = nameOf(group.subject),
          .format = Format::rgba16f,
@@ -270,6 +274,7 @@ TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGro
                        .captured = task.captured,
                        .mirrorsLeft = task.mirrorsLeft - 1,
                        .probeGeneration = task.probeGeneration,
+                       .background = background,
                        .hidden = std::move(hidden)});
     if (picture.rough) {
         context.builder.addPass({.name = nameOf(group.subject) + ":levels",
@@ -305,10 +310,14 @@ void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawS
     }
     std::sort(hidden.begin(), hidden.end());
     const MirrorPicture picture = pictureOf(group, task, a);
-    const Method method = chooseMethod(context, task,
-                                       {group.subject, Effect::planarReflection, group.share,
-                                        group.weight, requestedMethod(a.planar, Method::mirror)},
-                                       candidatesFor(context, task, seen, group, picture, hidden));
+    const bool catcher = isShadowCatcher(context.stage.scene, group.instance);
+    // Rays and the environment map do not show the scene alone.
+    const auto forced = catcher && a.planar != PlanarMethod::environment
+                            ? std::optional(Method::mirror)
+                            : requestedMethod(a.planar, Method::mirror);
+    const Method method = chooseMethod(
+        context, task, {group.subject, Effect::planarReflection, group.share, group.weight, forced},
+        candidatesFor(context, task, seen, group, picture, hidden));
     if (method == Method::environment) return;
     for (const std::size_t s : group.seen) {
         const bool byCoat = seen.surfaces[s].surface->reason == ReflectorReason::clearcoat;
@@ -329,7 +338,7 @@ void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawS
                                  .samples = a.planarSamples});
     for (const std::size_t s : group.seen) {
         seen.surfaces[s].features |= FEATURE_MIRROR;
-        if (picture.rough && a.planarSamples > 1) {
+        if (picture.rough && a.planarSamples > 1 && !catcher) {
             seen.surfaces[s].features |= FEATURE_MIRROR_SAMPLES;
         }
         seen.surfaces[s].reflection = static_cast<std::uint32_t>(drawn.reflections.size() - 1);

@@ -119,7 +119,10 @@ private:
             work.recorded.draws.begin(), work.recorded.draws.end(),
             [](const Draw& draw) { return (draw.features & FEATURE_TRACED_GLASS) != 0; });
         work.recorded.targets = recordTargets(pass.target, glass ? 4 : 2);
-        work.recorded.rect = rectOf(work.recorded.draws, work.view, pass.target);
+        const TargetSpec& drawn = context_.builder.target(pass.target);
+        work.recorded.rect =
+            touchedPixels(coveredBy(work.recorded.draws, work.view, context_.stage), drawn.width,
+                          drawn.height, 2.0);
         FollowRays rays{.face = work.face,
                         .view = work.view,
                         .map = work.map,
@@ -143,31 +146,6 @@ private:
         pass.work = std::move(work);
         context_.builder.addPass(std::move(pass));
         context_.builder.addPass(std::move(follow));
-    }
-
-    // What the instances of the draws cover at most.
-    TargetRect rectOf(std::span<const Draw> draws, const View& view, TargetId target) const {
-        const Stage& stage = context_.stage;
-        ScreenBox covered;
-        for (const Draw& draw : draws) {
-            const Instance& instance = stage.scene.instances[draw.instance];
-            const ScreenBox box = screenBox(
-                view, transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
-                                  eyeFromLocal(view, stage.pose.worldFromNode[instance.node])));
-            if (box.empty()) continue;
-            covered.low = glm::min(covered.low, box.low);
-            covered.high = glm::max(covered.high, box.high);
-        }
-        if (covered.empty()) return {0, 0, 1, 1};
-        const TargetSpec& drawn = context_.builder.target(target);
-        const PixelRect touched = pixelRect(covered, drawn.width, drawn.height, 2.0);
-        const auto clamped = [](double x, std::uint32_t low, std::uint32_t high) {
-            return static_cast<std::uint32_t>(std::clamp(x, double(low), double(high)));
-        };
-        const std::uint32_t x = clamped(touched.x, 0, drawn.width - 1);
-        const std::uint32_t y = clamped(touched.y, 0, drawn.height - 1);
-        return {x, y, clamped(touched.x + touched.width, x + 1, drawn.width) - x,
-                clamped(touched.y + touched.height, y + 1, drawn.height) - y};
     }
 
     TargetId sizedAs(TargetId target, const char* name, Format format, std::uint32_t samples = 1) {

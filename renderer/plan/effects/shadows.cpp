@@ -52,14 +52,15 @@ bool isSurface(const Stage& stage, const Surface& surface) {
     return stage.scene.meshes[instance.mesh].primitive == Primitive::triangles;
 }
 
+// The ground is below everything that it could shade.
 bool casts(const Stage& stage, const Surface& surface) {
-    return isSurface(stage, surface) && surface.glass == Glass::none &&
-           stage.material(surface).alphaMode != AlphaMode::blend;
+    return isSurface(stage, surface) && surface.instance != stage.scene.ground &&
+           surface.glass == Glass::none && stage.material(surface).alphaMode != AlphaMode::blend;
 }
 
 // Some light passes it.
 bool tints(const Stage& stage, const Surface& surface) {
-    return isSurface(stage, surface) &&
+    return isSurface(stage, surface) && surface.instance != stage.scene.ground &&
            (surface.glass != Glass::none || stage.material(surface).alphaMode == AlphaMode::blend);
 }
 
@@ -267,6 +268,11 @@ constexpr std::size_t kSampledClusters = 512;
 
 // For each light the root mean square of its share of the light on the scene's surfaces, 0..1.
 std::vector<double> sharesOf(const Stage& stage) {
+    // A ground would outweigh all other surfaces; it counts if nothing else is lit.
+    const bool onGround =
+        std::none_of(stage.surfaces.begin(), stage.surfaces.end(), [&](const Surface& s) {
+            return s.instance != stage.scene.ground && !stage.material(s).unlit;
+        });
     std::size_t clusters = 0;
     for (const Surface& surface : stage.surfaces) clusters += surface.clusterCount;
     const std::size_t step = std::max<std::size_t>(clusters / kSampledClusters, 1);
@@ -276,6 +282,7 @@ std::vector<double> sharesOf(const Stage& stage) {
     double weights = 0.0;
     std::size_t number = 0;
     for (const Surface& surface : stage.surfaces) {
+        if ((surface.instance == stage.scene.ground) != onGround) continue;
         const Instance& instance = stage.scene.instances[surface.instance];
         const Mesh& mesh = stage.scene.meshes[instance.mesh];
         for (std::uint32_t c = 0; c < surface.clusterCount; ++c, ++number) {

@@ -92,7 +92,8 @@ struct Draw {
     std::uint32_t indexCount = 0;
     Features features = 0;
     std::uint32_t reflection = kNoReflection;  // into the pass's reflections
-    std::uint32_t through = 0;                 // value of the channel `through`; see Through
+    // What a channel of labels shows; none: instance + 1. Of the channel `through`: see Through.
+    std::optional<std::uint32_t> label;
     LightList lights;
     Primitive primitive = Primitive::triangles;
     float pointSize = 1.0f;  // width of lines and points, pixels of the target

@@ -51,8 +51,9 @@ struct FrameContext {
     // 0: there is none, and nothing hides the environment.
     std::uint64_t surfaceLight = 0;
     LightProgress light = {};
-    bool needsRays = false;  // FramePlan::rays is wanted even if no draw traces rays
-    bool convex = false;     // no surface of the scene sees another; see scene/convexity.h
+    const Pose* flowPose = nullptr;  // at the time of output.flow; null without that channel
+    bool needsRays = false;          // FramePlan::rays is wanted even if no draw traces rays
+    bool convex = false;             // no surface of the scene sees another; see scene/convexity.h
 };
 
 }  // namespace clerestory

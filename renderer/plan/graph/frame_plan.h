@@ -49,6 +49,7 @@ struct FramePlan {
     // Values that the passes send to the GPU.
     std::uint32_t width = 0, height = 0;
     Channel channel = Channel::color;
+    OutputLayer layer = OutputLayer::direct;
     std::uint32_t anisotropy = 1;
     std::string environment;  // name of the map
     glm::dmat3 mapFromWorld{1.0};

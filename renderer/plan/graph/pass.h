@@ -13,6 +13,7 @@
 #pragma once
 
 #include "plan/graph/effect.h"
+#include "plan/graph/label_passes.h"
 #include "plan/graph/map_passes.h"
 #include "plan/graph/picture_passes.h"
 #include "plan/graph/scene_passes.h"
@@ -26,7 +27,8 @@ using PassWork =
     std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene, DrawGlass,
                  DrawBlended, FollowRays, DrawShadow, DrawShadowTint, DrawBackFaces, DrawChannel,
                  CopyBackdrop, AssembleLens, Twirl, Convolve, GlowBright, GlowDown, GlowUp, Glow,
-                 BackgroundAlpha, ToneMapping, EdgeFilter, StraightAlpha>;
+                 BackgroundAlpha, ToneMapping, EdgeFilter, StraightAlpha, MeasureFlow,
+                 MeasureInstances, FollowLayer>;
 
 struct Pass {
     std::string name;

@@ -46,7 +46,7 @@ void addMaterial(PlanHash& hash, Index material, const Stage& stage) {
 void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
     hash.add(draws.size());
     for (const Draw& draw : draws) {
-        const auto& [instance, material, firstIndex, indexCount, features, reflection, through,
+        const auto& [instance, material, firstIndex, indexCount, features, reflection, label,
                      lights, primitive, pointSize] = draw;
         hash.add(instance);
         addMaterial(hash, material, stage);
@@ -54,7 +54,7 @@ void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
         hash.add(indexCount);
         hash.add(features);
         hash.add(reflection);
-        hash.add(through);
+        hash.add(label.value_or(0));
         hash.add(primitive);
         hash.add(pointSize);
         const Instance& placed = stage.scene.instances[instance];

@@ -132,7 +132,35 @@ void checkLens(const CameraRequest& c, std::vector<FieldError>& errors) {
     }
 }
 
+void checkFormat(const Output& output, std::vector<FieldError>& errors) {
+    const bool json = output.format == OutputFormat::json;
+    const bool floats = output.format == OutputFormat::npy || output.format == OutputFormat::exr;
+    const char* detail = "cannot hold this channel";
+    if (output.channel == Channel::instances) {
+        if (!json) errors.push_back({"/output/format", detail, "json"});
+    } else if (output.channel != Channel::color) {
+        if (!floats) errors.push_back({"/output/format", detail, "npy or exr"});
+    } else if (json) {
+        errors.push_back({"/output/format", detail, "jpeg, png, webp, npy or exr"});
+    }
+}
+
+std::vector<FieldError> cameraProblems(const CameraRequest& c) {
+    std::vector<FieldError> errors;
+    checkPose(c, errors);
+    checkLens(c, errors);
+    if (c.znear && c.zfar && !(*c.znear < *c.zfar)) {
+        errors.push_back({"/camera/zfar", "is not greater than znear", "more than znear"});
+    }
+    return errors;
+}
+
 }  // namespace
+
+std::vector<FieldError> below(const std::string& pointer, std::vector<FieldError> errors) {
+    for (FieldError& e : errors) e.pointer = pointer + e.pointer;
+    return errors;
+}
 
 InvalidRequest::InvalidRequest(std::vector<FieldError> errors)
     : std::runtime_error(joined(errors)), errors_(std::move(errors)) {}
@@ -141,13 +169,22 @@ bool isTransparent(const std::optional<BackgroundRequest>& background) {
     return background && *background == BackgroundRequest(Background::transparent);
 }
 
+Composition compositionOf(const FrameRequest& request) {
+    Composition composition{request.nodes, request.variant, request.ground};
+    if (request.ground) {
+        composition.shadowCatcher =
+            request.ground->shadowCatcher.value_or(isTransparent(request.background));
+    }
+    return composition;
+}
+
 std::vector<FieldError> problems(const FrameRequest& request) {
-    std::vector<FieldError> errors;
-    const CameraRequest& c = request.camera;
-    checkPose(c, errors);
-    checkLens(c, errors);
-    if (c.znear && c.zfar && !(*c.znear < *c.zfar)) {
-        errors.push_back({"/camera/zfar", "is not greater than znear", "more than znear"});
+    std::vector<FieldError> errors = problems(request.parts);
+    for (FieldError& e : cameraProblems(request.camera)) errors.push_back(std::move(e));
+    if (const auto& flow = request.output.flow; flow && flow->camera) {
+        for (FieldError& e : below("/output/flow", cameraProblems(*flow->camera))) {
+            errors.push_back(std::move(e));
+        }
     }
     if (std::uint64_t{request.width} * request.height > kMaxPixels) {
         errors.push_back({"/width", "width x height is too large",
@@ -162,10 +199,22 @@ std::vector<FieldError> problems(const FrameRequest& request) {
         errors.push_back({"/accuracy", "has settings together with a budget, which replaces them",
                           "maxMilliseconds, maxError or both; or a preset and settings"});
     }
-    const bool floats =
-        request.output.format == OutputFormat::npy || request.output.format == OutputFormat::exr;
-    if (request.output.channel != Channel::color && !floats) {
-        errors.push_back({"/output/format", "cannot hold this channel", "npy or exr"});
+    if (request.accuracy.isBudget() && !request.parts.empty()) {
+        errors.push_back({"/accuracy", "is a budget, which one scene has a curve for",
+                          "a preset and settings with a list of scenes"});
+    }
+    checkFormat(request.output, errors);
+    if (request.output.layer != OutputLayer::direct && !hasLayers(request.output.channel)) {
+        errors.push_back({"/output/layer", "conflicts with this channel",
+                          "direct; or another one with the channels depth, normal, position, "
+                          "albedo, objectId, materialId and classId"});
+    }
+    if (request.output.channel == Channel::classId && request.output.classes.empty()) {
+        errors.push_back(
+            {"/output/classes", "is empty", "a list of { name, pattern } for the channel classId"});
+    }
+    if (request.output.channel == Channel::flow && !request.output.flow) {
+        errors.push_back({"/output/flow", "is missing", "{ time, camera } for the channel flow"});
     }
     if (request.output.channel == Channel::color && request.output.format == OutputFormat::jpeg &&
         isTransparent(request.background)) {

@@ -3,10 +3,13 @@
 // docs/api.md use it.
 #pragma once
 
+#include "plan/request/camera_request.h"
 #include "plan/request/filter_request.h"
-#include "plan/request/lens_request.h"
+#include "plan/request/output_request.h"
 #include "scene/compose.h"
 #include "scene/fields.h"
+#include "scene/ground.h"
+#include "scene/join.h"
 #include "scene/light_override.h"
 #include "scene/material_override.h"
 
@@ -27,12 +30,7 @@ namespace clerestory {
 
 // ---- the request ---------------------------------------------------------------------------
 
-enum class Convention { opengl, opencv };
-enum class PixelCenter { half, integer };
 enum class ToneMap { neutral, aces, linear };
-enum class OutputFormat { jpeg, png, npy, exr, webp };
-enum class Subsampling { s420, s444 };
-enum class Channel { color, depth, normal, objectId, through };
 enum class Preset { draft, standard, fine };
 enum class Background { map, transparent };
 // Techniques for an effect. automatic: the cheapest one that is accurate enough for the preset.
@@ -40,38 +38,6 @@ enum class PlanarMethod { automatic, environment, mirror, traced };
 enum class CurvedMethod { automatic, environment, probe, traced };
 enum class GlassMethod { automatic, environment, backdrop, traced };
 enum class Parallax { none, box, depth };
-
-struct Intrinsics {  // pixels, first row on top
-    double fx = 1000, fy = 1000, cx = 640, cy = 360;
-    PixelCenter pixelCenter = PixelCenter::half;
-    bool operator==(const Intrinsics&) const = default;
-};
-
-// A pose from which chosen surfaces fill the frame; see scene/fit.h.
-struct FitRequest {
-    std::optional<std::string> node, material;  // names; none: everything
-    double azimuth = 0.463647609;               // as the default view of a scene without a camera
-    double elevation = 0.303385417;
-    double margin = 0.1;     // of the frame, on each of two opposite sides
-    bool allAround = false;  // one distance and one middle for all azimuths
-};
-
-struct CameraRequest {
-    std::optional<glm::dvec3> position;
-    std::optional<glm::dvec3> target;
-    std::optional<glm::dvec3> up;
-    std::optional<std::array<double, 4>> orientation;     // x y z w
-    std::optional<std::array<double, 16>> cameraToWorld;  // column-major
-    Convention convention = Convention::opengl;
-    std::optional<std::string> name;
-    std::optional<FitRequest> fit;
-    std::optional<double> yfov;
-    std::optional<double> orthographicHeight;
-    std::optional<Intrinsics> intrinsics;
-    std::optional<LensRequest> lens;  // none: perspective, or orthographicHeight, or the scene's
-    std::optional<double> znear;
-    std::optional<double> zfar;
-};
 
 struct Effects {
     bool emission = true;
@@ -124,15 +90,9 @@ struct EnvironmentRequest {
 // nothing, or a radiance. Mirrors reflect the environment map in all cases.
 using BackgroundRequest = std::variant<Background, std::array<double, 3>>;
 
-struct Output {
-    OutputFormat format = OutputFormat::jpeg;
-    std::uint32_t quality = 85;
-    Subsampling subsampling = Subsampling::s420;
-    Channel channel = Channel::color;
-};
-
 struct FrameRequest {
-    std::string scene;  // empty: the server's default
+    std::string scene;               // empty: the server's default
+    std::vector<PlacedScene> parts;  // several scenes in one; `scene` is then the first's id
     CameraRequest camera;
     std::uint32_t width = 1280;
     std::uint32_t height = 720;
@@ -147,76 +107,21 @@ struct FrameRequest {
     std::vector<MaterialOverride> overrides;      // in order; a later one wins
     std::vector<NodeOverride> nodes;              // in order; a later one wins
     std::vector<LightOverride> lights;            // in order; a later one wins
-    std::vector<FilterRequest> filters;           // post-filters, in order
+    std::optional<GroundPlane> ground;
+    std::vector<FilterRequest> filters;  // post-filters, in order
     ToneMap toneMap = ToneMap::neutral;
     double exposure = 0.0;  // stops
     Output output;
 };
 
 bool isTransparent(const std::optional<BackgroundRequest>& background);
+// What the request changes of its scene.
+Composition compositionOf(const FrameRequest& request);
 
 inline constexpr std::uint32_t kMaxEdge = 4096;
 inline constexpr std::uint64_t kMaxPixels = 8'847'360;  // 4096 x 2160
 
 // ---- the field tables ----------------------------------------------------------------------
-
-template <class V>
-void fields(Intrinsics& i, V&& visit) {
-    visit("fx", i.fx, Range{1e-3, 1e7, "pixels"}, "focal length along x");
-    visit("fy", i.fy, Range{1e-3, 1e7, "pixels"}, "focal length along y");
-    visit("cx", i.cx, Range{-1e6, 1e6, "pixels"}, "principal point, from the left edge");
-    visit("cy", i.cy, Range{-1e6, 1e6, "pixels"}, "principal point, from the top edge");
-    visit("pixelCenter", i.pixelCenter,
-          Choice<PixelCenter>{{{"half", PixelCenter::half}, {"integer", PixelCenter::integer}}},
-          "coordinate of the centre of the first pixel: half is 0.5, integer is 0");
-}
-
-template <class V>
-void fields(FitRequest& f, V&& visit) {
-    visit("node", f.node, Text{256}, "name of a node: what is at or below it");
-    visit("material", f.material, Text{256}, "name of a material: what has it without a variant");
-    visit("azimuth", f.azimuth, Range{-1e3, 1e3, "radians"},
-          "direction of the camera about +Y: 0 is +Z, a quarter turn is +X");
-    visit("elevation", f.elevation, Range{-1.5707964, 1.5707964, "radians"},
-          "of the camera above the horizon");
-    visit("margin", f.margin, Range{0, 0.45},
-          "share of the frame left free on each of two opposite sides");
-    visit("allAround", f.allAround, Flag{},
-          "the camera keeps one distance and aims at one point for all azimuths: what turns about "
-          "the vertical axis through its middle stays in the frame");
-}
-
-template <class V>
-void fields(CameraRequest& c, V&& visit) {
-    visit("position", c.position, Range{-1e9, 1e9, "metres"},
-          "position of the camera in the world");
-    visit("target", c.target, Range{-1e9, 1e9, "metres"}, "point that the camera looks at");
-    visit("up", c.up, Range{-1e9, 1e9}, "direction that points up in the picture; +Y when absent");
-    visit("orientation", c.orientation, Range{-1e3, 1e3},
-          "rotation from camera to world, unit quaternion x y z w; the camera looks along its own "
-          "-Z axis");
-    visit("cameraToWorld", c.cameraToWorld, Range{-1e9, 1e9},
-          "rigid 4x4 matrix from camera to world, column-major");
-    visit("convention", c.convention,
-          Choice<Convention>{{{"opengl", Convention::opengl}, {"opencv", Convention::opencv}}},
-          "camera axes of cameraToWorld: opengl has +Y up and looks along -Z, opencv has +Y down "
-          "and looks along +Z");
-    visit("name", c.name, Text{256}, "name of a camera of the scene");
-    visit("fit", c.fit, Nested{},
-          "instead of a pose: chosen surfaces fill the frame, seen from a direction");
-    visit("yfov", c.yfov, Range{0.0174532925, 3.1241394, "radians"},
-          "vertical field of view (1 to 179 degrees); 0.7 with fit when absent");
-    visit("orthographicHeight", c.orthographicHeight, Range{1e-9, 1e9, "metres"},
-          "height of what an orthographic lens shows, instead of yfov");
-    visit("intrinsics", c.intrinsics, Nested{},
-          "focal lengths and principal point, instead of yfov");
-    visit("lens", c.lens, NestedUnion{"Lens"},
-          "projection and distortion; perspective without distortion when absent");
-    visit("znear", c.znear, Range{1e-9, 1e9, "metres"},
-          "distance of the near plane; derived from the scene when absent");
-    visit("zfar", c.zfar, Range{1e-9, 1e12, "metres"},
-          "distance of the far plane; infinite when absent");
-}
 
 template <class V>
 void fields(Effects& e, V&& visit) {
@@ -325,41 +230,17 @@ void fields(EnvironmentRequest& e, V&& visit) {
 }
 
 template <class V>
-void fields(Output& o, V&& visit) {
-    visit("format", o.format,
-          Choice<OutputFormat>{{{"jpeg", OutputFormat::jpeg},
-                                {"png", OutputFormat::png},
-                                {"npy", OutputFormat::npy},
-                                {"exr", OutputFormat::exr},
-                                {"webp", OutputFormat::webp}}},
-          "file format; npy and exr hold float32, their color is linear radiance before tone "
-          "mapping");
-    visit("quality", o.quality, Range{1, 100}, "quality factor of JPEG and WebP");
-    visit("subsampling", o.subsampling,
-          Choice<Subsampling>{{{"4:2:0", Subsampling::s420}, {"4:4:4", Subsampling::s444}}},
-          "JPEG chroma subsampling");
-    visit("channel", o.channel,
-          Choice<Channel>{{{"color", Channel::color},
-                           {"depth", Channel::depth},
-                           {"normal", Channel::normal},
-                           {"objectId", Channel::objectId},
-                           {"through", Channel::through}}},
-          "content of the pixels. depth: metres along -Z, along the ray with the lenses fisheye, "
-          "equirectangular and cube, 0 for the background; normal: in world space; objectId: "
-          "instance + 1, 0 for the background; through: 0 background, 1 a surface "
-          "itself, 2 glass, 3 a mirror drawn from a captured cube or by ray tracing, 4 a mirror "
-          "that shows the environment map only, 16 + k the plan's k-th mirrored view, from 0");
-}
-
-template <class V>
 void fields(FrameRequest& r, V&& visit) {
-    visit("scene", r.scene, Text{128}, "id of a scene; the server's default scene when empty");
+    PlacedScenes scenes{r.scene, r.parts};
+    visit("scene", scenes, TextOrList{{128}, kMaxPlacedScenes},
+          "id of a scene, the server's default scene when empty; or a list of scenes with "
+          "transforms");
     visit("camera", r.camera, Nested{}, "pose and lens; the default view of the scene when empty");
     visit("width", r.width, Range{1, kMaxEdge, "pixels"},
           "width of the frame; width times height is at most 8847360");
     visit("height", r.height, Range{1, kMaxEdge, "pixels"}, "height of the frame");
     visit(
-        "time", r.time, Range{0, 1e6, "seconds"},
+        "time", r.time, kTime,
         "time of the animation; at its end a clip shows its last key, after that it starts again");
     visit("clip", r.clip, Text{256},
           "name of the animation that plays; absent: the first one, and those that move nothing "
@@ -384,9 +265,11 @@ void fields(FrameRequest& r, V&& visit) {
           "overrides earlier ones");
     visit("lights", r.lights, NestedList{kMaxLightOverrides},
           "lights that are added, changed or switched off; a later entry overrides earlier ones");
+    visit("ground", r.ground, Nested{},
+          "a ground plane below the scene, with its shadows and reflections");
     visit("filters", r.filters, NestedUnionList{kMaxFilters, "Filter"},
-          "post-filters, applied in order to linear light before tone mapping; the channels depth, "
-          "normal, objectId and through are not filtered");
+          "post-filters, applied in order to linear light before tone mapping; only the channel "
+          "color is filtered");
     visit(
         "toneMap", r.toneMap,
         Choice<ToneMap>{
@@ -411,5 +294,8 @@ private:
 // Checks that involve several fields: at most one pose, near before far, the number of pixels, a
 // unit quaternion, an output format that can hold the channel. Empty if the request is valid.
 std::vector<FieldError> problems(const FrameRequest& request);
+
+// The errors of a part of a request, which is at `pointer`.
+std::vector<FieldError> below(const std::string& pointer, std::vector<FieldError> errors);
 
 }  // namespace clerestory

@@ -6,6 +6,7 @@
 #include "plan/visibility/visibility.h"
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 namespace clerestory {
@@ -162,7 +163,7 @@ struct OrderedDraw {
 
 bool continues(const Draw& before, const Draw& next) {
     return before.instance == next.instance && before.features == next.features &&
-           before.reflection == next.reflection && before.through == next.through &&
+           before.reflection == next.reflection && before.label == next.label &&
            before.lights == next.lights && before.firstIndex + before.indexCount == next.firstIndex;
 }
 
@@ -303,6 +304,9 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
                          .pointSize = stage.settings.pointSize};
         const bool unlit = (features & FEATURE_UNLIT) != 0;
         if (!unlit && hasWideLobe(material, stage)) seen.features |= FEATURE_WIDE_LOBE;
+        if (isShadowCatcher(scene, surface.instance)) {
+            seen.features |= ofLayers(LAYER_SHADOW_CATCHER);
+        }
         rects.clear();
         const bool opaque = mesh.primitive == Primitive::triangles &&
                             !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
@@ -358,6 +362,8 @@ DrawLists drawLists(const SeenView& view) {
     std::vector<OrderedDraw> opaque, masked;
     for (std::size_t i = 0; i < view.surfaces.size(); ++i) {
         const SeenSurface& seen = view.surfaces[i];
+        // A ground that catches shadows is below everything that is seen before it.
+        const bool below = (seen.features & ofLayers(LAYER_SHADOW_CATCHER)) != 0;
         for (const SeenCluster& cluster : seen.clusters) {
             Draw draw{.instance = seen.surface->instance,
                       .material = seen.surface->material,
@@ -365,7 +371,7 @@ DrawLists drawLists(const SeenView& view) {
                       .indexCount = cluster.indexCount,
                       .features = seen.features,
                       .reflection = seen.reflection,
-                      .through = seen.through,
+                      .label = seen.label,
                       .lights = cluster.lights,
                       .primitive = seen.primitive};
             if (draw.primitive != Primitive::triangles) draw.pointSize = seen.pointSize;
@@ -374,7 +380,8 @@ DrawLists drawLists(const SeenView& view) {
             draw.features = programFeatures(draw.features, view.sharedFeatures, view.glassFeatures);
             if (seen.overBackdrop || (seen.features & FEATURE_BLEND))
                 lists.through.push_back(
-                    {cluster.distance, seen.overBackdrop, i, draw, cluster.box});
+                    {below ? std::numeric_limits<double>::infinity() : cluster.distance,
+                     seen.overBackdrop, i, draw, cluster.box});
             else
                 (seen.features & FEATURE_MASK ? masked : opaque)
                     .push_back({draw, cluster.distance, cluster.share});
@@ -393,6 +400,20 @@ DrawLists drawLists(const SeenView& view) {
     std::sort(lists.through.begin(), lists.through.end(),
               [&](const auto& a, const auto& b) { return key(a) < key(b); });
     return lists;
+}
+
+ScreenBox coveredBy(std::span<const Draw> draws, const View& view, const Stage& stage) {
+    ScreenBox covered;
+    for (const Draw& draw : draws) {
+        const Instance& instance = stage.scene.instances[draw.instance];
+        const ScreenBox box = screenBox(
+            view, transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
+                              eyeFromLocal(view, stage.pose.worldFromNode[instance.node])));
+        if (box.empty()) continue;
+        covered.low = glm::min(covered.low, box.low);
+        covered.high = glm::max(covered.high, box.high);
+    }
+    return covered;
 }
 
 }  // namespace clerestory

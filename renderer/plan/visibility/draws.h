@@ -25,8 +25,8 @@ struct SeenSurface {
     std::vector<SeenCluster> clusters;
     Features features = 0;
     std::uint32_t reflection = kNoReflection;
-    std::uint32_t through = 0;  // see Draw::through
-    bool overBackdrop = false;  // glass that is drawn over a copy of the picture behind it
+    std::optional<std::uint32_t> label;  // see Draw::label
+    bool overBackdrop = false;           // glass that is drawn over a copy of the picture behind it
     Primitive primitive = Primitive::triangles;
     float pointSize = 1.0f;  // see Draw::pointSize
 };
@@ -64,5 +64,8 @@ struct DrawLists {
 };
 
 DrawLists drawLists(const SeenView& seen);
+
+// What the instances of the draws cover at most.
+ScreenBox coveredBy(std::span<const Draw> draws, const View& view, const Stage& stage);
 
 }  // namespace clerestory

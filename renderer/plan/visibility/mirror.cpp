@@ -48,6 +48,19 @@ PixelRect pixelRect(const ScreenBox& box, std::uint32_t width, std::uint32_t hei
     return {low.x, low.y, std::max(1.0, high.x - low.x), std::max(1.0, high.y - low.y)};
 }
 
+TargetRect touchedPixels(const ScreenBox& box, std::uint32_t width, std::uint32_t height,
+                         double guard) {
+    if (box.empty()) return {0, 0, 1, 1};
+    const PixelRect touched = pixelRect(box, width, height, guard);
+    const auto clamped = [](double x, std::uint32_t low, std::uint32_t high) {
+        return static_cast<std::uint32_t>(std::clamp(x, double(low), double(high)));
+    };
+    const std::uint32_t x = clamped(touched.x, 0, width - 1);
+    const std::uint32_t y = clamped(touched.y, 0, height - 1);
+    return {x, y, clamped(touched.x + touched.width, x + 1, width) - x,
+            clamped(touched.y + touched.height, y + 1, height) - y};
+}
+
 PixelRect alignedToGrid(const PixelRect& rect, double edge) {
     const glm::dvec2 low = edge * glm::floor(glm::dvec2(rect.x, rect.y) / edge);
     const glm::dvec2 high =

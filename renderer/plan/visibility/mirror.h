@@ -33,6 +33,9 @@ struct PixelRect {
 };
 // The pixels that a rectangle on screen touches, extended by `guard` pixels on each side.
 PixelRect pixelRect(const ScreenBox& box, std::uint32_t width, std::uint32_t height, double guard);
+// The part of it within the picture, at least one pixel.
+TargetRect touchedPixels(const ScreenBox& box, std::uint32_t width, std::uint32_t height,
+                         double guard);
 
 // The smallest rectangle that contains `rect` and whose borders are multiples of `edge` pixels. The
 // texels of its smaller levels then do not depend on the exact borders.

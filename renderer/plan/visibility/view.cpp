@@ -64,15 +64,18 @@ PlacedCamera sceneCamera(const std::string& name, const Scene& scene, const Pose
                            names.empty() ? "none: the scene has no cameras" : "one of: " + names}});
 }
 
-// Which instances a name of a node, or of a material, or both choose.
+// Which instances a name of a node, or of a material, or both choose; without names all but a ground.
 std::vector<bool> chosenBy(const FitRequest& fit, const Scene& scene) {
     std::vector<bool> nodes;
     if (fit.node) nodes = nodesAtOrBelow(scene, *fit.node);
+    const bool everything = !fit.node && !fit.material;
     std::vector<bool> chosen;
-    for (const Instance& instance : scene.instances) {
+    for (Index i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
         const std::string& material = scene.materials[instance.material].name;
         chosen.push_back((!fit.node || nodes[instance.node]) &&
-                         (!fit.material || material == *fit.material));
+                         (!fit.material || material == *fit.material) &&
+                         (!everything || i != scene.ground || scene.instances.size() == 1));
     }
     if (std::find(chosen.begin(), chosen.end(), true) != chosen.end()) return chosen;
     const auto names = fit.node ? namesOf(scene.nodes) : namesOf(scene.materials);
@@ -300,9 +303,11 @@ View requestedView(const CameraRequest& camera, const Scene& scene, const Pose& 
         view.orthographic = true;
         if (!camera.znear && !placed.znear) view.znear = 0.0;
         if (!zfar) {
-            const double reach =
-                bounds.empty() ? 1.0
-                               : glm::length(glm::dvec3(bounds.center()) - view.eye) + diagonal;
+            const Bounds all = scene.ground == kNone ? bounds : worldBounds(scene, pose);
+            const double reach = all.empty()
+                                     ? 1.0
+                                     : glm::length(glm::dvec3(all.center()) - view.eye) +
+                                           std::max(1e-6, static_cast<double>(all.diagonal()));
             zfar = view.znear + reach;
         }
         const double half = std::max(1e-9, *halfHeight);

@@ -65,7 +65,7 @@ visit("an invalid request shows the field and the allowed values", {}, async (v,
   assert.match(await text(page, "#note"), /request is invalid.*\/environment\/map there is no such environment map.*one of: /s);
 });
 
-test("the page continues after a restart of the server", { timeout: 120000 }, async () => {
+test("the page continues after a restart of the server", { timeout: 600000 }, async () => {
   const port = await freePort();
   const first = await serve({ port });
   const v = await Visit.open(first.url);
@@ -81,7 +81,7 @@ test("the page continues after a restart of the server", { timeout: 120000 }, as
   await second.stop();
 });
 
-test("a required token is sent with every request", { timeout: 120000 }, async () => {
+test("a required token is sent with every request", { timeout: 600000 }, async () => {
   const file = join(mkdtempSync(join(tmpdir(), "clerestory-")), "token");
   writeFileSync(file, "open-sesame-to-the-chapel\n", { mode: 0o600 });
   const guarded = await serve({ more: ["--token-file", file] });

@@ -26,14 +26,14 @@ export class Visit {
   #inProgress = new Set();   // requests of frames
   #runningAtStart = [];      // for each request of a frame, those in progress when it began
   #failed = new Set();       // aborted, or without an answer
-  expected = [/409/]; // allowed errors: a scene that is still loading is 409
+  expected = [/409/, /503/]; // allowed errors: a scene that is still loading is 409, a busy server 503
 
   static async open(url, { viewport = kDesk, before, path = "", ...options } = {}) {
     const visit = new Visit();
     visit.context = await browser.newContext({ viewport, ...options });
     await visit.context.grantPermissions(["clipboard-read", "clipboard-write"]);
     visit.page = await visit.context.newPage();
-    visit.page.setDefaultTimeout(40000);
+    visit.page.setDefaultTimeout(300000);
     visit.#watch(new URL(url).origin);
     await before?.(visit.page);
     await visit.page.goto(url + path);
@@ -112,7 +112,7 @@ after(async () => {
 });
 
 // Opens the page, waits for the first full frame, runs the steps, and checks the recorded requests and errors.
-export const visit = (name, options, steps) => test(name, { timeout: 120000 }, async () => {
+export const visit = (name, options, steps) => test(name, { timeout: 600000 }, async () => {
   const visited = await Visit.open(options.url ?? server.url, options);
   visited.first = await visited.settled();
   await steps(visited, visited.page);

@@ -23,7 +23,7 @@ function glb(x = 1) {
                         numbers(36), Buffer.from("BIN\0"), binary]);
 }
 
-test("an uploaded file becomes a scene; an invalid file is reported and changes nothing", { timeout: 120000 }, async () => {
+test("an uploaded file becomes a scene; an invalid file is reported and changes nothing", { timeout: 600000 }, async () => {
   const folder = mkdtempSync(join(tmpdir(), "clerestory-uploads-"));
   const open = await serve({ more: ["--uploads", folder, "--max-upload", "100000"] });
   const v = await Visit.open(open.url);
@@ -90,7 +90,7 @@ async function withUploads(steps) {
 const shows = (page, title) => page.waitForFunction((t) =>
   document.querySelector("#scene").selectedOptions[0]?.textContent === t && !document.querySelector("#stage").classList.contains("busy"), title);
 
-test("dropped files are one scene, packed with its side files; its warnings can be read and dismissed", { timeout: 120000 }, () =>
+test("dropped files are one scene, packed with its side files; its warnings can be read and dismissed", { timeout: 600000 }, () =>
   withUploads(async (v, page) => {
     const buffer = `${"a long name of a buffer ".repeat(5)}größe.bin`;
     assert.ok(await drop(page, [{ name: "desk.gltf", words: gltf(buffer) }, { name: buffer, bytes: triangle(1) }]));
@@ -102,7 +102,7 @@ test("dropped files are one scene, packed with its side files; its warnings can 
     assert.ok(!await page.isVisible("#notices"));
   }));
 
-test("several scenes are uploaded one after the other; what fails is named; maps get advice", { timeout: 120000 }, () =>
+test("several scenes are uploaded one after the other; what fails is named; maps get advice", { timeout: 600000 }, () =>
   withUploads(async (v, page) => {
     const scene = (x) => [...glb(x)];
     await drop(page, [{ name: "one.glb", bytes: scene(1) }, { name: "torn.glb", bytes: scene(1).slice(0, 90) }, { name: "two.glb", bytes: scene(2) },
@@ -115,7 +115,7 @@ test("several scenes are uploaded one after the other; what fails is named; maps
     assert.match(await text(page, "#notices"), /sky\.hdr cannot be uploaded.*--environment sky\.hdr.*studio/s);
   }));
 
-test("a selected folder is one scene with its relative paths", { timeout: 120000 }, () =>
+test("a selected folder is one scene with its relative paths", { timeout: 600000 }, () =>
   withUploads(async (v, page) => {
     const folder = join(mkdtempSync(join(tmpdir(), "clerestory-folder-")), "town");
     mkdirSync(join(folder, "parts"), { recursive: true });

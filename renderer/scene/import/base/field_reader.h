@@ -203,6 +203,22 @@ private:
         }
     }
 
+    template <class T>
+    void member(const nlohmann::json& value, T& target, const TextOrList& kind,
+                const std::string& pointer) {
+        if (value.is_array()) {
+            elements(value, target.parts, kind.maxItems, Nested{}, pointer);
+            if (value.empty()) refuse(pointer, "is empty", "at least one scene");
+            if (!target.parts.empty()) target.id = target.parts.front().scene;
+        } else if (value.is_string()) {
+            target.parts.clear();
+            member(value, target.id, kind.text, pointer);
+        } else {
+            refuse(pointer, typed(value),
+                   "an id, or a list of at most " + std::to_string(kind.maxItems) + " scenes");
+        }
+    }
+
     template <class S>
     void member(const nlohmann::json& value, S& target, const Nested&, const std::string& pointer) {
         object(value, target, pointer);

@@ -1,0 +1,58 @@
+// A ground that catches shadows: no surface of its own, but how much less light than an open ground
+// it has, and what of the scene it reflects. After reflection.glsl.
+
+float meanOf(vec3 c) {
+    return (c.r + c.g + c.b) / 3.0f;
+}
+
+// Irradiance over pi of the lamps with shadows, and without.
+vec2 lampsOnGround(Surface s, vec3 position, int first, int count) {
+    vec2 sum = vec2(0.0f);
+    for (int i = 0; i < count; ++i) {
+        int row = HARMONIC_ROWS + (first + i) * LIGHT_ROWS;
+        ArrivingLight lamp = arrivingLight(s, position, row, true);
+        if (lamp.nDotL > 0.0f && lamp.falloff > 0.0f) {
+            vec3 light = lamp.power * (lamp.falloff * lamp.nDotL / kPi);
+            sum.y += meanOf(light);
+            if (viewHas(VIEW_SHADOWS)) {
+                light *= shadowAt(position, s.normal, lamp.place, lamp.toLight, lamp.metres, row);
+            }
+            sum.x += meanOf(light);
+        }
+    }
+    return sum;
+}
+
+// The same of the surroundings. What is visible is a line in the direction: its mean over the
+// hemisphere, weighted by the cosine, is that of 2/3 of the normal.
+vec2 surroundingsOfGround(Surface s) {
+    float open = max(meanOf(harmonicsAlong(s.normal, vec2(1.0f))), 0.0f);
+    if (!viewHas(VIEW_SURFACE_LIGHT)) return vec2(open);
+    float share =
+        clamp(dot(s.light.visible.xyz, s.normal) * (2.0f / 3.0f) + s.light.visible.w, 0.0f, 1.0f);
+    return vec2(open * share + meanOf(s.light.nearby) * (1.0f - share), open);
+}
+
+// What the mirrored view shows before black, and the share of it that is not empty. The picture's
+// distances are means: near things and kFarShare, where nothing is. How far away near things are is
+// known where they fill a pixel, and elsewhere they are about as far as the ground.
+vec4 mirroredScene(Surface s, vec3 position) {
+    MirrorPlace found = mirrorPlace(s, position);
+    vec4 picture = textureLod(mirrorPicture, found.at, found.level);
+    float near = found.first < 0.5f * kFarShare
+                     ? found.first
+                     : distanceShare(length(position), view.picture.w);
+    float filled = (kFarShare - picture.a) / max(kFarShare - near, 1.0f);
+    return vec4(picture.rgb, clamp(filled, 0.0f, 1.0f));
+}
+
+// Premultiplied: what is reflected, and what is left of the background.
+vec4 caughtLight(Surface s, vec3 position, int firstLamp, int lamps) {
+    vec2 light = surroundingsOfGround(s);
+    if (has(FEATURE_LIGHTS)) light += lampsOnGround(s, position, firstLamp, lamps);
+    float kept = light.y > 0.0f ? clamp(light.x / light.y, 0.0f, 1.0f) : 1.0f;
+    vec4 mirrored = vec4(0.0f);
+    if (has(FEATURE_MIRROR)) mirrored = mirroredScene(s, position);
+    kept *= 1.0f - meanOf(s.reflectance) * mirrored.a;
+    return vec4(s.reflectance * mirrored.rgb, 1.0f - kept);
+}
