@@ -101,13 +101,31 @@ const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Ta
     return depths_;
 }
 
+rays::Surroundings ProcessorTracer::sceneAround(const FramePlan& plan, DrawStream& draws,
+                                                const Target* environment) {
+    const Scene& scene = scene_.scene();
+    instances_ = instanceRows(scene, rays_, draws);
+    return {.tree = tree_,
+            .vertices = vertices_.empty() ? std::span<const Vertex>(scene.vertices) : vertices_,
+            .indices = scene.indices,
+            .instances = instances_,
+            .materials = materials_,
+            .firstTextureRow = firstTextureRow_,
+            .texels = texels_->bytes,
+            .lights = draws.lightRows(),
+            .environment = cubeOf(environment),
+            .environmentIntensity = plan.environmentIntensity,
+            .brdf = brdf_,
+            .brdfSize = kEnvironmentBrdfSize,
+            .hitFeatures = rays_.hitFeatures};
+}
+
 void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
                                 const Target* environment, const Target* shadows,
                                 const Target* tints, DrawStream& draws, const gl::Rect& rect,
                                 const light::SurfaceLight* surfaceLight,
                                 std::span<const light::LightValue> movingLight) {
     const View& view = work.view;
-    const Scene& scene = scene_.scene();
     std::span<const std::uint32_t> values;
     if (surfaceLight) {
         std::span<const light::LightValue> all = surfaceLight->values;
@@ -118,56 +136,27 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
         }
         values = {all.front().halves, 8 * all.size()};
     }
-    instances_ = instanceRows(scene, rays_, draws);
-    surroundings_.emplace(rays::Surroundings{
-        .tree = tree_,
-        .vertices = vertices_.empty() ? std::span<const Vertex>(scene.vertices) : vertices_,
-        .indices = scene.indices,
-        .instances = instances_,
-        .materials = materials_,
-        .firstTextureRow = firstTextureRow_,
-        .texels = texels_->bytes,
-        .lights = draws.lightRows(),
-        .environment = cubeOf(environment),
-        .environmentIntensity = plan.environmentIntensity,
-        .brdf = brdf_,
-        .brdfSize = kEnvironmentBrdfSize,
-        .eye = glm::vec3(view.eye - origin_),
-        .towardsEye = view.orthographic
-                          ? glm::vec3(glm::transpose(glm::dmat3(view.viewFromWorld))[2])
-                          : glm::vec3(0.0f),
-        .worldFromEye = glm::mat3(glm::transpose(plan.mapFromWorld)),
-        .bounces = rays_.bounces,
-        .hitFeatures = rays_.hitFeatures,
-        .surfaceLight = values,
-        .shadows = shadows != nullptr,
-        .shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows, tints) : nullptr,
-        .shadowSamples = shadows ? plan.shadowSamples : 0,
-        .leastShare = rays_.leastShare,
-        .background = work.background.radiance});
+    rays::Surroundings around = sceneAround(plan, draws, environment);
+    around.eye = glm::vec3(view.eye - origin_);
+    if (view.orthographic) {
+        around.towardsEye = glm::vec3(glm::transpose(glm::dmat3(view.viewFromWorld))[2]);
+    }
+    around.worldFromEye = glm::mat3(glm::transpose(plan.mapFromWorld));
+    around.bounces = rays_.bounces;
+    around.surfaceLight = values;
+    around.shadows = shadows != nullptr;
+    around.shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows, tints) : nullptr;
+    around.shadowSamples = shadows ? plan.shadowSamples : 0;
+    around.leastShare = rays_.leastShare;
+    around.background = work.background.radiance;
+    surroundings_.emplace(around);
     rect_ = rect;
     sample_ = 0;
     stride_ = work.everyPixel ? 1 : rays_.stride;
 }
 
 const rays::Surroundings& ProcessorTracer::beginLookups(const FramePlan& plan, DrawStream& draws) {
-    const Scene& scene = scene_.scene();
-    instances_ = instanceRows(scene, rays_, draws);
-    surroundings_.emplace(rays::Surroundings{
-        .tree = tree_,
-        .vertices = vertices_.empty() ? std::span<const Vertex>(scene.vertices) : vertices_,
-        .indices = scene.indices,
-        .instances = instances_,
-        .materials = materials_,
-        .firstTextureRow = firstTextureRow_,
-        .texels = texels_->bytes,
-        .lights = draws.lightRows(),
-        .environment = cubeOf(nullptr),
-        .environmentIntensity = plan.environmentIntensity,
-        .brdf = brdf_,
-        .brdfSize = kEnvironmentBrdfSize,
-        .hitFeatures = rays_.hitFeatures});
-    return *surroundings_;
+    return surroundings_.emplace(sceneAround(plan, draws, nullptr));
 }
 
 void ProcessorTracer::beginSample() {

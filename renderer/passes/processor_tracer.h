@@ -57,6 +57,10 @@ public:
     std::uint64_t bytes() const;
 
 private:
+    // What rays meet: the scene with the draws' instances and lights, before the environment or, if
+    // null, blackness. Eye space is that of `draws`.
+    rays::Surroundings sceneAround(const FramePlan& plan, DrawStream& draws,
+                                   const Target* environment);
     const rays::CubeMap& cubeOf(const Target* environment);
     const rays::ShadowMap& depthsOf(const Target& shadows, const Target* tints);
 

@@ -370,14 +370,25 @@ void execute(PassResources& resources, const PassInput& input, const FollowRays&
     input.target().resolve();
 }
 
-void execute(PassResources& resources, const PassInput& input, const DrawChannel& work) {
+namespace {
+
+// In the world's axes. Returns the first record of the draws.
+std::uint32_t beginChannel(PassResources& resources, const PassInput& input, const PassView& view,
+                           const std::vector<Draw>& draws) {
     const glm::dmat3 worldAxes(1.0);
-    const PassView view{.view = work.view};
-    resources.draws.begin(input.scene->scene(), input.pose, work.view, worldAxes,
+    resources.draws.begin(input.scene->scene(), input.pose, view.view, worldAxes,
                           input.plan.lights);
-    const std::uint32_t records = resources.draws.add(work.draws);
+    const std::uint32_t records = resources.draws.add(draws);
     resources.draws.upload();
     bindView(resources, input, view, worldAxes);
+    return records;
+}
+
+}  // namespace
+
+void execute(PassResources& resources, const PassInput& input, const DrawChannel& work) {
+    const PassView view{.view = work.view};
+    const std::uint32_t records = beginChannel(resources, input, view, work.draws);
 
     input.target().drawn().bind();
     gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true});
@@ -387,13 +398,8 @@ void execute(PassResources& resources, const PassInput& input, const DrawChannel
 }
 
 void execute(PassResources& resources, const PassInput& input, const MeasureInstances& work) {
-    const glm::dmat3 worldAxes(1.0);
     const PassView view{.view = work.view};
-    resources.draws.begin(input.scene->scene(), input.pose, work.view, worldAxes,
-                          input.plan.lights);
-    const std::uint32_t records = resources.draws.add(work.draws);
-    resources.draws.upload();
-    bindView(resources, input, view, worldAxes);
+    const std::uint32_t records = beginChannel(resources, input, view, work.draws);
 
     const gl::Framebuffer& alone = input.target().drawn();
     InstanceCounts counts(input.read(work.source).readable());

@@ -1,6 +1,7 @@
 // Backgrounds of one colour and transparent ones. A picture before a colour equals the transparent
 // picture laid over that colour.
 #include "../support/compare_images.h"
+#include "alpha_support.h"
 #include "support.h"
 
 #include <cmath>
@@ -47,17 +48,6 @@ FrameRequest stillLifeRequest(bool glass, const std::string& id) {
     r.environment.map = "studio";
     r.effects.shadows = r.effects.indirectLight = false;
     return r;
-}
-
-Image over(const Image& premultiplied, const Radiance& background) {
-    Image image = makeImage(premultiplied.width, premultiplied.height, 3, PixelType::float32);
-    for (std::size_t i = 0; i < std::size_t{image.width} * image.height; ++i) {
-        const float* in = premultiplied.floats() + 4 * i;
-        for (std::size_t c = 0; c < 3; ++c) {
-            image.floats()[3 * i + c] = in[c] + (1.0f - in[3]) * static_cast<float>(background[c]);
-        }
-    }
-    return image;
 }
 
 constexpr Radiance kGrey{0.5, 0.5, 0.5}, kSand{0.7, 0.55, 0.2};

@@ -1,6 +1,7 @@
 // The ground of a request: where shadows and reflections lie by arithmetic, as a surface and as a
 // shadow catcher.
 #include "../support/compare_images.h"
+#include "alpha_support.h"
 #include "support.h"
 
 #include <gmock/gmock.h>
@@ -93,17 +94,6 @@ TEST_F(GroundTest, ACatcherIsAsOpaqueAsTheShadowIsDark) {
                 EXPECT_EQ(p[3], 0.0f) << "exactly the background";
         });
     }
-}
-
-Image over(const Image& premultiplied, const Radiance& background) {
-    Image image = makeImage(premultiplied.width, premultiplied.height, 3, PixelType::float32);
-    for (std::size_t i = 0; i < std::size_t{image.width} * image.height; ++i) {
-        const float* in = premultiplied.floats() + 4 * i;
-        for (std::size_t c = 0; c < 3; ++c) {
-            image.floats()[3 * i + c] = in[c] + (1.0f - in[3]) * static_cast<float>(background[c]);
-        }
-    }
-    return image;
 }
 
 // A clay ball, a metal ball and a pane of glass on the ground.
