@@ -42,6 +42,7 @@ const looks = [
 for (const [name, options] of looks) {
   visit(`text fits and is legible: ${name}`, { ...options, path: "#scene=chapel" }, async (v, page) => {
     // Until its light is complete, the page requests the frame again now and then, also next to the maps.
+    v.expected.push(/503/); // a busy machine does not draw the chapel in time, and the page tries again
     await page.waitForFunction(() => !document.querySelector("#caption").textContent.includes("light"), undefined, { timeout: 590_000 });
     await v.settled();
     for (const tab of ["view", "accuracy", "cost", "compare", "maps"]) {

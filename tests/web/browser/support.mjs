@@ -26,7 +26,7 @@ export class Visit {
   #inProgress = new Set();   // requests of frames
   #runningAtStart = [];      // for each request of a frame, those in progress when it began
   #failed = new Set();       // aborted, or without an answer
-  expected = [/409/, /503/]; // allowed errors: a scene that is still loading is 409, a busy server 503
+  expected = [/409/]; // allowed errors: a scene that is still loading is 409
 
   static async open(url, { viewport = kDesk, before, path = "", ...options } = {}) {
     const visit = new Visit();
