@@ -159,7 +159,8 @@ private:
     std::map<std::string, double> reached_;
 };
 
-// Frames of one server: each request until it has its picture, all pictures of a request equal.
+// Frames of one server: each request until it has its picture. All pictures of a request with the
+// same revision of the light are equal.
 class Frames {
 public:
     explicit Frames(const ServerProcess& server) : server_(server) {}
@@ -173,7 +174,7 @@ public:
             for (;;) {
                 const auto result = client.Post("/v1/frames", request, "application/json");
                 if (result && result->status == 200) {
-                    keep(request, result->body);
+                    keep(request, result->get_header_value("Clerestory-Light"), result->body);
                     break;
                 }
                 std::string wrong;
@@ -187,20 +188,22 @@ public:
         }
     }
     bool givenUp() const { return wrong_ >= kMaxWrong; }
+    // Requests that have a picture.
     std::size_t pictures() const { return pictures_.size(); }
 
 private:
-    void keep(const std::string& request, const std::string& bytes) {
+    void keep(const std::string& request, const std::string& light, const std::string& bytes) {
         const std::lock_guard lock(mutex_);
-        const auto [known, isNew] = pictures_.emplace(request, bytes);
+        const auto [known, isNew] = pictures_[request].emplace(light, bytes);
         if (!isNew && known->second != bytes) {
-            ADD_FAILURE() << request << "\n  an equal request got other bytes";
+            ADD_FAILURE() << request << "\n  an equal request got other bytes, light: "
+                          << (light.empty() ? "none" : light);
         }
     }
 
     const ServerProcess& server_;
     std::mutex mutex_;
-    std::map<std::string, std::string> pictures_;
+    std::map<std::string, std::map<std::string, std::string>> pictures_;  // by request, by light
     std::atomic<int> wrong_{0};
 };
 
