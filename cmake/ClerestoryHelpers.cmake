@@ -1,3 +1,7 @@
+# Modules that read and write JSON spend their time in templates of its library while they are compiled, and none of the
+# server's while it runs: with -O1 they compile in four fifths of the time.
+set(clerestory_json_flags $<$<CONFIG:RelWithDebInfo>:-O1>)
+
 # clerestory_precompiled(kind [LIBS...]): cmake/pch_<kind>.h, precompiled once for all targets that reuse it.
 # Precompiled headers and unity builds only save time: the presets asan, tsan and tidy use neither.
 function(clerestory_precompiled kind)
@@ -6,6 +10,9 @@ function(clerestory_precompiled kind)
   # Found through the include path: an absolute name would keep ccache from serving another checkout.
   target_include_directories(clerestory_pch_${kind} PRIVATE ${PROJECT_SOURCE_DIR}/cmake)
   target_precompile_headers(clerestory_pch_${kind} PRIVATE <pch_${kind}.h>)
+  if(kind STREQUAL json)
+    target_compile_options(clerestory_pch_${kind} PRIVATE ${clerestory_json_flags})
+  endif()
 endfunction()
 
 # clerestory_module(name [PCH json] SOURCES ... LIBS ...): a static library, one per module. PCH is the header
@@ -19,6 +26,9 @@ function(clerestory_module name)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/renderer)
   target_link_libraries(${name} PUBLIC ${ARG_LIBS} PRIVATE clerestory_options ${ARG_PRIVATE_LIBS})
   target_precompile_headers(${name} REUSE_FROM clerestory_pch_${ARG_PCH})
+  if(ARG_PCH STREQUAL json)
+    target_compile_options(${name} PRIVATE ${clerestory_json_flags})
+  endif()
 endfunction()
 
 # clerestory_embed(target FUNCTION f BASE dir FILES ...): files compiled into the target, read through

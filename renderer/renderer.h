@@ -147,6 +147,8 @@ public:
     void removeScene(const std::string& id);
     bool hasScene(const std::string& id) const;
     void addEnvironment(std::shared_ptr<const EnvironmentMap> map);
+    // No effect if another map has its name now.
+    void removeEnvironment(const EnvironmentMap& map);
     std::vector<std::string> environmentNames() const;
 
     // Throws InvalidRequest if problems(request) is not empty or the request names an unknown

@@ -146,6 +146,13 @@ void Renderer::addEnvironment(std::shared_ptr<const EnvironmentMap> map) {
     state_->environments[map->name] = std::move(map);
 }
 
+void Renderer::removeEnvironment(const EnvironmentMap& map) {
+    const auto found = state_->environments.find(map.name);
+    if (found != state_->environments.end() && found->second.get() == &map) {
+        state_->environments.erase(found);
+    }
+}
+
 std::vector<std::string> Renderer::environmentNames() const {
     return state_->environmentNames();
 }

@@ -24,6 +24,7 @@ HttpServerOptions httpServerOptions(const Config& config) {
     const UploadOptions& uploads = config.scenes.uploads;
     if (!uploads.folder.empty()) {
         options.limits.large.push_back({"POST", "/v1/scenes", uploads.limits.fileBytes});
+        options.limits.large.push_back({"POST", "/v1/environments", uploads.limits.fileBytes});
         options.limits.largeBytes = std::max(options.limits.largeBytes, uploads.limits.fileBytes);
     }
     return options;
@@ -124,6 +125,8 @@ Server::Server(const Config& config)
     const ForwardedRoutes forwarded{*backend_};
     routes_.add("/v1/scenes", "GET", forwarded, forward);
     routes_.add("/v1/scenes/{id}", "GET", forwarded, forward);
+    routes_.add("/v1/environments", "GET", forwarded, forward);
+    routes_.add("/v1/environments/{name}", "GET", forwarded, forward);
     addRoutes(routes_, UploadRoutes{*backend_, uploads_ ? &*uploads_ : nullptr,
                                     uploads.import.wallClock, stopping_});
     addRoutes(routes_, LiveRoutes{*frames_, views_, streams_});

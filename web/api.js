@@ -106,22 +106,28 @@ export const cancelJob = (id) => request(`v1/jobs/${encodeURIComponent(id)}`, { 
 export const relativePath = (path) => path.replace(/^\//, "");
 export const imageAt = async (path) => (await request(relativePath(path))).blob();
 
-// Uploads a scene; onProgress(fraction). -> the id of the scene, which may still be loading. Uses XMLHttpRequest, because
-// fetch() does not report upload progress.
-export function uploadScene(content, title, onProgress) {
-  const type = /\.glb$/i.test(title) ? "model/gltf-binary" : "application/octet-stream";
+// Uploads a scene; onProgress(fraction). -> the id of the scene, which may still be loading.
+export const uploadScene = (content, title, onProgress) => uploadTo("v1/scenes", content, title, onProgress, {
+  "Content-Type": /\.glb$/i.test(title) ? "model/gltf-binary" : "application/octet-stream", Prefer: "respond-async",
+});
+// Uploads an environment map. -> its name, when it is loaded.
+export const uploadMap = (content, title, onProgress) => uploadTo("v1/environments", content, title, onProgress, {
+  "Content-Type": "application/octet-stream",
+});
+
+// -> the last part of the Location. Uses XMLHttpRequest, because fetch() does not report upload progress.
+function uploadTo(path, content, title, onProgress, headers) {
   return new Promise((resolve, reject) => {
     const upload = new XMLHttpRequest();
-    upload.open("POST", `v1/scenes?title=${encodeURIComponent(title)}`);
-    upload.setRequestHeader("Content-Type", type);
-    upload.setRequestHeader("Prefer", "respond-async");
+    upload.open("POST", `${path}?title=${encodeURIComponent(title)}`);
+    for (const [name, value] of Object.entries(headers)) upload.setRequestHeader(name, value);
     if (token) upload.setRequestHeader("Authorization", `Bearer ${token}`);
     upload.upload.addEventListener("progress", (e) => onProgress(e.lengthComputable ? e.loaded / e.total : undefined));
     upload.addEventListener("error", () => reject(new Problem({ title: "No response", detail: "The server cannot be reached." })));
     upload.addEventListener("load", async () => {
       const { status, statusText } = upload;
-      const headers = { "Retry-After": upload.getResponseHeader("Retry-After") ?? "" };
-      if (status >= 300) return reject(await problemOf(new Response(upload.responseText, { status, statusText, headers })));
+      const retry = { "Retry-After": upload.getResponseHeader("Retry-After") ?? "" };
+      if (status >= 300) return reject(await problemOf(new Response(upload.responseText, { status, statusText, headers: retry })));
       const location = upload.getResponseHeader("Location");
       resolve(decodeURIComponent(location.slice(location.lastIndexOf("/") + 1)));
     });

@@ -29,9 +29,9 @@ function switchFor(id, value, changed) {
   return [input];
 }
 
-function choiceFor(id, words, value, changed, none) {
+function choiceFor(id, { words, titles }, value, changed, none) {
   const select = element("select", { id, onchange: () => changed(select.value === "" ? undefined : select.value) });
-  fillSelect(select, [...(none ? [["", none]] : []), ...words.map((w) => [w, w])], value ?? "");
+  fillSelect(select, [...(none ? [["", none]] : []), ...words.map((w, i) => [w, titles[i]])], value ?? "");
   return [select];
 }
 
@@ -93,7 +93,7 @@ export function controlFor(name, schema, value, changed, { none, sliderRange } =
   const id = newId(name), label = labelOf(name);
   const inputs = {
     switch: () => switchFor(id, value, changed),
-    choice: () => choiceFor(id, control.words, value, changed, none),
+    choice: () => choiceFor(id, control, value, changed, none),
     range: () => rangeFor(id, label, control, value, changed, none),
     text: () => textFor(id, value, changed, control.maxLength),
     vector: () => vectorFor(id, label, control.count, value, changed),

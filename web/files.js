@@ -14,11 +14,11 @@ const isArchive = ({ path }) => kArchives.includes(extensionOf(path));
 const isMap = ({ path }) => kMaps.includes(extensionOf(path));
 const isOfSystem = ({ path }) => path.split("/").some((part) => part.startsWith(".") || part === "__MACOSX" || part === "Thumbs.db");
 
-export const kSupported = `Scenes: ${kScenes.map((e) => `.${e}`).join(" ")}, or a folder or archive (.zip .tar .tgz) of one with its files.`;
+export const kSupported = `Scenes: ${kScenes.map((e) => `.${e}`).join(" ")}, or a folder or archive (.zip .tar .tgz) of one with its files. Environment maps: .hdr .exr .ktx .ktx2 .dds.`;
 
 // Sorts files into scenes. files: [{ path, file }]; a path with "/" is in a dropped folder.
-// -> { uploads: [{ name, files }], maps: [name], others: [name] }: what becomes a scene each; environment maps; and files that
-// belong to no scene.
+// -> { uploads: [{ name, files }], maps: [{ name, file }], others: [name] }: what becomes a scene each; environment maps; and
+// files that belong to no scene.
 //
 // A folder is one scene. Of loose files, each archive and each scene file is a scene; files of other kinds go along with every one.
 export function uploadsOf(files) {
@@ -40,8 +40,11 @@ export function uploadsOf(files) {
     if (!scenes.length) others.push(...sides);
   }
   const isLooseMap = ({ path }) => extensionOf(path) === "ktx2" && uploads.length === 0;
-  const names = (list) => list.map(({ path }) => nameOf(path));
-  return { uploads, maps: names([...maps, ...others.filter(isLooseMap)]), others: names(others.filter((f) => !isLooseMap(f))) };
+  return {
+    uploads,
+    maps: [...maps, ...others.filter(isLooseMap)].map(({ path, file }) => ({ name: nameOf(path), file })),
+    others: others.filter((f) => !isLooseMap(f)).map(({ path }) => nameOf(path)),
+  };
 }
 const alone = (file) => ({ name: nameOf(file.path), files: [file] });
 
@@ -52,12 +55,6 @@ export function contentOf({ files }) {
 }
 
 export const bytesOf = ({ files }) => files.reduce((sum, { file }) => sum + file.size, 0);
-
-// How maps can be used, if the server has no route for them.
-export const mapsText = (maps, loaded) => [
-  `Environment maps are loaded when the server starts: clerestory serve --environment ${maps[0]}`,
-  `This server has: ${loaded.join(", ")} (View, Light, Map).`,
-];
 
 // ---- drops and choices ------------------------------------------------------------------------
 

@@ -1,7 +1,7 @@
-// Opens files: dropped anywhere on the page, or selected. One after the other; each becomes a scene.
+// Opens files: dropped anywhere on the page, or selected. One after the other; each becomes a scene or an environment map.
 import { Problem, uploadScene } from "./api.js";
 import { $ } from "./dom.js";
-import { bytesOf, contentOf, filesOf, kSupported, mapsText, selectedFiles, uploadsOf } from "./files.js";
+import { bytesOf, contentOf, filesOf, kSupported, selectedFiles, uploadsOf } from "./files.js";
 import { failureText, showFailure, showMessage, showProgress, sizeText } from "./messages.js";
 import { showNotice } from "./notices.js";
 import { loadedScene } from "./scene_choice.js";
@@ -9,9 +9,9 @@ import { loadedScene } from "./scene_choice.js";
 export class Uploads {
   #queue = Promise.resolve();
 
-  // choice: a SceneChoice. maxBytes: of a file, 0 if the server accepts none. maps: names of loaded environment maps.
-  constructor({ choice, maxBytes, maps }) {
-    Object.assign(this, { choice, maxBytes, maps });
+  // choice: a SceneChoice. maps: a MapChoice. maxBytes: of a file, 0 if the server accepts none.
+  constructor({ choice, maps, maxBytes }) {
+    Object.assign(this, { choice, maps, maxBytes });
     this.#listenToDrops();
     if (!(maxBytes > 0)) return;
     $("upload-pick").hidden = false;
@@ -29,7 +29,7 @@ export class Uploads {
     const hasFiles = (e) => e.dataTransfer?.types.includes("Files");
     let depth = 0;  // of the elements that the pointer has entered
     const highlight = () => { $("drop").hidden = depth <= 0; };
-    $("drop").textContent = this.maxBytes > 0 ? "Drop scenes: files, folders or archives" : "This server does not accept files";
+    $("drop").textContent = this.maxBytes > 0 ? "Drop scenes (files, folders or archives) or environment maps" : "This server does not accept files";
     addEventListener("dragenter", (e) => {
       if (!hasFiles(e)) return;
       ++depth;
@@ -63,31 +63,39 @@ export class Uploads {
   }
 
   async #openAll({ uploads, maps, others }) {
-    const failures = [];
-    for (const [i, upload] of uploads.entries()) {
-      const of = uploads.length > 1 ? ` (${i + 1} of ${uploads.length})` : "";
+    const failures = [], all = [...uploads, ...maps];
+    for (const [i, one] of all.entries()) {
+      const of = all.length > 1 ? ` (${i + 1} of ${all.length})` : "";
       try {
-        await this.#open(upload, of);
+        await (one.files ? this.#open(one, of) : this.#openMap(one, of));
       } catch (problem) {
         if (!(problem instanceof Problem)) throw problem;
-        if (uploads.length === 1) showFailure(`${upload.name} could not be opened`, problem);
-        else failures.push(`${upload.name}: ${failureText(problem)}`);
+        if (all.length === 1) showFailure(`${one.name} could not be opened`, problem);
+        else failures.push(`${one.name}: ${failureText(problem)}`);
       }
     }
-    if (maps.length) showNotice("maps", `${maps.join(", ")} cannot be uploaded`, mapsText(maps, this.maps), { open: true, about: {} });
     if (failures.length) {
-      showNotice("uploads", `${failures.length} of ${uploads.length} could not be opened`, failures, { open: true, about: {} });
-      if (failures.length === uploads.length) showMessage("No file could be opened", "The reasons are below the image.", "bad");
+      showNotice("uploads", `${failures.length} of ${all.length} could not be opened`, failures, { open: true, about: {} });
+      if (failures.length === all.length) showMessage("No file could be opened", "The reasons are below the image.", "bad");
     }
-    if (!uploads.length && others.length) showMessage(`${others.slice(0, 3).join(", ")}${others.length > 3 ? "…" : ""}: no scene`, kSupported, "bad");
+    if (!all.length && others.length) showMessage(`${others.slice(0, 3).join(", ")}${others.length > 3 ? "…" : ""}: no scene`, kSupported, "bad");
+  }
+
+  #requireSize(size) {
+    if (size <= this.maxBytes) return;
+    throw new Problem({ status: 413, title: "Too large", detail: `It has ${sizeText(size)}; the limit of the server is ${sizeText(this.maxBytes)}.` });
+  }
+
+  // Uploads a map and shows the scene in its light.
+  async #openMap(map, of) {
+    this.#requireSize(map.file.size);
+    await this.maps.open(map, (fraction) => showProgress(`Uploading ${map.name}${of}`, "", fraction));
   }
 
   // Uploads a scene and shows it; if that fails, the present scene stays.
   async #open(upload, of) {
-    const { name } = upload, size = bytesOf(upload), { choice } = this;
-    if (size > this.maxBytes) {
-      throw new Problem({ status: 413, title: "Too large", detail: `It has ${sizeText(size)}; the limit of the server is ${sizeText(this.maxBytes)}.` });
-    }
+    const { name } = upload, { choice } = this;
+    this.#requireSize(bytesOf(upload));
     const before = $("scene").value;
     const id = await uploadScene(contentOf(upload), name, (fraction) => showProgress(`Uploading ${name}${of}`, "", fraction));
     const isUnchanged = () => $("scene").value === before;

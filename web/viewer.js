@@ -10,6 +10,7 @@ import { groundControls } from "./ground_part.js";
 import { InputHandler, connectFlightButtons } from "./input.js";
 import { LightRows } from "./light_rows.js";
 import { connectSharing } from "./links.js";
+import { MapChoice } from "./map_choice.js";
 import { clearMessage, messageOf, millisecondsText, showMessage, showProblem } from "./messages.js";
 import { connectPicture } from "./picture.js";
 import { SceneChoice } from "./scene_choice.js";
@@ -132,19 +133,9 @@ function drawKnobs() {
   $("knobs-reset").hidden = Object.keys(session.knobs).length === 0;
 }
 
-function drawView(environments) {
+function drawView() {
   const { properties } = session.schema;
   controlsFor($("effects"), properties.effects.properties, session.effects, changed);
-  const { rotation, ...light } = properties.environment.properties;
-  controlsFor($("light"), { ...light, map: { ...light.map, enum: environments } }, session.environment, changed,
-              { map: "of the scene" });
-  const heading = { type: "number", minimum: -180, maximum: 180, description: "rotation of the environment map about the vertical axis in degrees" };
-  if (rotation) {
-    $("light").append(controlFor("heading", heading, session.headingDegrees, (value) => {
-      session.headingDegrees = value ?? 0;
-      changed();
-    }));
-  }
   controlsFor($("image-settings"), session.imageSchemas, session.image, changed);
 }
 
@@ -200,7 +191,9 @@ async function start() {
     const [w, h] = frames.size();
     return [width, Math.max(1, Math.round((width * h) / w))];
   } });
-  drawView(renderer.environments);
+  const maps = new MapChoice(session, changed);
+  drawView();
+  await maps.draw();
   drawKnobs();
   groundControls(session, changed);
   const { filters } = session.schema.properties;
@@ -215,7 +208,7 @@ async function start() {
   sharing = connectSharing({ session, changed, paths: schema.paths, fullRequest: () => frameRequest(frames.size()) });
   connectPicture({ fullRequest: () => frameRequest(frames.size()), titleOf: (id) => choice.titleOf(id),
                    formats: session.schema.properties.output.properties.format.enum });
-  new Uploads({ choice, maxBytes: renderer.limits.uploadBytes, maps: renderer.environments });
+  new Uploads({ choice, maps, maxBytes: renderer.limits.uploadBytes });
   connectTips();
   $("maps-show").addEventListener("click", () => showMaps(frameRequest(frames.size())));
   $("camera").addEventListener("change", () => {

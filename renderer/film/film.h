@@ -57,4 +57,9 @@ std::unique_ptr<Film> makeFilm(const FilmSettings& settings, FilmSink sink);
 // What a machine lacks for MP4, with the name of the library; empty: nothing.
 std::string mp4Missing();
 
+// The version of libavformat, "59.27.100": of the headers, and of the library that is loaded; empty
+// if mp4Missing() says why.
+std::string libavformatBuilt();
+std::string libavformatLoaded();
+
 }  // namespace clerestory

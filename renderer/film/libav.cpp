@@ -5,8 +5,18 @@
 #include <dlfcn.h>
 
 #include <stdexcept>
+#include <string>
 
 namespace clerestory {
+namespace {
+
+std::string dotted(unsigned version) {
+    return std::to_string(AV_VERSION_MAJOR(version)) + "." +
+           std::to_string(AV_VERSION_MINOR(version)) + "." +
+           std::to_string(AV_VERSION_MICRO(version));
+}
+
+}  // namespace
 
 Libav loadLibav(const std::string& library) {
     // Never closed: libraries with threads or thread-local memory do not all allow it.
@@ -36,6 +46,14 @@ const Libav& libav() {
     static const Libav loaded =
         loadLibav("libavformat.so." + std::to_string(LIBAVFORMAT_VERSION_MAJOR));
     return loaded;
+}
+
+std::string libavformatBuilt() {
+    return dotted(LIBAVFORMAT_VERSION_INT);
+}
+
+std::string libavformatLoaded() {
+    return mp4Missing().empty() ? dotted(libav().avformat_version()) : "";
 }
 
 std::string mp4Missing() {

@@ -24,8 +24,9 @@ namespace clerestory {
                             use(avcodec_parameters_from_context) use(avcodec_receive_packet)    \
                                 use(avcodec_send_frame) use(avformat_alloc_output_context2)     \
                                     use(avformat_free_context) use(avformat_new_stream)         \
-                                        use(avformat_write_header) use(avio_alloc_context)      \
-                                            use(avio_context_free) use(avio_flush)
+                                        use(avformat_version) use(avformat_write_header)        \
+                                            use(avio_alloc_context) use(avio_context_free)      \
+                                                use(avio_flush)
 
 struct Libav {
 #define CLERESTORY_MEMBER(name) decltype(&::name) name = nullptr;

@@ -219,6 +219,7 @@ std::string problemTable() {
                            invalidFields({}),
                            quarantined(),
                            sceneFailed("", ""),
+                           mapFailed("", ""),
                            headTooLarge(0, 0),
                            internalError(),
                            notImplemented(),

@@ -21,7 +21,7 @@ std::string namedMapsText(const SceneLibrary& library, const Scene& scene,
                           const FrameRequest& request) {
     std::string text;
     const auto add = [&](const std::string& map) {
-        if (!map.empty()) text += std::to_string(library.environmentHash(map)) + '\n';
+        if (!map.empty()) text += std::to_string(library.environments().hash(map)) + '\n';
     };
     for (const Material& m : scene.materials) add(m.environmentMap);
     for (const MaterialOverride& o : request.overrides) add(o.environmentMap.value_or(""));
@@ -34,7 +34,7 @@ std::string contentText(const RenderQueue& queue, const SceneLibrary& library, c
                         const FrameRequest& request) {
     const std::string map = request.environment.map.value_or(scene.environment);
     return canonicalText(request) + '\n' + std::to_string(scene.contentHash) + '\n' +
-           std::to_string(library.environmentHash(map)) + '\n' +
+           std::to_string(library.environments().hash(map)) + '\n' +
            namedMapsText(library, scene, request) + rendererText(queue);
 }
 
@@ -77,6 +77,7 @@ FrameService::Resolved FrameService::resolve(FrameRequest request,
     Resolved resolved{.request = std::move(request)};
     resolved.parts = requireParts(resolved.request);
     resolved.scene = requireScene(resolved.request.scene);
+    resolved.maps = components_.library.environments().requireUploads(resolved.request);
     resolved.request.scene = resolved.scene->id;
     if (resolved.request.accuracy.isBudget()) {
         resolved.pick = components_.budgets.pick(*resolved.scene, resolved.request, requester);

@@ -52,6 +52,7 @@ public:
         FrameRequest request;                // with the id of its scene, and without a budget
         std::shared_ptr<const Scene> scene;  // stays loaded as long as this exists
         std::vector<std::shared_ptr<const Scene>> parts;  // those of FrameRequest::parts, likewise
+        EnvironmentLibrary::Leases maps;                  // uploaded ones that it names, likewise
         std::optional<Budgets::Pick> pick;                // of the request's budget
     };
     struct Drawn {

@@ -50,7 +50,7 @@ struct Metrics::Families {
         families.gauge("clerestory_queue_depth", "Frames waiting or being drawn");
     HeldMetrics held{families, "clerestory_renderer_held"};
     MetricFamilies::Gauges& sceneBytes =
-        families.gauges("clerestory_scene_bytes", "Memory of loaded scenes");
+        families.gauges("clerestory_scene_bytes", "Memory of loaded scenes and of uploaded environment maps");
     MetricFamilies::Gauges& scenes = families.gauges("clerestory_scenes", "Scenes, by state");
     prometheus::Gauge& evicted = families.gauge(
         "clerestory_scene_evictions", "Scenes unloaded since the start for lack of memory");
@@ -70,6 +70,7 @@ struct Metrics::Families {
         set(sceneBytes, "kind", "meshes", all.bytes.meshes);
         set(sceneBytes, "kind", "textures", all.bytes.textures);
         set(sceneBytes, "kind", "maps", all.bytes.maps);
+        set(sceneBytes, "kind", "uploadedMaps", all.uploadedMapBytes);
         set(scenes, "state", "loaded", all.loaded);
         set(scenes, "state", "uploaded", all.uploads);
         evicted.Set(static_cast<double>(all.evicted));

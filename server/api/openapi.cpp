@@ -89,7 +89,7 @@ ordered_json pathParameters(std::initializer_list<const char*> names) {
     const auto description = [](std::string_view name) {
         return name == "id"       ? "id of the scene or job"
                : name == "number" ? "index from 0"
-                                  : "any name";
+                                  : "name of the view or environment map";
     };
     ordered_json list = ordered_json::array();
     for (const char* name : names) {
@@ -180,6 +180,49 @@ ordered_json scenePath() {
         {"parameters", pathParameters({"id"})},
         {"responses",
          {{"204", {{"description", "the scene is deleted; frames in progress are finished"}}},
+          {"default", problemAnswer("the error")}}}};
+    return path;
+}
+
+ordered_json environmentsPath() {
+    ordered_json path = getObject("Lists the environment maps", "EnvironmentList");
+    const auto map = [](const char* words) {
+        return ordered_json{{"description", words},
+                            {"content", jsonContent(reference("Environment"))}};
+    };
+    ordered_json content = ordered_json::object();
+    for (const char* type : {"image/vnd.radiance", "image/x-exr", "image/ktx", "image/ktx2",
+                             "image/vnd-ms.dds", "application/octet-stream"}) {
+        content[type] = binaryContent();
+    }
+    path["post"] = {
+        {"summary", "Uploads an environment map, where uploads are allowed"},
+        {"description",
+         "The body is an equirectangular .hdr or .exr file, or a cube map as .ktx, .ktx2 or .dds. "
+         "The name is derived from the content; use it as environment.map of a frame."},
+        {"parameters", ordered_json::array({{{"name", "title"},
+                                             {"in", "query"},
+                                             {"description", "title of the map"},
+                                             {"schema", {{"type", "string"}}}}})},
+        {"requestBody", {{"required", true}, {"content", std::move(content)}}},
+        {"responses",
+         {{"201", map("the map is loaded; its path is in Location")},
+          {"200", map("the same content was uploaded before")},
+          {"422", problemAnswer("the body is not a usable map: `reason` is unsupported, "
+                                "malformed, crashed, timedOut, memory or limit")},
+          {"507", problemAnswer("no space left for uploads")},
+          {"default", problemAnswer("the error")}}}};
+    return path;
+}
+
+ordered_json environmentPath() {
+    ordered_json path =
+        withPathParameters(getObject("Describes an environment map", "Environment"), {"name"});
+    path["delete"] = {
+        {"summary", "Deletes an uploaded environment map"},
+        {"parameters", pathParameters({"name"})},
+        {"responses",
+         {{"204", {{"description", "the map is deleted; frames in progress are finished"}}},
           {"default", problemAnswer("the error")}}}};
     return path;
 }
@@ -279,6 +322,8 @@ ordered_json paths() {
                             {"id", "number"})},
         {"/v1/scenes", scenesPath()},
         {"/v1/scenes/{id}", scenePath()},
+        {"/v1/environments", environmentsPath()},
+        {"/v1/environments/{name}", environmentPath()},
         {"/v1/renderer", getObject("Describes driver, limits and build", "Renderer")},
         {"/healthz", getObject("Reports that the process runs", "Status")},
         {"/readyz",
@@ -313,6 +358,10 @@ constexpr OperationId kOperationIds[] = {
     {"/v1/scenes", "post", "uploadScene"},
     {"/v1/scenes/{id}", "get", "getScene"},
     {"/v1/scenes/{id}", "delete", "deleteScene"},
+    {"/v1/environments", "get", "listEnvironments"},
+    {"/v1/environments", "post", "uploadEnvironment"},
+    {"/v1/environments/{name}", "get", "getEnvironment"},
+    {"/v1/environments/{name}", "delete", "deleteEnvironment"},
     {"/v1/renderer", "get", "getRenderer"},
     {"/healthz", "get", "getHealth"},
     {"/readyz", "get", "getReadiness"},

@@ -43,6 +43,32 @@ Answer removeScene(const RendererRoutes& routes, const Call& call) {
     return {.status = 204};
 }
 
+ordered_json mapJson(const MapStatus& map) {
+    return {{"name", map.name}, {"title", map.title}, {"source", nameOf(map.source)}};
+}
+
+Answer listEnvironments(const RendererRoutes& routes, const Call&) {
+    ordered_json list = ordered_json::array();
+    for (const MapStatus& map : routes.library.environments().all()) list.push_back(mapJson(map));
+    return jsonAnswer({{"environments", std::move(list)}});
+}
+
+Answer describeEnvironment(const RendererRoutes& routes, const Call& call) {
+    EnvironmentLibrary& environments = routes.library.environments();
+    const std::string name = lastPartOf(call.path);
+    const auto map = environments.require(name);
+    ordered_json json = mapJson(environments.status(name));
+    json["faceSize"] = map->faceSize;
+    json["meanRadiance"] = map->meanRadiance;
+    json["sun"] = map->sun.has_value();
+    return jsonAnswer(json);
+}
+
+Answer removeEnvironment(const RendererRoutes& routes, const Call& call) {
+    routes.library.environments().remove(lastPartOf(call.path));
+    return {.status = 204};
+}
+
 // Of the process of this renderer, which is confined at its start or not at all
 // (server/worker/confinement.h): with --single-process it is the server.
 ordered_json confinementJson(const JailSupport& possible) {
@@ -76,7 +102,7 @@ Answer describeRenderer(const RendererRoutes& routes, const Call&) {
            {"pipelines", compiled.pipelines},
            {"compileSeconds", compiled.seconds},
            {"optimized", !(id.software && compilesFast())}}},
-         {"environments", routes.library.environmentNames()},
+         {"environments", routes.library.environments().names()},
          {"threads", std::thread::hardware_concurrency()},
          {"limits",
           {{"edge", kMaxEdge},
@@ -124,6 +150,9 @@ void addRoutes(Routes& routes, const RendererRoutes& components) {
     routes.add("/v1/scenes", "GET", components, listScenes);
     routes.add("/v1/scenes/{id}", "GET", components, describeScene);
     routes.add("/v1/scenes/{id}", "DELETE", components, removeScene);
+    routes.add("/v1/environments", "GET", components, listEnvironments);
+    routes.add("/v1/environments/{name}", "GET", components, describeEnvironment);
+    routes.add("/v1/environments/{name}", "DELETE", components, removeEnvironment);
     routes.add("/v1/renderer", "GET", components, describeRenderer);
     routes.add("/readyz", "GET", components, readiness);
     routes.add("/metrics", "GET", components, metrics);

@@ -42,14 +42,15 @@ ordered_json problemSchema() {
         object({{"pointer", described(kText, "JSON Pointer (RFC 6901) of the field")},
                 {"detail", described(kText, "what is wrong with it")},
                 {"allowed", described(kText, "the allowed values")}});
-    return object({{"type", described(kText, "urn:clerestory:problem: followed by the code")},
-                   {"code", described(kText, "stable identifier, such as queueFull")},
-                   {"title", described(kText, "the same for every problem of this code")},
-                   {"status", described(kCount, "the HTTP status")}},
-                  {{"detail", described(kText, "what went wrong")},
-                   {"requestId", described(kText, "as in the X-Request-Id header")},
-                   {"reason", described(kText, "why a scene could not be loaded")},
-                   {"errors", listOf(fieldError)}});
+    return object(
+        {{"type", described(kText, "urn:clerestory:problem: followed by the code")},
+         {"code", described(kText, "stable identifier, such as queueFull")},
+         {"title", described(kText, "the same for every problem of this code")},
+         {"status", described(kCount, "the HTTP status")}},
+        {{"detail", described(kText, "what went wrong")},
+         {"requestId", described(kText, "as in the X-Request-Id header")},
+         {"reason", described(kText, "why a scene or an environment map could not be loaded")},
+         {"errors", listOf(fieldError)}});
 }
 
 // JSON has no infinity: a measure that is not finite is null.
@@ -403,7 +404,8 @@ ordered_json rendererSchema() {
          {"maxAnisotropy", kCount},
          {"maxTextureSize", kCount},
          {"shaders", shaders},
-         {"environments", described(listOf(kText), "names of the loaded environment maps")},
+         {"environments",
+          described(listOf(kText), "names of the environment maps, without uploads")},
          {"threads", described(kCount, "processors")},
          {"limits", limits},
          {"importer",
@@ -420,6 +422,14 @@ ordered_json rendererSchema() {
 }  // namespace
 
 ordered_json responseSchemas() {
+    const ordered_json map = {{"name", described(kText, "as environment.map of a frame")},
+                              {"title", kText},
+                              {"source", oneOf({"builtIn", "file", "uploaded"})}};
+    ordered_json wholeMap = map;
+    wholeMap.update(
+        {{"faceSize", described(kCount, "texels along the edge of a cube face")},
+         {"meanRadiance", described(kNumber, "over all directions, of the brightest channel")},
+         {"sun", described(kFlag, "it has a sun, which lights like a lamp")}});
     return {{"Problem", problemSchema()},
             {"Job", jobSchema()},
             {"Comparison", comparisonSchema()},
@@ -427,6 +437,8 @@ ordered_json responseSchemas() {
             {"Plan", planSchema()},
             {"Scene", sceneSchema()},
             {"SceneList", object({{"scenes", listOf(summarySchema())}})},
+            {"EnvironmentList", object({{"environments", listOf(object(map))}})},
+            {"Environment", object(wholeMap)},
             {"Renderer", rendererSchema()},
             {"Instances", instancesSchema()},
             {"Status", object({{"status", kText}})}};

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <set>
 #include <thread>
+#include <vector>
 
 namespace clerestory {
 namespace {
@@ -20,7 +21,7 @@ struct MediaType {
     const char* name;
     std::set<std::string> kinds;  // of UploadStore::kindOf(); empty: any
 };
-const MediaType kMediaTypes[] = {
+const std::vector<MediaType> kSceneTypes = {
     {"application/octet-stream", {}},
     {"model/gltf-binary", {"glb"}},
     {"model/gltf+json", {"gltf"}},
@@ -32,6 +33,11 @@ const MediaType kMediaTypes[] = {
     {"application/gzip", {"tgz"}},
     {"application/x-gzip", {"tgz"}},
     {"application/x-gtar", {"tar", "tgz"}},
+};
+const std::vector<MediaType> kMapTypes = {
+    {"application/octet-stream", {}}, {"image/vnd.radiance", {"hdr"}},
+    {"image/x-exr", {"exr"}},         {"image/ktx", {"ktx"}},
+    {"image/ktx2", {"ktx2"}},         {"image/vnd-ms.dds", {"dds"}},
 };
 
 // As sceneFailed(), without the error of a frame request's field.
@@ -56,16 +62,28 @@ std::string mediaTypeOf(const Call& call) {
     return type;
 }
 
-// The kind by the content; the Content-Type must agree.
-std::string requireKind(const Call& call) {
+// The kind by the content; the Content-Type must agree. Empty if it is none of these types.
+std::string kindOf(const Call& call, const std::vector<MediaType>& types) {
     const std::string type = mediaTypeOf(call);
-    const auto* known = std::find_if(std::begin(kMediaTypes), std::end(kMediaTypes),
-                                     [&](const MediaType& m) { return m.name == type; });
-    if (known == std::end(kMediaTypes)) throw RequestError(notSceneType());
+    const auto known = std::find_if(types.begin(), types.end(),
+                                    [&](const MediaType& m) { return m.name == type; });
+    if (known == types.end()) return "";
     const std::string kind = UploadStore::kindOf(call.body);
-    if (kind.empty() || (!known->kinds.empty() && !known->kinds.contains(kind))) {
-        throw RequestError(notSceneType());
-    }
+    return known->kinds.empty() || known->kinds.contains(kind) ? kind : "";
+}
+
+std::string requireSceneKind(const Call& call) {
+    std::string kind = kindOf(call, kSceneTypes);
+    if (kind.empty()) throw RequestError(notSceneType());
+    if (!UploadStore::isMapKind(kind)) return kind;
+    Problem problem = notSceneType();
+    problem.detail = "This is an environment map (." + kind + "); POST it to /v1/environments.";
+    throw RequestError(std::move(problem));
+}
+
+std::string requireMapKind(const Call& call) {
+    std::string kind = kindOf(call, kMapTypes);
+    if (!UploadStore::isMapKind(kind)) throw RequestError(notMapType());
     return kind;
 }
 
@@ -130,7 +148,7 @@ Answer awaitScene(const UploadRoutes& routes, const Call& call, const std::strin
 Answer postScene(const UploadRoutes& routes, const Call& call) {
     UploadStore& store = storeOf(routes);
     const std::string title = titleIn(call);
-    const std::string kind = requireKind(call);
+    const std::string kind = requireSceneKind(call);
     requireWhole(kind, call.body);
     const std::string id = UploadStore::idOf(call.body);
     const auto stored = store.find(id);
@@ -141,8 +159,30 @@ Answer postScene(const UploadRoutes& routes, const Call& call) {
     return awaitScene(routes, call, id, isNew);
 }
 
+// The renderer loads the map, which shows whether it is usable, and describes it.
+Answer postMap(const UploadRoutes& routes, const Call& call) {
+    UploadStore& store = storeOf(routes);
+    const std::string title = titleIn(call);
+    const std::string kind = requireMapKind(call);
+    const std::string id = UploadStore::idOf(call.body);
+    const bool isNew = !store.find(id);
+    if (isNew) store.add(kind, title.empty() ? "map." + kind : title, call.body);
+    Call description = call;
+    description.method = "GET";
+    description.path = "/v1/environments/" + id;
+    description.query.clear();
+    description.target.clear();
+    description.body.clear();
+    Answer answer = routes.backend.answer(description);
+    if (answer.problem && answer.problem->code == ProblemCode::mapFailed) store.remove(id);
+    if (answer.problem) return answer;
+    answer.status = isNew ? 201 : 200;
+    answer.headers.emplace_back("Location", description.path);
+    return answer;
+}
+
 // The renderer first: it refuses what is not an upload.
-Answer deleteScene(const UploadRoutes& routes, const Call& call) {
+Answer deleteUpload(const UploadRoutes& routes, const Call& call) {
     UploadStore& store = storeOf(routes);
     const std::string id = call.path.substr(call.path.rfind('/') + 1);
     Answer answer = routes.backend.answer(call);
@@ -154,7 +194,9 @@ Answer deleteScene(const UploadRoutes& routes, const Call& call) {
 
 void addRoutes(Routes& routes, const UploadRoutes& components) {
     routes.add("/v1/scenes", "POST", components, postScene);
-    routes.add("/v1/scenes/{id}", "DELETE", components, deleteScene);
+    routes.add("/v1/scenes/{id}", "DELETE", components, deleteUpload);
+    routes.add("/v1/environments", "POST", components, postMap);
+    routes.add("/v1/environments/{name}", "DELETE", components, deleteUpload);
 }
 
 }  // namespace clerestory

@@ -1,5 +1,6 @@
-// The routes of clients' own scenes: POST /v1/scenes and DELETE /v1/scenes/{id}. The server keeps
-// the files, so that every renderer finds them.
+// The routes of clients' own scenes and environment maps: POST /v1/scenes, DELETE /v1/scenes/{id},
+// POST /v1/environments and DELETE /v1/environments/{name}. The server keeps the files, so that
+// every renderer finds them.
 #pragma once
 
 #include "server/api/backend.h"
@@ -22,6 +23,7 @@ struct UploadRoutes {
 // POST: the body is the file (a scene of one file, or an archive), the query may have a `title`.
 // 201 for a new scene, 200 for a scene that was there, 202 while it loads. Problems: uploads are
 // not allowed (403), unknown type (415), no scene in the file (422), no room (507).
+// POST of an environment map: the same, but the answer waits until the map is loaded.
 void addRoutes(Routes& routes, const UploadRoutes& components);
 
 }  // namespace clerestory

@@ -37,8 +37,8 @@ LocalBackend::LocalBackend(const LocalBackendOptions& options)
     addRoutes(routes_, JobRoutes{frames_, jobs_, comparisons_});
     addRoutes(routes_, RendererRoutes{queue_, library_, jobs_, metrics_, canary_, options.limits});
     std::string text = rendererText(queue_);  // throws when there is no driver
-    for (const std::string& map : library_.environmentNames()) {
-        text += '\n' + map + ' ' + std::to_string(library_.environmentHash(map));
+    for (const std::string& map : library_.environments().names()) {
+        text += '\n' + map + ' ' + std::to_string(library_.environments().hash(map));
     }
     rendererHash_ = hashOf(text);
 }
@@ -86,9 +86,14 @@ EncodedFrame LocalBackend::draw(const FrameOrder& order) {
     }
 }
 
+// Changes when a map was removed: frames that were drawn with it are not kept.
+std::uint64_t LocalBackend::rendererHash() const {
+    return rendererHash_ + library_.environments().removals();
+}
+
 std::shared_ptr<const LoadedScenes> LocalBackend::loadedScenes() const {
     return std::make_shared<const LoadedScenes>(LoadedScenes{.defaultScene = library_.defaultId(),
-                                                             .renderer = rendererHash_,
+                                                             .renderer = rendererHash(),
                                                              .scenes = library_.loadedContents()});
 }
 

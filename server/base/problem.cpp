@@ -16,43 +16,26 @@ std::string secondsText(double seconds) {
 }
 
 // In the order of the enumeration.
-constexpr std::array<std::string_view, kProblemCodes> kCodeNames{"notJson",
-                                                                 "badRequest",
-                                                                 "unauthorized",
-                                                                 "forbidden",
-                                                                 "notFound",
-                                                                 "methodNotAllowed",
-                                                                 "requestTimeout",
-                                                                 "stillLoading",
-                                                                 "stillMeasuring",
-                                                                 "lengthRequired",
-                                                                 "tooLarge",
-                                                                 "uriTooLong",
-                                                                 "unsupportedType",
-                                                                 "unsupportedEncoding",
-                                                                 "expectationFailed",
-                                                                 "misdirected",
-                                                                 "invalidFields",
-                                                                 "sceneFailed",
-                                                                 "headTooLarge",
-                                                                 "notImplemented",
-                                                                 "versionNotSupported",
-                                                                 "clientLeft",
-                                                                 "tooManyConnections",
-                                                                 "queueFull",
-                                                                 "jobsFull",
-                                                                 "streamsFull",
-                                                                 "bodiesFull",
-                                                                 "responsesFull",
-                                                                 "noWorker",
-                                                                 "renderFailed",
-                                                                 "quarantined",
-                                                                 "shuttingDown",
-                                                                 "notReady",
-                                                                 "stillCompiling",
-                                                                 "overDeadline",
-                                                                 "internalError",
-                                                                 "noRoom"};
+constexpr std::array<std::string_view, kProblemCodes> kCodeNames{
+    "notJson",           "badRequest",
+    "unauthorized",      "forbidden",
+    "notFound",          "methodNotAllowed",
+    "requestTimeout",    "stillLoading",
+    "stillMeasuring",    "lengthRequired",
+    "tooLarge",          "uriTooLong",
+    "unsupportedType",   "unsupportedEncoding",
+    "expectationFailed", "misdirected",
+    "invalidFields",     "sceneFailed",
+    "mapFailed",         "headTooLarge",
+    "notImplemented",    "versionNotSupported",
+    "clientLeft",        "tooManyConnections",
+    "queueFull",         "jobsFull",
+    "streamsFull",       "bodiesFull",
+    "responsesFull",     "noWorker",
+    "renderFailed",      "quarantined",
+    "shuttingDown",      "notReady",
+    "stillCompiling",    "overDeadline",
+    "internalError",     "noRoom"};
 
 }  // namespace
 
@@ -219,6 +202,25 @@ Problem sceneFailed(std::string detail, std::string reason) {
             .title = "Scene could not be loaded",
             .detail = std::move(detail),
             .errors = {{"/scene", "could not be loaded", "a scene whose state is ready"}},
+            .reason = std::move(reason)};
+}
+
+Problem notMapType() {
+    return {.status = 415,
+            .code = ProblemCode::unsupportedType,
+            .title = "Unsupported media type",
+            .detail =
+                "Supported are .hdr (image/vnd.radiance), .exr (image/x-exr), .ktx (image/ktx), "
+                ".ktx2 (image/ktx2) and .dds (image/vnd-ms.dds), each also as "
+                "application/octet-stream. The format is detected from the content. An .hdr or "
+                ".exr is equirectangular, the others are cube maps."};
+}
+
+Problem mapFailed(std::string detail, std::string reason) {
+    return {.status = 422,
+            .code = ProblemCode::mapFailed,
+            .title = "Environment map could not be loaded",
+            .detail = std::move(detail),
             .reason = std::move(reason)};
 }
 

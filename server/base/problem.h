@@ -32,6 +32,7 @@ enum class ProblemCode {
     misdirected,
     invalidFields,
     sceneFailed,
+    mapFailed,
     headTooLarge,
     notImplemented,
     versionNotSupported,
@@ -63,7 +64,7 @@ struct Problem {
     std::vector<FieldError> errors;
     int retryAfterSeconds = 0;  // 0: no Retry-After
     std::string allow;          // 405: the allowed methods
-    std::string reason;         // why a scene could not be loaded, camelCase
+    std::string reason;         // why a scene or a map could not be loaded, camelCase
 };
 
 // Whether the same request may succeed later: something is busy, loading or being measured.
@@ -98,11 +99,13 @@ Problem uriTooLong(std::size_t maxPath, std::size_t maxLine);        // 414
 Problem notJsonType();                                               // 415
 Problem encodedBody();                                               // 415
 Problem notSceneType();                                              // 415
+Problem notMapType();                                                // 415
 Problem expectationFailed();                                         // 417
 Problem misdirected();                                               // 421
 Problem invalidFields(std::vector<FieldError> errors);               // 422
 Problem quarantined();                                               // 422
 Problem sceneFailed(std::string detail, std::string reason);         // 422
+Problem mapFailed(std::string detail, std::string reason);           // 422
 Problem headTooLarge(std::size_t maxBytes, std::size_t maxHeaders);  // 431
 Problem notImplemented();                                            // 501
 Problem versionNotSupported();                                       // 505

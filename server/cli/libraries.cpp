@@ -1,5 +1,6 @@
 #include "server/cli/config.h"
 
+#include "film/film.h"
 #include "rays/embree.h"
 #include "renderer.h"
 #include "server/base/process.h"
@@ -80,6 +81,7 @@ std::vector<LibraryVersion> libraryVersions() {
          ""},
         {"libarchive", ARCHIVE_VERSION_ONLY_STRING,
          archiveVersion.substr(archiveVersion.rfind(' ') + 1)},
+        {"libavformat", libavformatBuilt(), libavformatLoaded()},
         {"libavif", dotted(AVIF_VERSION_MAJOR, AVIF_VERSION_MINOR, AVIF_VERSION_PATCH),
          avifVersion()},
         {"libjpeg-turbo", CLERESTORY_JPEG_VERSION, ""},

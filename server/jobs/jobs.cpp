@@ -214,8 +214,12 @@ std::shared_ptr<const ReferenceRender> traceReference(SceneLibrary& library,
     const auto start = Clock::now();
     const Scene scene = library.whole(frame.scene);
     EnvironmentMaps maps;
-    for (const std::string& name : library.environmentNames()) {
-        maps[name] = library.environment(name);
+    EnvironmentLibrary& environments = library.environments();
+    for (const std::string& name : environments.names()) {
+        maps[name] = environments.find(name);
+    }
+    for (auto& map : environments.requireUploads(frame)) {
+        maps[map->name] = std::move(map);
     }
     const auto lighting = maps.find(frame.environment.map.value_or(scene.environment));
     if (lighting == maps.end()) {
@@ -248,6 +252,7 @@ DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& reques
         if (cancelled()) throw JobCancelled{};
         try {
             const auto scene = resources.library.require(request.scene);
+            const auto maps = resources.library.environments().requireUploads(request);
             if (request.effects.indirectLight) {
                 const LightState light = resources.queue.run(
                     kFramePatience,

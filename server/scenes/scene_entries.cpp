@@ -131,6 +131,7 @@ std::vector<SceneEntries::Entry> SceneEntries::updateUploads(const UploadStore& 
         if (entry->status.uploaded && !uploads.find(entry->fileId)) removed.push_back(entry);
     }
     for (const Upload& upload : uploads.all()) {
+        if (upload.isMap) continue;
         const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
             return e->status.uploaded && e->status.id == upload.id;
         });

@@ -19,6 +19,19 @@ std::string percent(double share) {
     return std::to_string(static_cast<int>(100.0 * share)) + " %";
 }
 
+std::shared_ptr<UploadStore> storeOf(const UploadOptions& uploads) {
+    if (uploads.folder.empty()) return nullptr;
+    return std::make_shared<UploadStore>(uploads.folder, uploads.limits);
+}
+
+ImportOptions importOfUploads(const SceneSources& sources) {
+    ImportOptions options{.importer = sources.import.importer,
+                          .limits = sources.uploads.import,
+                          .cache = sources.import.cache};
+    options.limits.fileBytes = sources.uploads.limits.fileBytes;
+    return options;
+}
+
 }  // namespace
 
 SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue,
@@ -27,21 +40,12 @@ SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue,
       import_(sources.import),
       firstSource_(firstSourceOf(sources)),
       memoryBytes_(sources.memoryBytes),
-      importUploads_({.importer = sources.import.importer,
-                      .limits = sources.uploads.import,
-                      .cache = sources.import.cache}),
+      uploads_(storeOf(sources.uploads)),
+      importUploads_(importOfUploads(sources)),
+      environments_(sources.environments, import_, uploads_, importUploads_, queue),
       entries_(sources),
       warmUps_(queue, options) {
-    for (const auto& source : sources.environments) {
-        auto map = std::make_shared<const EnvironmentMap>(loadEnvironment(source, import_));
-        environments_[map->name] = map;
-        queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
-    }
-    if (!sources.uploads.folder.empty()) {
-        uploads_ = std::make_shared<UploadStore>(sources.uploads.folder, sources.uploads.limits);
-        importUploads_.limits.fileBytes = sources.uploads.limits.fileBytes;
-        updateUploads();
-    }
+    updateUploads();
     defaultId_ = entries_.first().front()->status.id;
     for (const Entry& entry : entries_.first()) {
         request(entry, false);
@@ -78,7 +82,7 @@ std::vector<SceneStatus> SceneLibrary::all() {
 
 SceneTotals SceneLibrary::totals() const {
     const std::lock_guard lock(mutex_);
-    SceneTotals totals{.evicted = evicted_};
+    SceneTotals totals{.evicted = evicted_, .uploadedMapBytes = environments_.uploadedBytes()};
     for (const Entry& entry : entries_.listed()) {
         const SceneStatus& status = entry->status;
         totals.uploads += status.uploaded;
@@ -310,32 +314,12 @@ void SceneLibrary::evict(SceneEntry& entry) {
     entry.isRequested = false;
 }
 
-std::shared_ptr<const EnvironmentMap> SceneLibrary::environment(const std::string& name) const {
-    const auto found = environments_.find(name);
-    if (found != environments_.end()) return found->second;
-    auto builtin = builtinEnvironment(name);
-    return builtin ? std::make_shared<const EnvironmentMap>(*std::move(builtin)) : nullptr;
-}
-
 bool SceneLibrary::importing() const {
     const std::lock_guard lock(mutex_);
     const std::vector<Entry> listed = entries_.listed();
     return std::any_of(listed.begin(), listed.end(), [](const Entry& entry) {
         return entry->status.state == SceneState::loading && !entry->file.empty();
     });
-}
-
-std::vector<std::string> SceneLibrary::environmentNames() const {
-    std::vector<std::string> names = builtinEnvironmentNames();
-    for (const auto& [name, map] : environments_) {
-        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-    }
-    return names;
-}
-
-std::uint64_t SceneLibrary::environmentHash(const std::string& name) const {
-    const auto found = environments_.find(name);
-    return found == environments_.end() ? 0 : found->second->contentHash;
 }
 
 ImportOptions SceneLibrary::importFor(const SceneEntry& entry) const {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "server/queue/render_queue.h"
+#include "server/scenes/environment_library.h"
 #include "server/scenes/scene_entries.h"
 #include "server/scenes/warm_ups.h"
 
@@ -12,7 +13,6 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -28,6 +28,7 @@ struct SceneTotals {
     std::size_t loaded = 0;     // scenes
     std::uint64_t evicted = 0;  // scenes, since the start
     std::size_t uploads = 0;
+    std::uint64_t uploadedMapBytes = 0;
 };
 
 class SceneLibrary {
@@ -76,17 +77,11 @@ public:
     // Records where the progress of its light is found; see Frame::lightNow.
     void recordLight(const std::string& id, std::function<LightProgress()> now);
 
-    // The environment map with this name; null if it is not loaded.
-    std::shared_ptr<const EnvironmentMap> environment(const std::string& name) const;
+    EnvironmentLibrary& environments() { return environments_; }
+    const EnvironmentLibrary& environments() const { return environments_; }
 
     // A file is being imported, which can take long and cannot be interrupted.
     bool importing() const;
-
-    // Built-in ones first.
-    std::vector<std::string> environmentNames() const;
-
-    // The content hash of a map from a file; 0 for a built-in one.
-    std::uint64_t environmentHash(const std::string& name) const;
 
 private:
     using Entry = SceneEntries::Entry;
@@ -116,10 +111,10 @@ private:
     const ImportOptions import_;
     const std::string firstSource_;  // of the default scene
     const std::uint64_t memoryBytes_;
-    std::shared_ptr<UploadStore> uploads_;  // null: not allowed
-    ImportOptions importUploads_;
+    const std::shared_ptr<UploadStore> uploads_;  // null: not allowed
+    const ImportOptions importUploads_;
+    EnvironmentLibrary environments_;
     std::string defaultId_;
-    std::map<std::string, std::shared_ptr<const EnvironmentMap>> environments_;  // from files
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;

@@ -114,13 +114,11 @@ std::future<std::uint64_t> SceneLibrary::addToRenderer(const Entry& entry,
 
 // A mark in the shader cache records that this build has compiled the default scene.
 void SceneLibrary::warmUp(const Scene& known, std::optional<Scene> copy) {
-    std::vector<std::shared_ptr<const EnvironmentMap>> maps;
-    for (const auto& [name, map] : environments_) maps.push_back(map);
     std::function<void()> whenFinished;
     if (known.id == defaultId_) {
         whenFinished = [name = firstSource_] { setCompiled(name); };
     }
-    warmUps_.begin(known, std::move(copy), std::move(maps), std::move(whenFinished));
+    warmUps_.begin(known, std::move(copy), environments_.fromFiles(), std::move(whenFinished));
 }
 
 // Returns false if the library ends first: the renderer may never answer.
@@ -195,7 +193,7 @@ Scene SceneLibrary::make(SceneEntry& entry) {
 
 // The scene's side file may name a map that is not loaded.
 void SceneLibrary::requireLight(Scene& scene) const {
-    if (!environment(scene.environment)) lightWithSky(scene);
+    if (!environments_.find(scene.environment)) lightWithSky(scene);
 }
 
 }  // namespace clerestory

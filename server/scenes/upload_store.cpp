@@ -1,5 +1,5 @@
-// A folder ID/ contains scene.KIND, about.json and, while it is loaded, tries. It is created under
-// a hidden name and renamed when all its files are written to disk.
+// A folder ID/ contains scene.KIND or map.KIND, about.json and, while it is loaded, tries. It is
+// created under a hidden name and renamed when all its files are written to disk.
 #include "server/scenes/upload_store.h"
 
 #include "server/base/problem.h"
@@ -27,13 +27,12 @@ constexpr std::string_view kIdBegin = "upload-";
 constexpr std::size_t kIdDigits = 32;  // of SHA-256, in hex
 constexpr const char* kUnfinished = ".coming-";
 constexpr const char* kTries = "tries";
-constexpr const char* kKinds[] = {"glb", "gltf", "zip", "tar", "tgz",
-                                  "stl", "ply",  "fbx", "dae", "3ds"};
+constexpr const char* kSceneKinds[] = {"glb", "gltf", "zip", "tar", "tgz",
+                                       "stl", "ply",  "fbx", "dae", "3ds"};
+constexpr const char* kMapKinds[] = {"hdr", "exr", "ktx", "ktx2", "dds"};
 
-bool isId(std::string_view text) {
-    if (!text.starts_with(kIdBegin) || text.size() != kIdBegin.size() + kIdDigits) return false;
-    const std::string_view digits = text.substr(kIdBegin.size());
-    return digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+std::string fileNameOf(std::string_view kind) {
+    return (UploadStore::isMapKind(kind) ? "map." : "scene.") + std::string(kind);
 }
 
 // Returns false with errno if the file cannot be written to disk.
@@ -131,6 +130,11 @@ bool is3ds(std::string_view content) {
 std::string UploadStore::kindOf(std::string_view content) {
     constexpr std::size_t kTarMark = 257;
     if (content.starts_with("glTF")) return "glb";
+    if (content.starts_with("#?RADIANCE") || content.starts_with("#?RGBE")) return "hdr";
+    if (content.starts_with("\x76\x2F\x31\x01")) return "exr";
+    if (content.starts_with("\xABKTX 11\xBB")) return "ktx";
+    if (content.starts_with("\xABKTX 20\xBB")) return "ktx2";
+    if (content.starts_with("DDS ")) return "dds";
     if (content.starts_with("PK\x03\x04")) return "zip";
     if (content.starts_with("\x1f\x8b")) return "tgz";
     if (content.size() > kTarMark + 5 && content.substr(kTarMark, 5) == "ustar") return "tar";
@@ -146,6 +150,16 @@ std::string UploadStore::kindOf(std::string_view content) {
         return "dae";
     }
     return content[first] == '{' ? "gltf" : "";
+}
+
+bool UploadStore::isMapKind(std::string_view kind) {
+    return std::find(std::begin(kMapKinds), std::end(kMapKinds), kind) != std::end(kMapKinds);
+}
+
+bool UploadStore::isId(std::string_view text) {
+    if (!text.starts_with(kIdBegin) || text.size() != kIdBegin.size() + kIdDigits) return false;
+    const std::string_view digits = text.substr(kIdBegin.size());
+    return digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
 std::string UploadStore::idOf(std::string_view content) {
@@ -165,13 +179,17 @@ std::string UploadStore::idOf(std::string_view content) {
 
 std::optional<Upload> UploadStore::read(const fs::path& place) const {
     Upload upload{.id = place.filename().string()};
-    std::error_code error;
-    for (const char* kind : kKinds) {
-        upload.file = place / ("scene." + std::string(kind));
+    const auto hasFile = [&](const char* kind) {
+        std::error_code error;
+        upload.file = place / fileNameOf(kind);
         upload.bytes = fs::file_size(upload.file, error);
-        if (!error) break;
+        upload.isMap = isMapKind(kind);
+        return !error;
+    };
+    if (!std::any_of(std::begin(kSceneKinds), std::end(kSceneKinds), hasFile) &&
+        !std::any_of(std::begin(kMapKinds), std::end(kMapKinds), hasFile)) {
+        return std::nullopt;
     }
-    if (error) return std::nullopt;
     const nlohmann::json about = aboutIn(place);
     if (about.is_object()) {
         upload.title = textIn(about, "title");
@@ -225,7 +243,7 @@ Upload UploadStore::add(const std::string& kind, const std::string& title,
     std::string pattern = (folder_ / (kUnfinished + std::string("XXXXXX"))).string();
     const bool made = mkdtemp(pattern.data()) != nullptr;
     const fs::path unfinished = pattern;
-    const bool whole = made && wrote(unfinished / ("scene." + kind), content) &&
+    const bool whole = made && wrote(unfinished / fileNameOf(kind), content) &&
                        wrote(unfinished / "about.json", aboutText({{"title", title}}));
     if (!whole || rename(unfinished.c_str(), (folder_ / id).c_str()) != 0) {
         const int error = errno;
@@ -238,7 +256,11 @@ Upload UploadStore::add(const std::string& kind, const std::string& title,
                                  std::string(std::strerror(error)));
     }
     flushFolder(folder_);
-    return {id, title, folder_ / id / ("scene." + kind), content.size(), ""};
+    return {.id = id,
+            .title = title,
+            .file = folder_ / id / fileNameOf(kind),
+            .bytes = content.size(),
+            .isMap = isMapKind(kind)};
 }
 
 bool UploadStore::remove(const std::string& id) {

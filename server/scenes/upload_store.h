@@ -1,4 +1,4 @@
-// The files of scenes that clients uploaded: one folder for each, named by the hash of its content.
+// The files of scenes and environment maps that clients uploaded: one folder for each, named by the hash of its content.
 // Reads only their first bytes. Several stores, also of several processes, can share a folder.
 // Thread-safe.
 #pragma once
@@ -23,6 +23,7 @@ struct Upload {
     std::string id, title;
     std::filesystem::path file;
     std::uint64_t bytes = 0;
+    bool isMap = false;  // an environment map, not a scene
     // Why it could not be loaded: for people, and ImportError::Reason as a word; empty if not known
     // to fail.
     std::string failure, reason;
@@ -33,11 +34,13 @@ public:
     // Creates the folder, accessible to its owner only. Throws std::runtime_error with one line.
     UploadStore(std::filesystem::path folder, const UploadLimits& limits);
 
-    // The type by the content: an extension of a scene or an archive without its dot ("glb"), empty
-    // if it is none of them. A .obj has no mark; it is read from archives.
+    // The type by the content: an extension of a scene, an archive or an environment map without
+    // its dot ("glb"), empty if it is none of them. A .obj has no mark; it is read from archives.
     static std::string kindOf(std::string_view content);
+    static bool isMapKind(std::string_view kind);
     // Equal content has an equal id; a collision cannot be constructed (SHA-256).
     static std::string idOf(std::string_view content);
+    static bool isId(std::string_view text);
 
     std::optional<Upload> find(const std::string& id) const;
     std::vector<Upload> all() const;  // by id

@@ -104,9 +104,9 @@ TEST(CommandLine, PrintsLibrariesAndTheirVersions) {
     const Outcome outcome = run("--version");
     EXPECT_EQ(outcome.exitCode, 0);
     EXPECT_THAT(outcome.output, StartsWith("clerestory "));
-    for (const char* name :
-         {"assimp", "cpp-httplib", "libarchive", "libjpeg-turbo", "libpng", "nlohmann-json",
-          "OpenSSL", "embree", "zlib", "draco", "libavif", "libwebp", "meshoptimizer"}) {
+    for (const char* name : {"assimp", "cpp-httplib", "libarchive", "libjpeg-turbo", "libpng",
+                             "nlohmann-json", "OpenSSL", "embree", "zlib", "draco", "libavformat",
+                             "libavif", "libwebp", "meshoptimizer"}) {
         EXPECT_THAT(outcome.output,
                     testing::ContainsRegex(std::string("\n  ") + name + " [0-9]+[.]"));
     }

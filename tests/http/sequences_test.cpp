@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include <map>
 #include <numbers>
 #include <thread>
 
@@ -158,6 +159,42 @@ TEST(Sequences, LabelsAndPositionsAreFilesToo) {
             name);
         EXPECT_EQ(link->body, frame->body) << name;
     }
+}
+
+// What the walls reflect when all of them are mirrors: another wall, behind the wall itself.
+TEST(Sequences, LayersAreFilesToo) {
+    auto client = sharedServer().client();
+    const json mirrors = {{{"material", "*"}, {"metallic", 1}, {"roughness", 0}}};
+    const json body = orbit(1, {{"channels", {{"color", false}, {"depth", true}}},
+                                {"layers", {{"reflected", true}, {"refracted", true}}},
+                                {"common", {{"overrides", mirrors}}}});
+    const auto result = postJson(client, "/v1/sequences", body.dump());
+    ASSERT_EQ(result->status, 200) << result->body;
+    const Files files = filesOfTar(result->body);
+    std::map<std::string, std::string> layers;
+    for (const std::string layer : {"direct", "reflected", "refracted"}) {
+        json single = body["common"];
+        single.update(body["frames"][0]);
+        single["output"] = {{"channel", "depth"}, {"format", "npy"}, {"layer", layer}};
+        const auto frame = postJson(client, "/v1/frames", single.dump());
+        ASSERT_EQ(frame->status, 200) << frame->body;
+        layers[layer] = frame->body;
+        const std::string name = layer == "direct" ? "" : layer + ".";
+        EXPECT_EQ(fileOf(files, "000000." + name + "depth.npy"), frame->body) << layer;
+    }
+    const Image direct = decodeNpy(layers["direct"]), reflected = decodeNpy(layers["reflected"]);
+    const Image refracted = decodeNpy(layers["refracted"]);
+    std::size_t deeper = 0;
+    for (std::size_t i = 0; i < 64 * 48; ++i) {
+        deeper += reflected.floats()[i] > direct.floats()[i];
+        EXPECT_EQ(refracted.floats()[i], 0.0f) << "there is no glass";
+    }
+    EXPECT_GT(deeper, 64u * 48u / 2u);
+
+    const json problem = problemOf(
+        client.Get("/v1/frames?channel=flow&output.flow.time=1&output.layer=reflected&format=npy"),
+        422);
+    EXPECT_EQ(problem["errors"][0]["pointer"], "/output/layer");
 }
 
 TEST(Sequences, FlowConnectsNeighbours) {

@@ -48,7 +48,7 @@ test("a record states its own length, also where that gets another digit", () =>
 
 // ---- grouping -----------------------------------------------------------------------------------
 
-const namesOf = ({ uploads, maps, others }) => [uploads.map((u) => [u.name, ...u.files.map((f) => f.path)]), maps, others];
+const namesOf = ({ uploads, maps, others }) => [uploads.map((u) => [u.name, ...u.files.map((f) => f.path)]), maps.map((m) => m.name), others];
 
 test("one file is sent as it is; an OBJ alone and a scene of several files are archives", () => {
   const [one] = uploadsOf([file("duck.glb")]).uploads;

@@ -65,6 +65,8 @@ function gltf(buffer) {
     accessors: [{ bufferView: 0, componentType: 5126, type: "VEC3", count: 3, min: [0, 0, 0], max: [1, 1, 0] }],
   });
 }
+// A panorama of one colour, which is RGBE.
+const hdr = (color) => Buffer.concat([Buffer.from("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n"), ...Array(32).fill(Buffer.from(color))]);
 const triangle = (x) => [...new Uint8Array(new Float32Array([0, 0, 0, x, 0, 0, 0, 1, 0]).buffer)];
 
 // Drops files on the page as a browser without folder entries does. files: [{ name, bytes or text }].
@@ -102,17 +104,19 @@ test("dropped files are one scene, packed with its side files; its warnings can 
     assert.ok(!await page.isVisible("#notices"));
   }));
 
-test("several scenes are uploaded one after the other; what fails is named; maps get advice", { timeout: 600000 }, () =>
+test("several scenes are uploaded one after the other; what fails is named; a map lights the scene", { timeout: 600000 }, () =>
   withUploads(async (v, page) => {
     const scene = (x) => [...glb(x)];
     await drop(page, [{ name: "one.glb", bytes: scene(1) }, { name: "torn.glb", bytes: scene(1).slice(0, 90) }, { name: "two.glb", bytes: scene(2) },
-                      { name: "sky.hdr", words: "#?RADIANCE" }]);
+                      { name: "torn.hdr", words: "#?RADIANCE" }, { name: "evening.hdr", bytes: [...hdr([200, 100, 50, 128])] }]);
     await page.waitForSelector("#notices [data-kind=uploads]");
     await shows(page, "two.glb");
     const titles = await page.locator("#scene option").allTextContents();
     assert.ok(titles.includes("one.glb") && titles.includes("two.glb") && !titles.includes("torn.glb"), `${titles}`);
-    assert.match(await text(page, "#notices"), /1 of 3 could not be opened.*torn\.glb: .*not as long as its header/s);
-    assert.match(await text(page, "#notices"), /sky\.hdr cannot be uploaded.*--environment sky\.hdr.*studio/s);
+    assert.match(await text(page, "#notices"), /2 of 5 could not be opened.*torn\.glb: .*not as long as its header.*torn\.hdr: /s);
+    const { environment } = await v.settled();
+    assert.match(environment.map, /^upload-/);
+    assert.equal(await page.locator("#light select").evaluate((s) => s.selectedOptions[0].textContent), "evening.hdr");
   }));
 
 test("a selected folder is one scene with its relative paths", { timeout: 600000 }, () =>
