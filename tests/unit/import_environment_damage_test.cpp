@@ -80,6 +80,19 @@ TEST(DamagedEnvironment, DamagedKtxFilesAreErrorsOrMaps) {
     }
 }
 
+// stb reads zeros after the end of a file.
+TEST(DamagedEnvironment, ATruncatedHdrIsRefused) {
+    const TemporaryFolder folder;
+    const std::string whole = hdrFile(panorama(32));
+    EXPECT_EQ(loadEnvironment(folder.write("whole.hdr", whole)).faceSize, 16u);
+    for (const std::size_t missing :
+         {std::size_t{1}, std::size_t{3}, std::size_t{4}, std::size_t{127}, std::size_t{128},
+          std::size_t{1000}, whole.size() / 2}) {
+        const auto file = folder.write("short.hdr", whole.substr(0, whole.size() - missing));
+        EXPECT_EQ(refusedMap(file).reason(), Reason::malformed) << missing;
+    }
+}
+
 // tinyexr and stb may crash, hang or eat memory on these: then their process does.
 TEST(DamagedEnvironment, DamagedImagesAreHarmless) {
     const TemporaryFolder folder;

@@ -162,6 +162,38 @@ TextureImage decodedImage(Bytes file, std::uint64_t maxPixels,
     return decodedByStb(file, maxPixels, pixelsLeft);
 }
 
+namespace {
+
+// stb_image reads zeros after the end of a file; this records it. Its buffer is filled in pieces of
+// kBuffer bytes, of which the last may be short; whatever is read past the buffer is needed.
+struct HdrSource {
+    static constexpr int kBuffer = 128;
+    Bytes file;
+    std::size_t at = 0;
+    bool isTruncated = false;
+
+    static int read(void* user, char* to, int size) {
+        HdrSource& source = *static_cast<HdrSource*>(user);
+        const std::size_t got =
+            std::min(static_cast<std::size_t>(size), source.file.size() - source.at);
+        std::memcpy(to, source.file.data() + source.at, got);
+        source.at += got;
+        if (got == 0 || (static_cast<int>(got) < size && size < kBuffer)) source.isTruncated = true;
+        return static_cast<int>(got);
+    }
+    static void skip(void* user, int count) {
+        HdrSource& source = *static_cast<HdrSource*>(user);
+        source.at +=
+            std::min(static_cast<std::size_t>(std::max(count, 0)), source.file.size() - source.at);
+    }
+    static int eof(void* user) {
+        const HdrSource& source = *static_cast<const HdrSource*>(user);
+        return source.at == source.file.size();
+    }
+};
+
+}  // namespace
+
 RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
     RadianceImage radiance;
     rejectUnsupportedFormats(file);
@@ -190,9 +222,11 @@ RadianceImage decodedRadiance(Bytes file, std::uint64_t maxPixels) {
         throw ImportError(Reason::malformed, "the .hdr image is damaged");
     }
     checkImageSize(width, height, maxPixels);
+    HdrSource source{file};
+    const stbi_io_callbacks calls{HdrSource::read, HdrSource::skip, HdrSource::eof};
     const std::unique_ptr<float, StbDeleter> pixels(
-        stbi_loadf_from_memory(file.data(), length, &width, &height, &channels, 3));
-    if (!pixels) {
+        stbi_loadf_from_callbacks(&calls, &source, &width, &height, &channels, 3));
+    if (!pixels || source.isTruncated) {
         throw ImportError(Reason::malformed, "the .hdr image is damaged");
     }
     radiance.width = static_cast<std::uint32_t>(width);
