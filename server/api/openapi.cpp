@@ -89,7 +89,7 @@ ordered_json pathParameters(std::initializer_list<const char*> names) {
     const auto description = [](std::string_view name) {
         return name == "id"       ? "id of the scene or job"
                : name == "number" ? "index from 0"
-                                  : "any name";
+                                  : "name of the view: up to 64 letters, digits, - and _";
     };
     ordered_json list = ordered_json::array();
     for (const char* name : names) {
@@ -283,7 +283,8 @@ ordered_json paths() {
         {"/healthz", getObject("Reports that the process runs", "Status")},
         {"/readyz",
          getObject(
-             "Reports that a test frame was drawn within the last seconds and the queue has room",
+             "Reports that the default scene is loaded, its shaders are compiled and a frame was "
+             "drawn within the last seconds",
              "Status")},
         {"/metrics", get("Returns metrics as Prometheus text",
                          answers("metrics", {{"text/plain", {{"schema", {{"type", "string"}}}}}}))},

@@ -196,15 +196,16 @@ ordered_json planSchema() {
                                             {"cx", kNumber},
                                             {"cy", kNumber},
                                             {"pixelCenter", oneOf({"half", "integer"})}});
-    const ordered_json camera = object(
-        {{"cameraToWorld", described(numbers(16), "column-major")},
-         {"convention", oneOf({"opengl", "opencv"})},
-         {"width", kCount},
-         {"height", kCount},
-         {"znear", kNumber},
-         {"lens", {{"$ref", "#/components/schemas/Lens"}}}},
-        {{"clipFromView", described(numbers(16), "column-major; of lenses without distortion")},
-         {"intrinsics", described(intrinsics, "of perspective and fisheye lenses")}});
+    const ordered_json camera =
+        object({{"cameraToWorld", described(numbers(16), "column-major")},
+                {"convention", oneOf({"opengl", "opencv"})},
+                {"width", kCount},
+                {"height", kCount},
+                {"znear", kNumber},
+                {"lens", {{"$ref", "#/components/schemas/Lens"}}}},
+               {{"clipFromView",
+                 described(numbers(16), "column-major; of lenses that a matrix describes")},
+                {"intrinsics", described(intrinsics, "of perspective and fisheye lenses")}});
     const ordered_json map = object({{"target", kText}, {"subject", subjectSchema()}});
     const ordered_json totals =
         object({{"passes", kCount},
@@ -240,7 +241,7 @@ ordered_json sceneFields() {
         {"oneOf", {object({{"min", numbers(3)}, {"max", numbers(3)}}), {{"type", "null"}}}}};
     return {{"stage", described(kText, "stage of loading")},
             {"progress", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}},
-            {"uploaded", described(kFlag, "a client sent it")},
+            {"uploaded", described(kFlag, "a client uploaded it")},
             {"failure", described(kText, "why it could not be loaded")},
             {"reason", described(kText, "code of the failure")},
             {"triangles", kCount},
@@ -285,7 +286,7 @@ ordered_json sceneSchema() {
                                        {"range", kNumber},
                                        {"innerConeAngle", kNumber},
                                        {"outerConeAngle", kNumber},
-                                       {"radius", described(kNumber, "of a sphere that shines")}});
+                                       {"radius", described(kNumber, "of the emitting sphere")}});
     const ordered_json probe =
         object({{"name", kText}, {"position", numbers(3)}, {"size", kNumber}},
                {{"node", kText},
@@ -350,15 +351,15 @@ ordered_json instancesSchema() {
     box["type"] = {"object", "null"};
     const ordered_json instance = object(
         {{"objectId", described(kCount, "value in the channel objectId")},
-         {"node", described(kText, "its name")},
+         {"node", described(kText, "name of its node")},
          {"materialId", described(kCount, "value in the channel materialId")},
          {"classId", described(kCount, "value in the channel classId; 0: no class")},
          {"worldFromModel", described(numbers(16), "transform of its mesh, column-major, metres")},
-         {"pixels", described(kCount, "that show it")},
-         {"amodalPixels", described(kCount, "that would show it if it were alone in the scene")},
+         {"pixels", described(kCount, "number of pixels that show it")},
+         {"amodalPixels", described(kCount, "the same if it were alone in the scene")},
          {"visibleShare", described(kNumber, "pixels / amodalPixels")},
-         {"box", described(box, "of its pixels; null: nothing of it is seen")},
-         {"amodalBox", described(box, "of amodalPixels, within the frame")}},
+         {"box", described(box, "bounds of its pixels; null: it is hidden")},
+         {"amodalBox", described(box, "bounds of amodalPixels, within the frame")}},
         {{"class", described(kText, "name of the class, if it has one")}});
     return object({{"width", described(kCount, "of the frame, pixels")},
                    {"height", kCount},
@@ -394,7 +395,7 @@ ordered_json rendererSchema() {
          {"shadingLanguage", kText},
          {"platform", kText},
          {"device", described({{"type", {"integer", "null"}}},
-                              "index of the EGL device that --device chose")},
+                              "index of the EGL device that --device selected")},
          {"software", described(kFlag, "the driver renders on the processor")},
          {"clipControl", described(kFlag, "depth can run from 1 to 0")},
          {"timerQueriesTrusted", described(kFlag, "milliseconds are measured by the GPU")},

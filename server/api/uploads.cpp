@@ -75,7 +75,7 @@ void requireWhole(const std::string& kind, const std::string& content) {
     std::uint32_t length = 0;
     if (content.size() >= 12) std::memcpy(&length, content.data() + 8, sizeof length);
     if (length != content.size()) {
-        throw noScene("The .glb is not as long as its header says.", "malformed");
+        throw noScene("The length of the .glb differs from that in its header.", "malformed");
     }
 }
 

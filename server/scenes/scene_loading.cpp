@@ -156,7 +156,7 @@ void SceneLibrary::setFailed(const Entry& entry, const std::exception& error) {
     SceneStatus& status = entry->status;
     status.state = SceneState::failed;
     if (!why) entry->retryAt = Clock::now() + kRetryInterval;
-    status.failure = why ? why->what() : "The scene could not be made.";
+    status.failure = why ? why->what() : "The scene could not be loaded.";
     status.reason = why ? nameOf(why->reason()) : "internal";
     loadedBytes_ -= status.bytes.total();
     status.bytes = {};
