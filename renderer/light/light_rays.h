@@ -19,7 +19,7 @@
 
 namespace clerestory::light {
 
-// Light that white surfaces send back, of both sides of each point of Places.
+// Light that white surfaces would reflect, for both sides of each point of Places.
 struct Radiosity {
     std::vector<glm::vec3> sent[2];
     glm::vec3 mean{0.0f};  // over all points
@@ -30,7 +30,7 @@ struct Radiosity {
                        const glm::vec3& normal) const;
 };
 
-// Part of the rays that may begin behind surfaces before a place counts as buried in a body.
+// Fraction of rays that begin behind surfaces above which a place is treated as inside a body.
 inline constexpr float kMaxBehind = 0.25f;
 
 class LightRays {
@@ -40,13 +40,13 @@ public:
     LightRays(const LightRays&) = delete;
     LightRays& operator=(const LightRays&) = delete;
 
-    // What surfaces send back, for the rays that follow; must outlive them.
+    // Sets the light that surfaces reflect, for later rays; both must outlive these calls.
     void meet(const Places& places, const Radiosity& radiosity) {
         places_ = &places;
         radiosity_ = &radiosity;
     }
-    // Where a place sends its rays from; the least distance between surfaces that it notices.
-    const glm::dvec3& origin() const { return triangles_.origin; }  // world, of all points
+    // World; all points are relative to it.
+    const glm::dvec3& origin() const { return triangles_.origin; }
     bool anything() const { return tree_.stillTriangles() > 0; }
     std::uint32_t raysOfPlace() const { return quality_.rays; }
     void setRays(std::uint32_t rays, std::uint32_t emitterRays) {

@@ -193,7 +193,7 @@ Scene SceneLibrary::make(SceneEntry& entry) {
     return scene;
 }
 
-// The scene's side file may name a map that is not loaded.
+// The scene's sidecar file may name a map that is not loaded.
 void SceneLibrary::requireLight(Scene& scene) const {
     if (!environment(scene.environment)) lightWithSky(scene);
 }
