@@ -157,8 +157,8 @@ vec2 halves(std::uint32_t packed) {
 // ---- rough lobes
 // --------------------------------------------------------------------------------
 
-// Paths of neighbouring pixels look where this one does not; their mean is taken (follow.cpp), so
-// a path represents less than its pixel's share of the lobe.
+// Paths of neighbouring pixels have other directions, and their mean is taken (follow.cpp), so a
+// path represents less than its pixel's share of the lobe.
 constexpr float kPathsOfNeighbours = 2.0f;
 
 float fractionOf(float x) {
@@ -183,8 +183,8 @@ vec2 numbersOfTurn() {
             fractionOf(u.y + 0.56984029f * static_cast<float>(step))};
 }
 
-// The normal of a microfacet as who comes along `along` sees them; the surface's own for a path
-// that has the lobe for itself.
+// A microfacet normal, sampled from those visible along `along`; the surface's own if a single path
+// represents the lobe.
 vec3 facetAt(vec3 normal, vec3 along, float alpha) {
     if (scatter.count <= 1 || !(alpha > 0.0f)) return normal;
     const mat3 frame = frameAbout(normal);
@@ -378,7 +378,7 @@ std::optional<SurfaceHit> middleOf(std::uint32_t place) {
 // Surfaces that a ray passes.
 constexpr int kMaxSurfaces = 24;
 
-// Not drawn where the ray comes from, or a hole.
+// Whether the hit is ignored: the back of a one-sided surface, or a hole.
 bool isAbsent(const HitPoint& p) {
     const bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
     return back || p.material.baseColor.w < p.cutoff;

@@ -38,7 +38,7 @@ class Budgets {
 public:
     struct Pick {
         Accuracy accuracy;
-        std::string words;  // for people: the settings, their predicted cost, what was not met
+        std::string words;  // for users: the settings, their predicted cost, what was not met
         std::string curve;  // for drawn()
         std::size_t point = 0;
     };

@@ -43,7 +43,7 @@ struct JobStatus {
     std::string id;
     JobState state = JobState::queued;
     double progress = 0.0;                    // in [0, 1], never decreases
-    std::string failure;                      // for people, when failed
+    std::string failure;                      // for users, when failed
     std::shared_ptr<const JobResult> result;  // when done
 };
 

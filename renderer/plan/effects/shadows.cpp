@@ -313,8 +313,8 @@ std::string nameOf(const Stage& stage, std::size_t light) {
            std::to_string(light + 1);
 }
 
-// The lights whose shadows are worth their price, in the order of `order`. A choice for the scene,
-// not for the view: pictures from lights stay resident while the camera moves.
+// The lights for which the cost model favours a shadow, in the order of `order`. Chosen for the
+// scene, not for the view: pictures from lights stay resident while the camera moves.
 std::vector<std::size_t> worthAShadow(const FrameContext& context, const Stage& stage,
                                       PlanBuilder& builder, const std::vector<std::size_t>& order,
                                       double pixels) {
