@@ -13,7 +13,7 @@
 namespace clerestory::light {
 namespace {
 
-// An emitter that fills this share of the directions is what a specular lobe sees.
+// An emitter that fills this fraction of the directions counts fully in specular lobes.
 constexpr float kLargeEmitter = 0.25f;
 // Steps from neighbour to neighbour by which buried samples receive values.
 constexpr int kFillSteps = 12;
@@ -92,8 +92,8 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
     }
 }
 
-// The light of what is not the environment, as much as specular lobes see of it. Most do not see a
-// small emitter.
+// The mean light from surfaces, weighted as for specular lobes: most lobes do not contain a small
+// emitter.
 glm::vec3 Bake::State::nearbyFrom(const RaySums& s) const {
     const float emitterRays = std::max(s.emitterCount, 1.0f);
     const float seen = std::min(s.emitterShare / (kLargeEmitter * emitterRays), 1.0f);
@@ -260,7 +260,7 @@ void Bake::endRound() {
     state_->updateRadiosity();
     state_->updateGrid();
     ++state_->round;
-    // Surfaces that see only the environment have nothing to learn from further rounds.
+    // Surfaces that see only the environment do not change in further rounds.
     const auto open = [](const RaySums& s) { return s.visible >= s.count; };
     state_->nothingHidden = std::all_of(state_->sums[0].begin(), state_->sums[0].end(), open) &&
                             std::all_of(state_->sums[1].begin(), state_->sums[1].end(), open);

@@ -67,7 +67,8 @@ glm::vec3 LightRays::startOf(const SurfacePoint& point, float side) const {
     return point.start + normal * (side * offset_);
 }
 
-// What arrives of a lamp's light: along: to its centre, axes of the map; distance: to it.
+// Visible fraction of a lamp's light. along: to its centre, axes of the map; distance: to it,
+// metres.
 glm::vec3 LightRays::shareOf(const PlacedLight& lamp, const glm::vec3& start,
                              const glm::vec3& along, float distance) const {
     const bool soft = lamp.radius > 0.0f;

@@ -11,8 +11,8 @@
 namespace clerestory::light {
 namespace {
 
-// Of two points that are near enough to share a place: cosine of their normals, and distance from
-// each other's plane relative to the distance of places.
+// Two points may share a place above this cosine of their normals, and below this distance from
+// each other's plane, relative to the distance between places.
 constexpr float kSameNormal = 0.9f, kSamePlane = 0.2f;
 // The same of a place that a point takes a part of its light from.
 constexpr float kMinNormal = 0.6f, kMaxOutOfPlane = 0.35f;
@@ -20,8 +20,8 @@ constexpr float kMinNormal = 0.6f, kMaxOutOfPlane = 0.35f;
 // count.
 constexpr float kShared = 0.6f, kReach = 1.25f;
 constexpr std::size_t kMaxParts = 12;
-// How far rays begin from a point, relative to the mean of the ways to the centres of its
-// triangles: not at all within a regular mesh.
+// Offset of the start of rays from a point, relative to the mean of the vectors to the centres of
+// its triangles: 0 within a regular mesh.
 constexpr float kInwards = 0.25f;
 
 struct PointKey {

@@ -79,7 +79,7 @@ const gl::BufferTexture& Executor::uploaded(
     return lights_.front().texture;
 }
 
-// What moves has the light of where it is.
+// Moving instances have the light of their position.
 void Executor::moveLight(const ExecutionInput& frame) {
     movingLight_.clear();
     if (!frame.surfaceLight || frame.surfaceLight->moving.empty()) return;
