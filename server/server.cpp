@@ -126,7 +126,7 @@ Server::Server(const Config& config)
     routes_.add("/v1/scenes", "GET", forwarded, forward);
     routes_.add("/v1/scenes/{id}", "GET", forwarded, forward);
     routes_.add("/v1/environments", "GET", forwarded, forward);
-    routes_.add("/v1/environments/{name}", "GET", forwarded, forward);
+    routes_.add("/v1/environments/{map}", "GET", forwarded, forward);
     addRoutes(routes_, UploadRoutes{*backend_, uploads_ ? &*uploads_ : nullptr,
                                     uploads.import.wallClock, stopping_});
     addRoutes(routes_, LiveRoutes{*frames_, views_, streams_});

@@ -22,7 +22,7 @@ namespace clerestory {
 class Server {
 public:
     // Returns when the port is bound and the renderer created; answers nothing before start().
-    // Throws std::runtime_error with one line for people.
+    // Throws std::runtime_error with a one-line message.
     explicit Server(const Config& config);
     ~Server();
     Server(const Server&) = delete;

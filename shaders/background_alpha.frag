@@ -1,5 +1,5 @@
-// A picture before a black background, with alpha: what is added to it before a white one of radiance 1
-// is what its pixels let through.
+// A picture before a black background, with alpha: the difference to the picture before a white one of
+// radiance 1 is the transmittance of its pixels.
 #include "include/block_macros.glsl"
 #include "include/optics.glsl"
 

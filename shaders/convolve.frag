@@ -1,4 +1,4 @@
-// Each pixel's neighbourhood, weighed by nine numbers. Less than no light is none.
+// Convolution of each pixel's neighbourhood with nine weights. Negative results become 0.
 #include "include/filter_source.glsl"
 
 out vec4 color;

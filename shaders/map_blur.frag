@@ -1,8 +1,8 @@
-// One face of a cube, blurred about one of the cube's axes: the mean over turns about it, each with
-// its weight. The three axes after each other blur every direction alike, since what a turn about
-// an axis moves a direction by, summed over three axes, is the same both ways; in the middle of a
-// face two of them are its rows and columns. A turn knows no faces, so there is no seam, and it
-// keeps areas, so the light in all stays.
+// One face of a cube, blurred about one of the cube's axes: the weighted mean over rotations about it.
+// Three passes, one for each axis, blur all directions isotropically, since the squared displacements
+// of the three rotations add up to the same in every direction. In the middle of a face two of them
+// are its rows and columns. Rotations are independent of faces, so there is no seam, and they preserve
+// areas, so the sum of the light is unchanged.
 #include "include/block_macros.glsl"
 #include "include/optics.glsl"
 

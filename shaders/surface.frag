@@ -1,4 +1,4 @@
-// A pixel of a surface: its material, the light on it, the light it gives off.
+// A pixel of a surface: its material, the light that it reflects and transmits, its emission.
 #include "include/block_macros.glsl"
 #include "include/features.glsl"
 #include "include/light_samplers.glsl"
@@ -22,21 +22,21 @@
 #include "include/reflection.glsl"
 #include "include/catcher.glsl"
 
-out vec4 color;  // premultiplied by coverage; alpha: coverage, or how far away
+out vec4 color;  // premultiplied by coverage; alpha: coverage, or the stored distance
 
 vec3 towardsEye() {
     vec3 seen = has(FEATURES_OF_RAYS) ? interpolateAtCentroid(positionEye) : positionEye;
     return viewHas(VIEW_ORTHOGRAPHIC) ? -view.forward.xyz : direction(-seen);
 }
 
-// Half vectors turn against the surface as its normals do, and half as much as the line of sight.
-// What bumps do within a pixel their map does not tell: where they bend the normal, its shape alone
-// would tell too little.
+// Within a pixel, half vectors vary relative to the surface as its normals do, and half as much as the
+// direction of view. The variation of a normal map within a pixel is unknown: where it changes the
+// normal, highlights are not averaged, because the shape of the mesh gives too small a spread.
 Surface coveredByPixel(Surface s) {
     vec3 shape = direction(vertexNormal);
     vec3 ahead = viewHas(VIEW_ORTHOGRAPHIC) ? view.forward.xyz : direction(positionEye);
     vec3 turned = shape + 0.5f * ahead;
-    // Small triangles share their pixel.
+    // A small triangle covers only part of its pixel.
     float part = sqrt(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples));
     float ofBumps = 1.0f;
     if (has(FEATURE_NORMAL_MAP)) {
@@ -53,7 +53,7 @@ Surface coveredByPixel(Surface s) {
 
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
-    // Bumps whose roughness is a picture's as well: their spread is not known, and it would cost.
+    // With a normal map and default factors the spread is unknown, and averaging would cost time.
     bool bumps = has(FEATURE_NORMAL_MAP) && has(FEATURE_DEFAULT_NUMBERS);
     if (!bumps && !has(FEATURE_WIDE_LOBE)) s = coveredByPixel(s);
     if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, positionEye, HARMONIC_ROWS);
@@ -68,8 +68,8 @@ vec3 lampsAt(Surface s) {
 #include "include/no_glass.glsl"
 #endif
 
-// Light of the surroundings of a base below sheen or a coat. ofPicture, of what is mirrored, and
-// occlusion, of the rest: what reaches the surface.
+// Light of the surroundings of a base below sheen or a coat. Unoccluded fractions: ofPicture of the
+// reflection, occlusion of the rest.
 vec3 layeredLight(Surface s, vec3 mirrored, float ofPicture, float occlusion) {
     vec3 coat = vec3(s.clearcoatReflectance);
     vec3 below = vec3(s.belowSheen * s.belowClearcoat) * s.reflectance;
@@ -104,9 +104,9 @@ vec3 shaded(inout MaterialPoint m) {
     if (layered(LAYER_CLEARCOAT)) m.emitted *= s.belowClearcoat;
     if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) return shadedGlass(m, s);
     vec3 mirrored = reflectedRadiance(s, positionEye);
-    // Light at vertices knows what hides the environment.
+    // Light at vertices contains the occlusion already.
     float occlusion = viewHas(VIEW_SURFACE_LIGHT) ? 1.0f : m.occlusion;
-    // A picture or a ray has looked at what an occlusion texture only guesses.
+    // Pictures and rays contain the occlusion that an occlusion texture approximates.
     const uint kLooked = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_TRACED_REFLECTION;
     if (layered(LAYER_SHEEN | LAYER_CLEARCOAT)) {
         return lampsAt(s) + layeredLight(s, mirrored, has(kLooked) ? 1.0f : occlusion, occlusion);
@@ -132,14 +132,14 @@ void main() {
     } else {
         radiance = (has(FEATURE_UNLIT) ? base.rgb : shaded(m)) * coverage + finishRays(coverage);
     }
-    // Coverage dims what lies on the surface, not what it gives off.
+    // Coverage dims the reflected light, not the emission.
     float alpha = has(FEATURE_BLEND)         ? coverage
                   : viewHas(VIEW_COVERAGE) ? 1.0f
                                            : distanceShare(length(positionEye), view.picture.w);
     color = vec4(radianceFinite(radiance + m.emitted), alpha);
     if (has(FEATURE_BLEND) && has(FEATURE_BACKDROP)) {
-        // Coverage counts for the whole surface, what it lets through included: beside it stands
-        // what was drawn behind it.
+        // Coverage applies to the whole surface, transmitted light included; the rest of the pixel
+        // shows the backdrop.
         vec4 behind = texelFetch(backdrop, ivec2(gl_FragCoord.xy), 0);
         color.rgb += (1.0f - coverage) * behind.rgb;
         color.a = coverage < 0.5f ? behind.a : distanceShare(length(positionEye), view.picture.w);

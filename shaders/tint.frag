@@ -1,4 +1,4 @@
-// What glass and veils leave of a lamp's light, and how near to the lamp they are, as it sees them.
+// Transmittance of glass and blended surfaces for a lamp's light, and their depth as seen from the lamp.
 #include "include/block_macros.glsl"
 #include "include/features.glsl"
 #define VARYING in

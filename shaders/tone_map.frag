@@ -27,6 +27,6 @@ void main() {
         color = vec4(alpha > 0.0f ? alpha * mapped(radiance / alpha) : vec3(0.0f), alpha);
         return;
     }
-    // Brightness about as it is seen, for the edge filter; a picture that goes out is opaque.
+    // Approximate perceived brightness, for the edge filter; the output picture is opaque.
     color = vec4(display, mix(1.0f, sqrt(luminance(display)), filtering.parameters.y));
 }

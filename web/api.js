@@ -37,10 +37,10 @@ async function request(path, { headers, ...options } = {}) {
   return response;
 }
 
-const send = (method, path, body, signal) => request(path, {
-  method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), signal,
+const send = (method, path, body, signal, headers) => request(path, {
+  method, headers: { "Content-Type": "application/json", ...headers }, body: JSON.stringify(body), signal,
 });
-const post = (path, body, signal) => send("POST", path, body, signal);
+const post = (path, body, signal, headers) => send("POST", path, body, signal, headers);
 
 export const getJson = async (path) => (await request(path)).json();
 
@@ -60,10 +60,10 @@ export function lightOf(header) {
 }
 
 // -> the image as a Blob, with timings and accuracy from the headers; with `explain` also the plan; with explain "maps"
-// also the maps that the frame reads: [{ subject, blob }].
-export async function renderFrame(request, explain = "0", signal = undefined) {
+// also the maps that the frame reads: [{ subject, blob }]. headers: further ones of the request.
+export async function renderFrame(request, explain = "0", signal = undefined, headers = {}) {
   const start = performance.now();
-  const response = await post(`v1/frames${explain === "0" ? "" : `?explain=${explain}`}`, request, signal);
+  const response = await post(`v1/frames${explain === "0" ? "" : `?explain=${explain}`}`, request, signal, headers);
   const bytes = new Uint8Array(await response.arrayBuffer().catch(() => {
     throw new Problem({ title: "No response", detail: "The connection was closed in the middle of the response." });
   }));

@@ -78,6 +78,7 @@ const kMovingMs = 90;  // target time of a frame in motion
 const kRestMs = 160;   // without motion until the frame is refined
 const kFirstScale = 0.25;  // of the edges: first frame of a scene
 const kMinPixels = 160 * 90;
+const kInBackground = { Priority: "u=6" };  // RFC 9218: its picture is not shown
 
 export class Frames {
   #latest = new Latest((settings) => this.#render(settings));
@@ -88,6 +89,7 @@ export class Frames {
   #complete = true;   // that is the full frame, with its plan
   #pace;
   #waiting = false;   // for a retry
+  #prepared;          // what a frame in motion was drawn in advance for
   #fraction = 1;  // of the pixels of a full frame, while that takes longer than the deadline of the server
   #failures = 0;
 
@@ -167,6 +169,22 @@ export class Frames {
     if (!this.#waiting) this.#latest.request(settings);
   }
 
+  // The first frame in motion after a change draws the maps of its preset and compiles its shaders, which can take a second. So
+  // one is drawn while the view is at rest, once for everything but the camera, as soon as the light is complete.
+  #prepareMotion({ camera, ...request }, { light }) {
+    if (this.#pace.fullIsQuick || this.reducedMotion() || light?.share < 1) return;
+    const key = JSON.stringify([request, light]);
+    if (key === this.#prepared) return;
+    this.#prepared = key;
+    this.#request({ kind: "ahead" });
+  }
+
+  async #drawAhead(request) {
+    await this.render(request, "0", undefined, kInBackground).catch((problem) => {
+      if (!(problem instanceof Problem)) throw problem;
+    });
+  }
+
   // What was measured is kept until the size or the kind of accuracy changes.
   #paceOf({ width, height, accuracy }) {
     const ladder = ladderOf(width, height, accuracyKind(accuracy, this.presets));
@@ -181,10 +199,11 @@ export class Frames {
     if (!whole) return;
     const pace = this.#paceOf(whole);
     const last = pace.ladder.length - 1, small = pace.ladder.findIndex(({ scale }) => scale <= kFirstScale);
-    const level = { full: 0, first: small < 0 ? last : small, moving: pace.moving, refined: pace.refined(Math.min(this.#level, last)) }[kind];
+    const level = { full: 0, first: small < 0 ? last : small, moving: pace.moving, ahead: pace.moving, refined: pace.refined(Math.min(this.#level, last)) }[kind];
     const { scale, draft } = pace.ladder[level];
     const size = full.map((edge) => Math.max(1, Math.round(edge * scale)));
     const request = level === 0 ? whole : this.requestFor(size, { draft, scale });
+    if (kind === "ahead") return this.#drawAhead(request);
     const still = level === 0 && kind !== "moving";
     const stop = new AbortController();
     const running = (this.#running = { kind, stop });
@@ -198,6 +217,7 @@ export class Frames {
       this.#complete = still;
       await this.shown(frame, request, still, stop.signal);
       this.#refine();
+      if (still && !this.#latest.waiting) this.#prepareMotion(whole, frame);
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
       if (!stop.signal.aborted) this.#fail(problem, request);

@@ -69,7 +69,7 @@ struct EffectErrors {
     Effect effect = Effect::base;
     LinearErrors errors;       // over the pixels whose first surface shows the effect
     double relMseOff = 0.0;    // over these pixels, with this effect off and preset standard
-    double relMseNoise = 0.0;  // over these pixels, of the truth's noise
+    double relMseNoise = 0.0;  // over these pixels, of the noise of the reference
     double closedGap = 0.0;
 };
 
@@ -93,14 +93,15 @@ struct Comparison {
     ReferenceMode mode = ReferenceMode::effects;
     std::uint32_t samples = 0, seed = 0;
     double truthMs = 0.0;
-    double relMseNoise = 0.0;  // of the truth; errors below five times this are not significant
+    double relMseNoise = 0.0;  // of the reference; errors below five times this are insignificant
     double relMseOff = 0.0;    // with every effect off
     std::uint64_t nonFinite =
-        0;  // samples of the truth that were not finite; above 0 only if there is a bug
+        0;  // samples of the reference that were not finite; above 0 only if there is a bug
     std::vector<SettingResult> settings;  // in the order of settingsOf()
 };
 
-// relMSE of the truth's noise, over a mask or the whole image. Smaller errors are not significant.
+// relMSE of the reference's noise, over a mask or the whole image. Smaller errors are not
+// significant.
 double relMseNoise(const ReferenceImage& truth, const Mask* mask = nullptr);
 
 // `scene` needs no texels. `progress` receives the completed fraction, 0..1; if it returns false,

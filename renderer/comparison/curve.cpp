@@ -52,7 +52,7 @@ std::string figures(const CurvePoint& point) {
 
 }  // namespace
 
-std::vector<Accuracy> ladder() {
+std::vector<Accuracy> curveSettings() {
     Accuracy least = accuracyOf(Preset::draft);
     least.planar = PlanarMethod::environment;
     least.curved = CurvedMethod::environment;
@@ -81,7 +81,7 @@ std::optional<Curve> measureCurve(const FrameRequest& frame, const TraceTruth& t
     const FrameRequest reducedFrame = reduced(frame);
     const auto truth = trace(reducedFrame, kTruthSamples);
     if (!truth) return std::nullopt;
-    const std::vector<Accuracy> settings = ladder();
+    const std::vector<Accuracy> settings = curveSettings();
     Curve curve;
     for (std::size_t i = 0; i < settings.size(); ++i) {
         const double share = static_cast<double>(i) / static_cast<double>(settings.size());

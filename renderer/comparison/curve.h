@@ -9,18 +9,18 @@ namespace clerestory {
 struct CurvePoint {
     Accuracy accuracy;
     double milliseconds = 0.0;  // median of warm frames of the requested size
-    double relMse = 0.0;        // over the frame, against the truth
+    double relMse = 0.0;        // over the frame, against the reference
 };
 
 struct Curve {
-    std::vector<CurvePoint> points;  // in the order of ladder()
-    double relMseNoise = 0.0;        // of the truth
+    std::vector<CurvePoint> points;  // in the order of curveSettings()
+    double relMseNoise = 0.0;        // of the reference
 };
 
 // The settings that a budget chooses from, roughly from the cheapest to the most exact.
-std::vector<Accuracy> ladder();
+std::vector<Accuracy> curveSettings();
 
-// Traces the truth of a frame with `samples` paths per pixel; returns nothing if cancelled.
+// Traces the reference of a frame with `samples` paths per pixel; returns nothing if cancelled.
 using TraceTruth =
     std::function<std::optional<ReferenceImage>(const FrameRequest& frame, std::uint32_t samples)>;
 

@@ -1,7 +1,6 @@
-// Tone mapping and edge filter on the processor, for drivers that are software: such a driver pays
-// for every texel of a full-screen pass what a loop over rows does in a tenth of the time.
-// tone_map.frag and edge_filter.frag do the same for hardware; both give the same pictures except
-// for rounding.
+// Tone mapping and edge filter on the processor, for software drivers: a loop over rows takes about
+// a tenth of the time of a full-screen pass on such a driver. tone_map.frag and edge_filter.frag do
+// the same for hardware; both give the same pictures except for rounding.
 //
 //     display::Picture picture;
 //     display::toneMap({width, height, halves}, ToneMap::neutral, exposureFactor, true, picture);

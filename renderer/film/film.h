@@ -7,7 +7,7 @@
 //     film->end();
 //
 // The same settings and pictures give the same bytes, with the same version of the libraries: a
-// film bears no date, and is encoded by one thread, the caller's.
+// film contains no date, and is encoded by one thread, the caller's.
 //
 // MP4 is sent in fragments of about one second, so that a film begins before its last picture is
 // known. The memory of its encoder does not depend on the number of pictures. An animated WebP

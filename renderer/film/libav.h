@@ -38,7 +38,7 @@ struct Libav {
 // Thread-safe. The version of the library is that of the headers.
 const Libav& libav();
 
-// The same of this file, not remembered.
+// The same for this library file; the result is not cached.
 Libav loadLibav(const std::string& library);
 
 }  // namespace clerestory

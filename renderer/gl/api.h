@@ -6,7 +6,7 @@
 
 namespace clerestory::gl {
 
-using Name = unsigned int;  // what OpenGL calls an object; 0 is none
+using Name = unsigned int;  // OpenGL's name of an object; 0 is none
 
 // An object's name with one owner: moved, never copied.
 class OwnedName {

@@ -1,4 +1,4 @@
-// What the driver at hand is and offers, found once when a context is made.
+// Identity and capabilities of the driver, determined once when a context is made.
 //
 // The planner receives the few values that plans depend on: DeviceLimits
 // (plan/graph/frame_context.h).

@@ -1,4 +1,4 @@
-// Finding out once what the driver can do, and collecting what it complains about.
+// Detects the capabilities of the driver and collects its messages.
 #include "gl/context.h"
 
 #include "gl/api.h"
@@ -138,7 +138,7 @@ bool Context::lost() const {
     return resetStatus_ && resetStatus_() != GL_NO_ERROR;
 }
 
-void Context::forgive() {
+void Context::discardErrors() {
     constexpr int kMax = 100;  // a lost context answers with errors for ever
     for (int i = 0; i < kMax && glGetError() != GL_NO_ERROR; ++i) {
     }
@@ -173,8 +173,8 @@ void Context::findCapabilities(const std::string& platform) {
                                           static_cast<int>(GL_LOSE_CONTEXT_ON_RESET);
     if (!c.tellsOfResets) resetStatus_ = nullptr;
     glGetError();  // the number above is not known to every driver
-    // Colour and depth have to be able to do it, both in floating point: GL_MAX_SAMPLES speaks for
-    // every renderable format.
+    // Colour and depth must both support it in floating point; GL_MAX_SAMPLES applies to every
+    // renderable format.
     c.maxSamples = static_cast<std::uint32_t>(std::max(1, integer(GL_MAX_SAMPLES)));
     c.maxIntegerSamples = static_cast<std::uint32_t>(std::max(1, integer(GL_MAX_INTEGER_SAMPLES)));
     c.maxTextureSize = static_cast<std::uint32_t>(integer(GL_MAX_TEXTURE_SIZE));

@@ -18,10 +18,10 @@
 
 namespace clerestory::gl {
 
-// Compilation as it happens: a driver compiles a program when it is linked, and again, without
-// being asked, inside the first draw with each combination of program, fixed state and target
-// format. llvmpipe takes 0.1 to 1 s for each. This watches both, so that the time is known for what
-// it is.
+// Detects and times compilation. A driver compiles a program when it is linked, and again, without
+// a request, inside the first draw with each combination of program, fixed state and target
+// format. llvmpipe takes 0.1 to 1 s for each. FirstUse times both, so that this time can be
+// reported as compilation.
 
 struct CompileCounters {
     std::uint64_t programs = 0;   // linked
@@ -121,11 +121,11 @@ public:
     // Throws std::runtime_error if a call has failed since the last check: the frame is then
     // incomplete. Drivers report errors only on request.
     void throwIfFailed();
-    // Whether the GPU was reset, as far as the driver tells: nothing that this context holds is
-    // there any more, and nothing can be drawn with it.
+    // Whether the GPU was reset, if the driver reports resets: all objects of this context are
+    // lost, and nothing can be drawn with it.
     bool lost() const;
-    // After any failure: forgets what the driver has to say of it.
-    void forgive();
+    // After any failure: discards the pending errors of the driver.
+    void discardErrors();
 
 private:
     void findCapabilities(const std::string& platform);
@@ -134,7 +134,7 @@ private:
     void* display_ = nullptr;
     void* context_ = nullptr;
     void* surface_ = nullptr;
-    unsigned (*resetStatus_)() = nullptr;  // null: the driver tells nothing
+    unsigned (*resetStatus_)() = nullptr;  // null: the driver does not report resets
     Capabilities capabilities_;
     ObjectCounters counters_;
     FirstUse firstUse_;
@@ -149,8 +149,8 @@ struct OpenedContext {
     std::string platform;
 };
 
-// Throws std::runtime_error with one clear line when no driver of the asked kind, or on the asked
-// device, answers.
+// Throws std::runtime_error with a one-line message if there is no usable driver of the requested
+// kind or on the requested device.
 OpenedContext openContext(const ContextOptions& options);
 void closeContext(const OpenedContext& opened);
 

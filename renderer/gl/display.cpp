@@ -118,7 +118,7 @@ std::optional<OpenedContext> open(const Candidate& candidate, bool debugOutput) 
         if (!eglChooseConfig(display, wanted, &config, 1, &found) || found == 0) return {};
     }
     opened.display = display;
-    // One that says when the GPU was reset, where there is such.
+    // A context that reports resets of the GPU, if available.
     for (const bool notified : {true, false}) {
         const EGLint attributes[] = {
             EGL_CONTEXT_MAJOR_VERSION,
@@ -224,7 +224,7 @@ OpenedContext openContext(const ContextOptions& options) {
 
     std::optional<OpenedContext> software;
     for (const Candidate& candidate : candidates()) {
-        // With a software driver in hand only a device that is no software is worth a look.
+        // If a software driver was found, only hardware devices are tried.
         if (software && !candidate.hardwareDevice) continue;
         std::optional<OpenedContext> opened = open(candidate, options.debugOutput);
         if (!opened) continue;

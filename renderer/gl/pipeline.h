@@ -49,7 +49,7 @@ private:
     OwnedName name_;
 };
 
-// Frees what the driver keeps for compiling shaders; the next one brings it back.
+// Frees the driver's data for compiling shaders; compiling the next shader allocates it again.
 void releaseShaderCompiler();
 
 // Depth is reversed: greater is nearer.
@@ -63,14 +63,14 @@ struct State {
     bool depthWrite = false;
     bool colorWrite = true;
     Blending blending = Blending::none;  // of colour; over, sum and attenuate change alpha, too
-    bool clip = false;                   // gl_ClipDistance[0] counts
+    bool clip = false;                   // gl_ClipDistance[0] is enabled
 };
 
 // Also sets what never differs: seamless cubes, sRGB encoding into sRGB targets, clip control,
 // no scissor. Culling belongs to each draw.
 void apply(const State& state);
 
-// What a draw culls: nothing, or what turns clockwise (counter-clockwise when flipped).
+// What a draw culls: nothing, or back faces, which are clockwise unless clockwiseIsFront.
 struct Facing {
     bool cullBack = true;
     bool clockwiseIsFront = false;
@@ -94,7 +94,7 @@ void clearColor(const Rect& part, const float (&rgba)[4]);
 // function converts.
 glm::dmat4 deviceClip(const glm::dmat4& clip, bool clipControl);
 
-// Shows up in frame debuggers around what it encloses.
+// Groups the OpenGL calls of its lifetime in frame debuggers.
 class DebugGroup {
 public:
     explicit DebugGroup(const std::string& name);

@@ -1,4 +1,5 @@
-// Images in CPU memory, row by row with the top row first; and their files: JPEG, PNG, EXR and NPY.
+// Images in CPU memory, row by row with the top row first; and their files: JPEG, WebP, PNG, EXR
+// and NPY.
 //
 // Encoding, and decoding of what tests and the importer need, are thread-safe: there is no shared
 // state. These functions throw std::runtime_error with the cause.
@@ -29,7 +30,7 @@ struct Image {
 };
 
 Image makeImage(std::uint32_t width, std::uint32_t height, std::uint32_t channels, PixelType type);
-// The same in the memory of `image`; the pixels have any values.
+// The same in the memory of `image`; the values of the pixels are unspecified.
 void reshape(Image& image, std::uint32_t width, std::uint32_t height, std::uint32_t channels,
              PixelType type);
 

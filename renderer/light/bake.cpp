@@ -13,7 +13,7 @@
 namespace clerestory::light {
 namespace {
 
-// An emitter that fills this share of the directions is what a specular lobe sees.
+// An emitter that fills this fraction of the directions counts fully in specular lobes.
 constexpr float kLargeEmitter = 0.25f;
 // Steps from neighbour to neighbour by which buried samples receive values.
 constexpr int kFillSteps = 12;
@@ -23,7 +23,7 @@ constexpr int kFillSteps = 12;
 struct Bake::State {
     State(BakeInput given, const BakeQuality& quality);
 
-    const SurfacePoint& pointOf(std::uint32_t place) const {
+    const Receiver& pointOf(std::uint32_t place) const {
         return places.points[places.chosen[place]];
     }
     bool buried(std::uint32_t place) const {
@@ -92,8 +92,8 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
     }
 }
 
-// The light of what is not the environment, as much as specular lobes see of it. Most do not see a
-// small emitter.
+// The mean light from surfaces, weighted as for specular lobes: most lobes do not contain a small
+// emitter.
 glm::vec3 Bake::State::nearbyFrom(const RaySums& s) const {
     const float emitterRays = std::max(s.emitterCount, 1.0f);
     const float seen = std::min(s.emitterShare / (kLargeEmitter * emitterRays), 1.0f);
@@ -102,7 +102,7 @@ glm::vec3 Bake::State::nearbyFrom(const RaySums& s) const {
 }
 
 LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
-    const SurfacePoint& sample = pointOf(place);
+    const Receiver& sample = pointOf(place);
     const RaySums& front = sums[0][place];
     const RaySums& back = sums[1][place];
     // The weights are for two sides: the inside of a body is dark, and it is not seen.
@@ -247,7 +247,7 @@ bool Bake::complete() const {
 void Bake::work(std::uint32_t first, std::uint32_t end) {
     State& s = *state_;
     for (std::uint32_t i = first; i < end; ++i) {
-        const SurfacePoint& point = s.pointOf(i);
+        const Receiver& point = s.pointOf(i);
         for (int side = 0; side < (point.twoSided ? 2 : 1); ++side) {
             if (s.round == 0) s.lamps[side][i] = s.rays.lampsAt(point, side == 0 ? 1.0f : -1.0f);
             s.rays.gather(point, i, side, s.round, s.sums[side][i]);
@@ -260,7 +260,7 @@ void Bake::endRound() {
     state_->updateRadiosity();
     state_->updateGrid();
     ++state_->round;
-    // Surfaces that see only the environment have nothing to learn from further rounds.
+    // Surfaces that see only the environment do not change in further rounds.
     const auto open = [](const RaySums& s) { return s.visible >= s.count; };
     state_->nothingHidden = std::all_of(state_->sums[0].begin(), state_->sums[0].end(), open) &&
                             std::all_of(state_->sums[1].begin(), state_->sums[1].end(), open);
@@ -315,7 +315,7 @@ std::uint64_t Bake::rays() const {
 
 std::uint64_t Bake::bytes() const {
     const Places& p = state_->places;
-    return p.points.size() * (sizeof(SurfacePoint) + 2 * sizeof(glm::vec3)) +
+    return p.points.size() * (sizeof(Receiver) + 2 * sizeof(glm::vec3)) +
            p.chosen.size() * 2 * (sizeof(RaySums) + sizeof(glm::vec3)) +
            p.parts.size() * sizeof(Places::Part) + p.pointOf.size() * sizeof(std::uint32_t) +
            state_->rays.bytes();

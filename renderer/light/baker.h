@@ -20,7 +20,7 @@ namespace clerestory::light {
 struct BakerOptions {
     std::uint32_t threads = 0;  // 0: one for each processor
     bool background = true;     // with low priority
-    std::size_t kept = 4;       // lights in memory; the ones used longest ago are dropped first
+    std::size_t kept = 4;       // lights in memory; the least recently used are dropped first
     // Called on a thread of the baker for each light that it has computed.
     std::function<void(const SurfaceLight&)> whenComplete;
 };
@@ -48,8 +48,8 @@ public:
         std::string failure;  // why it was not computed; else empty
     };
     State state(std::uint64_t key) const;
-    // Waits until the light is complete or has failed, or `abandoned` returns true, which is asked
-    // about every 20 ms.
+    // Waits until the light is complete or has failed, or `abandoned` returns true. `abandoned` is
+    // called about every 20 ms.
     State wait(std::uint64_t key, const std::function<bool()>& abandoned = {});
     // Drops the lights of a scene.
     void forget(const Scene& scene);

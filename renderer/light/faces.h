@@ -1,4 +1,4 @@
-// The still triangles of a scene as rays meet them, and those of them that emit.
+// The static triangles of a scene as rays hit them, and those of them that emit.
 #pragma once
 
 #include "light/bake_input.h"
@@ -11,7 +11,8 @@
 
 namespace clerestory::light {
 
-// A triangle that is no hole, no veil and no glass; see PathTracer::middleOf().
+// A triangle for light between surfaces. `plain`: it has no holes and is neither blended nor glass;
+// see PathTracer::middleOf().
 struct Face {
     glm::vec3 normal{0.0f};  // world, on the front; any length
     glm::vec3 albedo{0.0f};

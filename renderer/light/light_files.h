@@ -37,7 +37,7 @@ public:
     // there is no file, or if it is damaged or does not belong to the scene.
     std::optional<SurfaceLight> find(std::uint64_t key,
                                      const std::shared_ptr<const Scene>& scene) const;
-    // Only complete light. Files used longest ago make room.
+    // Only complete light. The least recently used files are removed to make room.
     void store(const SurfaceLight& light);
 
 private:

@@ -31,7 +31,7 @@ glm::vec3 Radiosity::sentFrom(const Places& places, std::uint32_t instance,
         const std::uint32_t index =
             places
                 .pointOf[static_cast<std::size_t>(first + static_cast<std::int32_t>(vertices[k]))];
-        const SurfacePoint& point = places.points[index];
+        const Receiver& point = places.points[index];
         const int side = point.twoSided && glm::dot(point.normal, normal) < 0.0f ? 1 : 0;
         sum += weights[k] * sent[side][index];
     }
@@ -62,12 +62,13 @@ LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
     emitters_ = emittersOf(input, tree_, faces_);
 }
 
-glm::vec3 LightRays::startOf(const SurfacePoint& point, float side) const {
+glm::vec3 LightRays::startOf(const Receiver& point, float side) const {
     const glm::vec3 normal(glm::transpose(input_.mapFromWorld) * glm::dvec3(point.normal));
     return point.start + normal * (side * offset_);
 }
 
-// What arrives of a lamp's light: along: to its centre, axes of the map; distance: to it.
+// Visible fraction of a lamp's light. along: to its centre, axes of the map; distance: to it,
+// metres.
 glm::vec3 LightRays::shareOf(const PlacedLight& lamp, const glm::vec3& start,
                              const glm::vec3& along, float distance) const {
     const bool soft = lamp.radius > 0.0f;
@@ -86,7 +87,7 @@ glm::vec3 LightRays::shareOf(const PlacedLight& lamp, const glm::vec3& start,
     return soft ? sum / static_cast<float>(kLampRays) : sum;
 }
 
-glm::vec3 LightRays::lampsAt(const SurfacePoint& point, float side) const {
+glm::vec3 LightRays::lampsAt(const Receiver& point, float side) const {
     glm::vec3 sum(0.0f);
     const glm::vec3 start = startOf(point, side);
     for (const PlacedLight& lamp : input_.lights) {
@@ -164,8 +165,8 @@ LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along,
     return seen;
 }
 
-void LightRays::gather(const SurfacePoint& point, std::uint32_t place, int side,
-                       std::uint32_t round, RaySums& sum) const {
+void LightRays::gather(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
+                       RaySums& sum) const {
     const float sign = side == 0 ? 1.0f : -1.0f;
     const glm::vec3 normal = sign * point.normal;
     const glm::vec3 start = startOf(point, sign);
@@ -204,7 +205,7 @@ void LightRays::gather(const SurfacePoint& point, std::uint32_t place, int side,
     if (!emitters_.empty()) sampleEmitters(point, place, side, round, sum);
 }
 
-void LightRays::sampleEmitters(const SurfacePoint& point, std::uint32_t place, int side,
+void LightRays::sampleEmitters(const Receiver& point, std::uint32_t place, int side,
                                std::uint32_t round, RaySums& sum) const {
     const float sign = side == 0 ? 1.0f : -1.0f;
     const glm::vec3 start = startOf(point, sign);

@@ -19,7 +19,7 @@
 
 namespace clerestory::light {
 
-// Light that white surfaces send back, of both sides of each point of Places.
+// Light that white surfaces would reflect, for both sides of each point of Places.
 struct Radiosity {
     std::vector<glm::vec3> sent[2];
     glm::vec3 mean{0.0f};  // over all points
@@ -30,7 +30,7 @@ struct Radiosity {
                        const glm::vec3& normal) const;
 };
 
-// Part of the rays that may begin behind surfaces before a place counts as buried in a body.
+// Fraction of rays that begin behind surfaces above which a place is treated as inside a body.
 inline constexpr float kMaxBehind = 0.25f;
 
 class LightRays {
@@ -40,25 +40,24 @@ public:
     LightRays(const LightRays&) = delete;
     LightRays& operator=(const LightRays&) = delete;
 
-    // What surfaces send back, for the rays that follow; must outlive them.
+    // Sets the light that surfaces reflect, for later rays; both must outlive these calls.
     void meet(const Places& places, const Radiosity& radiosity) {
         places_ = &places;
         radiosity_ = &radiosity;
     }
-    // Where a place sends its rays from; the least distance between surfaces that it notices.
-    const glm::dvec3& origin() const { return triangles_.origin; }  // world, of all points
+    // World; all points are relative to it.
+    const glm::dvec3& origin() const { return triangles_.origin; }
     bool anything() const { return tree_.stillTriangles() > 0; }
-    std::uint32_t raysOfPlace() const { return quality_.rays; }
     void setRays(std::uint32_t rays, std::uint32_t emitterRays) {
         quality_.rays = rays;
         quality_.emitterRays = emitterRays;
     }
 
     // Irradiance over pi of the punctual lights. side: 1 or -1.
-    glm::vec3 lampsAt(const SurfacePoint& point, float side) const;
+    glm::vec3 lampsAt(const Receiver& point, float side) const;
     // Adds a round of rays: distributed as the cosine, and towards emitters. place: its number,
     // from which the rays follow.
-    void gather(const SurfacePoint& point, std::uint32_t place, int side, std::uint32_t round,
+    void gather(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
                 RaySums& sum) const;
     // Light at a point, relative to the origin; nothing if it lies within a body.
     std::optional<LightAtVertex> lightAround(const glm::vec3& point) const;
@@ -77,9 +76,9 @@ private:
     float randomWeight(float cosine, float facing, float distance, float density) const;
     glm::vec3 shareOf(const PlacedLight& lamp, const glm::vec3& start, const glm::vec3& along,
                       float distance) const;
-    glm::vec3 startOf(const SurfacePoint& point, float side) const;
-    void sampleEmitters(const SurfacePoint& point, std::uint32_t place, int side,
-                        std::uint32_t round, RaySums& sum) const;
+    glm::vec3 startOf(const Receiver& point, float side) const;
+    void sampleEmitters(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
+                        RaySums& sum) const;
 
     const BakeInput& input_;
     BakeQuality quality_;

@@ -11,7 +11,7 @@ namespace {
 // Irradiance over pi by normal.
 class OpenSky {
 public:
-    OpenSky(const EnvironmentMap& map, float intensity) : harmonics_(diffuseHarmonics(map)) {
+    OpenSky(const EnvironmentMap& map, float intensity) : harmonics_(map.harmonics) {
         for (glm::vec3& c : harmonics_) c *= intensity;
         slope_ = {luminance(harmonics_[3]), luminance(harmonics_[1]), luminance(harmonics_[2])};
     }

@@ -11,8 +11,8 @@
 namespace clerestory::light {
 namespace {
 
-// Of two points that are near enough to share a place: cosine of their normals, and distance from
-// each other's plane relative to the distance of places.
+// Two points may share a place above this cosine of their normals, and below this distance from
+// each other's plane, relative to the distance between places.
 constexpr float kSameNormal = 0.9f, kSamePlane = 0.2f;
 // The same of a place that a point takes a part of its light from.
 constexpr float kMinNormal = 0.6f, kMaxOutOfPlane = 0.35f;
@@ -20,8 +20,8 @@ constexpr float kMinNormal = 0.6f, kMaxOutOfPlane = 0.35f;
 // count.
 constexpr float kShared = 0.6f, kReach = 1.25f;
 constexpr std::size_t kMaxParts = 12;
-// How far rays begin from a point, relative to the mean of the ways to the centres of its
-// triangles: not at all within a regular mesh.
+// Offset of the start of rays from a point, relative to the mean of the vectors to the centres of
+// its triangles: 0 within a regular mesh.
 constexpr float kInwards = 0.25f;
 
 struct PointKey {
@@ -66,7 +66,7 @@ void setStarts(const PlacesInput& input, Places& places) {
     }
     const glm::dmat3 worldFromMap = glm::transpose(input.mapFromWorld);
     for (std::size_t i = 0; i < places.points.size(); ++i) {
-        SurfacePoint& point = places.points[i];
+        Receiver& point = places.points[i];
         const glm::vec3 way = glm::vec3(ways[i]) / std::max(ways[i].w, 1.0f);
         const glm::vec3 normal(worldFromMap * glm::dvec3(point.normal));
         const glm::vec3 along = way - glm::dot(way, normal) * normal;
@@ -95,7 +95,7 @@ void collectPoints(const PlacesInput& input, Places& places) {
         const glm::dmat3 normals = input.mapFromWorld * normalMatrix(glm::dmat3(world));
         for (std::uint32_t v = range.first; v < range.first + range.count; ++v) {
             const Vertex& vertex = scene.vertices[v];
-            SurfacePoint point;
+            Receiver point;
             point.position = glm::vec3(
                 glm::dvec3(world * glm::dvec4(glm::dvec3(vertex.position), 1.0)) - input.origin);
             const glm::dvec3 n = normals * glm::dvec3(vertex.normal);
@@ -117,7 +117,7 @@ void collectPoints(const PlacesInput& input, Places& places) {
 // Places by cells of a grid.
 class Grid {
 public:
-    Grid(const std::vector<SurfacePoint>& points, float cell) : points_(points), cell_(cell) {}
+    Grid(const std::vector<Receiver>& points, float cell) : points_(points), cell_(cell) {}
 
     void add(std::uint32_t place, std::uint32_t point) {
         cells_[keyOf(cellOf(points_[point].position))].push_back({place, point});
@@ -152,12 +152,12 @@ private:
     struct Entry {
         std::uint32_t place, point;
     };
-    const std::vector<SurfacePoint>& points_;
+    const std::vector<Receiver>& points_;
     float cell_;
     std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
 };
 
-float outOfPlane(const SurfacePoint& a, const SurfacePoint& b, const glm::dmat3& mapFromWorld) {
+float outOfPlane(const Receiver& a, const Receiver& b, const glm::dmat3& mapFromWorld) {
     const glm::vec3 way(mapFromWorld * glm::dvec3(a.position - b.position));
     return std::max(std::abs(glm::dot(way, a.normal)), std::abs(glm::dot(way, b.normal)));
 }
@@ -166,10 +166,10 @@ float outOfPlane(const SurfacePoint& a, const SurfacePoint& b, const glm::dmat3&
 bool choose(const PlacesInput& input, float distance, Places& places, Grid& grid) {
     places.chosen.clear();
     for (std::uint32_t i = 0; i < places.points.size(); ++i) {
-        const SurfacePoint& point = places.points[i];
+        const Receiver& point = places.points[i];
         bool shared = false;
         grid.around(point.position, [&](std::uint32_t, std::uint32_t other) {
-            const SurfacePoint& o = places.points[other];
+            const Receiver& o = places.points[other];
             shared = o.twoSided == point.twoSided &&
                      glm::dot(o.normal, point.normal) > kSameNormal &&
                      glm::length(o.position - point.position) < kShared * distance &&
@@ -187,10 +187,10 @@ bool choose(const PlacesInput& input, float distance, Places& places, Grid& grid
 void weigh(const PlacesInput& input, float distance, const Grid& grid, Places& places) {
     places.firstPart.assign(1, 0);
     std::vector<Places::Part> found;
-    for (const SurfacePoint& point : places.points) {
+    for (const Receiver& point : places.points) {
         found.clear();
         grid.around(point.position, [&](std::uint32_t place, std::uint32_t other) {
-            const SurfacePoint& o = places.points[other];
+            const Receiver& o = places.points[other];
             const float along = glm::length(o.position - point.position) / (kReach * distance);
             const float facing = glm::dot(o.normal, point.normal);
             if (along < 1.0f && facing > kMinNormal && o.twoSided == point.twoSided &&

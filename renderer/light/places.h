@@ -13,8 +13,8 @@
 
 namespace clerestory::light {
 
-// A point on a surface.
-struct SurfacePoint {
+// A point on a surface at which light is computed.
+struct Receiver {
     glm::vec3 position{0.0f};  // world axes, from an origin
     // Where rays begin: next to the position, within the triangles around it. The position itself
     // may lie in the plane of another surface, whose two sides differ.
@@ -25,7 +25,7 @@ struct SurfacePoint {
 
 struct Places {
     // Different positions of vertices, normals and kinds of surfaces.
-    std::vector<SurfacePoint> points;
+    std::vector<Receiver> points;
     // The point of vertex v of an instance is pointOf[firstOfInstance[instance] + v]; kNoLight for
     // instances that move, deform or are unlit.
     std::vector<std::int32_t> firstOfInstance;

@@ -14,8 +14,8 @@ void RaySums::forgetBounces(float factor) {
     bounceFlux *= factor;
 }
 
-// The more of the environment is open, the less does what is hidden vary: a surface that sees
-// bright windows of a map from everywhere has no noise.
+// If most of the environment is visible, the hidden part has the smaller variance: a surface in the
+// open has no noise under a map with bright windows.
 glm::vec3 RaySums::fromSky() const {
     const float perRay = 1.0f / std::max(count, 1.0f);
     const glm::vec3 less = glm::max(wholeSky - hidden * perRay, 0.0f);

@@ -33,13 +33,13 @@ void Executor::upload(const std::shared_ptr<const Scene>& scene,
         gl::Context::current().throwIfFailed();
     } catch (...) {
         scenes_.erase(scene.get());
-        gl::Context::current().forgive();
+        gl::Context::current().discardErrors();
         throw;
     }
 }
 
 void Executor::recover() {
-    gl::Context::current().forgive();
+    gl::Context::current().discardErrors();
     tracers_.clear();
     processorTracers_.clear();
     maps_.clear();
@@ -79,7 +79,7 @@ const gl::BufferTexture& Executor::uploaded(
     return lights_.front().texture;
 }
 
-// What moves has the light of where it is.
+// Moving instances have the light of their position.
 void Executor::moveLight(const ExecutionInput& frame) {
     movingLight_.clear();
     if (!frame.surfaceLight || frame.surfaceLight->moving.empty()) return;

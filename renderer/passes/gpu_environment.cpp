@@ -47,6 +47,6 @@ std::vector<glm::vec3> halvedFace(const std::vector<glm::vec3>& face, std::uint3
 }
 
 GpuEnvironment::GpuEnvironment(const EnvironmentMap& map)
-    : source(uploaded(map)), harmonics(diffuseHarmonics(map)) {}
+    : source(uploaded(map)), harmonics(map.harmonics) {}
 
 }  // namespace clerestory

@@ -58,7 +58,7 @@ double spreadAt(const Projection& projection, const glm::dvec2& pixel, const Pix
     return 2.0 * glm::length(glm::normalize(neighbour->direction) - glm::normalize(ray.direction));
 }
 
-// The channel of what a ray has met.
+// The channel's value for the surface that a ray hits.
 void putLayer(const FramePlan& plan, const FollowLayer& work, const PixelRay& ray,
               const LayerRays::Met& met, float* out) {
     const Index instance = met.point.instance;
@@ -90,7 +90,7 @@ void execute(PassResources&, const PassInput& input, const MeasureFlow& work) {
             const auto ray = rayThrough(work.from, pixel);
             if (!ray) return;
             const SurfacePoint seen = surfaceAt(input, drawOf(work.draws, drawn), drawn, *ray);
-            // Both are projected, so that what stands still has a flow of 0, to the last bit.
+            // Both points are projected, so that static surfaces have a flow of exactly 0.
             const auto from = projected(work.from, positionOf(scene, input.pose, seen));
             const auto to = projected(work.to, positionOf(scene, *input.flowPose, seen));
             if (!from || !to) return;

@@ -43,7 +43,7 @@ std::optional<LayerRays::Met> LayerRays::next(const Met& from, const glm::dvec3&
         tracer_.pointAlong(glm::vec3(start), glm::vec3(direction),
                            static_cast<float>(spread * from.length), static_cast<float>(spread));
     if (!hit) return std::nullopt;
-    // The tree says which triangle; where on it, in double precision.
+    // The tree gives the triangle; the point on it is computed in double precision.
     Met met{
         .point = pointAlong(scene_, pose_, hit->instance, 3 * hit->triangle, from.place, direction),
         .front = hit->front,

@@ -43,8 +43,9 @@ blocks::MaterialBlock materialBlock(const Material& m) {
     block.dielectricF0 =
         glm::vec4(glm::min(r * r * m.specularColor, 1.0f) * m.specular, m.specular);
     block.glass = {m.transmission, m.ior, m.thickness, m.attenuationDistance};
-    // Schlick's curve ends at 1, whatever the index; the exact one does so ever later as the index
-    // nears 1, where there is no surface. 9 r meets it at 78 degrees (1.02: 0.08, 1.1: 0.46).
+    // Schlick's curve reaches 1 at grazing angles for every index; the exact curve rises ever later
+    // as the index approaches 1, where there is no reflection. A limit of 9 r meets the exact curve
+    // at 78 degrees (index 1.02: 0.08, 1.1: 0.46).
     block.attenuation = glm::vec4(m.attenuationColor, m.specular * std::min(9.0f * r, 1.0f));
     const auto slots = textureSlots(m);
     static_assert(std::tuple_size_v<decltype(slots)> == MATERIAL_SLOTS);

@@ -60,7 +60,7 @@ void explainView(FramePlan& plan, const Stage& stage, const SeenView& seen) {
     }
 }
 
-// Rays and shadow maps know triangles only.
+// Rays and shadow maps handle triangles only.
 void explainLinesAndPoints(FramePlan& plan, const Stage& stage) {
     const bool any = std::any_of(
         stage.scene.instances.begin(), stage.scene.instances.end(), [&](const Instance& instance) {

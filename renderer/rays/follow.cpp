@@ -59,9 +59,9 @@ struct Paths {
         return true;
     }
 
-    // Mean over a square of pixels in which each pattern counts alike. What shows the same part of
-    // the scene counts: pixels whose lobes are as wide, whose directions differ by less than a
-    // lobe, and who start less apart than the lobe is wide where it meets something.
+    // Mean over a square of pixels in which all patterns have equal weight. Pixels that show the
+    // same part of the scene are included: their lobes have the same width, their directions differ
+    // by less than a lobe, and their starts are closer than the width of the lobe at its hit.
     glm::vec3 meanOfLobes(std::uint32_t x, std::uint32_t y, const RecordedRay& ray) const {
         const Path& own = paths[at(x, y)];
         glm::vec3 sum(0.0f);

@@ -18,8 +18,9 @@
 
 namespace clerestory::rays {
 
-// Not every pixel needs a path of its own: one in `stride` x `stride` has one, and the others have
-// the mean of neighbours whose paths met the same surfaces and brought nearly the same light.
+// One pixel in each block of `stride` x `stride` has its own path. The others take the mean of
+// neighbours whose paths hit the same surfaces and have nearly the same radiance, or a path of
+// their own if there are none.
 struct Density {
     std::uint32_t stride = 1;  // power of two; 1: every pixel follows its ray
     // Largest difference of neighbours' radiance times its share, relative to the light of the
@@ -30,7 +31,7 @@ struct Density {
     std::uint32_t lobePaths = 1;
 };
 
-// Memory that calls of follow() share, so that they need not allocate it.
+// Memory that calls of follow() reuse to avoid allocations.
 using Scratch = std::vector<Path>;
 
 // The rays of an earlier call and their paths.

@@ -18,8 +18,8 @@ using namespace clerestory::rays::glsl;
 
 thread_local const Scene* scene = nullptr;
 
-// To the first surface that the path meets, and of the whole path, metres; negative before it has
-// looked.
+// To the first surface that the path hits, and of the whole path, metres; negative before the first
+// hit.
 thread_local float firstDistance = -1.0f, travelled = -1.0f;
 constexpr float kFarAway = 1e30f;
 
@@ -157,8 +157,8 @@ vec2 halves(std::uint32_t packed) {
 // ---- rough lobes
 // --------------------------------------------------------------------------------
 
-// Paths of neighbouring pixels look where this one does not; their mean is taken (follow.cpp), so
-// a path represents less than its pixel's share of the lobe.
+// Paths of neighbouring pixels have other directions, and their mean is taken (follow.cpp), so a
+// path represents less than its pixel's share of the lobe.
 constexpr float kPathsOfNeighbours = 2.0f;
 
 float fractionOf(float x) {
@@ -183,8 +183,8 @@ vec2 numbersOfTurn() {
             fractionOf(u.y + 0.56984029f * static_cast<float>(step))};
 }
 
-// The normal of a microfacet as who comes along `along` sees them; the surface's own for a path
-// that has the lobe for itself.
+// A microfacet normal, sampled from those visible along `along`; the surface's own if a single path
+// represents the lobe.
 vec3 facetAt(vec3 normal, vec3 along, float alpha) {
     if (scatter.count <= 1 || !(alpha > 0.0f)) return normal;
     const mat3 frame = frameAbout(normal);
@@ -279,8 +279,8 @@ struct LobeRay {
     float lobe = 0.0f;    // slope of the cone that it represents
 };
 
-// A mirror's direction about the normals of microfacets that the eye sees. Weights are the share of
-// each that is not masked.
+// A mirror's direction, sampled from the microfacet normals that are visible from the eye. The
+// weight of each is its unmasked fraction.
 LobeRay mirroredInLobe(vec3 along, vec3 toEye, float lobe) {
     const float alpha = 0.5f * lobe;
     const vec3 normal = direction(along + toEye);
@@ -306,7 +306,7 @@ LobeRay transmittedInLobe(vec3 along, float lobe, bool intoBody) {
 
 SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit);
 
-// Whether a ray may pass the surface: holes, veils, glass.
+// Whether a ray may pass the surface: holes, blended surfaces, glass.
 bool mayPass(const Hit& hit) {
     const BvhTriangle& t = scene->triangles.tree->triangle(static_cast<std::uint32_t>(hit.place));
     const int place = TRACE_INSTANCE_ROWS * static_cast<int>(t.instance);
@@ -378,7 +378,7 @@ std::optional<SurfaceHit> middleOf(std::uint32_t place) {
 // Surfaces that a ray passes.
 constexpr int kMaxSurfaces = 24;
 
-// Not drawn where the ray comes from, or a hole.
+// Whether the hit is ignored: the back of a one-sided surface, or a hole.
 bool isAbsent(const HitPoint& p) {
     const bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
     return back || p.material.baseColor.w < p.cutoff;
@@ -432,7 +432,7 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit) {
             (p.flags & TRACE_BLEND) != 0 ? clamp(m.baseColor.w, 0.0f, 1.0f) : 1.0f;
         const vec3 color(m.baseColor.x, m.baseColor.y, m.baseColor.z);
         if (clarity > 0.5f || coverage < 0.5f) {
-            // The stronger of the two ways.
+            // The stronger of reflection and refraction.
             const float c = max(-dot(along, m.normal), 0.0f);
             const bool leaves = (p.flags & TRACE_SOLID) != 0 && !p.front;
             const float reflected =
@@ -569,7 +569,7 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
         sum = {};
         shader::addPath(sum, ray, direct, along, toEye, cone, 1.0f);
     } else if (sum.openWeight > 0.0f) {
-        // The more of the lobe is open, the more of its light is that of the prefiltered map.
+        // The weight of the prefiltered map grows with the open fraction of the lobe.
         const vec3 whole = shader::radianceFinite(shader::backgroundAtEnd(along, cone, direct));
         sum.open = shader::mix(sum.open, whole * sum.openWeight,
                                sum.openWeight / (sum.weight + sum.openWeight));

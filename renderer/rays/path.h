@@ -23,7 +23,7 @@ enum class Ray { mirrored, transmitted };
 // How many paths share a lobe that is rough; a smooth one has one path.
 struct Lobe {
     std::uint32_t paths = 1;    // 1..16
-    std::uint32_t pattern = 0;  // pixels of other patterns look in other directions of the lobe
+    std::uint32_t pattern = 0;  // selects the sampled directions of the lobe; differs by pixel
 };
 
 // A record, decoded.
@@ -34,7 +34,7 @@ struct RecordedRay {
 };
 RecordedRay rayOf(const Start& start, const Way& way);
 
-// Whether several paths show more than one.
+// Whether the lobe is rough, so that several paths differ from one.
 bool isRough(const RecordedRay& ray);
 
 struct Path {
@@ -45,7 +45,7 @@ struct Path {
     std::uint32_t count;     // of paths
 };
 
-// The first surface along a ray that is neither a hole nor clear.
+// The first surface along a ray, without holes of alpha masks, glass and blended surfaces.
 struct SurfaceHit {
     bool met = false;    // else the ray leaves the scene
     bool begins = true;  // false: the ray began behind a surface that is not drawn from there
@@ -56,7 +56,7 @@ struct SurfaceHit {
     glm::vec3 normal{0.0f};          // unit, eye space's axes, towards the ray's start
     glm::vec3 albedo{0.0f};          // share of uniform light that the surface sends back, 0..1
     glm::vec3 emitted{0.0f};         // radiance
-    glm::vec3 share{1.0f};           // of the light of what is met (or left) after glass and veils
+    glm::vec3 share{1.0f};           // transmittance of glass and blended surfaces before the hit
 };
 
 // The first surface along a ray that is drawn there and no hole.
@@ -82,11 +82,11 @@ public:
     // refract. limit: metres; what is farther away is not met.
     SurfaceHit surfaceAlong(const glm::vec3& start, const glm::vec3& along, float width,
                             float spread, float limit = 1e30f) const;
-    // The same as to the arguments.
+    // Arguments as surfaceAlong().
     std::optional<PointHit> pointAlong(const glm::vec3& start, const glm::vec3& along, float width,
                                        float spread) const;
-    // The middle of a triangle of the tree as a ray against it meets it, averaged over the
-    // triangle. Nothing if rays may pass it: holes, veils, glass.
+    // The surface that a ray at normal incidence hits at the middle of a triangle of the tree,
+    // averaged over the triangle. Nothing if rays may pass it: holes, blended surfaces, glass.
     std::optional<SurfaceHit> middleOf(std::uint32_t place) const;
 
 private:

@@ -1,4 +1,4 @@
-// Depths that lights see (shaders/include/shadow.glsl), in main memory.
+// The shadow map of all lights (shaders/include/shadow.glsl), in main memory.
 #pragma once
 
 #include <glm/gtc/packing.hpp>
@@ -13,8 +13,8 @@ namespace clerestory::rays {
 struct ShadowMap {
     std::uint32_t width = 0, height = 0;
     std::vector<float> depths;  // reversed, first row first
-    // What glass and veils leave, red in the lowest bits of four halves, and their depth; half as
-    // wide and high. Empty: nothing lets light through.
+    // Transmittance of glass and blended surfaces, red in the lowest bits of four halves, and their
+    // depth; half as wide and high. Empty: there are no such surfaces.
     std::vector<std::uint64_t> tints;
 
     // Of the texel at a place, as lit().

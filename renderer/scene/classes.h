@@ -26,7 +26,7 @@ template <class C, class V>
 requires std::same_as<std::remove_const_t<C>, ClassPattern>
 void fields(C& c, V&& visit) {
     visit("name", c.name, Required{Text{256}},
-          "of the class; several entries may have one name and then are one class");
+          "name of the class; entries with the same name form one class");
     visit("pattern", c.pattern, Required{Text{256}},
           "name of the nodes at or below which surfaces belong to the class; * matches any text");
 }

@@ -50,25 +50,23 @@ template <class O, class V>
 requires std::same_as<std::remove_const_t<O>, NodeOverride>
 void fields(O& o, V&& visit) {
     visit("node", o.node, Required{Text{256}},
-          "name of the nodes that it changes; `*` matches any characters");
+          "name of the nodes to change; `*` matches any characters");
     visit("hidden", o.hidden, Flag{},
-          "true: the node and everything below it is not there; lights below it are off");
+          "true: the node and everything below it are left out; lights below it are off");
     visit("material", o.material, Text{256},
           "name of a material of the scene, for everything at and below the node");
     visit("translation", o.translation, Range{-1e9, 1e9, "metres"},
-          "replaces the node's own; what is absent of translation, rotation and scale stays");
-    visit(
-        "rotation", o.rotation, Rotation{},
-        "replaces the node's own: quaternion x y z w, 3x3 matrix (column-major), or radians about "
-        "X, then Y, then Z");
+          "replaces that of the node; absent parts of translation, rotation and scale are kept");
+    visit("rotation", o.rotation, Rotation{},
+          "replaces that of the node: quaternion x y z w, 3x3 matrix (column-major), or radians "
+          "about X, then Y, then Z");
     visit("scale", o.scale, Range{-1e6, 1e6},
-          "replaces the node's own: a factor along each of its axes, not 0");
+          "replaces that of the node: a factor along each of its axes, not 0");
     visit("matrix", o.matrix, Range{-1e9, 1e9},
           "the whole transform, column-major, instead of translation, rotation and scale");
-    visit(
-        "relativeTo", o.relativeTo,
-        Choice<Space>{{{"parent", Space::parent}, {"world", Space::world}}},
-        "what the transform is relative to; world: the node stays there, whatever moves above it");
+    visit("relativeTo", o.relativeTo,
+          Choice<Space>{{{"parent", Space::parent}, {"world", Space::world}}},
+          "space of the transform; world: the node stays there even if its parents move");
 }
 
 // Checks that names exist in the scene and that transforms are invertible and of moderate size.

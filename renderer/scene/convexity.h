@@ -7,10 +7,10 @@
 
 namespace clerestory {
 
-// True if no point of a surface sees another surface: every triangle has all others behind it, and
-// a triangle with two sides all others in its plane. False as well for scenes that deform, whose
-// instances move against each other, and that would need more than some 20 million comparisons; the
-// first surface that lies in front of another ends the search.
+// True if no point of a surface faces another surface: all triangles lie behind the plane of each
+// one-sided triangle, and in the plane of each two-sided one. Also false for scenes that deform or
+// whose instances move relative to each other, and if more than about 20 million comparisons would
+// be needed. The search ends at the first surface in front of another.
 bool isConvex(const Scene& scene, const Pose& pose);
 
 }  // namespace clerestory

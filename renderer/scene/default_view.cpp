@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFittedYfov = 0.7;  // in frames of the following shape
 constexpr double kFittedAspect = 4.0 / 3.0;
-// A camera that sees less sees nothing.
+// A camera with a smaller covered share is treated as one that sees no surface.
 constexpr double kLeastCovered = 0.004;
 // Of the corners in the frame of a camera that looks at the scene from outside: with less it shows
 // a detail, as the default camera of an exporter does.

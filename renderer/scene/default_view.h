@@ -1,6 +1,6 @@
 // The view of a request without a camera.
 //
-//     scene.defaultView = chosenView(scene);   // by the importer: it looks at every triangle
+//     scene.defaultView = chosenView(scene);   // by the importer: it reads every triangle
 //     const DefaultView view = defaultView(scene);
 //     camera.yfov = fieldOfView(view, aspect);
 #pragma once
@@ -21,8 +21,8 @@ DefaultView chosenView(const Scene& scene);
 
 // From the front, the right and slightly above, so that the surfaces, as they are at time 0 and at
 // other times of the default clips, fill kFittedShare of the frame. A few corners that lie far away
-// from all others (errors of exporters) are left out. `most`: corners that are looked at; of more,
-// evenly many are.
+// from all others (errors of exporters) are left out. `most`: maximum number of corners that are
+// used; of more, evenly spaced ones.
 DefaultView fittedView(const Scene& scene, std::size_t most = 4'000'000);
 
 // The view's vertical field of view in a frame of this width / height, radians. A fitted view

@@ -194,8 +194,9 @@ void completeMap(EnvironmentMap& map) {
         hash = hashOfBytes(std::as_bytes(std::span(sun)), hash);
     }
     map.contentHash = hash;
+    map.harmonics = diffuseHarmonics(map);
     map.harmonicErrors = harmonicErrors(map);
-    const glm::vec3 mean = diffuseHarmonics(map)[0];
+    const glm::vec3 mean = map.harmonics[0];
     map.meanRadiance = std::max({mean.r, mean.g, mean.b, 0.0f});
 }
 

@@ -27,6 +27,7 @@ struct EnvironmentMap {
     std::optional<Sun> sun;
     // By completeMap():
     std::uint64_t contentHash = 0;
+    std::array<glm::vec3, 9> harmonics{};  // diffuseHarmonics()
     std::array<float, 4> harmonicErrors{};
     float meanRadiance = 0.0f;  // over all directions, of the brightest channel
 };

@@ -33,19 +33,19 @@ template <class G, class V>
 requires std::same_as<std::remove_const_t<G>, GroundPlane>
 void fields(G& g, V&& visit) {
     visit("height", g.height, Range{-1e9, 1e9, "metres"},
-          "of the plane in the world; just below the lowest point of the scene at time 0 when "
-          "absent");
+          "height of the plane in the world; just below the lowest point of the scene at time 0 "
+          "when absent");
     visit("color", g.color, Range{0, 1}, "linear colour of the plane");
     visit("metallic", g.metallic, Range{0, 1}, "1: a metal, which reflects in its colour");
     visit("roughness", g.roughness, Range{0, 1},
-          "of the plane; up to 0.3 (metal: 0.5) it reflects the scene");
+          "roughness of the plane; up to 0.3 (metal: 0.5) it reflects the scene");
     visit("reflectance", g.reflectance, Range{0, 0.9},
-          "share of light that it reflects at normal incidence, unless it is metal");
+          "fraction of light that the plane reflects at normal incidence, unless it is metal");
     visit("size", g.size, Range{1e-6, 1e9, "metres"},
           "edge of the square; twelve times the diagonal of the scene when absent");
     visit("shadowCatcher", g.shadowCatcher, Flag{},
-          "true: only what the ground darkens and reflects is in the picture; when absent it is "
-          "true with a transparent background");
+          "true: the picture shows only shadows and reflections on the ground; when absent: true "
+          "with a transparent background");
 }
 
 // Adds the plane as the last instance, node, mesh and material, all named `ground`. Its triangles

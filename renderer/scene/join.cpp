@@ -227,7 +227,7 @@ std::vector<FieldError> problems(const std::vector<PlacedScene>& parts,
         if (parts[i].name->empty()) {
             errors.push_back({at + "/name", "is empty", "a name, or leave it out"});
         } else if (!names.insert(*parts[i].name).second) {
-            errors.push_back({at + "/name", "is the name of two scenes", "a name of its own"});
+            errors.push_back({at + "/name", "is the name of two scenes", "a unique name"});
         }
     }
     return errors;
@@ -274,7 +274,7 @@ std::vector<std::string> explained(const std::vector<PlacedScene>& parts) {
     for (std::size_t i = 0; i < parts.size(); ++i) {
         std::string line = "scene " + parts[i].scene;
         if (names[i] != parts[i].scene) line += " as " + names[i];
-        lines.push_back(line + (partsOf(parts[i]).any() ? ": placed" : ": at its own place"));
+        lines.push_back(line + (partsOf(parts[i]).any() ? ": transformed" : ": not transformed"));
     }
     return lines;
 }

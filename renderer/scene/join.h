@@ -40,7 +40,8 @@ void fields(P& p, V&& visit) {
     visit("name", p.name, Text{128},
           "precedes the names of its nodes, materials and lights: name/node; its id when absent, "
           "with a number where ids repeat");
-    visit("translation", p.translation, Range{-1e9, 1e9, "metres"}, "of the scene in the world");
+    visit("translation", p.translation, Range{-1e9, 1e9, "metres"},
+          "position of the scene in the world");
     visit("rotation", p.rotation, Rotation{},
           "quaternion x y z w, 3x3 matrix (column-major), or radians about X, then Y, then Z");
     visit("scale", p.scale, Range{-1e6, 1e6}, "a factor along each axis, not 0");

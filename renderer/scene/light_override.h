@@ -33,33 +33,33 @@ inline constexpr std::size_t kMaxLightOverrides = 64;
 template <class O, class V>
 requires std::same_as<std::remove_const_t<O>, LightOverride>
 void fields(O& o, V&& visit) {
-    visit(
-        "light", o.light, Text{256},
-        "name of the light that it changes, absent: all lights; with type: name of the new light");
+    visit("light", o.light, Text{256},
+          "name of the lights to change, absent: all lights; with type: name of the new light");
     visit("type", o.type,
           Choice<LightKind>{{{"point", LightKind::point},
                              {"spot", LightKind::spot},
                              {"directional", LightKind::directional}}},
           "adds a light of this type; absent: changes existing ones");
     visit("enabled", o.enabled, Flag{}, "false: the light is off");
-    visit("color", o.color, Range{0, 1e6}, "linear RGB, times intensity; white when it is added");
+    visit("color", o.color, Range{0, 1e6}, "linear RGB, times intensity; a new light is white");
     visit("intensity", o.intensity, Range{0, 1e9},
-          "candela; of a directional light: lux; 1 when it is added. Of an existing light it "
-          "replaces "
-          "the greatest channel of colour times intensity");
+          "candela; of a directional light: lux; 1 for a new light. Of an existing light it "
+          "replaces the largest channel of colour times intensity");
     visit("position", o.position, Range{-1e9, 1e9, "metres"},
-          "in the world, of a point or spot light, which then does not move with its node");
+          "position of a point or spot light in the world; the light then does not move with its "
+          "node");
     visit("direction", o.direction, Range{-1e9, 1e9},
-          "that its light takes, in the world, of a spot or directional light");
-    visit("range", o.range, Range{0, 1e9, "metres"}, "where its light ends; 0: nowhere");
-    visit(
-        "innerConeAngle", o.innerConeAngle, Range{0, 1.5707963, "radians"},
-        "of a spot light, from its axis to where its light begins to fall off; 0 when it is added");
+          "direction in which a spot or directional light shines, in the world");
+    visit("range", o.range, Range{0, 1e9, "metres"},
+          "distance at which the light ends; 0: unlimited");
+    visit("innerConeAngle", o.innerConeAngle, Range{0, 1.5707963, "radians"},
+          "angle from the axis of a spot light at which its light begins to fall off; 0 for a new "
+          "light");
     visit("outerConeAngle", o.outerConeAngle, Range{0, 1.5707963, "radians"},
-          "of a spot light, from its axis to where its light ends; pi / 4 when it is added");
+          "angle from the axis of a spot light at which its light ends; pi / 4 for a new light");
     visit("radius", o.radius, Range{0, 1e9},
-          "of the sphere that shines, metres; of a directional light: at a distance of one metre "
-          "(the sun: 0.0047); 0: shadows have sharp edges");
+          "radius of the emitting sphere, metres; of a directional light: at a distance of one "
+          "metre (the sun: 0.0047); 0: shadows have sharp edges");
 }
 
 // Checks that the names exist in the scene or were added before, that new lights have a place and a

@@ -58,22 +58,22 @@ inline Choice<Reflection> reflectionChoice() {
 template <class O, class V>
 requires std::same_as<std::remove_const_t<O>, MaterialOverride>
 void fields(O& o, V&& visit) {
-    visit("material", o.material, Text{256}, "name of the material it changes");
-    visit("node", o.node, Text{256}, "name of the node at or below which it changes materials");
-    visit("baseColor", o.baseColor, Range{0, 1e6}, "linear RGB; coverage stays");
+    visit("material", o.material, Text{256}, "name of the material to change");
+    visit("node", o.node, Text{256}, "name of the node at or below which materials change");
+    visit("baseColor", o.baseColor, Range{0, 1e6}, "linear RGB; alpha is unchanged");
     visit("metallic", o.metallic, Range{0, 1}, "0: dielectric, 1: metal");
     visit("roughness", o.roughness, Range{0, 1}, "perceptual; alpha is its square");
     visit("emissive", o.emissive, Range{0, 1e6}, "linear RGB radiance, times emissiveStrength");
     visit("emissiveStrength", o.emissiveStrength, Range{0, 1e6}, "factor on emissive");
-    visit("transmission", o.transmission, Range{0, 1}, "share of light that enters it: glass");
+    visit("transmission", o.transmission, Range{0, 1},
+          "fraction of light that enters the surface; above 0 it is glass");
     visit("ior", o.ior, Range{1, 10}, "index of refraction");
     visit("thickness", o.thickness, Range{0, 1e6},
-          "of the volume, metres in mesh space; 0: thin-walled");
+          "thickness of the volume, metres in mesh space; 0: thin-walled");
     visit("attenuationColor", o.attenuationColor, Range{0, 1},
-          "what white light becomes after attenuationDistance");
-    visit("attenuationDistance", o.attenuationDistance, Range{0, 1e9},
-          "metres; 0: absorbs nothing");
-    visit("dispersion", o.dispersion, Range{0, 20}, "of solid glass: 20 / Abbe number");
+          "colour of white light after attenuationDistance in the material");
+    visit("attenuationDistance", o.attenuationDistance, Range{0, 1e9}, "metres; 0: no absorption");
+    visit("dispersion", o.dispersion, Range{0, 20}, "dispersion of solid glass: 20 / Abbe number");
     visit("clearcoat", o.clearcoat, Range{0, 1}, "share of the surface with a clear coat");
     visit("clearcoatRoughness", o.clearcoatRoughness, Range{0, 1}, "perceptual");
     visit("sheenColor", o.sheenColor, Range{0, 1}, "linear RGB of fibres on the surface; 0: none");
@@ -81,10 +81,10 @@ void fields(O& o, V&& visit) {
     visit("iridescence", o.iridescence, Range{0, 1}, "share of the surface with a thin film");
     visit("iridescenceIor", o.iridescenceIor, Range{1, 10}, "index of refraction of the film");
     visit("iridescenceThickness", o.iridescenceThickness, Range{0, 1e5},
-          "of the film, nanometres; of textured films where the texture is 1");
-    visit("anisotropy", o.anisotropy, Range{0, 1}, "0: the lobe is round; 1: longest");
+          "thickness of the film, nanometres; with a texture, where the texture is 1");
+    visit("anisotropy", o.anisotropy, Range{0, 1}, "strength of the anisotropy; 0: isotropic");
     visit("anisotropyRotation", o.anisotropyRotation, Range{-1e6, 1e6},
-          "of its direction, radians counter-clockwise from the tangent");
+          "direction of the anisotropy, radians counter-clockwise from the tangent");
     visit("diffuseTransmission", o.diffuseTransmission, Range{0, 1},
           "share of diffuse light that leaves on the other side");
     visit("diffuseTransmissionColor", o.diffuseTransmissionColor, Range{0, 1}, "linear RGB");

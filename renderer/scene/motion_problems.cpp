@@ -60,7 +60,7 @@ private:
         }
         for (std::size_t i = 0; i < scene_.animatedLights.size(); ++i) {
             const auto& [light, rest] = scene_.animatedLights[i];
-            require(light < scene_.lights.size(), "an animated light is none of the scene", i);
+            require(light < scene_.lights.size(), "an animated light is out of range", i);
             fields(rest, [&](const char*, const auto& value, const FactorRange& range) {
                 require(inRange(value, range), "an animated light is out of range", i);
             });

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace clerestory {
 namespace {
@@ -54,20 +53,19 @@ std::vector<FieldError> problems(const TransformParts& parts, const std::string&
     return errors;
 }
 
-Transform transformOf(const glm::dmat4& m) {
-    Transform t;
-    t.translation = glm::dvec3(m[3]);
-    glm::dmat3 axes(m);
+Transform transformOf(const glm::dmat4& matrix) {
+    Transform t{.translation = glm::dvec3(matrix[3])};
+    glm::dmat3 axes(matrix);
     for (int i = 0; i < 3; ++i) {
-        const double length = glm::length(axes[i]);
-        t.scale[i] = std::max(length, std::numeric_limits<double>::min());
-        axes[i] /= t.scale[i];
+        t.scale[i] = glm::length(axes[i]);
+        axes[i] = t.scale[i] > 0.0 ? axes[i] / t.scale[i] : glm::dmat3(1.0)[i];
     }
     if (glm::determinant(axes) < 0.0) {
         t.scale.x = -t.scale.x;
         axes[0] = -axes[0];
     }
-    t.rotation = glm::normalize(glm::quat_cast(axes));
+    const glm::dquat q = glm::quat_cast(axes);
+    if (glm::length(q) > 1e-6) t.rotation = glm::normalize(q);
     return t;
 }
 

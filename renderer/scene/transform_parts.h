@@ -33,7 +33,7 @@ TransformParts partsOf(const Request& r) {
 // the JSON Pointer of the object with the parts.
 std::vector<FieldError> problems(const TransformParts& parts, const std::string& pointer);
 
-// A mirrored matrix has a negative factor along x. Shear is lost.
+// A mirrored matrix has a negative factor along x, an axis of length 0 the factor 0. Shear is lost.
 Transform transformOf(const glm::dmat4& matrix);
 
 // `own` with the parts replaced. Keeps shear where only the translation changes.

@@ -89,12 +89,17 @@ std::string typeText(const ordered_json& schema) {
 const ordered_json* fieldsIn(const ordered_json& schema, std::string& path) {
     if (schema.contains("properties")) return &schema;
     if (schema.contains("items")) {
+        const std::string list = path;
         path += "[]";
-        return fieldsIn(schema["items"], path);
+        const ordered_json* fields = fieldsIn(schema["items"], path);
+        if (!fields) path = list;
+        return fields;
     }
     if (!schema.contains("oneOf")) return nullptr;
     for (const ordered_json& form : schema["oneOf"]) {
-        if (form.contains("properties")) return &form;
+        if (form.contains("properties") || form.value("type", "") == "array") {
+            if (const ordered_json* fields = fieldsIn(form, path)) return fields;
+        }
     }
     return nullptr;
 }

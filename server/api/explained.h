@@ -1,5 +1,5 @@
-// The answer to explain: a picture, what was done for it, and with explain=maps what its mirrors
-// look at, as parts of one message.
+// The answer to explain: a picture, its plan, and with explain=maps the maps that its mirrors read,
+// as parts of one message.
 #pragma once
 
 #include "server/base/call.h"

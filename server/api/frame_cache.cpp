@@ -106,7 +106,8 @@ bool FrameCache::mayHold(const Call& call, std::string_view body) const {
     return forms_.contains(form);
 }
 
-// The thread of the connections has let calls pass that might be answered here.
+// While the queue is full, the connections' thread admits calls that the cache may answer; others
+// are refused here.
 void FrameCache::requireRoom(const Call& call) const {
     if (!call.header("If-None-Match").empty()) return;
     if (const auto problem = backend_.refusalFor(call.client)) throw RequestError(*problem);

@@ -14,7 +14,6 @@
 
 namespace clerestory {
 
-inline constexpr std::size_t kMaxJsonBytes = 64 * 1024;
 inline constexpr int kMaxJsonDepth = 16;
 
 // Strict JSON: no duplicate keys, at most kMaxJsonDepth deep. Throws RequestError (400, 422).

@@ -185,7 +185,7 @@ bool readGroup(const std::string& name, const std::string& text, json& body,
     }
     if (name == "fit") {
         if (text != "all") {
-            errors.push_back({"/camera/fit", "is no known word in a link",
+            errors.push_back({"/camera/fit", "is not a known word in a link",
                               "all, or the names camera.fit.node, camera.fit.material, ..."});
         } else if (!body.contains("/camera/fit"_json_pointer)) {
             body["/camera/fit"_json_pointer] = json::object();
@@ -252,7 +252,7 @@ nlohmann::ordered_json fieldOfUnion(const nlohmann::ordered_json& schemas,
         if (found.is_null() && properties.contains(name)) found = properties[name];
     }
     if (name != "type") return found;
-    return {{"type", "string"}, {"enum", std::move(types)}, {"description", "which lens it is"}};
+    return {{"type", "string"}, {"enum", std::move(types)}, {"description", "type of the lens"}};
 }
 
 }  // namespace

@@ -89,7 +89,8 @@ ordered_json pathParameters(std::initializer_list<const char*> names) {
     const auto description = [](std::string_view name) {
         return name == "id"       ? "id of the scene or job"
                : name == "number" ? "index from 0"
-                                  : "name of the view or environment map";
+               : name == "map"    ? "name of the environment map"
+                                  : "name of the view: up to 64 letters, digits, - and _";
     };
     ordered_json list = ordered_json::array();
     for (const char* name : names) {
@@ -217,10 +218,10 @@ ordered_json environmentsPath() {
 
 ordered_json environmentPath() {
     ordered_json path =
-        withPathParameters(getObject("Describes an environment map", "Environment"), {"name"});
+        withPathParameters(getObject("Describes an environment map", "Environment"), {"map"});
     path["delete"] = {
         {"summary", "Deletes an uploaded environment map"},
-        {"parameters", pathParameters({"name"})},
+        {"parameters", pathParameters({"map"})},
         {"responses",
          {{"204", {{"description", "the map is deleted; frames in progress are finished"}}},
           {"default", problemAnswer("the error")}}}};
@@ -323,12 +324,13 @@ ordered_json paths() {
         {"/v1/scenes", scenesPath()},
         {"/v1/scenes/{id}", scenePath()},
         {"/v1/environments", environmentsPath()},
-        {"/v1/environments/{name}", environmentPath()},
+        {"/v1/environments/{map}", environmentPath()},
         {"/v1/renderer", getObject("Describes driver, limits and build", "Renderer")},
         {"/healthz", getObject("Reports that the process runs", "Status")},
         {"/readyz",
          getObject(
-             "Reports that a test frame was drawn within the last seconds and the queue has room",
+             "Reports that the default scene is loaded, its shaders are compiled and a frame was "
+             "drawn within the last seconds",
              "Status")},
         {"/metrics", get("Returns metrics as Prometheus text",
                          answers("metrics", {{"text/plain", {{"schema", {{"type", "string"}}}}}}))},
@@ -360,8 +362,8 @@ constexpr OperationId kOperationIds[] = {
     {"/v1/scenes/{id}", "delete", "deleteScene"},
     {"/v1/environments", "get", "listEnvironments"},
     {"/v1/environments", "post", "uploadEnvironment"},
-    {"/v1/environments/{name}", "get", "getEnvironment"},
-    {"/v1/environments/{name}", "delete", "deleteEnvironment"},
+    {"/v1/environments/{map}", "get", "getEnvironment"},
+    {"/v1/environments/{map}", "delete", "deleteEnvironment"},
     {"/v1/renderer", "get", "getRenderer"},
     {"/healthz", "get", "getHealth"},
     {"/readyz", "get", "getReadiness"},

@@ -151,8 +151,8 @@ void addRoutes(Routes& routes, const RendererRoutes& components) {
     routes.add("/v1/scenes/{id}", "GET", components, describeScene);
     routes.add("/v1/scenes/{id}", "DELETE", components, removeScene);
     routes.add("/v1/environments", "GET", components, listEnvironments);
-    routes.add("/v1/environments/{name}", "GET", components, describeEnvironment);
-    routes.add("/v1/environments/{name}", "DELETE", components, removeEnvironment);
+    routes.add("/v1/environments/{map}", "GET", components, describeEnvironment);
+    routes.add("/v1/environments/{map}", "DELETE", components, removeEnvironment);
     routes.add("/v1/renderer", "GET", components, describeRenderer);
     routes.add("/readyz", "GET", components, readiness);
     routes.add("/metrics", "GET", components, metrics);

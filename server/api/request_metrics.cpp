@@ -16,8 +16,8 @@ struct RequestMetrics::Families {
         "clerestory_refusals_total", "Requests refused, by the code of the problem");
     MetricFamilies::Gauges& connections =
         families.gauges("clerestory_connections", "Connections that are open");
-    MetricFamilies::Gauges& connectionEvents = families.gauges(
-        "clerestory_connection_events", "Connections since the start, by what became of them");
+    MetricFamilies::Gauges& connectionEvents =
+        families.gauges("clerestory_connection_events", "Connections since the start, by outcome");
     HeldMetrics held{families, "clerestory_held"};
     MetricFamilies::Gauges& cacheEvents = families.gauges(
         "clerestory_frame_cache_events",
@@ -30,20 +30,19 @@ struct RequestMetrics::Families {
         families.gauge("clerestory_log_lines_dropped", "Dropped lines of the log");
     MetricFamilies::Gauges& workers = families.gauges(
         "clerestory_workers",
-        "Render workers that live, by what they do; warm: the active ones that have compiled the "
+        "Running render workers, by role; warm: the active ones that have compiled the "
         "shaders of the default scene; a warm standby holds the same scenes");
     MetricFamilies::Gauges& workerScenes = families.gauges(
         "clerestory_worker_scenes",
-        "Scenes that a render worker holds; the standby follows the one that answers");
-    MetricFamilies::Gauges& workerEvents =
-        families.gauges("clerestory_worker_events",
-                        "Render workers and their calls since the start, by what became of them");
+        "Scenes that a render worker holds; the standby loads those of the active one");
+    MetricFamilies::Gauges& workerEvents = families.gauges(
+        "clerestory_worker_events", "Render workers and their calls since the start, by outcome");
     prometheus::Gauge& resident =
         families.gauge("clerestory_http_resident_memory_bytes",
                        "Resident memory of the process that clients reach");
     prometheus::Gauge& allocated =
         families.gauge("clerestory_http_allocated_bytes",
-                       "What the process that clients reach has allocated and not given back");
+                       "Memory allocated by the process that clients reach and not freed");
 };
 
 RequestMetrics::RequestMetrics() : families_(std::make_unique<Families>()) {}

@@ -1,4 +1,4 @@
-// What GET /metrics tells of requests, connections and workers: of the process that clients reach.
+// Metrics of requests, connections and workers (GET /metrics), for the process that clients reach.
 // Thread-safe.
 #pragma once
 

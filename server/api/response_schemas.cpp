@@ -139,16 +139,15 @@ ordered_json viewSchema() {
          {"eye", described(numbers(3), "position in the world")},
          {"znear", kNumber},
          {"orthographic", kFlag},
-         {"mirrored", described(kFlag, "front faces are clockwise")}},
-        {{"clipPlane", described(numbers(4), "world space; what is behind it is not drawn")}});
+         {"mirrored", described(kFlag, "front faces are clockwise")}});
 }
 
 // The kinds are those of Subject::Kind.
 ordered_json subjectSchema() {
-    const ordered_json subject =
-        object({{"kind", oneOf({"environment", "map", "mirror", "probe", "glass", "filter"})},
-                {"name", described(kText, "of the object or map, or the type of the filter")}},
-               {{"index", described(kCount, "of a filter: its position in the request")}});
+    const ordered_json subject = object(
+        {{"kind", oneOf({"environment", "map", "mirror", "probe", "glass", "filter", "lights"})},
+         {"name", described(kText, "of the object or map, or the type of the filter")}},
+        {{"index", described(kCount, "of a filter: its position in the request")}});
     return described({{"oneOf", {subject, {{"type", "null"}}}}},
                      "object, map or filter that it belongs to; null: the view as a whole");
 }
@@ -197,16 +196,24 @@ ordered_json planSchema() {
                                             {"cx", kNumber},
                                             {"cy", kNumber},
                                             {"pixelCenter", oneOf({"half", "integer"})}});
-    const ordered_json camera = object(
-        {{"cameraToWorld", described(numbers(16), "column-major")},
-         {"convention", oneOf({"opengl", "opencv"})},
-         {"width", kCount},
-         {"height", kCount},
-         {"znear", kNumber},
-         {"lens", {{"$ref", "#/components/schemas/Lens"}}}},
-        {{"clipFromView", described(numbers(16), "column-major; of lenses without distortion")},
-         {"intrinsics", described(intrinsics, "of perspective and fisheye lenses")}});
+    const ordered_json camera =
+        object({{"cameraToWorld", described(numbers(16), "column-major")},
+                {"convention", oneOf({"opengl", "opencv"})},
+                {"width", kCount},
+                {"height", kCount},
+                {"znear", kNumber},
+                {"lens", {{"$ref", "#/components/schemas/Lens"}}}},
+               {{"clipFromView",
+                 described(numbers(16), "column-major; of lenses that a matrix describes")},
+                {"intrinsics", described(intrinsics, "of perspective and fisheye lenses")}});
     const ordered_json map = object({{"target", kText}, {"subject", subjectSchema()}});
+    const ordered_json health =
+        object({{"nonFinite", described(kCount, "values, over all targets")},
+                {"negative", described(kCount, "values, over all targets")},
+                {"targets", listOf(object({{"target", kText},
+                                           {"texels", kCount},
+                                           {"nonFinite", kCount},
+                                           {"negative", kCount}}))}});
     const ordered_json totals =
         object({{"passes", kCount},
                 {"views", kCount},
@@ -220,6 +227,8 @@ ordered_json planSchema() {
          {"totals", totals}},
         {{"camera", camera},
          {"light", lightSchema()},
+         {"composition", described(listOf(kText), "what the request changes in the scene")},
+         {"health", described(health, "with explain=health: of every target that was drawn")},
          {"maps",
           described(listOf(map), "with explain=maps: of each map, in the order of the parts")}});
 }
@@ -241,7 +250,7 @@ ordered_json sceneFields() {
         {"oneOf", {object({{"min", numbers(3)}, {"max", numbers(3)}}), {{"type", "null"}}}}};
     return {{"stage", described(kText, "stage of loading")},
             {"progress", {{"type", "number"}, {"minimum", 0}, {"maximum", 1}}},
-            {"uploaded", described(kFlag, "a client sent it")},
+            {"uploaded", described(kFlag, "a client uploaded it")},
             {"failure", described(kText, "why it could not be loaded")},
             {"reason", described(kText, "code of the failure")},
             {"triangles", kCount},
@@ -286,7 +295,7 @@ ordered_json sceneSchema() {
                                        {"range", kNumber},
                                        {"innerConeAngle", kNumber},
                                        {"outerConeAngle", kNumber},
-                                       {"radius", described(kNumber, "of a sphere that shines")}});
+                                       {"radius", described(kNumber, "of the emitting sphere")}});
     const ordered_json probe =
         object({{"name", kText}, {"position", numbers(3)}, {"size", kNumber}},
                {{"node", kText},
@@ -351,15 +360,15 @@ ordered_json instancesSchema() {
     box["type"] = {"object", "null"};
     const ordered_json instance = object(
         {{"objectId", described(kCount, "value in the channel objectId")},
-         {"node", described(kText, "its name")},
+         {"node", described(kText, "name of its node")},
          {"materialId", described(kCount, "value in the channel materialId")},
          {"classId", described(kCount, "value in the channel classId; 0: no class")},
          {"worldFromModel", described(numbers(16), "transform of its mesh, column-major, metres")},
-         {"pixels", described(kCount, "that show it")},
-         {"amodalPixels", described(kCount, "that would show it if it were alone in the scene")},
+         {"pixels", described(kCount, "number of pixels that show it")},
+         {"amodalPixels", described(kCount, "the same if it were alone in the scene")},
          {"visibleShare", described(kNumber, "pixels / amodalPixels")},
-         {"box", described(box, "of its pixels; null: nothing of it is seen")},
-         {"amodalBox", described(box, "of amodalPixels, within the frame")}},
+         {"box", described(box, "bounds of its pixels; null: it is hidden")},
+         {"amodalBox", described(box, "bounds of amodalPixels, within the frame")}},
         {{"class", described(kText, "name of the class, if it has one")}});
     return object({{"width", described(kCount, "of the frame, pixels")},
                    {"height", kCount},
@@ -395,7 +404,7 @@ ordered_json rendererSchema() {
          {"shadingLanguage", kText},
          {"platform", kText},
          {"device", described({{"type", {"integer", "null"}}},
-                              "index of the EGL device that --device chose")},
+                              "index of the EGL device that --device selected")},
          {"software", described(kFlag, "the driver renders on the processor")},
          {"clipControl", described(kFlag, "depth can run from 1 to 0")},
          {"timerQueriesTrusted", described(kFlag, "milliseconds are measured by the GPU")},

@@ -8,7 +8,7 @@
 namespace clerestory {
 namespace {
 
-// The first part of `rest` up to a slash, which is taken off.
+// Removes the first part of `rest` up to a slash, with the slash, and returns the part.
 std::string_view nextPart(std::string_view& rest) {
     const std::size_t end = std::min(rest.find('/'), rest.size());
     const std::string_view part = rest.substr(0, end);

@@ -110,7 +110,7 @@ void checkFlow(const Sequence& sequence, std::vector<FieldError>& errors) {
             };
             if (valueIn(i) == valueIn(i - 1)) continue;
             errors.push_back({"/frames/" + std::to_string(i) + "/" + name,
-                              "is another one than that of the frame before, to which flow leads",
+                              "differs from that of the previous frame, which flow does not allow",
                               "one value for all frames, in common"});
         }
         if (errors.size() > kEnoughErrors) return;

@@ -22,10 +22,10 @@ struct SequenceLayers {
     bool reflected = false, refracted = false;
 };
 
-// A camera that goes round what the frame shows, at one moment of the animation.
+// A camera that turns about the selection of CameraRequest::fit, at one time of the animation.
 struct Turntable {
     double seconds = 8.0;
-    double turns = 1.0;  // negative: the other way round
+    double turns = 1.0;  // negative: in the opposite direction
     double frameRate = 30.0;
 };
 
@@ -58,7 +58,7 @@ void fields(SequenceChannels& c, V&& visit) {
     visit("albedo", c.albedo, Flag{}, "linear base colours, as float32");
     visit("objectId", c.objectId, Flag{}, "instance + 1 of each pixel, as float32");
     visit("materialId", c.materialId, Flag{},
-          "place in the scene's list of materials + 1, as float32");
+          "index in the scene's list of materials + 1, as float32");
     visit("classId", c.classId, Flag{}, "class by output.classes of each pixel, as float32");
     visit("through", c.through, Flag{},
           "how each pixel is seen (output.channel through), as float32");
@@ -80,8 +80,8 @@ template <class V>
 void fields(Turntable& t, V&& visit) {
     visit("seconds", t.seconds, Range{0.001, 3600, "seconds"}, "length of the film");
     visit("turns", t.turns, Range{-1000, 1000},
-          "of the camera about +Y, towards +X from +Z; the frame after the last one is the first "
-          "one again if the number is whole");
+          "turns of the camera about +Y, from +Z towards +X; with a whole number, the frame after "
+          "the last one would equal the first");
     visit("frameRate", t.frameRate, Range{0.001, 1000}, "frames per second");
 }
 
@@ -92,8 +92,8 @@ void fields(SequenceRequest& s, V&& visit) {
           "fields of each frame; a field replaces the whole field of that name in common");
     visit("path", s.path, Nested{}, "camera that moves between key poses; instead of frames");
     visit("turntable", s.turntable, Nested{},
-          "camera that goes round what common.camera.fit chooses, or round everything; instead of "
-          "frames");
+          "camera that turns about the selection of common.camera.fit, or about the whole scene; "
+          "instead of frames");
     visit("frameRate", s.frameRate, Range{0.001, 1000},
           "frames per second of a film (Accept: video/mp4 or image/webp) of frames; path and "
           "turntable have their own");

@@ -93,7 +93,7 @@ void requireWhole(const std::string& kind, const std::string& content) {
     std::uint32_t length = 0;
     if (content.size() >= 12) std::memcpy(&length, content.data() + 8, sizeof length);
     if (length != content.size()) {
-        throw noScene("The .glb is not as long as its header says.", "malformed");
+        throw noScene("The length of the .glb differs from that in its header.", "malformed");
     }
 }
 
@@ -196,7 +196,7 @@ void addRoutes(Routes& routes, const UploadRoutes& components) {
     routes.add("/v1/scenes", "POST", components, postScene);
     routes.add("/v1/scenes/{id}", "DELETE", components, deleteUpload);
     routes.add("/v1/environments", "POST", components, postMap);
-    routes.add("/v1/environments/{name}", "DELETE", components, deleteUpload);
+    routes.add("/v1/environments/{map}", "DELETE", components, deleteUpload);
 }
 
 }  // namespace clerestory

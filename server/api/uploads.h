@@ -1,5 +1,5 @@
 // The routes of clients' own scenes and environment maps: POST /v1/scenes, DELETE /v1/scenes/{id},
-// POST /v1/environments and DELETE /v1/environments/{name}. The server keeps the files, so that
+// POST /v1/environments and DELETE /v1/environments/{map}. The server keeps the files, so that
 // every renderer finds them.
 #pragma once
 

@@ -26,7 +26,7 @@ struct LocalBackendOptions {
 class LocalBackend final : public RenderBackend {
 public:
     // Returns when the renderer is created; scenes load in the background. Throws
-    // std::runtime_error with one line for people.
+    // std::runtime_error with a one-line message.
     explicit LocalBackend(const LocalBackendOptions& options);
 
     Answer answer(const Call& call) override;

@@ -16,7 +16,7 @@
 
 namespace clerestory {
 
-// Tells the work on a request that its client no longer waits for the answer. Thread-safe.
+// Signals the work on a request that its client no longer waits for the answer. Thread-safe.
 class CancellationToken {
 public:
     bool cancelled() const {

@@ -23,7 +23,7 @@ int runSign(const CommandLine& line);
 int runScenes();
 int runDevices();
 
-// A built-in scene, or a model file with its side file. Prints the warnings of the import to
+// A built-in scene, or a model file with its sidecar file. Prints the warnings of the import to
 // stderr. If the environment map of the scene is not in `maps`, "sky" replaces it. Throws
 // std::runtime_error.
 Scene sceneFor(const CommandLine& line, const EnvironmentMaps& maps);

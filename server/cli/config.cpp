@@ -31,7 +31,8 @@ void addRendererFlags(CLI::App& command, Config& config) {
         ->type_name("N");
     command
         .add_option("--environment", config.scenes.environments,
-                    "an .hdr file, or a folder of six images; may be repeated")
+                    "an .hdr or .exr file, a .ktx, .ktx2 or .dds cube map, or a folder of six "
+                    "images; may be repeated")
         ->type_name("FILE|DIR")
         ->take_all()
         ->allow_extra_args(false);
@@ -44,7 +45,8 @@ void addRendererFlags(CLI::App& command, Config& config) {
         .add_option(
             "--shader-cache", config.shaderCache,
             "folder of the driver's compiled shaders, shared by all renderer processes; none "
-            "disables it; default: shaders in the scene cache")
+            "disables it; default $XDG_CACHE_HOME/clerestory/shaders or "
+            "~/.cache/clerestory/shaders")
         ->type_name("DIR");
     command
         .add_option(
@@ -120,9 +122,10 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
     field("--variant", "variant", "material variant of the scene", "NAME");
     field("--accuracy", "accuracy.preset", "draft, standard or fine", "PRESET");
     field("--channel", "output.channel",
-          "color, depth, normal, position, albedo, objectId, materialId, through or instances",
+          "color, depth, normal, position, albedo, objectId, materialId, through or instances; "
+          "classId and flow need fields of --request",
           "NAME");
-    field("--quality", "output.quality", "JPEG quality, 1 to 100", "N");
+    field("--quality", "output.quality", "quality of JPEG and WebP, 1 to 100", "N");
     command
         .add_option_function<std::string>(
             "--size",
@@ -183,7 +186,9 @@ void addRender(CLI::App& app, CommandLine& line) {
     CLI::App* render = app.add_subcommand("render", "Render one frame into a file");
     render->callback([&line] { line.command = Command::render; });
     addFrameFlags(*render, line);
-    render->add_option("-o,--output", line.frame.output, "output file: .jpg, .png, .npy or .exr")
+    render
+        ->add_option("-o,--output", line.frame.output,
+                     "output file: .jpg, .png, .webp, .npy, .exr or .json")
         ->required()
         ->type_name("FILE");
 }

@@ -75,9 +75,9 @@ void addLimitFlags(CLI::App& serve, Config& config) {
     addCount(serve, "--max-work", config.renderer.maxShadedSamples, 0, 1e15,
              "samples that one frame may shade: pixels x samples over all passes; 0: no limit");
     addCount(serve, "--threads", config.http.threads, 4, 4096,
-             "concurrent request handlers, in addition to those that wait for a frame");
+             "concurrent request handlers, besides those that wait for a frame or stream");
     addCount(serve, "--connections", limits.connections, 8, 1e5,
-             "open connections; beyond it the most idle one is closed");
+             "open connections; above it an idle one of the client with the most is closed");
     addCount(serve, "--max-line", limits.requestLine, 64, 65536, "bytes of a request line");
     addCount(serve, "--max-path", limits.path, 32, 4096, "bytes of the path");
     addCount(serve, "--max-head", limits.headBytes, 256, 1 << 20,

@@ -75,7 +75,10 @@ FrameRequest requestFor(const FrameCommand& command) {
     FrameRequest defaults;
     if (!command.output.empty()) {
         const auto format = formatOf(command.output);
-        if (!format) throw std::runtime_error("the output must end in .jpg, .png, .npy or .exr");
+        if (!format) {
+            throw std::runtime_error(
+                "the output must end in .jpg, .png, .webp, .npy, .exr or .json");
+        }
         defaults.output.format = *format;
     }
     nlohmann::json body = strictJson(requestText(command));

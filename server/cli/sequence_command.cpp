@@ -152,7 +152,7 @@ int runSequence(const CommandLine& line) {
         request.scene = "scene";
         if (!request.environment.map) request.environment.map = lighting.environment.map;
         if (request.accuracy.isBudget()) {
-            throw std::runtime_error("sequence does not support budgets; use knobs or a preset");
+            throw std::runtime_error("sequence does not support budgets; use a preset or settings");
         }
         requireLight(renderer, request);
         const Frame frame = renderer.render(request);

@@ -19,7 +19,7 @@ constexpr const char* kExtension = ".curve";
 constexpr std::uint64_t kMaxCurveBytes = 1 << 20;  // of one; a few kilobytes as a rule
 constexpr std::uint64_t kMaxBytesOfAll = 64ull << 20;
 
-// Its settings are those of ladder(), which another program (and so another key) may have changed.
+// Its settings are those of curveSettings(), which another program (and so another key) may have changed.
 std::string figuresOf(const Curve& curve) {
     char number[40];
     std::string text;
@@ -40,7 +40,7 @@ std::optional<Curve> curveFrom(const std::string& figures) {
     Curve curve;
     bool sound = static_cast<bool>(text >> curve.relMseNoise);
     const auto good = [](double value) { return std::isfinite(value) && value >= 0.0; };
-    for (const Accuracy& accuracy : ladder()) {
+    for (const Accuracy& accuracy : curveSettings()) {
         CurvePoint p{.accuracy = accuracy};
         sound =
             sound && text >> p.milliseconds >> p.relMse && good(p.milliseconds) && good(p.relMse);

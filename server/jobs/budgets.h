@@ -15,7 +15,7 @@
 
 namespace clerestory {
 
-// Measured curves on the disk, so that a budget need not wait again after a worker or a server has
+// Measured curves on disk, so that a budget does not wait again after a worker or a server has
 // ended. A damaged or truncated file is ignored. Thread-safe; any number of processes may share a
 // folder.
 class CurveStore {
@@ -24,7 +24,8 @@ public:
 
     // key: all that a curve depends on, the program and the driver included.
     std::optional<Curve> find(const std::string& key) const;
-    // Of ladder(). What cannot be kept is not kept. Curves that were used longest ago give way.
+    // A curve over curveSettings(). Errors of writing are only logged. The least recently used curves are
+    // removed to make room.
     void keep(const std::string& key, const Curve& curve) const;
 
 private:
@@ -37,7 +38,7 @@ class Budgets {
 public:
     struct Pick {
         Accuracy accuracy;
-        std::string words;  // for people: the settings, their predicted cost, what was not met
+        std::string words;  // for users: the settings, their predicted cost, what was not met
         std::string curve;  // for drawn()
         std::size_t point = 0;
     };

@@ -1,7 +1,7 @@
 // Work that takes longer than a request may: a bounded queue of jobs and the one thread that runs
-// them, those of different clients in turns; and what jobs do again and again: trace a reference,
-// and draw frames in turn with clients. Finished jobs are kept for a while, under ids that cannot
-// be guessed.
+// them, alternating between clients; and functions that several jobs use: tracing a reference, and
+// drawing frames alternately with clients. Finished jobs are kept for a while, under ids that
+// cannot be guessed.
 #pragma once
 
 #include "server/base/holdings.h"
@@ -43,7 +43,7 @@ struct JobStatus {
     std::string id;
     JobState state = JobState::queued;
     double progress = 0.0;                    // in [0, 1], never decreases
-    std::string failure;                      // for people, when failed
+    std::string failure;                      // for users, when failed
     std::shared_ptr<const JobResult> result;  // when done
 };
 

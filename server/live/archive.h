@@ -12,13 +12,14 @@ namespace clerestory {
 class Archive {
 public:
     virtual ~Archive() = default;
-    // Both return false when the client has left, or the file could not be written whole.
+    // Both return false if the client has disconnected, or the file could not be written
+    // completely.
     virtual bool add(const std::string& name, const std::string& type, std::string_view bytes) = 0;
     virtual bool end() = 0;
 };
 
 // `sink` is only called during add() and end(), and must live until then. The same files give the
-// same bytes: they bear no date and no owner.
+// same bytes: entries have no date and no owner.
 std::unique_ptr<Archive> tarArchive(const Sink& sink);
 std::unique_ptr<Archive> multipartArchive(const Sink& sink);
 

@@ -16,8 +16,8 @@ void checkChannels(const SequenceChannels& channels, std::vector<FieldError>& er
         const bool isColor = name == std::string_view("color");
         if (on == isColor) return;
         errors.push_back({std::string("/channels/") + name,
-                          isColor ? "is off, and is what a film shows" : "cannot be in a film",
-                          isColor ? "true" : "false; the channel color alone"});
+                          isColor ? "is off, but a film shows this channel" : "cannot be in a film",
+                          isColor ? "true" : "false; only the channel color"});
     });
 }
 
@@ -30,7 +30,7 @@ void checkFrames(const Sequence& sequence, std::vector<FieldError>& errors) {
             const auto common = sequence.common.find(name);
             if (common != sequence.common.end() && *own == *common) continue;
             errors.push_back({"/frames/" + std::to_string(i) + "/" + name,
-                              "is another one than that in common",
+                              "differs from that in common",
                               "one value for a whole film, in common"});
         }
         if (errors.size() > kEnoughErrors) return;
@@ -50,7 +50,7 @@ void checkMp4(const FilmSettings& film, std::vector<FieldError>& errors) {
     }
     const std::string missing = mp4Missing();
     if (!missing.empty()) {
-        errors.push_back({"/Accept", "is video/mp4, which this server cannot make: " + missing,
+        errors.push_back({"/Accept", "is video/mp4, which this server cannot encode: " + missing,
                           "image/webp, multipart/mixed, application/x-tar"});
     }
 }
@@ -87,7 +87,7 @@ FilmSettings makeFilmSequence(Sequence& sequence, FilmFormat format) {
     std::vector<FieldError> errors;
     checkChannels(sequence.channels, errors);
     if (!sequence.frameRate) {
-        errors.push_back({"/frameRate", "is missing, and a film of frames has one",
+        errors.push_back({"/frameRate", "is missing; a film of frames requires it",
                           "frames per second, 0.001 to 1000"});
     }
     checkFrames(sequence, errors);

@@ -162,7 +162,7 @@ bool FairQueue::remove(Id id) {
 }
 
 // Whether its only entry has waited for one entry of another client on each server, besides those
-// that ran when it came.
+// that were running when it was added.
 bool FairQueue::isUrgent(const ClientQueue& client, Clock::time_point now) const {
     const bool heldOne =
         client.lastHeldTwo == Clock::time_point::min() || now - client.lastHeldTwo >= kModerateTime;

@@ -402,7 +402,7 @@ void Canary::check() {
     const bool white = std::all_of(image.data.begin(), image.data.end(),
                                    [](std::byte b) { return b == std::byte{255}; });
     if (!white || image.data.empty()) {
-        throw RequestError(notReady("A canary frame came out wrong."));
+        throw RequestError(notReady("A canary frame has wrong pixels."));
     }
     frameWasDrawn();
 }

@@ -64,8 +64,8 @@ public:
     // is dropped, and so is that of a client that leaves. Deadlines are in the queue's time, which
     // stands still while shaders are compiled: that is not overload, and happens once. Throws
     // RequestError: full, stopping, left, or compiling for too long (503), over the deadline (504);
-    // and what `work` throws. When the deadline passes in mid-work the work ends unheard, so it
-    // must own what it touches.
+    // and what `work` throws. If the deadline passes while the work runs, its result is discarded
+    // after this has returned, so the work must own everything that it uses.
     template <class Work>
     auto run(const Turn& turn, Work work) {
         using Result = std::invoke_result_t<Work, Renderer&>;

@@ -38,7 +38,7 @@ private:
     std::thread thread_;
 };
 
-// A copy without the texels of the textures. Does not change the scene in the end.
+// A copy without the texels of the textures. The scene is unchanged when this returns.
 Scene copyWithoutTexels(Scene& scene);
 
 }  // namespace clerestory

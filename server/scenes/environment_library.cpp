@@ -133,7 +133,7 @@ std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::load(const Upload& upl
         throw RequestError(mapFailed(error.what(), std::string(nameOf(error.reason()))));
     }
     queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
-    // The renderer holds the map itself. When the last user of this lease is gone, the renderer
+    // The renderer holds the map itself. When the last lease ends, the renderer
     // releases it, too.
     const std::shared_ptr<const EnvironmentMap> lease(
         map.get(), [map, &queue = queue_](const EnvironmentMap*) {

@@ -69,7 +69,7 @@ struct SceneStatus {
     bool uploaded = false;
     SceneState state = SceneState::waiting;
     ImportProgress progress;
-    std::string failure;                 // for people, when failed
+    std::string failure;                 // for users, when failed
     std::string reason;                  // its ImportError::Reason as a word
     std::shared_ptr<const Scene> scene;  // after the first loading; without vertices and texels
     std::size_t vertices = 0;
@@ -99,7 +99,7 @@ class SceneEntries {
 public:
     using Entry = std::shared_ptr<SceneEntry>;
 
-    // Throws std::runtime_error with one line for people if a source does not exist.
+    // Throws std::runtime_error with a one-line message if a source does not exist.
     explicit SceneEntries(const SceneSources& sources);
 
     // In the order of GET /v1/scenes, without deleted ones.

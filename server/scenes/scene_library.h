@@ -33,8 +33,8 @@ struct SceneTotals {
 
 class SceneLibrary {
 public:
-    // Loads the environment maps, and starts to load scenes. Throws std::runtime_error with one
-    // line for people if a source does not exist.
+    // Loads the environment maps, and starts to load scenes. Throws std::runtime_error with a
+    // one-line message if a source does not exist.
     SceneLibrary(const SceneSources& sources, RenderQueue& queue, const RendererOptions& options);
     ~SceneLibrary();
     SceneLibrary(const SceneLibrary&) = delete;

@@ -154,7 +154,7 @@ void SceneLibrary::setFailed(const Entry& entry, const std::exception& error) {
     SceneStatus& status = entry->status;
     status.state = SceneState::failed;
     if (!why) entry->retryAt = Clock::now() + kRetryInterval;
-    status.failure = why ? why->what() : "The scene could not be made.";
+    status.failure = why ? why->what() : "The scene could not be loaded.";
     status.reason = why ? nameOf(why->reason()) : "internal";
     loadedBytes_ -= status.bytes.total();
     status.bytes = {};
@@ -191,7 +191,7 @@ Scene SceneLibrary::make(SceneEntry& entry) {
     return scene;
 }
 
-// The scene's side file may name a map that is not loaded.
+// The scene's sidecar file may name a map that is not loaded.
 void SceneLibrary::requireLight(Scene& scene) const {
     if (!environments_.find(scene.environment)) lightWithSky(scene);
 }

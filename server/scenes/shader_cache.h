@@ -11,20 +11,21 @@
 namespace clerestory {
 
 // Call before OpenGL is used and before processes are started; children inherit it. `folder`: empty
-// for the user's own cache, "none" for no cache. MESA_SHADER_CACHE_DIR in the environment wins. A
-// folder that cannot be written is logged, and compiled shaders are then kept in memory alone.
+// for the user's own cache, "none" for no cache. The environment variable MESA_SHADER_CACHE_DIR has
+// precedence. A folder that cannot be written is logged, and compiled shaders are then kept in
+// memory only.
 void useShaderCache(const std::filesystem::path& folder);
 
 // From now on the driver of this process compiles without optimisation. Call before OpenGL is used.
 void compileFast();
 // The same for a child, as a variable of its environment.
 inline constexpr const char* kCompileFastVariable = "GALLIVM_PERF=nopt";
-// Whether this process does.
+// Whether this process compiles without optimisation.
 bool compilesFast();
 
-// Whether this build, compiling as this process does, has compiled something before and kept it:
-// marks in the cache's folder, under any text. `clerestory serve` looks for that of its first
-// scene.
+// Whether setCompiled() was called with this text before, by the same build with the same setting
+// of compilesFast(). The marks are files in the cache's folder. `clerestory serve` uses the mark of
+// its first scene.
 bool compiledBefore(const std::string& what);
 void setCompiled(const std::string& what);
 

@@ -24,8 +24,8 @@ struct Upload {
     std::filesystem::path file;
     std::uint64_t bytes = 0;
     bool isMap = false;  // an environment map, not a scene
-    // Why it could not be loaded: for people, and ImportError::Reason as a word; empty if not known
-    // to fail.
+    // Why it could not be loaded: a message for users, and ImportError::Reason as a word; empty if
+    // not known to fail.
     std::string failure, reason;
 };
 

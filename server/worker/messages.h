@@ -61,7 +61,7 @@ enum class MessageKind : std::uint32_t {
     alive,   // at a regular interval; id kCompiling if shaders were compiled since the last one
     ready,   // requests are answered from now on
     warm,    // as alive; the shaders of the default scene are compiled
-    failed,  // it cannot start and ends; the message for people
+    failed,  // it cannot start and ends; with a message for users
     loaded,  // LoadedScenes, after a change, before any answer that depends on the change
     // Server to worker: ids of scenes to load.
     scenes,

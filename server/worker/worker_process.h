@@ -23,7 +23,8 @@ struct WorkerProgram {
     std::vector<std::string> arguments;  // those of `clerestory serve`
     // A worker that sends nothing for this long, not even MessageKind::alive, is killed.
     std::chrono::milliseconds silence{3000};
-    // From its start until it answers requests; then it is killed, though it sends signs of life.
+    // From its start until it answers requests; then it is killed, even if it sends
+    // MessageKind::alive.
     std::chrono::milliseconds start{120000};
 };
 
@@ -48,7 +49,7 @@ public:
     std::vector<std::string> scenes() const;
     // Null until it is warm.
     std::shared_ptr<const LoadedScenes> loadedScenes() const;
-    // Tells it to load these scenes when it has time.
+    // Requests that it loads these scenes when it is idle.
     void loadScenes(const std::vector<std::string>& scenes);
 
     bool warm() const { return warm_; }            // the shaders of the default scene are compiled

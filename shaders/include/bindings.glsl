@@ -133,4 +133,4 @@
 #define TONE_MAP_NEUTRAL 0
 #define TONE_MAP_ACES 1
 #define TONE_MAP_LINEAR 2
-#define TONE_MAP_TRANSPARENT 4  // a flag beside the curve
+#define TONE_MAP_TRANSPARENT 4  // a flag that is added to the curve

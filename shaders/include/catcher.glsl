@@ -1,5 +1,5 @@
-// A ground that catches shadows: no surface of its own, but how much less light than an open ground
-// it has, and what of the scene it reflects. After reflection.glsl.
+// A shadow catcher: the fraction of light that is missing compared with an open ground, and the
+// reflection of the scene in it. After reflection.glsl.
 
 float meanOf(vec3 c) {
     return (c.r + c.g + c.b) / 3.0f;
@@ -23,8 +23,8 @@ vec2 lampsOnGround(Surface s, vec3 position, int first, int count) {
     return sum;
 }
 
-// The same of the surroundings. What is visible is a line in the direction: its mean over the
-// hemisphere, weighted by the cosine, is that of 2/3 of the normal.
+// The same for the surroundings. Visibility is linear in the direction: its cosine-weighted mean over
+// the hemisphere is its value at 2/3 of the normal.
 vec2 surroundingsOfGround(Surface s) {
     float open = max(meanOf(harmonicsAlong(s.normal, vec2(1.0f))), 0.0f);
     if (!viewHas(VIEW_SURFACE_LIGHT)) return vec2(open);

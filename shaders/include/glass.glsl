@@ -1,17 +1,18 @@
-// Light at and through clear bodies: both sides of an interface, panes, solids, absorption, rough
-// glass. Needs optics.glsl before it. Compiled as GLSL 4.30 and as C++ (see optics.glsl).
+// Reflection and refraction of transparent bodies: interfaces from both sides, panes, solids,
+// absorption, rough glass. Needs optics.glsl before it. Compiled as GLSL 4.30 and as C++ (see
+// optics.glsl).
 //
-// Radiance is what the eye and the backdrop see in air, so no factor eta^2 appears (erratum G2).
+// Radiance is measured in air, at the eye and in the backdrop, so no factor eta^2 appears (erratum G2).
 // `ior`: index inside a body / index around it. `eta`: index behind an interface / in front of it.
 #ifndef CLERESTORY_GLASS_GLSL
 #define CLERESTORY_GLASS_GLSL
 
-// Indices nearer to 1 than this bend nothing (fresnelDielectric() says the same).
+// Indices nearer to 1 than this do not refract (fresnelDielectric() has the same limit).
 const float kNoInterface = 1e-6f;
 
 // ---- one interface -----------------------------------------------------------------------------
 
-// An interface as a ray meets it.
+// An interface that a ray hits.
 struct Interface {
     vec3 normal;  // against the ray
     float eta;
@@ -33,8 +34,8 @@ struct Refraction {
     bool total;      // total internal reflection: the whole light follows `direction`
 };
 
-// Snell's law as a vector. normal: against the ray. Says `total` exactly where fresnelDielectric()
-// returns 1 for it.
+// Snell's law as a vector. normal: against the ray. `total` is set exactly where fresnelDielectric()
+// returns 1 for total internal reflection.
 Refraction refracted(vec3 incident, vec3 normal, float eta) {
     float e = clamp(eta, 1e-3f, 1e3f);
     float c = clamp(-dot(incident, normal), 0.0f, 1.0f);
@@ -92,8 +93,8 @@ float absorbedChannel(float color, float ratio) {
     return exp2(log2(min(color, 1.0f)) * ratio);
 }
 
-// What a path (metres) through a medium leaves of the light: color^(path / distance), per channel
-// (Beer-Lambert in the words of KHR_materials_volume). Distance 0 or infinite: does not absorb.
+// Transmittance of a path (metres) through a medium: color^(path / distance), per channel
+// (Beer-Lambert with the parameters of KHR_materials_volume). Distance 0 or infinite: no absorption.
 vec3 absorption(vec3 color, float attenuationDistance, float path) {
     float ratio = 0.0f;
     if (attenuationDistance > 0.0f && path > 0.0f) {
@@ -128,8 +129,8 @@ GlassShares paneShares(float fresnel, vec3 clear) {
     return shares;
 }
 
-// A solid: what turns back inside on its way out leaves elsewhere, and is counted as if it left
-// with the rest. clear: along one chord.
+// A solid. Light that is reflected inside leaves elsewhere, and is counted as if it left with the
+// refracted light. clear: transmittance along one chord.
 GlassShares solidShares(float fresnel, vec3 clear) {
     float f = clamp(fresnel, 0.0f, 1.0f);
     vec3 a = clamp(clear, 0.0f, 1.0f);
@@ -140,15 +141,15 @@ GlassShares solidShares(float fresnel, vec3 clear) {
     return shares;
 }
 
-// Light passes the dielectric part of a surface only (KHR_materials_transmission). The share of a
-// surface that is clear, and the metallic of what stands beside it: the metal keeps its whole share,
-// the dielectric what it does not let through.
+// Only the dielectric part of a surface transmits light (KHR_materials_transmission). The fraction of
+// a surface that transmits, and the metallic value of the rest: all of the metal, and the part of the
+// dielectric that does not transmit.
 float clearShare(float transmission, float metallic) {
     return clamp(transmission, 0.0f, 1.0f) * (1.0f - clamp(metallic, 0.0f, 1.0f));
 }
 float metallicBesideGlass(float transmission, float metallic) {
     float m = clamp(metallic, 0.0f, 1.0f);
-    // Where nothing is beside it, whatever it would be weighs nothing.
+    // Without a rest the result has weight 0.
     return m / max(1.0f - clearShare(transmission, m), 1e-6f);
 }
 
@@ -160,10 +161,11 @@ struct Crossing {
     vec3 offset;     // from entry to exit, metres
     float path;      // length of the offset
     vec3 direction;  // unit, behind the body
-    bool total;      // nothing enters: `direction` is the mirrored one, the path is 0
+    bool total;      // no light enters: `direction` is the mirrored one, the path is 0
 };
 
-// Between two parallel faces `thickness` metres apart: leaves as it came. normal: against the ray.
+// Between two parallel faces `thickness` metres apart: the direction is unchanged. normal: against the
+// ray.
 Crossing throughPane(vec3 incident, vec3 normal, float ior, float thickness) {
     Refraction entry = refracted(incident, normal, ior);
     Crossing crossing;
@@ -176,7 +178,7 @@ Crossing throughPane(vec3 incident, vec3 normal, float ior, float thickness) {
     return crossing;
 }
 
-// How far aside a ray leaves a pane, metres across the ray, towards where it bends (erratum G3).
+// Lateral displacement of a ray by a pane, metres perpendicular to the ray (erratum G3).
 float paneShift(float cosTheta, float ior, float thickness) {
     float c = clamp(cosTheta, 0.0f, 1.0f);
     float e = clamp(ior, 1e-3f, 1e3f);
@@ -187,14 +189,15 @@ float paneShift(float cosTheta, float ior, float thickness) {
     return thickness * sqrt((1.0f - c) * (1.0f + c)) * (1.0f - c / sqrt(g2));
 }
 
-// From where a ray meets a pane to where the line that it leaves along crosses the same face.
+// From the point where a ray hits a pane to the point where the line of the leaving ray crosses the
+// same face.
 vec3 asideInPane(vec3 incident, vec3 normal, Crossing way, float thickness) {
     float straight = max(thickness, 0.0f) / max(-dot(incident, normal), 1e-3f);
     return way.total ? vec3(0.0f) : way.offset - incident * straight;
 }
 
-// Through a ball of diameter `thickness` that the surface is a part of: exact for balls, the cheap
-// stand-in for any solid. normal: against the ray, at the entry. The second angle equals the first
+// Through a ball of diameter `thickness` that the surface is a part of: exact for balls, an inexpensive
+// approximation for other solids. normal: against the ray, at the entry. The second angle equals the first
 // (the triangle of centre, entry and exit has two equal sides), so a ray that enters also leaves.
 Crossing throughBall(vec3 incident, vec3 normal, float ior, float thickness) {
     Refraction entry = refracted(incident, normal, ior);
@@ -215,16 +218,16 @@ Crossing throughBall(vec3 incident, vec3 normal, float ior, float thickness) {
     return crossing;
 }
 
-// A solid knows the thickness along its normal, not what its far side is like. Where that is the
-// diameter of the ball that the near side is a part of, it is that ball's; where it is a small share
-// of it, the body is a wall with two sides that are nearly parallel: a vase, a box, a window with
-// round edges. Returns the ball's share, 0..1. curvature: of the near side, 1 / metres.
+// The thickness of a solid is known along its normal, but not the shape of its far side. If the
+// thickness is the diameter of the ball that fits the near side, the far side is that of the ball. If
+// it is a small fraction of it, the body is a wall with nearly parallel sides: a vase, a box, a window
+// with round edges. Returns the weight of the ball, 0..1. curvature: of the near side, 1 / metres.
 float ballShare(float thickness, float curvature) {
     float diameters = 0.5f * max(thickness, 0.0f) * max(curvature, 0.0f);
     return smoothstep(0.25f, 0.75f, min(diameters, 1.0f));
 }
 
-// From the wall's way to the ball's.
+// Interpolates from the path through a wall to the path through a ball.
 Crossing crossingBetween(Crossing pane, Crossing ball, float share) {
     Crossing crossing = ball;
     crossing.path = mix(pane.path, ball.path, share);

@@ -1,12 +1,12 @@
-// Glass in a picture: what is behind it is read from a copy of what was drawn so far, where the
-// ray that leaves the glass meets it. After reflection.glsl and lampsAt().
+// Glass over a backdrop: the light behind it is read from a copy of the picture drawn so far, at the
+// point where the ray that leaves the glass hits the scene. After reflection.glsl and lampsAt().
 
 layout(binding = UNIT_BACKDROP) uniform sampler2D backdrop;
-// Outward normals of the nearest back faces, and how far away they are; alpha 0 where none is.
+// Outward normals of the nearest back faces, and their distances; alpha 0 without a back face.
 layout(binding = UNIT_BACK_FACES) uniform sampler2D backFaces;
 
-// Metres that a ray which leaves the glass at `exit` goes on for until it is as far from the eye as
-// what the backdrop shows at `at`, blurred over half the lobe.
+// Metres along a ray that leaves the glass at `exit` until it is as far from the eye as the object
+// that the backdrop shows at `at`, blurred over half the lobe.
 float beyondGlass(vec3 exit, vec3 towards, vec2 at, float lod) {
     float far = textureLod(backdrop, at, lod).a / view.picture.w;
     float along = dot(exit, towards);
@@ -28,7 +28,7 @@ vec3 backgroundAlong(vec3 towards, float roughness) {
 vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
     float last = view.backdrop.x;
     float wide = min(0.5f * lobeLod(spread, view.picture.z), last);
-    // As if the ray met what stands behind its exit; then, as if it met what stands there.
+    // First guess: the ray hits the object behind its exit; second guess: the object at the first.
     vec3 here = projected(exit);
     float first = beyondGlass(exit, towards, here.xy, wide);
     vec3 guess = projected(exit + towards * first);
@@ -36,18 +36,18 @@ vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
     vec3 there = projected(exit + towards * beyond);
     float lod = min(lobeLod(spread, view.picture.z * lobeReach(length(exit), beyond)), last);
     vec3 seen = textureLod(backdrop, there.xy, lod).rgb;
-    // What a pane shows from beyond the picture's edge is next to what is seen there. A body bends
-    // rays too far for that. Compared with traced paths with glass at the rim of five pictures, three
-    // of them indoors: the rim's colour in its place has 1.10 times the environment's relMSE (1.00
-    // to 1.39), a fade from one to the other over a tenth of the picture 1.01 times.
+    // Beyond the edge of the picture a pane shows the colour at the edge, which is close to the right
+    // one; a body refracts rays too far for that and shows the environment. relMSE compared with traced
+    // paths, for glass at the edge of five pictures, three of them indoors: the colour at the edge has
+    // 1.10 times that of the environment (1.00 to 1.39), a fade over a tenth of the picture 1.01 times.
     bool outside = has(FEATURE_SOLID) && (there.z <= 0.0f || there.x < 0.0f || there.y < 0.0f ||
                                           there.x > 1.0f || there.y > 1.0f);
     return outside ? backgroundAlong(towards, min(spread, 1.0f)) : seen;
 }
 
-// Through a body of any shape whose back faces were drawn: from the first guess along the straight
-// line, the back face that the refracted ray comes out near. A ball of `thickness` where the picture
-// knows none. What is reflected at the exit is taken to leave that way.
+// Through a body of any shape whose back faces were drawn: iterates from a guess along the straight
+// line to the back face near which the refracted ray leaves. Without a back face it is a ball of
+// `thickness`. Light that is reflected at the exit is counted as leaving there.
 const int kBackFaceSteps = 3;
 Crossing throughBody(vec3 position, vec3 incident, vec3 normal, float ior, float thickness) {
     Crossing crossing = throughBall(incident, normal, ior, thickness);
@@ -69,7 +69,7 @@ Crossing throughBody(vec3 position, vec3 incident, vec3 normal, float ior, float
     return crossing;
 }
 
-// The greatest curvature that shows in this pixel, 1 / metres.
+// The greatest curvature within this pixel, 1 / metres.
 float curvatureAt(vec3 position) {
     vec3 n = direction(vertexNormal);
     vec2 turn = vec2(length(dFdx(n)), length(dFdy(n)));
@@ -100,7 +100,7 @@ Glass glassAt(vec3 baseColor) {
     return g;
 }
 
-// What the environment and the scene send to who looks.
+// Radiance towards the eye from the environment and the scene.
 struct GlassLight {
     vec3 mirrored;  // radiance along the mirrored ray
     vec3 clear;     // of glass that is all clear
@@ -152,7 +152,7 @@ GlassLight glassLight(Surface s, vec3 position, Glass g) {
     float spread = glassSpread(s.roughness * s.roughness, c, g.ior);
 
     GlassShares shares;
-    // Neighbouring pixels are compared, so where all of them come by.
+    // Compares neighbouring pixels (derivatives), so all of them must execute it.
     float roundness = has(FEATURE_SOLID) && !has(FEATURE_BACK_FACES)
                       ? ballShare(g.thickness, curvatureAt(position))
                       : 1.0f;
@@ -220,7 +220,7 @@ GlassLight tracedGlassLight(Surface s, vec3 position, Glass g) {
 // Light that leaves a surface of glass towards the eye.
 vec3 shadedGlass(MaterialPoint m, Surface s) {
     Glass g = glassAt(m.baseColor.rgb);
-    Surface lit = s;  // direct light reaches what is not clear
+    Surface lit = s;  // direct light applies to the fraction that does not transmit
     lit.diffuse *= 1.0f - g.transmission;
     float clear = clearShare(g.transmission, m.metallic);
     m.metallic = metallicBesideGlass(g.transmission, m.metallic);

@@ -1,7 +1,7 @@
-// The point of a surface that a ray has met: what surface.vert and material.glsl find out for a pixel,
-// from tables, because no texture can be bound for it. VARIANT holds the features that some surface
-// of the scene has; what none has is left out. After trace.glsl and iorOfPath(), which says the index
-// of a body that disperses light. Compiled as GLSL and as C++ (renderer/rays/follow.cpp).
+// The surface point that a ray hits: the values that surface.vert and material.glsl compute for a
+// pixel, read from tables, because no texture can be bound for it. VARIANT has the features that any
+// surface of the scene has; others are left out. After trace.glsl and iorOfPath(), which returns the
+// index of refraction of a body with dispersion. Compiled as GLSL and as C++ (renderer/rays/path.cpp).
 #include "include/ray.glsl"
 #include "include/surface_light.glsl"
 

@@ -1,56 +1,58 @@
-// Light that reaches a point of a surface, and what of it the surface sends to who looks: lamps one
-// by one, the environment as nine harmonics and a cube prefiltered by roughness.
+// Light that reaches a surface point, and the radiance that the surface sends towards `toEye`: from
+// each lamp, and from the environment as nine harmonics and a cube prefiltered by roughness.
 
 #include "include/layers.glsl"
 #include "include/surface_light.glsl"
 
-// Layers that a surface may have which is shaded here: the pixel's, or those of what a ray has met.
+// Layers that a surface may have here: those of the draw, or those of any surface that a ray may hit.
 #define shades(bit) ((SHADED_LAYERS & (bit)) != 0u)
 
 // Texels along an edge of environmentBrdf.
 const float kBrdfSize = 32.0f;
 
-// Half vectors that who looks covers at once, as an ellipse of slopes about the surface's own; see
-// covering().
+// The half vectors within a pixel, or within the cone of a ray, as an ellipse of slopes about that of
+// the surface; see covering().
 struct Covered {
     vec3 x, y;      // columns of a root of its covariance
     float area;     // over pi: the square of an equal disc's radius
     float trace;    // of the covariance and one alpha squared
     float scale;    // from distances in the ellipse's axes to those in the equal disc's
-    float weight;   // what that leaves of the lobe
+    float weight;   // factor on the lobe
 };
 
-// A point of a surface as light meets it.
+// A surface point for lighting.
 struct Surface {
     vec3 normal;
-    vec3 toEye;  // to who looks: the eye, or where a ray came from
+    vec3 toEye;  // towards the eye, or the origin of a ray
     float nDotV;
     vec3 diffuse;  // albedo of what is not metal
     vec3 f0;
     float f90;
     float roughness;
     vec3 reflectance;  // of the specular lobe in a uniform environment
-    // glTF mixes a metal with a dielectric, whose lobe alone takes light from the diffuse one: what it
-    // leaves of a uniform environment, and its greatest reflectance at normal incidence and edge-on.
+    // glTF mixes a metal with a dielectric, and only the lobe of the dielectric reduces the diffuse one:
+    // the fraction that remains in a uniform environment, and its greatest reflectance at normal
+    // incidence and edge-on.
     float diffuseShare;
     vec2 dielectric;
     SurfaceLight light;  // if VIEW_SURFACE_LIGHT
     Layers layers;
     float clearcoatReflectance;  // of a uniform environment, times the coat's share
     float sheenAlbedo;
-    float belowSheen, belowClearcoat;  // what these leave to what lies below them
+    float belowSheen, belowClearcoat;  // factors of these layers on the layers below them
     // For lamps, the same for each of them:
     float alphaSquared;
     float masking;  // Smith's root for the eye
-    vec3 bounces;   // what several bounces between microfacets add to one (Turquin 2019)
-    bool averages;  // who looks sees more than a point: `covered` holds
+    vec3 bounces;   // factor for several bounces between microfacets (Turquin 2019)
+    bool averages;  // highlights are averaged over `covered`
     Covered covered;
     Covered clearcoatCovered;  // if the coat has lobes of lamps
 };
 
-// What a surface mirrors leaves its face. The eye and any direction above the face are at most 180
-// degrees less the eye's elevation apart, and half of that is the greatest angle of incidence on a
-// facet. Bumps and smoothed normals that turn further away would show a rim of full reflection.
+// Reflected light leaves the surface above its face. The eye and any direction above the face are at
+// most 180 degrees less the eye's elevation apart, and half of that is the greatest angle of incidence
+// on a facet. Without this limit bumps and smoothed normals that face away further would have a rim of
+// full reflection.
 // faceCosineSquared: of the eye and the face's normal. Returns the least cosine.
 float leastCosineOver(float faceCosineSquared) {
     float sine = sqrt(clamp(1.0f - faceCosineSquared, 0.0f, 1.0f));
@@ -119,10 +121,10 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
     return s;
 }
 
-// The surface for who sees all half vectors of a parallelogram of slopes, with edges x and y, as one:
-// an ellipse of that area and spread. Where it is far wider than alpha the lobe's mean is even within
-// it, so distances count in its axes; where it is far smaller they count as they are; in between in
-// the axes of the sum of both covariances.
+// The surface with highlights averaged over all half vectors of a parallelogram of slopes with edges x
+// and y: an ellipse of that area and covariance. If it is far wider than alpha, the mean of the lobe is
+// uniform within it, so distances are measured in its axes; if it is far smaller they are unchanged;
+// in between they are measured in the axes of the sum of both covariances.
 Covered coveredAbout(vec3 normal, float alphaSquared, vec3 x, vec3 y) {
     const float kRoot = 0.5641896f;  // 1 / sqrt(pi)
     Covered c;
@@ -151,8 +153,8 @@ Surface covering(Surface s, vec3 x, vec3 y, vec3 coatX, vec3 coatY) {
     return s;
 }
 
-// ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, times the cosine to the lamp;
-// what is common to all lamps taken out: compilers for processors do not take it out of the loop.
+// ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, times the cosine to the lamp.
+// Terms that all lamps share are computed before: compilers for processors do not hoist them.
 // halfway need not be unit.
 float ggxLobe(Surface s, vec3 halfway, float nDotL) {
     float a2 = s.alphaSquared;
@@ -165,8 +167,8 @@ float ggxLobe(Surface s, vec3 halfway, float nDotL) {
     return (0.5f / kPi) * a2 * max(nDotL, 0.0f) / (q * q * smith);
 }
 
-// The mean of that over what is covered. Where this is far wider than the lobe, only those of its
-// points shine whose normal is nearly the half vector: masking and cosine are theirs.
+// The mean of that over the covered half vectors. If they spread far wider than the lobe, only points
+// whose normal is close to the half vector contribute, so masking and cosine are taken at those.
 float ggxMeanLobe(Covered c, vec3 normal, float a2, float nDotV, vec3 halfway, float nDotL,
                   float eyeDotH) {
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
@@ -213,7 +215,7 @@ float clearcoatLobe(Surface s, vec3 toLight, vec3 halfway, float eyeDotH) {
                         : 0.0f;
 }
 
-// What the surface sends on of light that comes along toLight, unit; nDotL: normal . toLight.
+// Factor from light arriving along toLight (unit) to radiance towards the eye; nDotL: normal . toLight.
 vec3 evalBaseLight(Surface s, vec3 toLight, float nDotL) {
     vec3 halfway = toLight + s.toEye;
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
@@ -249,8 +251,8 @@ vec3 evalDirectLight(Surface s, vec3 toLight, float nDotL) {
     return sum;
 }
 
-// Whether light from there can reach who looks: on the surface's own side, or through it, or by a coat
-// whose normal is another one.
+// Whether light from this direction can contribute: on the side of the eye, through the surface, or
+// by a coat with another normal.
 bool isLit(float nDotL) {
     return nDotL > 0.0f || shades(LAYER_DIFFUSE_TRANSMISSION | LAYER_CLEARCOAT);
 }
@@ -271,7 +273,7 @@ vec3 sunLight(Surface s, vec3 position, int first) {
     return power * evalDirectLight(s, toLight, nDotL);
 }
 
-// The light of a lamp at a surface that nothing hides from it.
+// The unoccluded light of a lamp at a surface.
 struct ArrivingLight {
     vec3 place;     // of the lamp, or its direction
     vec3 toLight;   // unit
@@ -316,8 +318,8 @@ vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
     return sum;
 }
 
-// The lamps that stand in the table from number `first` on, at least one. position: of the surface,
-// in eye space.
+// Light of the lamps in the table from number `first` on, at least one. position: of the surface, in
+// eye space.
 vec3 lampsLight(Surface s, vec3 position, int first, int count) {
     int row = HARMONIC_ROWS + first * LIGHT_ROWS;
     int end = row + count * LIGHT_ROWS;
@@ -336,7 +338,7 @@ vec3 environmentAlong(vec3 towards, float roughness) {
 }
 
 // The first lamps of the table, without range and cone. count: a constant, so that the loop is
-// unrolled; a look-up in a place that is known costs a software rasteriser a third.
+// unrolled; on a software rasteriser a look-up at a constant index takes a third of the time.
 vec3 firstLampsLight(Surface s, vec3 position, int count) {
     vec3 sum = vec3(0.0f);
     for (int i = 0; i < count; ++i) {
@@ -362,14 +364,14 @@ vec3 diffuseAround(Surface s) {
     return harmonicsAlong(s.normal, vec2(1.0f));
 }
 
-// What of the environment's light in a lobe about `towards` reaches the surface, and what comes from
-// there instead.
+// Light in a lobe about `towards`: the visible fraction of the environment, and the light of occluders
+// in place of the rest.
 vec3 reachingSurface(Surface s, vec3 towards, vec3 environment) {
     if (viewHas(VIEW_SURFACE_LIGHT)) return gatheredFrom(s.light, towards, environment);
     return environment;
 }
 
-// The diffuse part of that, through the surface as well.
+// The diffuse part of that, with diffuse transmission.
 vec3 diffuseLight(Surface s) {
     vec3 light = s.diffuse * diffuseAround(s);
     if (shades(LAYER_DIFFUSE_TRANSMISSION)) {
@@ -380,7 +382,7 @@ vec3 diffuseLight(Surface s) {
     return s.diffuseShare * light;
 }
 
-// What fibres gather from the environment.
+// Light of the environment that sheen reflects.
 vec3 sheenLight(Surface s) {
     vec2 axis = sheenAxis(s.nDotV, s.layers.sheenRoughness);
     vec3 side = direction(s.toEye - s.normal * dot(s.toEye, s.normal));
@@ -389,8 +391,8 @@ vec3 sheenLight(Surface s) {
     return s.layers.sheen * s.sheenAlbedo * reachingSurface(s, towards, gathered);
 }
 
-// Light of the base from its surroundings, dimmed by the layers above it, and that of sheen. Without
-// what a coat mirrors.
+// Light of the base from its surroundings, dimmed by the layers above it, and that of sheen, without
+// the reflection of a coat.
 vec3 underCoat(Surface s, vec3 base) {
     if (shades(LAYER_SHEEN)) base = base * s.belowSheen + sheenLight(s);
     if (shades(LAYER_CLEARCOAT)) base *= s.belowClearcoat;
@@ -402,8 +404,8 @@ vec3 towardsInCoat(Surface s) {
     return reflect(-s.toEye, s.layers.clearcoatNormal);
 }
 
-// What the surface makes of the light around it. mirrored: the radiance that its specular lobe
-// gathers, from the environment or from what stands before it (reflection.glsl); a coat shows the
+// Radiance of the surface due to the light of its surroundings. mirrored: the radiance in its specular
+// lobe, from the environment or from a picture of the scene (reflection.glsl). A coat shows the
 // environment.
 vec3 environmentLight(Surface s, vec3 mirrored) {
     vec3 light = underCoat(s, s.reflectance * mirrored + diffuseLight(s));

@@ -1,9 +1,9 @@
-// Light that comes along a ray through the scene: smooth mirrors and glass send it on, whatever else
-// it meets is shaded as a pixel of it would be, and where nothing is, there is the environment.
-// After lighting.glsl, glass.glsl and hit.glsl. Compiled as GLSL and as C++ (renderer/rays/follow.cpp).
+// Radiance along a ray through the scene. Smooth mirrors and glass continue the path, other surfaces
+// are shaded as they would be in a pixel, and rays that leave the scene see the environment.
+// After lighting.glsl, glass.glsl and hit.glsl. Compiled as GLSL and as C++ (renderer/rays/path.cpp).
 
 // A surface that mirrors the scene (scene/classification.h) continues rays if it is smoother than
-// kTracedRoughness and reflects more than kMinMirrored of the ray's light; else it mirrors the
+// kTracedRoughness and reflects more than kMinMirrored of the ray's light; otherwise it reflects the
 // environment.
 const float kTracedRoughness = 0.3f;
 const float kMinMirrored = 0.05f;
@@ -12,26 +12,26 @@ const float kFlatEnough = 1e-3f;
 // Holes of masks that a path may pass.
 const int kMaxHoles = 12;
 
-// Slope of a pixel's cone from which on the environment is averaged over it.
+// Slope of a pixel's cone above which the environment is averaged over the cone.
 const float kWidePixel = 0.5f;
 
 vec3 environmentAtEnd(vec3 along, RayCone cone) {
-    // Half a cone's slope is the alpha of a mirror that has such a lobe. A pixel's footprint is uniform, without
-    // tails, and matters only where it is wide: glass and small round things, mirrored again.
+    // Half the slope of a cone is the alpha of a mirror with such a lobe. A pixel's footprint is uniform, without
+    // tails, and matters only where it is wide: after glass and repeated reflections in small round objects.
     float alpha = 0.5f * cone.lobe + 0.25f * max(cone.pixel - kWidePixel, 0.0f);
     return environmentAlong(along, min(sqrt(alpha), 1.0f));
 }
 
-// The same for a path that nothing has reflected, if `direct`: the request's background is before it.
+// The same for a path without a reflection, if `direct`: it ends at the background of the request.
 vec3 backgroundAtEnd(vec3 along, RayCone cone, bool direct) {
     return direct && tracing.background.w > 0.0f ? tracing.background.xyz
                                                  : environmentAtEnd(along, cone);
 }
 
-// The surface for a cone that hits it: a cone is given by its width, so its half vectors reach half of
-// what they turn by to every side. It covers more of what it meets at an angle: along the sight its
-// width over n.v, and where the surface turns away from it no more than what is left of a ball. Wider
-// ones see more than this surface.
+// The surface for a cone that hits it. Half vectors spread to each side by half of the spread of the
+// normal over the width of the cone. At an angle the cone covers more of the surface: its width over
+// n.v along the direction of view, but no more than the rest of a ball where the surface curves away.
+// Wider cones cover more than this surface.
 const float kMaxTurned = 0.84f;
 Surface coveredByCone(Surface s, float curvature, RayCone cone) {
     float across = curvature * cone.width;
@@ -52,8 +52,8 @@ vec3 lampsAtHit(HitPoint p, Surface s) {
 }
 
 // start: relative to the hierarchy's origin, off the surface that the ray leaves. along: unit, in
-// eye space's axes. share: of the result in its pixel; the path ends where less than the plan's least
-// share is left. direct: nothing has reflected the light yet.
+// eye space's axes. share: of the result in its pixel; the path ends when its share falls below the
+// least share of the plan. direct: the path has no reflection so far.
 vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool direct) {
     vec3 sum = vec3(0.0f);
     vec3 weight = vec3(1.0f);
@@ -71,9 +71,9 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
         cone.width += (cone.pixel + cone.lobe) * travelled;
         HitPoint p = hitPoint(hit, along, cone.width);
         MaterialPoint m = p.material;
-        if (viewHas(VIEW_SURFACE_LIGHT)) m.occlusion = 1.0f;  // it knows what hides the environment
+        if (viewHas(VIEW_SURFACE_LIGHT)) m.occlusion = 1.0f;  // light at vertices has the occlusion
 
-        // As pixels are: cut out by masks, and not drawn from the back of one-sided surfaces.
+        // As for pixels: holes of alpha masks, and the back of one-sided surfaces, are not drawn.
         bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
         bool hole = holes > 0 && (m.baseColor.a < p.cutoff || back);
         bool there = !hole;
@@ -85,7 +85,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
         }
         bool solid = false;
         bool pane = false;
-        float clarity = 0.0f;  // share that lets light through
+        float clarity = 0.0f;  // fraction that transmits light
         float dull = 1.0f;     // of the dielectric part
         if (hitHas(FEATURE_GLASS)) {
             bool glass = there && p.glass.x > 0.0f;
@@ -93,7 +93,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
             pane = glass && (p.flags & TRACE_PANE) != 0;
             dull = solid || pane ? 1.0f - clamp(p.glass.x, 0.0f, 1.0f) : 1.0f;
             clarity = solid || pane ? clearShare(p.glass.x, m.metallic) : 0.0f;
-            if (solid && !p.front) clarity = 1.0f;  // the way out of what was entered
+            if (solid && !p.front) clarity = 1.0f;  // the exit from a body that the ray has entered
         }
         bool veil = there && coverage < 1.0f && !solid && !pane;
         bool leaves = solid && !p.front;  // a pane has no inside
@@ -101,7 +101,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
         vec3 reflectance = vec3(0.0f);
         noteHit(p.instance);
 
-        // What the surface itself sends along the ray: all but what the path goes on for.
+        // Radiance of the surface itself along the ray, without the light that the path continues for.
         vec3 own = unlit ? m.baseColor.rgb : vec3(0.0f);
         if (there && !leaves && !unlit) {
             float across = dot(p.faceNormal, along);
@@ -140,7 +140,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
         float alpha = m.roughness * m.roughness;
         vec3 next = along;
         vec3 aside = vec3(0.0f);
-        bool crosses = true;  // goes on behind the face
+        bool crosses = true;  // the path continues behind the face
         if (solid || pane) {
             vec3 facet = facetAt(normal, along, alpha);
             vec3 met = solid ? facet : normal;
@@ -164,9 +164,9 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
                 aside = asideInPane(along, normal, way, p.glass.z);
                 next = beyondPane(along, spread);
             }
-            // The stronger of the two ways is followed. Of what is outside the other one sees the
-            // environment; what turns back inside leaves elsewhere, and is counted as if it left
-            // with the rest.
+            // The stronger of the two paths (reflected, refracted) is followed. Outside of a body the
+            // other one sees the environment. Light that is reflected inside leaves elsewhere, and is
+            // counted as if it left with the refracted light.
             float part = coverage * clarity;
             vec3 tint = leaves ? vec3(1.0f) : m.baseColor.rgb;
             vec3 through = shares.transmitted * tint;
@@ -196,7 +196,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
         holes -= passed ? 1 : 0;
         bool counts = share * maxComponent(weight) >= tracing.limits.z;
         going = (turned && turns >= 0 && counts) || passed;
-        // No turn left: the rest is the environment's.
+        // No bounce left: the rest of the path sees the environment.
         if (!going && turned) sum += weight * backgroundAtEnd(next, cone, direct);
         start = offsetRayOrigin(p.place + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;

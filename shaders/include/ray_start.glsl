@@ -1,6 +1,6 @@
-// Rays that start from a pixel of a mirror or of glass. They are followed in the same program
-// (ray_path.glsl), or written as records that the processor follows (RECORDS_RAYS, see ray_record.glsl):
-// then the radiance along them is added later. After lighting.glsl.
+// Rays that start from a pixel of a mirror or of glass. They are traced in the same program
+// (ray_path.glsl), or written as records that the processor traces (RECORDS_RAYS, see ray_record.glsl);
+// then their radiance is added later. After lighting.glsl.
 #include "include/ray.glsl"
 
 struct PixelRay {
@@ -16,9 +16,9 @@ vec3 faceNormalAt(vec3 position, vec3 toEye, vec3 normal) {
     return dot(face, toEye) < 0.0f ? -face : face;
 }
 
-// Where the line of sight that surface.frag takes meets the triangle's plane. What a driver says of
-// the position there may have the length of another point: at the pixel's centre, which can lie far
-// beside a triangle that is seen edge-on.
+// Intersection of the direction of view in surface.frag with the triangle's plane. The position that a
+// driver interpolates may belong to another point: the pixel's centre, which can be far outside of a
+// triangle that is seen edge-on.
 vec3 coveredPosition(vec3 position, vec3 face) {
     vec3 covered = interpolateAtCentroid(positionEye);
     float along = dot(face, covered);
@@ -26,7 +26,7 @@ vec3 coveredPosition(vec3 position, vec3 face) {
     return scale > 0.0f && scale < 1e6f ? covered * scale : position;
 }
 
-// Interpolated positions are off by more than corners are.
+// Interpolated positions have larger errors than corners.
 vec3 startBeside(vec3 position, vec3 normal) {
     vec3 covered = coveredPosition(position, normal);
     vec3 place = tracing.eye.xyz + worldAxes(covered);
@@ -88,7 +88,7 @@ GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float
     GlassRays rays = GlassRays(vec3(0.0f), vec3(0.0f));
     int number = 0;
     int count = hitLayered(LAYER_DISPERSION) ? 4 : 2;
-    do {  // one loop, so that the path stands in the program once
+    do {  // one loop, so that the program contains the code of the path once
         bool first = number == 0;
         if (number >= 2) {
             primaryOfPath = 2 * (number - 2);

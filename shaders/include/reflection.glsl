@@ -1,12 +1,12 @@
-// What a surface mirrors: the environment map, or the picture that the plan had drawn for it.
-// After lighting.glsl's Surface. All directions and places are in eye space.
+// The reflection in a surface: the environment map, or the picture that the plan had drawn for it.
+// After lighting.glsl's Surface. All directions and positions are in eye space.
 
 vec2 pictureCoordinate(vec2 pixel) {
     return pixel * reflection.picture.xy + reflection.picture.zw;
 }
 
-// Where in the mirror's picture stands what a ray from `position` meets after `metres`: the ray is
-// mirrored at the plane, and its end projected.
+// Texture coordinate in the mirror's picture of the point that a ray from `position` hits after
+// `metres`: the ray is mirrored at the plane, and its end projected.
 vec2 mirroredCoordinate(vec3 position, vec3 towards, float metres) {
     vec3 behind = towards - 2.0f * dot(towards, reflection.normal.xyz) * reflection.normal.xyz;
     vec4 clip = view.clipFromEye * vec4(position + behind * metres, 1.0f);
@@ -15,14 +15,14 @@ vec2 mirroredCoordinate(vec3 position, vec3 towards, float metres) {
     return pictureCoordinate(pixel);
 }
 
-// Metres from the surface at `toSurface` metres to what the picture shows there.
+// Metres from the surface, which is `toSurface` metres away, to the object in the picture.
 float beyondSurface(float share, float toSurface) {
     return max(share / view.picture.w - toSurface, 0.0f);
 }
 
 // The lobe as a sum of mirrored directions about GGX half vectors, each blurred by its share of the
-// lobe: long at grazing angles, as the single look-up is not. What is seen is taken to be `beyond`
-// metres away all over the lobe.
+// lobe. Unlike a single look-up it is elongated at grazing angles. The distance of the reflected
+// objects is assumed to be `beyond` metres in the whole lobe.
 vec3 flatMirrorLobe(Surface s, vec3 position, float toMirror, float beyond) {
     uint count = uint(reflection.levels.w);  // at least 1
     float alpha = s.roughness * s.roughness;
@@ -47,21 +47,21 @@ vec3 flatMirrorLobe(Surface s, vec3 position, float toMirror, float beyond) {
 // Where in the mirror's picture the surface reads.
 struct MirrorPlace {
     vec2 at;
-    float first;   // what the picture's pixel keeps of its distance; see distance_share.glsl
-    float beyond;  // metres from the surface to what is mirrored
+    float first;   // stored distance of the picture's pixel; see distance_share.glsl
+    float beyond;  // metres from the surface to the reflected object
     float level;   // of the blurred picture
 };
 
-// The mirrored view lies pixel on pixel over this one. Blur follows the distance between the mirror
-// and what it shows (erratum R4), which the picture keeps beside its colours.
+// The pixels of the mirrored view coincide with those of this view. Blur depends on the distance
+// between the mirror and the reflected object (erratum R4), which is stored in the picture's alpha.
 MirrorPlace mirrorPlace(Surface s, vec3 position) {
     MirrorPlace found;
     found.at = pictureCoordinate(gl_FragCoord.xy);
     float toMirror = length(position);
     float spread = 2.0f * s.roughness * s.roughness;
-    // What a rough mirror shows stands about as far as this, over half the lobe's width there. As wide
-    // as the lobe would be at its widest, the foot of what stands on the mirror would be mixed with
-    // the emptiness behind the plane.
+    // The distance of the reflected objects is estimated over half the width of the lobe. Over its full
+    // width, the lower end of an object on the mirror would be mixed with the empty space behind the
+    // plane.
     found.first = textureLod(mirrorPicture, found.at, 0.0f).a;
     float first = beyondSurface(found.first, toMirror);
     float wide = min(0.5f * lobeLod(spread, reflection.levels.y * lobeReach(toMirror, first)),
@@ -83,16 +83,16 @@ vec3 flatMirror(Surface s, vec3 position) {
     return textureLod(mirrorPicture, found.at, found.level).rgb;
 }
 
-// Metres from a probe's centre to what it saw in a direction.
+// Metres from a probe's centre to the surface that its cube shows in a direction.
 float probeDepth(vec3 towards) {
     return textureLod(environmentMap, towards, 0.0f).a / view.picture.w;
 }
 
-// Where a ray meets what the probe saw: the first place, from its start on, that is farther from
-// the probe than the probe's own depth there. Steps grow with the distance, then the last is halved.
+// Intersection of a ray with the depths of a probe: the first point along it that is farther from the
+// probe than the probe's depth in that direction. Steps grow with the distance; the last is bisected.
 const int kDepthSteps = 24;
 const int kDepthHalvings = 6;
-const float kVisible = 1.05f;  // times the depth: a texel's slope, and what the owner stands on
+const float kVisible = 1.05f;  // times the depth: tolerance for slopes and for the owner's support
 vec3 depthParallax(vec3 from, vec3 along) {
     float reach = 1.0f / view.picture.w;  // the scene's diagonal
     float before = 0.0f, after = reach;
@@ -116,14 +116,14 @@ vec3 depthParallax(vec3 from, vec3 along) {
     return met ? from + along * after : along;
 }
 
-// Where the ray meets the box that the probe was drawn in. The box has the world's axes; a row vector
-// times a matrix is its transpose's product.
+// Intersection of the ray with the box around the probe. The box has the world's axes; a row vector
+// times a matrix is the product with its transpose.
 vec3 boxAlong(vec3 from, vec3 towards) {
     mat3 eyeFromWorld = mat3(view.worldFromEye[0].xyz, view.worldFromEye[1].xyz,
                              view.worldFromEye[2].xyz);
     vec3 inBox = eyeFromWorld * boxParallax(from * eyeFromWorld, towards * eyeFromWorld,
                                             reflection.proxyMin.xyz, reflection.proxyMax.xyz);
-    // The sky has no parallax, and no box.
+    // The sky has no parallax.
     return textureLod(environmentMap, inBox, 0.0f).a < 0.5f * kFarShare ? inBox : towards;
 }
 
@@ -132,7 +132,7 @@ vec3 probeAlong(vec3 position, vec3 towards, float roughness) {
     vec3 from = position - reflection.center.xyz;
     if (has(FEATURE_PARALLAX)) at = boxAlong(from, towards);
     if (has(FEATURE_PARALLAX_DEPTH)) {
-        // Of what stands before a place the probe's depth knows nothing when something hides it.
+        // Points that the probe does not see have no useful depths around them.
         bool visible = length(from) < kVisible * probeDepth(from);
         at = visible ? depthParallax(from, towards) : boxAlong(from, towards);
     }
@@ -153,16 +153,16 @@ vec3 mapAlong(vec3 position, vec3 towards, float roughness) {
     return environmentAlong(towards, roughness);
 }
 
-// The lobe of a rough metal seen edge-on is long, bent towards the surface and cut off by it; a map
-// was filtered for a round one. Instead it is a sum of directions about the normals that the eye
-// sees, each read as blurred as its share of the lobe is wide. Shares add up to one, so a map of
-// one colour stays it. Elsewhere, and smoother: the look-up alone, which the sum goes over into.
+// The lobe of a rough metal at grazing angles is elongated, bent towards the surface and cut off by
+// it, but maps are filtered for a round lobe. Therefore it is a sum over the visible normals, each with
+// the blur of its share of the lobe. Shares add up to one, so a uniform map is reproduced. At steeper
+// angles, and on smoother metal, the sum is blended into a single look-up.
 const vec2 kEdgeOn = vec2(0.35f, 0.45f);   // n.v: the sum below the first, none above the second
 const vec2 kRoughLobe = vec2(0.2f, 0.3f);  // roughness: none below the first, the sum above
 vec3 mapLobe(Surface s, vec3 position) {
     float part = (1.0f - smoothstep(kEdgeOn.x, kEdgeOn.y, s.nDotV)) *
                  smoothstep(kRoughLobe.x, kRoughLobe.y, s.roughness);
-    uint count = part > 0.0f ? uint(view.environment.w) : 1u;  // lanes that wait cost nothing
+    uint count = part > 0.0f ? uint(view.environment.w) : 1u;  // idle lanes cost nothing
     float alpha = s.roughness * s.roughness;
     // x towards the eye, so that no turn of the frame shows.
     vec3 side = direction(s.toEye - s.normal * dot(s.toEye, s.normal));
@@ -185,8 +185,8 @@ vec3 mapLobe(Surface s, vec3 position) {
     return mix(single, sum / weights, part);
 }
 
-// The lobe of a surface with a grain: half vectors tilted along it by the quantiles of its slopes,
-// each as wide as the lobe is across the grain, or as its neighbours are apart.
+// The lobe of an anisotropic surface: half vectors tilted along the anisotropy by the quantiles of its
+// slopes, each as wide as the lobe is across, or as the distance of neighbours.
 const int kGrainSamples = 8;
 vec3 grainRadiance(Surface s, vec3 position) {
     vec2 alphas = anisotropicAlphas(s.roughness * s.roughness, s.layers.anisotropy);
@@ -211,7 +211,7 @@ vec3 mappedRadiance(Surface s, vec3 position) {
                     : has(FEATURE_MAP_SAMPLES) ? mapLobe(s, position)
                     : has(FEATURE_WIDE_LOBE) ? harmonicsAlong(towards, lobeBands(s.roughness))
                                              : mapAlong(position, towards, s.roughness);
-    // Other pictures show what hides the environment, or are the material's own.
+    // Other pictures already contain occlusion, or are the material's own.
     return has(FEATURE_PROBE | FEATURE_MAP) ? gathered : reachingSurface(s, towards, gathered);
 }
 
@@ -237,8 +237,8 @@ Surface clearcoatOf(Surface s) {
     return coat;
 }
 
-// What the coat mirrors. below: what the base mirrors, which the coat shares if both mirror a picture:
-// then the base is as smooth, and bumps are small.
+// The reflection in the coat. below: the reflection in the base, which the coat shares if both reflect
+// a picture: then the base is as smooth, and bumps are small.
 vec3 clearcoatRadiance(Surface s, vec3 position, vec3 below) {
     const uint kPicture = FEATURE_MIRROR | FEATURE_TRACED_REFLECTION;
     if (has(kPicture)) {

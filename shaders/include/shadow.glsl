@@ -1,8 +1,8 @@
-// Shadows of lamps, in tiles of one map of depths that lamps see. Depth is reversed: 1 at the lamp,
-// 0 far away. Pictures of six about a lamp have the axes of eye space. Compiled as GLSL and as C++
+// Shadows of lamps, from one map of depths with tiles for each lamp. Depth is reversed: 1 at the lamp,
+// 0 far away. The six pictures around a lamp have the axes of eye space. Compiled as GLSL and as C++
 // (renderer/rays/path.cpp).
 
-// A receiver is moved off its surface by so many texels of the map.
+// A receiver is moved off its surface by this number of texels of the map.
 const float kShadowOffset = 1.5f;
 
 // Face of a cube about the lamp, its coordinates, 0..1, and the distance along its axis.
@@ -61,12 +61,12 @@ ShadowPlace shadowPlace(vec4 c, bool six, vec4 about, vec4 tile) {
     return found;
 }
 
-// A blocker at the side of a ray to the lamp's centre hides a part of its disc if it is no further
-// from that ray than the radius of the beam that comes from the disc. The search for blockers goes so
-// far as the beam is wide where those are that are at a quarter of the distance, or as deep as a
-// quarter of what a directional lamp sees.
+// A blocker near the ray to the lamp's centre hides a part of its disc if its distance from that ray is
+// at most the radius of the beam from the disc. The search radius is the width of the beam at a quarter
+// of the distance or, for a directional lamp, at a quarter of the depth of its picture.
 const float kShadowSearch = 3.0f, kSunSearch = 0.25f;
-// Blockers differ in distance: those within the mean beam count if theirs is at least so wide.
+// Blockers differ in distance: those within the mean beam count if their own beam is at least this
+// fraction of it.
 const float kShadowSpread = 0.5f;
 
 // Turned by the golden angle.
@@ -75,8 +75,8 @@ vec2 nextTurn(vec2 turn) {
                 turn.x * 0.6754903f + turn.y * -0.7373688f);
 }
 
-// The share of the disc of a lamp that is seen from a place with the coordinates c (Fernando 2005,
-// with beams instead of fixed widths). lit: of its centre.
+// The fraction of the disc of a lamp that is visible from a point with the coordinates c (percentage-
+// closer soft shadows, Fernando 2005, with beams instead of fixed widths). lit: that of its centre.
 float softShadow(vec4 c, vec3 place, vec3 toLight, float metres, int first, vec4 about, vec4 tile,
                  float lit) {
     bool six = hasSixPictures(about);
@@ -123,7 +123,7 @@ float softShadow(vec4 c, vec3 place, vec3 toLight, float metres, int first, vec4
     return lit;
 }
 
-// What glass tints lies further from the lamp than the glass itself; halves hold its depth.
+// Tinted points are farther from the lamp than the glass. The factors allow for its depth in halves.
 const float kBehindGlass = 0.998f, kBehindGlassOfSun = 6e-4f;
 
 // The share of the lamp's light that reaches a surface. position: in eye space; place: of the lamp,
@@ -136,7 +136,7 @@ vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres
     vec4 c = shadowCoordinates(vec4(p, 1.0f), place, first, six);
     ShadowPlace s = shadowPlace(c, six, about, tile);
     float lit = 1.0f;
-    // Sides that turn away from the lamp have nothing of it.
+    // Sides that face away from the lamp receive no light from it.
     if (dot(normal, toLight) > 0.0f && about.x > 0.5f) {
         lit = texture(shadowMap, vec3(s.at, s.depth));
         if (viewHas(VIEW_SHADOWS_SOFT) && texelFetch(lightTable, first + 9).x > 0.0f) {

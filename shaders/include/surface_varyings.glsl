@@ -1,5 +1,5 @@
-// What the surface programs hand from vertices to pixels. VARYING is in or out. What a variant does
-// not read, the linker removes.
+// Varyings of the surface programs. VARYING is in or out. The linker removes those that a variant does
+// not read.
 
 VARYING vec3 positionEye;
 VARYING vec3 vertexNormal;
@@ -16,8 +16,8 @@ VARYING vec2 lightSides;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
 flat VARYING vec3 drawNumbers;  // first light, number of lights, object id or what it is seen as
 
-// With several samples a pixel, its centre may lie beside the triangle, and there in front of the body
-// that rays are to start in. Their surfaces take sight and normal where the triangle covers the pixel.
+// With several samples per pixel, the pixel's centre may lie outside of the triangle, and in front of
+// the body in which rays must start. Such surfaces use direction of view and normal of a covered sample.
 const uint FEATURES_OF_RAYS = FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS;
 
 // Macros, not functions: the driver's compiler removes `if (false)` while it parses, but a call only

@@ -1,4 +1,4 @@
-// Rays through the scene's triangles: the walk over the hierarchy that renderer/scene/bvh.h lays out.
+// Rays through the scene's triangles: traversal of the hierarchy of renderer/scene/bvh.h.
 // Positions are relative to its origin, in the world's axes. After block_macros.glsl.
 
 // Values of light at vertices; only views with VIEW_SURFACE_LIGHT read it.
@@ -22,9 +22,8 @@ float rayDivisor(float x) {
     return abs(x) > 1e-18f ? x : (x < 0.0f ? -1e-18f : 1e-18f);
 }
 
-// The nearest hit beyond tMin and before tMax. direction: unit; a zero or non-finite one, and an
-// empty interval, meet nothing at once. Every step goes on to a later node, so the walk ends
-// whatever the numbers are.
+// The nearest hit between tMin and tMax. direction: unit. A zero or non-finite direction, and an empty
+// interval, hit nothing. Every step proceeds to a later node, so the traversal ends for any input.
 Hit traceClosest(vec3 origin, vec3 direction, float tMin, float tMax) {
     Hit hit = Hit(tMax, -1, vec2(0.0f));
     float squared = dot(direction, direction);
@@ -65,7 +64,7 @@ Hit traceClosest(vec3 origin, vec3 direction, float tMin, float tMax) {
                 vec3 a = a4.xyz - origin;
                 vec3 b = b4.xyz - origin;
                 vec3 c = c4.xyz - origin;
-                // Corners alone decide, so triangles that share some agree about their edge.
+                // Depends on corners only, so triangles that share an edge agree about it.
                 precise float ax = dot(a, across);
                 precise float ay = dot(a, upward);
                 precise float bx = dot(b, across);

@@ -196,7 +196,7 @@ TEST(Compose, ScenesInAListAreOneScene) {
     EXPECT_FALSE(post(body)->has_header("Age")) << "the frame cache has entries of one scene";
     const json plan = json::parse(post(body, "/v1/plans")->body);
     EXPECT_EQ(plan["composition"],
-              json({"scene teapots: at its own place", "scene orbiting-cubes as box: placed"}));
+              json({"scene teapots: not transformed", "scene orbiting-cubes as box: transformed"}));
 
     body["nodes"] = {{{"node", "box"}, {"hidden", true}}};
     body["camera"] = {{"position", {0, 2, 6}}, {"target", {0, 0.5, 0}}};

@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 
 Curve someCurve() {
     Curve curve{.relMseNoise = 1e-4};
-    for (const Accuracy& accuracy : ladder()) {
+    for (const Accuracy& accuracy : curveSettings()) {
         const double n = static_cast<double>(curve.points.size() + 1);
         curve.points.push_back(
             {.accuracy = accuracy, .milliseconds = 10.0 / 3.0 * n, .relMse = 0.1 / n});
@@ -55,9 +55,9 @@ TEST_F(CurveStoreTest, OtherProcessesReadStoredCurves) {
     const auto found = CurveStore(place()).find("one\nkey");
     ASSERT_TRUE(found);
     EXPECT_EQ(found->relMseNoise, someCurve().relMseNoise);
-    ASSERT_EQ(found->points.size(), ladder().size());
+    ASSERT_EQ(found->points.size(), curveSettings().size());
     for (std::size_t i = 0; i < found->points.size(); ++i) {
-        EXPECT_EQ(found->points[i].accuracy, ladder()[i]);
+        EXPECT_EQ(found->points[i].accuracy, curveSettings()[i]);
         EXPECT_EQ(found->points[i].milliseconds, someCurve().points[i].milliseconds);
         EXPECT_EQ(found->points[i].relMse, someCurve().points[i].relMse);
     }

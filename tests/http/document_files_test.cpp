@@ -6,6 +6,7 @@
 
 #include "scene/import/base/types.h"
 #include "server/api/openapi.h"
+#include "server/base/problem.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,6 +32,16 @@ std::string contentOf(const fs::path& path) {
     std::ostringstream content;
     content << file.rdbuf();
     return content.str();
+}
+
+// Each is one row of the table of problems.
+TEST(DocumentFiles, EveryProblemIsListed) {
+    const std::string reference = contentOf(kRoot / "docs/api.md");
+    for (std::size_t code = 0; code < kProblemCodes; ++code) {
+        const std::string cell =
+            "| `" + std::string(nameOf(static_cast<ProblemCode>(code))) + "` |";
+        EXPECT_THAT(reference, testing::HasSubstr(cell));
+    }
 }
 
 void expectContent(const fs::path& path, const std::string& expected) {

@@ -169,7 +169,18 @@ TEST(Documents, ResponsesMatchTheirSchema) {
     EXPECT_GT(described, 0u);
     expectDescribed("Renderer", documentAt("/v1/renderer"));
     expectDescribed("Status", documentAt("/healthz"));
+    expectDescribed("EnvironmentList", documentAt("/v1/environments"));
+    expectDescribed("Environment", documentAt("/v1/environments/studio"));
     expectDescribed("Plan", json::parse(postJson(client, "/v1/plans", smallFrame())->body));
+    const std::string composed = smallFrame(R"("effects": {"shadows": true}, "ground": {})");
+    const json plan = json::parse(postJson(client, "/v1/plans", composed)->body);
+    expectDescribed("Plan", plan);
+    EXPECT_TRUE(plan.contains("composition"));
+    const auto examined = postJson(client, "/v1/frames?explain=health", smallFrame());
+    ASSERT_TRUE(examined && examined->status == 200);
+    const json health = json::parse(partsOf(*examined).at(1).second);
+    expectDescribed("Plan", health);
+    EXPECT_TRUE(health.contains("health"));
     const auto started =
         postJson(client, "/v1/comparisons", smallFrame(R"("frames": 1, "samples": 2)"));
     ASSERT_TRUE(started);

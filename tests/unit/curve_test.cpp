@@ -17,7 +17,7 @@ Curve curveOf() {
     const double errors[] = {0.8, 0.4, 0.2, 0.3, 0.1};
     Curve curve;
     for (int i = 0; i < 5; ++i) {
-        curve.points.push_back({ladder()[static_cast<std::size_t>(i)], milliseconds[i], errors[i]});
+        curve.points.push_back({curveSettings()[static_cast<std::size_t>(i)], milliseconds[i], errors[i]});
     }
     return curve;
 }
@@ -89,7 +89,7 @@ TEST(Curve, EachSettingIsComparedAtTheReducedSize) {
         std::fill_n(truth.noise.floats(), 320 * 160 * 3, 0.01f);
         return std::optional(truth);
     };
-    const std::vector<Accuracy> steps = ladder();
+    const std::vector<Accuracy> steps = curveSettings();
     const auto place = [&](const Accuracy& accuracy) {
         return std::find(steps.begin(), steps.end(), accuracy) - steps.begin();
     };

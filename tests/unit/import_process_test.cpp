@@ -112,9 +112,9 @@ TEST(ImportProcess, AMissingImporterIsReportedAsSuch) {
 }
 
 TEST(ImportWire, LinesRoundTripOrAreIgnored) {
-    const auto step = readProgress("progress 250 handing over");
+    const auto step = readProgress("progress 250 transferring");
     ASSERT_TRUE(step);
-    EXPECT_EQ(step->stage, "handing over");
+    EXPECT_EQ(step->stage, "transferring");
     EXPECT_EQ(step->progress, 0.25);
     for (const char* line : {"", "progress", "progress x", "progress 2000 a", "progress -1 a",
                              "error", "error what ever", "progress 1"}) {

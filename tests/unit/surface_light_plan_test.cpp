@@ -121,8 +121,8 @@ TEST(SurfaceLightPlan, OneConvexBodyNeedsNeither) {
     const FramePlan plan = given.plan();
     EXPECT_EQ(plan.surfaceLight, 0u);
     EXPECT_EQ(plan.light, (LightProgress{.revision = 0, .share = 1.0})) << "complete as it is";
-    EXPECT_EQ(reasonOf(plan, Effect::indirectLight), "no surface lies before another");
-    EXPECT_EQ(reasonOf(plan, Effect::shadows), "no surface lies before another");
+    EXPECT_EQ(reasonOf(plan, Effect::indirectLight), "no surface faces another");
+    EXPECT_EQ(reasonOf(plan, Effect::shadows), "no surface faces another");
     given.request.effects.shadows = given.request.effects.indirectLight = false;
     EXPECT_EQ(given.plan().passes, plan.passes);
 }
@@ -131,13 +131,13 @@ TEST(SurfaceLightPlan, SomethingMustGiveLight) {
     Given given = twoBoxes();
     EXPECT_EQ(given.inputs().unneeded, "");
     given.request.environment.intensity = 0.0;
-    EXPECT_EQ(given.inputs().unneeded, "nothing gives light");
-    EXPECT_EQ(reasonOf(given.plan(), Effect::indirectLight), "nothing gives light");
+    EXPECT_EQ(given.inputs().unneeded, "there is no light source");
+    EXPECT_EQ(reasonOf(given.plan(), Effect::indirectLight), "there is no light source");
     Given emitter = twoBoxes({.emissive = glm::vec3(1.0f)});
     emitter.request.environment.intensity = 0.0;
     EXPECT_EQ(emitter.inputs().unneeded, "");
     emitter.request.effects.emission = false;
-    EXPECT_EQ(emitter.inputs().unneeded, "nothing gives light");
+    EXPECT_EQ(emitter.inputs().unneeded, "there is no light source");
     given.scene.lights.push_back(lamp(given.scene, {0.0, 4.0, 0.0}));
     EXPECT_EQ(given.inputs().unneeded, "");
 }
@@ -173,7 +173,7 @@ TEST(SurfaceLightPlan, LampsThatMoveAreLeftOutOfIt) {
     EXPECT_EQ(given.inputs().hash, without);
     EXPECT_EQ(given.inputs().lights.size(), 0u);
     EXPECT_EQ(reasonOf(given.plan(), Effect::indirectLight),
-              "1 light moves: surfaces do not send it on to others");
+              "1 light moves: light of moving lights is not reflected between surfaces");
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ const settled = () => new Promise((resolve) => setImmediate(resolve));
 // A page whose frames end when the test says so. `pose` is what it shows.
 function page(t, { reduced = false, fullMs = 400 } = {}) {
   t.mock.timers.enable({ apis: ["setTimeout"] });
-  const made = { pose: 0, open: [], requests: [], shown: [], failed: [] };
+  const made = { pose: 0, open: [], requests: [], ahead: [], light: undefined, shown: [], failed: [] };
   made.frames = new Frames({
     limits: { maxPixels: 1280 * 720, maxEdge: 4096 },
     presets: ["draft", "standard"],
@@ -126,12 +126,16 @@ function page(t, { reduced = false, fullMs = 400 } = {}) {
       await made.after?.(still, signal);
     },
     failed: (problem) => { made.failed.push(problem); },
-    render: (request, explain, signal) => new Promise((resolve, reject) => {
+    render: (request, explain, signal, headers) => new Promise((resolve, reject) => {
+      if (headers) {
+        made.ahead.push(request);
+        return resolve({ milliseconds: 1, timings: [], accuracy: "" });
+      }
       made.requests.push(request);
       const done = () => {
         made.open.shift();
         const milliseconds = (fullMs * request.width * request.height * (request.accuracy === "draft" ? 0.6 : 1)) / (1280 * 720);
-        resolve({ milliseconds, timings: [], accuracy: "" });
+        resolve({ milliseconds, timings: [], accuracy: "", light: made.light });
       };
       signal.addEventListener("abort", () => {
         made.open.shift();
@@ -185,6 +189,33 @@ test("at rest the view is refined up to the full frame, with its plan", async (t
   assert.ok(steps >= 1 && steps <= 2);
   await p.rest();
   assert.equal(p.open.length, 0, "complete");
+});
+
+test("a frame in motion is drawn in advance, once, when the light is complete", async (t) => {
+  const p = page(t);
+  const finishAll = async () => {
+    while (p.open.length > 0) await p.finish();
+  };
+  p.light = { revision: 1, share: 0.5 };
+  p.frames.begin();
+  await finishAll();
+  assert.equal(p.ahead.length, 0, "its maps would change with the light");
+  for (let again = 0; again < 2; ++again) {
+    p.light = { revision: 2, share: 1 };
+    p.frames.refresh();
+    await finishAll();
+    assert.equal(p.ahead.length, 1);
+  }
+  p.move(7);
+  assert.deepEqual(p.ahead[0], { ...p.open[0].request, pose: 0 }, "what the drag requests");
+  assert.equal(p.shown.length, p.requests.length - 1, "it is not shown");
+});
+
+test("nothing is drawn in advance where full frames are quick", async (t) => {
+  const p = page(t, { fullMs: 100 });
+  p.frames.begin();
+  while (p.open.length > 0) await p.finish();
+  assert.equal(p.ahead.length, 0);
 });
 
 test("a pose aborts the refinement and is requested at once", async (t) => {

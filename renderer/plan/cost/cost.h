@@ -76,12 +76,12 @@ double environmentError(double roughness, double enclosed = 0.0);
 double probeError(double roughness, double apart = 0.0);
 // paths: that share a ray.
 double tracedError(double roughness, double paths = 1.0);
-// The same of a flat mirror with a mirrored view. slope: root mean square of the slopes of its bumps,
-// for whose directions the picture was not drawn.
+// The same of a flat mirror with a mirrored view. slope: root mean square of the slopes of its
+// bumps, for whose directions the picture was not drawn.
 double mirrorError(double roughness, double slope = 0.0);
 
-// Relative RMSE of the frame from a light without a shadow, for the root mean square of its share
-// of the light; and with one, whose edges are as wide as a texel.
+// Relative RMSE of the frame if a light has no shadow, and if it has a shadow map, whose edges are
+// one texel wide. share: root mean square of the light's fraction of the irradiance, 0..1.
 double unshadowedError(double share);
 double shadowMapError(double share);
 

@@ -39,7 +39,7 @@ SeenView planBackground(ViewContext& context, ViewTask root,
     ViewTask before = root;
     before.target = context.builder.addTarget(spec);
     before.background.radiance = glm::vec3(1.0f);
-    before.reason = "the same view before a white background: what glass lets through";
+    before.reason = "the same view before a white background, for the transmittance of glass";
     planView(context, before);
     context.builder.truncateExplanations(explained);
 
@@ -52,7 +52,7 @@ SeenView planBackground(ViewContext& context, ViewTask root,
     alpha.white = before.target;
     context.builder.addPass({.name = "alpha",
                              .target = radiance,
-                             .reason = "alpha: what the picture leaves of the background",
+                             .reason = "alpha from the difference of both backgrounds",
                              .work = alpha});
     return seen;
 }
@@ -61,7 +61,7 @@ void explainBackground(FramePlan& plan, const std::optional<BackgroundRequest>& 
     if (!background || *background == BackgroundRequest(Background::map)) return;
     plan.skipped.push_back({"sky", Effect::base,
                             isTransparent(background) ? "the background is transparent"
-                                                      : "the request gives the background"});
+                                                      : "the request sets the background"});
 }
 
 }  // namespace clerestory

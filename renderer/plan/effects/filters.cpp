@@ -35,7 +35,7 @@ public:
         std::transform(kernel.begin(), kernel.end(), work.kernel.begin(),
                        [](double x) { return static_cast<float>(x); });
         work.repeat = filter.edge == EdgeRule::repeat;
-        addStep(subject, work, "weighs each pixel with its neighbours");
+        addStep(subject, work, "convolves each pixel with its neighbours");
     }
 
     // Level k of a pyramid spreads light over about 2^k pixels. All levels up to `radius` have the

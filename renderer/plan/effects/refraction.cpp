@@ -71,9 +71,9 @@ std::vector<Candidate> candidatesFor(const ViewContext& context, const ViewTask&
     return candidates;
 }
 
-// Glass that shows the environment instead of what lies behind it looks opaque. Who sees a small
-// piece compares it with itself, not with the frame: below 5 % of the picture its weight falls with
-// the root of its share. `draft` looks at the frame.
+// Glass that shows the environment instead of what lies behind it looks opaque, which is noticeable
+// on small pieces too: below 5 % of the picture the weight falls with the root of the share.
+// `draft` uses the share itself.
 double weightOf(const GlassBody& body, Preset preset) {
     constexpr double kSmall = 0.05;
     if (preset == Preset::draft) return body.share;

@@ -313,8 +313,8 @@ std::string nameOf(const Stage& stage, std::size_t light) {
            std::to_string(light + 1);
 }
 
-// The lights whose shadows are worth their price, in the order of `order`. A choice for the scene,
-// not for the view: pictures from lights stay resident while the camera moves.
+// The lights for which the cost model favours a shadow, in the order of `order`. Chosen for the
+// scene, not for the view: pictures from lights stay resident while the camera moves.
 std::vector<std::size_t> worthAShadow(const FrameContext& context, const Stage& stage,
                                       PlanBuilder& builder, const std::vector<std::size_t>& order,
                                       double pixels) {
@@ -378,7 +378,7 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
             order.empty() ? "the scene has no punctual light" : "the scene has no opaque surface");
     }
     if (context.convex) {
-        return builder.skip(subject, Effect::shadows, "no surface lies before another");
+        return builder.skip(subject, Effect::shadows, "no surface faces another");
     }
     order = worthAShadow(context, stage, builder, order, pixels);
     if (order.empty()) return;
@@ -424,9 +424,7 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
         builder.skip(subject, Effect::shadows, "resident and unchanged");
     } else {
         const PictureTarget map{
-            .id = target,
-            .passes = "shadows:light",
-            .reason = "what the light sees, for the shadows of everything else"};
+            .id = target, .passes = "shadows:light", .reason = "depth as seen from the light"};
         addPictures(builder, shadows, map, [&](const View& view, const TargetRect& tile) {
             return DrawShadow{view, tile, drawsFrom(stage, view, casts, featuresOfCaster)};
         });
@@ -444,7 +442,7 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     const PictureTarget map{.id = plan.shadowTints,
                             .scale = 2,
                             .passes = "shadowTints:light",
-                            .reason = "what glass and blended surfaces leave of the light"};
+                            .reason = "transmittance of glass and blended surfaces"};
     addPictures(builder, shadows, map, [&](const View& view, const TargetRect& tile) {
         return DrawShadowTint{view, tile, drawsFrom(stage, view, tints, featuresOfTint)};
     });

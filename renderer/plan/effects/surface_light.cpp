@@ -28,13 +28,13 @@ bool anyMaterial(const Scene& scene, const MaterialBindings& materials, Is is) {
 }
 
 std::string reasonWithout(const FrameContext& context, const LightInputs& inputs) {
-    if (context.convex) return "no surface lies before another";
+    if (context.convex) return "no surface faces another";
     if (!anyMaterial(context.scene, inputs.materials, [](const Material& m) { return !m.unlit; })) {
         return "no surface is lit";
     }
     const bool sky = inputs.environmentIntensity * context.environment.meanRadiance > 0.0f;
     const bool emitters = inputs.emission && anyMaterial(context.scene, inputs.materials, emits);
-    if (!sky && !emitters && inputs.lights.empty()) return "nothing gives light";
+    if (!sky && !emitters && inputs.lights.empty()) return "there is no light source";
     return {};
 }
 
@@ -107,7 +107,7 @@ void planSurfaceLight(FramePlan& plan, const FrameContext& context, const FrameR
     if (inputs.movingLights > 0) {
         skip(std::to_string(inputs.movingLights) +
              (inputs.movingLights == 1 ? " light moves" : " lights move") +
-             ": surfaces do not send it on to others");
+             ": light of moving lights is not reflected between surfaces");
     }
 }
 

@@ -15,7 +15,7 @@ namespace clerestory {
 // world coordinate, so that a scene far from the origin keeps its precision.
 struct View {
     glm::dmat4 viewFromWorld{1.0};  // rigid; of a mirrored view, times one reflection
-    // Depth is reversed: 1 at znear, 0 at zfar or infinity, w > 0 in front. See gl::clipConvention.
+    // Depth is reversed: 1 at znear, 0 at zfar or infinity, w > 0 in front. See gl::deviceClip().
     glm::dmat4 clipFromView{1.0};
     glm::dvec3 eye{0.0};  // world
     bool orthographic = false;

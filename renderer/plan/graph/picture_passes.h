@@ -90,8 +90,8 @@ struct Glow : PicturePass {
     bool operator==(const Glow&) const = default;
 };
 
-// Of two pictures of the same scene, before a black background and before a white one of radiance
-// 1: the first one, and as alpha what the background adds to neither: 1 less the mean difference.
+// From two pictures of the same scene, before a black background and before a white one of radiance
+// 1: the colour of the first, and alpha, 1 less the difference as the mean of the channels.
 struct BackgroundAlpha : PicturePass {
     TargetId white = kNoTarget;
     std::string_view kind() const { return "alpha"; }

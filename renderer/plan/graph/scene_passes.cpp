@@ -36,7 +36,7 @@ void addLight(PlanHash& hash, const PlacedLight& light) {
     hash.add(radius);
 }
 
-// Own materials by what they are: their numbers depend on what else the frame changes.
+// The frame's own materials by content: their indices depend on other changes of the frame.
 void addMaterial(PlanHash& hash, Index material, const Stage& stage) {
     const std::size_t ofScene = stage.scene.materials.size();
     hash.add(std::min<std::size_t>(material, ofScene));

@@ -14,7 +14,8 @@ enum class TargetKind { plane, cube };
 enum class Format { rgba16f, rgba32f, srgba8, rgba32ui, depth32f };
 std::string_view nameOf(Format format);
 // Where texels are: in textures of the driver, or in the program's memory. The latter is for planes
-// of srgba8 that ToneMapping and EdgeFilter write, and of three floats that MeasureFlow writes.
+// that passes on the processor write: srgba8 by ToneMapping and EdgeFilter, floats by MeasureFlow
+// and FollowLayer.
 enum class Storage { driver, processor };
 
 struct TargetSpec {

@@ -23,7 +23,7 @@ constexpr double kMaxSingleTangent = 2.5;
 // Overlap on each side, texels: of the edge of a face, and at least.
 constexpr double kOverlap = 0.04;
 constexpr double kMinOverlap = 6.0;
-// Texels at the border of a tile that weigh nothing, for neighbours in bilinear look-ups.
+// Texels of weight 0 at the border of a tile, for neighbours in bilinear look-ups.
 constexpr double kGuard = 2.0;
 constexpr double kMaxTileEdge = 8192.0;
 // Factor on focal lengths: pixels between the samples may be finer. Those of a cube lens are known.

@@ -61,17 +61,18 @@ void fields(Intrinsics& i, V&& visit) {
 
 template <class V>
 void fields(FitRequest& f, V&& visit) {
-    visit("node", f.node, Text{256}, "name of a node: what is at or below it");
-    visit("material", f.material, Text{256}, "name of a material: what has it without a variant");
+    visit("node", f.node, Text{256}, "name of a node; everything at or below it fills the frame");
+    visit("material", f.material, Text{256},
+          "name of a material; everything that has it without a variant fills the frame");
     visit("azimuth", f.azimuth, Range{-1e3, 1e3, "radians"},
           "direction of the camera about +Y: 0 is +Z, a quarter turn is +X");
     visit("elevation", f.elevation, Range{-1.5707964, 1.5707964, "radians"},
-          "of the camera above the horizon");
+          "angle of the camera above the horizon");
     visit("margin", f.margin, Range{0, 0.45},
           "share of the frame left free on each of two opposite sides");
     visit("allAround", f.allAround, Flag{},
-          "the camera keeps one distance and aims at one point for all azimuths: what turns about "
-          "the vertical axis through its middle stays in the frame");
+          "true: the camera has one distance and one target for all azimuths, so that an object "
+          "that turns about the vertical axis through its centre stays in the frame");
 }
 
 template <class V>
@@ -95,7 +96,7 @@ void fields(CameraRequest& c, V&& visit) {
     visit("yfov", c.yfov, Range{0.0174532925, 3.1241394, "radians"},
           "vertical field of view (1 to 179 degrees); 0.7 with fit when absent");
     visit("orthographicHeight", c.orthographicHeight, Range{1e-9, 1e9, "metres"},
-          "height of what an orthographic lens shows, instead of yfov");
+          "height of the view of an orthographic lens, instead of yfov");
     visit("intrinsics", c.intrinsics, Nested{},
           "focal lengths and principal point, instead of yfov");
     visit("lens", c.lens, NestedUnion{"Lens"},

@@ -200,8 +200,8 @@ std::vector<FieldError> problems(const FrameRequest& request) {
                           "maxMilliseconds, maxError or both; or a preset and settings"});
     }
     if (request.accuracy.isBudget() && !request.parts.empty()) {
-        errors.push_back({"/accuracy", "is a budget, which one scene has a curve for",
-                          "a preset and settings with a list of scenes"});
+        errors.push_back({"/accuracy", "is a budget, which a list of scenes does not support",
+                          "a preset and settings"});
     }
     checkFormat(request.output, errors);
     if (request.output.layer != OutputLayer::direct && !hasLayers(request.output.channel)) {

@@ -133,10 +133,10 @@ void fields(Effects& e, V&& visit) {
           "curved mirrors reflect the scene");
     visit("materialLayers", e.materialLayers, Flag{},
           "clear coat, sheen, iridescence, anisotropy, diffuse transmission, dispersion");
-    visit("shadows", e.shadows, Flag{}, "surfaces hide punctual lights from each other");
+    visit("shadows", e.shadows, Flag{}, "shadows of punctual lights");
     visit("indirectLight", e.indirectLight, Flag{},
-          "surfaces hide the environment from each other and light each other; computed once in "
-          "the background while frames show what is complete, see Clerestory-Light");
+          "surfaces occlude the environment and illuminate each other; computed once in the "
+          "background while frames show the completed part, see Clerestory-Light");
 }
 
 inline Choice<Preset> presetChoice() {
@@ -243,8 +243,8 @@ void fields(FrameRequest& r, V&& visit) {
         "time", r.time, kTime,
         "time of the animation; at its end a clip shows its last key, after that it starts again");
     visit("clip", r.clip, Text{256},
-          "name of the animation that plays; absent: the first one, and those that move nothing "
-          "which it moves; empty: none");
+          "name of the animation that plays; absent: the first one, and each later one that "
+          "shares no target with an earlier one; empty: none");
     visit("variant", r.variant, Text{256},
           "name of a material variant of the scene; absent: its default materials");
     visit("pointSize", r.pointSize, Range{1, 64, "pixels"},
@@ -261,7 +261,7 @@ void fields(FrameRequest& r, V&& visit) {
           "changes of the materials that are selected by material or node name; a later entry "
           "overrides earlier ones");
     visit("nodes", r.nodes, NestedList{kMaxNodeOverrides},
-          "nodes of the scene that are hidden, moved or given another material; a later entry "
+          "changes of nodes: hidden, moved or with another material; a later entry "
           "overrides earlier ones");
     visit("lights", r.lights, NestedList{kMaxLightOverrides},
           "lights that are added, changed or switched off; a later entry overrides earlier ones");

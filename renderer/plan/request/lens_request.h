@@ -66,8 +66,10 @@ void fields(PerspectiveLens& l, V&& visit) {
           "radial distortion of Brown and Conrady, as in OpenCV: times r^2");
     visit("k2", l.k2, kCoefficient, "radial distortion: times r^4");
     visit("k3", l.k3, kCoefficient, "radial distortion: times r^6");
-    visit("p1", l.p1, kCoefficient, "tangential distortion: 2 p1 x y to the right");
-    visit("p2", l.p2, kCoefficient, "tangential distortion: 2 p2 x y downwards");
+    visit("p1", l.p1, kCoefficient,
+          "tangential distortion: adds 2 p1 x y to x and p1 (r^2 + 2 y^2) to y");
+    visit("p2", l.p2, kCoefficient,
+          "tangential distortion: adds p2 (r^2 + 2 x^2) to x and 2 p2 x y to y");
 }
 
 template <class V>

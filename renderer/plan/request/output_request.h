@@ -89,14 +89,14 @@ void fields(Output& o, V&& visit) {
           "content of the pixels. depth: metres along -Z, along the ray with the lenses fisheye, "
           "equirectangular and cube, 0 for the background; normal: in world space; "
           "position: in the world, metres; albedo: linear base colour, factor times texture times "
-          "vertex colour; objectId: instance + 1; materialId: place in the scene's list of "
+          "vertex colour; objectId: instance + 1; materialId: index in the scene's list of "
           "materials + 1, of an overridden material that of the original one; classId: see "
           "classes; each 0 for the background; through: 0 background, 1 a surface itself, 2 glass, "
           "3 a mirror drawn from a captured cube or by ray tracing, 4 a mirror "
           "that shows the environment map only, 16 + k the plan's k-th mirrored view, from 0; "
-          "flow: pixels to the right and down to where the same point of the surface is in the "
-          "frame of output.flow, and its depth there, which is 0 where there is no such place; "
-          "instances: no pixels, but for each instance in the frame its boxes and pixel counts");
+          "flow: displacement in pixels, to the right and down, to the same surface point in the "
+          "frame of output.flow, and its depth there; all three are 0 without such a point; "
+          "instances: boxes and pixel counts of each instance in the frame, instead of pixels");
     visit("layer", o.layer,
           Choice<OutputLayer>{{{"direct", OutputLayer::direct},
                                {"reflected", OutputLayer::reflected},
@@ -107,7 +107,7 @@ void fields(Output& o, V&& visit) {
           "surface, by ray tracing, and 0 elsewhere");
     visit("classes", o.classes, NestedList{kMaxClassPatterns},
           "classes of the channels classId and instances, by names of nodes; the first match wins. "
-          "Different names count from 1 in the order of the list; 0: none matches");
+          "Distinct names are numbered from 1 in the order of the list; 0: no match");
     visit("flow", o.flow, Nested{}, "the other frame of the channel flow");
 }
 

@@ -115,7 +115,7 @@ bool hasWideLobe(const Material& m, const Stage& stage) {
     return 4.0 * error <= toleranceOf(stage.settings.accuracy.preset);
 }
 
-// What a surface mirrors that has another picture than the harmonics of the environment.
+// Features of surfaces that reflect another picture than the harmonics of the environment.
 constexpr Features kOtherPicture = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_MAP |
                                    FEATURE_MAP_SAMPLES | FEATURE_TRACED_REFLECTION | FEATURE_GLASS |
                                    FEATURE_TRACED_GLASS;

@@ -39,8 +39,8 @@ void addCurtain(MeshDraft& mesh, const Wall& wall, float u0, float u1, const Hei
     const std::size_t first = mesh.vertices.size();
     addGrid(mesh, columns, 4, glm::vec2(1.0f), [&](float s, float t) {
         const float u = glm::mix(u0, u1, s);
-        return SurfacePoint{wall.at(u, glm::mix(lower(u), std::max(lower(u), upper(u)), t)),
-                            wall.normal};
+        return GridPoint{wall.at(u, glm::mix(lower(u), std::max(lower(u), upper(u)), t)),
+                         wall.normal};
     });
     for (std::size_t i = first; i < mesh.vertices.size(); ++i) {
         Vertex& v = mesh.vertices[i];
@@ -84,7 +84,7 @@ void addReveal(MeshDraft& mesh, const Wall& wall, const Opening& o, float depth)
         const glm::vec3 inwards = glm::normalize(d.y * wall.along + glm::vec3(0, -d.x, 0));
         addGrid(mesh, 1, 1, {glm::length(b - a), depth}, [&](float s, float t) {
             const glm::vec2 p = glm::mix(a, b, s);
-            return SurfacePoint{wall.at(p.x, p.y, (1.0f - t) * depth), inwards};
+            return GridPoint{wall.at(p.x, p.y, (1.0f - t) * depth), inwards};
         });
     }
 }
@@ -97,7 +97,7 @@ void addGlass(Scene& scene, const Wall& wall, const Opening& o, float depth) {
     const float height = (circle ? 2.0f : 8.0f) * o.half;
     addGrid(pane, 32, 1, glm::vec2(1.0f), [&](float s, float t) {
         const float u = o.center + (2.0f * s - 1.0f) * o.half;
-        return SurfacePoint{wall.at(u, glm::mix(o.lower(u), o.upper(u), t), depth), wall.normal};
+        return GridPoint{wall.at(u, glm::mix(o.lower(u), o.upper(u), t), depth), wall.normal};
     });
     for (Vertex& v : pane.vertices) {
         const float u = glm::dot(v.position - wall.origin, wall.along);
@@ -189,8 +189,8 @@ void addBarrel(MeshDraft& mesh, float center, float half, float radius, float sp
         addGrid(mesh, kBays * 6, 14, {kLength, apex * radius}, [&](float s, float t) {
             const float a = apex * t;
             const glm::vec2 p(radius * std::cos(a) - (radius - half), radius * std::sin(a));
-            return SurfacePoint{{center + side * p.x, spring + p.y, kHalfLength - s * kLength},
-                                {-side * std::cos(a), -std::sin(a), 0.0f}};
+            return GridPoint{{center + side * p.x, spring + p.y, kHalfLength - s * kLength},
+                             {-side * std::cos(a), -std::sin(a), 0.0f}};
         });
     }
 }

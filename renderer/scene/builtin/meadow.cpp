@@ -87,7 +87,7 @@ void addFlag(Scene& scene, const glm::dvec3& foot) {
     shapes::addGrid(flag, 48, 30, {1.0f, 1.0f}, [](float u, float v) {
         // The top row of the texture is v = 0. The free end is slightly lower.
         const float sag = -0.16f * u * u * u;
-        return shapes::SurfacePoint{{0.04f + kWidth * u, kHeight * (1.0f - v) + sag, 0.0f},
+        return shapes::GridPoint{{0.04f + kWidth * u, kHeight * (1.0f - v) + sag, 0.0f},
                                     {0, 0, 1}};
     });
     std::vector<std::vector<MorphDelta>> targets;
@@ -158,7 +158,7 @@ void addGround(Scene& scene) {
         const float edge = 0.03f * std::sin(7.0f * angle) + 0.02f * std::sin(13.0f * angle);
         const float radius =
             static_cast<float>(meadow_parts::kPathRadius) + (v - 0.5f) * (0.75f + edge);
-        return shapes::SurfacePoint{{radius * std::sin(angle), 0.006f, radius * std::cos(angle)},
+        return shapes::GridPoint{{radius * std::sin(angle), 0.006f, radius * std::cos(angle)},
                                     {0, 1, 0}};
     });
     shapes::addToScene(scene, std::move(path));

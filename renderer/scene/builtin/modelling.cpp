@@ -77,13 +77,13 @@ MeshDraft draft(std::string name, Index material) {
 }
 
 void addGrid(MeshDraft& mesh, int columns, int rows, const glm::vec2& textureSize,
-             const std::function<SurfacePoint(float u, float v)>& surface) {
+             const std::function<GridPoint(float u, float v)>& surface) {
     const std::uint32_t first = size(mesh);
     for (int r = 0; r <= rows; ++r) {
         for (int c = 0; c <= columns; ++c) {
             const glm::vec2 uv(static_cast<float>(c) / static_cast<float>(columns),
                                static_cast<float>(r) / static_cast<float>(rows));
-            const SurfacePoint point = surface(uv.x, uv.y);
+            const GridPoint point = surface(uv.x, uv.y);
             addVertex(mesh, point.position, point.normal, uv * textureSize);
         }
     }
@@ -94,7 +94,7 @@ void addPatch(MeshDraft& mesh, const glm::vec3& corner, const glm::vec3& u, cons
               int columns, int rows) {
     const glm::vec3 normal = glm::normalize(glm::cross(u, v));
     addGrid(mesh, columns, rows, {glm::length(u), glm::length(v)}, [&](float s, float t) {
-        return SurfacePoint{corner + s * u + t * v, normal};
+        return GridPoint{corner + s * u + t * v, normal};
     });
 }
 

@@ -24,14 +24,14 @@ void addPatch(MeshDraft& mesh, const glm::vec3& corner, const glm::vec3& u, cons
 void addBox(MeshDraft& mesh, const glm::vec3& min, const glm::vec3& max);
 
 // A surface point with its normal.
-struct SurfacePoint {
+struct GridPoint {
     glm::vec3 position, normal;
 };
 
 // A grid of columns x rows over u, v in 0..1. Texture coordinates are (u, v) * textureSize. The
 // front is the side that the normals point to.
 void addGrid(MeshDraft& mesh, int columns, int rows, const glm::vec2& textureSize,
-             const std::function<SurfacePoint(float u, float v)>& surface);
+             const std::function<GridPoint(float u, float v)>& surface);
 
 // A surface of revolution: a profile of (radius, height) about +Y through `foot`. The solid is to
 // the left of the profile: upwards on the outside. Corners sharper than `crease` have hard edges.

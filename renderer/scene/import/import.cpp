@@ -53,7 +53,7 @@ Scene importScene(const std::filesystem::path& file, const ImportOptions& option
     Scene scene = checkedScene(result.bytes);
     if (key) options.cache->store(*key, result.dependencies, result.bytes, result.owner);
     if (progress) {
-        progress({"handing over", 1.0});
+        progress({"transferring", 1.0});
     }
     return scene;
 }

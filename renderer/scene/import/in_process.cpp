@@ -178,7 +178,7 @@ int importChildMain(int argc, char** argv) {
             [&](const FileDependency& dependency) { dependencies += dependencyLine(dependency); },
             options["--scene"]);
         report(dependencies);
-        report(progressLine({"handing over", 0.9}));
+        report(progressLine({"transferring", 0.9}));
         writeScene(scene, writeResult);
         return 0;
     } catch (const ImportError& error) {

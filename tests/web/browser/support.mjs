@@ -43,7 +43,7 @@ export class Visit {
   #watch(origin) {
     const { page } = this;
     const isFrame = (request) => request.method() === "POST" && new URL(request.url()).pathname === "/v1/frames" &&
-      request.postDataJSON().width > 1;
+      request.postDataJSON().width > 1 && !request.headers().priority?.startsWith("u=6");  // those are drawn in advance
     page.on("request", (request) => {
       const { protocol, origin: to } = new URL(request.url());
       if (to !== origin && !["blob:", "data:"].includes(protocol)) this.foreign.push(request.url());

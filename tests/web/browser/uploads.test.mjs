@@ -47,7 +47,7 @@ test("an uploaded file becomes a scene; an invalid file is reported and changes 
   };
   // A failed scene is no longer in the list when a slow response arrives.
   await page.route(/\/v1\/scenes$/, (route) => setTimeout(() => route.continue(), 500));
-  await refusal("torn.glb", glb().subarray(0, 100), /not as long as its header/);
+  await refusal("torn.glb", glb().subarray(0, 100), /differs from that in its header/);
   await refusal("hollow.zip", Buffer.from("PK\x03\x04 and no more"), /hollow.zip could not be opened/);
   await refusal("words.glb", Buffer.from("words"), /words.glb could not be opened.*Unsupported media type/);
   await refusal("huge.glb", Buffer.alloc(100001), /the limit of the server is 98 KB/);
@@ -113,7 +113,7 @@ test("several scenes are uploaded one after the other; what fails is named; a ma
     await shows(page, "two.glb");
     const titles = await page.locator("#scene option").allTextContents();
     assert.ok(titles.includes("one.glb") && titles.includes("two.glb") && !titles.includes("torn.glb"), `${titles}`);
-    assert.match(await text(page, "#notices"), /2 of 5 could not be opened.*torn\.glb: .*not as long as its header.*torn\.hdr: /s);
+    assert.match(await text(page, "#notices"), /2 of 5 could not be opened.*torn\.glb: .*differs from that in its header.*torn\.hdr: /s);
     const { environment } = await v.settled();
     assert.match(environment.map, /^upload-/);
     assert.equal(await page.locator("#light select").evaluate((s) => s.selectedOptions[0].textContent), "evening.hdr");

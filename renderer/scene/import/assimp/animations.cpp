@@ -2,6 +2,7 @@
 
 #include "scene/import/base/imported_scene.h"
 #include "scene/mesh_builder.h"
+#include "scene/transform_parts.h"
 
 #include <assimp/scene.h>
 
@@ -112,7 +113,7 @@ int AssimpAnimations::addTracks(const aiNodeAnim& channel, double ticksPerSecond
                                 Clip& clip) {
     const Index node = nodeOf(channel.mNodeName);
     if (node == kNone) return 1;
-    const Transform rest = partsOf(scene_.nodes[node].parentFromLocal);
+    const Transform rest = transformOf(scene_.nodes[node].parentFromLocal);
     const double factor = node == 0 ? metresPerUnit_ : 1.0;
     const auto make = [&](AnimatedProperty property, const auto* keys, unsigned count, double by) {
         return trackOf(property, std::span(keys, count), ticksPerSecond, firstTick, by);

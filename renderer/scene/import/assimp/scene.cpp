@@ -82,8 +82,7 @@ glm::dmat4 scaled(const glm::dmat4& matrix, double factor) {
     return scale * matrix;
 }
 
-// Some files have all their normals turned away from the side of which their triangles are
-// counter-clockwise.
+// Some files have all their normals on the side from which their triangles are clockwise.
 void alignNormals(MeshDraft& draft) {
     std::int64_t agreeing = 0;
     for (std::size_t i = 0; i + 2 < draft.indices.size(); i += 3) {
@@ -364,7 +363,7 @@ Scene assimpScene(const std::string& file, const std::string& extension, const S
     keepOnlyReader(importer, extension);
     importer.SetIOHandler(new AssimpFileSystem(folder));  // the importer deletes it
     importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kCreaseDegrees);
-    // Not a picture of the nodes in place of the meshes that the file does not have.
+    // Assimp must not create meshes that depict the nodes of a file without meshes.
     importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
     const aiScene* scene = importer.ReadFile(file, extension == "ply" ? 0 : kSteps);
     // The steps refuse meshes without faces.

@@ -294,14 +294,15 @@ private:
         }
     }
 
-    // A preset's name, or an object that starts from a preset and sets single knobs.
+    // A preset's name, or an object that starts from a preset and changes single settings.
     template <class S>
     void member(const nlohmann::json& value, S& target, const NestedPreset&,
                 const std::string& pointer) {
         const auto presets = presetsOf(target);
         if (!value.is_string() && !value.is_object()) {
-            return refuse(pointer, typed(value),
-                          "one of: " + listed(field::wordsOf(presets)) + "; or an object of knobs");
+            return refuse(
+                pointer, typed(value),
+                "one of: " + listed(field::wordsOf(presets)) + "; or an object of settings");
         }
         auto preset = target.preset;
         if (value.is_string()) {

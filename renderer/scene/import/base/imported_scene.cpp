@@ -200,22 +200,6 @@ glm::dvec3 skinOrigin(const Scene& scene, Index firstJoint) {
     return inReach(world) ? kStep * glm::round(glm::dvec3(world[3]) / kStep) : glm::dvec3(0.0);
 }
 
-Transform partsOf(const glm::dmat4& matrix) {
-    Transform t{.translation = glm::dvec3(matrix[3])};
-    glm::dmat3 axes(matrix);
-    for (int i = 0; i < 3; ++i) {
-        t.scale[i] = glm::length(axes[i]);
-        axes[i] = t.scale[i] > 0.0 ? axes[i] / t.scale[i] : glm::dmat3(1.0)[i];
-    }
-    if (glm::determinant(axes) < 0.0) {
-        t.scale.x = -t.scale.x;
-        axes[0] = -axes[0];
-    }
-    const glm::dquat q = glm::quat_cast(axes);
-    if (glm::length(q) > 1e-6) t.rotation = glm::normalize(q);
-    return t;
-}
-
 std::string uniqueName(std::set<std::string>& names, const std::string& requestedName,
                        const std::string& kind, std::size_t number) {
     std::string name = cleanText(requestedName);

@@ -28,9 +28,6 @@ glm::dmat4 worldFromNode(const Scene& scene, Index node);
 // far from the world's origin keep their precision; near the origin the root is at 0.
 glm::dvec3 skinOrigin(const Scene& scene, Index firstJoint);
 
-// Decomposes a matrix. Shear is lost.
-Transform partsOf(const glm::dmat4& matrix);
-
 // `requestedName` after cleanText(), or "KIND N" if that is empty; made unique among `names` and
 // added to them. number: its index in the file.
 std::string uniqueName(std::set<std::string>& names, const std::string& requestedName,

@@ -85,9 +85,9 @@ struct UnpackedScene {
     std::map<std::string, std::string> files;  // in and below that folder, by relative path
 };
 
-// Finds the scene file (.glb, .gltf, .obj) with the fewest parent folders, and the files in its
-// folder. Throws ImportError for links, devices, names that lead out of the archive, duplicate
-// names, too many or too large files, no scene or several.
+// Finds the scene file with the fewest parent folders, glTF before other formats, and the files in
+// and below its folder. Throws ImportError for links, devices, names that lead out of the archive,
+// duplicate names, too many or too large files, and if there is no such scene file or several.
 UnpackedScene unpackedScene(const std::string& archive, const ImportLimits& limits);
 
 }  // namespace clerestory

@@ -158,14 +158,14 @@ std::span<const GltfExtension> gltfExtensions() {
                       "Point, spot and directional lights with range and cone angles."},
         GltfExtension{
             "KHR_materials_anisotropy", drawn,
-            "Highlights and reflections of the environment are long along the grain; such "
-            "surfaces do not mirror the scene."},
+            "Highlights and reflections of the environment are stretched along the anisotropy; "
+            "such surfaces do not mirror the scene."},
         GltfExtension{"KHR_materials_clearcoat", drawn,
-                      "With a normal map of its own; flat coats mirror the scene."},
+                      "With its own normal map; flat coats mirror the scene."},
         GltfExtension{"KHR_materials_diffuse_transmission", drawn,
                       "Diffuse light of punctual lights and surroundings passes through."},
         GltfExtension{"KHR_materials_dispersion", drawn,
-                      "Solid glass refracts the three primaries by indices of their own."},
+                      "Solid glass has an index of refraction for each of three primaries."},
         GltfExtension{"KHR_materials_emissive_strength", drawn,
                       "A factor on the emitted radiance, which may exceed 1."},
         GltfExtension{"KHR_materials_ior", drawn,
@@ -202,7 +202,7 @@ std::span<const GltfExtension> gltfExtensions() {
         GltfExtension{"KHR_xmp", ignored, "Metadata does not change the image."},
         GltfExtension{"KHR_xmp_json_ld", ignored, "Metadata does not change the image."},
         GltfExtension{"EXT_lights_image_based", refused,
-                      "Environment maps are loaded as files of their own."},
+                      "Environment maps are loaded as separate files."},
         GltfExtension{"EXT_mesh_gpu_instancing", drawn,
                       "One instance for each translation, rotation and scale."},
         GltfExtension{"EXT_meshopt_compression", drawn,

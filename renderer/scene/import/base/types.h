@@ -50,7 +50,7 @@ private:
 std::string_view nameOf(ImportError::Reason reason);  // the enumerator's name
 
 struct ImportProgress {
-    std::string stage;      // "reading", "textures", "meshes", "handing over"
+    std::string stage;      // "reading", "textures", "meshes", "transferring"
     double progress = 0.0;  // 0..1 over all stages
 };
 using ProgressCallback = std::function<void(const ImportProgress&)>;

@@ -3,6 +3,7 @@
 #include "scene/import/base/imported_scene.h"
 #include "scene/import/base/types.h"
 #include "scene/mesh_builder.h"
+#include "scene/transform_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +41,7 @@ Transform transformOf(const Json& node) {
             const Json& value = list[static_cast<std::size_t>(i)];
             m[i / 4][i % 4] = value.is_number() ? value.get<double>() : 0.0;
         }
-        return partsOf(m);
+        return transformOf(m);
     }
     Transform t{.translation = numbers<3>(node, "translation", glm::dvec3(0.0)),
                 .scale = numbers<3>(node, "scale", glm::dvec3(1.0))};

@@ -214,7 +214,7 @@ const std::string& GltfDocument::buffer(Index i) {
         try {
             bytes = folder_.read(percentDecoded(uri));
         } catch (const ImportError& error) {
-            // The scene exists, a part of it does not.
+            // The scene file exists, but a file that it refers to does not.
             if (error.reason() == ImportError::Reason::notFound) refuseMissingFiles();
             throw;
         }

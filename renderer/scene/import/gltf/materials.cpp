@@ -80,7 +80,7 @@ Material GltfMaterials::material(const Json& json) {
     }
     readExtensions(json, m);
     // glTF's default for metallic is 1, and metals do not transmit. A material with transmission
-    // and without metallic is meant as a dielectric.
+    // and without a metallic factor is treated as a dielectric.
     const Json& surface = object(json, "pbrMetallicRoughness");
     if (m.transmission > 0.0f && m.metallic == 1.0f && !surface.contains("metallicFactor") &&
         !m.metallicRoughnessTexture.present()) {
