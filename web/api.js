@@ -59,6 +59,10 @@ export function lightOf(header) {
   return found ? { revision: Number(found[1]), share: Number(found[2]) } : undefined;
 }
 
+// Whether the server would draw the light differently now: more of it is complete, or another renderer answers, which has begun
+// again. shown: of a frame; now: `light` of its scene.
+export const lightChanged = (shown, now) => now?.revision !== shown.revision || (now.share >= 1 && shown.share < 1);
+
 // -> the image as a Blob, with timings and accuracy from the headers; with `explain` also the plan; with explain "maps"
 // also the maps that the frame reads: [{ subject, blob }]. headers: further ones of the request.
 export async function renderFrame(request, explain = "0", signal = undefined, headers = {}) {

@@ -29,7 +29,7 @@ function switchFor(id, value, changed) {
   return [input];
 }
 
-function choiceFor(id, { words, titles }, value, changed, none) {
+function choiceFor(id, { words, titles = words }, value, changed, none) {
   const select = element("select", { id, onchange: () => changed(select.value === "" ? undefined : select.value) });
   fillSelect(select, [...(none ? [["", none]] : []), ...words.map((w, i) => [w, titles[i]])], value ?? "");
   return [select];

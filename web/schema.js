@@ -33,7 +33,7 @@ export function controlOf(name, schema, sliderRange = kSliderRanges[name]) {
   const named = schema.oneOf?.find((s) => s.enum);
   if (named) return controlOf(name, named, sliderRange);  // the other forms are for programs
   if (schema.type === "boolean") return { kind: "switch" };
-  if (schema.enum) return { kind: "choice", words: schema.enum, titles: schema["x-titles"] ?? schema.enum };
+  if (schema.enum) return { kind: "choice", words: schema.enum, ...(schema["x-titles"] && { titles: schema["x-titles"] }) };
   if (schema.type === "array" && schema.items?.type === "number") {
     return { kind: "vector", count: schema.maxItems ?? schema.minItems ?? 3 };
   }

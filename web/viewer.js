@@ -1,5 +1,5 @@
 // Connects the parts of the page: session, input, frames, panels and messages.
-import { Problem, getJson, pixelOf, putView, renderFrame, useToken } from "./api.js";
+import { Problem, getJson, lightChanged, pixelOf, putView, renderFrame, useToken } from "./api.js";
 import { focusOn, lensFor, lensOfPixel, pointAt, positionOf } from "./camera.js";
 import { ComparePanel } from "./compare_panel.js";
 import { connectTips, controlFor, controlsFor, filterControls, tipSegments } from "./controls.js";
@@ -49,16 +49,16 @@ async function shown(frame, request, still, signal) {
   history.replaceState(null, "", `#${session.query()}`);
 }
 
-// Requests the frame again when more of its light has been computed.
-function followLight({ revision, share }, id) {
+// Requests the frame again when its light has changed.
+function followLight(shown, id) {
   lightTimer = setTimeout(async () => {
     try {
       const { light } = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
-      if (light && (light.revision > revision || light.share >= 1)) return frames.refresh();
+      if (lightChanged(shown, light)) return frames.refresh();
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
     }
-    if (choice.shownId === id && !choice.opening) followLight({ revision, share }, id);
+    if (choice.shownId === id && !choice.opening) followLight(shown, id);
   }, kLightPollMs);
 }
 

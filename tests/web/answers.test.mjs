@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { floatsOf, parseServerTiming, partsOf, relativePath } from "../../web/api.js";
+import { floatsOf, lightChanged, lightOf, parseServerTiming, partsOf, relativePath } from "../../web/api.js";
 import { hullOf, logAxis, logTicks, settingsFor, shortNumber } from "../../web/compare_panel.js";
 import { decisionRows, planRows, skippedRows, timeParts } from "../../web/frame_panels.js";
 import { Latest, frameSize, retryDelay } from "../../web/frames.js";
@@ -13,6 +13,15 @@ const bytesOf = (text) => new TextEncoder().encode(text);
 test("Server-Timing is parsed with and without descriptions", () =>
   assert.deepEqual(parseServerTiming('queue;dur=0.1, surface;desc="a, b";dur=41.5, odd'),
                    [{ name: "queue", milliseconds: 0.1 }, { name: "surface", milliseconds: 41.5 }]));
+
+test("a frame is requested again when its light has changed, also where another renderer has begun again", () => {
+  const shown = lightOf("revision=2, share=0.50");
+  assert.deepEqual(shown, { revision: 2, share: 0.5 });
+  for (const [now, changed] of [[{ revision: 2, share: 0.6 }, false], [{ revision: 3, share: 0.7 }, true], [{ revision: 2, share: 1 }, true],
+                                [{ revision: 0, share: 0 }, true], [undefined, true]]) {
+    assert.equal(lightChanged(shown, now), changed, JSON.stringify(now));
+  }
+});
 
 test("parts of a multipart response are complete, even if one contains the boundary", () => {
   const body = "--cut\r\nContent-Type: a/b\r\nContent-Length: 9\r\n\r\nx\r\n--cut!\r\n--cut\r\n" +
