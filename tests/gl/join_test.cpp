@@ -94,7 +94,7 @@ TEST_F(JoinTest, NodesOfEachPartHaveItsName) {
         imagesMatch(renderer().render(r).image, renderer().render(alone).image, kRounding));
     EXPECT_EQ(
         renderer().plan(left).composition,
-        (std::vector<std::string>{"scene one of two: placed", "scene one of two as right: placed",
+        (std::vector<std::string>{"scene one of two: transformed", "scene one of two as right: transformed",
                                   "node right/* (2 nodes): hidden"}));
 }
 

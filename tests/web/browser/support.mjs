@@ -23,7 +23,8 @@ export class Visit {
   first;              // that of the first full frame
   foreign = [];       // requests to other origins
   errors = [];        // of the console, and uncaught ones
-  #inProgress = new Set();   // requests of frames
+  #inProgress = new Set();   // requests of frames that are shown
+  #ahead = new Set();        // of others
   #runningAtStart = [];      // for each request of a frame, those in progress when it began
   #failed = new Set();       // aborted, or without an answer
   expected = [/409/]; // allowed errors: a scene that is still loading is 409
@@ -43,18 +44,20 @@ export class Visit {
   #watch(origin) {
     const { page } = this;
     const isFrame = (request) => request.method() === "POST" && new URL(request.url()).pathname === "/v1/frames" &&
-      request.postDataJSON().width > 1 && !request.headers().priority?.startsWith("u=6");  // those are drawn in advance
+      request.postDataJSON().width > 1;
+    const isAhead = (request) => request.headers().priority?.startsWith("u=6");  // drawn in advance, not shown
     page.on("request", (request) => {
       const { protocol, origin: to } = new URL(request.url());
       if (to !== origin && !["blob:", "data:"].includes(protocol)) this.foreign.push(request.url());
       if (!isFrame(request)) return;
+      if (isAhead(request)) return this.#ahead.add(request);
       this.frames.push(request.postDataJSON());
       this.#runningAtStart.push([...this.#inProgress]);
       this.#inProgress.add(request);
     });
-    page.on("requestfinished", (request) => this.#inProgress.delete(request));
+    page.on("requestfinished", (request) => this.#ended(request));
     page.on("requestfailed", (request) => {
-      this.#inProgress.delete(request);
+      this.#ended(request);
       this.#failed.add(request);
     });
     page.on("pageerror", (error) => this.errors.push(String(error)));
@@ -81,8 +84,13 @@ export class Visit {
     await this.page.screenshot({ animations: "disabled", path: join(screenshotFolder, `${name}.png`) });
   }
 
+  #ended(request) {
+    this.#inProgress.delete(request);
+    this.#ahead.delete(request);
+  }
+
   get running() {
-    return this.#inProgress.size;
+    return this.#inProgress.size + this.#ahead.size;
   }
 
   // The most requests in progress at the same time. The browser reports the end of an aborted request late, so those that
