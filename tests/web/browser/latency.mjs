@@ -4,7 +4,7 @@
 import { existsSync } from "node:fs";
 import { chromium } from "playwright-core";
 
-import { killServers, serve } from "../server_process.mjs";
+import { killServers, patiently, serve } from "../server_process.mjs";
 
 const seconds = Number(process.argv[2] ?? 10);
 const executablePath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
@@ -43,9 +43,9 @@ const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 // first half minute; the figures are those of the time after it.
 async function lightIsComplete(scene) {
   for (;;) {
-    const { light, shaders } = await (await fetch(`${server.url}/v1/scenes/${scene}`)).json();
-    const { shaders: { optimized } } = await (await fetch(`${server.url}/v1/renderer`)).json();
-    if ((light?.share ?? 1) === 1 && shaders.finished && optimized) return;
+    const { light, shaders } = await (await patiently(new URL(`v1/scenes/${scene}`, server.url))).json();
+    const { shaders: compiled } = await (await patiently(new URL("v1/renderer", server.url))).json();
+    if (light?.share === 1 && shaders.finished && compiled.optimized) return;
     await pause(500);
   }
 }
