@@ -118,7 +118,8 @@ Server::Server(const Config& config)
     backend_ = makeBackend(config);
     cache_.emplace(*backend_,
                    FrameCache::Options{.maxBytes = config.frameCacheBytes,
-                                       .signedLinks = !config.http.access.linkKeyFile.empty()});
+                                       .signedLinks = !config.http.access.linkKeyFile.empty(),
+                                       .uploads = uploads_ ? &*uploads_ : nullptr});
     frames_.emplace(*backend_, metrics_, stopping_,
                     config.singleProcess ? 1 : config.workers.renderers);
 

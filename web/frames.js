@@ -171,8 +171,8 @@ export class Frames {
 
   // The first frame in motion after a change draws the maps of its preset and compiles its shaders, which can take a second. So
   // one is drawn while the view is at rest, once for everything but the camera, as soon as the light is complete.
-  #prepareMotion({ camera, ...request }, { light }) {
-    if (this.#pace.fullIsQuick || this.reducedMotion() || light?.share < 1) return;
+  #prepareMotion({ camera, ...request }, { light }, pace) {
+    if (pace.fullIsQuick || this.reducedMotion() || light?.share < 1) return;
     const key = JSON.stringify([request, light]);
     if (key === this.#prepared) return;
     this.#prepared = key;
@@ -217,7 +217,7 @@ export class Frames {
       this.#complete = still;
       await this.shown(frame, request, still, stop.signal);
       this.#refine();
-      if (still && !this.#latest.waiting) this.#prepareMotion(whole, frame);
+      if (still && !stop.signal.aborted && !this.#latest.waiting) this.#prepareMotion(whole, frame, pace);
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
       if (!stop.signal.aborted) this.#fail(problem, request);

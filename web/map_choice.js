@@ -7,18 +7,16 @@ const kHeading = { type: "number", minimum: -180, maximum: 180,
                    description: "rotation of the environment map about the vertical axis in degrees" };
 
 export class MapChoice {
-  #maps = [];
-
-  constructor(session, changed) {
+  // Draws the controls of `environment`. maps: `environments` of the server's list.
+  constructor(session, changed, maps) {
     Object.assign(this, { session, changed });
+    this.#draw(maps);
   }
 
-  // Requests the list, and draws the controls of `environment`.
-  async draw() {
-    ({ environments: this.#maps } = await getJson("v1/environments"));
+  #draw(maps) {
     const { session, changed } = this;
     const { rotation, ...light } = session.schema.properties.environment.properties;
-    const map = { ...light.map, enum: this.#maps.map((m) => m.name), "x-titles": this.#maps.map(titleOf) };
+    const map = { ...light.map, enum: maps.map((m) => m.name), "x-titles": maps.map((m) => m.title) };
     controlsFor($("light"), { ...light, map }, session.environment, changed, { map: "of the scene" });
     if (!rotation) return;
     $("light").append(controlFor("heading", kHeading, session.headingDegrees, (value) => {
@@ -30,10 +28,7 @@ export class MapChoice {
   // Uploads a map and lights the scene with it. Throws a Problem.
   async open({ name, file }, onProgress) {
     this.session.environment.map = await uploadMap(file, name, onProgress);
-    await this.draw();
+    this.#draw((await getJson("v1/environments")).environments);
     this.changed();
   }
 }
-
-// The name of an upload is a hash.
-const titleOf = ({ name, title, source }) => (source === "uploaded" ? title : name);

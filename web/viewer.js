@@ -166,7 +166,7 @@ function listenToBar() {
 // ---- start ----------------------------------------------------------------------------------
 
 async function start() {
-  const [schema, renderer] = await Promise.all([getJson("openapi.json"), getJson("v1/renderer")]);
+  const [schema, renderer, { environments }] = await Promise.all(["openapi.json", "v1/renderer", "v1/environments"].map(getJson));
   $("renderer").textContent = `${renderer.renderer}${renderer.software ? ", software" : ""}`;
   session = new Session(resolved(schema.components.schemas.FrameRequest, schema));
   const fromLink = session.read(location.hash);
@@ -191,9 +191,8 @@ async function start() {
     const [w, h] = frames.size();
     return [width, Math.max(1, Math.round((width * h) / w))];
   } });
-  const maps = new MapChoice(session, changed);
+  const maps = new MapChoice(session, changed, environments);
   drawView();
-  await maps.draw();
   drawKnobs();
   groundControls(session, changed);
   const { filters } = session.schema.properties;

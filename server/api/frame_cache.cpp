@@ -73,9 +73,18 @@ std::optional<FrameRequest> FrameCache::storableRequest(const Call& call) const 
     }
 }
 
-// Empty while the scene is not loaded.
+bool FrameCache::hasMapsOf(const FrameRequest& request) const {
+    const std::vector<NamedMap> named = mapsNamedBy(request);
+    return std::all_of(named.begin(), named.end(), [&](const NamedMap& map) {
+        return !UploadStore::isId(map.name) ||
+               (options_.uploads && options_.uploads->find(map.name));
+    });
+}
+
+// Empty while the scene or an uploaded map is not there.
 std::optional<FrameCache::Key> FrameCache::keyFor(const FrameRequest& given) const {
     if (!given.parts.empty()) return std::nullopt;  // entries belong to one scene
+    if (!hasMapsOf(given)) return std::nullopt;
     const auto loaded = backend_.loadedScenes();
     if (!loaded) return std::nullopt;
     FrameRequest request = given;

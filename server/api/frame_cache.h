@@ -7,7 +7,8 @@
 // The key is everything that the answer depends on: the request in its canonical form with every
 // field, the content of its scene, the program, the driver and the environment maps. The plan
 // follows from these, so it is not computed. Entries are found only while the renderer holds the
-// scene with that content; those of other scenes are removed.
+// scene with that content, and while the uploaded maps that the request names are stored; those of
+// other scenes are removed.
 //
 // A hit has the bytes and headers of the drawn answer, so that Server-Timing and Clerestory-Passes
 // are those of the drawing, and the header Age: whole seconds since then. Not stored are:
@@ -22,6 +23,7 @@
 
 #include "server/api/backend.h"
 #include "server/base/call.h"
+#include "server/scenes/upload_store.h"
 
 #include <atomic>
 #include <cstddef>
@@ -52,7 +54,8 @@ public:
         // Of all entries with their keys; beyond it the least recently used one is removed. Larger
         // answers are not stored. 0: no cache.
         std::size_t maxBytes = 0;
-        bool signedLinks = false;  // as FrameRoutes::signedLinks
+        bool signedLinks = false;              // as FrameRoutes::signedLinks
+        const UploadStore* uploads = nullptr;  // null: not allowed
     };
 
     // The backend must outlive this.
@@ -86,6 +89,7 @@ private:
         std::uint64_t contentHash = 0;
     };
     std::optional<FrameRequest> storableRequest(const Call& call) const;
+    bool hasMapsOf(const FrameRequest& request) const;
     std::optional<Key> keyFor(const FrameRequest& request) const;
     void requireRoom(const Call& call) const;
     std::optional<Answer> find(const FrameRequest& request, const Call& call);

@@ -134,40 +134,45 @@ ordered_json streamParameters() {
     return list;
 }
 
+// POST of a file. what: "a scene"; done: responses of success, by status.
+ordered_json uploadOperation(const std::string& what, const char* description,
+                             std::initializer_list<const char*> types, ordered_json done) {
+    ordered_json content = ordered_json::object();
+    for (const char* type : types) content[type] = binaryContent();
+    ordered_json responses = std::move(done);
+    const std::string unusable = "the body is not usable as " + what +
+                                 ": `reason` is unsupported, malformed, crashed, timedOut, memory "
+                                 "or limit";
+    responses["422"] = problemAnswer(unusable.c_str());
+    responses["507"] = problemAnswer("no space left for uploads");
+    responses["default"] = problemAnswer("the error");
+    return {{"summary", "Uploads " + what + ", where uploads are allowed"},
+            {"description", description},
+            {"parameters", ordered_json::array({{{"name", "title"},
+                                                 {"in", "query"},
+                                                 {"description", "title for people"},
+                                                 {"schema", {{"type", "string"}}}}})},
+            {"requestBody", {{"required", true}, {"content", std::move(content)}}},
+            {"responses", std::move(responses)}};
+}
+
 ordered_json scenesPath() {
     ordered_json path = getObject("Lists the scenes", "SceneList");
     const auto scene = [](const char* words) {
         return ordered_json{{"description", words}, {"content", jsonContent(reference("Scene"))}};
     };
-    ordered_json content = ordered_json::object();
-    for (const char* type :
-         {"model/gltf-binary", "model/gltf+json", "model/stl", "model/vnd.collada+xml",
-          "application/zip", "application/x-tar", "application/gzip", "application/octet-stream"}) {
-        content[type] = binaryContent();
-    }
-    path["post"] = {
-        {"summary", "Uploads a scene, where uploads are allowed"},
-        {"description",
-         "The body is a .glb file, a .gltf file with embedded data, a .fbx, .dae, .ply, .stl or "
-         ".3ds "
-         "file, or an archive of one scene and its files. The id is derived from the content. "
-         "Uploads are off (403) where "
-         "limits.uploadBytes of GET /v1/renderer is 0. With Prefer: respond-async the answer is "
-         "202 at once."},
-        {"parameters", ordered_json::array({{{"name", "title"},
-                                             {"in", "query"},
-                                             {"description", "title of the scene"},
-                                             {"schema", {{"type", "string"}}}}})},
-        {"requestBody", {{"required", true}, {"content", std::move(content)}}},
-        {"responses",
-         {{"201", scene("the scene is loaded; its path is in Location")},
-          {"200", scene("the same content was uploaded before")},
-          {"202",
-           scene("the scene is loading; GET of its Location reports state, stage and progress")},
-          {"422", problemAnswer("the body is not a usable scene: `reason` is unsupported, "
-                                "malformed, crashed, timedOut, memory or limit")},
-          {"507", problemAnswer("no space left for uploads")},
-          {"default", problemAnswer("the error")}}}};
+    path["post"] = uploadOperation(
+        "a scene",
+        "The body is a .glb file, a .gltf file with embedded data, a .fbx, .dae, .ply, .stl or "
+        ".3ds file, or an archive of one scene and its files. The id is derived from the content. "
+        "Uploads are off (403) where limits.uploadBytes of GET /v1/renderer is 0. With Prefer: "
+        "respond-async the answer is 202 at once.",
+        {"model/gltf-binary", "model/gltf+json", "model/stl", "model/vnd.collada+xml",
+         "application/zip", "application/x-tar", "application/gzip", "application/octet-stream"},
+        {{"201", scene("the scene is loaded; its path is in Location")},
+         {"200", scene("the same content was uploaded before")},
+         {"202",
+          scene("the scene is loading; GET of its Location reports state, stage and progress")}});
     return path;
 }
 
@@ -191,28 +196,14 @@ ordered_json environmentsPath() {
         return ordered_json{{"description", words},
                             {"content", jsonContent(reference("Environment"))}};
     };
-    ordered_json content = ordered_json::object();
-    for (const char* type : {"image/vnd.radiance", "image/x-exr", "image/ktx", "image/ktx2",
-                             "image/vnd-ms.dds", "application/octet-stream"}) {
-        content[type] = binaryContent();
-    }
-    path["post"] = {
-        {"summary", "Uploads an environment map, where uploads are allowed"},
-        {"description",
-         "The body is an equirectangular .hdr or .exr file, or a cube map as .ktx, .ktx2 or .dds. "
-         "The name is derived from the content; use it as environment.map of a frame."},
-        {"parameters", ordered_json::array({{{"name", "title"},
-                                             {"in", "query"},
-                                             {"description", "title of the map"},
-                                             {"schema", {{"type", "string"}}}}})},
-        {"requestBody", {{"required", true}, {"content", std::move(content)}}},
-        {"responses",
-         {{"201", map("the map is loaded; its path is in Location")},
-          {"200", map("the same content was uploaded before")},
-          {"422", problemAnswer("the body is not a usable map: `reason` is unsupported, "
-                                "malformed, crashed, timedOut, memory or limit")},
-          {"507", problemAnswer("no space left for uploads")},
-          {"default", problemAnswer("the error")}}}};
+    path["post"] = uploadOperation(
+        "an environment map",
+        "The body is an equirectangular .hdr or .exr file, or a cube map as .ktx, .ktx2 or .dds. "
+        "The name is derived from the content; use it as environment.map of a frame.",
+        {"image/vnd.radiance", "image/x-exr", "image/ktx", "image/ktx2", "image/vnd-ms.dds",
+         "application/octet-stream"},
+        {{"201", map("the map is loaded; its path is in Location")},
+         {"200", map("the same content was uploaded before")}});
     return path;
 }
 

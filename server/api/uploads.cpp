@@ -167,17 +167,21 @@ Answer postMap(const UploadRoutes& routes, const Call& call) {
     const std::string id = UploadStore::idOf(call.body);
     const bool isNew = !store.find(id);
     if (isNew) store.add(kind, title.empty() ? "map." + kind : title, call.body);
-    Call description = call;
-    description.method = "GET";
-    description.path = "/v1/environments/" + id;
-    description.query.clear();
-    description.target.clear();
-    description.body.clear();
-    Answer answer = routes.backend.answer(description);
+    const std::string path = "/v1/environments/" + id;
+    Answer answer = routes.backend.answer({.method = "GET",
+                                           .path = path,
+                                           .query = {},
+                                           .target = {},
+                                           .body = {},
+                                           .requestId = call.requestId,
+                                           .arrived = call.arrived,
+                                           .header = call.header,
+                                           .client = call.client,
+                                           .cancellation = call.cancellation});
     if (answer.problem && answer.problem->code == ProblemCode::mapFailed) store.remove(id);
     if (answer.problem) return answer;
     answer.status = isNew ? 201 : 200;
-    answer.headers.emplace_back("Location", description.path);
+    answer.headers.emplace_back("Location", path);
     return answer;
 }
 

@@ -86,14 +86,9 @@ EncodedFrame LocalBackend::draw(const FrameOrder& order) {
     }
 }
 
-// Changes when a map was removed: frames that were drawn with it are not kept.
-std::uint64_t LocalBackend::rendererHash() const {
-    return rendererHash_ + library_.environments().removals();
-}
-
 std::shared_ptr<const LoadedScenes> LocalBackend::loadedScenes() const {
     return std::make_shared<const LoadedScenes>(LoadedScenes{.defaultScene = library_.defaultId(),
-                                                             .renderer = rendererHash(),
+                                                             .renderer = rendererHash_,
                                                              .scenes = library_.loadedContents()});
 }
 

@@ -45,8 +45,6 @@ public:
     const Routes& routes() const { return routes_; }
 
 private:
-    std::uint64_t rendererHash() const;
-
     Metrics metrics_;
     RenderQueue queue_;
     SceneLibrary library_;
@@ -57,7 +55,7 @@ private:
     FrameService frames_;
     Routes routes_;
     Jobs jobs_;                       // ends first: its work uses the others
-    std::uint64_t rendererHash_ = 0;  // of LoadedScenes::renderer
+    std::uint64_t rendererHash_ = 0;  // LoadedScenes::renderer
 };
 
 }  // namespace clerestory

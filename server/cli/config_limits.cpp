@@ -141,8 +141,9 @@ void addSceneFlags(CLI::App& serve, Config& config) {
     bytes("--scene-memory", config.scenes.memoryBytes,
           "memory of loaded scenes; beyond it the least recently used ones are unloaded");
     serve
-        .add_option("--uploads", uploads.folder,
-                    "allows clients to upload scenes, which are stored in this folder")
+        .add_option(
+            "--uploads", uploads.folder,
+            "allows clients to upload scenes and environment maps, which are stored in this folder")
         ->type_name("DIR")
         ->group(group);
     bytes("--max-upload", uploads.limits.fileBytes,

@@ -14,23 +14,22 @@ std::uint64_t bytesOf(const EnvironmentMap& map) {
     return map.texels.size() * sizeof(map.texels[0]);
 }
 
-// Made once: making a map for its title takes milliseconds.
-const std::vector<MapStatus>& builtInMaps() {
-    static const std::vector<MapStatus> maps = [] {
-        std::vector<MapStatus> list;
-        for (const std::string& name : builtinEnvironmentNames()) {
-            list.push_back({name, builtinEnvironment(name)->title, MapSource::builtIn});
-        }
-        return list;
-    }();
-    return maps;
-}
-
 }  // namespace
 
 std::string_view nameOf(MapSource source) {
     constexpr std::string_view kNames[] = {"builtIn", "file", "uploaded"};
     return kNames[static_cast<std::size_t>(source)];
+}
+
+std::vector<NamedMap> mapsNamedBy(const FrameRequest& request) {
+    std::vector<NamedMap> named;
+    if (request.environment.map) named.push_back({*request.environment.map, "/environment/map"});
+    for (std::size_t i = 0; i < request.overrides.size(); ++i) {
+        if (const auto& map = request.overrides[i].environmentMap) {
+            named.push_back({*map, "/overrides/" + std::to_string(i) + "/environmentMap"});
+        }
+    }
+    return named;
 }
 
 EnvironmentLibrary::EnvironmentLibrary(const std::vector<std::filesystem::path>& files,
@@ -78,19 +77,14 @@ std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::require(const std::str
 
 EnvironmentLibrary::Leases EnvironmentLibrary::requireUploads(const FrameRequest& request) {
     Leases leases;
-    const auto add = [&](const std::string& name, const std::string& pointer) {
+    for (const NamedMap& named : mapsNamedBy(request)) {
         try {
-            if (auto map = upload(name)) leases.push_back(std::move(map));
+            if (auto map = upload(named.name)) leases.push_back(std::move(map));
         } catch (const RequestError& error) {
             Problem problem = error.problem();
-            problem.errors = {{pointer, "could not be loaded", "another environment map"}};
+            problem.errors = {{named.pointer, "could not be loaded", "another environment map"}};
             throw RequestError(std::move(problem));
         }
-    };
-    if (request.environment.map) add(*request.environment.map, "/environment/map");
-    for (std::size_t i = 0; i < request.overrides.size(); ++i) {
-        const auto& map = request.overrides[i].environmentMap;
-        if (map) add(*map, "/overrides/" + std::to_string(i) + "/environmentMap");
     }
     return leases;
 }
@@ -120,7 +114,6 @@ std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::loadedUpload(const std
 }
 
 std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::load(const Upload& upload) {
-    if (!upload.failure.empty()) throw RequestError(mapFailed(upload.failure, upload.reason));
     std::shared_ptr<const EnvironmentMap> map;
     try {
         EnvironmentMap read = loadEnvironment(upload.file, importUploads_);
@@ -129,12 +122,10 @@ std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::load(const Upload& upl
         map = std::make_shared<const EnvironmentMap>(std::move(read));
     } catch (const ImportError& error) {
         logError({"environment map ", upload.id, ": ", error.what()});
-        uploads_->setFailure(upload.id, error.what(), std::string(nameOf(error.reason())));
         throw RequestError(mapFailed(error.what(), std::string(nameOf(error.reason()))));
     }
     queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
-    // The renderer holds the map itself. When the last lease ends, the renderer
-    // releases it, too.
+    // The renderer holds the map itself, and releases it when the last lease ends.
     const std::shared_ptr<const EnvironmentMap> lease(
         map.get(), [map, &queue = queue_](const EnvironmentMap*) {
             queue.post([map](Renderer& renderer) { renderer.removeEnvironment(*map); });
@@ -165,15 +156,17 @@ void EnvironmentLibrary::makeRoom(std::uint64_t bytes) {
 
 std::vector<MapStatus> EnvironmentLibrary::all() const {
     std::vector<MapStatus> list;
-    for (const MapStatus& map : builtInMaps()) {
-        if (!files_.contains(map.name)) list.push_back(map);
+    for (const std::string& name : names()) {
+        const auto file = files_.find(name);
+        if (file == files_.end()) {
+            list.push_back({name, name, MapSource::builtIn});
+        } else {
+            list.push_back({name, file->second->title, MapSource::file});
+        }
     }
-    for (const auto& [name, map] : files_) list.push_back({name, map->title, MapSource::file});
     if (!uploads_) return list;
     for (const Upload& upload : uploads_->all()) {
-        // The client that sent it knows of its failure.
-        if (!upload.isMap || !upload.failure.empty()) continue;
-        list.push_back({upload.id, upload.title, MapSource::uploaded});
+        if (upload.isMap) list.push_back({upload.id, upload.title, MapSource::uploaded});
     }
     return list;
 }
@@ -194,7 +187,6 @@ void EnvironmentLibrary::remove(const std::string& name) {
     }
     const std::lock_guard lock(mutex_);
     loaded_.erase(name);
-    ++removals_;
 }
 
 std::uint64_t EnvironmentLibrary::uploadedBytes() const {
@@ -202,11 +194,6 @@ std::uint64_t EnvironmentLibrary::uploadedBytes() const {
     const std::lock_guard lock(mutex_);
     for (const auto& [name, one] : loaded_) bytes += bytesOf(*one.lease);
     return bytes;
-}
-
-std::uint64_t EnvironmentLibrary::removals() const {
-    const std::lock_guard lock(mutex_);
-    return removals_;
 }
 
 }  // namespace clerestory

@@ -31,6 +31,12 @@ struct MapStatus {
     MapSource source = MapSource::builtIn;
 };
 
+// A map that a request names: all names, known or not.
+struct NamedMap {
+    std::string name, pointer;  // JSON Pointer of the field
+};
+std::vector<NamedMap> mapsNamedBy(const FrameRequest& request);
+
 class EnvironmentLibrary {
 public:
     // Loads the files, and adds their maps to the renderer. `uploads` may be null: not allowed.
@@ -65,8 +71,6 @@ public:
     // (404), not an upload (403).
     void remove(const std::string& name);
     std::uint64_t uploadedBytes() const;  // of the loaded uploads
-    // The number of maps that were removed: frames that were drawn with one may be stored.
-    std::uint64_t removals() const;
 
 private:
     struct Loaded {
@@ -86,7 +90,7 @@ private:
     std::mutex loading_;  // one import at a time; locked before mutex_
     mutable std::mutex mutex_;
     std::map<std::string, Loaded> loaded_;
-    std::uint64_t uses_ = 0, removals_ = 0;
+    std::uint64_t uses_ = 0;
 };
 
 }  // namespace clerestory

@@ -17,7 +17,7 @@ const float kMinAlpha = 0.002025f;
 // Cosine at which a surface seen or lit edge-on is still evaluated: keeps visibility finite.
 const float kMinCosine = 1e-4f;
 
-// Square metres. A point lamp nearer than 1 cm shines as if it were 1 cm away.
+// Square metres. A point lamp nearer than 1 cm is evaluated at 1 cm.
 const float kMinLightDistanceSquared = 1e-4f;
 
 // Least difference of the cosines of a spot's inner and outer angle (KHR_lights_punctual).
@@ -103,8 +103,8 @@ float ggxDistribution(float nDotH, float nCrossHSquared, float alpha) {
     return nDotH > 0.0f ? k * k / kPi : 0.0f;
 }
 
-// The mean of that density over all half vectors within a disc of slopes about this one: what a pixel
-// sees of a smooth surface that turns in it, where a point of it would flash or stay dark. As
+// The mean of that density over all half vectors within a disc of slopes about this one: the
+// highlight of a curved smooth surface over a pixel, which one point of it would miss or overestimate. As
 // distribution of slopes GGX falls off as the light of a uniform emitter on a plane at height alpha
 // over a parallel one, so its sum over a disc is the form factor of a disc (Howell, catalogue, B-12).
 // alphaSquared: at least kMinAlpha^2. c2, s2: squares of the half vector's cosine and sine against

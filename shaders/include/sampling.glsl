@@ -1,4 +1,4 @@
-// Where to look: low-discrepancy points, GGX directions, tangent frames, levels of a cube map.
+// Sampling: low-discrepancy points, GGX directions, tangent frames, levels of a cube map.
 // Needs optics.glsl before it. Compiled as GLSL 4.30 and as C++ (see optics.glsl).
 #ifndef CLERESTORY_SAMPLING_GLSL
 #define CLERESTORY_SAMPLING_GLSL
@@ -26,7 +26,7 @@ vec3 ggxHalfVector(vec2 u, float alpha) {
     return vec3(sine * cos(turn), sine * sin(turn), sqrt(max(1.0f - w, 0.0f) / divisor));
 }
 
-// Microfacet normal as the eye sees them, density D(h) max(v.h, 0) G1(v) / (n.v); about +Z, the eye
+// Visible microfacet normal, density D(h) max(v.h, 0) G1(v) / (n.v); about +Z, the eye
 // along v (Dupuy and Benyoub 2023: a cap of the sphere that the stretched normals make). u in
 // [0, 1)^2, u.x the turn. Unit, z above 0.
 vec3 ggxVisibleNormal(vec2 u, vec3 v, float alpha) {
@@ -38,7 +38,7 @@ vec3 ggxVisibleNormal(vec2 u, vec3 v, float alpha) {
     return normalize(vec3(alpha * h.x, alpha * h.y, max(h.z, 1e-6f)));
 }
 
-// The shares that a lobe's directions have when they were drawn about visible normals:
+// The weight of a direction that was sampled from visible normals:
 // G2 / G1(v) of Smith's height-correlated masking (Heitz 2014), 0..1; 0 below the surface.
 float ggxShareOfVisible(float nDotL, float nDotV, float alpha) {
     float a2 = alpha * alpha;

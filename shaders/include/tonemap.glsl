@@ -1,4 +1,4 @@
-// From linear radiance to what a display shows. Needs optics.glsl before it (radianceFinite).
+// Tone mapping: from linear radiance to display light. Needs optics.glsl before it (radianceFinite).
 // Every curve takes any input, also NaN and infinity, and returns linear display light in 0..1.
 // Without branches: renderer/display compiles them for several pixels at a time.
 #ifndef CLERESTORY_TONEMAP_GLSL
@@ -8,8 +8,8 @@ vec3 toneMapLinear(vec3 radiance) {
     return min(radianceFinite(radiance), vec3(1.0f));
 }
 
-// Khronos PBR Neutral (2024): true colours up to 0.8, then highlights roll off towards white.
-// Below that only the 0.04 that a dielectric's surface reflects is taken away again.
+// Khronos PBR Neutral (2024): colours are unchanged up to 0.8, then highlights roll off towards white.
+// Below that only the 0.04 that a dielectric's surface reflects is subtracted.
 vec3 toneMapNeutral(vec3 radiance) {
     const float kStart = 0.76f;  // 0.8 - 0.04
     const float kDesaturation = 0.15f;

@@ -116,17 +116,26 @@ TEST(EnvironmentUploads, LightAFrameAsTheSameFileOfTheOptions) {
 }
 
 TEST(EnvironmentUploads, AreGoneWhenDeleted) {
-    TestServer server(uploadConfig());
+    Config config = uploadConfig();
+    config.frameCacheBytes = 64 << 20;
+    TestServer server(config);
     auto client = server.client();
     const std::string name = nameIn(sendMap(client, smallMap(90)));
+    const std::string other = nameIn(sendMap(client, smallMap(250)));
     const std::string picture = pictureIn(client, name);
+    pictureIn(client, other);
+    const auto isStored = [&](const std::string& map) {
+        return postJson(client, "/v1/frames", frameIn(map))->has_header("Age");
+    };
+    EXPECT_TRUE(isStored(name) && isStored(other)) << "both frames are in the frame cache";
     EXPECT_EQ(client.Delete("/v1/environments/" + name)->status, 204);
+    EXPECT_TRUE(isStored(other));
     const json problem = problemOf(postJson(client, "/v1/frames", frameIn(name)), 422);
     EXPECT_EQ(problem["errors"][0]["pointer"], "/environment/map");
     problemOf(client.Get("/v1/environments/" + name), 404);
     problemOf(client.Delete("/v1/environments/" + name), 404);
     EXPECT_THAT(listed(client), testing::Not(Contains(name)));
-    EXPECT_EQ(kept(folderOfThisTest()), 0u);
+    EXPECT_EQ(kept(folderOfThisTest()), 1u);
     EXPECT_EQ(nameIn(sendMap(client, smallMap(90))), name);
     EXPECT_EQ(pictureIn(client, name), picture);
     problemOf(client.Delete("/v1/environments/sky"), 403);

@@ -1,15 +1,11 @@
 // The page's latency in Chromium: from a move of the pointer to the first picture that was requested after it, and from the
 // choice of a loaded scene to its first picture. Figures are printed, not asserted. `scripts/bench page` runs this.
 //   node latency.mjs [SECONDS]   of dragging; CLERESTORY_PROGRAM is the server
-import { existsSync } from "node:fs";
-import { chromium } from "playwright-core";
-
 import { killServers, patiently, serve } from "../server_process.mjs";
+import { isInstalled, launch } from "./chromium.mjs";
 
 const seconds = Number(process.argv[2] ?? 10);
-const executablePath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
-  .find((path) => path && existsSync(path));
-if (!executablePath) {
+if (!isInstalled) {
   console.error("no Chromium is installed; scripts/setup tests installs one");
   process.exit(2);
 }
@@ -51,7 +47,7 @@ async function lightIsComplete(scene) {
 }
 
 const server = await serve({ scenes: ["chapel", "teapots"] });
-const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+const browser = await launch();
 try {
   const page = await (await browser.newContext({ viewport: { width: 1280, height: 800 } })).newPage();
   page.setDefaultTimeout(600000);

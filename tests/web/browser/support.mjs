@@ -1,19 +1,16 @@
 // A Clerestory server and a real Chromium for the page's tests.
 import assert from "node:assert/strict";
-import { existsSync, mkdirSync } from "node:fs";
+import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { chromium } from "playwright-core";
 
 import { near } from "../near.mjs";
 import { killServers, serve } from "../server_process.mjs";
+import { launch } from "./chromium.mjs";
 
 const screenshotFolder = process.env.CLERESTORY_SCREENSHOTS;
-const chromiumPath = [process.env.CLERESTORY_CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"]
-  .find((path) => path && existsSync(path));
 
 let browser;
-const launch = async () => { browser = await chromium.launch({ executablePath: chromiumPath, args: ["--no-sandbox"] }); };
 
 const kDesk = { width: 1280, height: 800 };
 
@@ -111,7 +108,7 @@ export class Visit {
 
 export let server;
 before(async () => {
-  [server] = await Promise.all([serve(), launch()]);
+  [server, browser] = await Promise.all([serve(), launch()]);
 });
 after(async () => {
   await browser?.close();

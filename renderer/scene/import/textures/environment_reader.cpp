@@ -60,7 +60,7 @@ EnvironmentMap mapOf(RadianceCube cube) {
     return map;
 }
 
-// Two customs of naming the sides of +x, -x, +y, -y, +z and -z, OpenGL's order.
+// Two naming conventions for the faces +x, -x, +y, -y, +z and -z, OpenGL's order.
 using FaceNames = std::array<const char*, 2>;
 constexpr std::array<FaceNames, 6> kFaces{{{"px", "posx"},
                                            {"nx", "negx"},

@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kDielectric = 0.04f;  // reflectance
 
-// As the eye weighs the channels; of a metal and a dielectric alike.
+// Perceived brightness with the luma weights of Rec. 601, for metals and dielectrics.
 float brightness(const glm::vec3& c) {
     return std::sqrt(glm::dot(glm::vec3(0.299f, 0.587f, 0.114f), c * c));
 }
@@ -40,7 +40,7 @@ MetallicBase metallicBase(const glm::vec3& diffuse, const glm::vec3& specular) {
     const glm::vec3 ofDiffuse =
         diffuse * (remaining / (1.0f - kDielectric) / std::max(1.0f - m, kLeast));
     const glm::vec3 ofSpecular = (specular - kDielectric * (1.0f - m)) / std::max(m, kLeast);
-    // The one is exact where the other has no weight.
+    // Each is exact where it has all the weight.
     base.color = glm::clamp(glm::mix(ofDiffuse, ofSpecular, m * m), 0.0f, 1.0f);
     return base;
 }
