@@ -105,6 +105,7 @@ struct RendererCounters {
 };
 
 // Progress of compiling the programs of some frames in advance; see Renderer::beginWarmUp().
+class WarmUpPlanner;
 class WarmUp {
 public:
     std::size_t done() const { return done_; }  // in passes, about one for each program
@@ -114,6 +115,7 @@ private:
     friend class Renderer;
     struct Plan;
     std::vector<std::shared_ptr<const Plan>> plans_;
+    std::shared_ptr<WarmUpPlanner> planner_;
     std::size_t done_ = 0;
 };
 
@@ -186,6 +188,8 @@ public:
     //
     // Throws InvalidRequest as plan() does.
     WarmUp beginWarmUp(const std::vector<FrameRequest>& frames) const;
+    // Adds the programs of one more frame that the frames before it do not have.
+    void extend(WarmUp& warmUp, const FrameRequest& frame) const;
     // Performs one step. Returns false if no step is left or the scene was removed. May throw
     // RenderFailed. `fromTheEnd`: last steps first.
     bool advance(WarmUp& warmUp, bool fromTheEnd = false);
@@ -206,5 +210,7 @@ void endDriver();
 // Likely first requests of a client: the default view at two presets, and the whole scene from a
 // distance.
 std::vector<FrameRequest> firstFramesOf(const Scene& scene);
+// Likely later requests: from around the default view, at two presets, and in motion.
+std::vector<FrameRequest> nearbyFramesOf(const Scene& scene);
 
 }  // namespace clerestory

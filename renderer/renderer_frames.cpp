@@ -9,9 +9,11 @@
 #include "plan/warm_up.h"
 #include "renderer_state.h"
 #include "scene/convexity.h"
+#include "scene/default_view.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 
 namespace clerestory {
@@ -244,17 +246,20 @@ std::size_t WarmUp::total() const {
 
 WarmUp Renderer::beginWarmUp(const std::vector<FrameRequest>& frames) const {
     WarmUp warmUp;
-    for (const FrameRequest& frame : frames) {
-        State::Subject subject = state_->subjectOf(frame);
-        // Frames with computed light have the same programs.
-        if (const auto inputs = state_->lightOf(subject, frame)) {
-            state_->addLight(subject, frame, *inputs);
-        }
-        FramePlan plan = warmUpPlan(state_->plan(subject, frame));
-        warmUp.plans_.push_back(
-            std::make_shared<WarmUp::Plan>(WarmUp::Plan{std::move(subject), std::move(plan)}));
-    }
+    warmUp.planner_ = std::make_shared<WarmUpPlanner>();
+    for (const FrameRequest& frame : frames) extend(warmUp, frame);
     return warmUp;
+}
+
+void Renderer::extend(WarmUp& warmUp, const FrameRequest& frame) const {
+    State::Subject subject = state_->subjectOf(frame);
+    // Frames with computed light have the same programs.
+    if (const auto inputs = state_->lightOf(subject, frame)) {
+        state_->addLight(subject, frame, *inputs);
+    }
+    FramePlan plan = warmUp.planner_->plan(state_->plan(subject, frame));
+    warmUp.plans_.push_back(
+        std::make_shared<WarmUp::Plan>(WarmUp::Plan{std::move(subject), std::move(plan)}));
 }
 
 bool Renderer::advance(WarmUp& warmUp, bool fromTheEnd) {
@@ -287,6 +292,40 @@ std::vector<FrameRequest> firstFramesOf(const Scene& scene) {
     distant.camera.position = center + glm::dvec3(0.0, 0.3, 1.0) * distance;
     distant.camera.target = center;
     return {standard, draft, distant};
+}
+
+std::vector<FrameRequest> nearbyFramesOf(const Scene& scene) {
+    // Radians about the vertical axis and upwards, and a factor of the distance.
+    struct Turn {
+        double aside, up, distance;
+    };
+    static constexpr Turn kTurns[] = {
+        {0.15, 0.0, 1.0}, {-0.15, 0.0, 1.0}, {0.4, 0.1, 1.0},  {-0.4, 0.1, 1.0}, {0.0, 0.3, 0.7},
+        {0.0, -0.2, 1.3}, {1.0, 0.2, 1.0},   {-1.0, 0.2, 1.0}, {2.2, 0.0, 1.0},  {-2.2, 0.0, 1.0}};
+    const DefaultView view = defaultView(scene);
+    const glm::dvec3 target(view.target), away = glm::dvec3(view.position) - target;
+    const double distance = glm::length(away);
+    if (!(distance > 0.0)) return {};
+    const double aside = std::atan2(away.x, away.z);
+    const double up = std::asin(std::clamp(away.y / distance, -1.0, 1.0));
+    constexpr double kMostUp = 1.4;
+    std::vector<FrameRequest> frames;
+    for (const Turn& turn : kTurns) {
+        const double a = aside + turn.aside, u = std::clamp(up + turn.up, -kMostUp, kMostUp);
+        const glm::dvec3 direction(std::cos(u) * std::sin(a), std::sin(u),
+                                   std::cos(u) * std::cos(a));
+        FrameRequest frame;
+        frame.scene = scene.id;
+        frame.camera.position = target + direction * (distance * turn.distance);
+        frame.camera.target = target;
+        frames.push_back(frame);
+        frame.accuracy = accuracyOf(Preset::draft);
+        frames.push_back(frame);
+        frame.width /= 4;  // in motion
+        frame.height /= 4;
+        frames.push_back(frame);
+    }
+    return frames;
 }
 
 void endDriver() {

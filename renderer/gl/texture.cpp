@@ -90,11 +90,10 @@ struct Storage {
 
 Storage storageOf(const TextureDescription& d) {
     Storage storage{d.width, d.height, d.levels, 0};
-    const bool small = std::uint64_t{d.width} * d.height <= kMaxAlike;
-    if (d.samples > 1 || !d.alike || !small || !Context::current().capabilities().software)
-        return storage;
+    if (d.samples > 1 || !d.alike || !Context::current().capabilities().software) return storage;
     storage.levels = std::max(d.levels, std::min(2u, levelsOf(d.width, d.height)));
-    if (!std::has_single_bit(d.width) && !std::has_single_bit(d.height)) return storage;
+    const bool small = std::uint64_t{d.width} * d.height <= kMaxAlike;
+    if (!small || (!std::has_single_bit(d.width) && !std::has_single_bit(d.height))) return storage;
     return {2 * d.width + 1, 2 * d.height + 1, storage.levels + 1, 1};
 }
 

@@ -30,7 +30,7 @@ struct TextureDescription {
     // llvmpipe compiles a shader for whether the edges of a plane that it reads are powers of two,
     // and for whether it has smaller levels. With this, planes of all sizes are alike to it: they
     // have at least two levels, and edges that are powers of two become the second level of storage
-    // with odd edges. Costs memory, so planes of more than kMaxAlike texels stay as they are.
+    // with odd edges. That costs memory, so planes of more than kMaxAlike texels keep such edges.
     // Shaders must not ask such a texture for its number of levels. Other drivers ignore it.
     bool alike = false;
 };

@@ -4,6 +4,7 @@
 #include "gl/context.h"
 #include "passes/blocks.h"
 #include "plan/graph/features.h"
+#include "plan/graph/view_bits.h"
 #include "scene/environment.h"
 
 #include <algorithm>
@@ -53,41 +54,6 @@ void setSkyDirections(const View& view, const glm::dmat3& eyeFromView, glm::vec4
     directions[0] = glm::vec4(glm::vec3(eyeFromPicture[2]), 0.0f);
     directions[1] = glm::vec4(glm::vec3(eyeFromPicture[0]), 0.0f);
     directions[2] = glm::vec4(glm::vec3(eyeFromPicture[1]), 0.0f);
-}
-
-std::uint32_t kindOfShadows(const FramePlan& plan) {
-    const auto all = [&](LightShadow::Kind kind) {
-        return std::all_of(plan.lights.begin(), plan.lights.end(), [&](const PlacedLight& light) {
-            return !light.shadow || light.shadow->kind == kind;
-        });
-    };
-    return all(LightShadow::Kind::one)   ? VIEW_SHADOWS_ONE
-           : all(LightShadow::Kind::six) ? VIEW_SHADOWS_SIX
-                                         : 0;
-}
-
-// Loops over lights and reads of uniform blocks cost time per pixel; programs for views without
-// them omit both.
-std::uint32_t viewBits(const PassInput& input, const PassView& view) {
-    const std::vector<PlacedLight>& lights = input.plan.lights;
-    std::uint32_t bits = 0;
-    if (view.view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
-    if (view.background.coverage) bits |= VIEW_COVERAGE;
-    if (input.surfaceLight) bits |= VIEW_SURFACE_LIGHT;
-    if (input.plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(input.plan);
-    if (input.plan.shadowSamples > 0) bits |= VIEW_SHADOWS_SOFT;
-    if (input.plan.shadowTints != kNoTarget) bits |= VIEW_SHADOWS_TINTED;
-    if (lights.size() == 1 && lights.front().kind == LightKind::directional) {
-        return bits | VIEW_SUN_ONLY;
-    }
-    // Without a limit they reach every draw, whose list is then the first of the table.
-    const bool limited = std::any_of(lights.begin(), lights.end(), [](const PlacedLight& light) {
-        return light.kind == LightKind::spot || light.range > 0.0f;
-    });
-    if (!limited && lights.size() <= VIEW_LAMPS_MASK) {
-        bits |= static_cast<std::uint32_t>(lights.size()) << VIEW_LAMPS_SHIFT;
-    }
-    return bits;
 }
 
 }  // namespace
@@ -210,7 +176,10 @@ void settleSamplers(PassResources& resources) {
 
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program) {
-    const std::uint32_t bits = program.materials ? viewBits(input, view) : 0;
+    const std::uint32_t bits = program.materials
+                                   ? viewBits(input.plan, view.view, view.background.coverage,
+                                              input.surfaceLight != nullptr)
+                                   : 0;
     input.scene->vertexArray().bind();
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;

@@ -1,6 +1,7 @@
 #include "plan/warm_up.h"
 
 #include "plan/graph/features.h"
+#include "plan/graph/view_bits.h"
 
 #include <algorithm>
 #include <bit>
@@ -25,11 +26,28 @@ TargetSpec smallTarget(TargetSpec spec) {
     return spec;
 }
 
+}  // namespace
+
 enum class DrawStage { depth, opaque, recorded, blended };
+
+// What the plans so far contain.
+struct WarmUpPrograms {
+    using ViewBits = std::uint32_t;
+    std::set<std::tuple<std::string_view, TargetKind, Format>> fullScreen;
+    // bool: whether it reflects a picture; the number: samples.
+    std::set<std::tuple<std::string_view, DrawStage, ViewBits, Features, Index, bool, Format,
+                        std::uint32_t, Primitive>>
+        draws;
+    std::set<std::tuple<Format, std::uint32_t>> rays;
+    std::set<std::uint64_t> maps;  // by resident key
+    std::set<ViewBits> skies;
+};
+
+namespace {
 
 class WarmUpPasses {
 public:
-    explicit WarmUpPasses(const FramePlan& plan) : plan_(plan) {}
+    WarmUpPasses(const FramePlan& plan, WarmUpPrograms& planned) : plan_(plan), planned_(planned) {}
 
     std::vector<Pass> all() {
         for (const Pass& pass : plan_.passes) {
@@ -39,13 +57,17 @@ public:
     }
 
 private:
-    void add(const Pass& pass, const PrefilterMap&) { passes_.push_back(pass); }
+    void add(const Pass& pass, const PrefilterMap&) {
+        if (planned_.maps.insert(plan_.targets[pass.target].residentKey).second) {
+            passes_.push_back(pass);
+        }
+    }
 
     // A full-screen pass.
     template <class Work>
     void add(const Pass& pass, const Work&) {
         const TargetSpec& target = plan_.targets[pass.target];
-        if (seenFullScreen_.emplace(pass.kind(), target.kind, target.format).second) {
+        if (planned_.fullScreen.emplace(pass.kind(), target.kind, target.format).second) {
             passes_.push_back(pass);
         }
     }
@@ -53,7 +75,7 @@ private:
     // Builds the hierarchy of the scene, too.
     void add(const Pass& pass, const FollowRays& work) {
         const TargetSpec& target = plan_.targets[pass.target];
-        if (!seenRays_.emplace(target.format, target.samples).second) return;
+        if (!planned_.rays.emplace(target.format, target.samples).second) return;
         passes_.push_back(pass);
         FollowRays bare = work;
         bare.rect = {0, 0, 1, 1};
@@ -64,8 +86,7 @@ private:
         DrawScene bare = work;
         bare.depthDraws = bare.opaqueDraws = bare.recorded.draws = bare.blendedDraws = {};
         bare.sky = false;
-        if (work.sky && !seenSky_) {
-            seenSky_ = true;
+        if (work.sky && planned_.skies.insert(bitsOf(work.view)).second) {
             passes_.push_back(pass);
             passes_.back().work = bare;
             std::get<DrawScene>(passes_.back().work).sky = true;
@@ -150,11 +171,13 @@ private:
     template <class Work, class List>
     void addTo(const Pass& pass, const Work& bare, const Draw& draw, DrawStage stage, List list) {
         const TargetSpec& target = plan_.targets[pass.target];
-        const auto key = std::tuple(pass.kind(), stage, draw.features,
-                                    stage == DrawStage::depth ? kNone : draw.material,
-                                    draw.reflection == kNoReflection, target.format, target.samples,
-                                    bare.view.orthographic, draw.primitive);
-        if (!seenDraws_.insert(key).second) return;
+        const bool isNew = planned_.draws
+                               .emplace(pass.kind(), stage, bitsOf(bare.view), draw.features,
+                                        stage == DrawStage::depth ? kNone : draw.material,
+                                        draw.reflection != kNoReflection, target.format,
+                                        target.samples, draw.primitive)
+                               .second;
+        if (!isNew) return;
         const auto holds = [&](const Pass& last) {
             const auto* work = std::get_if<Work>(&last.work);
             return last.name == pass.name && last.target == pass.target && work &&
@@ -168,21 +191,23 @@ private:
         list(std::get<Work>(passes_.back().work)).push_back(draw);
     }
 
+    std::uint32_t bitsOf(const View& view) const {
+        return viewBits(plan_, view, plan_.transparent, plan_.surfaceLight != 0);
+    }
+
     const FramePlan& plan_;
+    WarmUpPrograms& planned_;
     std::vector<Pass> passes_;
-    std::set<std::tuple<std::string_view, TargetKind, Format>> seenFullScreen_;
-    std::set<std::tuple<std::string_view, DrawStage, Features, Index, bool, Format, std::uint32_t,
-                        bool, Primitive>>
-        seenDraws_;
-    std::set<std::tuple<Format, std::uint32_t>> seenRays_;
-    bool seenSky_ = false;
 };
 
 }  // namespace
 
-FramePlan warmUpPlan(const FramePlan& plan) {
+WarmUpPlanner::WarmUpPlanner() : planned_(std::make_unique<WarmUpPrograms>()) {}
+WarmUpPlanner::~WarmUpPlanner() = default;
+
+FramePlan WarmUpPlanner::plan(const FramePlan& plan) {
     FramePlan warm = plan;
-    warm.passes = WarmUpPasses(plan).all();
+    warm.passes = WarmUpPasses(plan, *planned_).all();
     std::set<TargetId> whole;
     for (const Pass& pass : warm.passes) {
         if (std::holds_alternative<PrefilterMap>(pass.work)) whole.insert(pass.target);

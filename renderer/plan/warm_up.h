@@ -1,16 +1,33 @@
-// Warming up: a small plan whose execution makes the driver compile every program that a frame
-// uses.
+// Warming up: small plans whose execution makes the driver compile every program that frames use.
 //
-//     const FramePlan warmUp = warmUpPlan(planFrame(...));  // execute each pass once
+//     WarmUpPlanner planner;
+//     FramePlan first = planner.plan(planFrame(...));   // execute each pass once
+//     FramePlan second = planner.plan(planFrame(...));  // what the first does not contain
 #pragma once
 
 #include "plan/graph/frame_plan.h"
 
+#include <memory>
+
 namespace clerestory {
 
-// Draws every combination of program, material and pass type of `plan` once, into targets of a few
-// pixels; each program has a separate pass. Passes keep their order. Only prefiltered environment
-// maps are useful results: they have their full size and stay resident.
-FramePlan warmUpPlan(const FramePlan& plan);
+struct WarmUpPrograms;
+
+class WarmUpPlanner {
+public:
+    WarmUpPlanner();
+    ~WarmUpPlanner();
+    WarmUpPlanner(const WarmUpPlanner&) = delete;
+    WarmUpPlanner& operator=(const WarmUpPlanner&) = delete;
+
+    // Draws every combination of program, material and pass type of `plan` once, into targets of a
+    // few pixels; each program has a separate pass. Leaves out what plans of earlier calls draw.
+    // Passes keep their order. Only prefiltered environment maps are useful results: they have
+    // their full size and stay resident.
+    FramePlan plan(const FramePlan& plan);
+
+private:
+    std::unique_ptr<WarmUpPrograms> planned_;
+};
 
 }  // namespace clerestory

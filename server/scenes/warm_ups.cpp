@@ -3,14 +3,18 @@
 #include "server/scenes/compile_ahead.h"
 #include "server/scenes/shader_cache.h"
 
+#include <algorithm>
+
 namespace clerestory {
 
 struct WarmUps::Task {
     std::vector<FrameRequest> frames;
+    std::vector<FrameRequest> later;  // last ones first
     std::function<void()> whenFinished;
     std::optional<WarmUp> warmUp;  // used on the renderer's thread
     std::atomic<std::size_t> done{0}, total{0};
-    std::atomic<bool> finished{false};  // or cancelled
+    std::atomic<bool> finished{false};  // with `frames`
+    std::atomic<bool> cancelled{false};
 };
 
 namespace {
@@ -37,6 +41,11 @@ void WarmUps::begin(const Scene& scene, std::optional<Scene> copy,
                     std::function<void()> whenFinished) {
     auto task = std::make_shared<Task>();
     task->frames = firstFramesOf(scene);
+    // A process that compiles without optimisation is replaced soon.
+    if (queue_.identity().software && !compilesFast()) {
+        task->later = nearbyFramesOf(scene);
+        std::reverse(task->later.begin(), task->later.end());
+    }
     task->whenFinished = [mark = markOf(scene), then = std::move(whenFinished)] {
         setCompiled(mark);
         if (then) then();
@@ -44,19 +53,19 @@ void WarmUps::begin(const Scene& scene, std::optional<Scene> copy,
     const std::lock_guard lock(mutex_);
     tasks_[scene.id] = task;
     if (copy && CompileAhead::helps(queue_.identity()) && (!ahead_ || ahead_->ended())) {
-        ahead_ = std::make_unique<CompileAhead>(options_, *std::move(copy), std::move(maps),
-                                                task->frames, [task] { return !task->finished; });
+        ahead_ = std::make_unique<CompileAhead>(
+            options_, *std::move(copy), std::move(maps), task->frames,
+            [task] { return !task->finished && !task->cancelled; });
         aheadOf_ = task;
     }
     queue_.inBackground([task, ending = ending_](Renderer& renderer) {
-        if (*ending || task->finished) return false;
+        if (*ending || task->cancelled) return false;
         try {
-            advance(*task, renderer);
+            return advance(*task, renderer);
         } catch (...) {
             task->finished = true;
             throw;
         }
-        return !task->finished;
     });
 }
 
@@ -64,23 +73,31 @@ void WarmUps::forget(const std::string& scene) {
     const std::lock_guard lock(mutex_);
     const auto found = tasks_.find(scene);
     if (found == tasks_.end()) return;
-    found->second->finished = true;
+    found->second->cancelled = true;
     tasks_.erase(found);
 }
 
-// One step, on the renderer's thread.
-void WarmUps::advance(Task& task, Renderer& renderer) {
+// One step, on the renderer's thread. Returns whether steps are left.
+bool WarmUps::advance(Task& task, Renderer& renderer) {
     if (!task.warmUp) {
         task.warmUp = renderer.beginWarmUp(task.frames);
         task.total = task.warmUp->total();
-        return;
+        return true;
     }
     const bool more = renderer.advance(*task.warmUp);
-    task.done = task.warmUp->done();
-    if (more) return;
-    task.warmUp.reset();
-    task.finished = true;
-    task.whenFinished();
+    if (!task.finished) task.done = task.warmUp->done();
+    if (more) return true;
+    if (!task.finished) {
+        task.finished = true;
+        task.whenFinished();
+    }
+    if (task.later.empty()) {
+        task.warmUp.reset();
+        return false;
+    }
+    renderer.extend(*task.warmUp, task.later.back());
+    task.later.pop_back();
+    return true;
 }
 
 WarmUps::Progress WarmUps::of(const std::string& scene) const {

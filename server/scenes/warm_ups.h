@@ -1,6 +1,7 @@
 // Compiles the shaders of the first frames of a loaded scene in advance: step by step on the
 // renderer's thread between frames, and with a software driver also on a second thread
-// (compile_ahead.h). Thread-safe.
+// (compile_ahead.h). After them, if the driver is software, those of frames from around the default
+// view. Thread-safe.
 #pragma once
 
 #include "server/queue/render_queue.h"
@@ -16,7 +17,7 @@ class WarmUps {
 public:
     struct Progress {
         std::size_t done = 0, total = 0;  // programs, approximately; 0 before the start
-        bool finished = false;            // on both threads
+        bool finished = false;            // with the first frames, on both threads
     };
 
     WarmUps(RenderQueue& queue, const RendererOptions& options);
@@ -38,7 +39,7 @@ public:
 
 private:
     struct Task;
-    static void advance(Task& task, Renderer& renderer);
+    static bool advance(Task& task, Renderer& renderer);
 
     RenderQueue& queue_;
     const RendererOptions options_;

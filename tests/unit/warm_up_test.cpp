@@ -3,6 +3,7 @@
 #include "plan/graph/features.h"
 #include "view_planner_support.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace clerestory::test {
@@ -38,12 +39,12 @@ FramePlan planOfBalls() {
 TEST(WarmUpPlan, DrawsEveryProgramOfThePlan) {
     for (const FramePlan& plan :
          {planOfBalls(), planOf(mirrorScene(), lookingFrom({0.3, 0.2, 5}))}) {
-        EXPECT_EQ(programsOf(warmUpPlan(plan)), programsOf(plan)) << toText(plan);
+        EXPECT_EQ(programsOf(WarmUpPlanner().plan(plan)), programsOf(plan)) << toText(plan);
     }
 }
 
 TEST(WarmUpPlan, HasOnePassPerProgram) {
-    const FramePlan warm = warmUpPlan(planOfBalls());
+    const FramePlan warm = WarmUpPlanner().plan(planOfBalls());
     for (const Pass& pass : warm.passes) {
         std::set<Features> features;
         for (const std::span<const Draw> draws : shadedLists(pass)) {
@@ -55,9 +56,22 @@ TEST(WarmUpPlan, HasOnePassPerProgram) {
     EXPECT_LT(warm.passes.size(), 24u) << toText(warm);
 }
 
+TEST(WarmUpPlan, LeavesOutWhatEarlierPlansDraw) {
+    WarmUpPlanner planner;
+    const FramePlan plan = planOfBalls();
+    planner.plan(plan);
+    EXPECT_TRUE(planner.plan(plan).passes.empty());
+    const FramePlan other = planOf(mirrorScene(), lookingFrom({0.3, 0.2, 5}));
+    std::set<Program> left = programsOf(other);
+    for (const Program& known : programsOf(plan)) left.erase(known);
+    ASSERT_FALSE(left.empty());
+    const std::set<Program> further = programsOf(planner.plan(other));
+    EXPECT_TRUE(std::includes(further.begin(), further.end(), left.begin(), left.end()));
+}
+
 TEST(WarmUpPlan, KeepsEnvironmentMapsAndShrinksOtherTargets) {
     const FramePlan plan = planOfBalls();
-    const FramePlan warm = warmUpPlan(plan);
+    const FramePlan warm = WarmUpPlanner().plan(plan);
     ASSERT_EQ(warm.targets.size(), plan.targets.size());
     for (std::size_t i = 0; i < plan.targets.size(); ++i) {
         const TargetSpec &was = plan.targets[i], &is = warm.targets[i];

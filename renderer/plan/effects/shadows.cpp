@@ -170,6 +170,13 @@ std::optional<std::uint32_t> place(std::vector<Shadow>& shadows, std::uint32_t w
     return height <= kMaxMapEdge ? std::optional(height) : std::nullopt;
 }
 
+// llvmpipe compiles different code for textures whose edges are powers of two, so no map has such
+// edges. The two texels that are added keep the
+// map of tints exactly half as large.
+std::uint32_t edgeOfMap(std::uint32_t texels) {
+    return std::has_single_bit(texels) ? texels + 2 : texels;
+}
+
 constexpr Features kHoles = FEATURE_BASE_COLOR_MAP | FEATURE_VERTEX_COLOR |
                             FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
 
@@ -410,8 +417,8 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     }
     TargetSpec spec{.name = "shadows",
                     .format = Format::depth32f,
-                    .width = width,
-                    .height = *height,
+                    .width = edgeOfMap(width),
+                    .height = edgeOfMap(*height),
                     .residentKey = keyOf("shadow map", stage, shadows)};
     const TargetId target = builder.addTarget(spec);
     plan.shadowMap = target;
@@ -434,8 +441,8 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     if (!anyTints) return;
     spec = {.name = "shadowTints",
             .format = Format::rgba16f,
-            .width = width / 2,
-            .height = *height / 2,
+            .width = spec.width / 2,
+            .height = spec.height / 2,
             .residentKey = keyOf("shadow tints", stage, shadows)};
     plan.shadowTints = builder.addTarget(spec);
     if (context.resident.keys.contains(spec.residentKey)) return;
