@@ -321,9 +321,11 @@ std::vector<FrameRequest> nearbyFramesOf(const Scene& scene) {
         frames.push_back(frame);
         frame.accuracy = accuracyOf(Preset::draft);
         frames.push_back(frame);
-        frame.width /= 4;  // in motion
-        frame.height /= 4;
-        frames.push_back(frame);
+        for (const std::uint32_t part : {4u, 8u}) {  // in motion
+            FrameRequest& small = frames.emplace_back(frame);
+            small.width /= part;
+            small.height /= part;
+        }
     }
     return frames;
 }
