@@ -47,10 +47,37 @@ vec3 flatMirrorLobe(Surface s, vec3 position, float toMirror, float beyond) {
 // Where in the mirror's picture the surface reads.
 struct MirrorPlace {
     vec2 at;
+    vec2 shift;    // of `at` from the surface's own pixel; see insideMirror()
     float first;   // stored distance of the picture's pixel; see distance_share.glsl
     float beyond;  // metres from the surface to the reflected object
     float level;   // of the blurred picture
 };
+
+// Beyond the edges of the mirror its picture shows the space behind the plane, often the sky. The pixels
+// of a picture of half the size reach across an edge: a wall that stands on the mirror would get a bright
+// line at its foot. A place that mixes the sky is moved to the nearest object among the adjacent
+// pixels; silhouettes before the sky become wider by a pixel, which the blur of a rough mirror hides.
+void insideMirror(inout MirrorPlace found) {
+    const float kSky = 0.5f * kFarShare;
+    vec2 size = vec2(textureSize(mirrorPicture, 0));
+    vec2 pixel = floor(found.at * size) + 0.5f;
+    vec4 mixed = textureGather(mirrorPicture, found.at, 3);
+    bool sky = max(max(mixed.x, mixed.y), max(mixed.z, mixed.w)) > kSky;
+    // Sharp mirrors have one level, and pixels that do not reach across an edge. The number is no
+    // constant, so that the loop stays one, which is left at once where no pixel mixes the sky.
+    int count = reflection.levels.x > 0.0f ? 9 : 0;
+    float nearest = kSky;
+    vec2 at = found.at;
+    for (int i = 0; i < count && sky; ++i) {
+        vec2 adjacent = (pixel + vec2(float(i % 3 - 1), float(i / 3 - 1))) / size;
+        float share = textureLod(mirrorPicture, adjacent, 0.0f).a;
+        at = share < nearest ? adjacent : at;
+        nearest = min(nearest, share);
+    }
+    found.first = nearest < kSky ? nearest : found.first;
+    found.shift = at - found.at;
+    found.at = at;
+}
 
 // The pixels of the mirrored view coincide with those of this view. Blur depends on the distance
 // between the mirror and the reflected object (erratum R4), which is stored in the picture's alpha.
@@ -63,6 +90,7 @@ MirrorPlace mirrorPlace(Surface s, vec3 position) {
     // width, the lower end of an object on the mirror would be mixed with the empty space behind the
     // plane.
     found.first = textureLod(mirrorPicture, found.at, 0.0f).a;
+    insideMirror(found);
     float first = beyondSurface(found.first, toMirror);
     float wide = min(0.5f * lobeLod(spread, reflection.levels.y * lobeReach(toMirror, first)),
                      reflection.levels.x);
@@ -78,7 +106,7 @@ vec3 flatMirror(Surface s, vec3 position) {
         return flatMirrorLobe(s, position, length(position), found.beyond);
     }
     if (has(FEATURE_NORMAL_MAP)) {
-        found.at = mirroredCoordinate(position, reflect(-s.toEye, s.normal), found.beyond);
+        found.at = mirroredCoordinate(position, reflect(-s.toEye, s.normal), found.beyond) + found.shift;
     }
     return textureLod(mirrorPicture, found.at, found.level).rgb;
 }

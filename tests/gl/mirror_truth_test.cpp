@@ -288,5 +288,43 @@ TEST_F(MirrorTruth, RoughFloorsAreSharpAtContact) {
     }
 }
 
+// A black wall that crosses the pixels at an angle stands on a rough floor under a white sky. The
+// mirrored view shows the sky behind the wall's foot, and none of it may shine on the floor there.
+TEST_F(MirrorTruth, TheSkyBehindAWallDoesNotShineAtItsFoot) {
+    Scene scene;
+    const double turn = 0.17;
+    const glm::dmat4 upright = glm::rotate(glm::rotate(glm::dmat4(1.0), turn, glm::dvec3(0, 0, 1)),
+                                           glm::half_pi<double>(), glm::dvec3(1, 0, 0));
+    place(scene, quad(20.0f, addMaterial(scene, unlit(glm::vec4(0, 0, 0, 1)))), upright);
+    Material rough = mirrorMetal(1.0f, 0.3f);
+    rough.reflection = Reflection::mirror;
+    place(scene, quad(12.0f, addMaterial(scene, rough)));
+    FrameRequest r = mirrored(std::move(scene), "sky at the foot", {0, -4, 3});
+    r.accuracy.preset = Preset::standard;
+    r.camera.target = glm::dvec3(0, 0, 0);
+    r.camera.up = glm::dvec3(0, 0, 1);
+    r.camera.yfov = 0.9;
+    r.width = r.height = 256;
+    r.environment.map = "white";
+    const FramePlan plan = renderer().plan(r);
+    const auto picture = std::find_if(plan.targets.begin(), plan.targets.end(),
+                                      [](const TargetSpec& t) { return t.levels > 1 && t.depth; });
+    ASSERT_NE(picture, plan.targets.end()) << toText(plan);
+    EXPECT_LT(picture->width, 200u) << "half the size";
+    const Image image = renderer().render(r).image;
+    const glm::dvec3 front(std::sin(turn), -std::cos(turn), 0.0);
+    int atFoot = 0;
+    for (std::uint32_t i = 0; i < 256 * 256; ++i) {
+        const Ray ray = sight(r, i % 256 + 0.5, i / 256 + 0.5);
+        if (ray.direction.z >= 0.0) continue;
+        const glm::dvec3 floor = ray.origin - ray.origin.z / ray.direction.z * ray.direction;
+        const double before = glm::dot(floor, front);
+        if (before <= 0.0 || before > 0.05) continue;
+        ++atFoot;
+        EXPECT_LT(color(image, i % 256, i / 256).x, 0.1f) << i % 256 << ", " << i / 256;
+    }
+    EXPECT_GT(atFoot, 300);
+}
+
 }  // namespace
 }  // namespace clerestory::test
