@@ -56,8 +56,9 @@ struct MirrorPlace {
 // Beyond the edges of the mirror its picture shows the space behind the plane, often the sky. The pixels
 // of a picture of half the size reach across an edge: a wall that stands on the mirror would get a bright
 // line at its foot. A place that mixes the sky is moved to the nearest object among the adjacent
-// pixels; silhouettes before the sky become wider by a pixel, which the blur of a rough mirror hides.
-void insideMirror(inout MirrorPlace found) {
+// pixels, if that object all but touches the mirror; others keep their silhouettes before the sky.
+const float kTouching = 1.05f;  // of the distance to the mirror
+void insideMirror(inout MirrorPlace found, float toMirror) {
     const float kSky = 0.5f * kFarShare;
     vec2 size = vec2(textureSize(mirrorPicture, 0));
     vec2 pixel = floor(found.at * size) + 0.5f;
@@ -66,7 +67,8 @@ void insideMirror(inout MirrorPlace found) {
     // Sharp mirrors have one level, and pixels that do not reach across an edge. The number is no
     // constant, so that the loop stays one, which is left at once where no pixel mixes the sky.
     int count = reflection.levels.x > 0.0f ? 9 : 0;
-    float nearest = kSky;
+    float touching = min(kTouching * toMirror * view.picture.w, kSky);
+    float nearest = touching;
     vec2 at = found.at;
     for (int i = 0; i < count && sky; ++i) {
         vec2 adjacent = (pixel + vec2(float(i % 3 - 1), float(i / 3 - 1))) / size;
@@ -74,7 +76,7 @@ void insideMirror(inout MirrorPlace found) {
         at = share < nearest ? adjacent : at;
         nearest = min(nearest, share);
     }
-    found.first = nearest < kSky ? nearest : found.first;
+    found.first = nearest < touching ? nearest : found.first;
     found.shift = at - found.at;
     found.at = at;
 }
@@ -90,7 +92,7 @@ MirrorPlace mirrorPlace(Surface s, vec3 position) {
     // width, the lower end of an object on the mirror would be mixed with the empty space behind the
     // plane.
     found.first = textureLod(mirrorPicture, found.at, 0.0f).a;
-    insideMirror(found);
+    insideMirror(found, toMirror);
     float first = beyondSurface(found.first, toMirror);
     float wide = min(0.5f * lobeLod(spread, reflection.levels.y * lobeReach(toMirror, first)),
                      reflection.levels.x);

@@ -161,6 +161,7 @@ json reduced(json body) {
     }
     if (body.contains("samples")) body["samples"] = 2;
     if (body.contains("settings")) body["frames"] = 1;
+    if (body.contains("turntable")) body["turntable"]["seconds"] = 0.2;
     return body;
 }
 
