@@ -27,7 +27,7 @@ httplib::Client clientOf(Server& server) {
     httplib::Client client("127.0.0.1", server.port());
     client.set_keep_alive(true);
     client.set_tcp_nodelay(true);
-    client.set_read_timeout(120);
+    client.set_read_timeout(600);
     return client;
 }
 
