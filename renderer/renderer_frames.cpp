@@ -308,10 +308,11 @@ std::vector<FrameRequest> nearbyFramesOf(const Scene& scene) {
     if (!(distance > 0.0)) return {};
     const double aside = std::atan2(away.x, away.z);
     const double up = std::asin(std::clamp(away.y / distance, -1.0, 1.0));
-    constexpr double kMostUp = 1.4;
+    constexpr double kMaxElevation = 1.4;
     std::vector<FrameRequest> frames;
     for (const Turn& turn : kTurns) {
-        const double a = aside + turn.aside, u = std::clamp(up + turn.up, -kMostUp, kMostUp);
+        const double a = aside + turn.aside,
+                     u = std::clamp(up + turn.up, -kMaxElevation, kMaxElevation);
         const glm::dvec3 direction(std::cos(u) * std::sin(a), std::sin(u),
                                    std::cos(u) * std::cos(a));
         FrameRequest frame;
