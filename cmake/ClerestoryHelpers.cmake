@@ -1,6 +1,6 @@
 # Modules that read and write JSON spend their time in templates of its library while they are compiled, and none of the
-# server's while it runs: with -O1 they compile in four fifths of the time.
-set(clerestory_json_flags $<$<CONFIG:RelWithDebInfo>:-O1>)
+# server's while it runs: with -Og they compile in little more than half of the time that -O2 takes.
+set(clerestory_json_flags $<$<CONFIG:RelWithDebInfo>:-Og>)
 
 # clerestory_precompiled(kind [LIBS...]): cmake/pch_<kind>.h, precompiled once for all targets that reuse it.
 # Precompiled headers and unity builds only save time: the presets asan, tsan and tidy use neither.
