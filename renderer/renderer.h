@@ -104,8 +104,9 @@ struct RendererCounters {
     double compileMilliseconds = 0.0;
 };
 
-// Progress of compiling the programs of some frames in advance; see Renderer::beginWarmUp().
 class WarmUpPlanner;
+
+// Progress of compiling the programs of some frames in advance; see Renderer::beginWarmUp().
 class WarmUp {
 public:
     std::size_t done() const { return done_; }  // in passes, about one for each program

@@ -299,9 +299,10 @@ std::vector<FrameRequest> nearbyFramesOf(const Scene& scene) {
     struct Turn {
         double aside, up, distance;
     };
-    static constexpr Turn kTurns[] = {
-        {0.15, 0.0, 1.0}, {-0.15, 0.0, 1.0}, {0.4, 0.1, 1.0},  {-0.4, 0.1, 1.0}, {0.0, 0.3, 0.7},
-        {0.0, -0.2, 1.3}, {1.0, 0.2, 1.0},   {-1.0, 0.2, 1.0}, {2.2, 0.0, 1.0},  {-2.2, 0.0, 1.0}};
+    static constexpr Turn kTurns[] = {{0.0, 0.0, 1.0},  {0.15, 0.0, 1.0}, {-0.15, 0.0, 1.0},
+                                      {0.4, 0.1, 1.0},  {-0.4, 0.1, 1.0}, {0.0, 0.3, 0.7},
+                                      {0.0, -0.2, 1.3}, {1.0, 0.2, 1.0},  {-1.0, 0.2, 1.0},
+                                      {2.2, 0.0, 1.0},  {-2.2, 0.0, 1.0}};
     const DefaultView view = defaultView(scene);
     const glm::dvec3 target(view.target), away = glm::dvec3(view.position) - target;
     const double distance = glm::length(away);

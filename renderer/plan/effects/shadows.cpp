@@ -171,8 +171,7 @@ std::optional<std::uint32_t> place(std::vector<Shadow>& shadows, std::uint32_t w
 }
 
 // llvmpipe compiles different code for textures whose edges are powers of two, so no map has such
-// edges. The two texels that are added keep the
-// map of tints exactly half as large.
+// edges. Two more texels keep the map of tints exactly half as large.
 std::uint32_t edgeOfMap(std::uint32_t texels) {
     return std::has_single_bit(texels) ? texels + 2 : texels;
 }
