@@ -20,30 +20,6 @@ float beyondSurface(float share, float toSurface) {
     return max(share / view.picture.w - toSurface, 0.0f);
 }
 
-// The lobe as a sum of mirrored directions about GGX half vectors, each blurred by its share of the
-// lobe. Unlike a single look-up it is elongated at grazing angles. The distance of the reflected
-// objects is assumed to be `beyond` metres in the whole lobe.
-vec3 flatMirrorLobe(Surface s, vec3 position, float toMirror, float beyond) {
-    uint count = uint(reflection.levels.w);  // at least 1
-    float alpha = s.roughness * s.roughness;
-    float lod = min(lobeLod(2.0f * alpha * inversesqrt(reflection.levels.w),
-                            reflection.levels.y * lobeReach(toMirror, beyond)),
-                    reflection.levels.x);
-    mat3 eyeFromLobe = frameAbout(s.normal);
-    vec3 sum = vec3(0.0f);
-    float weights = 1e-6f;
-    uint i = 0u;
-    do {
-        vec3 halfway = eyeFromLobe * ggxHalfVector(hammersley(i, count), alpha);
-        vec3 towards = reflect(-s.toEye, halfway);
-        float weight = max(dot(s.normal, towards), 0.0f);
-        vec2 at = mirroredCoordinate(position, towards, beyond);
-        sum += textureLod(mirrorPicture, at, lod).rgb * weight;
-        weights += weight;
-    } while (++i < count);
-    return sum / weights;
-}
-
 // Where in the mirror's picture the surface reads.
 struct MirrorPlace {
     vec2 at;
@@ -102,10 +78,34 @@ MirrorPlace mirrorPlace(Surface s, vec3 position) {
     return found;
 }
 
+// The lobe as a sum of mirrored directions about GGX half vectors, each blurred by its share of the
+// lobe. Unlike a single look-up it is elongated at grazing angles. The distance of the reflected
+// objects is assumed to be the same in the whole lobe.
+vec3 flatMirrorLobe(Surface s, vec3 position, MirrorPlace found) {
+    uint count = uint(reflection.levels.w);  // at least 1
+    float alpha = s.roughness * s.roughness;
+    float lod = min(lobeLod(2.0f * alpha * inversesqrt(reflection.levels.w),
+                            reflection.levels.y * lobeReach(length(position), found.beyond)),
+                    reflection.levels.x);
+    mat3 eyeFromLobe = frameAbout(s.normal);
+    vec3 sum = vec3(0.0f);
+    float weights = 1e-6f;
+    uint i = 0u;
+    do {
+        vec3 halfway = eyeFromLobe * ggxHalfVector(hammersley(i, count), alpha);
+        vec3 towards = reflect(-s.toEye, halfway);
+        float weight = max(dot(s.normal, towards), 0.0f);
+        vec2 at = mirroredCoordinate(position, towards, found.beyond) + found.shift;
+        sum += textureLod(mirrorPicture, at, lod).rgb * weight;
+        weights += weight;
+    } while (++i < count);
+    return sum / weights;
+}
+
 vec3 flatMirror(Surface s, vec3 position) {
     MirrorPlace found = mirrorPlace(s, position);
     if (has(FEATURE_MIRROR_SAMPLES)) {
-        return flatMirrorLobe(s, position, length(position), found.beyond);
+        return flatMirrorLobe(s, position, found);
     }
     if (has(FEATURE_NORMAL_MAP)) {
         found.at = mirroredCoordinate(position, reflect(-s.toEye, s.normal), found.beyond) + found.shift;
