@@ -404,10 +404,35 @@ std::optional<PointHit> pointAlong(vec3 start, vec3 along, RayCone cone) {
     return std::nullopt;
 }
 
+// A body that a ray is in. distance: as absorption() takes it; 0: none.
+struct Medium {
+    vec3 color{1.0f};
+    float distance = 0.0f;
+};
+Medium mediumOf(const HitPoint& p) {
+    return {p.attenuation, p.glass.w};
+}
+
+// Transmittance of a pane, or of one face of a body, for light that is not refracted. clarity: the
+// fraction of the surface that transmits light.
+vec3 throughFace(const HitPoint& p, vec3 along, float clarity) {
+    const MaterialPoint& m = p.material;
+    const bool solid = (p.flags & TRACE_SOLID) != 0;
+    const vec3 normal = dot(m.normal, along) < 0.0f ? m.normal : p.faceNormal;
+    const float fresnel = fresnelOfBody(-dot(along, normal), max(p.glass.y, 1.0f), m.specular);
+    if (solid && !p.front) return vec3(clarity * (1.0f - fresnel));
+    const vec3 color(m.baseColor.x, m.baseColor.y, m.baseColor.z);
+    if (solid) return color * (clarity * (1.0f - fresnel));
+    const Crossing way = throughPane(along, normal, p.glass.y, p.glass.z);
+    const vec3 clear = absorption(p.attenuation, p.glass.w, way.path);
+    return clarity * color * paneShares(fresnel, clear).transmitted;
+}
+
 // See PathTracer::surfaceAlong().
 SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit) {
     SurfaceHit result;
     vec3 share(1.0f);
+    Medium medium;
     float left = limit;
     for (int passed = 0; passed < kMaxSurfaces && maxComponent(share) > 1e-3f; ++passed) {
         const Hit hit = nearest(start, worldAxes(along));
@@ -420,6 +445,9 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit) {
         cone.width += cone.pixel * hit.distance;
         const HitPoint p = hitPoint(hit, along, cone.width);
         const MaterialPoint& m = p.material;
+        const bool leaves = (p.flags & TRACE_SOLID) != 0 && !p.front;
+        if (leaves && medium.distance == 0.0f) medium = mediumOf(p);  // the ray began inside
+        share *= absorption(medium.color, medium.distance, hit.distance);
         const bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
         if (back && passed == 0) result.begins = false;
         if (isAbsent(p)) {
@@ -430,15 +458,10 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit) {
         const float clarity = glass ? clearShare(p.glass.x, m.metallic) : 0.0f;
         const float coverage =
             (p.flags & TRACE_BLEND) != 0 ? clamp(m.baseColor.w, 0.0f, 1.0f) : 1.0f;
-        const vec3 color(m.baseColor.x, m.baseColor.y, m.baseColor.z);
         if (clarity > 0.5f || coverage < 0.5f) {
-            // The stronger of reflection and refraction.
-            const float c = max(-dot(along, m.normal), 0.0f);
-            const bool leaves = (p.flags & TRACE_SOLID) != 0 && !p.front;
-            const float reflected =
-                leaves ? 0.0f : fresnelOfBody(c, max(p.glass.y, 1.0f), m.specular);
-            const vec3 through = leaves ? vec3(1.0f) : color * (clarity * (1.0f - reflected));
-            share *= glass ? through * coverage + vec3(1.0f - coverage) : vec3(1.0f - coverage);
+            const vec3 covered = glass ? throughFace(p, along, clarity) : vec3(0.0f);
+            share *= covered * coverage + vec3(1.0f - coverage);
+            if (glass && (p.flags & TRACE_SOLID) != 0) medium = leaves ? Medium{} : mediumOf(p);
             start = offsetRayOrigin(p.place, -p.faceNormal, p.reach);
             continue;
         }

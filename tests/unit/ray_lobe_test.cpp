@@ -1,7 +1,6 @@
 // Paths that share a rough lobe, compared with integrals over it that are computed here.
+#include "ray_room.h"
 #include "rays/path.h"
-#include "scene/environment.h"
-#include "shaders/include/bindings.glsl"
 
 #include <gtest/gtest.h>
 #include <glm/gtc/packing.hpp>
@@ -17,55 +16,16 @@ namespace {
 constexpr std::uint32_t kPatterns = 16;
 
 // A bright half-plane at a height of one metre, where x is above 0.3, under a map of one colour.
-class Room {
+class Room : public RayRoom {
 public:
-    Room(bool bright, float map) : map_(8, 4), brdf_(environmentBrdfTable(8)) {
-        for (std::uint32_t level = 0; level < 4; ++level) {
-            const std::uint32_t size = 8 >> level;
-            const std::vector<float> texels(std::size_t{4} * size * size, map);
-            for (std::uint32_t face = 0; face < 6; ++face) map_.setFace(level, face, texels);
-        }
-        map_.joinEdges();
-        if (bright) {
-            tree_.setStill(
-                {{{0.3f, -1e4f, 1.0f}, 0.0f, {0.3f, 1e4f, 1.0f}, 0.0f, {1e4f, 0.0f, 1.0f}, 0.0f}});
-        }
-        instances_.assign(TRACE_INSTANCE_ROWS, glm::vec4(0.0f));
-        for (int row = 0; row < 6; ++row) instances_[row][row % 3] = 1.0f;
-        instances_[3].w = instances_[4].w = 1.0f;
-        materials_.assign(TRACE_MATERIAL_ROWS, glm::vec4(0.0f));
-        materials_[0] = glm::vec4(1.0f);
-        materials_[4].y = 1.5f;
-        materials_[5].w = float(TRACE_UNLIT | TRACE_DOUBLE_SIDED);
-        for (Vertex& vertex : vertices_) vertex.normal = {0.0f, 0.0f, -1.0f};
+    Room(bool bright, float map) : RayRoom(map) {
+        materialRow(5).w = float(TRACE_UNLIT | TRACE_DOUBLE_SIDED);
+        if (bright) add({0.3f, -1e4f, 1.0f}, {0.3f, 1e4f, 1.0f}, {1e4f, 0.0f, 1.0f});
     }
-
     Path follow(const RecordedRay& ray, Ray kind, const glm::vec3& eye, const Lobe& lobe) const {
-        const PathTracer tracer({.tree = tree_,
-                                 .vertices = vertices_,
-                                 .indices = indices_,
-                                 .instances = instances_,
-                                 .materials = materials_,
-                                 .firstTextureRow = materials_.size(),
-                                 .texels = {},
-                                 .lights = {},
-                                 .environment = map_,
-                                 .brdf = brdf_,
-                                 .brdfSize = 8,
-                                 .eye = eye,
-                                 .bounces = 2,
-                                 .hitFeatures = kUnlit});
-        return tracer.follow(ray, kind, lobe);
+        const Surroundings around = surroundings(eye);
+        return PathTracer(around).follow(ray, kind, lobe);
     }
-
-private:
-    static constexpr std::uint32_t kUnlit = 1u << 12;  // FEATURE_UNLIT
-    CubeMap map_;
-    TriangleTree tree_;
-    std::vector<glm::vec2> brdf_;
-    std::vector<glm::vec4> instances_, materials_;
-    std::vector<Vertex> vertices_{3};
-    std::vector<std::uint32_t> indices_{0, 1, 2};
 };
 
 // At the origin, with the normal +Z.
