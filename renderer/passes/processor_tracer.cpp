@@ -177,7 +177,9 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
     for (std::size_t i = 0; i + 1 < sample_; ++i) {
         earlier.push_back({samples[i].starts, samples[i].paths});
     }
-    return rays::follow(*surroundings_, {stride_, rays_.contrast, rays_.lobePaths},
+    return rays::follow(*surroundings_,
+                        {stride_, std::min(stride_, rays_.finest), rays_.contrast,
+                         rays_.contrastBetween, rays_.lobePaths},
                         {.kind = list == 0 ? rays::Ray::mirrored : rays::Ray::transmitted,
                          .width = rect_.width,
                          .starts = sample.starts,

@@ -3,6 +3,7 @@
 #include "image/bands.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <vector>
 
@@ -25,38 +26,97 @@ struct Paths {
 
     std::size_t at(std::uint32_t x, std::uint32_t y) const { return std::size_t{y} * width + x; }
 
-    // Sets `mean` to the mean of the neighbours at a distance of `step` whose paths are known,
-    // to the left and right, above and below, or in the diagonals. Returns false if they do not
-    // agree. before: light that the pixel has already.
-    bool agree(std::uint32_t x, std::uint32_t y, std::uint32_t step, const RecordedRay& ray,
-               const glm::vec3& before, Path& mean) const {
+    // The pixels at a distance of `step` whose paths are known: to the left and right, above and
+    // below, or in the diagonals. Empty at the border of the picture.
+    struct Neighbours {
+        std::array<std::size_t, 4> at{};
+        std::size_t count = 0;
+        std::span<const std::size_t> all() const { return {at.data(), count}; }
+    };
+    Neighbours neighboursOf(std::uint32_t x, std::uint32_t y, std::uint32_t step) const {
         const std::uint32_t dx = x % (2 * step) != 0 ? step : 0,
                             dy = y % (2 * step) != 0 ? step : 0;
-        if (x < dx || y < dy || x + dx >= width || y + dy >= height) return false;
-        const std::size_t neighbours[4] = {at(x - dx, y - dy), at(x + dx, y + dy),
-                                           at(x - dx, y + dy), at(x + dx, y - dy)};
-        const int count = dx != 0 && dy != 0 ? 4 : 2;
-        glm::vec3 low(1e30f), high(0.0f), sum(0.0f), place(0.0f);
-        for (int i = 0; i < count; ++i) {
-            const Path& path = paths[neighbours[i]];
-            if (path.surfaces == 0 || path.surfaces != paths[neighbours[0]].surfaces) return false;
-            const glm::vec3 radiance = radianceOf(path);
+        if (x < dx || y < dy || x + dx >= width || y + dy >= height) return {};
+        return {{at(x - dx, y - dy), at(x + dx, y + dy), at(x - dx, y + dy), at(x + dx, y - dy)},
+                dx != 0 && dy != 0 ? 4u : 2u};
+    }
+
+    // Sets `mean` to the mean of the neighbours. Returns false if they do not agree. before: light
+    // that the pixel has already.
+    bool agree(const Neighbours& neighbours, std::uint32_t step, const RecordedRay& ray,
+               const glm::vec3& before, Path& mean) const {
+        if (neighbours.count == 0) return false;
+        const std::uint32_t surfaces = paths[neighbours.at[0]].surfaces;
+        Range range;
+        glm::vec3 place(0.0f);
+        for (const std::size_t i : neighbours.all()) {
+            const Path& path = paths[i];
+            if (path.surfaces == 0 || path.surfaces != surfaces) return false;
+            range.add(radianceOf(path));
+            place += startOf(i);
+        }
+        // The ray starts between those of its neighbours, not at another surface.
+        place = place / static_cast<float>(neighbours.count) - ray.start;
+        const float reach = reachOf(step, ray);
+        if (glm::dot(place, place) > reach * reach) return false;
+        return isMean(range, neighbours, density.contrast, ray, before, mean);
+    }
+
+    // The same whatever the neighbours meet, if all of them start near this ray in similar
+    // directions and their radiance differs little enough.
+    bool resemble(const Neighbours& neighbours, std::uint32_t step, const RecordedRay& ray,
+                  const glm::vec3& before, Path& mean) const {
+        if (neighbours.count == 0) return false;
+        const float reach = kSlant * reachOf(step, ray);
+        Range range;
+        for (const std::size_t i : neighbours.all()) {
+            if (paths[i].surfaces == 0) return false;
+            const RecordedRay other = rayOf(starts[i], records.ways[i]);
+            if (glm::distance(other.start, ray.start) > reach ||
+                glm::distance(other.along, ray.along) > kTurned || other.intoBody != ray.intoBody) {
+                return false;
+            }
+            range.add(radianceOf(paths[i]));
+        }
+        return isMean(range, neighbours, density.contrastBetween, ray, before, mean);
+    }
+
+    // Radiance of several paths.
+    struct Range {
+        glm::vec3 low{1e30f}, high{0.0f}, sum{0.0f};
+        void add(const glm::vec3& radiance) {
             low = glm::min(low, radiance);
             high = glm::max(high, radiance);
             sum += radiance;
-            const float* p = starts[neighbours[i]].place;
-            place += glm::vec3(p[0], p[1], p[2]);
         }
-        sum /= static_cast<float>(count);
-        // The ray starts between those of its neighbours, not at another surface.
-        place = place / static_cast<float>(count) - ray.start;
-        const float reach = 2.0f * static_cast<float>(step) * ray.width;
-        if (glm::dot(place, place) > reach * reach) return false;
-        const glm::vec3 difference = ray.share * (high - low), seen = before + ray.share * sum;
-        const float allowed = density.contrast * (std::max({seen.x, seen.y, seen.z}) + 0.02f);
+    };
+    // Sets `mean` to that of the range unless it is wider than the contrast permits.
+    bool isMean(const Range& range, const Neighbours& neighbours, float contrast,
+                const RecordedRay& ray, const glm::vec3& before, Path& mean) const {
+        const glm::vec3 radiance = range.sum / static_cast<float>(neighbours.count),
+                        difference = ray.share * (range.high - range.low),
+                        seen = before + ray.share * radiance;
+        const float allowed = contrast * (std::max({seen.x, seen.y, seen.z}) + 0.02f);
         if (std::max({difference.x, difference.y, difference.z}) > allowed) return false;
-        mean = {{sum.x, sum.y, sum.z}, paths[neighbours[0]].surfaces, 0.0f, 0};
+        mean = {{radiance.x, radiance.y, radiance.z}, paths[neighbours.at[0]].surfaces, 0.0f, 0};
         return true;
+    }
+    glm::vec3 startOf(std::size_t i) const {
+        const float* p = starts[i].place;
+        return {p[0], p[1], p[2]};
+    }
+    static float reachOf(std::uint32_t step, const RecordedRay& ray) {
+        return 2.0f * static_cast<float>(step) * ray.width;
+    }
+    static constexpr float kSlant = 4.0f;  // pixels of a surface seen at a slant are farther apart
+    static constexpr float kTurned = 0.15f;  // radians between rays of similar directions
+
+    // Whether the path can be taken from neighbours; sets `mean` to it.
+    bool known(std::uint32_t x, std::uint32_t y, std::uint32_t step, const RecordedRay& ray,
+               const glm::vec3& before, Path& mean) const {
+        const Neighbours neighbours = neighboursOf(x, y, step);
+        return agree(neighbours, step, ray, before, mean) ||
+               (step < density.finest && resemble(neighbours, step, ray, before, mean));
     }
 
     // Mean over a square of pixels in which all patterns have equal weight. Pixels that show the
@@ -136,7 +196,7 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density,
                         if (same != records.earlier.end()) {
                             path = same->paths[i];
                         } else if (first ||
-                                   !list.agree(x, y, step, ray, glm::vec3(radiance[i]), path)) {
+                                   !list.known(x, y, step, ray, glm::vec3(radiance[i]), path)) {
                             path = tracer.follow(ray, records.kind,
                                                  {density.lobePaths, patternAt(x, y)});
                             count += path.count;

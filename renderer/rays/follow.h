@@ -23,9 +23,14 @@ namespace clerestory::rays {
 // their own if there are none.
 struct Density {
     std::uint32_t stride = 1;  // power of two; 1: every pixel follows its ray
+    // Power of two, at most `stride`. Pixels between those of every `finest`-th column and row take
+    // the mean even if these neighbours hit different surfaces, provided that all their rays start
+    // on the same surface in similar directions.
+    std::uint32_t finest = 1;
     // Largest difference of neighbours' radiance times its share, relative to the light of the
     // pixel.
     float contrast = 0.0f;
+    float contrastBetween = 0.0f;  // the same for pixels between those of `finest`
     // Paths of a rough lobe, 1..16. Above 1 a rough pixel also takes the mean of its neighbours
     // whose lobes show nearly the same part of the scene.
     std::uint32_t lobePaths = 1;

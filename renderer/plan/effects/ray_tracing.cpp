@@ -19,19 +19,19 @@ RayScene::MaterialProperties propertiesOf(const Scene& scene, const Material& ma
 // What a preset spends on rays; see RayScene.
 struct RayDensity {
     float leastShare;
-    std::uint32_t stride;
-    float contrast;
+    std::uint32_t stride, finest;
+    float contrast, contrastBetween;
 };
 RayDensity densityOf(Preset preset) {
     switch (preset) {
         case Preset::draft:
-            return {0.01f, 4, 0.1f};
+            return {0.01f, 4, 2, 0.1f, 0.8f};
         case Preset::standard:
-            return {0.004f, 4, 0.03f};
+            return {0.004f, 4, 1, 0.03f, 0.0f};
         case Preset::fine:
-            return {0.001f, 1, 0.0f};
+            return {0.001f, 1, 1, 0.0f, 0.0f};
     }
-    return {0.001f, 1, 0.0f};
+    return {0.001f, 1, 1, 0.0f, 0.0f};
 }
 
 // Relative to the instance's node, so that distance from the origin costs no precision.
@@ -196,7 +196,9 @@ void planRays(FramePlan& plan, const FrameContext& context, const Stage& stage) 
     const RayDensity density = densityOf(stage.settings.accuracy.preset);
     rays.leastShare = density.leastShare;
     rays.stride = density.stride;
+    rays.finest = density.finest;
     rays.contrast = density.contrast;
+    rays.contrastBetween = density.contrastBetween;
     rays.lobePaths = stage.settings.accuracy.raySamples;
     // A ray looks to the centre of a light: soft shadows are in the map.
     rays.shadowRays = stage.settings.accuracy.preset == Preset::fine && plan.shadowSamples == 0;

@@ -30,7 +30,8 @@ struct RayScene {
     float leastShare = 0.0f;  // of a ray in its pixel, 0..1; rays with less are not followed
     // One pixel in stride x stride follows a ray of its own; see rays::Density. Processor only.
     std::uint32_t stride = 1;
-    float contrast = 0.0f;
+    std::uint32_t finest = 1;
+    float contrast = 0.0f, contrastBetween = 0.0f;
     std::uint32_t lobePaths = 1;  // of a rough lobe; see rays::Density. Processor only.
     // What hides lights from what a ray meets is found by rays, not in the shadow map. Processor
     // only.

@@ -1,0 +1,102 @@
+// Which pixels of a picture follow their rays, and what the others show.
+#include "ray_room.h"
+#include "rays/follow.h"
+
+#include <gtest/gtest.h>
+#include <glm/gtc/packing.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+using namespace clerestory;
+using namespace clerestory::rays;
+
+namespace {
+
+constexpr std::uint32_t kEdge = 64;
+constexpr float kPixel = 0.01f;  // slope
+
+// Rays from one point, on a grid of slopes about +Z, towards bright stripes a pixel and a half
+// wide.
+class Picture {
+public:
+    Picture() : room_(0.2f) {
+        room_.materialRow(0) = glm::vec4(glm::vec3(0.5f), 1.0f);
+        room_.materialRow(5).w = float(TRACE_UNLIT | TRACE_DOUBLE_SIDED);
+        for (int i = -12; i < 12; ++i) {
+            const float x = 3.0f * kPixel * float(i), width = 1.5f * kPixel;
+            room_.add({x, -9.0f, 1.0f}, {x + width, -9.0f, 1.0f}, {x, 9.0f, 1.0f});
+            room_.add({x + width, -9.0f, 1.0f}, {x + width, 9.0f, 1.0f}, {x, 9.0f, 1.0f});
+        }
+        for (std::uint32_t y = 0; y < kEdge; ++y) {
+            for (std::uint32_t x = 0; x < kEdge; ++x) {
+                const glm::vec3 along = glm::normalize(
+                    glm::vec3(kPixel * (float(x) - 32.0f), kPixel * (float(y) - 32.0f), 1.0f));
+                starts_.push_back({.place = {}, .cone = glm::packHalf2x16({1e-3f, -10.0f})});
+                const float sum = along.x * (along.x < 0 ? -1.0f : 1.0f) +
+                                  along.y * (along.y < 0 ? -1.0f : 1.0f) + along.z;
+                ways_.push_back({.octahedral = {along.x / sum, along.y / sum},
+                                 .shareRedGreen = glm::packHalf2x16({1.0f, 1.0f}),
+                                 .shareBlueLobe = glm::packHalf2x16({1.0f, 0.0f})});
+            }
+        }
+    }
+    // The red channel; sets `paths` to the number of those that were followed.
+    std::vector<float> follow(const Density& density, std::uint64_t& paths) const {
+        std::vector<glm::vec4> radiance(starts_.size(), glm::vec4(0.0f));
+        Scratch scratch;
+        const Surroundings around = room_.surroundings(glm::vec3(0.0f));
+        paths = rays::follow(around, density, {.width = kEdge, .starts = starts_, .ways = ways_},
+                             radiance, scratch);
+        std::vector<float> red;
+        for (const glm::vec4& r : radiance) red.push_back(r.x);
+        return red;
+    }
+    void moveColumn(std::uint32_t x, float metres) {
+        for (std::uint32_t y = 0; y < kEdge; ++y) starts_[y * kEdge + x].place[2] -= metres;
+    }
+
+private:
+    RayRoom room_;
+    std::vector<Start> starts_;
+    std::vector<Way> ways_;
+};
+
+TEST(RayFollow, PixelsBetweenTheFinestTakeAMeanOfNeighbours) {
+    const Picture picture;
+    std::uint64_t all = 0, quarter = 0;
+    const std::vector<float> truth = picture.follow({}, all);
+    const std::vector<float> found = picture.follow(
+        {.stride = 2, .finest = 2, .contrast = 0.1f, .contrastBetween = 10.0f}, quarter);
+    // One in four, and the pixels of two borders, which have no neighbours on one side.
+    EXPECT_LE(quarter, (kEdge / 2) * (kEdge / 2) + 2 * kEdge);
+    for (std::uint32_t y = 0; y < kEdge; y += 2) {
+        for (std::uint32_t x = 0; x + 2 < kEdge; x += 2) {
+            const std::size_t i = y * kEdge + x;
+            EXPECT_EQ(found[i], truth[i]) << "followed";
+            const auto [low, high] = std::minmax(truth[i], truth[i + 2]);
+            EXPECT_GE(found[i + 1], low - 1e-6f);
+            EXPECT_LE(found[i + 1], high + 1e-6f);
+        }
+    }
+    // Without contrast between them, those whose neighbours do not agree follow their rays.
+    std::uint64_t agreeing = 0, strict = 0;
+    EXPECT_EQ(picture.follow({.stride = 2, .finest = 2, .contrast = 0.1f}, strict),
+              picture.follow({.stride = 2, .contrast = 0.1f}, agreeing));
+    EXPECT_EQ(strict, agreeing);
+    EXPECT_GT(strict, all / 2);
+}
+
+TEST(RayFollow, PixelsOfAnotherSurfaceFollowTheirRays) {
+    Picture picture;
+    picture.moveColumn(33, 0.3f);  // an odd column: a post in front of the others
+    std::uint64_t all = 0, chosen = 0;
+    const std::vector<float> truth = picture.follow({}, all);
+    const std::vector<float> found = picture.follow(
+        {.stride = 2, .finest = 2, .contrast = 0.1f, .contrastBetween = 10.0f}, chosen);
+    for (std::uint32_t y = 0; y < kEdge; y += 2) {
+        EXPECT_EQ(found[y * kEdge + 33], truth[y * kEdge + 33]) << y;
+    }
+}
+
+}  // namespace
