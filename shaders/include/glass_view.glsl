@@ -24,8 +24,13 @@ vec3 backgroundAlong(vec3 towards, float roughness) {
     return view.shadows.w > 0.0f ? view.backdrop.yzw : environmentAlong(towards, roughness);
 }
 
-// Light along a ray that has left the glass. Where the picture ends, a body shows the environment.
-vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
+// The same for a surface whose surroundings hide a part of it.
+vec3 surroundingsAlong(Surface s, vec3 towards, float roughness) {
+    return reachingSurface(s, towards, backgroundAlong(towards, roughness));
+}
+
+// Light along a ray that has left the glass. Where the picture ends, a body shows its surroundings.
+vec3 behindGlass(Surface s, vec3 exit, vec3 towards, float spread) {
     float last = view.backdrop.x;
     float wide = min(0.5f * lobeLod(spread, view.picture.z), last);
     // First guess: the ray hits the object behind its exit; second guess: the object at the first.
@@ -42,7 +47,7 @@ vec3 behindGlass(vec3 exit, vec3 towards, float spread) {
     // 1.10 times that of the environment (1.00 to 1.39), a fade over a tenth of the picture 1.01 times.
     bool outside = has(FEATURE_SOLID) && (there.z <= 0.0f || there.x < 0.0f || there.y < 0.0f ||
                                           there.x > 1.0f || there.y > 1.0f);
-    return outside ? backgroundAlong(towards, min(spread, 1.0f)) : seen;
+    return outside ? surroundingsAlong(s, towards, min(spread, 1.0f)) : seen;
 }
 
 // Through a body of any shape whose back faces were drawn: iterates from a guess along the straight
@@ -138,9 +143,9 @@ Crossing crossingOf(vec3 position, vec3 incident, vec3 normal, float ior, float 
                            throughBall(incident, normal, ior, thickness), roundness);
 }
 
-vec3 seenThrough(Crossing way, vec3 position, float spread) {
-    return has(FEATURE_BACKDROP) ? behindGlass(position + way.offset, way.direction, spread)
-                                 : backgroundAlong(way.direction, min(spread, 1.0f));
+vec3 seenThrough(Surface s, Crossing way, vec3 position, float spread) {
+    return has(FEATURE_BACKDROP) ? behindGlass(s, position + way.offset, way.direction, spread)
+                                 : surroundingsAlong(s, way.direction, min(spread, 1.0f));
 }
 
 GlassLight glassLight(Surface s, vec3 position, Glass g) {
@@ -171,14 +176,14 @@ GlassLight glassLight(Surface s, vec3 position, Glass g) {
                                                 way.path));
     }
     if (!inside) shares = underFilm(shares, s.layers, c, fresnel);
-    vec3 behind = seenThrough(way, position, spread);
+    vec3 behind = seenThrough(s, way, position, spread);
 #if HAS_LAYERS
     if (layered(LAYER_DISPERSION) && has(FEATURE_SOLID)) {
         vec3 iors = dispersedIors(g.ior, layerBlock.clearcoat.w);
         Crossing red = crossingOf(position, incident, s.normal, iors.r, g.thickness, roundness, inside);
         Crossing blue = crossingOf(position, incident, s.normal, iors.b, g.thickness, roundness, inside);
-        behind.r = seenThrough(red, position, spread).r;
-        behind.b = seenThrough(blue, position, spread).b;
+        behind.r = seenThrough(s, red, position, spread).r;
+        behind.b = seenThrough(s, blue, position, spread).b;
     }
 #endif
     vec3 mirrored = reflectedRadiance(s, position);

@@ -28,6 +28,13 @@ vec3 backgroundAtEnd(vec3 along, RayCone cone, bool direct) {
                                                  : environmentAtEnd(along, cone);
 }
 
+// Of a path that ends at a mirror or glass, or that is not followed: the light that reaches the surface.
+vec3 surroundingsAtEnd(HitPoint p, vec3 along, RayCone cone, bool direct) {
+    vec3 open = backgroundAtEnd(along, cone, direct);
+    if (viewHas(VIEW_SURFACE_LIGHT)) return gatheredFrom(p.light, along, open);
+    return open;
+}
+
 // The surface for a cone that hits it. Half vectors spread to each side by half of the spread of the
 // normal over the width of the cone. At an angle the cone covers more of the surface: its width over
 // n.v along the direction of view, but no more than the rest of a ball where the surface curves away.
@@ -165,7 +172,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
                 next = beyondPane(along, spread);
             }
             // The stronger of the two paths (reflected, refracted) is followed. Outside of a body the
-            // other one sees the environment. Light that is reflected inside leaves elsewhere, and is
+            // other one ends here. Light that is reflected inside leaves elsewhere, and is
             // counted as if it left with the refracted light.
             float part = coverage * clarity;
             vec3 tint = leaves ? vec3(1.0f) : m.baseColor.rgb;
@@ -174,7 +181,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
             vec3 other = crosses ? mirrored : bent.direction;
             if (!leaves) {
                 vec3 left = crosses ? shares.reflected : through;
-                sum += weight * part * left * backgroundAtEnd(other, cone, direct && !crosses);
+                sum += weight * part * left * surroundingsAtEnd(p, other, cone, direct && !crosses);
             }
             weight *= part * followed + (1.0f - coverage);
             cone.lobe += lobeOfPath(spread);
@@ -196,8 +203,8 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
         holes -= passed ? 1 : 0;
         bool counts = share * maxComponent(weight) >= tracing.limits.z;
         going = (turned && turns >= 0 && counts) || passed;
-        // No bounce left: the rest of the path sees the environment.
-        if (!going && turned) sum += weight * backgroundAtEnd(next, cone, direct);
+        // No bounce left.
+        if (!going && turned) sum += weight * surroundingsAtEnd(p, next, cone, direct);
         start = offsetRayOrigin(p.place + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;
     } while (going);

@@ -181,6 +181,45 @@ TEST_F(LightBetweenSurfaces, RoughMetalInAClosedRoomDoesNotShowTheSky) {
     EXPECT_LT(centerColor(renderer().render(lit(r)).image).x, 2e-2f);
 }
 
+// Two balls between walls that glow alike show these walls, however they are drawn, and nothing of
+// the sky, which is ten times as bright. With one bounce paths end at a ball. Where the balls are
+// close to each other the picture is too dark, because light between surfaces loses what glass
+// reflects.
+TEST_F(LightBetweenSurfaces, BallsOfGlassAndMetalInAClosedRoomDoNotShowTheSky) {
+    struct {
+        const char* name;
+        Material ball;
+        GlassMethod glass;
+        CurvedMethod curved;
+    } cases[] = {
+        {"glass", clearGlass(1.5f), GlassMethod::environment, CurvedMethod::environment},
+        {"rays of glass", clearGlass(1.5f), GlassMethod::traced, CurvedMethod::environment},
+        {"rays of metal", mirrorMetal(), GlassMethod::automatic, CurvedMethod::traced}};
+    for (auto& [name, ball, glass, curved] : cases) {
+        constexpr float kGlow = 0.1f;
+        Scene scene;
+        placeRoom(scene, addMaterial(scene, matte(0.0f, kGlow)));
+        ball.thickness = ball.transmission > 0.0f ? 0.6f : 0.0f;
+        const Index m = addMaterial(scene, ball);
+        place(scene, sphere(0.3f, 48, m), moved(-0.32, 0.0, 0.0));
+        place(scene, sphere(0.3f, 48, m), moved(0.32, 0.0, 0.0));
+        FrameRequest r = request(std::move(scene), name, {0.0, 0.0, 0.9});
+        r.environment.map = "white";
+        r.accuracy.glass = glass;
+        r.accuracy.curved = curved;
+        r.accuracy.bounces = 1;
+        r = lit(r);
+        const Image image = renderer().render(r).image;
+        for (std::uint32_t y = 0; y < image.height; ++y) {
+            for (std::uint32_t x = 0; x < image.width; ++x) {
+                const float shown = color(image, x, y).x;
+                ASSERT_LT(shown, 1.15f * kGlow) << name << ' ' << x << ' ' << y;
+                ASSERT_GT(shown, 0.5f * kGlow) << name << ' ' << x << ' ' << y;
+            }
+        }
+    }
+}
+
 // Seen from inside, along the walls: all of the sky arrives on their other side.
 TEST_F(LightBetweenSurfaces, ThinWallsDoNotShowTheSkyOfTheirOtherSide) {
     for (const float roughness : {0.3f, 0.9f}) {
