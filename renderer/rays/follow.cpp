@@ -10,7 +10,7 @@
 namespace clerestory::rays {
 namespace {
 
-constexpr std::uint32_t kRowsAtOnce = 8;
+constexpr std::uint32_t kRowsAtOnce = 8, kRaysAtOnce = 64;
 
 glm::vec3 radianceOf(const Path& path) {
     return {path.radiance[0], path.radiance[1], path.radiance[2]};
@@ -25,6 +25,8 @@ struct Paths {
     Scratch& paths;
 
     std::size_t at(std::uint32_t x, std::uint32_t y) const { return std::size_t{y} * width + x; }
+    // Whether the pixel takes a mean over its lobe at the end; see meanOfLobes().
+    bool integrates(const RecordedRay& ray) const { return density.lobePaths > 1 && isRough(ray); }
 
     // The pixels at a distance of `step` whose paths are known: to the left and right, above and
     // below, or in the diagonals. Empty at the border of the picture.
@@ -119,6 +121,28 @@ struct Paths {
                (step < density.finest && resemble(neighbours, step, ray, before, mean));
     }
 
+    // Adds to `found` the eight neighbours at a distance of `step` that took a mean of other
+    // surfaces than those of the followed pixel i, each once. taken: one byte for each pixel.
+    void addOthers(std::size_t i, std::uint32_t step, std::vector<std::uint8_t>& taken,
+                   std::vector<std::size_t>& found) const {
+        const auto x = static_cast<std::uint32_t>(i % width),
+                   y = static_cast<std::uint32_t>(i / width);
+        for (std::uint32_t v = y < step ? y : y - step; v <= std::min(y + step, height - 1);
+             v += step) {
+            for (std::uint32_t u = x < step ? x : x - step; u <= std::min(x + step, width - 1);
+                 u += step) {
+                const std::size_t k = at(u, v);
+                const Path& path = paths[k];
+                if (path.count != 0 || path.surfaces == 0 || path.surfaces == paths[i].surfaces ||
+                    taken[k] != 0) {
+                    continue;
+                }
+                taken[k] = 1;
+                found.push_back(k);
+            }
+        }
+    }
+
     // Mean over a square of pixels in which all patterns have equal weight. Pixels that show the
     // same part of the scene are included: their lobes have the same width, their directions differ
     // by less than a lobe, and their starts are closer than the width of the lobe at its hit.
@@ -163,6 +187,44 @@ std::uint32_t patternAt(std::uint32_t x, std::uint32_t y) {
     return bit(d, 0) << 3 | bit(y, 0) << 2 | bit(d, 1) << 1 | bit(y, 1);
 }
 
+// A part that is thinner than a step is met by some of its pixels only. Follows the rays of all
+// pixels of the grid that took a mean next to a path that met other surfaces, until there are none:
+// along a stem or a line. Returns the number of paths.
+template <class OwnPath>
+std::uint64_t followThinParts(Paths& list, std::uint32_t step, std::span<glm::vec4> radiance,
+                              const OwnPath& ownPath) {
+    std::vector<std::uint8_t> taken(list.starts.size(), 0);
+    std::vector<std::size_t> front, next;
+    for (std::uint32_t y = 0; y < list.height; y += step) {
+        for (std::uint32_t x = 0; x < list.width; x += step) {
+            const std::size_t i = list.at(x, y);
+            if (list.paths[i].count != 0) list.addOthers(i, step, taken, front);
+        }
+    }
+    std::uint64_t followed = 0;
+    for (; !front.empty(); front.swap(next)) {
+        forEachBand(static_cast<std::uint32_t>(front.size()), kRaysAtOnce,
+                    [&](std::uint32_t k, std::uint32_t end) {
+                        for (; k < end; ++k) {
+                            const std::size_t i = front[k];
+                            const RecordedRay ray = rayOf(list.starts[i], list.records.ways[i]);
+                            const Path path = ownPath(i, ray);
+                            if (!list.integrates(ray)) {
+                                const glm::vec3 more = radianceOf(path) - radianceOf(list.paths[i]);
+                                radiance[i] += glm::vec4(ray.share * more, 0.0f);
+                            }
+                            list.paths[i] = path;
+                        }
+                    });
+        next.clear();
+        for (const std::size_t i : front) {
+            followed += list.paths[i].count;
+            list.addOthers(i, step, taken, next);
+        }
+    }
+    return followed;
+}
+
 }  // namespace
 
 std::uint64_t follow(const Surroundings& surroundings, const Density& density,
@@ -173,7 +235,11 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density,
     scratch.resize(std::max(scratch.size(), starts.size()));
     const auto height = static_cast<std::uint32_t>(starts.size() / std::max(1u, width));
     Paths list{density, records, width, height, starts, scratch};
-    const bool integrates = density.lobePaths > 1;
+    const auto ownPath = [&](std::size_t i, const RecordedRay& ray) {
+        const std::uint32_t pattern =
+            patternAt(static_cast<std::uint32_t>(i % width), static_cast<std::uint32_t>(i / width));
+        return tracer.follow(ray, records.kind, {density.lobePaths, pattern});
+    };
     std::atomic<std::uint64_t> followed{0};
     // The first step follows the ray of each place of the grid; the others fill the grid between.
     for (std::uint32_t step = density.stride; step >= 1; step /= 2) {
@@ -197,26 +263,27 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density,
                             path = same->paths[i];
                         } else if (first ||
                                    !list.known(x, y, step, ray, glm::vec3(radiance[i]), path)) {
-                            path = tracer.follow(ray, records.kind,
-                                                 {density.lobePaths, patternAt(x, y)});
+                            path = ownPath(i, ray);
                             count += path.count;
                         }
                         scratch[i] = path;
-                        if (integrates && isRough(ray)) continue;  // below
+                        if (list.integrates(ray)) continue;  // below
                         radiance[i] += glm::vec4(ray.share * radianceOf(path), 0.0f);
                     }
                 }
                 followed += count;
             });
+        if (step == density.finest && !first)
+            followed += followThinParts(list, step, radiance, ownPath);
     }
-    if (!integrates) return followed;
+    if (density.lobePaths <= 1) return followed;
     forEachBand(height, kRowsAtOnce, [&](std::uint32_t y, std::uint32_t end) {
         for (; y < end; ++y) {
             for (std::uint32_t x = 0; x < width; ++x) {
                 const std::size_t i = list.at(x, y);
                 if (!starts[i].present()) continue;
                 const RecordedRay ray = rayOf(starts[i], records.ways[i]);
-                if (!isRough(ray)) continue;
+                if (!list.integrates(ray)) continue;
                 radiance[i] += glm::vec4(ray.share * list.meanOfLobes(x, y, ray), 0.0f);
             }
         }

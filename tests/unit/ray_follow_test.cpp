@@ -23,11 +23,6 @@ public:
     Picture() : room_(0.2f) {
         room_.materialRow(0) = glm::vec4(glm::vec3(0.5f), 1.0f);
         room_.materialRow(5).w = float(TRACE_UNLIT | TRACE_DOUBLE_SIDED);
-        for (int i = -12; i < 12; ++i) {
-            const float x = 3.0f * kPixel * float(i), width = 1.5f * kPixel;
-            room_.add({x, -9.0f, 1.0f}, {x + width, -9.0f, 1.0f}, {x, 9.0f, 1.0f});
-            room_.add({x + width, -9.0f, 1.0f}, {x + width, 9.0f, 1.0f}, {x, 9.0f, 1.0f});
-        }
         for (std::uint32_t y = 0; y < kEdge; ++y) {
             for (std::uint32_t x = 0; x < kEdge; ++x) {
                 const glm::vec3 along = glm::normalize(
@@ -40,6 +35,21 @@ public:
                                  .shareBlueLobe = glm::packHalf2x16({1.0f, 0.0f})});
             }
         }
+    }
+    // Stripes a pixel and a half wide.
+    void addStripes() {
+        for (int i = -12; i < 12; ++i) {
+            const float x = 3.0f * kPixel * float(i), width = 1.5f * kPixel;
+            room_.add({x, -9.0f, 1.0f}, {x + width, -9.0f, 1.0f}, {x, 9.0f, 1.0f});
+            room_.add({x + width, -9.0f, 1.0f}, {x + width, 9.0f, 1.0f}, {x, 9.0f, 1.0f});
+        }
+    }
+    // An inclined line a little more than a pixel wide.
+    void addLine() {
+        const float width = 1.2f * kPixel;
+        const glm::vec3 low(-0.1f, -0.25f, 1.0f), high(0.03f, 0.25f, 1.0f), across(width, 0, 0);
+        room_.add(low, low + across, high);
+        room_.add(low + across, high + across, high);
     }
     // The red channel; sets `paths` to the number of those that were followed.
     std::vector<float> follow(const Density& density, std::uint64_t& paths) const {
@@ -63,7 +73,8 @@ private:
 };
 
 TEST(RayFollow, PixelsBetweenTheFinestTakeAMeanOfNeighbours) {
-    const Picture picture;
+    Picture picture;
+    picture.addStripes();
     std::uint64_t all = 0, quarter = 0;
     const std::vector<float> truth = picture.follow({}, all);
     const std::vector<float> found = picture.follow(
@@ -79,16 +90,32 @@ TEST(RayFollow, PixelsBetweenTheFinestTakeAMeanOfNeighbours) {
             EXPECT_LE(found[i + 1], high + 1e-6f);
         }
     }
-    // Without contrast between them, those whose neighbours do not agree follow their rays.
-    std::uint64_t agreeing = 0, strict = 0;
-    EXPECT_EQ(picture.follow({.stride = 2, .finest = 2, .contrast = 0.1f}, strict),
-              picture.follow({.stride = 2, .contrast = 0.1f}, agreeing));
-    EXPECT_EQ(strict, agreeing);
+    // Without contrast those between neighbours that differ follow their rays.
+    std::uint64_t strict = 0;
+    const std::vector<float> sharp =
+        picture.follow({.stride = 2, .finest = 2, .contrast = 0.1f}, strict);
     EXPECT_GT(strict, all / 2);
+    for (std::size_t i = 0; i + 2 < kEdge; i += 2) {
+        if (truth[i] != truth[i + 2]) {
+            EXPECT_EQ(sharp[i + 1], truth[i + 1]) << i;
+        }
+    }
+}
+
+// Paths four pixels apart meet the line here and there only.
+TEST(RayFollow, ThinLinesAreWhole) {
+    Picture picture;
+    picture.addLine();
+    std::uint64_t all = 0, chosen = 0;
+    const std::vector<float> truth = picture.follow({}, all);
+    EXPECT_GT(std::count(truth.begin(), truth.end(), 0.5f), 40);
+    EXPECT_EQ(picture.follow({.stride = 4, .contrast = 0.1f}, chosen), truth);
+    EXPECT_LT(chosen, all / 4);
 }
 
 TEST(RayFollow, PixelsOfAnotherSurfaceFollowTheirRays) {
     Picture picture;
+    picture.addStripes();
     picture.moveColumn(33, 0.3f);  // an odd column: a post in front of the others
     std::uint64_t all = 0, chosen = 0;
     const std::vector<float> truth = picture.follow({}, all);
