@@ -252,7 +252,7 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density,
                     for (std::uint32_t x = 0; x < width; x += step) {
                         if (!first && x % (2 * step) == 0 && y % (2 * step) == 0) continue;
                         const std::size_t i = list.at(x, y);
-                        scratch[i].surfaces = 0;
+                        scratch[i] = {};
                         if (!starts[i].present()) continue;
                         const RecordedRay ray = rayOf(starts[i], records.ways[i]);
                         Path path{};

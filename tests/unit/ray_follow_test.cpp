@@ -53,8 +53,12 @@ public:
     }
     // The red channel; sets `paths` to the number of those that were followed.
     std::vector<float> follow(const Density& density, std::uint64_t& paths) const {
-        std::vector<glm::vec4> radiance(starts_.size(), glm::vec4(0.0f));
         Scratch scratch;
+        return follow(density, paths, scratch);
+    }
+    std::vector<float> follow(const Density& density, std::uint64_t& paths,
+                              Scratch& scratch) const {
+        std::vector<glm::vec4> radiance(starts_.size(), glm::vec4(0.0f));
         const Surroundings around = room_.surroundings(glm::vec3(0.0f));
         paths = rays::follow(around, density, {.width = kEdge, .starts = starts_, .ways = ways_},
                              radiance, scratch);
@@ -62,6 +66,7 @@ public:
         for (const glm::vec4& r : radiance) red.push_back(r.x);
         return red;
     }
+    void removePixel(std::uint32_t x, std::uint32_t y) { starts_[y * kEdge + x].cone = 0; }
     void moveColumn(std::uint32_t x, float metres) {
         for (std::uint32_t y = 0; y < kEdge; ++y) starts_[y * kEdge + x].place[2] -= metres;
     }
@@ -124,6 +129,19 @@ TEST(RayFollow, PixelsOfAnotherSurfaceFollowTheirRays) {
     for (std::uint32_t y = 0; y < kEdge; y += 2) {
         EXPECT_EQ(found[y * kEdge + 33], truth[y * kEdge + 33]) << y;
     }
+}
+
+// Pixels without a ray do not keep the paths of an earlier picture.
+TEST(RayFollow, MemoryOfAnEarlierPictureChangesNothing) {
+    Picture picture;
+    picture.addLine();
+    const Density density{.stride = 4, .contrast = 0.1f};
+    std::uint64_t before = 0, fresh = 0, used = 0;
+    Scratch scratch;
+    picture.follow({}, before, scratch);
+    picture.removePixel(45, 21);
+    EXPECT_EQ(picture.follow(density, used, scratch), picture.follow(density, fresh));
+    EXPECT_EQ(used, fresh);
 }
 
 }  // namespace
