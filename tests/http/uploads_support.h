@@ -43,7 +43,12 @@ inline httplib::Result send(httplib::Client& client, const std::string& content,
     return client.Post("/v1/scenes" + query, content, type);
 }
 
+// "" and a failure without an answer.
 inline std::string idOf(const httplib::Result& answer) {
+    if (!answer) {
+        ADD_FAILURE() << "no answer: " << httplib::to_string(answer.error());
+        return "";
+    }
     const std::string place = answer->get_header_value("Location");
     EXPECT_THAT(place, testing::StartsWith("/v1/scenes/upload-"));
     return place.substr(place.rfind('/') + 1);

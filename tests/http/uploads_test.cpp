@@ -99,11 +99,16 @@ TEST(Uploads, StoredFramesEndWithTheirScene) {
     const auto isStored = [&](const std::string& id) {
         pictureOf(client, id);  // waits for the scene if it is not loaded
         const auto answer = postJson(client, "/v1/frames", frameOf(id));
+        EXPECT_TRUE(answer) << httplib::to_string(answer.error());
+        if (!answer) return false;
         EXPECT_EQ(answer->status, 200) << answer->body;
         return answer->has_header("Age");
     };
     const auto entries = [&] {
-        const std::string text = client.Get("/metrics")->body;
+        const auto answer = client.Get("/metrics");
+        EXPECT_TRUE(answer) << httplib::to_string(answer.error());
+        if (!answer) return -1;
+        const std::string& text = answer->body;
         const std::string name = "\nclerestory_frame_cache_entries ";
         return std::stoi(text.substr(text.find(name) + name.size()));
     };
