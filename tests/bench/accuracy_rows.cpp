@@ -38,6 +38,8 @@ Point pointFrom(const std::string& line) {
     for (const Effect effect : kCurveEffects) {
         if (curveName(effect) == c[1]) p.effect = effect;
     }
+    // It has rows but no curve.
+    if (c[1] == curveName(Effect::materialLayers)) p.effect = Effect::materialLayers;
     for (const auto& [word, preset] : presetChoice().words) {
         if (word == p.setting) p.preset = preset;
     }
