@@ -83,6 +83,8 @@ TEST(AccuracyReport, CanBeReadBack) {
     points[0].processorMs = 15.5;
     points[1].effect = Effect::refraction;
     points[1].totals.draws = 12;
+    points.push_back(point("draft", 6, 0.2));
+    points[2].effect = Effect::materialLayers;
     EXPECT_EQ(csvOf(pointsFrom(csvOf(points))), csvOf(points));
     EXPECT_EQ(pointsFrom(csvOf(points))[0].preset, Preset::fine);
     EXPECT_ANY_THROW(pointsFrom("room,frame,fine,1,2"));
