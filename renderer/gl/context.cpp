@@ -72,8 +72,8 @@ bool timestampsAgreeWithWallClock() {
 void APIENTRY onMessage(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length,
                         const GLchar* message, const void* user) {
     (void)source;
-    (void)type;
-    if (severity == GL_DEBUG_SEVERITY_NOTIFICATION) return;
+    // Hints about speed name no mistake, for example that a state requires another compilation.
+    if (severity == GL_DEBUG_SEVERITY_NOTIFICATION || type == GL_DEBUG_TYPE_PERFORMANCE) return;
     auto* context = static_cast<Context*>(const_cast<void*>(user));
     context->addMessage(std::to_string(id) + ": " +
                         std::string(message, static_cast<std::size_t>(std::max(0, length))));
@@ -142,9 +142,9 @@ void Context::discardErrors() {
     constexpr int kMax = 100;  // a lost context answers with errors for ever
     for (int i = 0; i < kMax && glGetError() != GL_NO_ERROR; ++i) {
     }
-    // Closes groups that the failure left open. Popping one too many raises an error, which is
-    // discarded.
-    for (int i = 0; i < kMax && glGetError() == GL_NO_ERROR; ++i) glPopDebugGroup();
+    // Closes groups that the failure left open. The stack has a group of its own.
+    const int depth = std::min(kMax, integer(GL_DEBUG_GROUP_STACK_DEPTH));
+    for (int i = 1; i < depth; ++i) glPopDebugGroup();
 }
 
 void Context::findCapabilities(const std::string& platform) {
