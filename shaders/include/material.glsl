@@ -67,9 +67,12 @@ vec3 normalAt() {
 }
 
 float occlusionAt() {
-    if (!has(FEATURE_OCCLUSION_MAP)) return 1.0f;
-    float seen = texture(occlusionMap, texCoordOf(UNIT_OCCLUSION)).r;
-    return 1.0f + material.surface.w * (seen - 1.0f);
+    float occlusion = 1.0f;
+    if (has(FEATURE_OCCLUSION_MAP)) {
+        float seen = texture(occlusionMap, texCoordOf(UNIT_OCCLUSION)).r;
+        occlusion += material.surface.w * (seen - 1.0f);
+    }
+    return occlusion;
 }
 
 vec3 emittedAt() {

@@ -1,18 +1,5 @@
 // The layers of a material at a pixel, after material.glsl's texCoordBy() and meshNormalAt(). Only what
-// LAYERS selects is fetched.
-
-layout(binding = UNIT_SPECULAR) uniform sampler2D specularMap;
-layout(binding = UNIT_SPECULAR_COLOR) uniform sampler2D specularColorMap;
-layout(binding = UNIT_CLEARCOAT) uniform sampler2D clearcoatMap;
-layout(binding = UNIT_CLEARCOAT_ROUGHNESS) uniform sampler2D clearcoatRoughnessMap;
-layout(binding = UNIT_CLEARCOAT_NORMAL) uniform sampler2D clearcoatNormalMap;
-layout(binding = UNIT_SHEEN_COLOR) uniform sampler2D sheenColorMap;
-layout(binding = UNIT_SHEEN_ROUGHNESS) uniform sampler2D sheenRoughnessMap;
-layout(binding = UNIT_IRIDESCENCE) uniform sampler2D iridescenceMap;
-layout(binding = UNIT_IRIDESCENCE_THICKNESS) uniform sampler2D iridescenceThicknessMap;
-layout(binding = UNIT_ANISOTROPY) uniform sampler2D anisotropyMap;
-layout(binding = UNIT_DIFFUSE_TRANSMISSION) uniform sampler2D diffuseTransmissionMap;
-layout(binding = UNIT_DIFFUSE_TRANSMISSION_COLOR) uniform sampler2D diffuseTransmissionColorMap;
+// LAYERS selects is fetched, and only its maps are declared, by passes/shader_library.cpp.
 
 vec2 layerTexCoordOf(int slot) {
     int row = 2 * (slot - BASE_SLOTS);
