@@ -112,6 +112,11 @@ void Target::makeTextures() {
                                        .width = std::max(1u, spec_.width >> level),
                                        .height = std::max(1u, spec_.height >> level)});
     }
+    // Passes draw tiles of it that do not fill it; a driver may leave any numbers in the rest.
+    if (spec_.residentKey != 0) {
+        drawn_.front().bind();
+        gl::clearColorAndDepth();
+    }
 }
 
 void Target::makeLevels() const {
