@@ -14,6 +14,9 @@ namespace {
 
 constexpr const char* kFolder = "MESA_SHADER_CACHE_DIR";
 constexpr const char* kDisable = "MESA_SHADER_CACHE_DISABLE";
+// Of NVIDIA's driver.
+constexpr const char* kOtherFolder = "__GL_SHADER_DISK_CACHE_PATH";
+constexpr const char* kOtherSwitch = "__GL_SHADER_DISK_CACHE";
 constexpr const char* kPerformance = "GALLIVM_PERF";
 constexpr const char* kFast = "nopt";
 
@@ -24,6 +27,11 @@ bool writable(const std::filesystem::path& folder) {
     const bool made = std::ofstream(probe).put('\n').flush().good();
     std::filesystem::remove(probe, error);
     return made;
+}
+
+void disable() {
+    setenv(kDisable, "true", 1);
+    setenv(kOtherSwitch, "0", 0);
 }
 
 // Empty if there is no cache.
@@ -40,13 +48,14 @@ void useShaderCache(const std::filesystem::path& folder) {
     if (std::getenv(kFolder) || std::getenv(kDisable)) return;
     const std::filesystem::path chosen = folder.empty() ? userCache() / "shaders" : folder;
     if (folder == "none" || userCache().empty()) {
-        setenv(kDisable, "true", 1);
+        disable();
     } else if (writable(chosen)) {
         setenv(kFolder, chosen.c_str(), 1);
+        setenv(kOtherFolder, chosen.c_str(), 0);
     } else {
         logWarning({"shader cache: cannot write to \"", chosen.string(),
                     "\"; every start compiles its shaders again (--shader-cache DIR)"});
-        setenv(kDisable, "true", 1);
+        disable();
     }
 }
 

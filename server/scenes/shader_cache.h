@@ -12,8 +12,8 @@ namespace clerestory {
 
 // Call before OpenGL is used and before processes are started; children inherit it. `folder`: empty
 // for the user's own cache, "none" for no cache. The environment variable MESA_SHADER_CACHE_DIR has
-// precedence. A folder that cannot be written is logged, and compiled shaders are then kept in
-// memory only.
+// precedence, and with NVIDIA's driver __GL_SHADER_DISK_CACHE_PATH. A folder that cannot be written
+// is logged, and compiled shaders are then kept in memory only.
 void useShaderCache(const std::filesystem::path& folder);
 
 // From now on the driver of this process compiles without optimisation. Call before OpenGL is used.

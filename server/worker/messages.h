@@ -59,7 +59,7 @@ enum class MessageKind : std::uint32_t {
     refusal,      // Problem
     // Worker to server, about itself.
     alive,   // at a regular interval; id kCompiling if shaders were compiled since the last one
-    ready,   // requests are answered from now on
+    ready,   // requests are answered from now on; id kCompilesFast if shaders are not optimised
     warm,    // as alive; the shaders of the default scene are compiled
     failed,  // it cannot start and ends; with a message for users
     loaded,  // LoadedScenes, after a change, before any answer that depends on the change
@@ -71,6 +71,7 @@ enum class MessageKind : std::uint32_t {
 };
 
 inline constexpr std::uint64_t kCompiling = 1;
+inline constexpr std::uint64_t kCompilesFast = 1;
 
 struct Message {
     MessageKind kind = MessageKind::alive;

@@ -2,6 +2,7 @@
 
 #include "server/base/log.h"
 #include "server/base/worker_pool.h"
+#include "server/scenes/shader_cache.h"
 #include "server/worker/confinement.h"
 #include "server/worker/messages.h"
 
@@ -253,7 +254,8 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
         };
         LocalBackend backend(own);
         heartbeat.watch(backend);
-        pipe.send({.kind = MessageKind::ready});
+        const bool fast = compilesFast() && backend.queue().identity().software;
+        pipe.send({.kind = MessageKind::ready, .id = fast ? kCompilesFast : 0});
         serve(backend, pipe, reporter, tokens, options.threads);
     } catch (const std::exception& error) {
         pipe.send({.kind = MessageKind::failed, .bytes = error.what()});

@@ -92,10 +92,7 @@ std::optional<WorkerReply> replyIn(const Message& message) {
 }  // namespace
 
 WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast)
-    : silence_(program.silence),
-      start_(program.start),
-      number_(number),
-      compilesFast_(compileFast) {
+    : silence_(program.silence), start_(program.start), number_(number) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw failure("a socket");
     pipe_ = std::make_unique<MessagePipe>(ends[0]);
@@ -217,6 +214,7 @@ bool WorkerProcess::handle(const Message& message) {
     }
     if (message.kind == MessageKind::ready) {
         if (ready_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return false;
+        compilesFast_ = message.id == kCompilesFast;
         readyPromise_.set_value();
     }
     if (reply) promise.set_value(std::move(reply));

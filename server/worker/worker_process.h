@@ -30,9 +30,9 @@ struct WorkerProgram {
 
 class WorkerProcess {
 public:
-    // `number`: workers of a server are numbered from 1. `compileFast`: its driver compiles shaders
-    // without optimisation (server/scenes/shader_cache.h). Throws std::runtime_error if no process
-    // can be started.
+    // `number`: workers of a server are numbered from 1. `compileFast`: a software driver compiles
+    // shaders without optimisation (server/scenes/shader_cache.h). Throws std::runtime_error if no
+    // process can be started.
     WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast = false);
     ~WorkerProcess();  // kills it
     WorkerProcess(const WorkerProcess&) = delete;
@@ -62,7 +62,7 @@ public:
     bool wasKilled() const { return killed_; }
     pid_t id() const { return id_; }
     std::uint64_t number() const { return number_; }
-    bool compilesFast() const { return compilesFast_; }
+    bool compilesFast() const { return compilesFast_; }  // known when it is ready
 
 private:
     void listen();
@@ -72,7 +72,6 @@ private:
 
     const std::chrono::milliseconds silence_, start_;
     const std::uint64_t number_;
-    const bool compilesFast_;
     pid_t id_ = -1;
     std::unique_ptr<MessagePipe> pipe_;
     std::promise<void> readyPromise_;
@@ -86,7 +85,7 @@ private:
     std::string failure_;  // why it could not start
     std::shared_ptr<const LoadedScenes> loaded_;
     std::atomic<bool> ended_{false}, warm_{false}, compiling_{false}, silent_{false},
-        killed_{false};
+        killed_{false}, compilesFast_{false};
     Clock::time_point lastHeard_ = Clock::now();
     std::thread listener_, watcher_;
 };
