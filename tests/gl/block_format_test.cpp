@@ -55,7 +55,7 @@ TEST_F(BlockFormats, MatchTheDriver) {
         std::vector<float> rgba(4 * kTexels * kTexels);
         glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, rgba.data());
         glDeleteTextures(1, &texture);
-        std::size_t wrong = 0;
+        std::size_t wrong = 0, firstWrong = 0;
         for (std::size_t i = 0; i < kEdge * kEdge; ++i) {
             const BlockTexels texels =
                 decodedBlock(row.format, std::span(blocks).subspan(i * bytes, bytes));
@@ -64,10 +64,14 @@ TEST_F(BlockFormats, MatchTheDriver) {
                 const float* driver = rgba.data() + 4 * (y * kTexels + x);
                 for (int c = 0; c < 3; ++c) {
                     const double scale = std::max(1.0, std::abs(double{driver[c]}));
-                    wrong += !(std::abs(driver[c] - texels[k][c]) <= row.error * scale);
+                    const bool right = std::abs(driver[c] - texels[k][c]) <= row.error * scale;
+                    if (!right && wrong++ == 0) firstWrong = i;
                 }
             }
         }
-        EXPECT_EQ(wrong, 0u) << row.name;
+        EXPECT_EQ(wrong, 0u) << row.name << ", first in the block "
+                             << testing::PrintToString(std::vector<unsigned char>(
+                                    blocks.begin() + std::ptrdiff_t(firstWrong * bytes),
+                                    blocks.begin() + std::ptrdiff_t((firstWrong + 1) * bytes)));
     }
 }

@@ -50,9 +50,12 @@ void expectRaysSeeWhatIsDrawn(Scene scene) {
     for (const Channel channel : {Channel::depth, Channel::objectId, Channel::normal}) {
         const FramePlan plan = bench.plan(looking(bench.scene(), channel));
         const Image drawn = bench.run(plan), traced = bench.traced(plan);
+        // Graphics cards interpolate texels, here those of normal maps, with weights of 8 bits.
+        const double bound = channel != Channel::normal                       ? 2e-4
+                             : gl::Context::current().capabilities().software ? 2e-3
+                                                                              : 1.0 / 128;
         // Pixels whose centre lies on an edge may fall to either side.
-        EXPECT_LE(shareOver(traced, drawn, channel == Channel::normal ? 2e-3 : 2e-4), 1e-3)
-            << static_cast<int>(channel);
+        EXPECT_LE(shareOver(traced, drawn, bound), 1e-3) << static_cast<int>(channel);
     }
 }
 
