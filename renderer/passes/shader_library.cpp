@@ -44,11 +44,11 @@ constexpr LayerMap kLayerMaps[] = {
 
 // A fragment shader may have 32 samplers with the drivers of graphics cards, and one that traces
 // rays has 24 others.
-constexpr int kLayerMapsBesideRays = 8;
+constexpr int kLayerMapsWithRays = 8;
 
 Features withoutExcessMaps(Features features, bool recordsRays) {
     if ((features & kFeaturesOfRays) == 0 || recordsRays) return features;
-    int free = kLayerMapsBesideRays;
+    int free = kLayerMapsWithRays;
     for (const LayerMap& map : kLayerMaps) {
         const Features bit = ofLayers(map.layer);
         if ((features & bit) != 0 && free-- <= 0) features &= ~bit;
