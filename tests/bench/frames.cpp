@@ -1,10 +1,10 @@
-// `bench_frames [--width W --height H --frames N --accuracy PRESET --effects all|none|shadows|full]
-// SCENE...`: the cost of a frame. `all` are all effects but shadows and light between surfaces,
-// `shadows` adds shadows, and `full`, the effects of a default request, also light between
-// surfaces, which is complete before the first frame is measured. A scene is a built-in's id or a
-// file. The camera rotates a little from frame to frame, because a driver may skip repeated work.
-// Prints a Markdown table: median and 95th percentile of warm frames, the cold first frame,
-// processor time, milliseconds of each pass and of encoding, and memory.
+// `bench_frames [--width W --height H --frames N --accuracy PRESET --effects all|none|shadows|full
+// --rays automatic|shader|cpu] SCENE...`: the cost of a frame. `all` are all effects but shadows
+// and light between surfaces, `shadows` adds shadows, and `full`, the effects of a default request,
+// also light between surfaces, which is complete before the first frame is measured. A scene is a
+// built-in's id or a file. The camera rotates a little from frame to frame, because a driver may
+// skip repeated work. Prints a Markdown table: median and 95th percentile of warm frames, the cold
+// first frame, processor time, milliseconds of each pass and of encoding, and memory.
 #include "image/image.h"
 #include "program.h"
 #include "renderer.h"
@@ -87,7 +87,7 @@ void measure(Renderer& renderer, Scene loaded, const FrameRequest& shape, int fr
 int run(int argc, char** argv) {
     CLI::App app{"What a frame costs, per pass"};
     std::vector<std::string> scenes{"chapel"};
-    std::string preset = "standard", effects = "all";
+    std::string preset = "standard", effects = "all", rays = "automatic";
     int width = 1280, height = 720, frames = 15;
     app.add_option("scenes", scenes, "built-in ids or files");
     app.add_option("--width", width);
@@ -98,6 +98,7 @@ int run(int argc, char** argv) {
                    "none: base shading, as other renderers draw it; shadows, full: with shadows, "
                    "and with light between surfaces")
         ->check(CLI::IsMember({"all", "none", "shadows", "full"}));
+    app.add_option("--rays", rays)->check(CLI::IsMember({"automatic", "shader", "cpu"}));
     CLI11_PARSE(app, argc, argv);
 
     FrameRequest shape;
@@ -109,10 +110,15 @@ int run(int argc, char** argv) {
     for (const auto& [word, value] : presetChoice().words) {
         if (word == preset) shape.accuracy = accuracyOf(value);
     }
-    Renderer renderer({.light = {.background = false}});
-    std::printf("%s; %ld cores; %dx%d, accuracy %s, effects %s, %d warm frames\n\n",
-                renderer.identity().renderer.c_str(), sysconf(_SC_NPROCESSORS_ONLN), width, height,
-                preset.c_str(), effects.c_str(), frames);
+    RendererOptions options{.light = {.background = false}};
+    if (rays != "automatic")
+        options.rays = rays == "cpu" ? Computation::processor : Computation::shader;
+    Renderer renderer(options);
+    std::printf(
+        "%s; %ld cores; %dx%d, accuracy %s, effects %s, rays %s, %d warm "
+        "frames\n\n",
+        renderer.identity().renderer.c_str(), sysconf(_SC_NPROCESSORS_ONLN), width, height,
+        preset.c_str(), effects.c_str(), rays.c_str(), frames);
     std::printf(
         "| scene | draws | median ms | p95 | processor ms | cold | median ms of each part | memory "
         "|\n");

@@ -255,8 +255,8 @@ std::vector<Price> measurePrices(int rounds) {
     addViews(measure, prices, model);
     addCopies(measure, prices, model);
     addCubes(measure, prices, model);
-    if (software) addRays(measure, prices, model, "processor");
-    Measurement shader(Computation::shader, rounds);
+    Measurement processor(Computation::processor, rounds), shader(Computation::shader, rounds);
+    addRays(processor, prices, pricesOf(software, true), "processor");
     addRays(shader, prices, pricesOf(software, false), "shader");
     return prices;
 }
