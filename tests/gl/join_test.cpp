@@ -92,10 +92,10 @@ TEST_F(JoinTest, NodesOfEachPartHaveItsName) {
         imagesMatch(renderer().render(left).image, renderer().render(alone).image, kRounding));
     EXPECT_FALSE(
         imagesMatch(renderer().render(r).image, renderer().render(alone).image, kRounding));
-    EXPECT_EQ(
-        renderer().plan(left).composition,
-        (std::vector<std::string>{"scene one of two: transformed", "scene one of two as right: transformed",
-                                  "node right/* (2 nodes): hidden"}));
+    EXPECT_EQ(renderer().plan(left).composition,
+              (std::vector<std::string>{"scene one of two: transformed",
+                                        "scene one of two as right: transformed",
+                                        "node right/* (2 nodes): hidden"}));
 }
 
 TEST_F(JoinTest, UnknownScenesAndBadTransformsAreErrors) {

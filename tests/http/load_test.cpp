@@ -282,6 +282,7 @@ TEST(Load, AFrameThatCannotMeetItsDeadlineIsRefusedBeforeItIsDrawn) {
     const auto start = Clock::now();
     ASSERT_EQ(postJson(client, "/v1/frames", large)->status, 200);
     const int milliseconds = static_cast<int>(millisecondsSince(start));
+    if (milliseconds < 100) GTEST_SKIP() << "drawn in " << milliseconds << " ms";
     const httplib::Headers deadline = {
         {"Clerestory-Deadline", std::to_string(milliseconds / 5 + 10)}};
     const std::uint64_t before = framesDrawn(server);
