@@ -18,13 +18,16 @@ struct Row {
     const char* name;
     BlockFormat format;
     GLenum driver;
-    double error;  // S3TC leaves the rounding of its third and fourth colour open
+    double error;  // of a software driver
+    // S3TC leaves the rounding of its third and fourth colour open: one step of five bits.
+    double errorOfCards = error;
 };
+constexpr double kStep = 1.0 / 31;
 constexpr GLenum kDxt1 = 0x83F1, kDxt3 = 0x83F2, kDxt5 = 0x83F3;
 const Row kRows[] = {
-    {"DXT1", BlockFormat::bc1, kDxt1, 1.01 / 255},
-    {"DXT3", BlockFormat::bc3, kDxt3, 1.01 / 255},
-    {"DXT5", BlockFormat::bc3, kDxt5, 1.01 / 255},
+    {"DXT1", BlockFormat::bc1, kDxt1, 1.01 / 255, kStep},
+    {"DXT3", BlockFormat::bc3, kDxt3, 1.01 / 255, kStep},
+    {"DXT5", BlockFormat::bc3, kDxt5, 1.01 / 255, kStep},
     {"BC6H unsigned", BlockFormat::bc6hUnsigned, GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT, 1e-6},
     {"BC6H signed", BlockFormat::bc6hSigned, GL_COMPRESSED_RGB_BPTC_SIGNED_FLOAT, 1e-6},
     {"BC7", BlockFormat::bc7, GL_COMPRESSED_RGBA_BPTC_UNORM, 1e-6},
@@ -74,6 +77,7 @@ void main() { color = texelFetch(texels, ivec2(gl_FragCoord.xy), 0); }
 
 TEST_F(BlockFormats, MatchTheDriver) {
     std::mt19937 random(1);
+    const bool software = renderer().identity().software;
     for (const Row& row : kRows) {
         const std::size_t bytes = blockBytes(row.format);
         std::vector<unsigned char> blocks(kEdge * kEdge * bytes);
@@ -87,6 +91,7 @@ TEST_F(BlockFormats, MatchTheDriver) {
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
         const std::vector<float> rgba = texelsOf(texture);
         glDeleteTextures(1, &texture);
+        const double error = software ? row.error : row.errorOfCards;
         std::size_t wrong = 0;
         std::string differences;
         for (std::size_t i = 0; i < kEdge * kEdge; ++i) {
@@ -97,7 +102,7 @@ TEST_F(BlockFormats, MatchTheDriver) {
                 const float* driver = rgba.data() + 4 * (y * kTexels + x);
                 for (int c = 0; c < 3; ++c) {
                     const double scale = std::max(1.0, std::abs(double{driver[c]}));
-                    if (std::abs(driver[c] - texels[k][c]) <= row.error * scale) continue;
+                    if (std::abs(driver[c] - texels[k][c]) <= error * scale) continue;
                     if (++wrong > 40) continue;
                     differences += "texel " + std::to_string(k) + " of " +
                                    testing::PrintToString(block) + ": " +

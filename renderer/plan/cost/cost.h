@@ -1,10 +1,10 @@
 // Cost model: predicted time and error of each method for a reflector or a piece of glass, and the
 // choice between methods. All constants of the model are here and in cost.cpp.
 //
-// Milliseconds are those of a reference machine (two cores, llvmpipe) or of a small GPU.
-// Only their ratios matter. Predictions depend neither on the load of the machine nor on resident
-// maps, so that equal requests give equal bytes. Errors are relative RMSE over the pixels of the
-// effect (docs/accuracy.md).
+// Milliseconds are those of a reference machine (two cores, llvmpipe) or graphics card. Only their
+// ratios matter. Predictions depend neither on the load of the machine nor on resident maps, so
+// that equal requests give equal bytes. Errors are relative RMSE over the pixels of the effect
+// (docs/accuracy.md).
 #pragma once
 
 #include "plan/graph/decision.h"
