@@ -1,6 +1,7 @@
 #include "reference/embree_bvh.h"
 
 #include "scene/fields.h"
+#include "scene/geometry.h"
 
 #include <stdexcept>
 #include <utility>

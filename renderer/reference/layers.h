@@ -1,24 +1,12 @@
-// Layers over and in an opaque surface, as KHR_materials_clearcoat, _sheen, _iridescence and
-// _diffuse_transmission define them. Without the renderer's fits: albedos and spectra are summed.
-//
-//     chooseLayer(point, toEye, sampler, throughput);  // point is one of its layers now
-//     const Bsdf bsdf(point, toEye);
+// Formulae of layers over an opaque surface, as KHR_materials_sheen and _iridescence define them.
+// Without the renderer's fits: albedos and spectra are summed.
 #pragma once
 
-#include "reference/sampler.h"
 #include "reference/scene_geometry.h"
 
 #include <glm/glm.hpp>
 
 namespace clerestory::reference {
-
-// Changes `point` into one of its layers, chosen at random, and multiplies `throughput` by the
-// layer's share over its probability. toEye: unit.
-void chooseLayer(SurfaceInteraction& point, const glm::dvec3& toEye, Sampler& sampler,
-                 glm::dvec3& throughput);
-
-// What a coat leaves of light that is emitted below it.
-double belowClearcoat(const SurfaceInteraction& point, const glm::dvec3& toEye);
 
 // The lobe of white fibres, without the cosine to the light, and its directional albedo. Cosines
 // with the normal, of the light, the eye and the half vector.

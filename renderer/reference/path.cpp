@@ -2,7 +2,7 @@
 #include "reference/path.h"
 
 #include "reference/bsdf.h"
-#include "reference/layers.h"
+#include "reference/layer_choice.h"
 
 namespace clerestory::reference {
 namespace {

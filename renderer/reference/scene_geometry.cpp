@@ -300,9 +300,10 @@ SurfaceInteraction SceneGeometry::interactionAt(const Hit& hit, const glm::dvec3
         const glm::dvec4 texel = slot(m.anisotropyTexture);
         const bool turned = m.anisotropyTexture.present();
         const glm::dvec2 along = turned ? 2.0 * glm::dvec2(texel) - 1.0 : glm::dvec2(1.0, 0.0);
-        const double c = std::cos(m.anisotropyRotation), s = std::sin(m.anisotropyRotation);
-        const glm::dvec3 grain =
-            tangent * (c * along.x - s * along.y) + bitangent * (s * along.x + c * along.y);
+        const double cosine = std::cos(m.anisotropyRotation);
+        const double sine = std::sin(m.anisotropyRotation);
+        const glm::dvec3 grain = tangent * (cosine * along.x - sine * along.y) +
+                                 bitangent * (sine * along.x + cosine * along.y);
         layers.anisotropy = m.anisotropy * texel.b;
         layers.grain = unitOr(grain - p.normal * glm::dot(grain, p.normal), Frame(p.normal).x);
     }

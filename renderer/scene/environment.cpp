@@ -171,11 +171,11 @@ EnvironmentMap environmentFromEquirectangular(std::string name,
     for (std::uint32_t face = 0; face < 6; ++face) {
         const bool aside = face != 2 && face != 3;
         for (std::uint32_t x = 0; x < samples; ++x) azimuths[x] = azimuth(direction(face, x, 0));
-        glm::vec3* texels = &map.texels[std::size_t{face} * map.faceSize * map.faceSize];
+        glm::vec3* faceTexels = &map.texels[std::size_t{face} * map.faceSize * map.faceSize];
         for (std::uint32_t y = 0, i = 0; y < samples; ++y) {
             for (std::uint32_t x = 0; x < samples; ++x, ++i) {
                 const glm::vec3 d = aside ? glm::vec3(0.0f) : direction(face, x, y);
-                texels[y / 2 * map.faceSize + x / 2] +=
+                faceTexels[y / 2 * map.faceSize + x / 2] +=
                     0.25f *
                     lookUp(panorama, aside ? azimuths[x] : azimuth(d), aside ? falls[i] : fall(d));
             }

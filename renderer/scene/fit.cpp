@@ -59,9 +59,10 @@ std::vector<glm::dvec3> cornersOf(const Scene& scene, const Pose& pose,
 // do the other sides. Both bounds of a direction meet at its nearest eye.
 glm::dvec3 fittedEye(std::span<const glm::dvec3> corners, const ViewAxes& axes,
                      const FrameTangents& frame) {
-    constexpr double kNone = -std::numeric_limits<double>::max();
+    constexpr double kLowest = -std::numeric_limits<double>::max();
     const glm::dvec3 origin = corners.front();
-    double right = kNone, left = kNone, top = kNone, bottom = kNone, nearest = kNone, extent = 0.0;
+    double right = kLowest, left = kLowest, top = kLowest, bottom = kLowest, nearest = kLowest,
+           extent = 0.0;
     for (const glm::dvec3& corner : corners) {
         const glm::dvec3 p = corner - origin;
         const double x = glm::dot(p, axes.right), y = glm::dot(p, axes.up),
