@@ -74,7 +74,7 @@ export const retryDelay = (retryAfterSeconds, failures) =>
 
 // ---- requests --------------------------------------------------------------------------------
 
-const kMovingMs = 90;  // target time of a frame in motion
+const kMovingMs = 60;  // target time of a frame in motion: the answer to a move takes up to two frames and the transfer
 const kRestMs = 160;   // without motion until the frame is refined
 const kFirstScale = 0.25;  // of the edges: first frame of a scene
 const kMinPixels = 160 * 90;

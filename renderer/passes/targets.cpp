@@ -1,5 +1,7 @@
 #include "passes/targets.h"
 
+#include "gl/pipeline.h"
+
 #include <algorithm>
 
 namespace clerestory {
