@@ -5,13 +5,6 @@
 #include <utility>
 
 namespace clerestory {
-namespace {
-
-std::uint64_t bytesOf(const Scene& scene) {
-    return scene.vertices.size() * sizeof(Vertex) + scene.indices.size() * sizeof(std::uint32_t);
-}
-
-}  // namespace
 
 Compositions::ScenePointer Compositions::find(const std::vector<ScenePointer>& loaded,
                                               std::uint64_t contentHash) {
@@ -41,7 +34,7 @@ std::vector<Compositions::ScenePointer> Compositions::loadedOf(const ScenePointe
 void Compositions::discardOld() {
     const auto bytes = [&] {
         std::uint64_t sum = 0;
-        for (const Kept& k : kept_) sum += bytesOf(*k.scene);
+        for (const Kept& k : kept_) sum += geometryBytes(*k.scene);
         return sum;
     };
     while (kept_.size() > 1 && (kept_.size() > kMaxScenes || bytes() > kMaxBytes)) {
@@ -53,12 +46,7 @@ void Compositions::discardOld() {
 Compositions::ScenePointer Compositions::joined(const std::vector<ScenePointer>& loaded,
                                                 const std::vector<PlacedScene>& parts) {
     std::vector<const Scene*> scenes;
-    std::uint64_t bytes = 0;
-    for (const ScenePointer& scene : loaded) {
-        scenes.push_back(scene.get());
-        bytes += bytesOf(*scene);
-    }
-    if (bytes > kMaxBytes) throw std::length_error("the scenes are too large together");
+    for (const ScenePointer& scene : loaded) scenes.push_back(scene.get());
     const std::vector<ScenePart> placed = scenePartsOf(parts, scenes);
     if (auto known = find(loaded, contentHash(placed))) return known;
     return keep(loaded, clerestory::joined(placed), scenes);

@@ -35,8 +35,7 @@ public:
     };
     explicit Compositions(Owner owner) : owner_(std::move(owner)) {}
 
-    // The loaded scenes that a request names, in one. Throws std::length_error if that would need
-    // more than kMaxBytes.
+    // The loaded scenes that a request names, in one; see clerestory::joined().
     ScenePointer joined(const std::vector<ScenePointer>& loaded,
                         const std::vector<PlacedScene>& parts);
     // A loaded or joined scene as the request changes it; the scene itself if it changes nothing.
@@ -46,7 +45,7 @@ public:
     void forget(const ScenePointer& loaded);
 
     static constexpr std::size_t kMaxScenes = 4;
-    static constexpr std::uint64_t kMaxBytes = 1ull << 30;  // of vertices and indices
+    static constexpr std::uint64_t kMaxBytes = kMaxJoinedBytes;
 
 private:
     struct Kept {

@@ -83,9 +83,7 @@ std::shared_ptr<const Scene> Renderer::State::wholeOf(const FrameRequest& reques
     try {
         return compositions.joined(each, request.parts);
     } catch (const std::length_error& tooLarge) {
-        throw InvalidRequest(
-            {{"/scene", tooLarge.what(),
-              "at most " + std::to_string(Compositions::kMaxBytes >> 20) + " MiB of vertices"}});
+        throw InvalidRequest({problemOf(tooLarge)});
     }
 }
 

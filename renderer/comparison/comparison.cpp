@@ -221,9 +221,6 @@ std::vector<FieldError> problems(const ComparisonRequest& request) {
         errors.push_back({"/filters", "are not supported: the reference has no filters",
                           "an empty list; the frame is compared before filtering"});
     }
-    if (!request.frame.parts.empty()) {
-        errors.push_back({"/scene", "is a list, which cannot be compared", "the id of a scene"});
-    }
     if (const auto& ground = request.frame.ground; ground && ground->shadowCatcher == true) {
         errors.push_back({"/ground/shadowCatcher", "is not supported: the reference has none",
                           "false; the ground is compared as a surface"});

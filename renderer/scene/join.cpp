@@ -254,7 +254,19 @@ std::uint64_t contentHash(const std::vector<ScenePart>& parts) {
     return hash.value();
 }
 
+std::uint64_t geometryBytes(const Scene& scene) {
+    return scene.vertices.size() * sizeof(Vertex) + scene.indices.size() * sizeof(std::uint32_t);
+}
+
+FieldError problemOf(const std::length_error& tooLarge) {
+    return {"/scene", tooLarge.what(),
+            "at most " + std::to_string(kMaxJoinedBytes >> 20) + " MiB of vertices"};
+}
+
 Scene joined(const std::vector<ScenePart>& parts) {
+    std::uint64_t bytes = 0;
+    for (const ScenePart& part : parts) bytes += geometryBytes(*part.scene);
+    if (bytes > kMaxJoinedBytes) throw std::length_error("the scenes are too large together");
     const Scene& first = *parts.front().scene;
     Scene whole;
     whole.id = first.id;
@@ -266,6 +278,13 @@ Scene joined(const std::vector<ScenePart>& parts) {
     whole.defaultView = fittedView(whole);
     whole.contentHash = contentHash(parts);
     return whole;
+}
+
+void copyTexels(Scene& whole, const std::vector<ScenePart>& parts) {
+    auto image = whole.images.begin();
+    for (const ScenePart& part : parts) {
+        for (const TextureImage& source : part.scene->images) (image++)->texels = source.texels;
+    }
 }
 
 std::vector<std::string> explained(const std::vector<PlacedScene>& parts) {

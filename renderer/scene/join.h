@@ -15,6 +15,7 @@
 #include <concepts>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -68,9 +69,19 @@ struct ScenePart {
 std::vector<ScenePart> scenePartsOf(const std::vector<PlacedScene>& placed,
                                     std::span<const Scene* const> scenes);
 
+std::uint64_t geometryBytes(const Scene& scene);  // of vertices and indices
+inline constexpr std::uint64_t kMaxJoinedBytes = 1ull << 30;
+
 // At least one part. Lists of the result are those of the parts one after another. Its id,
-// environment map and rotation are those of the first; its images have no texels.
+// environment map and rotation are those of the first; its images have no texels. Throws
+// std::length_error if it would need more than kMaxJoinedBytes.
 Scene joined(const std::vector<ScenePart>& parts);
+
+// What joined() has thrown, as the error of a request's list.
+FieldError problemOf(const std::length_error& tooLarge);
+
+// Gives the images of joined(parts) the texels of the parts' images.
+void copyTexels(Scene& whole, const std::vector<ScenePart>& parts);
 
 // That of joined(), without making it.
 std::uint64_t contentHash(const std::vector<ScenePart>& parts);

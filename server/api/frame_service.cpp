@@ -31,11 +31,17 @@ std::string namedMapsText(const SceneLibrary& library, const Scene& scene,
 }  // namespace
 
 std::string contentText(const RenderQueue& queue, const SceneLibrary& library, const Scene& scene,
+                        std::span<const std::shared_ptr<const Scene>> parts,
                         const FrameRequest& request) {
     const std::string map = request.environment.map.value_or(scene.environment);
-    return canonicalText(request) + '\n' + std::to_string(scene.contentHash) + '\n' +
-           std::to_string(library.environments().hash(map)) + '\n' +
-           namedMapsText(library, scene, request) + rendererText(queue);
+    std::string text = canonicalText(request) + '\n' + std::to_string(scene.contentHash) + '\n' +
+                       std::to_string(library.environments().hash(map)) + '\n' +
+                       namedMapsText(library, scene, request) + rendererText(queue);
+    for (const auto& part : parts) {
+        text += '\n' + std::to_string(part->contentHash) + '\n' +
+                namedMapsText(library, *part, request);
+    }
+    return text;
 }
 
 std::uint64_t kindOf(FrameRequest request) {
@@ -80,7 +86,7 @@ FrameService::Resolved FrameService::resolve(FrameRequest request,
     resolved.maps = components_.library.environments().requireUploads(resolved.request);
     resolved.request.scene = resolved.scene->id;
     if (resolved.request.accuracy.isBudget()) {
-        resolved.pick = components_.budgets.pick(*resolved.scene, resolved.request, requester);
+        resolved.pick = components_.budgets.pick(resolved.request, requester);
         resolved.request.accuracy = resolved.pick->accuracy;
     }
     return resolved;
@@ -91,12 +97,8 @@ void FrameService::requireAffordable(const FrameRequest& request) const {
 }
 
 std::string FrameService::etagOf(const Resolved& resolved, std::uint32_t lightRevision) const {
-    std::string text =
-        contentText(components_.queue, components_.library, *resolved.scene, resolved.request);
-    for (const auto& part : resolved.parts) {
-        text += '\n' + std::to_string(part->contentHash) + '\n' +
-                namedMapsText(components_.library, *part, resolved.request);
-    }
+    std::string text = contentText(components_.queue, components_.library, *resolved.scene,
+                                   resolved.parts, resolved.request);
     if (lightRevision > 0) text += "\nlight " + std::to_string(lightRevision);
     return '"' + hashWordOf(text) + '"';
 }

@@ -13,13 +13,16 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace clerestory {
 
 // Everything that can change a byte of the request's frame, as text: the request, and the contents
-// of what it names.
+// of what it names. parts: those of FrameRequest::parts.
 std::string contentText(const RenderQueue& queue, const SceneLibrary& library, const Scene& scene,
+                        std::span<const std::shared_ptr<const Scene>> parts,
                         const FrameRequest& request);
 
 // The part of it that does not depend on the request: the program and the driver.
@@ -67,6 +70,8 @@ public:
     // The scene with this id; the default scene if it is empty. Stays loaded as long as the result
     // exists. Throws RequestError: no such scene (404), loading (409), failed (422).
     std::shared_ptr<const Scene> requireScene(const std::string& id);
+    // Those of FrameRequest::parts. Throws as requireScene(), but 422 if some are unknown.
+    std::vector<std::shared_ptr<const Scene>> requireParts(const FrameRequest& request);
     // Throws as requireScene(); 409 also while the curve of a budget is measured; 422 if scenes of
     // a list are unknown.
     Resolved resolve(FrameRequest request, const Budgets::Requester& requester);
@@ -100,8 +105,6 @@ public:
     void countNotModified() { components_.metrics.notModified(); }
 
 private:
-    std::vector<std::shared_ptr<const Scene>> requireParts(const FrameRequest& request);
-
     const Components components_;
     const Limits limits_;
 };

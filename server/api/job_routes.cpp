@@ -44,6 +44,7 @@ Answer postComparison(const JobRoutes& routes, const Call& call) {
     requireJsonType(call);
     requireQuery(call, false);
     ComparisonRequest request = comparisonRequestFrom(strictJson(call.body));
+    const auto parts = routes.frames.requireParts(request.frame);
     const auto scene = routes.frames.requireScene(request.frame.scene);
     request.frame.scene = scene->id;
     // Finds errors that need the scene, such as the name of a camera, before the job starts.

@@ -25,8 +25,10 @@ LocalBackend::LocalBackend(const LocalBackendOptions& options)
       library_(options.scenes, queue_, options.renderer),
       canary_(queue_),
       jobResources_{queue_, library_,
-                    [this](const Scene& scene, const FrameRequest& request) {
-                        return contentText(queue_, library_, scene, request);
+                    [this](const FrameRequest& request) {
+                        const auto scene = library_.require(request.scene);
+                        return contentText(queue_, library_, *scene, library_.requireParts(request),
+                                           request);
                     }},
       budgets_(jobs_, jobResources_, options.curves),
       comparisons_(jobs_, jobResources_),

@@ -19,7 +19,8 @@ constexpr const char* kExtension = ".curve";
 constexpr std::uint64_t kMaxCurveBytes = 1 << 20;  // of one; a few kilobytes as a rule
 constexpr std::uint64_t kMaxBytesOfAll = 64ull << 20;
 
-// Its settings are those of curveSettings(), which another program (and so another key) may have changed.
+// Its settings are those of curveSettings(), which another program (and so another key) may have
+// changed.
 std::string figuresOf(const Curve& curve) {
     char number[40];
     std::string text;
@@ -96,7 +97,7 @@ void CurveStore::keep(const std::string& key, const Curve& curve) const {
 Budgets::Budgets(Jobs& jobs, const JobResources& resources, std::shared_ptr<const CurveStore> store)
     : jobs_(jobs), resources_(resources), store_(std::move(store)) {}
 
-std::string Budgets::keyOf(const Scene& scene, const FrameRequest& request) const {
+std::string Budgets::keyOf(const FrameRequest& request) const {
     FrameRequest frame = request;
     frame.camera = {};
     frame.accuracy = {};
@@ -104,7 +105,7 @@ std::string Budgets::keyOf(const Scene& scene, const FrameRequest& request) cons
     frame.toneMap = {};
     frame.exposure = 0.0;
     frame.filters.clear();
-    return resources_.contentText(scene, frame);
+    return resources_.contentText(frame);
 }
 
 std::optional<Curve> Budgets::measured(const FrameRequest& request,
@@ -131,9 +132,8 @@ std::optional<Curve> Budgets::measured(const FrameRequest& request,
     }
 }
 
-Budgets::Pick Budgets::pick(const Scene& scene, const FrameRequest& request,
-                            const Requester& requester) {
-    const std::string key = keyOf(scene, request);
+Budgets::Pick Budgets::pick(const FrameRequest& request, const Requester& requester) {
+    const std::string key = keyOf(request);
     const std::lock_guard lock(mutex_);
     if (curves_.size() >= kMaxCurves && curves_.count(key) == 0) curves_.clear();
     Measured& found = curves_[key];

@@ -24,8 +24,8 @@ public:
 
     // key: all that a curve depends on, the program and the driver included.
     std::optional<Curve> find(const std::string& key) const;
-    // A curve over curveSettings(). Errors of writing are only logged. The least recently used curves are
-    // removed to make room.
+    // A curve over curveSettings(). Errors of writing are only logged. The least recently used
+    // curves are removed to make room.
     void keep(const std::string& key, const Curve& curve) const;
 
 private:
@@ -55,7 +55,7 @@ public:
     // lighting, effects and size, not to a view: the first view that is requested is measured.
     // Throws RequestError 409 with the progress of the job while the curve is measured, 403 if the
     // requester may not begin it, 503 if there are too many jobs.
-    Pick pick(const Scene& scene, const FrameRequest& request, const Requester& requester);
+    Pick pick(const FrameRequest& request, const Requester& requester);
 
     // A frame with these settings took that many milliseconds: corrects the curve.
     void drawn(const Pick& pick, double milliseconds);
@@ -66,7 +66,7 @@ private:
         std::shared_ptr<Curve> curve;
         int corrections = 0;  // since the curve was last written to disk
     };
-    std::string keyOf(const Scene& scene, const FrameRequest& request) const;
+    std::string keyOf(const FrameRequest& request) const;
     std::optional<Curve> measured(const FrameRequest& request, const JobControl& control) const;
 
     Jobs& jobs_;

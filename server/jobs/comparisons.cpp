@@ -15,16 +15,14 @@ constexpr std::size_t kMaxReferences = 4;
 constexpr double kTracingShare = 0.7;
 
 // Everything that changes a bit of the reference.
-std::string referenceKey(const JobResources& resources, const Scene& scene,
-                         const ComparisonRequest& request) {
+std::string referenceKey(const JobResources& resources, const ComparisonRequest& request) {
     FrameRequest frame = request.frame;
     frame.accuracy = {};
     frame.output = {};
     frame.toneMap = {};
     frame.exposure = 0.0;
-    return resources.contentText(scene, frame) + '\n' +
-           std::to_string(static_cast<int>(request.mode)) + '\n' + std::to_string(request.samples) +
-           '\n' + std::to_string(request.seed);
+    return resources.contentText(frame) + '\n' + std::to_string(static_cast<int>(request.mode)) +
+           '\n' + std::to_string(request.samples) + '\n' + std::to_string(request.seed);
 }
 
 // With the exposure and the tone mapping of the request's frame.
@@ -78,16 +76,19 @@ JobStatus Comparisons::start(const ComparisonRequest& request, const std::string
 }
 
 JobResult Comparisons::run(const ComparisonRequest& request, const JobControl& control) {
-    const auto scene = resources_.library.require(request.frame.scene);
-    const auto reference = references_.find(referenceKey(resources_, *scene, request), [&] {
+    const auto known = resources_.library.require(request.frame.scene);
+    const auto parts = resources_.library.requireParts(request.frame);  // not evicted meanwhile
+    const auto reference = references_.find(referenceKey(resources_, request), [&] {
         return traceReference(resources_.library, request.frame, request.mode, request.samples,
                               request.seed,
                               [&](double share) { return control.proceed(kTracingShare * share); });
     });
     if (!reference) return {};
+    std::optional<Scene> list;
+    if (!parts.empty()) list = wholeScene(resources_.library, request.frame);
     try {
         auto comparison = compare(
-            request, *scene, *reference,
+            request, list ? *list : *known, *reference,
             [&](const FrameRequest& frame) { return drawInQueue(resources_, frame, control); },
             [&](double share) {
                 return control.proceed(kTracingShare + (1.0 - kTracingShare) * share);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <random>
 
 namespace clerestory {
@@ -207,12 +208,32 @@ void Jobs::discardOldResults(const Job& newest, const std::lock_guard<std::mutex
     }
 }
 
+Scene wholeScene(SceneLibrary& library, const FrameRequest& frame) {
+    if (frame.parts.empty()) return library.whole(frame.scene);
+    std::map<std::string, Scene> whole;
+    std::vector<const Scene*> scenes;
+    for (const PlacedScene& part : frame.parts) {
+        auto found = whole.find(part.scene);
+        if (found == whole.end())
+            found = whole.emplace(part.scene, library.whole(part.scene)).first;
+        scenes.push_back(&found->second);
+    }
+    const std::vector<ScenePart> parts = scenePartsOf(frame.parts, scenes);
+    try {
+        Scene all = joined(parts);
+        copyTexels(all, parts);
+        return all;
+    } catch (const std::length_error& tooLarge) {
+        throw InvalidRequest({problemOf(tooLarge)});
+    }
+}
+
 std::shared_ptr<const ReferenceRender> traceReference(SceneLibrary& library,
                                                       const FrameRequest& frame, ReferenceMode mode,
                                                       std::uint32_t samples, std::uint64_t seed,
                                                       const std::function<bool(double)>& progress) {
     const auto start = Clock::now();
-    const Scene scene = library.whole(frame.scene);
+    const Scene scene = wholeScene(library, frame);
     EnvironmentMaps maps;
     EnvironmentLibrary& environments = library.environments();
     for (const std::string& name : environments.names()) {

@@ -120,13 +120,17 @@ struct JobResources {
     RenderQueue& queue;
     SceneLibrary& library;
     // Everything that can change a byte of the request's frame, as text.
-    std::function<std::string(const Scene&, const FrameRequest&)> contentText;
+    std::function<std::string(const FrameRequest&)> contentText;
 };
 
 // Thrown by drawInQueue() when the job is cancelled.
 struct JobCancelled {};
 
-// The path-traced reference of a frame whose scene was loaded. Null if `progress` returned false.
+// A copy of a request's scene with vertices and texels; of a list, of all in one. Takes as long as
+// loading. Throws InvalidRequest if they are too large together.
+Scene wholeScene(SceneLibrary& library, const FrameRequest& frame);
+
+// The path-traced reference of a frame whose scenes were loaded. Null if `progress` returned false.
 // Throws InvalidRequest if the frame names an environment map that is not loaded.
 std::shared_ptr<const ReferenceRender> traceReference(SceneLibrary& library,
                                                       const FrameRequest& frame, ReferenceMode mode,

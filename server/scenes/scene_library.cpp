@@ -234,6 +234,12 @@ void SceneLibrary::release(const Entry& entry) {
     }
 }
 
+std::vector<std::shared_ptr<const Scene>> SceneLibrary::requireParts(const FrameRequest& request) {
+    std::vector<std::shared_ptr<const Scene>> scenes;
+    for (const PlacedScene& part : request.parts) scenes.push_back(require(part.scene));
+    return scenes;
+}
+
 Scene SceneLibrary::whole(const std::string& id) {
     Entry entry;
     {

@@ -56,6 +56,9 @@ public:
     // RequestError: no such scene (404), still loading (409), failed (422).
     std::shared_ptr<const Scene> require(const std::string& id);
 
+    // The same of the scenes of FrameRequest::parts; none if that is empty.
+    std::vector<std::shared_ptr<const Scene>> requireParts(const FrameRequest& request);
+
     // A new copy of the scene with vertices and texels. Takes as long as loading it. Throws
     // RequestError 404, ImportError.
     Scene whole(const std::string& id);

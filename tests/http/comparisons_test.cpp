@@ -93,6 +93,54 @@ TEST(Comparisons, ResultsAreReproducible) {
     EXPECT_EQ(errors[0], errors[1]);
 }
 
+// The answer once all scenes are loaded and all budgets are measured.
+httplib::Result answered(httplib::Client& client, const std::string& path,
+                         const std::string& body) {
+    for (;;) {
+        httplib::Result result = postJson(client, path, body);
+        if (!result || result->status != 409) return result;
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+}
+
+json comparedSettings(httplib::Client& client, const std::string& scene) {
+    const std::string body = R"({"width": 64, "height": 48, "frames": 1, "samples": 8,
+        "settings": ["draft"], "errorPictures": true,
+        "camera": {"position": [3, 2, 5], "target": [0, 0.5, 0]}, "scene": )" +
+                             scene + "}";
+    const auto started = answered(client, "/v1/comparisons", body);
+    EXPECT_EQ(started->status, 202) << started->body;
+    const json job = ended(client, started->get_header_value("Location"));
+    EXPECT_EQ(job["state"], "done") << job;
+    return job["result"];
+}
+
+TEST(Comparisons, AListOfScenesIsOneScene) {
+    auto client = sharedServer().client();
+    const json alone = comparedSettings(client, R"("teapots")");
+    const json listed = comparedSettings(client, R"([{"scene": "teapots"}])");
+    EXPECT_EQ(listed["settings"][0]["error"], alone["settings"][0]["error"]);
+    const auto picture = [&](const json& result) {
+        return client.Get(result["reference"]["picture"].get<std::string>())->body;
+    };
+    EXPECT_EQ(picture(listed), picture(alone));
+
+    // Another place of a part is another reference.
+    const auto both = [](const char* y) {
+        return std::string(R"([{"scene": "teapots"}, {"scene": "orbiting-cubes",
+            "scale": [0.3, 0.3, 0.3], "translation": [0, )") +
+               y + ", 0]}]";
+    };
+    const json low = comparedSettings(client, both("1")),
+               high = comparedSettings(client, both("2"));
+    EXPECT_NE(picture(low), picture(alone));
+    EXPECT_NE(picture(low), picture(high));
+    const double error = alone["settings"][0]["error"]["frame"]["relMse"];
+    for (const json* result : {&low, &high}) {
+        EXPECT_LT((*result)["settings"][0]["error"]["frame"]["relMse"], 3.0 * error);
+    }
+}
+
 TEST(Comparisons, AJobCanBeCancelled) {
     auto client = sharedServer().client();
     const auto started = postJson(client, "/v1/comparisons",
@@ -143,6 +191,22 @@ TEST(Budgets, AFrameReportsTheSettingThatItsBudgetChose) {
     problemOf(postJson(client, "/v1/frames", within(R"({"maxError": 1, "probeSize": 64})")), 422);
     problemOf(postJson(client, "/v1/frames", within(R"({"maxMilliseconds": 0})")), 422);
     problemOf(postJson(client, "/v1/comparisons", within(R"({"maxError": 1})")), 422);
+}
+
+TEST(Budgets, AListOfScenesHasACurveOfItsOwn) {
+    auto client = sharedServer().client();
+    const auto frame = [](const char* x, const std::string& accuracy) {
+        return std::string(R"({"width": 32, "height": 24, "output": {"format": "png"},
+            "scene": [{"scene": "six-walls"}, {"scene": "orbiting-cubes", "translation": [)") +
+               x + R"(, 0, 0]}], "accuracy": )" + accuracy + "}";
+    };
+    const std::string budget = R"({"maxMilliseconds": 60000})";
+    const auto drawn = answered(client, "/v1/frames", frame("1", budget));
+    ASSERT_EQ(drawn->status, 200) << drawn->body;
+    const auto plan = postJson(client, "/v1/plans", frame("1", budget));
+    const json chosen = json::parse(plan->body)["accuracy"]["chosen"];
+    EXPECT_EQ(postJson(client, "/v1/frames", frame("1", chosen.dump()))->body, drawn->body);
+    problemOf(postJson(client, "/v1/frames", frame("2", budget)), 409);
 }
 
 // A picture on a page of another site would otherwise start minutes of work (Fetch Metadata).

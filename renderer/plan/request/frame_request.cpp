@@ -199,10 +199,6 @@ std::vector<FieldError> problems(const FrameRequest& request) {
         errors.push_back({"/accuracy", "has settings together with a budget, which replaces them",
                           "maxMilliseconds, maxError or both; or a preset and settings"});
     }
-    if (request.accuracy.isBudget() && !request.parts.empty()) {
-        errors.push_back({"/accuracy", "is a budget, which a list of scenes does not support",
-                          "a preset and settings"});
-    }
     checkFormat(request.output, errors);
     if (request.output.layer != OutputLayer::direct && !hasLayers(request.output.channel)) {
         errors.push_back({"/output/layer", "conflicts with this channel",
