@@ -97,6 +97,12 @@ export async function pixelOf({ scene, camera: { position, target }, time }, int
   return floatsOf(await (await post("v1/frames", request)).arrayBuffer())[0];
 }
 
+// The instances that a request shows: [{ node, pixels, worldFromModel, … }].
+export async function instancesOf(shown) {
+  const { instances } = await (await post("v1/frames", { ...shown, output: { channel: "instances", format: "json" } })).json();
+  return instances;
+}
+
 // Sets the live view that v1/stream?view=NAME shows.
 export const putView = (name, request) => send("PUT", `v1/views/${encodeURIComponent(name)}`, request);
 

@@ -79,7 +79,8 @@ export function connectSharing({ session, fullRequest, changed, paths }) {
   const base = new URL(".", location.href).href;
   $("copy-link").addEventListener("click", () => copy(`${base}#${session.query()}`, "a link to this page and view"));
   $("copy-image-link").addEventListener("click", () => copy(`${base}v1/frames?${queryOf(fullRequest())}`,
-    session.filters.length || session.lights.length ? "a link to the image, without its filters and changed lights" : "a link to the image"));
+    [session.filters, session.lights, session.nodes].some((list) => list.length)
+      ? "a link to the image, without its filters and changed lights and objects" : "a link to the image"));
   $("copy-curl").addEventListener("click", () => copy(curlOf(fullRequest(), base), "the command"));
   $("copy-json").addEventListener("click", () => copy(JSON.stringify(fullRequest(), null, 2), "the request"));
 

@@ -109,8 +109,9 @@ export function defaultsOf(schema) {
 
 // The text of a link as a value of the schema; undefined if it is invalid.
 export function valueOf(schema, text) {
-  const object = objectOf(schema);
-  if (schema.oneOf && schema.oneOf.some((s) => s.enum?.includes(text))) return text;
+  if (schema.oneOf?.some((s) => s.enum?.includes(text))) return text;
+  const count = text.split(",").length;
+  const object = schema.oneOf?.find(({ type, items, minItems }) => type === "array" && items?.type === "number" && minItems === count) ?? objectOf(schema);
   if (object.type === "boolean") return { true: true, false: false, 1: true, 0: false }[text];
   if (object.enum) return object.enum.includes(text) ? text : undefined;
   if (object.type === "number" || object.type === "integer") {

@@ -1,6 +1,7 @@
 // The state of the page: scene, camera, and a value for every field; converted to requests and links and back. Pure.
 import { fromDirection, fromLookAt, lensFor, positionOf } from "./camera.js";
 import { queryOf, requestOf, rounded } from "./links.js";
+import { withField } from "./lists.js";
 import { defaultsOf, fieldsOfType, objectOf } from "./schema.js";
 
 // Fields with controls elsewhere on the page; the others have controls under "Image".
@@ -19,6 +20,9 @@ export class Session {
   filters = [];
   lights = [];  // `lights` of the request
   ground;  // likewise; undefined: none
+  background;  // likewise; undefined: the environment map
+  nodes = [];  // likewise, of the scene nodesOf
+  nodesOf;     // id of a scene
   headingDegrees = 0;  // rotation of the environment map about +Y
 
   // frame: the schema of FrameRequest without references.
@@ -44,6 +48,8 @@ export class Session {
     this.filters = [];
     this.lights = [];
     this.ground = undefined;
+    this.background = undefined;
+    this.nodes = [];
     this.headingDegrees = 0;
     this.time = 0;
     this.clip = undefined;
@@ -65,19 +71,30 @@ export class Session {
   }
   // Sets one field, or removes it (value: undefined); without a field everything of these lights.
   setLight(name, field, value) {
-    const { [field]: _, light, ...rest } = this.#light(name) ?? {};
-    const fields = field === undefined ? {} : { ...rest, ...(value === undefined ? {} : { [field]: value }) };
     const others = this.lights.filter((entry) => entry !== this.#light(name));
-    const entry = Object.keys(fields).length ? [{ ...(name === undefined ? {} : { light: name }), ...fields }] : [];
+    const entry = withField(this.#light(name), name === undefined ? {} : { light: name }, field, value) ?? [];
     // Later entries override earlier ones: those of all lights come first.
-    this.lights = name === undefined ? [...entry, ...others] : [...others, ...entry];
+    this.lights = name === undefined ? [entry, others].flat() : [others, entry].flat();
   }
   #light(name) {
     return this.lights.find((entry) => entry.light === name && entry.type === undefined);
   }
 
-  // Removes what refers to another scene's lights.
-  keepLights() {
+  // What the request changes of the nodes of a name.
+  nodeValue(name, field) {
+    const entry = this.nodes.find(({ node }) => node === name);
+    return field === undefined ? entry : entry?.[field];
+  }
+  // As setLight().
+  setNode(name, field, value) {
+    const entry = this.nodeValue(name);
+    this.nodes = [this.nodes.filter((other) => other !== entry), withField(entry, { node: name }, field, value) ?? []].flat();
+    this.nodesOf = this.scene.id;
+  }
+
+  // Removes what refers to another scene's lights and nodes.
+  keepOwn() {
+    if (this.nodesOf !== this.scene.id) this.nodes = [];
     const names = new Set((this.scene.lights ?? []).map((l) => l.name));
     this.lights = this.lights.filter(({ light, type }) => light === undefined || type !== undefined || names.has(light));
   }
@@ -115,6 +132,8 @@ export class Session {
       environment,
       ...(this.lights.length ? { lights: this.lights } : {}),
       ...(this.ground ? { ground: this.ground } : {}),
+      ...(this.background ? { background: this.background } : {}),
+      ...(this.nodes.length ? { nodes: this.nodes } : {}),
       ...(this.filters.length ? { filters: this.filters } : {}),
       ...this.image,
     };
@@ -150,7 +169,7 @@ export class Session {
 
   // Applies such an address. -> its scene and view, if any; the view applies when the scene is loaded.
   read(query) {
-    const { scene, camera, time, clip, variant, effects, accuracy, environment, lights, ground, filters, ...rest } = requestOf(query, this.schema);
+    const { scene, camera, time, clip, variant, effects, accuracy, environment, lights, ground, background, nodes, filters, ...rest } = requestOf(query, this.schema);
     Object.assign(this.effects, effects);
     if (accuracy) {
       const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
@@ -162,6 +181,8 @@ export class Session {
     if (rotation) this.headingDegrees = Math.round((2 * Math.atan2(rotation[1], rotation[3]) * 180) / Math.PI * 10) / 10;
     if (lights) this.lights = lights;
     if (ground) this.ground = ground;
+    if (Array.isArray(background)) this.background = background;
+    if (nodes) Object.assign(this, { nodes, nodesOf: scene });
     if (filters) this.filters = filters;
     if (time !== undefined) this.time = time;
     if (clip !== undefined) this.clip = clip;

@@ -1,5 +1,6 @@
 // Connects the parts of the page: session, input, frames, panels and messages.
 import { Problem, getJson, lightChanged, pixelOf, putView, renderFrame, useToken } from "./api.js";
+import { backgroundControls } from "./background_part.js";
 import { focusOn, lensFor, lensOfPixel, pointAt, positionOf } from "./camera.js";
 import { ComparePanel } from "./compare_panel.js";
 import { connectTips, controlFor, controlsFor, filterControls, tipSegments } from "./controls.js";
@@ -12,6 +13,7 @@ import { LightRows } from "./light_rows.js";
 import { connectSharing } from "./links.js";
 import { MapChoice } from "./map_choice.js";
 import { clearMessage, messageOf, millisecondsText, showMessage, showProblem } from "./messages.js";
+import { ObjectRows } from "./object_rows.js";
 import { connectPicture } from "./picture.js";
 import { SceneChoice } from "./scene_choice.js";
 import { labelOf, resolved } from "./schema.js";
@@ -24,7 +26,7 @@ import { Wipe, wipeChoices } from "./wipe.js";
 
 const motion = matchMedia("(prefers-reduced-motion: reduce)");
 const reducedMotion = () => motion.matches;
-let session, frames, input, wipe, compare, time, variants, lights, turntable, sharing, choice;
+let session, frames, input, wipe, compare, time, variants, lights, objects, turntable, sharing, choice;
 let lightTimer;  // of the next look at the progress of its light
 const kLightPollMs = 1000;
 
@@ -88,10 +90,11 @@ function opened(view) {
     session.goTo(view);
     session.start = start;
   }
-  session.keepLights();
+  session.keepOwn();
   time.sceneChanged();
   variants.sceneChanged();
   lights.sceneChanged();
+  objects.sceneChanged();
 }
 
 async function focus(x, y) {
@@ -179,6 +182,7 @@ async function start() {
   choice = new SceneChoice({ session, frames, opened, acceptsFiles: renderer.limits.uploadBytes > 0 });
   turntable = new Turntable({ session, moved, reducedMotion });
   lights = new LightRows(session, changed);
+  objects = new ObjectRows({ session, request: frameRequest, size: () => frames.size(), changed, failed: showProblem });
   time = new TimeRow(session, moved);
   variants = new VariantRow(session, changed);
   wipe = new Wipe(wipeChoices(session.presets, Object.keys(session.effects), labelOf), changed);
@@ -195,6 +199,7 @@ async function start() {
   drawView();
   drawKnobs();
   groundControls(session, changed);
+  backgroundControls(session, changed);
   const { filters } = session.schema.properties;
   if (filters) filterControls(session, filters, changed);
   $("knobs-reset").addEventListener("click", () => {

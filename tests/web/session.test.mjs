@@ -5,6 +5,7 @@ import { test } from "node:test";
 import { positionOf } from "../../web/camera.js";
 import { curlOf, queryOf, requestOf, rounded } from "../../web/links.js";
 import { controlOf, fieldsOfType, labelOf, newOfType, positionFor, resolved, sliderSteps, typesOf, valueAt } from "../../web/schema.js";
+import { objectGroups } from "../../web/object_rows.js";
 import { Session } from "../../web/session.js";
 import { durationOf } from "../../web/time_row.js";
 import { withChoice, wipeChoices } from "../../web/wipe.js";
@@ -46,6 +47,8 @@ const frame = object({
   environment: object({ map: { type: "string", maxLength: 128 }, rotation: numbers(4), visible: flag,
                         intensity: { type: "number", minimum: 0, maximum: 10000, default: 1 } }),
   lights: { type: "array", maxItems: 64, items: object({ light: { type: "string" }, radius: { type: "number", minimum: 0, maximum: 1e9 } }) },
+  nodes: { type: "array", maxItems: 64, items: object({ node: { type: "string" }, hidden: { type: "boolean" }, material: { type: "string" } }) },
+  background: { oneOf: [{ type: "string", enum: ["map", "transparent"] }, numbers(3)] },
   ground: object({ height: { type: "number", minimum: -1e9, maximum: 1e9 }, color: { ...numbers(3), default: [0.5, 0.5, 0.5] },
                    roughness: { type: "number", minimum: 0, maximum: 1, default: 1 }, shadowCatcher: { type: "boolean" } }),
   filters: { type: "array", maxItems: 8, items: filter },
@@ -141,10 +144,37 @@ test("changes of lights are entries by name; those of all lights come first", ()
   assert.deepEqual(made.lights, [{ light: "lamp", enabled: false }]);
   made.lights.push({ light: "new", type: "point" });
   made.scene = { ...scene, lights: [{ name: "sun" }] };
-  made.keepLights();
+  made.keepOwn();
   assert.deepEqual(made.lights, [{ light: "new", type: "point" }], "lights of another scene are forgotten");
   made.setLight(undefined, "radius", 0);
   assert.deepEqual(made.lights, [{ radius: 0 }, { light: "new", type: "point" }]);
+});
+
+test("changes of nodes are entries by name, and belong to one scene", () => {
+  const made = session();
+  made.setNode("cup", "hidden", true);
+  made.setNode("table", "material", "oak");
+  made.setNode("cup", "material", "gold");
+  assert.deepEqual(made.request([64, 36]).nodes, [{ node: "table", material: "oak" }, { node: "cup", hidden: true, material: "gold" }]);
+  assert.deepEqual([made.nodeValue("cup", "hidden"), made.nodeValue("lamp", "hidden")], [true, undefined]);
+  const other = new Session(frame);
+  other.read(`#${made.query()}`);
+  other.scene = scene;
+  other.keepOwn();
+  assert.deepEqual(other.nodes, made.nodes, "a link keeps them");
+  made.setNode("cup", "hidden", undefined);
+  made.setNode("table");
+  assert.deepEqual(made.nodes, [{ node: "cup", material: "gold" }]);
+  made.scene = { ...scene, id: "yard" };
+  made.keepOwn();
+  assert.deepEqual(made.nodes, []);
+});
+
+test("objects are grouped by name, the largest first", () => {
+  const at = (x) => [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, 0, 0, 1];
+  const groups = objectGroups([{ node: "cup", pixels: 10, worldFromModel: at(1) }, { node: "table", pixels: 50, worldFromModel: at(2) },
+    { node: "cup", pixels: 30, worldFromModel: at(3) }, { node: "lamp", pixels: 0, worldFromModel: at(4) }], 100);
+  assert.deepEqual(groups, [{ name: "table", share: 0.5, place: [2, 0, 0] }, { name: "cup", share: 0.4, place: undefined }]);
 });
 
 test("a knob has the value of the preset until it is set", () => {
@@ -168,7 +198,7 @@ test("an address restores the view and the settings", () => {
   const made = session();
   made.useCamera("door");
   Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, clip: "walk", headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }],
-                       lights: [{ light: "lamp, left", radius: 0.25 }] });
+                       lights: [{ light: "lamp, left", radius: 0.25 }], background: [0.25, 0.5, 1] });
   made.effects.refraction = false;
   made.environment.map = "a b";
   made.image.exposure = -1.25;

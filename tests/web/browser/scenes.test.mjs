@@ -109,6 +109,38 @@ visit("lights have controls from the schema; changes are in requests and links, 
   assert.equal((await v.settled()).lights, undefined);
 });
 
+visit("objects in view can be listed, hidden and given another material; a colour can be the background", { path: "#scene=teapots" }, async (v, page) => {
+  await v.settled();
+  await page.click("#objects-list");
+  const row = (name) => page.locator("#objects details", { has: page.locator(`summary b:text-is("${name}")`) });
+  const name = "teapot copper";
+  await row(name).locator("summary").click();
+  const shares = await page.locator("#objects summary .quiet").allTextContents();
+  assert.ok(shares.length > 2 && shares.every((share) => /^[\d.e-]+ %$/.test(share)), String(shares));
+  await row(name).locator("[data-field=hidden] input").check({ force: true });
+  assert.deepEqual((await v.settled()).nodes, [{ node: name, hidden: true }]);
+  await page.click("#objects-list");
+  await page.waitForFunction(() => document.querySelector("#objects summary .quiet")?.textContent === "");
+  assert.equal(await row(name).count(), 1, "what is hidden stays in the list");
+  await row("table").locator("summary").click();
+  const { materials } = await (await fetch(`${server.url}v1/scenes/teapots`)).json();
+  await row("table").locator("[data-field=material] select").selectOption(materials.at(-1));
+  await page.locator("#background [data-field=background] select").selectOption("color");
+  const requested = await v.settled();
+  assert.deepEqual(requested.nodes, [{ node: name, hidden: true }, { node: "table", material: materials.at(-1) }]);
+  assert.deepEqual(requested.background, [1, 1, 1]);
+  await v.screenshot("objects");
+  const other = await Visit.open(page.url());
+  const { nodes, background } = await other.settled();
+  assert.deepEqual({ nodes, background }, { nodes: requested.nodes, background: requested.background });
+  await other.leave();
+  await row(name).locator("summary").click();
+  await row(name).locator("text=Reset").click();
+  assert.deepEqual((await v.settled()).nodes, [{ node: "table", material: materials.at(-1) }]);
+  await page.locator("#background [data-field=background] select").selectOption("map");
+  assert.equal((await v.settled()).background, undefined);
+});
+
 visit("a ground has controls from the schema, and is in requests and links", { path: "#scene=teapots" }, async (v, page) => {
   await page.locator("#ground-switch input").check({ force: true });
   assert.equal((await v.settled()).ground.roughness, 1);
