@@ -4,14 +4,13 @@ import { objectOf, propertiesOf, valueOf } from "./schema.js";
 
 const isList = (value) => Array.isArray(value) && value.some((x) => typeof x === "object");
 
-// `name=value` for each field, nested names joined by dots, numbers by commas. Links of the API cannot contain lists of
-// objects; with `lists` they are written as JSON.
-export function queryOf(request, { lists = false } = {}) {
+// `name=value` for each field, nested names joined by dots, numbers by commas; lists of objects as JSON.
+export function queryOf(request) {
   const pairs = [];
   const walk = (value, name) => {
     if (value === undefined || value === null) return;
     if (isList(value)) {
-      if (lists) pairs.push([name, JSON.stringify(value)]);
+      pairs.push([name, JSON.stringify(value)]);
     } else if (Array.isArray(value)) {
       if (value.length) pairs.push([name, value.join(",")]);
     } else if (typeof value === "object") {
@@ -78,9 +77,7 @@ async function copy(text, what) {
 export function connectSharing({ session, fullRequest, changed, paths }) {
   const base = new URL(".", location.href).href;
   $("copy-link").addEventListener("click", () => copy(`${base}#${session.query()}`, "a link to this page and view"));
-  $("copy-image-link").addEventListener("click", () => copy(`${base}v1/frames?${queryOf(fullRequest())}`,
-    [session.filters, session.lights, session.nodes].some((list) => list.length)
-      ? "a link to the image, without its filters and changed lights and objects" : "a link to the image"));
+  $("copy-image-link").addEventListener("click", () => copy(`${base}v1/frames?${queryOf(fullRequest())}`, "a link to the image"));
   $("copy-curl").addEventListener("click", () => copy(curlOf(fullRequest(), base), "the command"));
   $("copy-json").addEventListener("click", () => copy(JSON.stringify(fullRequest(), null, 2), "the request"));
 

@@ -164,7 +164,7 @@ export class Session {
   query() {
     const { target, yfov } = this.camera;
     return queryOf(rounded({ scene: this.scene.id, camera: { position: positionOf(this.camera), target, yfov },
-                             ...this.#fields() }), { lists: true });
+                             ...this.#fields() }));
   }
 
   // Applies such an address. -> its scene and view, if any; the view applies when the scene is loaded.

@@ -174,7 +174,7 @@ std::string parameterRows(const ordered_json& parameters) {
                 escaped(parameter.value("description", "")) + " |\n";
     }
     if (fieldCount > 0) {
-        out += "Query: the fields of " + linkTo("/FrameRequest") + " except lists of objects (";
+        out += "Query: the fields of " + linkTo("/FrameRequest") + "; lists of objects are JSON (";
         for (const auto& [name, path] : shortQueryNames()) {
             out += (name == shortQueryNames().begin()->first ? "`" : ", `") + name +
                    "` is short for `" + path + "`";

@@ -23,6 +23,15 @@ json numberOr(std::string_view text) {
     return value;
 }
 
+// Lists of objects are JSON. Text that is not stays text; the reader reports it.
+json listOr(const std::string& text) {
+    try {
+        return strictJson(text);
+    } catch (const RequestError&) {
+        return text;
+    }
+}
+
 template <class T>
 json valueFrom(const std::string& text, const T*, const Range&) {
     if constexpr (components<T> == 1) {
@@ -62,9 +71,14 @@ json valueFrom(const std::string& text, const T*, const Flag&) {
     return text;
 }
 
+json valueFrom(const std::string& text, const PlacedScenes*, const TextOrList&) {
+    return text.starts_with('[') ? listOr(text) : json(text);
+}
+
 template <class T, class K>
 json valueFrom(const std::string& text, const T*, const K&) {
-    return text;
+    constexpr bool isList = std::is_same_v<K, NestedList> || std::is_same_v<K, NestedUnionList>;
+    return isList ? listOr(text) : json(text);
 }
 
 template <class T, class K>
@@ -106,9 +120,7 @@ void collect(std::vector<QueryField>& all, const std::string& prefix) {
             collect<T>(all, path + ".");
         } else if constexpr (std::is_same_v<K, NestedUnion>) {
             collectUnion(all, path + ".", static_cast<const T*>(nullptr));
-        } else if constexpr (!std::is_same_v<K, NestedInBody> && !std::is_same_v<K, NestedList> &&
-                             !std::is_same_v<K,
-                                             NestedUnionList>) {  // links have no lists of objects
+        } else if constexpr (!std::is_same_v<K, NestedInBody>) {
             all.push_back({path, name, [kind](const std::string& text) {
                                return valueFrom(text, static_cast<const T*>(nullptr), kind);
                            }});
@@ -255,6 +267,13 @@ nlohmann::ordered_json fieldOfUnion(const nlohmann::ordered_json& schemas,
     return {{"type", "string"}, {"enum", std::move(types)}, {"description", "type of the lens"}};
 }
 
+// Whether it is a list of them.
+bool holdsObjects(const nlohmann::ordered_json& schema) {
+    if (schema.value("type", "") != "array") return false;
+    const nlohmann::ordered_json& items = schema["items"];
+    return items.contains("$ref") || items.contains("oneOf") || items.value("type", "") == "object";
+}
+
 }  // namespace
 
 nlohmann::ordered_json frameQueryParameters() {
@@ -275,8 +294,18 @@ nlohmann::ordered_json frameQueryParameters() {
             begin = end + 1;
         }
         std::string description = at.value("description", "");
-        if (f.path == "scene") at = nlohmann::ordered_json(at["oneOf"].front());  // no list
         at.erase("description");
+        if (holdsObjects(at)) {
+            list.push_back({{"name", f.path},
+                            {"in", "query"},
+                            {"description", description + "; as JSON"},
+                            {"content", {{"application/json", {{"schema", std::move(at)}}}}}});
+            continue;
+        }
+        if (f.path == "scene") {
+            at = nlohmann::ordered_json(at["oneOf"].front());
+            description += ", as JSON";
+        }
         nlohmann::ordered_json parameter = {{"name", f.path},
                                             {"in", "query"},
                                             {"description", std::move(description)},

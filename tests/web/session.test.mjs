@@ -221,7 +221,7 @@ test("a request is written as a link and as a curl command", () => {
   const request = rounded({ scene: "a b", camera: { position: [1, 2.00000001, 3] }, effects: { emission: false } });
   assert.equal(queryOf(request), "scene=a%20b&camera.position=1,2,3&effects.emission=false");
   assert.deepEqual(requestOf(queryOf(request), frame), request);
-  assert.equal(queryOf({ filters: [{ type: "twirl" }] }), "");
+  assert.equal(queryOf({ filters: [{ type: "twirl" }] }), "filters=%5B%7B%22type%22%3A%22twirl%22%7D%5D");
   assert.ok(curlOf({ scene: "it's" }, "http://h/").includes(`it'\\''s`));
 });
 
