@@ -5,7 +5,7 @@ import { $, element } from "./dom.js";
 import { grouped } from "./lists.js";
 
 const kEdge = 320;  // pixels of the longer edge of what is counted
-const kMost = 64;   // rows; as many as a request may change
+const kMaxRows = 64;   // rows; as many as a request may change
 
 // Objects of one name, largest first: [{ name, share, place }]. share: of the pixels; place: of a single object, in metres.
 export function objectGroups(instances, pixels) {
@@ -13,7 +13,7 @@ export function objectGroups(instances, pixels) {
   return [...grouped(seen, ({ node }) => node)].map(([name, all]) => ({
     name, share: all.reduce((sum, each) => sum + each.pixels, 0) / pixels,
     place: all.length === 1 ? all[0].worldFromModel.slice(12, 15).map((x) => Number(x.toPrecision(4))) : undefined,
-  })).sort((a, b) => b.share - a.share).slice(0, kMost);
+  })).sort((a, b) => b.share - a.share).slice(0, kMaxRows);
 }
 
 export class ObjectRows {

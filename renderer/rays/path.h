@@ -7,6 +7,7 @@
 // Pure: the same arguments give the same bytes. Threads may share a tracer.
 #pragma once
 
+#include "rays/hits.h"
 #include "rays/record.h"
 #include "rays/surroundings.h"
 
@@ -27,11 +28,6 @@ struct Lobe {
 };
 
 // A record, decoded.
-struct RecordedRay {
-    glm::vec3 start, along, share;  // along: eye space's axes
-    float width, pixel, lobe;       // of its cone: metres, and slopes
-    bool intoBody;                  // through one face of a body; else through a pane
-};
 RecordedRay rayOf(const Start& start, const Way& way);
 
 // Whether the lobe is rough, so that several paths differ from one.
@@ -43,28 +39,6 @@ struct Path {
     float distance;          // to what is met first, metres: a harmonic mean; of a ray into a body,
                              // length of the path
     std::uint32_t count;     // of paths
-};
-
-// The first surface along a ray, without holes of alpha masks, glass and blended surfaces.
-struct SurfaceHit {
-    bool met = false;    // else the ray leaves the scene
-    bool begins = true;  // false: the ray began behind a surface that is not drawn from there
-    float distance = 0.0f;
-    std::uint32_t instance = 0;
-    std::uint32_t vertices[3] = {};  // of Surroundings::vertices
-    float weights[3] = {};           // of the vertices
-    glm::vec3 normal{0.0f};          // unit, eye space's axes, towards the ray's start
-    glm::vec3 albedo{0.0f};          // share of uniform light that the surface sends back, 0..1
-    glm::vec3 emitted{0.0f};         // radiance
-    glm::vec3 share{1.0f};           // transmittance of glass and blended surfaces before the hit
-};
-
-// The first surface along a ray that is drawn there and no hole.
-struct PointHit {
-    std::uint32_t instance = 0;
-    std::uint32_t triangle = 0;  // its corners are Scene::indices[3 * triangle ...]
-    bool front = true;           // it is met from its outer side
-    glm::vec3 baseColor{0.0f};
 };
 
 class PathTracer {

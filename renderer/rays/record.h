@@ -1,6 +1,8 @@
 // A ray that starts from a pixel, as shaders/include/ray_record.glsl writes it.
 #pragma once
 
+#include <glm/glm.hpp>
+
 #include <cstdint>
 
 namespace clerestory::rays {
@@ -22,5 +24,12 @@ struct Way {
                            // ray through one face of a body
 };
 static_assert(sizeof(Start) == 16 && sizeof(Way) == 16);
+
+// The same, decoded.
+struct RecordedRay {
+    glm::vec3 start, along, share;  // along: eye space's axes
+    float width, pixel, lobe;       // of its cone: metres, and slopes
+    bool intoBody;                  // through one face of a body; else through a pane
+};
 
 }  // namespace clerestory::rays

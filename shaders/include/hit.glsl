@@ -1,7 +1,7 @@
 // The surface point that a ray hits: the values that surface.vert and material.glsl compute for a
 // pixel, read from tables, because no texture can be bound for it. VARIANT has the features that any
 // surface of the scene has; others are left out. After trace.glsl and iorOfPath(), which returns the
-// index of refraction of a body with dispersion. Compiled as GLSL and as C++ (renderer/rays/path.cpp).
+// index of refraction of a body with dispersion. Compiled as GLSL and as C++ (renderer/rays/shader_code.h).
 #include "include/ray.glsl"
 #include "include/surface_light.glsl"
 

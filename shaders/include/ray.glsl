@@ -1,5 +1,5 @@
 // Rays and their cones: what paths through the scene and the pixels that they start from share. Compiled
-// as GLSL and as C++ (renderer/rays/path.cpp).
+// as GLSL and as C++ (renderer/rays/shader_code.h).
 #ifndef CLERESTORY_RAY_GLSL
 #define CLERESTORY_RAY_GLSL
 

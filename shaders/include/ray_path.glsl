@@ -1,6 +1,6 @@
 // Radiance along a ray through the scene. Smooth mirrors and glass continue the path, other surfaces
 // are shaded as they would be in a pixel, and rays that leave the scene see the environment.
-// After lighting.glsl, glass.glsl and hit.glsl. Compiled as GLSL and as C++ (renderer/rays/path.cpp).
+// After lighting.glsl, glass.glsl and hit.glsl. Compiled as GLSL and as C++ (renderer/rays/shader_code.h).
 
 // A surface that mirrors the scene (scene/classification.h) continues rays if it is smoother than
 // kTracedRoughness and reflects more than kMinMirrored of the ray's light; otherwise it reflects the

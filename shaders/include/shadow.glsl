@@ -1,6 +1,6 @@
 // Shadows of lamps, from one map of depths with tiles for each lamp. Depth is reversed: 1 at the lamp,
 // 0 far away. The six pictures around a lamp have the axes of eye space. Compiled as GLSL and as C++
-// (renderer/rays/path.cpp).
+// (renderer/rays/shader_code.h).
 
 // A receiver is moved off its surface by this number of texels of the map.
 const float kShadowOffset = 1.5f;

@@ -1,6 +1,6 @@
 // Light at a point of a surface from its surroundings, as it was computed at vertices
 // (renderer/light/surface_light.h). Directions have the axes of eye space. Compiled as GLSL and as
-// C++ (renderer/rays/path.cpp).
+// C++ (renderer/rays/shader_code.h).
 #ifndef CLERESTORY_SURFACE_LIGHT_GLSL
 #define CLERESTORY_SURFACE_LIGHT_GLSL
 
