@@ -257,10 +257,16 @@ float noise(float x, float y, int period, int octaves, std::uint32_t seed) {
     for (int o = 0; o < octaves; ++o, period *= 2, weight *= 0.5f) {
         const float fx = x * static_cast<float>(period), fy = y * static_cast<float>(period);
         const float ix = std::floor(fx), iy = std::floor(fy);
+        // Divisions take most of the time of a scene's textures; inside the period there are none.
         const auto wrap = [&](float v) {
-            return static_cast<std::uint32_t>((static_cast<int>(v) % period + period) % period);
+            const int i = static_cast<int>(v);
+            return static_cast<std::uint32_t>(
+                i >= 0 && i < period ? i : (i % period + period) % period);
         };
-        const std::uint32_t x0 = wrap(ix), x1 = wrap(ix + 1), y0 = wrap(iy), y1 = wrap(iy + 1);
+        const auto after = [&](std::uint32_t i) {
+            return i + 1 == static_cast<std::uint32_t>(period) ? 0u : i + 1;
+        };
+        const std::uint32_t x0 = wrap(ix), x1 = after(x0), y0 = wrap(iy), y1 = after(y0);
         const auto ease = [](float t) { return t * t * (3.0f - 2.0f * t); };
         const float tx = ease(fx - ix), ty = ease(fy - iy);
         const std::uint32_t s = seed + static_cast<std::uint32_t>(o);
@@ -282,8 +288,8 @@ Index add(Scene& scene, std::string name, std::uint32_t width, std::uint32_t hei
             const glm::vec4 c = color((static_cast<float>(x) + 0.5f) / static_cast<float>(width),
                                       (static_cast<float>(y) + 0.5f) / static_cast<float>(height));
             for (int i = 0; i < 4; ++i) {
-                image.texels.push_back(
-                    static_cast<std::uint8_t>(std::lround(255.0f * glm::clamp(c[i], 0.0f, 1.0f))));
+                const double level = 255.0f * glm::clamp(c[i], 0.0f, 1.0f);
+                image.texels.push_back(static_cast<std::uint8_t>(level + 0.5));
             }
         }
     }
