@@ -41,7 +41,7 @@ export class Visit {
   #watch(origin) {
     const { page } = this;
     const isFrame = (request) => request.method() === "POST" && new URL(request.url()).pathname === "/v1/frames" &&
-      !request.postDataJSON().output?.channel;
+      request.postDataJSON().width > 1 && !request.postDataJSON().output?.channel;
     const isAhead = (request) => request.headers().priority?.startsWith("u=6");  // drawn in advance, not shown
     page.on("request", (request) => {
       const { protocol, origin: to } = new URL(request.url());
