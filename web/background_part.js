@@ -9,7 +9,7 @@ export function backgroundControls(session, changed) {
   const schema = session.schema.properties.background;
   const color = schema?.oneOf?.find(({ type }) => type === "array");
   if (!color) return;
-  const choice = { type: "string", enum: ["map", "color"], "x-titles": ["environment map", "color"], description: schema.description };
+  const choice = { type: "string", enum: ["map", "color"], description: schema.description };
   const draw = () => {
     const select = controlFor("background", choice, session.background ? "color" : "map", (word) => {
       session.background = word === "color" ? kFirstColor : undefined;
