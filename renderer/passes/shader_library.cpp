@@ -25,36 +25,21 @@ struct LayerMap {
     const char* sampler;
 };
 
-// What shows most comes first.
 constexpr LayerMap kLayerMaps[] = {
-    {LAYER_CLEARCOAT_NORMAL_MAP, UNIT_CLEARCOAT_NORMAL, "clearcoatNormalMap"},
+    {LAYER_SPECULAR_MAP, UNIT_SPECULAR, "specularMap"},
+    {LAYER_SPECULAR_COLOR_MAP, UNIT_SPECULAR_COLOR, "specularColorMap"},
     {LAYER_CLEARCOAT_MAP, UNIT_CLEARCOAT, "clearcoatMap"},
+    {LAYER_CLEARCOAT_ROUGHNESS_MAP, UNIT_CLEARCOAT_ROUGHNESS, "clearcoatRoughnessMap"},
+    {LAYER_CLEARCOAT_NORMAL_MAP, UNIT_CLEARCOAT_NORMAL, "clearcoatNormalMap"},
     {LAYER_SHEEN_COLOR_MAP, UNIT_SHEEN_COLOR, "sheenColorMap"},
+    {LAYER_SHEEN_ROUGHNESS_MAP, UNIT_SHEEN_ROUGHNESS, "sheenRoughnessMap"},
     {LAYER_IRIDESCENCE_MAP, UNIT_IRIDESCENCE, "iridescenceMap"},
     {LAYER_IRIDESCENCE_THICKNESS_MAP, UNIT_IRIDESCENCE_THICKNESS, "iridescenceThicknessMap"},
-    {LAYER_SPECULAR_COLOR_MAP, UNIT_SPECULAR_COLOR, "specularColorMap"},
+    {LAYER_ANISOTROPY_MAP, UNIT_ANISOTROPY, "anisotropyMap"},
+    {LAYER_DIFFUSE_TRANSMISSION_MAP, UNIT_DIFFUSE_TRANSMISSION, "diffuseTransmissionMap"},
     {LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP, UNIT_DIFFUSE_TRANSMISSION_COLOR,
      "diffuseTransmissionColorMap"},
-    {LAYER_DIFFUSE_TRANSMISSION_MAP, UNIT_DIFFUSE_TRANSMISSION, "diffuseTransmissionMap"},
-    {LAYER_CLEARCOAT_ROUGHNESS_MAP, UNIT_CLEARCOAT_ROUGHNESS, "clearcoatRoughnessMap"},
-    {LAYER_ANISOTROPY_MAP, UNIT_ANISOTROPY, "anisotropyMap"},
-    {LAYER_SPECULAR_MAP, UNIT_SPECULAR, "specularMap"},
-    {LAYER_SHEEN_ROUGHNESS_MAP, UNIT_SHEEN_ROUGHNESS, "sheenRoughnessMap"},
 };
-
-// A fragment shader may have 32 samplers with the drivers of graphics cards, and one that traces
-// rays has 24 others.
-constexpr int kLayerMapsWithRays = 8;
-
-Features withoutExcessMaps(Features features, bool recordsRays) {
-    if ((features & kFeaturesOfRays) == 0 || recordsRays) return features;
-    int free = kLayerMapsWithRays;
-    for (const LayerMap& map : kLayerMaps) {
-        const Features bit = ofLayers(map.layer);
-        if ((features & bit) != 0 && free-- <= 0) features &= ~bit;
-    }
-    return features;
-}
 
 // Drivers count samplers that are declared, used or not. Code that is not selected names another.
 void declareLayerMaps(std::uint32_t layers, std::ostringstream& out) {
@@ -158,13 +143,12 @@ const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
         return found->second;
     }
     compiling_.begin(key);
-    const Features features = withoutExcessMaps(key.features, key.recordsRays);
     gl::Program made({.name = key.fragment + " features " + std::to_string(key.features) +
                               " variant " + std::to_string(key.variant) + " view " +
                               std::to_string(key.view),
                       .vertex = vertexShader(key.vertex, key.view),
-                      .fragmentSource = shaderSource(key.fragment, features, key.variant, key.view,
-                                                     key.recordsRays, key.hitLayers),
+                      .fragmentSource = shaderSource(key.fragment, key.features, key.variant,
+                                                     key.view, key.recordsRays, key.hitLayers),
                       .loadBinary = (key.features & kFeaturesOfRays) != 0 && !key.recordsRays});
     return programs_.emplace(key, std::move(made)).first->second;
 }

@@ -51,6 +51,11 @@ void explainView(FramePlan& plan, const Stage& stage, const SeenView& seen) {
         skip("lights", std::to_string(seen.maxLights) + " lights reach one draw; the strongest " +
                            std::to_string(kMaxLightsPerDraw) + " are used");
     }
+    if (seen.mapsLeftOut > 0) {
+        skip("materialLayers",
+             std::to_string(seen.mapsLeftOut) +
+                 " textures of layers are left out: a program that traces rays reads at most 8");
+    }
     if (!stage.settings.skyVisible) skip("sky", "the request hides the environment");
     if (!seen.anyLit || plan.environmentIntensity <= 0.0f) {
         const Subject map{Subject::Kind::environment, plan.environment};

@@ -99,6 +99,7 @@ void add(SeenView& all, SeenView seen) {
     std::move(seen.surfaces.begin(), seen.surfaces.end(), std::back_inserter(all.surfaces));
     all.clusters += seen.clusters;
     all.culled += seen.culled;
+    all.mapsLeftOut += seen.mapsLeftOut;
     all.maxLights = std::max(all.maxLights, seen.maxLights);
     all.anyLit |= seen.anyLit;
     all.anyEmissive |= seen.anyEmissive;

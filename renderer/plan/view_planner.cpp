@@ -61,6 +61,8 @@ SeenView planView(ViewContext& context, const ViewTask& task) {
     planRoughReflections(context, task, seen);
     chooseRefraction(context, task, seen);
 
+    if (context.frame.limits.rays == Rays::shader) leaveOutExcessMaps(seen);
+
     DrawLists lists = drawLists(seen);
     const char* requested = lists.depth.empty()
                                 ? "the requested view; no depth prepass, %.1f layers predicted"

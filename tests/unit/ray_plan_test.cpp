@@ -1,14 +1,17 @@
 // Rays on the processor: which passes record and follow them.
 #include "plan/cost/cost.h"
+#include "plan/graph/features.h"
 #include "plan/graph/work.h"
 #include "view_planner_support.h"
+
+#include <bit>
 
 using namespace clerestory;
 using namespace clerestory::test;
 
 namespace {
 
-FramePlan planOnProcessor(const Scene& scene, const FrameRequest& request) {
+FramePlan planWith(Rays rays, const Scene& scene, const FrameRequest& request) {
     const EnvironmentMap map = plainMap();
     const Pose pose = poseAt(scene, 0.0);
     return planFrame({.scene = scene,
@@ -16,8 +19,11 @@ FramePlan planOnProcessor(const Scene& scene, const FrameRequest& request) {
                       .environment = map,
                       .maps = {},
                       .resident = {},
-                      .limits = {.rays = Rays::processor}},
+                      .limits = {.rays = rays}},
                      request);
+}
+FramePlan planOnProcessor(const Scene& scene, const FrameRequest& request) {
+    return planWith(Rays::processor, scene, request);
 }
 
 FrameRequest traced(FrameRequest request) {
@@ -155,6 +161,49 @@ TEST(RayPlan, BumpyMirrorsAreNotFlat) {
     EXPECT_EQ(taken(0.7f, Rays::processor), Method::traced);
     EXPECT_EQ(taken(0.0f, Rays::none), Method::mirror);
     EXPECT_EQ(taken(0.7f, Rays::none), Method::environment);
+}
+
+// Drivers of graphics cards have too few samplers for all maps beside those of rays.
+TEST(RayPlan, ProgramsThatTraceRaysLeaveOutMapsOfLayersAndSaySo) {
+    Scene scene;
+    Material coated = dullGrey();
+    coated.clearcoat = coated.iridescence = coated.diffuseTransmission = 1.0f;
+    coated.sheenColor = glm::vec3(0.2f);
+    for (TextureSlot* slot :
+         {&coated.specularTexture, &coated.specularColorTexture, &coated.clearcoatTexture,
+          &coated.clearcoatRoughnessTexture, &coated.clearcoatNormalTexture,
+          &coated.sheenColorTexture, &coated.sheenRoughnessTexture, &coated.iridescenceTexture,
+          &coated.iridescenceThicknessTexture, &coated.diffuseTransmissionTexture,
+          &coated.diffuseTransmissionColorTexture}) {
+        slot->texture = 0;
+    }
+    scene.images.push_back({.name = "white", .width = 1, .height = 1, .levels = 1});
+    scene.images.back().texels = {255, 255, 255, 255};
+    scene.textures.push_back({.image = 0});
+    placeAt(scene, addSquareMesh(scene, "floor", addMaterial(scene, coated)), at(0, 0, 0), "floor");
+    updateContentHash(scene);
+    constexpr Features kMaps = ofLayers(
+        LAYER_SPECULAR_MAP | LAYER_SPECULAR_COLOR_MAP | LAYER_CLEARCOAT_MAP |
+        LAYER_CLEARCOAT_ROUGHNESS_MAP | LAYER_CLEARCOAT_NORMAL_MAP | LAYER_SHEEN_COLOR_MAP |
+        LAYER_SHEEN_ROUGHNESS_MAP | LAYER_IRIDESCENCE_MAP | LAYER_IRIDESCENCE_THICKNESS_MAP |
+        LAYER_DIFFUSE_TRANSMISSION_MAP | LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP);
+    for (const auto& [rays, maps] : {std::pair{Rays::shader, 8}, {Rays::processor, 11}}) {
+        const FramePlan plan = planWith(rays, scene, traced(lookingFrom({0, 0, 4})));
+        int tracing = 0;
+        for (const Pass& pass : plan.passes) {
+            for (const std::span<const Draw> draws : pass.drawLists()) {
+                for (const Draw& draw : draws) {
+                    if (!followsRays(draw)) continue;
+                    ++tracing;
+                    EXPECT_EQ(std::popcount(draw.features & kMaps), maps) << toText(plan);
+                }
+            }
+        }
+        EXPECT_GT(tracing, 0) << toText(plan);
+        const bool reported =
+            toText(plan).find("3 textures of layers are left out") != std::string::npos;
+        EXPECT_EQ(reported, rays == Rays::shader) << toText(plan);
+    }
 }
 
 TEST(RayPlan, SamplesHaveRecordsWithinALimitOfMemory) {

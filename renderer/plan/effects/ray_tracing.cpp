@@ -6,6 +6,7 @@
 #include "plan/visibility/visibility.h"
 
 #include <algorithm>
+#include <bit>
 #include <string>
 
 namespace clerestory {
@@ -169,7 +170,41 @@ private:
     const ViewTask& task_;
 };
 
+// Such a driver has 32 samplers for a fragment shader, and one that traces rays has 24 others.
+constexpr int kLayerMapsWithRays = 8;
+// What shows most comes first.
+constexpr Features kLayerMaps[] = {LAYER_CLEARCOAT_NORMAL_MAP,
+                                   LAYER_CLEARCOAT_MAP,
+                                   LAYER_SHEEN_COLOR_MAP,
+                                   LAYER_IRIDESCENCE_MAP,
+                                   LAYER_IRIDESCENCE_THICKNESS_MAP,
+                                   LAYER_SPECULAR_COLOR_MAP,
+                                   LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP,
+                                   LAYER_DIFFUSE_TRANSMISSION_MAP,
+                                   LAYER_CLEARCOAT_ROUGHNESS_MAP,
+                                   LAYER_ANISOTROPY_MAP,
+                                   LAYER_SPECULAR_MAP,
+                                   LAYER_SHEEN_ROUGHNESS_MAP};
+
 }  // namespace
+
+Features withoutExcessMaps(Features features) {
+    int maps = 0;
+    for (const Features map : kLayerMaps) {
+        const Features bit = ofLayers(map);
+        if ((features & bit) != 0 && ++maps > kLayerMapsWithRays) features &= ~bit;
+    }
+    return features;
+}
+
+void leaveOutExcessMaps(SeenView& seen) {
+    for (SeenSurface& surface : seen.surfaces) {
+        if (!(surface.features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS))) continue;
+        const Features kept = withoutExcessMaps(surface.features);
+        seen.mapsLeftOut += static_cast<std::uint64_t>(std::popcount(surface.features ^ kept));
+        surface.features = kept;
+    }
+}
 
 void addDrawnPass(ViewContext& context, const ViewTask& task, Pass pass) {
     const bool records = context.frame.limits.rays == Rays::processor && followsRays(pass) &&

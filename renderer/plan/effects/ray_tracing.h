@@ -5,6 +5,12 @@
 
 namespace clerestory {
 
+// The features of a program that traces rays, without the maps of layers for which drivers of
+// graphics cards have no samplers.
+Features withoutExcessMaps(Features features);
+// Applies this to the surfaces that trace rays, and counts the maps.
+void leaveOutExcessMaps(SeenView& seen);
+
 // Adds a pass that draws a view. If the processor follows rays, the draws of the pass that have
 // rays record them, and a further pass follows them; blended draws then have passes of their own.
 void addDrawnPass(ViewContext& context, const ViewTask& task, Pass pass);

@@ -34,8 +34,9 @@ struct SeenSurface {
 struct SeenView {
     std::vector<SeenSurface> surfaces;
     std::uint64_t clusters = 0, culled = 0;
-    double overdraw = 0.0;        // predicted layers of opaque surfaces, mean over the picture
-    std::uint32_t maxLights = 0;  // maximum number that reach one draw, before the limit
+    double overdraw = 0.0;          // predicted layers of opaque surfaces, mean over the picture
+    std::uint32_t maxLights = 0;    // maximum number that reach one draw, before the limit
+    std::uint64_t mapsLeftOut = 0;  // of layers; see leaveOutExcessMaps()
     bool anyLit = false, anyEmissive = false;
     std::uint64_t triangles = 0;  // lines and points count too
     // Union over all surfaces, and over all glass, of the scene; their programs share them.
