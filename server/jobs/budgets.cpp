@@ -116,8 +116,8 @@ std::optional<Curve> Budgets::measured(const FrameRequest& request,
     const auto trace = [&](const FrameRequest& frame,
                            std::uint32_t samples) -> std::optional<ReferenceImage> {
         const auto truth = traceReference(
-            resources_.library, frame, mode, samples, 1,
-            [&](double share) { return control.proceed(kCurveTracingShare * share); });
+            resources_.library.environments(), wholeScene(resources_.library, frame), frame, mode,
+            samples, 1, [&](double share) { return control.proceed(kCurveTracingShare * share); });
         if (!truth) return std::nullopt;
         return truth->image;
     };

@@ -78,17 +78,23 @@ JobStatus Comparisons::start(const ComparisonRequest& request, const std::string
 JobResult Comparisons::run(const ComparisonRequest& request, const JobControl& control) {
     const auto known = resources_.library.require(request.frame.scene);
     const auto parts = resources_.library.requireParts(request.frame);  // not evicted meanwhile
+    std::optional<Scene> whole;
     const auto reference = references_.find(referenceKey(resources_, request), [&] {
-        return traceReference(resources_.library, request.frame, request.mode, request.samples,
-                              request.seed,
+        whole = wholeScene(resources_.library, request.frame);
+        return traceReference(resources_.library.environments(), *whole, request.frame,
+                              request.mode, request.samples, request.seed,
                               [&](double share) { return control.proceed(kTracingShare * share); });
     });
     if (!reference) return {};
-    std::optional<Scene> list;
-    if (!parts.empty()) list = wholeScene(resources_.library, request.frame);
+    // A single scene is known without its texels; a list is in one only here.
+    if (parts.empty()) {
+        whole.reset();
+    } else if (!whole) {
+        whole = wholeScene(resources_.library, request.frame);
+    }
     try {
         auto comparison = compare(
-            request, list ? *list : *known, *reference,
+            request, whole ? *whole : *known, *reference,
             [&](const FrameRequest& frame) { return drawInQueue(resources_, frame, control); },
             [&](double share) {
                 return control.proceed(kTracingShare + (1.0 - kTracingShare) * share);

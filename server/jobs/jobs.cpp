@@ -228,14 +228,13 @@ Scene wholeScene(SceneLibrary& library, const FrameRequest& frame) {
     }
 }
 
-std::shared_ptr<const ReferenceRender> traceReference(SceneLibrary& library,
-                                                      const FrameRequest& frame, ReferenceMode mode,
-                                                      std::uint32_t samples, std::uint64_t seed,
+std::shared_ptr<const ReferenceRender> traceReference(EnvironmentLibrary& environments,
+                                                      const Scene& scene, const FrameRequest& frame,
+                                                      ReferenceMode mode, std::uint32_t samples,
+                                                      std::uint64_t seed,
                                                       const std::function<bool(double)>& progress) {
     const auto start = Clock::now();
-    const Scene scene = wholeScene(library, frame);
     EnvironmentMaps maps;
-    EnvironmentLibrary& environments = library.environments();
     for (const std::string& name : environments.names()) {
         maps[name] = environments.find(name);
     }

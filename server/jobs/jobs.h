@@ -130,11 +130,13 @@ struct JobCancelled {};
 // loading. Throws InvalidRequest if they are too large together.
 Scene wholeScene(SceneLibrary& library, const FrameRequest& frame);
 
-// The path-traced reference of a frame whose scenes were loaded. Null if `progress` returned false.
+// The path-traced reference of a frame of this scene, which is wholeScene() of it. Null if
+// `progress` returned false.
 // Throws InvalidRequest if the frame names an environment map that is not loaded.
-std::shared_ptr<const ReferenceRender> traceReference(SceneLibrary& library,
-                                                      const FrameRequest& frame, ReferenceMode mode,
-                                                      std::uint32_t samples, std::uint64_t seed,
+std::shared_ptr<const ReferenceRender> traceReference(EnvironmentLibrary& environments,
+                                                      const Scene& scene, const FrameRequest& frame,
+                                                      ReferenceMode mode, std::uint32_t samples,
+                                                      std::uint64_t seed,
                                                       const std::function<bool(double)>& progress);
 
 // On the thread that owns the renderer.
