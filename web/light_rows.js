@@ -1,6 +1,7 @@
 // The lights of the scene, with a control for each field that a request can change.
+import { changeRow } from "./change_row.js";
 import { controlFor } from "./controls.js";
-import { $, element } from "./dom.js";
+import { $ } from "./dom.js";
 import { grouped } from "./lists.js";
 
 const kSelectors = ["light", "type"];
@@ -60,35 +61,22 @@ export class LightRows {
 
   #row({ name, kind, lights }) {
     const { session } = this, count = lights.length;
-    const set = (field, value) => {
-      session.setLight(name, field, value);
-      mark();
-      this.changed();
-    };
-    const summary = element("summary", { title: name === undefined ? "Changes every light of the scene; rows below replace it for their light."
-      : `Changes the light “${name}” in this view only.` },
-      element("b", {}, name ?? "All lights"), element("span", { className: "quiet" }, count > 1 ? ` × ${count}` : kind ?? ""));
-    const reset = element("button", { type: "button", className: "plain", title: "Restores the values of the scene", onclick: () => {
-      session.setLight(name);
-      const fresh = this.#row({ name, kind, lights });
-      fresh.open = true;
-      row.replaceWith(fresh);
-      fresh.querySelector("summary").focus();
-      this.changed();
-    } }, "Reset");
     const hasField = (field) => (!kind || (kOfKind[field] ?? [kind]).includes(kind)) && (count === 1 || !kPlaces.includes(field));
-    const controls = this.fields.filter(([field]) => hasField(field)).flatMap(([field, schema]) => {
-      const value = session.lightValue(name, field) ?? commonValue(lights, field);
-      return controlFor(field, schema, value, (chosen) => set(field, chosen),
-        { none: value === undefined ? "none" : undefined, sliderRange: lightRange(field, lights, session.sceneSize) }) ?? [];
+    return changeRow({
+      name: name ?? "All lights", quiet: count > 1 ? ` × ${count}` : kind ?? "",
+      tip: name === undefined ? "Changes every light of the scene; rows below replace it for their light."
+        : `Changes the light “${name}” in this view only.`,
+      resetTip: "Restores the values of the scene",
+      isSet: () => session.lightValue(name) !== undefined,
+      reset: () => session.setLight(name),
+      changed: this.changed,
+      controls: (changed) => this.fields.filter(([field]) => hasField(field)).flatMap(([field, schema]) => {
+        const value = session.lightValue(name, field) ?? commonValue(lights, field);
+        return controlFor(field, schema, value, (chosen) => {
+          session.setLight(name, field, chosen);
+          changed();
+        }, { none: value === undefined ? "none" : undefined, sliderRange: lightRange(field, lights, session.sceneSize) }) ?? [];
+      }),
     });
-    const row = element("details", { className: "light" }, summary, ...controls, element("div", { className: "row end" }, reset));
-    const mark = () => {
-      const isSet = session.lightValue(name) !== undefined;
-      row.classList.toggle("set", isSet);
-      reset.hidden = !isSet;
-    };
-    mark();
-    return row;
   }
 }

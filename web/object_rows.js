@@ -1,11 +1,12 @@
 // The objects of the view, with a control for each change of a node that the page offers.
 import { instancesOf, Problem } from "./api.js";
+import { changeRow } from "./change_row.js";
 import { controlFor } from "./controls.js";
-import { $, element } from "./dom.js";
+import { $ } from "./dom.js";
 import { grouped } from "./lists.js";
 
 const kEdge = 320;  // pixels of the longer edge of what is counted
-const kMaxRows = 64;   // rows; as many as a request may change
+const kMaxRows = 64;  // as many nodes as a request may change
 
 // Objects of one name, largest first: [{ name, share, place }]. share: of the pixels; place: of a single object, in metres.
 export function objectGroups(instances, pixels) {
@@ -55,34 +56,28 @@ export class ObjectRows {
 
   #row({ name, share, place }) {
     const { session, schemas } = this, { materials = [] } = session.scene;
-    const set = (fields) => {
-      for (const [field, value] of Object.entries(fields)) session.setNode(name, field, value);
-      mark();
-      this.changed();
-    };
-    const summary = element("summary", { title: `Changes the object “${name}” in this view only.` }, element("b", {}, name),
-      element("span", { className: "quiet" }, share === undefined ? "" : `${(100 * share).toPrecision(2)} %`));
-    const reset = element("button", { type: "button", className: "plain", title: "Restores the object", onclick: () => {
-      session.setNode(name);
-      const fresh = this.#row({ name, share, place });
-      fresh.open = true;
-      row.replaceWith(fresh);
-      fresh.querySelector("summary").focus();
-      this.changed();
-    } }, "Reset");
-    const row = element("details", { className: "light" }, summary,
-      controlFor("hidden", schemas.hidden, session.nodeValue(name, "hidden"), (on) => set({ hidden: on || undefined })),
-      materials.length ? controlFor("material", { ...schemas.material, enum: [...new Set(materials)] }, session.nodeValue(name, "material"),
-        (material) => set({ material }), { none: "its own" }) : undefined,
-      controlFor("translation", { ...schemas.translation, description: "place in the world" }, session.nodeValue(name, "translation") ?? place,
-        (translation) => set({ translation, relativeTo: "world" })),
-      element("div", { className: "row end" }, reset));
-    const mark = () => {
-      const isSet = session.nodeValue(name) !== undefined;
-      row.classList.toggle("set", isSet);
-      reset.hidden = !isSet;
-    };
-    mark();
-    return row;
+    return changeRow({
+      name, quiet: share === undefined ? "" : `${(100 * share).toPrecision(2)} %`,
+      tip: `Changes the object “${name}” in this view only.`,
+      resetTip: "Restores the object",
+      isSet: () => session.nodeValue(name) !== undefined,
+      reset: () => session.setNode(name),
+      changed: this.changed,
+      controls: (changed) => {
+        const set = (fields) => {
+          for (const [field, value] of Object.entries(fields)) session.setNode(name, field, value);
+          changed();
+        };
+        const control = (field, schema, act, options) =>
+          controlFor(field, schema, session.nodeValue(name, field) ?? (field === "translation" ? place : undefined), act, options);
+        return [
+          control("hidden", schemas.hidden, (on) => set({ hidden: on || undefined })),
+          ...(materials.length ? [control("material", { ...schemas.material, enum: [...new Set(materials)] },
+            (material) => set({ material }), { none: "its own" })] : []),
+          control("translation", { ...schemas.translation, description: "place in the world" },
+            (translation) => set({ translation, relativeTo: "world" })),
+        ];
+      },
+    });
   }
 }
