@@ -163,7 +163,7 @@ TEST(RayPlan, BumpyMirrorsAreNotFlat) {
     EXPECT_EQ(taken(0.7f, Rays::none), Method::environment);
 }
 
-// Drivers of graphics cards have too few samplers for all maps beside those of rays.
+// Drivers of graphics cards have too few samplers for all maps and those of rays.
 TEST(RayPlan, ProgramsThatTraceRaysLeaveOutMapsOfLayersAndSaySo) {
     Scene scene;
     Material coated = dullGrey();
