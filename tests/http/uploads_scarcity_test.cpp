@@ -102,7 +102,7 @@ TEST(Uploads, ScenesTakeTurnsInMemoryForTwo) {
     std::atomic<int> lost{0}, drawn{0};
     Generations generations;
     // Swaps under load on the scene that stays and on those that swap; then the memory at rest.
-    const auto residentAfter = [&](int first, int last) {
+    const auto allocatedAfter = [&](int first, int last) {
         std::atomic<bool> done{false};
         std::vector<std::thread> others;
         for (int k = 0; k < 3; ++k) {
@@ -128,16 +128,16 @@ TEST(Uploads, ScenesTakeTurnsInMemoryForTwo) {
         done = true;
         for (std::thread& other : others) other.join();
         awaitShaders(server.backend().library());
-        return residentBytes();
+        return allocatedBytes();
     };
     constexpr int kWarm = 8;
-    const double warm = residentAfter(0, kWarm), all = residentAfter(kWarm, swaps);
+    const double warm = allocatedAfter(0, kWarm), all = allocatedAfter(kWarm, swaps);
     EXPECT_EQ(lost, 0);
     EXPECT_GT(drawn, 0);
     EXPECT_EQ(generations.mixed(), 0);
     EXPECT_GT(generations.count(), 3u) << "scenes were loaded again";
-    // The heap needs some turns more to settle: 40 MB once, after 60 swaps as after 150.
-    EXPECT_LT((all - warm) / (swaps - kWarm), 0.25 * kEach) << "one that stayed is all of kEach";
+    // What is allocated, not what is resident: the fragments of the heap depend on the threads.
+    EXPECT_LT(all - warm, 1.0 * kEach) << "one of the swapped scenes stayed";
     std::printf(
         "%d swaps under %d frames of %zu generations, 0 mixed: %.1f MB after %d, %.1f MB after "
         "all\n",
