@@ -108,10 +108,10 @@ GpuTracer& Executor::tracerOf(const Scene& scene, const FramePlan& plan, const P
     return tracer;
 }
 
-ProcessorTracer& Executor::processorTracerOf(const Scene& scene, const FramePlan& plan,
+ProcessorTracer& Executor::processorTracerOf(std::map<const Scene*, ProcessorTracer>& tracers,
+                                             const Scene& scene, const FramePlan& plan,
                                              const Pose& pose) {
-    ProcessorTracer& tracer =
-        processorTracers_.try_emplace(&scene, scenes_.at(&scene)).first->second;
+    ProcessorTracer& tracer = tracers.try_emplace(&scene, scenes_.at(&scene)).first->second;
     tracer.prepare(plan, pose);
     return tracer;
 }
@@ -120,6 +120,7 @@ void Executor::forget(const Scene& scene) {
     glFinish();  // pending work of a failed frame may still read the scene's memory
     tracers_.erase(&scene);
     processorTracers_.erase(&scene);
+    flowTracers_.erase(&scene);
     std::erase_if(lights_, [&](const UploadedLight& u) { return u.light->scene.get() == &scene; });
     scenes_.erase(&scene);
 }
@@ -182,8 +183,13 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
         input.recording = &targets_.together(*targets[pass.target], pass.face(), records);
     }
     if (input.recording || std::holds_alternative<FollowRays>(pass.work) ||
-        std::holds_alternative<FollowLayer>(pass.work)) {
-        input.processorTracer = &processorTracerOf(frame.scene, frame.plan, frame.pose);
+        layerOf(pass) != OutputLayer::direct) {
+        input.processorTracer =
+            &processorTracerOf(processorTracers_, frame.scene, frame.plan, frame.pose);
+        if (frame.flowPose && !haveSameShape(frame.pose, *frame.flowPose)) {
+            input.flowTracer =
+                &processorTracerOf(flowTracers_, frame.scene, frame.plan, *frame.flowPose);
+        }
     } else if (followsRays(pass)) {
         input.tracer = &tracerOf(frame.scene, frame.plan, frame.pose);
     }
@@ -238,9 +244,9 @@ Execution Executor::run(const ExecutionInput& input, Readback readback,
     if (const auto tracer = tracers_.find(&input.scene); tracer != tracers_.end()) {
         result.mapBytes += tracer->second.bytes();
     }
-    if (const auto tracer = processorTracers_.find(&input.scene);
-        tracer != processorTracers_.end()) {
-        result.mapBytes += tracer->second.bytes();
+    for (const auto* tracers : {&processorTracers_, &flowTracers_}) {
+        const auto tracer = tracers->find(&input.scene);
+        if (tracer != tracers->end()) result.mapBytes += tracer->second.bytes();
     }
     if (readback == Readback::health) result.health = countInvalidTexels(input.plan, targets);
     if (readback == Readback::maps) result.maps = mapPictures(input.plan, targets);

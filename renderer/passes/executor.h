@@ -66,7 +66,8 @@ public:
 private:
     const GpuEnvironment& uploaded(const EnvironmentMap& map);
     const gl::BufferTexture& uploaded(const std::shared_ptr<const light::SurfaceLight>& light);
-    ProcessorTracer& processorTracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
+    ProcessorTracer& processorTracerOf(std::map<const Scene*, ProcessorTracer>& tracers,
+                                       const Scene& scene, const FramePlan& plan, const Pose& pose);
     GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     std::vector<Target*> begin(const FramePlan& plan);
     void runPass(const ExecutionInput& frame, const Pass& pass,
@@ -79,6 +80,7 @@ private:
     // Of scenes that a plan traced rays in.
     std::map<const Scene*, GpuTracer> tracers_;
     std::map<const Scene*, ProcessorTracer> processorTracers_;
+    std::map<const Scene*, ProcessorTracer> flowTracers_;  // of ExecutionInput::flowPose
     struct UploadedMap {
         std::uint64_t contentHash;
         GpuEnvironment environment;

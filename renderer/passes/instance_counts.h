@@ -1,6 +1,6 @@
-// Counts the pixels of instances and finds their boxes, for MeasureInstances.
+// Counts the pixels of instances and finds their boxes.
 //
-//     InstanceCounts counts(identifiers);       // 1 + instance of each pixel
+//     InstanceCounts counts(identifiers);       // 1 + instance of each pixel, for MeasureInstances
 //     counts.add(instance, alone, rect);        // the same, drawn alone; for each instance
 //     counts.all();
 #pragma once
@@ -9,9 +9,17 @@
 #include "passes/readback.h"
 
 #include <map>
+#include <span>
 #include <vector>
 
 namespace clerestory {
+
+// Rows and columns of pixels that were counted.
+struct CountedPixels {
+    std::uint32_t pixels = 0;
+    std::uint32_t left = ~0u, first = ~0u, right = 0, last = 0;  // right and last are included
+    void add(std::uint32_t x, std::uint32_t y);
+};
 
 class InstanceCounts {
 public:
@@ -22,18 +30,25 @@ public:
     std::vector<InstanceExtent> all() { return std::move(extents_); }
 
 private:
-    // Rows and columns of pixels from the lower left corner.
-    struct Counted {
-        std::uint32_t pixels = 0;
-        std::uint32_t left = ~0u, bottom = ~0u, right = 0, top = 0;  // the last two are included
-        void add(std::uint32_t x, std::uint32_t y);
-    };
-    PixelBox boxOf(const Counted& counted) const;
-
     std::uint32_t height_;
-    std::map<Index, Counted> seen_;
+    std::map<Index, CountedPixels> seen_;  // rows from the lower edge
     std::vector<float> alone_;
     std::vector<InstanceExtent> extents_;
+};
+
+// The same for CountLayer.
+class LayerCounts {
+public:
+    // Instances along the ray of a pixel, from the upper left corner; the first one is visible.
+    void add(std::span<const Index> instances, std::uint32_t x, std::uint32_t y);
+    // Ascending.
+    std::vector<InstanceExtent> all() const;
+
+private:
+    struct Counted {
+        CountedPixels seen, whole;
+    };
+    std::map<Index, Counted> counted_;
 };
 
 }  // namespace clerestory

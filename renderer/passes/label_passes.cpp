@@ -1,36 +1,53 @@
 // Passes that derive labels from drawn identifiers, on the processor.
 #include "image/bands.h"
-#include "passes/layer_rays.h"
+#include "passes/instance_counts.h"
+#include "passes/layer_flow.h"
 #include "passes/passes.h"
 #include "passes/processor_tracer.h"
 #include "scene/surface_point.h"
 
 #include <algorithm>
+#include <memory>
+#include <mutex>
 
 namespace clerestory {
 namespace {
 
-// Calls act(pixel, drawn, out) for each pixel, from several threads: `drawn` identifies its surface
-// and `out` are its numbers in the target.
+// Calls act(pixel, drawn) for each pixel with a surface, from several threads. Pixels are counted
+// from the upper left corner; `drawn` identifies the surface.
 template <class Act>
-void forEachPixel(const PassInput& input, TargetId surfaces, std::uint32_t channels,
-                  const Act& act) {
+void forEachDrawn(const PassInput& input, TargetId surfaces, const Act& act) {
     const gl::Framebuffer& source = input.read(surfaces).readable();
     const std::uint32_t width = source.width(), height = source.height();
     std::vector<float> drawn(std::size_t{4} * width * height);
     source.readFloats(drawn);
-    Image& image = input.target().picture().image;
-    reshape(image, width, height, channels, PixelType::float32);
-    std::fill(image.data.begin(), image.data.end(), std::byte{0});
     forEachBand(height, 8, [&](std::uint32_t first, std::uint32_t end) {
         for (std::uint32_t y = first; y < end; ++y) {
             // OpenGL's first row is the bottom one.
             const float* in = drawn.data() + std::size_t{4} * width * (height - 1 - y);
-            float* out = image.floats() + std::size_t{channels} * width * y;
-            for (std::uint32_t x = 0; x < width; ++x, in += 4, out += channels) {
-                if (in[0] >= 1.0f) act(glm::dvec2(x + 0.5, y + 0.5), in, out);
+            for (std::uint32_t x = 0; x < width; ++x, in += 4) {
+                if (in[0] >= 1.0f) act(glm::uvec2(x, y), in);
             }
         }
+    });
+}
+
+glm::dvec2 centreOf(const glm::uvec2& pixel) {
+    return glm::dvec2(pixel) + 0.5;
+}
+
+// Calls act(centre of the pixel, drawn, out) likewise: `out` are the pixel's numbers in the target.
+template <class Act>
+void forEachPixel(const PassInput& input, TargetId surfaces, std::uint32_t channels,
+                  const Act& act) {
+    const gl::Framebuffer& source = input.read(surfaces).readable();
+    const std::uint32_t width = source.width();
+    Image& image = input.target().picture().image;
+    reshape(image, width, source.height(), channels, PixelType::float32);
+    std::fill(image.data.begin(), image.data.end(), std::byte{0});
+    forEachDrawn(input, surfaces, [&](const glm::uvec2& pixel, const float* drawn) {
+        act(centreOf(pixel), drawn,
+            image.floats() + channels * (std::size_t{width} * pixel.y + pixel.x));
     });
 }
 
@@ -51,11 +68,26 @@ void put(const glm::dvec3& value, float* out) {
     for (int i = 0; i < 3; ++i) out[i] = static_cast<float>(value[i]);
 }
 
-// Slope between the rays of neighbouring pixels.
-double spreadAt(const Projection& projection, const glm::dvec2& pixel, const PixelRay& ray) {
-    const auto neighbour = rayThrough(projection, pixel + glm::dvec2(0.5, 0.0));
-    if (!neighbour) return 0.0;
-    return 2.0 * glm::length(glm::normalize(neighbour->direction) - glm::normalize(ray.direction));
+// Begins rays in the scene of the frame at a pose, which `tracer` has.
+LayerRays layerRays(PassResources& resources, const PassInput& input, ProcessorTracer& tracer,
+                    const Pose& pose, const View& view) {
+    const Scene& scene = input.scene->scene();
+    resources.draws.begin(scene, pose, view, glm::dmat3(1.0), input.plan.lights);
+    return {scene, pose, input.plan, tracer.beginLookups(input.plan, resources.draws),
+            tracer.origin()};
+}
+
+// The ray of a pixel that shows a mirror or glass; none where the layer is empty.
+std::optional<LayerRays::PixelView> pixelView(const PassInput& input, const LayerRays& layers,
+                                              OutputLayer layer, const Projection& from,
+                                              const SurfaceDraw& draw, const float* drawn,
+                                              const glm::dvec2& pixel) {
+    const bool glass = layers.glassOf(draw.instance) != Glass::none;
+    if (!glass && !(layer == OutputLayer::reflected && draw.mirrors)) return std::nullopt;
+    const auto ray = rayThrough(from, pixel);
+    if (!ray) return std::nullopt;
+    return LayerRays::PixelView{*ray, surfaceAt(input, draw, drawn, *ray),
+                                spreadAt(from, pixel, *ray)};
 }
 
 // The channel's value for the surface that a ray hits.
@@ -81,9 +113,7 @@ void putLayer(const FramePlan& plan, const FollowLayer& work, const PixelRay& ra
     }
 }
 
-}  // namespace
-
-void execute(PassResources&, const PassInput& input, const MeasureFlow& work) {
+void measureDirectFlow(const PassInput& input, const MeasureFlow& work) {
     const Scene& scene = input.scene->scene();
     forEachPixel(
         input, work.source, 3, [&](const glm::dvec2& pixel, const float* drawn, float* out) {
@@ -98,27 +128,72 @@ void execute(PassResources&, const PassInput& input, const MeasureFlow& work) {
         });
 }
 
-void execute(PassResources& resources, const PassInput& input, const FollowLayer& work) {
+// The search begins where the point of the mirror or glass moves, so that what is at rest has a
+// flow of exactly 0.
+void measureLayerFlow(PassResources& resources, const PassInput& input, const MeasureFlow& work) {
     const Scene& scene = input.scene->scene();
-    ProcessorTracer& tracer = *input.processorTracer;
-    const glm::dmat3 worldAxes(1.0);
-    resources.draws.begin(scene, input.pose, work.from.view, worldAxes, input.plan.lights);
-    const LayerRays layers(scene, input.pose, input.plan,
-                           tracer.beginLookups(input.plan, resources.draws), tracer.origin());
-    const bool reflected = work.layer == OutputLayer::reflected;
+    const LayerRays layers =
+        layerRays(resources, input, *input.processorTracer, input.pose, work.from.view);
+    std::unique_ptr<const LayerRays> there;
+    if (input.flowTracer) {
+        there.reset(new LayerRays(
+            layerRays(resources, input, *input.flowTracer, *input.flowPose, work.to.view)));
+    }
+    const FlowTarget target{work.to, there ? *there : layers, work.layer};
+    forEachPixel(
+        input, work.source, 3, [&](const glm::dvec2& pixel, const float* drawn, float* out) {
+            const auto view = pixelView(input, layers, work.layer, work.from,
+                                        drawOf(work.draws, drawn), drawn, pixel);
+            if (!view) return;
+            const auto shown = layers.shown(work.layer, *view);
+            if (!shown) return;
+            const auto from = projected(work.from, positionOf(scene, input.pose, view->seen));
+            const auto moved = projected(work.to, positionOf(scene, *input.flowPose, view->seen));
+            if (!from || !moved) return;
+            const glm::dvec2 start = pixel + displacement(work.to, from->pixel, moved->pixel);
+            const auto to = shownAt(target, {view->seen, shown->faces},
+                                    positionOf(scene, *input.flowPose, shown->met.point), start);
+            if (to) put({displacement(work.to, pixel, to->pixel), to->depth}, out);
+        });
+}
+
+}  // namespace
+
+void execute(PassResources& resources, const PassInput& input, const MeasureFlow& work) {
+    if (work.layer == OutputLayer::direct)
+        measureDirectFlow(input, work);
+    else
+        measureLayerFlow(resources, input, work);
+}
+
+void execute(PassResources& resources, const PassInput& input, const FollowLayer& work) {
+    const LayerRays layers =
+        layerRays(resources, input, *input.processorTracer, input.pose, work.from.view);
     forEachPixel(input, work.source, channelsOf(input.plan.channel),
                  [&](const glm::dvec2& pixel, const float* drawn, float* out) {
-                     const SurfaceDraw& draw = drawOf(work.draws, drawn);
-                     const bool glass = layers.glassOf(draw.instance) != Glass::none;
-                     if (!glass && !(reflected && draw.mirrors)) return;
-                     const auto ray = rayThrough(work.from, pixel);
-                     if (!ray) return;
-                     const SurfacePoint seen = surfaceAt(input, draw, drawn, *ray);
-                     const double spread = spreadAt(work.from, pixel, *ray);
-                     const auto met = reflected ? layers.reflected(*ray, seen, spread)
-                                                : layers.refracted(*ray, seen, spread);
-                     if (met) putLayer(input.plan, work, *ray, *met, out);
+                     const auto view = pixelView(input, layers, work.layer, work.from,
+                                                 drawOf(work.draws, drawn), drawn, pixel);
+                     if (!view) return;
+                     const auto shown = layers.shown(work.layer, *view);
+                     if (shown) putLayer(input.plan, work, view->ray, shown->met, out);
                  });
+}
+
+void execute(PassResources& resources, const PassInput& input, const CountLayer& work) {
+    const LayerRays layers =
+        layerRays(resources, input, *input.processorTracer, input.pose, work.from.view);
+    std::mutex mutex;
+    LayerCounts counts;
+    forEachDrawn(input, work.source, [&](const glm::uvec2& pixel, const float* drawn) {
+        const auto view = pixelView(input, layers, work.layer, work.from, drawOf(work.draws, drawn),
+                                    drawn, centreOf(pixel));
+        if (!view) return;
+        std::vector<Index> instances;
+        layers.instancesAlong(work.layer, *view, instances);
+        const std::lock_guard lock(mutex);
+        counts.add(instances, pixel.x, pixel.y);
+    });
+    resources.instances = counts.all();
 }
 
 }  // namespace clerestory

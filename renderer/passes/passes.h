@@ -38,7 +38,7 @@ struct PassResources {
     gl::Texture darkness;                 // a black cube, for plans without an environment
     std::vector<std::uint64_t> radiance;  // halves of a picture, read back for tone mapping
     DrawCounters counters;
-    std::vector<InstanceExtent> instances;  // of MeasureInstances
+    std::vector<InstanceExtent> instances;  // of MeasureInstances and CountLayer
 };
 
 // The pass to execute, its plan and the objects that it reads.
@@ -52,6 +52,7 @@ struct PassInput {
     const GpuEnvironment* environment = nullptr;  // if the pass reads the stored map
     GpuTracer* tracer = nullptr;                  // if a program traces rays
     ProcessorTracer* processorTracer = nullptr;   // if rays are recorded or followed
+    ProcessorTracer* flowTracer = nullptr;        // of flowPose; null if it equals `pose`
     // Values of light at vertices, and the same as a texture; null without.
     const light::SurfaceLight* surfaceLight = nullptr;
     const gl::BufferTexture* surfaceLightTexture = nullptr;
@@ -89,6 +90,7 @@ void execute(PassResources& resources, const PassInput& input, const StraightAlp
 void execute(PassResources& resources, const PassInput& input, const MeasureFlow& work);
 void execute(PassResources& resources, const PassInput& input, const MeasureInstances& work);
 void execute(PassResources& resources, const PassInput& input, const FollowLayer& work);
+void execute(PassResources& resources, const PassInput& input, const CountLayer& work);
 
 // The view of a pass that draws the scene, for drawAll() and the uniform blocks.
 struct PassView {

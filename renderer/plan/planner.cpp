@@ -123,6 +123,20 @@ std::vector<SeenView> seenInColor(const FrameContext& context, const Stage& stag
     return all;
 }
 
+// Adds what is derived from the surfaces of the channel.
+void planLabels(FramePlan& plan, const FrameContext& context, const FrameRequest& request,
+                const Stage& stage, const ViewTask& frame) {
+    const bool direct = plan.layer == OutputLayer::direct;
+    if (plan.channel == Channel::flow)
+        planFlow(plan, context, stage, request, frame);
+    else if (plan.channel == Channel::instances && direct)
+        planInstances(plan, stage, frame);
+    else if (plan.channel == Channel::instances)
+        planLayerInstances(plan, context, stage, frame);
+    else if (!direct)
+        planLayer(plan, context, stage, request, frame);
+}
+
 void planChannelFrame(const FrameContext& context, const FrameRequest& request, const Stage& stage,
                       const RootViews& roots, FramePlan& plan) {
     std::vector<SeenView> seen;
@@ -142,9 +156,7 @@ void planChannelFrame(const FrameContext& context, const FrameRequest& request, 
     for (std::size_t i = 0; i < seen.size(); ++i) planChannel(plan, roots.tasks[i], seen[i]);
     plan.output = roots.frame.target;
     if (plan.lens) planAssembly(plan, roots.tiles, roots.tasks, roots.frame);
-    if (plan.layer != OutputLayer::direct) planLayer(plan, context, stage, request, roots.frame);
-    if (plan.channel == Channel::flow) planFlow(plan, context, request, roots.frame);
-    if (plan.channel == Channel::instances) planInstances(plan, stage, roots.frame);
+    planLabels(plan, context, request, stage, roots.frame);
     explainFilters(plan, request.filters);
 }
 

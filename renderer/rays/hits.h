@@ -26,6 +26,7 @@ struct PointHit {
     std::uint32_t instance = 0;
     std::uint32_t triangle = 0;  // its corners are Scene::indices[3 * triangle ...]
     bool front = true;           // it is met from its outer side
+    glm::vec3 normal{0.0f};      // unit, with bumps, eye space's axes, on the side that is met
     glm::vec3 baseColor{0.0f};
 };
 

@@ -103,7 +103,7 @@ std::optional<PointHit> pointAlong(vec3 start, vec3 along, RayCone cone) {
             scene->triangles.tree->triangle(static_cast<std::uint32_t>(hit.place));
         const vec4 color = p.material.baseColor;
         return PointHit{static_cast<std::uint32_t>(p.instance),
-                        static_cast<std::uint32_t>(t.triangle), p.front,
+                        static_cast<std::uint32_t>(t.triangle), p.front, plain(p.material.normal),
                         glm::vec3(color.x, color.y, color.z)};
     }
     return std::nullopt;

@@ -243,6 +243,11 @@ std::vector<Target> targetsOf(const Clip& clip) {
 
 }  // namespace
 
+bool haveSameShape(const Pose& a, const Pose& b) {
+    return a.worldFromNode == b.worldFromNode && a.hidden == b.hidden &&
+           std::ranges::equal(a.deformed, b.deformed, {}, &DeformedMesh::hash, &DeformedMesh::hash);
+}
+
 Pose restPose(const Scene& scene) {
     return poseOf(scene, sampledAt(scene, {}, 0.0));
 }

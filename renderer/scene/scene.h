@@ -225,6 +225,9 @@ inline const std::vector<Camera>& camerasOf(const Scene& scene, const Pose& pose
     return pose.cameras.empty() ? scene.cameras : pose.cameras;
 }
 
+// Whether all surfaces are at the same place.
+bool haveSameShape(const Pose& a, const Pose& b);
+
 // As in the file: no clip is played.
 Pose restPose(const Scene& scene);
 // With the clips played in order, each from its own start (localTime()). time: seconds. If a clip

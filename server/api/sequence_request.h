@@ -99,8 +99,8 @@ void fields(SequenceRequest& s, V&& visit) {
           "turntable have their own");
     visit("channels", s.channels, Nested{}, "the files that are written for each frame");
     visit("layers", s.layers, Nested{},
-          "further layers (output.layer) of which depth, normal, position, albedo, objectId, "
-          "materialId and classId have files if channels has them");
+          "further layers (output.layer) of which the channels other than color and through have "
+          "files if channels has them");
     visit("first", s.first, Range{0, kMaxSequenceFrames - 1},
           "index of the first frame to send, to continue an interrupted answer");
     visit("count", s.count, Range{1, kMaxSequenceFrames},

@@ -102,18 +102,19 @@ FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker
         }
         made.files.push_back({file, std::move(encoded.type), std::move(encoded.bytes)});
     };
-    const auto add = [&](bool on, Channel channel, const char* name) {
-        if (!on) return;
-        FrameRequest request = channelRequest(frame, channel);
+    const auto addLayers = [&](FrameRequest request, const char* name) {
         request.output.layer = OutputLayer::direct;
         addFile(request, name);
-        if (!hasLayers(channel)) return;
+        if (!hasLayers(request.output.channel)) return;
         for (const auto& [wanted, layer, prefix] :
              {std::tuple{sequence.layers.reflected, OutputLayer::reflected, "reflected."},
               std::tuple{sequence.layers.refracted, OutputLayer::refracted, "refracted."}}) {
             request.output.layer = layer;
             if (wanted) addFile(request, std::string(prefix) + name);
         }
+    };
+    const auto add = [&](bool on, Channel channel, const char* name) {
+        if (on) addLayers(channelRequest(frame, channel), name);
     };
     const SequenceChannels& on = sequence.channels;
     add(on.color, Channel::color, "color");
@@ -126,10 +127,10 @@ FrameFiles filesOf(const Sequence& sequence, std::size_t index, const FrameMaker
     add(on.classId, Channel::classId, "classId");
     add(on.through, Channel::through, "through");
     if (on.flow && index + 1 < sequence.count()) {
-        addFile(flowRequest(frame, sequence.request(index + 1)), "flow");
+        addLayers(flowRequest(frame, sequence.request(index + 1)), "flow");
     }
     if (on.flowBack && index > 0) {
-        addFile(flowRequest(frame, sequence.request(index - 1)), "flowBack");
+        addLayers(flowRequest(frame, sequence.request(index - 1)), "flowBack");
     }
     add(on.instances, Channel::instances, "instances");
     made.files.push_back(

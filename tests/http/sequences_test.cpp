@@ -192,10 +192,43 @@ TEST(Sequences, LayersAreFilesToo) {
     }
     EXPECT_GT(deeper, 64u * 48u / 4u);
 
-    const json problem = problemOf(
-        client.Get("/v1/frames?channel=flow&output.flow.time=1&output.layer=reflected&format=npy"),
-        422);
+    const json problem =
+        problemOf(client.Get("/v1/frames?channel=through&output.layer=reflected&format=npy"), 422);
     EXPECT_EQ(problem["errors"][0]["pointer"], "/output/layer");
+}
+
+TEST(Sequences, LayersHaveFlowAndInstances) {
+    auto client = sharedServer().client();
+    const json mirrors = {{{"material", "wall -Z"}, {"metallic", 1}, {"roughness", 0}}};
+    json body = orbit(2, {{"channels", {{"color", false}, {"flow", true}, {"instances", true}}},
+                          {"layers", {{"reflected", true}}},
+                          {"common", {{"overrides", mirrors}}}});
+    const auto result = postJson(client, "/v1/sequences", body.dump());
+    ASSERT_EQ(result->status, 200) << result->body;
+    const Files files = filesOfTar(result->body);
+    json single = body["common"];
+    single.update(body["frames"][0]);
+    single["output"] = {{"channel", "flow"},
+                        {"format", "npy"},
+                        {"layer", "reflected"},
+                        {"flow", {{"time", 0}, {"camera", body["frames"][1]["camera"]}}}};
+    const auto frame = postJson(client, "/v1/frames", single.dump());
+    ASSERT_EQ(frame->status, 200) << frame->body;
+    EXPECT_EQ(fileOf(files, "000000.reflected.flow.npy"), frame->body);
+    EXPECT_NE(fileOf(files, "000000.flow.npy"), frame->body);
+    const json seen = json::parse(fileOf(files, "000000.reflected.instances.json"));
+    std::uint32_t pixels = 0;
+    for (const json& instance : seen["instances"]) {
+        pixels += instance["pixels"].get<std::uint32_t>();
+        EXPECT_GE(instance["amodalPixels"], instance["pixels"]) << instance;
+    }
+    EXPECT_GT(pixels, 64u * 48u / 4u);
+    // A panorama has layers of instances, though none of the direct layer.
+    single["output"] = {{"channel", "instances"}, {"format", "json"}, {"layer", "reflected"}};
+    single["camera"]["lens"] = {{"type", "equirectangular"}};
+    const auto panorama = postJson(client, "/v1/frames", single.dump());
+    ASSERT_EQ(panorama->status, 200) << panorama->body;
+    EXPECT_GT(json::parse(panorama->body)["instances"].size(), 1u);
 }
 
 TEST(Sequences, FlowConnectsNeighbours) {

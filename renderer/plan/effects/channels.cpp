@@ -98,6 +98,18 @@ void addLabelPass(FramePlan& plan, const ViewTask& frame, std::string name, std:
                            .work = std::move(work)});
 }
 
+void planLayerRays(FramePlan& plan, const FrameContext& context, const Stage& stage) {
+    FrameContext traced = context;
+    traced.needsRays = true;
+    planRays(plan, traced, stage);
+}
+
+// Of a layer other than direct.
+const char* subjectOf(OutputLayer layer) {
+    return layer == OutputLayer::reflected ? "what mirrors and glass reflect"
+                                           : "what is seen through glass";
+}
+
 Projection otherFrame(const FrameContext& context, const FrameRequest& request) {
     const CameraRequest& camera = request.output.flow->camera.value_or(request.camera);
     const Pose& pose = *context.flowPose;
@@ -112,30 +124,41 @@ Projection otherFrame(const FrameContext& context, const FrameRequest& request) 
 
 }  // namespace
 
-void planFlow(FramePlan& plan, const FrameContext& context, const FrameRequest& request,
-              const ViewTask& frame) {
+void planFlow(FramePlan& plan, const FrameContext& context, const Stage& stage,
+              const FrameRequest& request, const ViewTask& frame) {
+    if (plan.layer != OutputLayer::direct) planLayerRays(plan, context, stage);
     MeasureFlow work{.source = plan.output,
                      .draws = numberedDraws(plan),
                      .from = thisFrame(plan, frame),
                      .to = otherFrame(context, request),
-                     .time = request.output.flow->time};
-    std::string reason = "where surfaces are at " + field::numberText(work.time) + " s";
+                     .time = request.output.flow->time,
+                     .layer = plan.layer};
+    const std::string what = plan.layer == OutputLayer::direct
+                                 ? "surfaces are"
+                                 : std::string(subjectOf(plan.layer)) + " is";
+    std::string reason = "where " + what + " at " + field::numberText(work.time) + " s";
     addLabelPass(plan, frame, "flow", std::move(reason), std::move(work));
 }
 
 void planLayer(FramePlan& plan, const FrameContext& context, const Stage& stage,
                const FrameRequest& request, const ViewTask& frame) {
-    FrameContext traced = context;
-    traced.needsRays = true;
-    planRays(plan, traced, stage);
+    planLayerRays(plan, context, stage);
     FollowLayer work{.source = plan.output,
                      .draws = numberedDraws(plan),
                      .from = thisFrame(plan, frame),
                      .layer = plan.layer,
                      .labels = labelsOf(stage.scene, plan.channel, request)};
-    const char* reason = plan.layer == OutputLayer::reflected ? "what mirrors and glass reflect"
-                                                              : "what is seen through glass";
-    addLabelPass(plan, frame, "layer", reason, std::move(work));
+    addLabelPass(plan, frame, "layer", subjectOf(plan.layer), std::move(work));
+}
+
+void planLayerInstances(FramePlan& plan, const FrameContext& context, const Stage& stage,
+                        const ViewTask& frame) {
+    planLayerRays(plan, context, stage);
+    CountLayer work{.source = plan.output,
+                    .draws = numberedDraws(plan),
+                    .from = thisFrame(plan, frame),
+                    .layer = plan.layer};
+    addLabelPass(plan, frame, "instances", subjectOf(plan.layer), std::move(work));
 }
 
 void planInstances(FramePlan& plan, const Stage& stage, const ViewTask& frame) {

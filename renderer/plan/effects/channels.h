@@ -28,15 +28,19 @@ void labelMirrors(SeenView& seen);
 // Adds the pass that draws plan.channel of the surfaces in `seen`, the root view `task`.
 void planChannel(FramePlan& plan, const ViewTask& task, const SeenView& seen);
 
-// Adds the pass that computes optical flow from the surfaces that planChannel() drew; `frame` is
-// the whole frame. Throws InvalidRequest, with pointers below /output/flow, if the other camera is
-// wrong.
-void planFlow(FramePlan& plan, const FrameContext& context, const FrameRequest& request,
-              const ViewTask& frame);
+// Adds the pass that computes optical flow of plan.layer from the surfaces that planChannel() drew;
+// `frame` is the whole frame. Throws InvalidRequest, with pointers below /output/flow, if the other
+// camera is wrong.
+void planFlow(FramePlan& plan, const FrameContext& context, const Stage& stage,
+              const FrameRequest& request, const ViewTask& frame);
 
 // Adds the pass that finds plan.layer of the surfaces that planChannel() drew.
 void planLayer(FramePlan& plan, const FrameContext& context, const Stage& stage,
                const FrameRequest& request, const ViewTask& frame);
+
+// Adds the pass that counts the instances in plan.layer of the surfaces that planChannel() drew.
+void planLayerInstances(FramePlan& plan, const FrameContext& context, const Stage& stage,
+                        const ViewTask& frame);
 
 // Adds the pass that measures the instances whose identifiers planChannel() drew. Throws
 // InvalidRequest for lenses that no projection matrix describes.

@@ -3,12 +3,22 @@
 #include <algorithm>
 
 namespace clerestory {
+namespace {
+
+std::uint64_t raysOfLayer(const TargetSpec& target, const SampleFactors& factors) {
+    return texelsOf(target, Faces::one, Levels::first) *
+           std::max<std::uint64_t>(1, factors.rayBounces);
+}
+
+}  // namespace
 
 std::string_view MeasureFlow::knobs() const {
     return kKnobsOfTheFrame;
 }
-std::uint64_t MeasureFlow::shadedSamples(const TargetSpec& target, const SampleFactors&) const {
-    return texelsOf(target, Faces::one, Levels::first);
+std::uint64_t MeasureFlow::shadedSamples(const TargetSpec& target,
+                                         const SampleFactors& factors) const {
+    return layer == OutputLayer::direct ? texelsOf(target, Faces::one, Levels::first)
+                                        : raysOfLayer(target, factors);
 }
 
 std::string_view FollowLayer::knobs() const {
@@ -16,7 +26,15 @@ std::string_view FollowLayer::knobs() const {
 }
 std::uint64_t FollowLayer::shadedSamples(const TargetSpec& target,
                                          const SampleFactors& factors) const {
-    return texelsOf(target, Faces::one, Levels::first) * std::max<std::uint64_t>(1, factors.rayBounces);
+    return raysOfLayer(target, factors);
+}
+
+std::string_view CountLayer::knobs() const {
+    return kKnobsOfTheFrame;
+}
+std::uint64_t CountLayer::shadedSamples(const TargetSpec& target,
+                                        const SampleFactors& factors) const {
+    return raysOfLayer(target, factors);
 }
 
 std::string_view MeasureInstances::knobs() const {

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "plan/graph/draw.h"
+#include "plan/graph/projection.h"
 #include "plan/graph/sample_costs.h"
 #include "plan/graph/target.h"
-#include "plan/graph/projection.h"
 #include "scene/hash.h"
 
 #include <span>
@@ -25,12 +25,14 @@ struct SurfaceDraw {
     bool operator==(const SurfaceDraw&) const = default;
 };
 
-// Computes on the processor, for each pixel, where the point of its surface is in another frame.
+// Computes on the processor, for each pixel, where the point of its surface is in another frame, or
+// where a mirror or glass shows it there.
 struct MeasureFlow {
     TargetId source = kNoTarget;  // for each pixel: 1 + index of `draws`, number of the primitive
     std::vector<SurfaceDraw> draws;
     Projection from, to;
     double time = 0.0;  // of the other frame, seconds
+    OutputLayer layer = OutputLayer::direct;
 
     std::string_view kind() const { return "flow"; }
     std::vector<TargetId> reads() const { return {source}; }
@@ -55,6 +57,22 @@ struct FollowLayer {
     std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
     friend void addTo(PlanHash&, const FollowLayer&, const Stage&) {}  // of frames only
     bool operator==(const FollowLayer&) const = default;
+};
+
+// Counts on the processor the pixels of mirrors and glass that show each instance in a layer, and
+// those that would if the other instances were absent.
+struct CountLayer {
+    TargetId source = kNoTarget;  // as of MeasureFlow
+    std::vector<SurfaceDraw> draws;
+    Projection from;
+    OutputLayer layer = OutputLayer::reflected;
+
+    std::string_view kind() const { return "instances"; }
+    std::vector<TargetId> reads() const { return {source}; }
+    std::string_view knobs() const;
+    std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
+    friend void addTo(PlanHash&, const CountLayer&, const Stage&) {}  // of frames only
+    bool operator==(const CountLayer&) const = default;
 };
 
 // Counts the pixels of each instance: those that show it, and those that would if it were alone,

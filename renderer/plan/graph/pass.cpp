@@ -79,6 +79,17 @@ bool followsRays(const Pass& pass) {
     });
 }
 
+OutputLayer layerOf(const Pass& pass) {
+    return std::visit(
+        [](const auto& w) {
+            if constexpr (requires { w.layer; })
+                return w.layer;
+            else
+                return OutputLayer::direct;
+        },
+        pass.work);
+}
+
 std::string_view nameOf(Effect effect) {
     switch (effect) {
         case Effect::base:

@@ -28,7 +28,7 @@ using PassWork =
                  DrawBlended, FollowRays, DrawShadow, DrawShadowTint, DrawBackFaces, DrawChannel,
                  CopyBackdrop, AssembleLens, Twirl, Convolve, GlowBright, GlowDown, GlowUp, Glow,
                  BackgroundAlpha, ToneMapping, EdgeFilter, StraightAlpha, MeasureFlow,
-                 MeasureInstances, FollowLayer>;
+                 MeasureInstances, FollowLayer, CountLayer>;
 
 struct Pass {
     std::string name;
@@ -52,5 +52,8 @@ struct Pass {
 
 // Returns true if a draw of the pass traces rays.
 bool followsRays(const Pass& pass);
+
+// The layer for which the pass asks on the processor what rays meet; direct: it does not.
+OutputLayer layerOf(const Pass& pass);
 
 }  // namespace clerestory

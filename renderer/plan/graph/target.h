@@ -15,7 +15,7 @@ enum class Format { rgba16f, rgba32f, srgba8, rgba32ui, depth32f };
 std::string_view nameOf(Format format);
 // Where texels are: in textures of the driver, or in the program's memory. The latter is for planes
 // that passes on the processor write: srgba8 by ToneMapping and EdgeFilter, floats by MeasureFlow
-// and FollowLayer.
+// and FollowLayer; nothing by CountLayer.
 enum class Storage { driver, processor };
 
 struct TargetSpec {

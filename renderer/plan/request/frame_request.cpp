@@ -202,8 +202,7 @@ std::vector<FieldError> problems(const FrameRequest& request) {
     checkFormat(request.output, errors);
     if (request.output.layer != OutputLayer::direct && !hasLayers(request.output.channel)) {
         errors.push_back({"/output/layer", "conflicts with this channel",
-                          "direct; or another one with the channels depth, normal, position, "
-                          "albedo, objectId, materialId and classId"});
+                          "direct; or another one with channels other than color and through"});
     }
     if (request.output.channel == Channel::classId && request.output.classes.empty()) {
         errors.push_back(

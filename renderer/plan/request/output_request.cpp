@@ -10,22 +10,7 @@ std::uint32_t channelsOf(Channel channel) {
 }
 
 bool hasLayers(Channel channel) {
-    switch (channel) {
-        case Channel::depth:
-        case Channel::normal:
-        case Channel::position:
-        case Channel::albedo:
-        case Channel::objectId:
-        case Channel::materialId:
-        case Channel::classId:
-            return true;
-        case Channel::color:
-        case Channel::through:
-        case Channel::flow:
-        case Channel::instances:
-            break;
-    }
-    return false;
+    return channel != Channel::color && channel != Channel::through;
 }
 
 }  // namespace clerestory

@@ -101,10 +101,10 @@ void fields(Output& o, V&& visit) {
           Choice<OutputLayer>{{{"direct", OutputLayer::direct},
                                {"reflected", OutputLayer::reflected},
                                {"refracted", OutputLayer::refracted}}},
-          "what the channels depth, normal, position, albedo, objectId, materialId and classId "
-          "show. direct: the nearest surface; reflected: what mirrors and glass reflect; "
-          "refracted: what is seen through glass; both in the direction of a perfectly smooth "
-          "surface, by ray tracing, and 0 elsewhere");
+          "what the channels other than color and through show. direct: the nearest surface; "
+          "reflected: what mirrors and glass reflect; refracted: what is seen through glass; both "
+          "in the direction of a perfectly smooth surface with its normal map, by ray tracing, and "
+          "0 elsewhere");
     visit("classes", o.classes, NestedList{kMaxClassPatterns},
           "classes of the channels classId and instances, by names of nodes; the first match wins. "
           "Distinct names are numbered from 1 in the order of the list; 0: no match");
