@@ -1,10 +1,11 @@
-// The lights of the scene, with a control for each field that a request can change.
+// The lights of the scene and those that the view adds, with a control for each field that a request can change.
 import { changeRow } from "./change_row.js";
 import { controlFor } from "./controls.js";
-import { $ } from "./dom.js";
+import { $, fillSelect } from "./dom.js";
 import { grouped } from "./lists.js";
+import { labelOf } from "./schema.js";
 
-const kSelectors = ["light", "type"];
+const kSelectors = ["light"];
 const kPlaces = ["position", "direction"];  // of one light only
 const kOfKind = {  // fields that other kinds of light do not have
   position: ["point", "spot"], range: ["point", "spot"], direction: ["spot", "directional"],
@@ -50,13 +51,45 @@ export class LightRows {
   // changed(): called after a light of the session changes.
   constructor(session, changed) {
     Object.assign(this, { session, changed });
-    this.fields = Object.entries(session.schema.properties.lights?.items.properties ?? {}).filter(([name]) => !kSelectors.includes(name));
+    const { type, ...fields } = session.schema.properties.lights?.items.properties ?? {};
+    this.fields = Object.entries(fields).filter(([name]) => !kSelectors.includes(name));
+    fillSelect($("add-light"), [["", "choose…"], ...(type?.enum ?? []).map((word) => [word, labelOf(word)])], "");
+    $("add-light").addEventListener("change", () => {
+      session.addLight($("add-light").value);
+      $("add-light").value = "";
+      this.sceneChanged();
+      changed();
+    });
   }
 
   sceneChanged() {
     const groups = this.fields.length ? lightGroups(this.session.scene.lights ?? []) : [];
-    $("lights-part").hidden = groups.length === 0;
-    $("lights").replaceChildren(...groups.map((group) => this.#row(group)));
+    $("lights-part").hidden = this.fields.length === 0;
+    $("lights").replaceChildren(...groups.map((group) => this.#row(group)),
+                                ...this.session.addedLights.map((entry) => this.#addedRow(entry)));
+  }
+
+  #addedRow(entry) {
+    const { session } = this;
+    return changeRow({
+      name: entry.light, quiet: entry.type, tip: `The light “${entry.light}” of this view.`,
+      resetLabel: "Remove", resetTip: "Removes the light", isSet: () => true,
+      reset: () => {
+        session.removeLight(entry);
+        this.sceneChanged();
+        $("add-light").focus();
+      },
+      changed: this.changed,
+      controls: (changed) => this.fields.filter(([field]) => (kOfKind[field] ?? [entry.type]).includes(entry.type)).map(([field, schema]) => {
+        const value = entry[field] ?? { enabled: true, color: [1, 1, 1], radius: 0 }[field];
+        return controlFor(field, schema, value, (chosen) => {
+          if (chosen === undefined) delete entry[field];
+          else entry[field] = chosen;
+          changed();
+        }, { none: value === undefined ? "none" : undefined,
+             sliderRange: lightRange(field, [{ kind: entry.type, intensity: [entry.intensity] }], session.sceneSize) });
+      }).filter(Boolean),
+    });
   }
 
   #row({ name, kind, lights }) {

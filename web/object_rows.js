@@ -3,6 +3,7 @@ import { instancesOf, Problem } from "./api.js";
 import { changeRow } from "./change_row.js";
 import { controlFor } from "./controls.js";
 import { $ } from "./dom.js";
+import { sceneIdOf, withoutScene } from "./joined.js";
 import { grouped } from "./lists.js";
 
 const kEdge = 320;  // pixels of the longer edge of what is counted
@@ -38,8 +39,8 @@ export class ObjectRows {
     if (!request) return;
     $("objects-list").disabled = true;
     try {
-      const instances = await instancesOf(request);
-      if (request.scene === this.session.scene.id) this.#show(objectGroups(instances, size[0] * size[1]));
+      const instances = (await instancesOf(request)).map((each) => ({ ...each, node: each.node && this.session.nodeName(each.node) }));
+      if (sceneIdOf(request.scene) === this.session.scene.id) this.#show(objectGroups(instances, size[0] * size[1]));
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
       this.failed(problem);
@@ -55,10 +56,11 @@ export class ObjectRows {
   }
 
   #row({ name, share, place }) {
-    const { session, schemas } = this, { materials = [] } = session.scene;
+    const { session, schemas } = this, { id, materials = [] } = session.scene;
+    const shownName = withoutScene(name, id), names = [...new Set(materials)];
     return changeRow({
-      name, quiet: share === undefined ? "" : `${(100 * share).toPrecision(2)} %`,
-      tip: `Changes the object “${name}” in this view only.`,
+      name: shownName, quiet: share === undefined ? "" : `${(100 * share).toPrecision(2)} %`,
+      tip: `Changes the object “${shownName}” in this view only.`,
       resetTip: "Restores the object",
       isSet: () => session.nodeValue(name) !== undefined,
       reset: () => session.setNode(name),
@@ -72,7 +74,7 @@ export class ObjectRows {
           controlFor(field, schema, session.nodeValue(name, field) ?? (field === "translation" ? place : undefined), act, options);
         return [
           control("hidden", schemas.hidden, (on) => set({ hidden: on || undefined })),
-          ...(materials.length ? [control("material", { ...schemas.material, enum: [...new Set(materials)] },
+          ...(materials.length ? [control("material", { ...schemas.material, enum: names.map((each) => `${id}/${each}`), "x-titles": names },
             (material) => set({ material }), { none: "its own" })] : []),
           control("translation", { ...schemas.translation, description: "place in the world" },
             (translation) => set({ translation, relativeTo: "world" })),

@@ -1,6 +1,7 @@
 // Saves the full frame of the view as a file.
 import { Problem, renderFrame } from "./api.js";
 import { $, element, fillSelect } from "./dom.js";
+import { sceneIdOf } from "./joined.js";
 import { showFailure } from "./messages.js";
 
 const kFormats = { jpeg: ["JPEG", "jpg"], png: ["PNG", "png"], webp: ["WebP", "webp"] };
@@ -21,7 +22,7 @@ export function connectPicture({ fullRequest, titleOf, formats }) {
     try {
       const { blob } = await renderFrame({ ...request, output: { ...request.output, format } });
       const url = URL.createObjectURL(blob);
-      element("a", { href: url, download: fileName(titleOf(request.scene), request, format) }).click();
+      element("a", { href: url, download: fileName(titleOf(sceneIdOf(request.scene)), request, format) }).click();
       setTimeout(() => URL.revokeObjectURL(url), 60000);
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;

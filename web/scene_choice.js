@@ -2,6 +2,7 @@
 import { Problem, getJson, renderFrame } from "./api.js";
 import { $, element, fillSelect } from "./dom.js";
 import { retryDelay } from "./frames.js";
+import { sceneIdOf } from "./joined.js";
 import { clearMessage, messageOf, showFailure, showMessage, showProblem, showProgress } from "./messages.js";
 import { showNotice, warningLines } from "./notices.js";
 
@@ -48,6 +49,10 @@ export class SceneChoice {
 
   get opening() {
     return this.#opening !== undefined;
+  }
+  // [[id, title]] of the scenes of the list.
+  get titles() {
+    return [...this.#titles];
   }
   titleOf(id) {
     return this.#titles.get(id) ?? id;
@@ -110,7 +115,7 @@ export class SceneChoice {
 
   // Called with every frame.
   shown({ scene }, still) {
-    this.shownId = scene;
+    this.shownId = sceneIdOf(scene);
     this.#show(!still && $("stage").classList.contains("busy"));
   }
   failed() {

@@ -111,7 +111,9 @@ export function defaultsOf(schema) {
 export function valueOf(schema, text) {
   if (schema.oneOf?.some((s) => s.enum?.includes(text))) return text;
   const count = text.split(",").length;
-  const object = schema.oneOf?.find(({ type, items, minItems }) => type === "array" && items?.type === "number" && minItems === count) ?? objectOf(schema);
+  const lists = schema.oneOf?.filter(({ type }) => type === "array") ?? [];
+  const object = lists.find(({ items, minItems }) => items?.type === "number" && minItems === count)
+    ?? (text.startsWith("[") ? lists.find(({ items }) => items?.type === "object") : undefined) ?? objectOf(schema);
   if (object.type === "boolean") return { true: true, false: false, 1: true, 0: false }[text];
   if (object.enum) return object.enum.includes(text) ? text : undefined;
   if (object.type === "number" || object.type === "integer") {

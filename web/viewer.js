@@ -9,11 +9,13 @@ import { showCost, showMaps } from "./frame_panels.js";
 import { Frames, retryDelay } from "./frames.js";
 import { groundControls } from "./ground_part.js";
 import { InputHandler, connectFlightButtons } from "./input.js";
+import { sceneIdOf } from "./joined.js";
 import { LightRows } from "./light_rows.js";
 import { connectSharing } from "./links.js";
 import { MapChoice } from "./map_choice.js";
 import { clearMessage, messageOf, millisecondsText, showMessage, showProblem } from "./messages.js";
 import { ObjectRows } from "./object_rows.js";
+import { PartRows } from "./part_rows.js";
 import { connectPicture } from "./picture.js";
 import { SceneChoice } from "./scene_choice.js";
 import { labelOf, resolved } from "./schema.js";
@@ -26,9 +28,9 @@ import { Wipe, wipeChoices } from "./wipe.js";
 
 const motion = matchMedia("(prefers-reduced-motion: reduce)");
 const reducedMotion = () => motion.matches;
-let session, frames, input, wipe, compare, time, variants, lights, objects, turntable, sharing, choice;
+let session, frames, input, wipe, compare, time, variants, lights, objects, parts, turntable, sharing, choice;
 let lightTimer;  // of the next look at the progress of its light
-const kLightPollMs = 1000;
+const kLightPollMs = 1000, kJoinedPollMs = 4000;
 
 // ---- frames ---------------------------------------------------------------------------------
 
@@ -51,17 +53,19 @@ async function shown(frame, request, still, signal) {
   history.replaceState(null, "", `#${session.query()}`);
 }
 
-// Requests the frame again when its light has changed.
-function followLight(shown, id) {
+// Requests the frame again when its light has changed. Only frames tell that of joined scenes.
+function followLight(shown, scene) {
+  const id = sceneIdOf(scene);
   lightTimer = setTimeout(async () => {
+    if (Array.isArray(scene)) return frames.refresh();
     try {
       const { light } = await getJson(`v1/scenes/${encodeURIComponent(id)}`);
       if (lightChanged(shown, light)) return frames.refresh();
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
     }
-    if (choice.shownId === id && !choice.opening) followLight(shown, id);
-  }, kLightPollMs);
+    if (choice.shownId === id && !choice.opening) followLight(shown, scene);
+  }, Array.isArray(scene) ? kJoinedPollMs : kLightPollMs);
 }
 
 function failed(problem, seconds) {
@@ -95,14 +99,15 @@ function opened(view) {
   variants.sceneChanged();
   lights.sceneChanged();
   objects.sceneChanged();
+  parts.sceneChanged();
 }
 
 async function focus(x, y) {
   const { clientWidth: width, clientHeight: height } = $("stage");
-  const { camera, scene } = session;
+  const { camera } = session;
   if (!camera || choice.opening) return;
   const lens = lensOfPixel(lensFor(camera.yfov, width / height), width, height, x, y);
-  const at = { scene: scene.id, camera: { position: positionOf(camera), target: camera.target }, time: session.time };
+  const at = { scene: session.joined, camera: { position: positionOf(camera), target: camera.target }, time: session.time };
   try {
     const depth = await pixelOf(at, lens, "depth");
     if (!(depth > 0)) return showMessage("", "There is nothing to focus on at this point.");
@@ -183,6 +188,10 @@ async function start() {
   turntable = new Turntable({ session, moved, reducedMotion });
   lights = new LightRows(session, changed);
   objects = new ObjectRows({ session, request: frameRequest, size: () => frames.size(), changed, failed: showProblem });
+  parts = new PartRows({ session, choice, changed: () => {
+    objects.sceneChanged();
+    changed();
+  } });
   time = new TimeRow(session, moved);
   variants = new VariantRow(session, changed);
   wipe = new Wipe(wipeChoices(session.presets, Object.keys(session.effects), labelOf), changed);

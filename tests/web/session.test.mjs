@@ -34,7 +34,7 @@ const filterSchemas = {
 };
 const filter = resolved(filterSchemas.Filter, { components: { schemas: filterSchemas } });
 const frame = object({
-  scene: { type: "string", maxLength: 128 },
+  scene: { oneOf: [{ type: "string", maxLength: 128 }, { type: "array", maxItems: 16, items: object({ scene: { type: "string" }, translation: numbers(3) }) }] },
   camera: object({ position: numbers(3), target: numbers(3), yfov: { type: "number", minimum: 0.01, maximum: 3 } }),
   width: { type: "integer", minimum: 1, maximum: 4096, default: 1280 },
   height: { type: "integer", minimum: 1, maximum: 4096, default: 720 },
@@ -152,22 +152,67 @@ test("changes of lights are entries by name; those of all lights come first", ()
 
 test("changes of nodes are entries by name, and belong to one scene", () => {
   const made = session();
-  made.setNode("cup", "hidden", true);
-  made.setNode("table", "material", "oak");
-  made.setNode("cup", "material", "gold");
+  made.setNode("hall/cup", "hidden", true);
+  made.setNode("hall/table", "material", "hall/oak");
+  made.setNode("hall/cup", "material", "hall/gold");
   assert.deepEqual(made.request([64, 36]).nodes, [{ node: "table", material: "oak" }, { node: "cup", hidden: true, material: "gold" }]);
-  assert.deepEqual([made.nodeValue("cup", "hidden"), made.nodeValue("lamp", "hidden")], [true, undefined]);
+  assert.deepEqual([made.nodeValue("hall/cup", "hidden"), made.nodeValue("hall/lamp", "hidden")], [true, undefined]);
   const other = new Session(frame);
   other.read(`#${made.query()}`);
   other.scene = scene;
   other.keepOwn();
   assert.deepEqual(other.nodes, made.nodes, "a link keeps them");
-  made.setNode("cup", "hidden", undefined);
-  made.setNode("table");
-  assert.deepEqual(made.nodes, [{ node: "cup", material: "gold" }]);
+  made.setNode("hall/cup", "hidden", undefined);
+  made.setNode("hall/table");
+  assert.deepEqual(made.nodes, [{ node: "hall/cup", material: "hall/gold" }]);
   made.scene = { ...scene, id: "yard" };
   made.keepOwn();
   assert.deepEqual(made.nodes, []);
+});
+
+test("scenes are joined at the target of the camera, with names before those of nodes and lights", () => {
+  const made = session();
+  made.goTo(scene.defaultView);
+  made.setNode("hall/cup", "hidden", true);
+  made.setLight("lamp", "radius", 0.2);
+  made.clip = "swing";
+  const box = { id: "box", bounds: { min: [0, 0, 0], max: [2, 2, 2] } };
+  made.addPart(box);
+  made.addPart(box);
+  assert.equal(made.nodeName("box 1/lid"), "box 1/lid");
+  made.setNode("box 1/lid", "material", "hall/gold");
+  const requested = made.request([64, 36]);
+  assert.deepEqual(requested.scene, [{ scene: "hall", name: "hall" }, { scene: "box", name: "box", translation: [-1, 0, -1] },
+                                     { scene: "box", name: "box 1", translation: [-1, 0, -1] }]);
+  assert.deepEqual(requested.nodes, [{ node: "hall/cup", hidden: true }, { node: "box 1/lid", material: "hall/gold" }]);
+  assert.deepEqual(requested.lights, [{ light: "hall/lamp", radius: 0.2 }]);
+  assert.equal(requested.clip, "hall/swing");
+  const other = new Session(frame);
+  assert.equal(other.read(`#${made.query()}`).scene, "hall");
+  other.scene = { ...scene, lights: [{ name: "lamp" }] };
+  other.keepOwn();
+  assert.deepEqual([other.parts, other.nodes, other.lights, other.clip], [made.parts, made.nodes, made.lights, made.clip], "a link keeps them");
+  made.removePart(made.parts[1]);
+  assert.deepEqual(made.request([64, 36]).nodes, [{ node: "hall/cup", hidden: true }], "with the scene its changes are removed");
+  made.removePart(made.parts[0]);
+  assert.deepEqual([made.request([64, 36]).scene, made.request([64, 36]).nodes], ["hall", [{ node: "cup", hidden: true }]]);
+  made.addPart(box);
+  made.scene = { ...scene, id: "yard" };
+  made.keepOwn();
+  assert.equal(made.joined, "yard", "another scene is shown alone");
+});
+
+test("a light is added at the camera and shines where it looks", () => {
+  const made = session();
+  made.scene = { ...scene, lights: [{ name: "light 1" }] };
+  made.goTo({ position: [0, 1, 5], target: [0, 1, 0], yfov: 0.9 });
+  for (const type of ["spot", "point", "directional"]) made.addLight(type);
+  assert.deepEqual(made.request([64, 36]).lights, [
+    { light: "light 2", type: "spot", intensity: 75, position: [0, 1, 5], direction: [0, 0, -1] },
+    { light: "light 3", type: "point", intensity: 75, position: [0, 1, 5] },
+    { light: "light 4", type: "directional", intensity: 3, direction: [0, 0, -1] }]);
+  made.removeLight(made.addedLights[1]);
+  assert.deepEqual(made.addedLights.map(({ type }) => type), ["spot", "directional"]);
 });
 
 test("objects are grouped by name, the largest first", () => {

@@ -109,6 +109,42 @@ visit("lights have controls from the schema; changes are in requests and links, 
   assert.equal((await v.settled()).lights, undefined);
 });
 
+visit("lights and scenes can be added to the view, changed and removed", { path: "#scene=teapots" }, async (v, page) => {
+  await v.settled();
+  await page.selectOption("#add-light", "spot");
+  const row = (list, name) => page.locator(`${list} details`, { has: page.locator(`summary b:text-is("${name}")`) });
+  assert.equal((await v.settled()).lights.at(-1).type, "spot");
+  await row("#lights", "light 1").locator("summary").click();
+  await row("#lights", "light 1").locator("[data-field=color] input").nth(2).fill("0.1");
+  await row("#lights", "light 1").locator("[data-field=color] input").nth(2).blur();
+  const lit = await v.settled();
+  assert.deepEqual(lit.lights.at(-1).color, [1, 1, 0.1]);
+  await page.selectOption("#add-part", "orbiting-cubes");
+  await page.waitForSelector("#parts details", { timeout: 60000 });
+  const joined = await v.settled();
+  assert.deepEqual(joined.scene.map(({ scene }) => scene), ["teapots", "orbiting-cubes"]);
+  const { title } = await (await fetch(`${server.url}v1/scenes/orbiting-cubes`)).json();
+  const part = row("#parts", title || "orbiting-cubes");
+  await part.locator("summary").click();
+  await part.locator("[data-field=translation] input").nth(1).fill("-1.2");
+  await part.locator("[data-field=translation] input").nth(1).blur();
+  const placed = await v.settled();
+  assert.equal(placed.scene[1].translation[1], -1.2);
+  await page.click("#objects-list");
+  await page.waitForSelector("#objects details");
+  const names = await page.locator("#objects summary b").allTextContents();
+  assert.ok(names.includes("table") && names.some((name) => name.startsWith("orbiting-cubes/")), String(names));
+  await v.screenshot("composition");
+  const other = await Visit.open(page.url());
+  const { scene, lights } = await other.settled();
+  assert.deepEqual({ scene, lights }, { scene: placed.scene, lights: placed.lights }, "a link has them");
+  await other.leave();
+  await part.locator("text=Remove").click();
+  assert.equal((await v.settled()).scene, "teapots");
+  await row("#lights", "light 1").locator("text=Remove").click();
+  assert.equal((await v.settled()).lights, undefined);
+});
+
 visit("objects in view can be listed, hidden and given another material; a colour can be the background", { path: "#scene=teapots" }, async (v, page) => {
   await v.settled();
   await page.click("#objects-list");
