@@ -92,6 +92,8 @@ export class Frames {
   #prepared;          // what a frame in motion was drawn in advance for
   #fraction = 1;  // of the pixels of a full frame, while that takes longer than the deadline of the server
   #failures = 0;
+  #showing = Promise.resolve();  // the pictures so far, in their order
+  #decoded;  // AbortController of the last of them
 
   // requestFor(size, options) -> a request, or nothing while there is no view.
   // box() -> { width, height, ratio } of the image on the screen. reducedMotion(): the user prefers reduced motion.
@@ -138,6 +140,7 @@ export class Frames {
     this.#resting = false;
     this.#latest.forget();
     this.#running?.stop.abort();
+    this.#decoded?.abort();
   }
 
   // The server would draw the same view differently now.
@@ -215,7 +218,11 @@ export class Frames {
       if (kind !== "first" || level === 0) pace.measured(level, workMs(frame));
       this.#level = level;
       this.#complete = still;
-      await this.shown(frame, request, still, stop.signal);
+      this.#showing = this.#showing.then(() => stop.signal.aborted || this.shown(frame, request, still, stop.signal));
+      this.#decoded = stop;
+      // A newer pose is requested while the browser decodes this picture.
+      if (kind === "moving" && this.#latest.waiting) return;
+      await this.#showing;
       this.#refine();
       if (still && !stop.signal.aborted && !this.#latest.waiting) this.#prepareMotion(whole, frame, pace);
     } catch (problem) {

@@ -173,6 +173,27 @@ test("of the poses during a frame the newest is requested next, and one request 
   assert.equal(p.open.length, 0, "nothing is requested twice");
 });
 
+test("the next pose is requested while a picture is decoded; pictures keep their order; none follows the end", async (t) => {
+  const p = page(t), decoded = [];
+  p.after = () => new Promise((resolve) => decoded.push(resolve));
+  p.move(1);
+  p.move(2);
+  await p.finish();
+  assert.deepEqual(p.requests.map(({ pose }) => pose), [1, 2]);
+  p.move(3);
+  await p.finish();
+  assert.deepEqual(p.shown.map(({ pose }) => pose), [1], "the second picture waits for the first");
+  decoded.shift()();
+  await settled();
+  assert.deepEqual(p.shown.map(({ pose }) => pose), [1, 2]);
+  p.move(4);
+  await p.finish();  // of pose 3
+  p.frames.stop();
+  decoded.shift()();
+  await settled();
+  assert.deepEqual(p.shown.map(({ pose }) => pose), [1, 2]);
+});
+
 test("at rest the view is refined up to the full frame, with its plan", async (t) => {
   const p = page(t);
   p.move(1);
