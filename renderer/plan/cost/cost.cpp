@@ -19,16 +19,17 @@ constexpr Prices kSoftware{.view = 0.3,
                            .raySurface = 8.0,
                            .rayPixel = 1.6e-3,
                            .rayLight = 0.0,
+                           .rayTexture = 0.0,
                            .raySegment = 1.6e-3};
-// The same with rays on the processor, shading of hits included, with the density of `standard`,
-// chosen for whole scenes; the plain ball of the benchmark takes less.
-// Per pixel: 170 to 490 ns of curved metal in scenes of no or one light, 2,100 with three lights
-// and a knot that reflects itself, 630 to 2,400 of glass.
+// The same with rays on the processor, shading of hits included, with the density of `standard`.
+// Chosen for 42 measurements of eleven scenes: the plain ball of the benchmark takes less, and of
+// `raySurface` every further surface.
 constexpr Prices kProcessorRays = [] {
     Prices prices = kSoftware;
-    prices.raySurface = 4.0;
-    prices.rayPixel = 3.5e-4;
-    prices.rayLight = 1.5e-4;
+    prices.raySurface = 2.0;
+    prices.rayPixel = 1.8e-4;
+    prices.rayLight = 1.9e-4;
+    prices.rayTexture = 6e-5;
     prices.raySegment = 4e-4;
     return prices;
 }();
@@ -46,6 +47,7 @@ constexpr Prices kHardware{.view = 0.15,
                            .raySurface = 0.2,
                            .rayPixel = 1.1e-4,
                            .rayLight = 0.0,
+                           .rayTexture = 0.0,
                            .raySegment = 8e-5};
 // The same with rays on its 16 processor cores.
 constexpr Prices kHardwareProcessorRays = [] {
@@ -63,9 +65,10 @@ constexpr double kRoughRay = 0.1;
 double rayMilliseconds(const Work& work, const Prices& p) {
     if (!(work.rayPixels > 0.0)) return 0.0;
     // A flat mirror has fewer than one ray per pixel; see flatRays().
-    const double first = std::min(work.rays, 1.0) * (p.rayPixel + p.rayLight * work.shading.lights);
+    const double first = std::min(work.rays, 1.0) * (p.rayPixel + p.rayLight * work.shading.lights +
+                                                     p.rayTexture * work.shading.textures);
     const double further = p.raySegment * std::max(work.rays - 1.0, 0.0);
-    return p.raySurface + work.rayPixels * work.paths * (first + further);
+    return p.raySurface + work.density * work.paths * work.rayPixels * (first + further);
 }
 
 }  // namespace
@@ -166,7 +169,10 @@ double pathsOfRay(std::uint32_t raySamples, double roughness, bool processorRays
     return processorRays && roughness >= kRoughRay ? raySamples : 1.0;
 }
 double flatRays(bool processorRays) {
-    return processorRays ? 0.4 : 1.0;
+    return processorRays ? 0.45 : 1.0;
+}
+double rayDensity(Preset preset, bool processorRays) {
+    return processorRays && preset == Preset::draft ? 0.65 : 1.0;
 }
 double glassRaySegments(bool solid, std::uint32_t bounces) {
     return solid ? std::min(4.0, 1.0 + bounces) : 2.0;

@@ -26,6 +26,7 @@ struct Prices {
     double raySurface;    // per surface that traces rays
     double rayPixel;      // per pixel with a ray
     double rayLight;      // per such pixel and light that reaches what its ray hits
+    double rayTexture;    // per such pixel and texture of what its ray hits
     double raySegment;    // per such pixel and further segment of its ray
 };
 // Of a driver, software or not; processorRays: rays are followed on the processor.
@@ -47,6 +48,7 @@ struct Work {
     double rayPixels = 0.0;     // pixels of the parent view that trace rays
     double rays = 0.0;          // ray segments per such pixel
     double paths = 1.0;         // that share such a ray; see pathsOfRay()
+    double density = 1.0;       // see rayDensity()
     double lookups = 0.0;       // of shadows in pixels of the parent view
     double frames = 1.0;        // frames that share the drawn work
     Shading shading;
@@ -95,6 +97,9 @@ double pathsOfRay(std::uint32_t raySamples, double roughness, bool processorRays
 // Rays per pixel of a flat mirror, for Work::rays: on the processor most of its pixels, whose rays
 // are nearly parallel, take the mean of neighbours.
 double flatRays(bool processorRays);
+// Rays relative to those of `standard`: pixels between two rays whose results agree have the mean
+// of both.
+double rayDensity(Preset preset, bool processorRays);
 // Number of segments of a ray through a piece of glass, for Work::rays.
 double glassRaySegments(bool solid, std::uint32_t bounces);
 

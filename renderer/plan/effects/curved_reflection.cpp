@@ -56,15 +56,17 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
          probeError(roughness, apart)}};
     if (limits.rays != Rays::none &&
         !task.captured) {  // captured faces show the previous generation
-        const double paths = pathsOfRay(context.stage.settings.accuracy.raySamples, roughness,
-                                        limits.rays == Rays::processor);
+        const Accuracy& a = context.stage.settings.accuracy;
+        const bool processorRays = limits.rays == Rays::processor;
+        const double paths = pathsOfRay(a.raySamples, roughness, processorRays);
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = s.share * task.width * task.height,
                                             .rays = 1.0,
                                             .paths = paths,
+                                            .density = rayDensity(a.preset, processorRays),
                                             .shading = context.shading,
                                             .software = limits.software,
-                                            .processorRays = limits.rays == Rays::processor}),
+                                            .processorRays = processorRays}),
                               tracedError(roughness, paths)});
     }
     return candidates;

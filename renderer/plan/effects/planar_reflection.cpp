@@ -213,15 +213,17 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .software = limits.software}),
          mirrorError(group.roughness, group.slope)}};
     if (limits.rays != Rays::none) {
-        const double paths = pathsOfRay(context.stage.settings.accuracy.raySamples, group.roughness,
-                                        limits.rays == Rays::processor);
+        const Accuracy& a = context.stage.settings.accuracy;
+        const bool processorRays = limits.rays == Rays::processor;
+        const double paths = pathsOfRay(a.raySamples, group.roughness, processorRays);
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = group.share * task.width * task.height,
-                                            .rays = flatRays(limits.rays == Rays::processor),
+                                            .rays = flatRays(processorRays),
                                             .paths = paths,
+                                            .density = rayDensity(a.preset, processorRays),
                                             .shading = context.shading,
                                             .software = limits.software,
-                                            .processorRays = limits.rays == Rays::processor}),
+                                            .processorRays = processorRays}),
                               tracedError(group.roughness, paths)});
     }
     return candidates;

@@ -58,14 +58,15 @@ std::vector<Candidate> candidatesFor(const ViewContext& context, const ViewTask&
                        .software = limits.software}),
          backdropError(solid, a.backFaces)}};
     if (limits.rays != Rays::none && !task.captured) {  // captured faces are small and blurred
-        const double paths =
-            pathsOfRay(a.raySamples, body.roughness, limits.rays == Rays::processor);
+        const bool processorRays = limits.rays == Rays::processor;
+        const double paths = pathsOfRay(a.raySamples, body.roughness, processorRays);
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = pixels,
                                             .rays = glassRaySegments(solid, a.bounces),
                                             .paths = paths,
+                                            .density = rayDensity(a.preset, processorRays),
                                             .software = limits.software,
-                                            .processorRays = limits.rays == Rays::processor}),
+                                            .processorRays = processorRays}),
                               tracedError(body.roughness, paths)});
     }
     return candidates;
