@@ -218,11 +218,12 @@ export class Frames {
       if (kind !== "first" || level === 0) pace.measured(level, workMs(frame));
       this.#level = level;
       this.#complete = still;
-      this.#showing = this.#showing.then(() => stop.signal.aborted || this.shown(frame, request, still, stop.signal));
+      const shown = this.#showing.then(() => stop.signal.aborted || this.shown(frame, request, still, stop.signal));
+      this.#showing = shown.catch(() => {});  // the next picture follows a failure too
       this.#decoded = stop;
       // A newer pose is requested while the browser decodes this picture.
       if (kind === "moving" && this.#latest.waiting) return;
-      await this.#showing;
+      await shown;
       this.#refine();
       if (still && !stop.signal.aborted && !this.#latest.waiting) this.#prepareMotion(whole, frame, pace);
     } catch (problem) {

@@ -122,11 +122,11 @@ export class Session {
     const { id } = this.scene;
     return this.parts.length ? [{ scene: id, name: id }, ...this.parts] : id;
   }
-  // Names of what belongs to the scene of the view: in requests, and the inverse.
+  // The name in requests of what belongs to the scene of the view.
   #sent(name) {
     return this.parts.length ? `${this.scene.id}/${name}` : name;
   }
-  // The names of nodes and materials, which are preceded by that of their scene.
+  // The names of nodes and materials as the session has them, from those of requests and answers; and the inverse.
   nodeName(sent) {
     return this.parts.length ? sent : `${this.scene.id}/${sent}`;
   }

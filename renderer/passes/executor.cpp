@@ -42,6 +42,7 @@ void Executor::recover() {
     gl::Context::current().discardErrors();
     tracers_.clear();
     processorTracers_.clear();
+    flowTracers_.clear();
     maps_.clear();
     lights_.clear();
     targets_ = TargetPool();

@@ -1,5 +1,6 @@
 #include "passes/layer_flow.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace clerestory {
@@ -13,11 +14,11 @@ constexpr double kLongestStep = 1.0 / 4.0;  // of the height of the frame
 // How far the ray of a pixel passes by the point.
 struct Miss {
     glm::dvec2 pixel{0.0};
-    LayerRays::Line line;
-    glm::dvec3 by{0.0};     // world, perpendicular to the line
-    double length = 0.0;    // of the whole way to where the line is closest
-    double perDepth = 0.0;  // depthPerDistance() of the pixel
-    double limit = 0.0;     // of `by` that is close enough
+    glm::dvec3 direction{0.0};  // of the line, world
+    glm::dvec3 by{0.0};         // world, perpendicular to the line
+    double length = 0.0;        // of the whole way to where the line is closest
+    double perDepth = 0.0;      // depthPerDistance() of the pixel
+    double limit = 0.0;         // of `by` that is close enough
 };
 
 class Search {
@@ -26,26 +27,21 @@ public:
         : to_(to), shown_(shown), point_(point) {}
 
     std::optional<Miss> missAt(const glm::dvec2& pixel) const {
-        const auto ray = rayThrough(to_.projection, pixel);
-        if (!ray) return std::nullopt;
-        const double spread = spreadAt(to_.projection, pixel, *ray);
-        return missOf(
-            pixel, *ray, spread,
-            to_.layers.lineAfter(to_.layer, *ray, spread, shown_.seen.instance, shown_.faces));
+        return missOf(pixel, [&](const PixelRay& ray, double spread) {
+            return to_.layers.lineAfter(to_.layer, ray, spread, shown_.seen.instance, shown_.faces);
+        });
     }
 
     // At the place of the surface, without a ray to it.
     std::optional<Miss> missAtSurface(const glm::dvec2& pixel) const {
-        const auto ray = rayThrough(to_.projection, pixel);
-        if (!ray) return std::nullopt;
-        const double spread = spreadAt(to_.projection, pixel, *ray);
-        return missOf(pixel, *ray, spread,
-                      to_.layers.lineAfter(to_.layer, {*ray, shown_.seen, spread}, shown_.faces));
+        return missOf(pixel, [&](const PixelRay& ray, double spread) {
+            return to_.layers.lineAfter(to_.layer, {ray, shown_.seen, spread}, shown_.faces);
+        });
     }
 
     // The step in pixels to where the linearised miss is 0.
     std::optional<glm::dvec2> stepFrom(const Miss& here) const {
-        const glm::dvec3& d = here.line.direction;
+        const glm::dvec3& d = here.direction;
         const glm::dvec3 other = std::abs(d.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
         const glm::dvec3 u = glm::normalize(glm::cross(d, other)), v = glm::cross(d, u);
         const auto inPlane = [&](const glm::dvec3& a) {
@@ -70,15 +66,21 @@ public:
     }
 
 private:
-    std::optional<Miss> missOf(const glm::dvec2& pixel, const PixelRay& ray, double spread,
-                               const std::optional<LayerRays::Line>& line) const {
+    // lineOf(ray, spread) -> the line of the pixel's ray.
+    template <class LineOf>
+    std::optional<Miss> missOf(const glm::dvec2& pixel, const LineOf& lineOf) const {
+        const auto ray = rayThrough(to_.projection, pixel);
+        if (!ray) return std::nullopt;
+        const double spread = spreadAt(to_.projection, pixel, *ray);
+        const std::optional<LayerRays::Line> line = lineOf(*ray, spread);
         if (!line) return std::nullopt;
         const glm::dvec3 towards = point_ - line->start;
         const double along = glm::dot(towards, line->direction);
         if (!(along > 0.0)) return std::nullopt;
-        Miss miss{.pixel = pixel, .line = *line, .by = towards - along * line->direction};
+        Miss miss{
+            .pixel = pixel, .direction = line->direction, .by = towards - along * line->direction};
         miss.length = line->length + along;
-        miss.perDepth = depthPerDistance(to_.projection, glm::normalize(ray.direction));
+        miss.perDepth = depthPerDistance(to_.projection, glm::normalize(ray->direction));
         miss.limit = kTolerance * std::max(spread, 1e-9) * miss.length;
         return miss;
     }

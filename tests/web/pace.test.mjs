@@ -194,6 +194,18 @@ test("the next pose is requested while a picture is decoded; pictures keep their
   assert.deepEqual(p.shown.map(({ pose }) => pose), [1, 2]);
 });
 
+test("pictures are shown after one that could not be", async (t) => {
+  const p = page(t);
+  p.after = async () => { throw new Problem({ status: 404, title: "Not found" }); };
+  p.move(1);
+  await p.finish();
+  p.after = undefined;
+  p.move(2);
+  await p.finish();
+  assert.deepEqual(p.shown.map(({ pose }) => pose), [1, 2]);
+  assert.equal(p.failed.length, 1);
+});
+
 test("at rest the view is refined up to the full frame, with its plan", async (t) => {
   const p = page(t);
   p.move(1);
