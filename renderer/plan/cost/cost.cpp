@@ -59,6 +59,13 @@ constexpr Prices kHardwareProcessorRays = [] {
     return prices;
 }();
 
+// Factor of an error. Indoors an environment map shows the sky, which is many times as bright as
+// the room.
+double skyIndoors(double enclosed) {
+    const double e = std::clamp(enclosed, 0.0, 1.0);
+    return 1.0 + 3.0 * e * e * e * e;
+}
+
 // As kLeastLobe in renderer/rays.
 constexpr double kRoughRay = 0.1;
 
@@ -122,10 +129,8 @@ double toleranceOf(Preset preset) {
 //   orbiting-cubes      1.45      1.27    0.16
 //   six-walls           0.69      0.15    0.15
 //   Sponza, inside      3.9       2.0     1.1
-// Indoors an environment map shows the sky, which is many times as bright as the room.
 double environmentError(double roughness, double enclosed) {
-    const double e = std::clamp(enclosed, 0.0, 1.0);
-    return (1.25 - 0.6 * std::clamp(roughness, 0.0, 1.0)) * (1.0 + 3.0 * e * e * e * e);
+    return (1.25 - 0.6 * std::clamp(roughness, 0.0, 1.0)) * skyIndoors(enclosed);
 }
 // Sponza's urns are one mesh along the whole court; a cube in its middle shows other surroundings
 // than those of each urn.
@@ -157,8 +162,8 @@ double shadowMapError(double share) {
     return 0.05 * share;
 }
 
-double glassEnvironmentError() {
-    return 2.7;
+double glassEnvironmentError(double enclosed) {
+    return 2.7 * skyIndoors(enclosed);
 }
 // A pane does not displace what is behind it; only its reflection is approximate.
 double backdropError(bool solid, bool backFaces) {

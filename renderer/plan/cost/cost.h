@@ -88,8 +88,9 @@ double unshadowedError(double share);
 double shadowMapError(double share);
 
 // Relative RMSE of the pixels of glass over the environment map, and over a copy of the picture
-// behind it. solid: a body, not a pane; backFaces: exit points come from its back faces.
-double glassEnvironmentError();
+// behind it. enclosed: as environmentError(); solid: a body, not a pane; backFaces: exit points
+// come from its back faces.
+double glassEnvironmentError(double enclosed = 0.0);
 double backdropError(bool solid, bool backFaces);
 // Paths that share a ray of a surface of this roughness: raySamples, if it is rough and the
 // processor follows the rays.

@@ -43,13 +43,13 @@ GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
     return body;
 }
 
-std::vector<Candidate> candidatesFor(const ViewContext& context, const ViewTask& task,
+std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                                      const GlassBody& body, bool solid) {
     const Accuracy& a = context.stage.settings.accuracy;
     const DeviceLimits& limits = context.frame.limits;
     const double pixels = body.share * task.width * task.height;
     std::vector<Candidate> candidates{
-        {Method::environment, 0.0, glassEnvironmentError()},
+        {Method::environment, 0.0, glassEnvironmentError(enclosureAt(context, task, body.box))},
         {Method::backdrop,
          milliseconds({.pixels = pixels,
                        .views = 1.0,
