@@ -6,7 +6,8 @@
 namespace clerestory {
 namespace {
 
-constexpr int kMaxSteps = 24, kMaxHalvings = 8;
+// At most 85 rays for a pixel; see MeasureFlow::shadedSamples().
+constexpr int kMaxSteps = 12, kMaxHalvings = 4;
 constexpr double kProbe = 1.0 / 64.0;       // pixels between the rays that give the derivatives
 constexpr double kTolerance = 1e-4;         // of the slope of a pixel
 constexpr double kLongestStep = 1.0 / 4.0;  // of the height of the frame

@@ -17,8 +17,10 @@ std::string_view MeasureFlow::knobs() const {
 }
 std::uint64_t MeasureFlow::shadedSamples(const TargetSpec& target,
                                          const SampleFactors& factors) const {
+    // The search takes 7 to 13 rays for most pixels of flat and curved mirrors and of a glass ball.
+    constexpr std::uint64_t kRaysOfSearch = 10;
     return layer == OutputLayer::direct ? texelsOf(target, Faces::one, Levels::first)
-                                        : raysOfLayer(target, factors);
+                                        : kRaysOfSearch * raysOfLayer(target, factors);
 }
 
 std::string_view FollowLayer::knobs() const {
