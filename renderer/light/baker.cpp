@@ -147,9 +147,9 @@ void Baker::Shared::coordinate() {
         std::shared_ptr<const SurfaceLight> light;
         bool complete = false;
         try {
-            if (!bake) bake = make();
-            if (bake->samples() > 0) runRound(bake);
-            if (!cancelled) {
+            if (!bake && restOrStop()) bake = make();
+            if (bake && bake->samples() > 0) runRound(bake);
+            if (!cancelled && bake) {
                 bake->endRound();
                 complete = bake->complete() || bake->samples() == 0;
                 light = std::make_shared<const SurfaceLight>(bake->light());
