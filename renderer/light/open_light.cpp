@@ -75,6 +75,7 @@ SurfaceLight openLight(const OpenLightInput& input) {
                 packed(material.doubleSided ? sky.twoSided(normal) : sky.oneSided(normal)));
         }
     }
+    light.values.shrink_to_fit();
     return light;
 }
 

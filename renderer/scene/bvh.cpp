@@ -63,12 +63,25 @@ float sideOf(const Material& material, const glm::dmat4& worldFromModel) {
     return glm::determinant(glm::dmat3(worldFromModel)) < 0.0 ? -1.0f : 1.0f;
 }
 
-// The triangles of the selected instances; at most `most`.
+// Of the chosen instances; an upper bound of what gathered() returns.
+std::uint64_t countTriangles(const Scene& scene, const std::vector<bool>& chosen) {
+    std::uint64_t count = 0;
+    for (Index i = 0; i < scene.instances.size(); ++i) {
+        const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
+        for (std::uint32_t k = 0; chosen[i] && k < mesh.clusterCount; ++k) {
+            count += scene.clusters[mesh.firstCluster + k].indexCount / 3;
+        }
+    }
+    return count;
+}
+
+// The triangles of the chosen instances; at most `most`.
 std::vector<BvhTriangle> gathered(const Scene& scene, const Pose& pose,
                                   const MaterialBindings& materials, const glm::dvec3& origin,
                                   const std::vector<bool>& chosen, std::uint64_t most,
                                   std::uint64_t& dropped) {
     std::vector<BvhTriangle> triangles;
+    triangles.reserve(std::min(most, countTriangles(scene, chosen)));
     for (Index i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         const Mesh& mesh = scene.meshes[instance.mesh];
