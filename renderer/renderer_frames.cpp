@@ -336,6 +336,16 @@ void endDriver() {
     gl::closeDisplays();
 }
 
+void Renderer::releaseScratch() {
+    state_->context.makeCurrent();
+    for (const Scene* original : state_->lights.replaced()) {
+        state_->executor.forgetTables(*original);
+    }
+    state_->lights.releaseOpen(
+        [this](const Scene& scene) { return state_->executor.hasShown(scene); });
+    state_->executor.releaseScratch();
+}
+
 void Renderer::releaseCompiler() {
     state_->context.makeCurrent();
     gl::releaseShaderCompiler();

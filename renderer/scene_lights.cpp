@@ -81,6 +81,10 @@ std::shared_ptr<const light::SurfaceLight> SceneLights::open(const light::OpenLi
     return open_;
 }
 
+void SceneLights::releaseOpen(const std::function<bool(const Scene&)>& isShown) {
+    if (open_ && !isShown(*open_->scene)) open_.reset();
+}
+
 LightState SceneLights::state(std::uint64_t key) const {
     const light::Baker::State now = baker_->state(key);
     const auto latest = baker_->latest(key);
@@ -107,6 +111,14 @@ bool SceneLights::mustUpload(const Scene& original, const std::shared_ptr<const 
     if (std::find(uploaded.begin(), uploaded.end(), refined) != uploaded.end()) return false;
     uploaded.push_back(refined);
     return true;
+}
+
+std::vector<const Scene*> SceneLights::replaced() const {
+    std::vector<const Scene*> scenes;
+    for (const auto& [original, refined] : refined_) {
+        if (!refined->uploaded.empty()) scenes.push_back(original);
+    }
+    return scenes;
 }
 
 std::vector<std::shared_ptr<const Scene>> SceneLights::forget(const Scene& original) {

@@ -30,12 +30,16 @@ public:
     std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key);
     // What is shown before the first one.
     std::shared_ptr<const light::SurfaceLight> open(const light::OpenLightInput& input);
+    // Frees that of a scene that is not shown.
+    void releaseOpen(const std::function<bool(const Scene&)>& isShown);
     LightState state(std::uint64_t key) const;
     // See Frame::lightNow.
     std::function<LightProgress()> now(std::uint64_t key) const;
 
     // Returns true once for each refined scene: it has to be uploaded.
     bool mustUpload(const Scene& original, const std::shared_ptr<const Scene>& refined);
+    // The original scenes of which frames show a refined one.
+    std::vector<const Scene*> replaced() const;
     // Forgets the lights of an original scene. Returns its refined scenes that were uploaded.
     std::vector<std::shared_ptr<const Scene>> forget(const Scene& original);
 

@@ -117,12 +117,35 @@ ProcessorTracer& Executor::processorTracerOf(std::map<const Scene*, ProcessorTra
     return tracer;
 }
 
-void Executor::forget(const Scene& scene) {
-    glFinish();  // pending work of a failed frame may still read the scene's memory
+void Executor::forgetTables(const Scene& scene) {
     tracers_.erase(&scene);
     processorTracers_.erase(&scene);
     flowTracers_.erase(&scene);
     std::erase_if(lights_, [&](const UploadedLight& u) { return u.light->scene.get() == &scene; });
+}
+
+void Executor::releaseScratch() {
+    for (const auto& [scene, uploaded] : scenes_) {
+        if (!hasShown(*scene)) forgetTables(*scene);
+    }
+    for (auto* tracers : {&processorTracers_, &flowTracers_}) {
+        for (auto& [scene, tracer] : *tracers) tracer.releaseScratch();
+    }
+    std::vector<std::uint64_t>().swap(resources_.radiance);
+    targets_.forgetTransient();
+    // Mesa keeps the textures of its last framebuffer until it draws into another one: 83 MB of
+    // records of rays at 1280x720.
+    const gl::Texture texel({.format = gl::TextureFormat::rgba16f});
+    const gl::Framebuffer small({.color = &texel, .width = 1, .height = 1});
+    small.bind();
+    gl::clearColorAndDepth();
+    glFinish();
+}
+
+void Executor::forget(const Scene& scene) {
+    glFinish();  // pending work of a failed frame may still read the scene's memory
+    forgetTables(scene);
+    shown_.erase(&scene);
     scenes_.erase(&scene);
 }
 
@@ -214,6 +237,7 @@ Execution Executor::run(const ExecutionInput& input, Readback readback,
                         const std::function<bool()>& abandoned) {
     const std::vector<Target*> targets = begin(input.plan);
     Execution result;
+    shown_.insert(&input.scene);
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
     moveLight(input);
     for (const Pass& pass : input.plan.passes) {

@@ -9,6 +9,7 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <set>
 #include <span>
 
 namespace clerestory {
@@ -57,6 +58,14 @@ public:
     // The tables of a bake (light/bake.h) for a plan with rays.
     void addTables(const ExecutionInput& input, light::BakeInput& bake);
     void forget(const Scene& scene);
+    // Frees the tables for rays and the light of a scene that is not shown for now. A frame that
+    // needs them makes them again.
+    void forgetTables(const Scene& scene);
+    // Frees what frames leave for the next one to reuse, apart from resident maps, and the tables
+    // of scenes that no run() has shown.
+    void releaseScratch();
+    // Whether run() has drawn a frame of it.
+    bool hasShown(const Scene& scene) const { return shown_.contains(&scene); }
     void forgetMaps() { targets_.forgetResident(); }
     // After a failed frame: releases everything except uploaded scenes, which are complete. The
     // next frame recreates what it needs.
@@ -77,6 +86,7 @@ private:
     PassResources resources_;
     TargetPool targets_;
     std::map<const Scene*, GpuScene> scenes_;
+    std::set<const Scene*> shown_;  // those of run()
     // Of scenes that a plan traced rays in.
     std::map<const Scene*, GpuTracer> tracers_;
     std::map<const Scene*, ProcessorTracer> processorTracers_;

@@ -188,9 +188,18 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
                         radiance_, sample.paths);
 }
 
+void ProcessorTracer::releaseScratch() {
+    depths_ = {};
+    depthsKey_ = 0;
+    lists_ = {};
+    std::vector<rays::Way>().swap(ways_);
+    std::vector<glm::vec4>().swap(radiance_);
+}
+
 std::uint64_t ProcessorTracer::bytes() const {
     return tree_.bytes() + texels_->bytes.size() + materials_.size() * sizeof(glm::vec4) +
-           vertices_.size() * sizeof(Vertex) + depths_.depths.size() * sizeof(float);
+           vertices_.size() * sizeof(Vertex) + depths_.depths.size() * sizeof(float) +
+           depths_.tints.size() * sizeof(std::uint64_t);
 }
 
 }  // namespace clerestory

@@ -55,6 +55,9 @@ public:
     const glm::dvec3& origin() const { return origin_; }
 
     std::uint64_t bytes() const;
+    // Frees the copies of shadow maps and the tables of the last pass. The next pass fills them
+    // again.
+    void releaseScratch();
 
 private:
     // What rays meet: the scene with the draws' instances and lights, before the environment or, if

@@ -234,6 +234,11 @@ void TargetPool::forgetResident() {
     together_.clear();
 }
 
+void TargetPool::forgetTransient() {
+    std::erase_if(entries_, [](const Entry& e) { return !e.resident; });
+    together_.clear();
+}
+
 void TargetPool::endFrame() {
     std::stable_sort(entries_.begin(), entries_.end(),
                      [](const Entry& a, const Entry& b) { return a.lastFrame > b.lastFrame; });

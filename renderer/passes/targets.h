@@ -77,6 +77,7 @@ public:
                                     std::span<Target* const> further);
     ResidentMaps residentMaps() const;
     void forgetResident();
+    void forgetTransient();  // those that are not resident
     // Deletes the least recently used targets beyond the memory budgets.
     void endFrame();
 

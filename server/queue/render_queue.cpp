@@ -12,8 +12,10 @@
 namespace clerestory {
 namespace {
 
-// After this idle time the memory that compilation and loading needed is released.
+// After this idle time the memory is released that compilation and loading needed.
 constexpr std::chrono::seconds kIdleTime{1};
+// After this one also what frames keep for the next one, which then takes up to 50 ms longer.
+constexpr std::chrono::seconds kRestTime{10};
 
 // Cannot be the id of a scene of the library.
 const char* const kCanaryScene = "(canary)";
@@ -244,8 +246,7 @@ void RenderQueue::serve(const RendererOptions& options) {
         const auto asked = [&] {
             return ending_ || !posted_.empty() || !jobs_.empty() || !background_.empty();
         };
-        if (!wake_.wait_for(lock, kIdleTime, asked)) releaseIdleMemory(*renderer, lock);
-        wake_.wait(lock, asked);
+        while (!wake_.wait_for(lock, kIdleTime, asked)) releaseIdleMemory(*renderer, lock);
         const bool background = !background_.empty() && !ending_;
         if (!posted_.empty()) {
             servePosted(*renderer, lock);
@@ -318,13 +319,25 @@ void RenderQueue::serveBackground(Renderer& renderer, std::unique_lock<std::mute
     workingSince_.reset();
 }
 
-// Called with the lock held after an idle time. Compilation and loading fragment the heap: up to
-// 90 MB after an empty shader cache. Frames that create no objects do not need it again.
+// Called with the lock held after each idle time. Compilation and loading fragment the heap: up to
+// 90 MB after an empty shader cache. Frames that create no objects do not need that again.
 void RenderQueue::releaseIdleMemory(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
-    const RendererCounters made = renderer.counters();
-    const std::uint64_t objects = made.programsMade + made.texturesMade + made.buffersMade;
-    if (objects == std::exchange(objectsMade_, objects)) return;
+    const RendererCounters now = renderer.counters();
+    const std::uint64_t objects = now.programsMade + now.texturesMade + now.buffersMade;
+    const bool hasMade = std::exchange(objectsMade_, objects) != objects;
+    // Triangles, because a canary frame has none and keeps nothing.
+    if (std::exchange(trianglesDrawn_, now.triangles) != now.triangles || hasMade) {
+        idleSince_ = Clock::now() - kIdleTime;
+        resting_ = false;
+    }
+    const bool rests = !resting_ && Clock::now() - idleSince_ >= kRestTime;
+    if (!hasMade && !rests) return;
     lock.unlock();
+    if (rests) {
+        renderer.releaseScratch();
+        resting_ = true;
+        objectsMade_ += renderer.counters().texturesMade - now.texturesMade;
+    }
     renderer.releaseCompiler();
     releaseUnusedMemory();
     lock.lock();

@@ -180,7 +180,11 @@ private:
     std::optional<Running> running_;  // of run()
     SamplePrice samplePrice_;
     std::optional<Clock::time_point> workingSince_;
-    std::uint64_t objectsMade_ = 0;  // at the last releaseIdleMemory(); used by the thread only
+    // Of releaseIdleMemory(), used by the thread only: the renderer's counters at the last call,
+    // since when it is idle, and whether it has released what frames keep.
+    std::uint64_t objectsMade_ = 0, trianglesDrawn_ = 0;
+    Clock::time_point idleSince_{};
+    bool resting_ = false;
     bool refusing_ = false;
     bool ending_ = false;
     std::promise<RendererIdentity> made_;

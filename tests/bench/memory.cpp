@@ -121,16 +121,21 @@ public:
         }
     }
 
-    // The server first, then its renderers, once there are two and their memory has stayed the same
-    // for some seconds: the second one starts a little later, and both give back what they do not
-    // need when they have nothing to do.
+    std::vector<pid_t> processes() const {
+        std::vector<pid_t> ids = workersOf(id_);
+        ids.insert(ids.begin(), id_);
+        return ids;
+    }
+
+    // The server first, then its renderers, once there are two, after 40 s, and when their memory
+    // has stayed the same for some seconds: the second one starts a little later, and both give
+    // back what they do not need when they have had nothing to do for 10 s.
     std::vector<pid_t> settled() const {
         std::vector<pid_t> ids;
         double before = 0.0;
-        for (int second = 0, same = 0; second < 300 && same < 8; ++second) {
+        for (int second = 0, same = 0; second < 300 && (second < 40 || same < 8); ++second) {
             std::this_thread::sleep_for(std::chrono::seconds(1));
-            ids = workersOf(id_);
-            ids.insert(ids.begin(), id_);
+            ids = processes();
             double now = 0.0;
             for (const pid_t id : ids) now += breakdownOf(id).total();
             same = ids.size() == 3 && std::abs(now - before) < 0.5 ? same + 1 : 0;
@@ -158,15 +163,13 @@ private:
     pid_t id_ = 0;
 };
 
-void measure(const std::string& program, const std::string& scene, const std::string& name) {
-    Server server(program, scene);
-    server.draw(6);
-    const std::vector<pid_t> ids = server.settled();
-    std::printf("%s, six frames of 1280x720, megabytes (PSS)\n  %-10s", name.c_str(), "");
+// Megabytes (PSS) of the server and its renderers.
+void print(const std::string& title, const std::vector<pid_t>& ids) {
+    std::printf("%s, megabytes (PSS)\n  %-10s", title.c_str(), "");
     for (const char* kind : kNames) std::printf("%12s", kind);
     std::printf("%12s\n", "total");
     Breakdown all;
-    const auto print = [](const char* process, const Breakdown& b) {
+    const auto printRow = [](const char* process, const Breakdown& b) {
         std::printf("  %-10s", process);
         for (const double part : b.megabytes) std::printf("%12.1f", part);
         std::printf("%12.1f\n", b.total());
@@ -174,9 +177,19 @@ void measure(const std::string& program, const std::string& scene, const std::st
     for (std::size_t i = 0; i < ids.size(); ++i) {
         const Breakdown one = breakdownOf(ids[i]);
         for (int kind = 0; kind < kKinds; ++kind) all.megabytes[kind] += one.megabytes[kind];
-        print(i == 0 ? "server" : i == 1 ? "renderer" : "standby", one);
+        printRow(i == 0 ? "server" : i == 1 ? "renderer" : "standby", one);
     }
-    print("all", all);
+    printRow("all", all);
+}
+
+void measure(const std::string& program, const std::string& scene, const std::string& name) {
+    Server server(program, scene);
+    // Where shaders were not cached, another renderer has replaced the first one by then.
+    server.draw(6);
+    server.settled();
+    server.draw(6);
+    print(name + ", after six frames of 1280x720", server.processes());
+    print(name + ", at rest", server.settled());
     server.printScene();
     std::fflush(stdout);
 }

@@ -151,6 +151,24 @@ TEST_F(History, DoesNotChangeFramesWithRaysInCubes) {
     expectNoHistory(r);
 }
 
+// An idle renderer gives back what frames keep for the next one, but not resident maps.
+TEST_F(History, ReleasedScratchIsMadeAgain) {
+    FrameRequest r = small("history of released scratch");
+    r.accuracy.planar = PlanarMethod::traced;
+    renderer().forgetMaps();
+    renderer().render(r);
+    const Frame before = renderer().render(r);
+    const std::uint64_t kept = renderer().counters().texturesMade;
+    renderer().render(r);
+    EXPECT_EQ(renderer().counters().texturesMade, kept) << "frames reuse targets";
+    renderer().releaseScratch();
+    const Frame after = renderer().render(r);
+    EXPECT_GT(renderer().counters().texturesMade, kept + 1);
+    EXPECT_EQ(after.plan.passes.size(), before.plan.passes.size()) << "maps are resident";
+    EXPECT_TRUE(sameBytes(after.image, before.image));
+    EXPECT_EQ(after.mapBytes, before.mapBytes);
+}
+
 // A frame that ends before one of its passes leaves complete maps or none.
 TEST_F(History, AnAbandonedFrameLeavesNoTrace) {
     FrameRequest r = small("history of abandoned frames");
