@@ -58,6 +58,9 @@ Target::Target(const TargetSpec& spec) : spec_(spec) {
 }
 
 void Target::makeTextures() {
+    // Of the formats that shaders sample; records of rays are read back.
+    const bool alike = spec_.kind == TargetKind::plane && spec_.format != Format::depth32f &&
+                       spec_.format != Format::rgba32ui;
     color_.emplace(gl::TextureDescription{
         .kind = spec_.kind == TargetKind::cube ? gl::TextureKind::cube : gl::TextureKind::plane,
         .format = textureFormat(spec_.format),
@@ -65,7 +68,7 @@ void Target::makeTextures() {
         .height = spec_.height,
         .levels = spec_.levels,
         .samples = spec_.format == Format::rgba32ui ? spec_.samples : 1,
-        .alike = spec_.kind == TargetKind::plane && spec_.format != Format::depth32f});
+        .alike = alike});
     if (spec_.depth) {
         depth_.emplace(gl::RenderFormat::depth32f, spec_.width, spec_.height, spec_.samples);
     }
