@@ -178,8 +178,9 @@ public:
     void forgetMaps();
 
     // Frees what a frame leaves for the next one to reuse, apart from resident maps: targets and
-    // copies of shadow maps (150 MB at 1280x720 in the chapel), and tables for rays of scenes that
-    // no frame shows. The next frame makes what it needs again.
+    // copies of shadow maps (150 MB at 1280x720 in the chapel), tables for rays of scenes that no
+    // frame shows, and maps of meshes that were refined since. The next frame makes what it needs
+    // again.
     void releaseScratch();
 
     // Frees the driver's tables for compiling shaders (7 MB). The next program fills them again

@@ -340,6 +340,7 @@ void Renderer::releaseScratch() {
     state_->context.makeCurrent();
     for (const Scene* original : state_->lights.replaced()) {
         state_->executor.forgetTables(*original);
+        state_->executor.forgetMaps(*original);
     }
     state_->lights.releaseOpen(
         [this](const Scene& scene) { return state_->executor.hasShown(scene); });

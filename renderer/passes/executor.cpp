@@ -145,6 +145,7 @@ void Executor::releaseScratch() {
 void Executor::forget(const Scene& scene) {
     glFinish();  // pending work of a failed frame may still read the scene's memory
     forgetTables(scene);
+    forgetMaps(scene);
     shown_.erase(&scene);
     scenes_.erase(&scene);
 }
@@ -173,15 +174,17 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
     return image;
 }
 
-std::vector<Target*> Executor::begin(const FramePlan& plan) {
+std::vector<Target*> Executor::begin(const ExecutionInput& input) {
     targets_.beginFrame();
     resources_.instances.clear();
-    if (!plan.materials.empty()) {
-        resources_.frameMaterials.assign(plan.materials);
+    if (!input.plan.materials.empty()) {
+        resources_.frameMaterials.assign(input.plan.materials);
         resources_.frameMaterials.bind(0, false);  // unbinds ranges of an earlier, longer list
     }
     std::vector<Target*> targets;
-    for (const TargetSpec& spec : plan.targets) targets.push_back(&targets_.acquire(spec));
+    for (const TargetSpec& spec : input.plan.targets) {
+        targets.push_back(&targets_.acquire(spec, input.scene));
+    }
     return targets;
 }
 
@@ -224,7 +227,7 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
 }
 
 void Executor::runAlone(const ExecutionInput& input, std::size_t pass) {
-    const std::vector<Target*> targets = begin(input.plan);
+    const std::vector<Target*> targets = begin(input);
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
     moveLight(input);
     runPass(input, input.plan.passes[pass], targets);
@@ -235,7 +238,7 @@ void Executor::runAlone(const ExecutionInput& input, std::size_t pass) {
 
 Execution Executor::run(const ExecutionInput& input, Readback readback,
                         const std::function<bool()>& abandoned) {
-    const std::vector<Target*> targets = begin(input.plan);
+    const std::vector<Target*> targets = begin(input);
     Execution result;
     shown_.insert(&input.scene);
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);

@@ -67,6 +67,7 @@ public:
     // Whether run() has drawn a frame of it.
     bool hasShown(const Scene& scene) const { return shown_.contains(&scene); }
     void forgetMaps() { targets_.forgetResident(); }
+    void forgetMaps(const Scene& scene) { targets_.forgetResident(scene); }
     // After a failed frame: releases everything except uploaded scenes, which are complete. The
     // next frame recreates what it needs.
     void recover();
@@ -78,7 +79,7 @@ private:
     ProcessorTracer& processorTracerOf(std::map<const Scene*, ProcessorTracer>& tracers,
                                        const Scene& scene, const FramePlan& plan, const Pose& pose);
     GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
-    std::vector<Target*> begin(const FramePlan& plan);
+    std::vector<Target*> begin(const ExecutionInput& input);
     void runPass(const ExecutionInput& frame, const Pass& pass,
                  const std::vector<Target*>& targets);
     Image readBack(const FramePlan& plan, const Target& output);

@@ -182,7 +182,7 @@ void TargetPool::beginFrame() {
     if (erased > 0) together_.clear();
 }
 
-Target& TargetPool::acquire(const TargetSpec& spec) {
+Target& TargetPool::acquire(const TargetSpec& spec, const Scene& scene) {
     for (Entry& entry : entries_) {
         const bool same = spec.residentKey != 0
                               ? entry.target->spec().residentKey == spec.residentKey
@@ -191,9 +191,11 @@ Target& TargetPool::acquire(const TargetSpec& spec) {
         entry.taken = true;
         entry.lastFrame = frame_;
         entry.inputsHash = spec.inputsHash;
+        entry.scene = &scene;
         return *entry.target;
     }
-    entries_.push_back({std::make_unique<Target>(spec), true, false, spec.inputsHash, frame_});
+    entries_.push_back(
+        {std::make_unique<Target>(spec), true, false, spec.inputsHash, frame_, &scene});
     return *entries_.back().target;
 }
 
@@ -234,6 +236,11 @@ ResidentMaps TargetPool::residentMaps() const {
 
 void TargetPool::forgetResident() {
     std::erase_if(entries_, [](const Entry& e) { return e.resident; });
+    together_.clear();
+}
+
+void TargetPool::forgetResident(const Scene& scene) {
+    std::erase_if(entries_, [&](const Entry& e) { return e.resident && e.scene == &scene; });
     together_.clear();
 }
 

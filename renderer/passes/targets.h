@@ -66,8 +66,8 @@ public:
     // Makes all targets that are not resident available.
     void beginFrame();
     // Returns the resident target of that key, or a target of this description that is not used yet
-    // in this frame; creates it if there is none.
-    Target& acquire(const TargetSpec& spec);
+    // in this frame; creates it if there is none. scene: that the frame shows.
+    Target& acquire(const TargetSpec& spec, const Scene& scene);
     // Marks the content as complete, so that later frames can use it by its key.
     void markResident(const Target& target);
     // The opposite: its content is not complete. The next frame removes it if it has a key.
@@ -77,6 +77,8 @@ public:
                                     std::span<Target* const> further);
     ResidentMaps residentMaps() const;
     void forgetResident();
+    // Of these, those that were used last for this scene.
+    void forgetResident(const Scene& scene);
     void forgetTransient();  // those that are not resident
     // Deletes the least recently used targets beyond the memory budgets.
     void endFrame();
@@ -88,6 +90,7 @@ private:
         bool resident = false;
         std::uint64_t inputsHash = 0;  // of the last plan that used it
         std::uint64_t lastFrame = 0;
+        const Scene* scene = nullptr;  // of that frame; only its address is used
     };
     std::vector<Entry> entries_;
     std::map<std::vector<const void*>, gl::Framebuffer> together_;  // by targets and face
