@@ -133,8 +133,7 @@ void Executor::releaseScratch() {
     }
     std::vector<std::uint64_t>().swap(resources_.radiance);
     targets_.forgetTransient();
-    // Mesa keeps the textures of its last framebuffer until it draws into another one: 83 MB of
-    // records of rays at 1280x720.
+    // A driver may keep the textures of its last framebuffer until it draws into another one.
     const gl::Texture texel({.format = gl::TextureFormat::rgba16f});
     const gl::Framebuffer small({.color = &texel, .width = 1, .height = 1});
     small.bind();
