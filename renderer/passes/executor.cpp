@@ -144,7 +144,6 @@ void Executor::releaseScratch() {
 void Executor::forget(const Scene& scene) {
     glFinish();  // pending work of a failed frame may still read the scene's memory
     forgetTables(scene);
-    forgetMaps(scene);
     shown_.erase(&scene);
     scenes_.erase(&scene);
 }
