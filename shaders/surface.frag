@@ -30,32 +30,38 @@ vec3 towardsEye() {
 }
 
 // Within a pixel, half vectors vary relative to the surface as its normals do, and half as much as the
-// direction of view. The variation of a normal map within a pixel is unknown: where it changes the
-// normal, highlights are not averaged, because the shape of the mesh gives too small a spread.
+// direction of view.
 Surface coveredByPixel(Surface s) {
     vec3 shape = direction(vertexNormal);
     vec3 ahead = viewHas(VIEW_ORTHOGRAPHIC) ? view.forward.xyz : direction(positionEye);
     vec3 turned = shape + 0.5f * ahead;
     // A small triangle covers only part of its pixel.
     float part = sqrt(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples));
-    float ofBumps = 1.0f;
-    if (has(FEATURE_NORMAL_MAP)) {
-        ofBumps = clamp(50.0f * abs(dot(shape, s.normal)) - 48.99f, 0.0f, 1.0f);
-    }
+    // Where a map changes the coat's normal, its spread within a pixel is unknown, and that of the
+    // mesh is too small.
     float ofCoat = 1.0f;
     if (layered(LAYER_CLEARCOAT_NORMAL_MAP)) {
         ofCoat = clamp(50.0f * abs(dot(shape, s.layers.clearcoatNormal)) - 48.99f, 0.0f, 1.0f);
     }
+    Bumps bumps = bumpsAt(s.normal, s.roughness);
+    bumps.steadyX *= part;
+    bumps.steadyY *= part;
+    bumps.wholeX *= part;
+    bumps.wholeY *= part;
     vec3 x = part * dFdx(turned);
     vec3 y = part * dFdy(turned);
-    return covering(s, ofBumps * x, ofBumps * y, ofCoat * x, ofCoat * y);
+    s = covering(s, x, y, bumps, ofCoat * x, ofCoat * y);
+    // The roughness of most materials with default factors varies, and a software rasteriser skips
+    // what no pixel needs.
+    if (has(FEATURE_NORMAL_MAP) && has(FEATURE_DEFAULT_NUMBERS) && !layered(LAYER_CLEARCOAT)) {
+        s.averages = s.roughness < 2.0f * kGlintRoughness;
+    }
+    return s;
 }
 
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
-    // With a normal map and default factors the spread is unknown, and averaging would cost time.
-    bool bumps = has(FEATURE_NORMAL_MAP) && has(FEATURE_DEFAULT_NUMBERS);
-    if (!bumps && !has(FEATURE_WIDE_LOBE)) s = coveredByPixel(s);
+    if (!has(FEATURE_WIDE_LOBE)) s = coveredByPixel(s);
     if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, positionEye, HARMONIC_ROWS);
     const int first = int((uint(VIEW) >> VIEW_LAMPS_SHIFT) & VIEW_LAMPS_MASK);
     if (first > 0) return firstLampsLight(s, positionEye, first);

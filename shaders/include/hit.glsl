@@ -14,7 +14,8 @@ struct HitPoint {
     MaterialPoint material;
     vec3 place;
     float reach;      // greatest coordinate of the triangle's corners
-    float curvature;  // slope of the normal per metre
+    float curvature;  // slope of the normal per metre, without bumps
+    Bumps bumps;      // over the width of the cone, along either texture coordinate
     vec3 faceNormal;  // unit, of the triangle, against the ray
     bool front;
     int flags;        // TRACE_MASK ...
@@ -239,6 +240,32 @@ Layers layersAtHit(int m, HitCoordinates uv, float footprint, vec3 normal, vec3 
     return l;
 }
 
+// ---- bumps -------------------------------------------------------------------------------------
+
+// What a normal map turns: the mesh's normal, tangent and bitangent, not unit, and the map's scale.
+struct Bumpy {
+    vec3 n, t, b;
+    float scale;
+    bool isPacked;
+};
+
+vec3 bumpedAtHit(int m, Bumpy bumpy, HitCoordinates uv, vec2 metres, float footprint) {
+    uv.uv0 += metres * uv.perMetre0;
+    uv.uv1 += metres * uv.perMetre1;
+    vec4 texel = slotAtHit(m, UNIT_NORMAL, uv, footprint, false);
+    vec3 bump = bumpy.isPacked ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
+    return direction(bumpy.t * (bumpy.scale * bump.x) + bumpy.b * (bumpy.scale * bump.y) +
+                     bumpy.n * bump.z);
+}
+
+Bumps bumpsAtHit(int m, Bumpy bumpy, HitCoordinates uv, vec3 here, float footprint) {
+    vec2 x = vec2(footprint, 0.0f);
+    vec2 y = vec2(0.0f, footprint);
+    return bumpsOf(here, bumpedAtHit(m, bumpy, uv, -x, footprint),
+                   bumpedAtHit(m, bumpy, uv, x, footprint), bumpedAtHit(m, bumpy, uv, -y, footprint),
+                   bumpedAtHit(m, bumpy, uv, y, footprint));
+}
+
 // ---- the point ---------------------------------------------------------------------------------
 
 // along: the ray's direction, unit. width: of its cone at the hit, metres.
@@ -358,15 +385,17 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
             direction(times(e0, e1, e2, vertexTangentOf(vertexC).xyz)) * wc;
         bitangentSign = tangentA.w * e0.w;
     }
-    if (hitHas(FEATURE_NORMAL_MAP)) {
-        vec4 texel = slotAtHit(m, UNIT_NORMAL, uv, footprint, false);
-        bool joined = hitHas(FEATURE_PACKED_NORMAL) && (p.flags & TRACE_PACKED_NORMAL) != 0;
-        vec3 bump = joined ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
-        bool bumpy = texelFetch(traceMaterials, m + 7 + 2 * UNIT_NORMAL).w > 0.5f;
-        bump = bumpy ? vec3(bump.xy * surface.z, bump.z) : vec3(0.0f, 0.0f, 1.0f);
-        n = t * bump.x + cross(n, t) * (bitangentSign * bump.y) + n * bump.z;
-    }
+    p.bumps = noBumps();
     n = direction(n);
+    bool hasBumps = texelFetch(traceMaterials, m + 7 + 2 * UNIT_NORMAL).w > 0.5f;
+    if (hitHas(FEATURE_NORMAL_MAP) && hasBumps) {
+        bool joined = hitHas(FEATURE_PACKED_NORMAL) && (p.flags & TRACE_PACKED_NORMAL) != 0;
+        Bumpy bumpy = Bumpy(meshNormal, t, cross(meshNormal, t) * bitangentSign, surface.z, joined);
+        n = bumpedAtHit(m, bumpy, uv, vec2(0.0f), footprint);
+        if (hitHas(FEATURE_LIGHTS) && point.roughness < kGlintRoughness) {
+            p.bumps = bumpsAtHit(m, bumpy, uv, n, footprint);
+        }
+    }
     point.normal = p.front ? n : -n;
     point.layers = layersAtHit(m, uv, footprint, point.normal, meshNormal, t, bitangentSign, p.front);
     if (viewHas(VIEW_SURFACE_LIGHT)) p.light = lightOnSide(p.light, p.front, n);

@@ -20,6 +20,9 @@ struct Covered {
     float weight;   // factor on the lobe
 };
 
+// Above every density of a lobe.
+const float kDensest = 1e12f;
+
 // A surface point for lighting.
 struct Surface {
     vec3 normal;
@@ -45,6 +48,7 @@ struct Surface {
     float masking;  // Smith's root for the eye
     vec3 bounces;   // factor for several bounces between microfacets (Turquin 2019)
     bool averages;  // highlights are averaged over `covered`
+    float densest;  // no mean is denser than this
     Covered covered;
     Covered clearcoatCovered;  // if the coat has lobes of lamps
 };
@@ -103,6 +107,7 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
     s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
     s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
     s.averages = false;
+    s.densest = kDensest;
     s.belowSheen = 1.0f;
     s.belowClearcoat = 1.0f;
     if (shades(LAYER_SHEEN)) {
@@ -138,14 +143,22 @@ Covered coveredAbout(vec3 normal, float alphaSquared, vec3 x, vec3 y) {
     c.weight = both * inversesqrt(determinant);
     return c;
 }
+// The density in the middle of such a mean, which is nowhere denser.
+float densestMean(Covered c, float alphaSquared) {
+    float squared = alphaSquared * c.trace + c.area * c.area;
+    return inversesqrt(squared) / kPi;
+}
+
 float clearcoatAlpha(Layers l) {
     float roughness = max(l.clearcoatRoughness, kMinRoughness);
     return roughness * roughness;
 }
 // coatX, coatY: the same for a clear coat.
-Surface covering(Surface s, vec3 x, vec3 y, vec3 coatX, vec3 coatY) {
+Surface covering(Surface s, vec3 x, vec3 y, Bumps bumps, vec3 coatX, vec3 coatY) {
     s.averages = true;
-    s.covered = coveredAbout(s.normal, s.alphaSquared, x, y);
+    s.covered = coveredAbout(s.normal, s.alphaSquared, x + bumps.steadyX, y + bumps.steadyY);
+    s.densest = densestMean(
+        coveredAbout(s.normal, s.alphaSquared, x + bumps.wholeX, y + bumps.wholeY), s.alphaSquared);
     if (shades(LAYER_CLEARCOAT)) {
         float alpha = clearcoatAlpha(s.layers);
         s.clearcoatCovered = coveredAbout(s.layers.clearcoatNormal, alpha * alpha, coatX, coatY);
@@ -169,8 +182,9 @@ float ggxLobe(Surface s, vec3 halfway, float nDotL) {
 
 // The mean of that over the covered half vectors. If they spread far wider than the lobe, only points
 // whose normal is close to the half vector contribute, so masking and cosine are taken at those.
-float ggxMeanLobe(Covered c, vec3 normal, float a2, float nDotV, vec3 halfway, float nDotL,
-                  float eyeDotH) {
+// densest: a bound of it.
+float ggxMeanLobe(Covered c, float densest, vec3 normal, float a2, float nDotV, vec3 halfway,
+                  float nDotL, float eyeDotH) {
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
     float nDotH = dot(normal, halfway);
     vec3 across = cross(normal, halfway);
@@ -180,6 +194,7 @@ float ggxMeanLobe(Covered c, vec3 normal, float a2, float nDotV, vec3 halfway, f
         c.scale * (c.trace * dot(across, across) - alongX * alongX - alongY * alongY);
     float density = c.weight * ggxMeanDistribution(nDotH * nDotH * perLength,
                                                    max(distance2, 0.0f) * perLength, a2, c.area);
+    density = min(density, densest);
     float part = c.area / (c.area + a2);
     float cosine = mix(nDotL, eyeDotH, part);
     float visible = ggxVisibility(cosine, mix(nDotV, eyeDotH, part), sqrt(a2));
@@ -204,7 +219,7 @@ float clearcoatLobe(Surface s, vec3 toLight, vec3 halfway, float eyeDotH) {
     if (s.averages) {
         float nDotV = max(dot(n, s.toEye), kMinCosine);
         return s.layers.clearcoat * fresnel *
-               ggxMeanLobe(s.clearcoatCovered, n, alpha * alpha, nDotV, halfway, nDotL, eyeDotH);
+               ggxMeanLobe(s.clearcoatCovered, kDensest, n, alpha * alpha, nDotV, halfway, nDotL, eyeDotH);
     }
     vec3 across = cross(n, halfway);
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
@@ -221,8 +236,8 @@ vec3 evalBaseLight(Surface s, vec3 toLight, float nDotL) {
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
     vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
     float below = 1.0f - (s.dielectric.x + (s.dielectric.y - s.dielectric.x) * pow5(1.0f - eyeDotH));
-    float lobe = s.averages ? ggxMeanLobe(s.covered, s.normal, s.alphaSquared, s.nDotV, halfway,
-                                          nDotL, eyeDotH)
+    float lobe = s.averages ? ggxMeanLobe(s.covered, s.densest, s.normal, s.alphaSquared, s.nDotV,
+                                          halfway, nDotL, eyeDotH)
                             : ggxLobe(s, halfway, nDotL);
     if (shades(LAYER_ANISOTROPY)) {
         lobe = s.layers.anisotropy > 0.0f ? grainLobe(s, toLight, halfway, nDotL) : lobe;

@@ -51,19 +51,39 @@ vec3 meshNormalAt() {
     return has(FEATURES_OF_RAYS) ? interpolateAtCentroid(vertexNormal) : vertexNormal;
 }
 
-vec3 normalAt() {
-    vec3 n = meshNormalAt();
-    if (has(FEATURE_NORMAL_MAP)) {
-        // Not normalised before: as the tangents were made (mikktspace.com).
-        vec3 t = vertexTangent.xyz;
-        vec3 b = cross(n, t) * vertexTangent.w;
-        vec4 texel = texture(normalMap, texCoordOf(UNIT_NORMAL));
-        vec3 bump = has(FEATURE_PACKED_NORMAL) ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
-        bump.xy *= materialNumbers().z;
-        n = t * bump.x + b * bump.y + n * bump.z;
-    }
-    n = direction(n);
+vec3 turnedToEye(vec3 n) {
     return gl_FrontFacing ? n : -n;  // backs of one-sided surfaces are culled
+}
+
+vec3 bumpedNormal(vec4 texel) {
+    vec3 n = meshNormalAt();
+    // Not normalised before: as the tangents were made (mikktspace.com).
+    vec3 t = vertexTangent.xyz;
+    vec3 b = cross(n, t) * vertexTangent.w;
+    vec3 bump = has(FEATURE_PACKED_NORMAL) ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
+    bump.xy *= materialNumbers().z;
+    return turnedToEye(direction(t * bump.x + b * bump.y + n * bump.z));
+}
+
+vec3 normalAt() {
+    if (has(FEATURE_NORMAL_MAP)) return bumpedNormal(texture(normalMap, texCoordOf(UNIT_NORMAL)));
+    return turnedToEye(direction(meshNormalAt()));
+}
+
+// normal: normalAt(). Only of highlights that need it, because it reads the map four times.
+Bumps bumpsAt(vec3 normal, float roughness) {
+    Bumps bumps = noBumps();
+    if (!has(FEATURE_NORMAL_MAP)) return bumps;
+    vec2 uv = texCoordOf(UNIT_NORMAL);
+    vec2 x = dFdx(uv);
+    vec2 y = dFdy(uv);
+    if (roughness < kGlintRoughness) {
+        bumps = bumpsOf(normal, bumpedNormal(textureGrad(normalMap, uv - x, x, y)),
+                        bumpedNormal(textureGrad(normalMap, uv + x, x, y)),
+                        bumpedNormal(textureGrad(normalMap, uv - y, x, y)),
+                        bumpedNormal(textureGrad(normalMap, uv + y, x, y)));
+    }
+    return bumps;
 }
 
 float occlusionAt() {

@@ -40,8 +40,8 @@ vec3 surroundingsAtEnd(HitPoint p, vec3 along, RayCone cone, bool direct) {
 // n.v along the direction of view, but no more than the rest of a ball where the surface curves away.
 // Wider cones cover more than this surface.
 const float kMaxTurned = 0.84f;
-Surface coveredByCone(Surface s, float curvature, RayCone cone) {
-    float across = curvature * cone.width;
+Surface coveredByCone(Surface s, HitPoint p, RayCone cone) {
+    float across = p.curvature * cone.width;
     float slant = across / max(max(s.nDotV, sqrt(0.5f * across)), 1e-6f);
     float spread = 0.5f * (cone.pixel + cone.lobe);
     const float kEdge = 0.8862269f;  // of a square as large as a disc, over its diameter
@@ -49,7 +49,7 @@ Surface coveredByCone(Surface s, float curvature, RayCone cone) {
     side = dot(side, side) > kNoDirection ? direction(side) : frameAbout(s.normal)[0];
     vec3 x = cross(side, s.normal) * (kEdge * min(slant + spread, kMaxTurned));
     vec3 y = side * (kEdge * min(across + spread, kMaxTurned));
-    return covering(s, x, y, x, y);
+    return covering(s, x, y, p.bumps, x, y);
 }
 
 vec3 lampsAtHit(HitPoint p, Surface s) {
@@ -138,7 +138,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
             if (hitHas(FEATURE_LIGHTS)) {
                 Surface opaque = s;
                 opaque.diffuse *= dull;
-                own += lampsAtHit(p, coveredByCone(opaque, p.curvature, cone));
+                own += lampsAtHit(p, coveredByCone(opaque, p, cone));
             }
         }
         if (there) sum += weight * (coverage * own + m.emitted);

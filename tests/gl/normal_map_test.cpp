@@ -99,5 +99,86 @@ TEST_F(NormalMaps, UnevenMirrorsAreNearerToTheTruthThanNone) {
     }
 }
 
+// A glossy sheet with waves of ten texels in its normal map, in the sun.
+Scene wavedSheet(float roughness, double slope) {
+    Scene scene;
+    Material gloss{.metallic = 1.0f, .roughness = roughness};
+    gloss.reflection = Reflection::none;
+    gloss.normalTexture.texture = addImage(scene, 256, [&](std::uint32_t x, std::uint32_t y) {
+        const double u = slope * std::sin(0.63 * x + 0.2 * y), v = slope * std::sin(0.57 * y);
+        return texelOf(glm::normalize(glm::dvec3(-u, -v, 1.0)));
+    });
+    place(scene, sheet(1.0f, addMaterial(scene, gloss)));
+    addLight(scene, {.kind = LightKind::directional, .intensity = glm::vec3(2.0f)},
+             glm::rotate(glm::dmat4(1.0), 0.25, glm::dvec3(0.6, 0.8, 0.0)));
+    return scene;
+}
+
+struct Highlights {
+    double brightest = 0.0, mean = 0.0;
+};
+
+// Of squares of `step` by `step` pixels.
+Highlights highlightsOf(const Image& image, std::uint32_t step) {
+    Highlights seen;
+    const std::uint32_t edge = image.width / step;
+    for (std::uint32_t y = 0; y < edge; ++y) {
+        for (std::uint32_t x = 0; x < edge; ++x) {
+            double sum = 0.0;
+            for (std::uint32_t k = 0; k < step * step; ++k) {
+                sum += double{color(image, step * x + k % step, step * y + k / step).g};
+            }
+            sum /= double(step) * step;
+            seen.brightest = std::max(seen.brightest, sum);
+            seen.mean += sum / (double(edge) * edge);
+        }
+    }
+    return seen;
+}
+
+// Both of pictures of 64 by 64 pixels, against those of much smaller pixels.
+void expectHighlightsOfSmallPixels(FrameRequest r, const char* label) {
+    r.camera.yfov = 0.26;
+    r.environment.map = "black";
+    r.width = r.height = 64;
+    const Highlights coarse = highlightsOf(renderer().render(r).image, 1);
+    r.width = r.height = 1024;
+    const Highlights fine = highlightsOf(renderer().render(r).image, 16);
+    std::printf("%s: brightest %.1f of %.1f, mean %.2f of %.2f\n", label, coarse.brightest,
+                fine.brightest, coarse.mean, fine.mean);
+    EXPECT_GT(coarse.brightest, 0.6 * fine.brightest);
+    EXPECT_LT(coarse.brightest, 1.6 * fine.brightest);
+    EXPECT_GT(coarse.mean, 0.65 * fine.mean);
+    EXPECT_LT(coarse.mean, 1.15 * fine.mean);
+}
+
+// A pixel shows the mean of the highlights of its bumps. At one point each, the brightest pixel has
+// up to 190 times that light, and the picture 0.7 to 9 times.
+TEST_F(NormalMaps, GlintsAreTheMeanOfTheirPixel) {
+    for (const float roughness : {0.05f, 0.1f, 0.2f}) {
+        for (const double slope : {0.1, 0.3}) {
+            const std::string label =
+                "roughness " + std::to_string(roughness) + ", slope " + std::to_string(slope);
+            SCOPED_TRACE(label);
+            expectHighlightsOfSmallPixels(
+                request(wavedSheet(roughness, slope), "glints", {0, 0, 2}), label.c_str());
+        }
+    }
+}
+
+// So do rays that meet bumps: the sheet is seen in a mirror.
+TEST_F(NormalMaps, GlintsInAMirrorAreTheMeanOfTheirPixel) {
+    for (const double slope : {0.1, 0.3}) {
+        Scene scene = wavedSheet(0.1f, slope);
+        place(scene, quad(1.0f, addMaterial(scene, mirrorMetal())),
+              glm::rotate(moved(0, 0, 1.0), glm::pi<double>(), glm::dvec3(0, 1, 0)));
+        FrameRequest r = request(std::move(scene), "mirrored glints", {0, 0, 0.02});
+        r.camera.target = glm::dvec3(0, 0, 1);
+        r.accuracy.planar = PlanarMethod::traced;
+        SCOPED_TRACE(slope);
+        expectHighlightsOfSmallPixels(r, "in a mirror");
+    }
+}
+
 }  // namespace
 }  // namespace clerestory::test
