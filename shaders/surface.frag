@@ -37,20 +37,9 @@ Surface coveredByPixel(Surface s) {
     vec3 turned = shape + 0.5f * ahead;
     // A small triangle covers only part of its pixel.
     float part = sqrt(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples));
-    // Where a map changes the coat's normal, its spread within a pixel is unknown, and that of the
-    // mesh is too small.
-    float ofCoat = 1.0f;
-    if (layered(LAYER_CLEARCOAT_NORMAL_MAP)) {
-        ofCoat = clamp(50.0f * abs(dot(shape, s.layers.clearcoatNormal)) - 48.99f, 0.0f, 1.0f);
-    }
-    Bumps bumps = bumpsAt(s.normal, s.roughness);
-    bumps.steadyX *= part;
-    bumps.steadyY *= part;
-    bumps.wholeX *= part;
-    bumps.wholeY *= part;
-    vec3 x = part * dFdx(turned);
-    vec3 y = part * dFdy(turned);
-    s = covering(s, x, y, bumps, ofCoat * x, ofCoat * y);
+    s = covering(s, part * dFdx(turned), part * dFdy(turned),
+                 scaled(bumpsAt(s.normal, s.roughness), part),
+                 scaled(clearcoatBumpsAt(s.layers), part));
     // The roughness of most materials with default factors varies, and a software rasteriser skips
     // what no pixel needs.
     if (has(FEATURE_NORMAL_MAP) && has(FEATURE_DEFAULT_NUMBERS) && !layered(LAYER_CLEARCOAT)) {
@@ -61,7 +50,7 @@ Surface coveredByPixel(Surface s) {
 
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
-    if (!has(FEATURE_WIDE_LOBE)) s = coveredByPixel(s);
+    if (!has(FEATURE_WIDE_LOBE) || layered(LAYER_CLEARCOAT)) s = coveredByPixel(s);
     if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, positionEye, HARMONIC_ROWS);
     const int first = int((uint(VIEW) >> VIEW_LAMPS_SHIFT) & VIEW_LAMPS_MASK);
     if (first > 0) return firstLampsLight(s, positionEye, first);

@@ -33,7 +33,7 @@ const uint FEATURE_BACK_FACES = 1u << 28;   // the backs of solid glass were dra
 const uint FEATURE_MAP_SAMPLES = 1u << 29;  // rough metal, seen edge-on, adds up directions
 const uint FEATURE_PACKED_NORMAL = 1u << 30;  // the normal map holds metallic and roughness too
 
-const uint FEATURE_WIDE_LOBE = 1u << 31;  // rough: mirrors harmonics, and no highlight is narrow
+const uint FEATURE_WIDE_LOBE = 1u << 31;  // rough: mirrors harmonics, and only a coat's highlight is narrow
 
 // What holds for every draw of a view: bits of VIEW.
 const uint VIEW_ORTHOGRAPHIC = 1u << 0;

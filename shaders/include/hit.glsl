@@ -15,7 +15,8 @@ struct HitPoint {
     vec3 place;
     float reach;      // greatest coordinate of the triangle's corners
     float curvature;  // slope of the normal per metre, without bumps
-    Bumps bumps;      // over the width of the cone, along either texture coordinate
+    // Over the width of the cone, along either texture coordinate.
+    Bumps bumps, clearcoatBumps;
     vec3 faceNormal;  // unit, of the triangle, against the ray
     bool front;
     int flags;        // TRACE_MASK ...
@@ -161,6 +162,35 @@ SurfaceLight lightAtHit(float first, int a, int b, int c, vec3 weights) {
     return light;
 }
 
+// ---- bumps -------------------------------------------------------------------------------------
+
+// What a normal map turns: the mesh's normal, tangent and bitangent, not unit, and the map's scale.
+struct Bumpy {
+    vec3 n, t, b;
+    float scale;
+    bool isPacked;
+};
+
+// metres: from the hit, along either texture coordinate.
+vec3 bumpedAtHit(int m, int slot, Bumpy bumpy, HitCoordinates uv, vec2 metres, float footprint) {
+    uv.uv0 += metres * uv.perMetre0;
+    uv.uv1 += metres * uv.perMetre1;
+    vec4 texel = slotAtHit(m, slot, uv, footprint, false);
+    vec3 bump = bumpy.isPacked ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
+    return direction(bumpy.t * (bumpy.scale * bump.x) + bumpy.b * (bumpy.scale * bump.y) +
+                     bumpy.n * bump.z);
+}
+
+// here: the normal at the hit.
+Bumps bumpsAtHit(int m, int slot, Bumpy bumpy, HitCoordinates uv, vec3 here, float footprint) {
+    vec2 x = vec2(footprint, 0.0f);
+    vec2 y = vec2(0.0f, footprint);
+    return bumpsOf(here, bumpedAtHit(m, slot, bumpy, uv, -x, footprint),
+                   bumpedAtHit(m, slot, bumpy, uv, x, footprint),
+                   bumpedAtHit(m, slot, bumpy, uv, -y, footprint),
+                   bumpedAtHit(m, slot, bumpy, uv, y, footprint));
+}
+
 // ---- layers ------------------------------------------------------------------------------------
 
 // normal: of the base; n, t, bitangentSign: of the mesh, n not unit.
@@ -182,10 +212,8 @@ Layers layersAtHit(int m, HitCoordinates uv, float footprint, vec3 normal, vec3 
         vec3 coatNormal = n;
         bool bumpy = texelFetch(traceMaterials, slotRow(m, SLOT_CLEARCOAT_NORMAL) + 1).w > 0.5f;
         if (hitLayered(LAYER_CLEARCOAT_NORMAL_MAP) && bumpy) {
-            vec4 texel = slotAtHit(m, SLOT_CLEARCOAT_NORMAL, uv, footprint, false);
-            vec3 bump = texel.xyz * 2.0f - 1.0f;
-            coatNormal = t * (bump.x * coat.z) +
-                         cross(n, t) * (bitangentSign * bump.y * coat.z) + n * bump.z;
+            Bumpy bumps = Bumpy(n, t, cross(n, t) * bitangentSign, coat.z, false);
+            coatNormal = bumpedAtHit(m, SLOT_CLEARCOAT_NORMAL, bumps, uv, vec2(0.0f), footprint);
         }
         coatNormal = direction(coatNormal);
         l.clearcoatNormal = front ? coatNormal : -coatNormal;
@@ -238,32 +266,6 @@ Layers layersAtHit(int m, HitCoordinates uv, float footprint, vec3 normal, vec3 
         }
     }
     return l;
-}
-
-// ---- bumps -------------------------------------------------------------------------------------
-
-// What a normal map turns: the mesh's normal, tangent and bitangent, not unit, and the map's scale.
-struct Bumpy {
-    vec3 n, t, b;
-    float scale;
-    bool isPacked;
-};
-
-vec3 bumpedAtHit(int m, Bumpy bumpy, HitCoordinates uv, vec2 metres, float footprint) {
-    uv.uv0 += metres * uv.perMetre0;
-    uv.uv1 += metres * uv.perMetre1;
-    vec4 texel = slotAtHit(m, UNIT_NORMAL, uv, footprint, false);
-    vec3 bump = bumpy.isPacked ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
-    return direction(bumpy.t * (bumpy.scale * bump.x) + bumpy.b * (bumpy.scale * bump.y) +
-                     bumpy.n * bump.z);
-}
-
-Bumps bumpsAtHit(int m, Bumpy bumpy, HitCoordinates uv, vec3 here, float footprint) {
-    vec2 x = vec2(footprint, 0.0f);
-    vec2 y = vec2(0.0f, footprint);
-    return bumpsOf(here, bumpedAtHit(m, bumpy, uv, -x, footprint),
-                   bumpedAtHit(m, bumpy, uv, x, footprint), bumpedAtHit(m, bumpy, uv, -y, footprint),
-                   bumpedAtHit(m, bumpy, uv, y, footprint));
 }
 
 // ---- the point ---------------------------------------------------------------------------------
@@ -391,13 +393,23 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     if (hitHas(FEATURE_NORMAL_MAP) && hasBumps) {
         bool joined = hitHas(FEATURE_PACKED_NORMAL) && (p.flags & TRACE_PACKED_NORMAL) != 0;
         Bumpy bumpy = Bumpy(meshNormal, t, cross(meshNormal, t) * bitangentSign, surface.z, joined);
-        n = bumpedAtHit(m, bumpy, uv, vec2(0.0f), footprint);
+        n = bumpedAtHit(m, UNIT_NORMAL, bumpy, uv, vec2(0.0f), footprint);
         if (hitHas(FEATURE_LIGHTS) && point.roughness < kGlintRoughness) {
-            p.bumps = bumpsAtHit(m, bumpy, uv, n, footprint);
+            p.bumps = bumpsAtHit(m, UNIT_NORMAL, bumpy, uv, n, footprint);
         }
     }
     point.normal = p.front ? n : -n;
     point.layers = layersAtHit(m, uv, footprint, point.normal, meshNormal, t, bitangentSign, p.front);
+    p.clearcoatBumps = noBumps();
+    if (hitLayered(LAYER_CLEARCOAT_NORMAL_MAP) && hitHas(FEATURE_LIGHTS)) {
+        vec4 coat = texelFetch(traceMaterials, m + TRACE_LAYERS);
+        bool coatHasBumps = texelFetch(traceMaterials, slotRow(m, SLOT_CLEARCOAT_NORMAL) + 1).w > 0.5f;
+        if (coatHasBumps && point.layers.clearcoatRoughness < kGlintRoughness) {
+            Bumpy bumpy = Bumpy(meshNormal, t, cross(meshNormal, t) * bitangentSign, coat.z, false);
+            vec3 here = p.front ? point.layers.clearcoatNormal : -point.layers.clearcoatNormal;
+            p.clearcoatBumps = bumpsAtHit(m, SLOT_CLEARCOAT_NORMAL, bumpy, uv, here, footprint);
+        }
+    }
     if (viewHas(VIEW_SURFACE_LIGHT)) p.light = lightOnSide(p.light, p.front, n);
     point.occlusion = 1.0f;
     if (hitHas(FEATURE_OCCLUSION_MAP)) {

@@ -20,9 +20,6 @@ struct Covered {
     float weight;   // factor on the lobe
 };
 
-// Above every density of a lobe.
-const float kDensest = 1e12f;
-
 // A surface point for lighting.
 struct Surface {
     vec3 normal;
@@ -48,7 +45,7 @@ struct Surface {
     float masking;  // Smith's root for the eye
     vec3 bounces;   // factor for several bounces between microfacets (Turquin 2019)
     bool averages;  // highlights are averaged over `covered`
-    float densest;  // no mean is denser than this
+    float densest, clearcoatDensest;  // no mean is denser than this
     Covered covered;
     Covered clearcoatCovered;  // if the coat has lobes of lamps
 };
@@ -107,7 +104,6 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
     s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
     s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
     s.averages = false;
-    s.densest = kDensest;
     s.belowSheen = 1.0f;
     s.belowClearcoat = 1.0f;
     if (shades(LAYER_SHEEN)) {
@@ -144,24 +140,26 @@ Covered coveredAbout(vec3 normal, float alphaSquared, vec3 x, vec3 y) {
     return c;
 }
 // The density in the middle of such a mean, which is nowhere denser.
-float densestMean(Covered c, float alphaSquared) {
-    float squared = alphaSquared * c.trace + c.area * c.area;
-    return inversesqrt(squared) / kPi;
+float densestMean(vec3 normal, float alphaSquared, vec3 x, vec3 y) {
+    Covered c = coveredAbout(normal, alphaSquared, x, y);
+    return inversesqrt(alphaSquared * c.trace + c.area * c.area) / kPi;
 }
 
 float clearcoatAlpha(Layers l) {
     float roughness = max(l.clearcoatRoughness, kMinRoughness);
     return roughness * roughness;
 }
-// coatX, coatY: the same for a clear coat.
-Surface covering(Surface s, vec3 x, vec3 y, Bumps bumps, vec3 coatX, vec3 coatY) {
+// x, y: the same for the surface without bumps. ofCoat: the bumps of a clear coat.
+Surface covering(Surface s, vec3 x, vec3 y, Bumps bumps, Bumps ofCoat) {
     s.averages = true;
     s.covered = coveredAbout(s.normal, s.alphaSquared, x + bumps.steadyX, y + bumps.steadyY);
-    s.densest = densestMean(
-        coveredAbout(s.normal, s.alphaSquared, x + bumps.wholeX, y + bumps.wholeY), s.alphaSquared);
+    s.densest = densestMean(s.normal, s.alphaSquared, x + bumps.wholeX, y + bumps.wholeY);
     if (shades(LAYER_CLEARCOAT)) {
         float alpha = clearcoatAlpha(s.layers);
-        s.clearcoatCovered = coveredAbout(s.layers.clearcoatNormal, alpha * alpha, coatX, coatY);
+        vec3 n = s.layers.clearcoatNormal;
+        s.clearcoatCovered =
+            coveredAbout(n, alpha * alpha, x + ofCoat.steadyX, y + ofCoat.steadyY);
+        s.clearcoatDensest = densestMean(n, alpha * alpha, x + ofCoat.wholeX, y + ofCoat.wholeY);
     }
     return s;
 }
@@ -219,7 +217,8 @@ float clearcoatLobe(Surface s, vec3 toLight, vec3 halfway, float eyeDotH) {
     if (s.averages) {
         float nDotV = max(dot(n, s.toEye), kMinCosine);
         return s.layers.clearcoat * fresnel *
-               ggxMeanLobe(s.clearcoatCovered, kDensest, n, alpha * alpha, nDotV, halfway, nDotL, eyeDotH);
+               ggxMeanLobe(s.clearcoatCovered, s.clearcoatDensest, n, alpha * alpha, nDotV, halfway,
+                           nDotL, eyeDotH);
     }
     vec3 across = cross(n, halfway);
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);

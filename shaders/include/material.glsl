@@ -55,35 +55,42 @@ vec3 turnedToEye(vec3 n) {
     return gl_FrontFacing ? n : -n;  // backs of one-sided surfaces are culled
 }
 
-vec3 bumpedNormal(vec4 texel) {
+// Of the texel of a normal map with this scale.
+vec3 bumpedNormal(vec4 texel, bool isPacked, float scale) {
     vec3 n = meshNormalAt();
     // Not normalised before: as the tangents were made (mikktspace.com).
     vec3 t = vertexTangent.xyz;
     vec3 b = cross(n, t) * vertexTangent.w;
-    vec3 bump = has(FEATURE_PACKED_NORMAL) ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
-    bump.xy *= materialNumbers().z;
+    vec3 bump = isPacked ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
+    bump.xy *= scale;
     return turnedToEye(direction(t * bump.x + b * bump.y + n * bump.z));
 }
 
-vec3 normalAt() {
-    if (has(FEATURE_NORMAL_MAP)) return bumpedNormal(texture(normalMap, texCoordOf(UNIT_NORMAL)));
-    return turnedToEye(direction(meshNormalAt()));
-}
-
-// normal: normalAt(). Only of highlights that need it, because it reads the map four times.
-Bumps bumpsAt(vec3 normal, float roughness) {
-    Bumps bumps = noBumps();
-    if (!has(FEATURE_NORMAL_MAP)) return bumps;
-    vec2 uv = texCoordOf(UNIT_NORMAL);
+// here: the normal at uv. roughness: of the highlight; a wide one needs no bumps, and the map is read
+// four times for others.
+Bumps bumpsIn(sampler2D map, vec2 uv, vec3 here, bool isPacked, float scale, float roughness) {
     vec2 x = dFdx(uv);
     vec2 y = dFdy(uv);
+    Bumps bumps = noBumps();
     if (roughness < kGlintRoughness) {
-        bumps = bumpsOf(normal, bumpedNormal(textureGrad(normalMap, uv - x, x, y)),
-                        bumpedNormal(textureGrad(normalMap, uv + x, x, y)),
-                        bumpedNormal(textureGrad(normalMap, uv - y, x, y)),
-                        bumpedNormal(textureGrad(normalMap, uv + y, x, y)));
+        bumps = bumpsOf(here, bumpedNormal(textureGrad(map, uv - x, x, y), isPacked, scale),
+                        bumpedNormal(textureGrad(map, uv + x, x, y), isPacked, scale),
+                        bumpedNormal(textureGrad(map, uv - y, x, y), isPacked, scale),
+                        bumpedNormal(textureGrad(map, uv + y, x, y), isPacked, scale));
     }
     return bumps;
+}
+
+vec3 normalAt() {
+    if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(meshNormalAt()));
+    return bumpedNormal(texture(normalMap, texCoordOf(UNIT_NORMAL)), has(FEATURE_PACKED_NORMAL),
+                        materialNumbers().z);
+}
+// normal: normalAt().
+Bumps bumpsAt(vec3 normal, float roughness) {
+    if (!has(FEATURE_NORMAL_MAP)) return noBumps();
+    return bumpsIn(normalMap, texCoordOf(UNIT_NORMAL), normal, has(FEATURE_PACKED_NORMAL),
+                   materialNumbers().z, roughness);
 }
 
 float occlusionAt() {
@@ -107,6 +114,9 @@ vec3 emittedAt() {
 #else
 Layers layersAt(vec3 normal) {
     return noLayers();
+}
+Bumps clearcoatBumpsAt(Layers l) {
+    return noBumps();
 }
 void applySpecularMaps(inout vec4 dielectric, inout float grazing) {
 }

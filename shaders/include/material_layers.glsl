@@ -19,17 +19,14 @@ void applySpecularMaps(inout vec4 dielectric, inout float grazing) {
 }
 
 vec3 clearcoatNormalAt() {
-    vec3 n = meshNormalAt();
-    if (layered(LAYER_CLEARCOAT_NORMAL_MAP)) {
-        vec3 t = vertexTangent.xyz;
-        vec3 b = cross(n, t) * vertexTangent.w;
-        vec3 bump =
-            texture(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL)).xyz * 2.0f - 1.0f;
-        bump.xy *= layerBlock.clearcoat.z;
-        n = t * bump.x + b * bump.y + n * bump.z;
-    }
-    n = direction(n);
-    return gl_FrontFacing ? n : -n;
+    if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return turnedToEye(direction(meshNormalAt()));
+    return bumpedNormal(texture(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL)), false,
+                        layerBlock.clearcoat.z);
+}
+Bumps clearcoatBumpsAt(Layers l) {
+    if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return noBumps();
+    return bumpsIn(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL), l.clearcoatNormal,
+                   false, layerBlock.clearcoat.z, l.clearcoatRoughness);
 }
 
 // normal: of the base, unit, on the side that is seen.

@@ -74,6 +74,9 @@ struct Bumps {
 Bumps noBumps() {
     return Bumps(vec3(0.0f), vec3(0.0f), vec3(0.0f), vec3(0.0f));
 }
+Bumps scaled(Bumps b, float factor) {
+    return Bumps(factor * b.wholeX, factor * b.wholeY, factor * b.steadyX, factor * b.steadyY);
+}
 
 // Above it a highlight is so wide that the bumps within a pixel hardly change it; above twice that, as
 // wide as that one point of a bumpy surface will do.

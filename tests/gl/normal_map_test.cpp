@@ -99,17 +99,25 @@ TEST_F(NormalMaps, UnevenMirrorsAreNearerToTheTruthThanNone) {
     }
 }
 
-// A glossy sheet with waves of ten texels in its normal map, in the sun.
-Scene wavedSheet(float roughness, double slope) {
+// A glossy sheet with waves of ten texels in the normal map of the metal or of a coat over black,
+// in the sun.
+Scene wavedSheet(float roughness, double slope, bool ofCoat = false) {
     Scene scene;
     Material gloss{.metallic = 1.0f, .roughness = roughness};
+    if (ofCoat) {
+        gloss = {.baseColor = {0, 0, 0, 1}, .metallic = 0.0f, .roughness = 1.0f};
+        gloss.specular = 0.0f;
+        gloss.clearcoat = 1.0f;
+        gloss.clearcoatRoughness = roughness;
+    }
     gloss.reflection = Reflection::none;
-    gloss.normalTexture.texture = addImage(scene, 256, [&](std::uint32_t x, std::uint32_t y) {
-        const double u = slope * std::sin(0.63 * x + 0.2 * y), v = slope * std::sin(0.57 * y);
-        return texelOf(glm::normalize(glm::dvec3(-u, -v, 1.0)));
-    });
+    (ofCoat ? gloss.clearcoatNormalTexture : gloss.normalTexture).texture =
+        addImage(scene, 256, [&](std::uint32_t x, std::uint32_t y) {
+            const double u = slope * std::sin(0.63 * x + 0.2 * y), v = slope * std::sin(0.57 * y);
+            return texelOf(glm::normalize(glm::dvec3(-u, -v, 1.0)));
+        });
     place(scene, sheet(1.0f, addMaterial(scene, gloss)));
-    addLight(scene, {.kind = LightKind::directional, .intensity = glm::vec3(2.0f)},
+    addLight(scene, {.kind = LightKind::directional, .intensity = glm::vec3(ofCoat ? 50.0f : 2.0f)},
              glm::rotate(glm::dmat4(1.0), 0.25, glm::dvec3(0.6, 0.8, 0.0)));
     return scene;
 }
@@ -144,7 +152,7 @@ void expectHighlightsOfSmallPixels(FrameRequest r, const char* label) {
     const Highlights coarse = highlightsOf(renderer().render(r).image, 1);
     r.width = r.height = 1024;
     const Highlights fine = highlightsOf(renderer().render(r).image, 16);
-    std::printf("%s: brightest %.1f of %.1f, mean %.2f of %.2f\n", label, coarse.brightest,
+    std::printf("%s: brightest %.2f of %.2f, mean %.4f of %.4f\n", label, coarse.brightest,
                 fine.brightest, coarse.mean, fine.mean);
     EXPECT_GT(coarse.brightest, 0.6 * fine.brightest);
     EXPECT_LT(coarse.brightest, 1.6 * fine.brightest);
@@ -166,17 +174,21 @@ TEST_F(NormalMaps, GlintsAreTheMeanOfTheirPixel) {
     }
 }
 
+TEST_F(NormalMaps, GlintsOfACoatAreTheMeanOfTheirPixel) {
+    expectHighlightsOfSmallPixels(request(wavedSheet(0.1f, 0.3, true), "coat", {0, 0, 2}),
+                                  "clear coat");
+}
+
 // So do rays that meet bumps: the sheet is seen in a mirror.
 TEST_F(NormalMaps, GlintsInAMirrorAreTheMeanOfTheirPixel) {
-    for (const double slope : {0.1, 0.3}) {
-        Scene scene = wavedSheet(0.1f, slope);
+    for (const bool ofCoat : {false, true}) {
+        Scene scene = wavedSheet(0.1f, 0.3, ofCoat);
         place(scene, quad(1.0f, addMaterial(scene, mirrorMetal())),
               glm::rotate(moved(0, 0, 1.0), glm::pi<double>(), glm::dvec3(0, 1, 0)));
         FrameRequest r = request(std::move(scene), "mirrored glints", {0, 0, 0.02});
         r.camera.target = glm::dvec3(0, 0, 1);
         r.accuracy.planar = PlanarMethod::traced;
-        SCOPED_TRACE(slope);
-        expectHighlightsOfSmallPixels(r, "in a mirror");
+        expectHighlightsOfSmallPixels(r, ofCoat ? "clear coat in a mirror" : "in a mirror");
     }
 }
 
