@@ -37,9 +37,10 @@ Surface coveredByPixel(Surface s) {
     vec3 turned = shape + 0.5f * ahead;
     // A small triangle covers only part of its pixel.
     float part = sqrt(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples));
-    s = covering(s, part * dFdx(turned), part * dFdy(turned),
-                 scaled(bumpsAt(s.normal, s.roughness), part),
-                 scaled(clearcoatBumpsAt(s.layers), part));
+    vec3 x = dFdx(turned);
+    vec3 y = dFdy(turned);
+    s = covering(s, scaled(turnAt(x, y, s.normal, s.roughness), part),
+                 scaled(clearcoatTurnAt(x, y, s.layers), part));
     // The roughness of most materials with default factors varies, and a software rasteriser skips
     // what no pixel needs.
     if (has(FEATURE_NORMAL_MAP) && has(FEATURE_DEFAULT_NUMBERS) && !layered(LAYER_CLEARCOAT)) {

@@ -15,8 +15,8 @@ struct HitPoint {
     vec3 place;
     float reach;      // greatest coordinate of the triangle's corners
     float curvature;  // slope of the normal per metre, without bumps
-    // Over the width of the cone, along either texture coordinate.
-    Bumps bumps, clearcoatBumps;
+    // Of bumps over the width of the cone, along either texture coordinate.
+    Turn turn, clearcoatTurn;
     vec3 faceNormal;  // unit, of the triangle, against the ray
     bool front;
     int flags;        // TRACE_MASK ...
@@ -182,10 +182,10 @@ vec3 bumpedAtHit(int m, int slot, Bumpy bumpy, HitCoordinates uv, vec2 metres, f
 }
 
 // here: the normal at the hit.
-Bumps bumpsAtHit(int m, int slot, Bumpy bumpy, HitCoordinates uv, vec3 here, float footprint) {
+Turn turnAtHit(int m, int slot, Bumpy bumpy, HitCoordinates uv, vec3 here, float footprint) {
     vec2 x = vec2(footprint, 0.0f);
     vec2 y = vec2(0.0f, footprint);
-    return bumpsOf(here, bumpedAtHit(m, slot, bumpy, uv, -x, footprint),
+    return bumpyTurn(vec3(0.0f), vec3(0.0f), here, bumpedAtHit(m, slot, bumpy, uv, -x, footprint),
                    bumpedAtHit(m, slot, bumpy, uv, x, footprint),
                    bumpedAtHit(m, slot, bumpy, uv, -y, footprint),
                    bumpedAtHit(m, slot, bumpy, uv, y, footprint));
@@ -387,7 +387,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
             direction(times(e0, e1, e2, vertexTangentOf(vertexC).xyz)) * wc;
         bitangentSign = tangentA.w * e0.w;
     }
-    p.bumps = noBumps();
+    p.turn = evenTurn(vec3(0.0f), vec3(0.0f));
     n = direction(n);
     bool hasBumps = texelFetch(traceMaterials, m + 7 + 2 * UNIT_NORMAL).w > 0.5f;
     if (hitHas(FEATURE_NORMAL_MAP) && hasBumps) {
@@ -395,19 +395,19 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
         Bumpy bumpy = Bumpy(meshNormal, t, cross(meshNormal, t) * bitangentSign, surface.z, joined);
         n = bumpedAtHit(m, UNIT_NORMAL, bumpy, uv, vec2(0.0f), footprint);
         if (hitHas(FEATURE_LIGHTS) && point.roughness < kGlintRoughness) {
-            p.bumps = bumpsAtHit(m, UNIT_NORMAL, bumpy, uv, n, footprint);
+            p.turn = turnAtHit(m, UNIT_NORMAL, bumpy, uv, n, footprint);
         }
     }
     point.normal = p.front ? n : -n;
     point.layers = layersAtHit(m, uv, footprint, point.normal, meshNormal, t, bitangentSign, p.front);
-    p.clearcoatBumps = noBumps();
+    p.clearcoatTurn = evenTurn(vec3(0.0f), vec3(0.0f));
     if (hitLayered(LAYER_CLEARCOAT_NORMAL_MAP) && hitHas(FEATURE_LIGHTS)) {
         vec4 coat = texelFetch(traceMaterials, m + TRACE_LAYERS);
         bool coatHasBumps = texelFetch(traceMaterials, slotRow(m, SLOT_CLEARCOAT_NORMAL) + 1).w > 0.5f;
         if (coatHasBumps && point.layers.clearcoatRoughness < kGlintRoughness) {
             Bumpy bumpy = Bumpy(meshNormal, t, cross(meshNormal, t) * bitangentSign, coat.z, false);
             vec3 here = p.front ? point.layers.clearcoatNormal : -point.layers.clearcoatNormal;
-            p.clearcoatBumps = bumpsAtHit(m, SLOT_CLEARCOAT_NORMAL, bumpy, uv, here, footprint);
+            p.clearcoatTurn = turnAtHit(m, SLOT_CLEARCOAT_NORMAL, bumpy, uv, here, footprint);
         }
     }
     if (viewHas(VIEW_SURFACE_LIGHT)) p.light = lightOnSide(p.light, p.front, n);

@@ -149,17 +149,16 @@ float clearcoatAlpha(Layers l) {
     float roughness = max(l.clearcoatRoughness, kMinRoughness);
     return roughness * roughness;
 }
-// x, y: the same for the surface without bumps. ofCoat: the bumps of a clear coat.
-Surface covering(Surface s, vec3 x, vec3 y, Bumps bumps, Bumps ofCoat) {
+// turn, ofCoat: parallelograms of slopes, of the surface and of a clear coat.
+Surface covering(Surface s, Turn turn, Turn ofCoat) {
     s.averages = true;
-    s.covered = coveredAbout(s.normal, s.alphaSquared, x + bumps.steadyX, y + bumps.steadyY);
-    s.densest = densestMean(s.normal, s.alphaSquared, x + bumps.wholeX, y + bumps.wholeY);
+    s.covered = coveredAbout(s.normal, s.alphaSquared, turn.steadyX, turn.steadyY);
+    s.densest = densestMean(s.normal, s.alphaSquared, turn.wholeX, turn.wholeY);
     if (shades(LAYER_CLEARCOAT)) {
         float alpha = clearcoatAlpha(s.layers);
         vec3 n = s.layers.clearcoatNormal;
-        s.clearcoatCovered =
-            coveredAbout(n, alpha * alpha, x + ofCoat.steadyX, y + ofCoat.steadyY);
-        s.clearcoatDensest = densestMean(n, alpha * alpha, x + ofCoat.wholeX, y + ofCoat.wholeY);
+        s.clearcoatCovered = coveredAbout(n, alpha * alpha, ofCoat.steadyX, ofCoat.steadyY);
+        s.clearcoatDensest = densestMean(n, alpha * alpha, ofCoat.wholeX, ofCoat.wholeY);
     }
     return s;
 }

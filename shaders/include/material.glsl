@@ -66,19 +66,23 @@ vec3 bumpedNormal(vec4 texel, bool isPacked, float scale) {
     return turnedToEye(direction(t * bump.x + b * bump.y + n * bump.z));
 }
 
-// here: the normal at uv. roughness: of the highlight; a wide one needs no bumps, and the map is read
-// four times for others.
-Bumps bumpsIn(sampler2D map, vec2 uv, vec3 here, bool isPacked, float scale, float roughness) {
-    vec2 x = dFdx(uv);
-    vec2 y = dFdy(uv);
-    Bumps bumps = noBumps();
+// x, y: the turn without bumps. here: the normal at uv. roughness: of the highlight; for a wide one
+// the map, which is read four times for others, is not.
+Turn turnIn(sampler2D map, vec2 uv, vec3 x, vec3 y, vec3 here, bool isPacked, float scale,
+            float roughness) {
+    vec2 u = dFdx(uv);
+    vec2 v = dFdy(uv);
+    // A finer level shows more edges, where the turn is not steady.
+    vec2 du = 0.5f * u;
+    vec2 dv = 0.5f * v;
+    Turn turn = evenTurn(x, y);
     if (roughness < kGlintRoughness) {
-        bumps = bumpsOf(here, bumpedNormal(textureGrad(map, uv - x, x, y), isPacked, scale),
-                        bumpedNormal(textureGrad(map, uv + x, x, y), isPacked, scale),
-                        bumpedNormal(textureGrad(map, uv - y, x, y), isPacked, scale),
-                        bumpedNormal(textureGrad(map, uv + y, x, y), isPacked, scale));
+        turn = bumpyTurn(x, y, here, bumpedNormal(textureGrad(map, uv - u, du, dv), isPacked, scale),
+                         bumpedNormal(textureGrad(map, uv + u, du, dv), isPacked, scale),
+                         bumpedNormal(textureGrad(map, uv - v, du, dv), isPacked, scale),
+                         bumpedNormal(textureGrad(map, uv + v, du, dv), isPacked, scale));
     }
-    return bumps;
+    return turn;
 }
 
 vec3 normalAt() {
@@ -87,10 +91,10 @@ vec3 normalAt() {
                         materialNumbers().z);
 }
 // normal: normalAt().
-Bumps bumpsAt(vec3 normal, float roughness) {
-    if (!has(FEATURE_NORMAL_MAP)) return noBumps();
-    return bumpsIn(normalMap, texCoordOf(UNIT_NORMAL), normal, has(FEATURE_PACKED_NORMAL),
-                   materialNumbers().z, roughness);
+Turn turnAt(vec3 x, vec3 y, vec3 normal, float roughness) {
+    if (!has(FEATURE_NORMAL_MAP)) return evenTurn(x, y);
+    return turnIn(normalMap, texCoordOf(UNIT_NORMAL), x, y, normal, has(FEATURE_PACKED_NORMAL),
+                  materialNumbers().z, roughness);
 }
 
 float occlusionAt() {
@@ -115,8 +119,8 @@ vec3 emittedAt() {
 Layers layersAt(vec3 normal) {
     return noLayers();
 }
-Bumps clearcoatBumpsAt(Layers l) {
-    return noBumps();
+Turn clearcoatTurnAt(vec3 x, vec3 y, Layers l) {
+    return evenTurn(x, y);
 }
 void applySpecularMaps(inout vec4 dielectric, inout float grazing) {
 }

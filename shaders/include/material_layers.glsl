@@ -23,10 +23,10 @@ vec3 clearcoatNormalAt() {
     return bumpedNormal(texture(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL)), false,
                         layerBlock.clearcoat.z);
 }
-Bumps clearcoatBumpsAt(Layers l) {
-    if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return noBumps();
-    return bumpsIn(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL), l.clearcoatNormal,
-                   false, layerBlock.clearcoat.z, l.clearcoatRoughness);
+Turn clearcoatTurnAt(vec3 x, vec3 y, Layers l) {
+    if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return evenTurn(x, y);
+    return turnIn(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL), x, y,
+                  l.clearcoatNormal, false, layerBlock.clearcoat.z, l.clearcoatRoughness);
 }
 
 // normal: of the base, unit, on the side that is seen.

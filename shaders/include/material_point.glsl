@@ -64,35 +64,38 @@ vec3 unpackedNormal(vec4 texel) {
     return vec3(slope, sqrt(max(1.0f - dot(slope, slope), 0.0f)));
 }
 
-// How a normal map turns the normal over a pixel, along two directions across it.
-struct Bumps {
+// How far half vectors turn relative to the normal over a pixel, along two directions across it.
+struct Turn {
     // In all, and only as far as the normal turns alike on both sides: at the edge of a bump the levels
-    // of a map have normals between both sides that the surface hardly has.
+    // of a normal map have normals between both sides that the surface hardly has.
     vec3 wholeX, wholeY;
     vec3 steadyX, steadyY;
 };
-Bumps noBumps() {
-    return Bumps(vec3(0.0f), vec3(0.0f), vec3(0.0f), vec3(0.0f));
+Turn evenTurn(vec3 x, vec3 y) {
+    return Turn(x, y, x, y);
 }
-Bumps scaled(Bumps b, float factor) {
-    return Bumps(factor * b.wholeX, factor * b.wholeY, factor * b.steadyX, factor * b.steadyY);
+Turn widened(Turn t, vec3 x, vec3 y) {
+    return Turn(t.wholeX + x, t.wholeY + y, t.steadyX + x, t.steadyY + y);
+}
+Turn scaled(Turn t, float factor) {
+    return Turn(factor * t.wholeX, factor * t.wholeY, factor * t.steadyX, factor * t.steadyY);
 }
 
 // Above it a highlight is so wide that the bumps within a pixel hardly change it; above twice that, as
 // wide as that one point of a bumpy surface will do.
 const float kGlintRoughness = 0.25f;
 
-vec3 steadyTurn(vec3 before, vec3 here, vec3 after) {
-    vec3 back = here - before;
-    vec3 ahead = after - here;
+vec3 steadyOf(vec3 back, vec3 ahead) {
     vec3 less = dot(back, back) < dot(ahead, ahead) ? back : ahead;
     return dot(back, ahead) > 0.0f ? less : vec3(0.0f);
 }
 
-// Normals at a pixel, and a pixel before and after it in each direction.
-Bumps bumpsOf(vec3 here, vec3 beforeX, vec3 afterX, vec3 beforeY, vec3 afterY) {
-    return Bumps(0.5f * (afterX - beforeX), 0.5f * (afterY - beforeY),
-                 steadyTurn(beforeX, here, afterX), steadyTurn(beforeY, here, afterY));
+// Normals of a map here, and a pixel before and after it in each direction. x, y: the turn of the
+// surface without bumps, which the map of a coarse mesh may undo.
+Turn bumpyTurn(vec3 x, vec3 y, vec3 here, vec3 beforeX, vec3 afterX, vec3 beforeY, vec3 afterY) {
+    return Turn(x + 0.5f * (afterX - beforeX), y + 0.5f * (afterY - beforeY),
+                steadyOf(x + here - beforeX, x + afterX - here),
+                steadyOf(y + here - beforeY, y + afterY - here));
 }
 
 #endif

@@ -49,7 +49,7 @@ Surface coveredByCone(Surface s, HitPoint p, RayCone cone) {
     side = dot(side, side) > kNoDirection ? direction(side) : frameAbout(s.normal)[0];
     vec3 x = cross(side, s.normal) * (kEdge * min(slant + spread, kMaxTurned));
     vec3 y = side * (kEdge * min(across + spread, kMaxTurned));
-    return covering(s, x, y, p.bumps, p.clearcoatBumps);
+    return covering(s, widened(p.turn, x, y), widened(p.clearcoatTurn, x, y));
 }
 
 vec3 lampsAtHit(HitPoint p, Surface s) {
