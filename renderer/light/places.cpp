@@ -36,8 +36,15 @@ struct PointHash {
     }
 };
 
-void addWaysToCentres(const PlacesInput& input, std::size_t i, Places& places,
-                      std::vector<glm::vec4>& ways) {
+// Sums over the triangles of a point.
+struct TrianglesAround {
+    glm::vec3 ways{0.0f};    // to their centres
+    glm::vec3 normal{0.0f};  // weighted by area, not unit
+    float count = 0.0f;
+};
+
+void addTriangles(const PlacesInput& input, std::size_t i, const Places& places,
+                  std::vector<TrianglesAround>& around) {
     const Scene& scene = input.scene;
     const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
     const std::int32_t first = places.firstOfInstance[i];
@@ -52,23 +59,30 @@ void addWaysToCentres(const PlacesInput& input, std::size_t i, Places& places,
                 corner[j] = places.pointOf[static_cast<std::size_t>(first + vertex)];
                 centre += places.points[corner[j]].position / 3.0f;
             }
+            const glm::vec3& a = places.points[corner[0]].position;
+            const glm::vec3 normal = glm::cross(places.points[corner[1]].position - a,
+                                                places.points[corner[2]].position - a);
             for (const std::uint32_t point : corner) {
-                ways[point] += glm::vec4(centre - places.points[point].position, 1.0f);
+                around[point].ways += centre - places.points[point].position;
+                around[point].normal += normal;
+                around[point].count += 1.0f;
             }
         }
     }
 }
 
 void setStarts(const PlacesInput& input, Places& places) {
-    std::vector<glm::vec4> ways(places.points.size(), glm::vec4(0.0f));
+    std::vector<TrianglesAround> around(places.points.size());
     for (std::size_t i = 0; i < places.firstOfInstance.size(); ++i) {
-        if (places.firstOfInstance[i] != kNoLight) addWaysToCentres(input, i, places, ways);
+        if (places.firstOfInstance[i] != kNoLight) addTriangles(input, i, places, around);
     }
-    const glm::dmat3 worldFromMap = glm::transpose(input.mapFromWorld);
     for (std::size_t i = 0; i < places.points.size(); ++i) {
         Receiver& point = places.points[i];
-        const glm::vec3 way = glm::vec3(ways[i]) / std::max(ways[i].w, 1.0f);
-        const glm::vec3 normal(worldFromMap * glm::dvec3(point.normal));
+        const glm::vec3 way = around[i].ways / std::max(around[i].count, 1.0f);
+        // Not the point's own normal: smooth normals of a coarse mesh lean out of its faces, and
+        // across them lies the inside of a body.
+        const float length = glm::length(around[i].normal);
+        const glm::vec3 normal = length > 0.0f ? around[i].normal / length : glm::vec3(0.0f);
         const glm::vec3 along = way - glm::dot(way, normal) * normal;
         point.start = point.position + kInwards * along;
     }

@@ -325,6 +325,41 @@ TEST_F(LightBetweenSurfaces, EdgesOfThinWallsDoNotShowTheSkyOfTheirOtherSide) {
     }
 }
 
+// Rays begin on the faces, and not within the body below normals that lean out of them.
+TEST_F(LightBetweenSurfaces, ACoarseBodyWithSmoothNormalsIsNotDark) {
+    Scene scene;
+    Material grey = matte(0.5f);
+    grey.doubleSided = true;
+    MeshDraft body{.material = addMaterial(scene, grey)};
+    body.hasNormals = true;
+    for (int i = 0; i < 8; ++i) {
+        const glm::vec3 corner(i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f);
+        body.vertices.push_back({.position = corner, .normal = glm::normalize(corner)});
+    }
+    const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                             {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (const auto& f : faces) {
+        for (const int corner : {f[0], f[1], f[2], f[0], f[2], f[3]}) {
+            body.indices.push_back(static_cast<std::uint32_t>(corner));
+        }
+    }
+    place(scene, body);
+    FrameRequest r = request(std::move(scene), "coarse", {1.5, 1.2, 2.0});
+    r.environment.map = "white";
+    const Image image = renderer().render(lit(r)).image;
+    int seen = 0;
+    for (std::uint32_t y = 0; y < image.height; ++y) {
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            const float light = color(image, x, y).x;
+            if (light > 0.9f) continue;  // the environment
+            ++seen;
+            // Rays below the face meet the face itself; at least half of the others are free.
+            EXPECT_GT(light, 0.3f) << x << ' ' << y;
+        }
+    }
+    EXPECT_GT(seen, 200);
+}
+
 TEST_F(LightBetweenSurfaces, AFrameBeforeTheLightIsThatOfTheEnvironment) {
     Scene scene;
     placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
