@@ -2,6 +2,7 @@
 
 #include "scene/import/assimp/file_system.h"
 #include "scene/import/assimp/parts.h"
+#include "scene/import/assimp/smooth_normals.h"
 #include "scene/import/base/clean_text.h"
 #include "scene/import/base/imported_scene.h"
 #include "scene/mesh_builder.h"
@@ -368,7 +369,12 @@ Scene assimpScene(const std::string& file, const std::string& extension, const S
     const aiScene* scene = importer.ReadFile(file, extension == "ply" ? 0 : kSteps);
     // The steps refuse meshes without faces.
     const bool cloud = scene && scene->mNumMeshes == 1 && isPointCloud(*scene->mMeshes[0]);
-    if (extension == "ply" && !cloud) scene = importer.ApplyPostProcessing(kSteps);
+    if (extension == "ply" && scene && !cloud) {
+        for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
+            addSmoothNormals(*scene->mMeshes[i], kCreaseDegrees);
+        }
+        scene = importer.ApplyPostProcessing(kSteps);
+    }
     if (!scene || !scene->mRootNode) {
         const std::string message = importer.GetErrorString();
         if (message.find("bad_alloc") != std::string::npos) {
