@@ -67,7 +67,8 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
                        .mapFromWorld = input.mapFromWorld,
                        .origin = rays.origin(),
                        .distance = input.edge > 0.0 ? 0.7 * input.edge : diagonal / 400.0,
-                       .limit = quality.places});
+                       .limit = quality.places,
+                       .roofAbove = [&](const Receiver& p) { return rays.roofAbove(p); }});
     const std::size_t least =
         std::max<std::size_t>(places.chosen.size(), 1) * (quality.rays + quality.emitterRays);
     const auto more =

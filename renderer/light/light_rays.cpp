@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -65,6 +66,15 @@ LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
 glm::vec3 LightRays::startOf(const Receiver& point, float side) const {
     const glm::vec3 normal(glm::transpose(input_.mapFromWorld) * glm::dvec3(point.normal));
     return point.start + normal * (side * offset_);
+}
+
+float LightRays::roofAbove(const Receiver& point) const {
+    const glm::vec3 normal(glm::transpose(input_.mapFromWorld) * glm::dvec3(point.normal));
+    // Nearer than other rays, because surfaces that lie on each other are.
+    const glm::vec3 start = point.position + normal * (0.01f * offset_);
+    rays::TriangleHit hit;
+    return tree_.nearestHit(&start.x, &normal.x, hit) ? hit.distance
+                                                      : std::numeric_limits<float>::infinity();
 }
 
 // Visible fraction of a lamp's light. along: to its centre, axes of the map; distance: to it,

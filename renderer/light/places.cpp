@@ -171,13 +171,43 @@ private:
     std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
 };
 
-float outOfPlane(const Receiver& a, const Receiver& b, const glm::dmat3& mapFromWorld) {
-    const glm::vec3 way(mapFromWorld * glm::dvec3(a.position - b.position));
-    return std::max(std::abs(glm::dot(way, a.normal)), std::abs(glm::dot(way, b.normal)));
-}
+// Whether points are on one surface.
+class Neighbours {
+public:
+    Neighbours(const PlacesInput& input, const std::vector<Receiver>& points)
+        : input_(input), points_(points), roofs_(points.size(), kUnknown) {}
+
+    // Neither is further than `most` from the plane of the other, nor above a surface that covers
+    // it. Among places at a great distance from each other only the former counts.
+    bool onOneSurface(std::uint32_t a, std::uint32_t b, float distance, float most) {
+        const glm::vec3 way(input_.mapFromWorld *
+                            glm::dvec3(points_[b].position - points_[a].position));
+        const float aboveA = glm::dot(way, points_[a].normal);
+        const float aboveB = -glm::dot(way, points_[b].normal);
+        if (std::max(std::abs(aboveA), std::abs(aboveB)) >= most * distance) return false;
+        if (distance > kFar * input_.distance) return true;
+        return isUncovered(a, aboveA, distance) && isUncovered(b, aboveB, distance);
+    }
+
+private:
+    static constexpr float kUnknown = -1.0f, kFlat = 1e-4f, kFar = 4.0f;
+
+    // What lies on a point's roof is higher, and rounded.
+    bool isUncovered(std::uint32_t point, float height, float distance) {
+        if (height <= kFlat * distance) return true;
+        float& roof = roofs_[point];
+        if (roof == kUnknown) roof = input_.roofAbove(points_[point]);
+        return height < 0.95f * roof;
+    }
+
+    const PlacesInput& input_;
+    const std::vector<Receiver>& points_;
+    std::vector<float> roofs_;
+};
 
 // Fills in `chosen`. Returns false if there are more than the limit.
-bool choose(const PlacesInput& input, float distance, Places& places, Grid& grid) {
+bool choose(const PlacesInput& input, float distance, Neighbours& neighbours, Places& places,
+            Grid& grid) {
     places.chosen.clear();
     for (std::uint32_t i = 0; i < places.points.size(); ++i) {
         const Receiver& point = places.points[i];
@@ -187,7 +217,7 @@ bool choose(const PlacesInput& input, float distance, Places& places, Grid& grid
             shared = o.twoSided == point.twoSided &&
                      glm::dot(o.normal, point.normal) > kSameNormal &&
                      glm::length(o.position - point.position) < kShared * distance &&
-                     outOfPlane(o, point, input.mapFromWorld) < kSamePlane * distance;
+                     neighbours.onOneSurface(other, i, distance, kSamePlane);
             return !shared;
         });
         if (shared) continue;
@@ -198,17 +228,18 @@ bool choose(const PlacesInput& input, float distance, Places& places, Grid& grid
     return true;
 }
 
-void weigh(const PlacesInput& input, float distance, const Grid& grid, Places& places) {
+void weigh(float distance, const Grid& grid, Neighbours& neighbours, Places& places) {
     places.firstPart.assign(1, 0);
     std::vector<Places::Part> found;
-    for (const Receiver& point : places.points) {
+    for (std::uint32_t i = 0; i < places.points.size(); ++i) {
+        const Receiver& point = places.points[i];
         found.clear();
         grid.around(point.position, [&](std::uint32_t place, std::uint32_t other) {
             const Receiver& o = places.points[other];
             const float along = glm::length(o.position - point.position) / (kReach * distance);
             const float facing = glm::dot(o.normal, point.normal);
             if (along < 1.0f && facing > kMinNormal && o.twoSided == point.twoSided &&
-                outOfPlane(o, point, input.mapFromWorld) < kMaxOutOfPlane * distance) {
+                neighbours.onOneSurface(other, i, distance, kMaxOutOfPlane)) {
                 const float near = 1.0f - along;
                 found.push_back({place, near * near * (facing - kMinNormal) + 1e-6f});
             }
@@ -230,11 +261,12 @@ Places placesOf(const PlacesInput& input) {
     Places places;
     collectPoints(input, places);
     setStarts(input, places);
+    Neighbours neighbours(input, places.points);
     auto distance = static_cast<float>(std::max(input.distance, 1e-9));
     for (;; distance *= 1.3f) {
         Grid grid(places.points, kReach * distance);
-        if (!choose(input, distance, places, grid)) continue;
-        weigh(input, distance, grid, places);
+        if (!choose(input, distance, neighbours, places, grid)) continue;
+        weigh(distance, grid, neighbours, places);
         places.distance = distance;
         return places;
     }

@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -54,6 +55,10 @@ struct PlacesInput {
     glm::dvec3 origin{0.0};  // world
     double distance = 0.0;   // metres; larger if there would be more places than `limit`
     std::uint32_t limit = ~0u;
+    // The distance from a point along its normal to the next surface, metres; infinite if there is
+    // none. A point does not share the places that lie below another surface: the floor under a rug
+    // is dark, the rug is not.
+    std::function<float(const Receiver&)> roofAbove;
 };
 Places placesOf(const PlacesInput& input);
 

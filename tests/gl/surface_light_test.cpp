@@ -325,6 +325,28 @@ TEST_F(LightBetweenSurfaces, EdgesOfThinWallsDoNotShowTheSkyOfTheirOtherSide) {
     }
 }
 
+// What lies on a floor does not take the light of the floor below it, which is dark.
+TEST_F(LightBetweenSurfaces, ASlabOnTheFloorIsAsBrightAsTheRoom) {
+    for (const double thickness : {0.002, 0.01}) {
+        Scene scene;
+        placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
+        const Index stone = addMaterial(scene, matte(0.5f));
+        place(scene, quad(0.95f, stone), moved(0.0, thickness - 0.999, 0.0) * facingUp());
+        place(scene, quad(0.95f, stone), facingDown(-0.999));
+        FrameRequest r = request(std::move(scene), "slab");
+        r = lit(lookingAt(r, {0.0, 0.8, 0.4}, {0.0, -1.0, 0.0}));
+        const Image image = renderer().render(r).image;
+        for (std::uint32_t y = 24; y <= 40; ++y) {
+            for (std::uint32_t x = 24; x <= 40; ++x) {
+                // The other five walls have a little less than 0.5 each, because the slab reflects
+                // only.
+                EXPECT_NEAR(color(image, x, y).x, 0.22f, 0.04f)
+                    << thickness << ' ' << x << ' ' << y;
+            }
+        }
+    }
+}
+
 // Rays begin on the faces, and not within the body below normals that lean out of them.
 TEST_F(LightBetweenSurfaces, ACoarseBodyWithSmoothNormalsIsNotDark) {
     Scene scene;
