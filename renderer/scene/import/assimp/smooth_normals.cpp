@@ -16,7 +16,7 @@ namespace clerestory {
 namespace {
 
 // At the point of a fan of more faces all have the mean, because each would be compared with each.
-constexpr std::size_t kMostFaces = 64;
+constexpr std::size_t kMaxFacesAround = 64;
 constexpr float kSameNormal = 0.99999f;
 
 glm::vec3 vectorOf(const aiVector3D& v) {
@@ -130,7 +130,7 @@ void addSmoothNormals(aiMesh& mesh, float creaseDegrees) {
             unsigned& vertex = mesh.mFaces[f].mIndices[k];
             const auto* begin = around.begin(vertex);
             const auto* end = around.end(vertex);
-            const bool all = static_cast<std::size_t>(end - begin) > kMostFaces;
+            const bool all = static_cast<std::size_t>(end - begin) > kMaxFacesAround;
             glm::vec3 sum(0.0f);
             for (const auto* other = begin; other != end; ++other) {
                 if (all || glm::dot(turned[f], turned[*other]) >= least) sum += areas[*other];
