@@ -178,14 +178,15 @@ public:
         : input_(input), points_(points), roofs_(points.size(), kUnknown) {}
 
     // Neither is further than `most` from the plane of the other, nor above a surface that covers
-    // it. Among places at a great distance from each other only the former counts.
+    // it. Among points of two sides, or at a great distance from each other, only the former
+    // counts.
     bool onOneSurface(std::uint32_t a, std::uint32_t b, float distance, float most) {
         const glm::vec3 way(input_.mapFromWorld *
                             glm::dvec3(points_[b].position - points_[a].position));
         const float aboveA = glm::dot(way, points_[a].normal);
         const float aboveB = -glm::dot(way, points_[b].normal);
         if (std::max(std::abs(aboveA), std::abs(aboveB)) >= most * distance) return false;
-        if (distance > kFar * input_.distance) return true;
+        if (distance > kFar * input_.distance || points_[a].twoSided) return true;
         return isUncovered(a, aboveA, distance) && isUncovered(b, aboveB, distance);
     }
 
