@@ -58,7 +58,8 @@ std::span<const FileFormat> fileFormats() {
             "Meshes, materials, textures, lights, cameras, skins and animations through Assimp; "
             "no morph targets."},
         FileFormat{scene, "Stanford PLY", ".ply",
-                   "One mesh with vertex colours, through Assimp; without faces its vertices are "
+                   "One mesh with vertex colours, through Assimp; without normals, edges of more "
+                   "than 45 degrees are sharp; without faces its vertices are "
                    "points."},
         FileFormat{scene, "STL", ".stl", "One mesh without material, through Assimp."},
         FileFormat{scene, "3D Studio", ".3ds", "Meshes, materials and textures through Assimp."},
