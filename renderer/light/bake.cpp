@@ -61,14 +61,15 @@ struct Bake::State {
 Bake::State::State(BakeInput given, const BakeQuality& q)
     : input(std::move(given)), quality(q), rays(input, q) {
     const auto diagonal = static_cast<double>(lastingBounds(*input.scene, *input.pose).diagonal());
-    places = placesOf({.scene = *input.scene,
-                       .pose = *input.pose,
-                       .materials = input.materials,
-                       .mapFromWorld = input.mapFromWorld,
-                       .origin = rays.origin(),
-                       .distance = input.edge > 0.0 ? 0.7 * input.edge : diagonal / 400.0,
-                       .limit = quality.places,
-                       .roofAbove = [&](const Receiver& p) { return rays.roofAbove(p); }});
+    places =
+        placesOf({.scene = *input.scene,
+                  .pose = *input.pose,
+                  .materials = input.materials,
+                  .mapFromWorld = input.mapFromWorld,
+                  .origin = rays.origin(),
+                  .distance = input.edge > 0.0 ? 0.7 * input.edge : diagonal / 400.0,
+                  .limit = quality.places,
+                  .clearanceAbove = [&](const Receiver& p) { return rays.clearanceAbove(p); }});
     const std::size_t least =
         std::max<std::size_t>(places.chosen.size(), 1) * (quality.rays + quality.emitterRays);
     const auto more =

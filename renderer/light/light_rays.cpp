@@ -68,7 +68,7 @@ glm::vec3 LightRays::startOf(const Receiver& point, float side) const {
     return point.start + normal * (side * offset_);
 }
 
-float LightRays::roofAbove(const Receiver& point) const {
+float LightRays::clearanceAbove(const Receiver& point) const {
     const glm::vec3 normal(glm::transpose(input_.mapFromWorld) * glm::dvec3(point.normal));
     // Nearer than other rays, because surfaces that lie on each other are.
     const glm::vec3 start = point.position + normal * (0.01f * offset_);

@@ -54,7 +54,7 @@ public:
     }
 
     // See PlacesInput.
-    float roofAbove(const Receiver& point) const;
+    float clearanceAbove(const Receiver& point) const;
     // Irradiance over pi of the punctual lights. side: 1 or -1.
     glm::vec3 lampsAt(const Receiver& point, float side) const;
     // Adds a round of rays: distributed as the cosine, and towards emitters. place: its number,

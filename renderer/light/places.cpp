@@ -175,7 +175,7 @@ private:
 class Neighbours {
 public:
     Neighbours(const PlacesInput& input, const std::vector<Receiver>& points)
-        : input_(input), points_(points), roofs_(points.size(), kUnknown) {}
+        : input_(input), points_(points), clearances_(points.size(), kUnknown) {}
 
     // Neither is further than `most` from the plane of the other, nor above a surface that covers
     // it. Among points of two sides, or at a great distance from each other, only the former
@@ -193,17 +193,17 @@ public:
 private:
     static constexpr float kUnknown = -1.0f, kFlat = 1e-4f, kFar = 4.0f;
 
-    // What lies on a point's roof is higher, and rounded.
+    // 0.95: heights are rounded, and what lies on the covering surface is not below it.
     bool isUncovered(std::uint32_t point, float height, float distance) {
         if (height <= kFlat * distance) return true;
-        float& roof = roofs_[point];
-        if (roof == kUnknown) roof = input_.roofAbove(points_[point]);
-        return height < 0.95f * roof;
+        float& clearance = clearances_[point];
+        if (clearance == kUnknown) clearance = input_.clearanceAbove(points_[point]);
+        return height < 0.95f * clearance;
     }
 
     const PlacesInput& input_;
     const std::vector<Receiver>& points_;
-    std::vector<float> roofs_;
+    std::vector<float> clearances_;
 };
 
 // Fills in `chosen`. Returns false if there are more than the limit.

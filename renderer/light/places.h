@@ -56,9 +56,9 @@ struct PlacesInput {
     double distance = 0.0;   // metres; larger if there would be more places than `limit`
     std::uint32_t limit = ~0u;
     // The distance from a point along its normal to the next surface, metres; infinite if there is
-    // none. A point does not share the places that lie below another surface: the floor under a rug
-    // is dark, the rug is not.
-    std::function<float(const Receiver&)> roofAbove;
+    // none. Points do not share one-sided places that another surface covers: the floor under a
+    // slab is dark, its top is not.
+    std::function<float(const Receiver&)> clearanceAbove;
 };
 Places placesOf(const PlacesInput& input);
 

@@ -164,31 +164,31 @@ SurfaceLight lightAtHit(float first, int a, int b, int c, vec3 weights) {
 
 // ---- bumps -------------------------------------------------------------------------------------
 
-// What a normal map turns: the mesh's normal, tangent and bitangent, not unit, and the map's scale.
-struct Bumpy {
+// The tangent frame of a normal map, not unit, and the map's scale.
+struct BumpFrame {
     vec3 n, t, b;
     float scale;
     bool isPacked;
 };
 
 // metres: from the hit, along either texture coordinate.
-vec3 bumpedAtHit(int m, int slot, Bumpy bumpy, HitCoordinates uv, vec2 metres, float footprint) {
+vec3 bumpedAtHit(int m, int slot, BumpFrame frame, HitCoordinates uv, vec2 metres, float footprint) {
     uv.uv0 += metres * uv.perMetre0;
     uv.uv1 += metres * uv.perMetre1;
     vec4 texel = slotAtHit(m, slot, uv, footprint, false);
-    vec3 bump = bumpy.isPacked ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
-    return direction(bumpy.t * (bumpy.scale * bump.x) + bumpy.b * (bumpy.scale * bump.y) +
-                     bumpy.n * bump.z);
+    vec3 bump = frame.isPacked ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
+    return direction(frame.t * (frame.scale * bump.x) + frame.b * (frame.scale * bump.y) +
+                     frame.n * bump.z);
 }
 
 // here: the normal at the hit.
-Turn turnAtHit(int m, int slot, Bumpy bumpy, HitCoordinates uv, vec3 here, float footprint) {
+Turn turnAtHit(int m, int slot, BumpFrame frame, HitCoordinates uv, vec3 here, float footprint) {
     vec2 x = vec2(footprint, 0.0f);
     vec2 y = vec2(0.0f, footprint);
-    return bumpyTurn(vec3(0.0f), vec3(0.0f), here, bumpedAtHit(m, slot, bumpy, uv, -x, footprint),
-                   bumpedAtHit(m, slot, bumpy, uv, x, footprint),
-                   bumpedAtHit(m, slot, bumpy, uv, -y, footprint),
-                   bumpedAtHit(m, slot, bumpy, uv, y, footprint));
+    return bumpyTurn(vec3(0.0f), vec3(0.0f), here, bumpedAtHit(m, slot, frame, uv, -x, footprint),
+                     bumpedAtHit(m, slot, frame, uv, x, footprint),
+                     bumpedAtHit(m, slot, frame, uv, -y, footprint),
+                     bumpedAtHit(m, slot, frame, uv, y, footprint));
 }
 
 // ---- layers ------------------------------------------------------------------------------------
@@ -212,8 +212,8 @@ Layers layersAtHit(int m, HitCoordinates uv, float footprint, vec3 normal, vec3 
         vec3 coatNormal = n;
         bool bumpy = texelFetch(traceMaterials, slotRow(m, SLOT_CLEARCOAT_NORMAL) + 1).w > 0.5f;
         if (hitLayered(LAYER_CLEARCOAT_NORMAL_MAP) && bumpy) {
-            Bumpy bumps = Bumpy(n, t, cross(n, t) * bitangentSign, coat.z, false);
-            coatNormal = bumpedAtHit(m, SLOT_CLEARCOAT_NORMAL, bumps, uv, vec2(0.0f), footprint);
+            BumpFrame frame = BumpFrame(n, t, cross(n, t) * bitangentSign, coat.z, false);
+            coatNormal = bumpedAtHit(m, SLOT_CLEARCOAT_NORMAL, frame, uv, vec2(0.0f), footprint);
         }
         coatNormal = direction(coatNormal);
         l.clearcoatNormal = front ? coatNormal : -coatNormal;
@@ -392,10 +392,10 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     bool hasBumps = texelFetch(traceMaterials, m + 7 + 2 * UNIT_NORMAL).w > 0.5f;
     if (hitHas(FEATURE_NORMAL_MAP) && hasBumps) {
         bool joined = hitHas(FEATURE_PACKED_NORMAL) && (p.flags & TRACE_PACKED_NORMAL) != 0;
-        Bumpy bumpy = Bumpy(meshNormal, t, cross(meshNormal, t) * bitangentSign, surface.z, joined);
-        n = bumpedAtHit(m, UNIT_NORMAL, bumpy, uv, vec2(0.0f), footprint);
+        BumpFrame frame = BumpFrame(meshNormal, t, cross(meshNormal, t) * bitangentSign, surface.z, joined);
+        n = bumpedAtHit(m, UNIT_NORMAL, frame, uv, vec2(0.0f), footprint);
         if (hitHas(FEATURE_LIGHTS) && point.roughness < kGlintRoughness) {
-            p.turn = turnAtHit(m, UNIT_NORMAL, bumpy, uv, n, footprint);
+            p.turn = turnAtHit(m, UNIT_NORMAL, frame, uv, n, footprint);
         }
     }
     point.normal = p.front ? n : -n;
@@ -405,9 +405,9 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
         vec4 coat = texelFetch(traceMaterials, m + TRACE_LAYERS);
         bool coatHasBumps = texelFetch(traceMaterials, slotRow(m, SLOT_CLEARCOAT_NORMAL) + 1).w > 0.5f;
         if (coatHasBumps && point.layers.clearcoatRoughness < kGlintRoughness) {
-            Bumpy bumpy = Bumpy(meshNormal, t, cross(meshNormal, t) * bitangentSign, coat.z, false);
+            BumpFrame frame = BumpFrame(meshNormal, t, cross(meshNormal, t) * bitangentSign, coat.z, false);
             vec3 here = p.front ? point.layers.clearcoatNormal : -point.layers.clearcoatNormal;
-            p.clearcoatTurn = turnAtHit(m, SLOT_CLEARCOAT_NORMAL, bumpy, uv, here, footprint);
+            p.clearcoatTurn = turnAtHit(m, SLOT_CLEARCOAT_NORMAL, frame, uv, here, footprint);
         }
     }
     if (viewHas(VIEW_SURFACE_LIGHT)) p.light = lightOnSide(p.light, p.front, n);

@@ -66,8 +66,8 @@ vec3 bumpedNormal(vec4 texel, bool isPacked, float scale) {
     return turnedToEye(direction(t * bump.x + b * bump.y + n * bump.z));
 }
 
-// x, y: the turn without bumps. here: the normal at uv. roughness: of the highlight; for a wide one
-// the map, which is read four times for others, is not.
+// x, y: the turn without bumps. here: the normal at uv. roughness: of the highlight; only for narrow
+// ones the map is read, four times.
 Turn turnIn(sampler2D map, vec2 uv, vec3 x, vec3 y, vec3 here, bool isPacked, float scale,
             float roughness) {
     vec2 u = dFdx(uv);

@@ -79,6 +79,7 @@ public:
         std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
         eachCorner(mesh, [&](std::uint32_t face, std::uint32_t at) { faces_[next[at]++] = face; });
     }
+    std::uint32_t positionOf(unsigned vertex) const { return positionOf_[vertex]; }
     const std::uint32_t* begin(unsigned vertex) const {
         return faces_.data() + first_[positionOf_[vertex]];
     }
@@ -120,7 +121,8 @@ void addSmoothNormals(aiMesh& mesh, float creaseDegrees) {
         turned[f] = unit(areas[f]);
     }
     const FacesAround around(mesh);
-    std::vector<std::uint32_t> sources;  // the mesh's vertex of each new one
+    std::unordered_map<std::uint32_t, glm::vec3> meanAt;  // at positions with many faces
+    std::vector<std::uint32_t> sources;                   // the mesh's vertex of each new one
     std::vector<glm::vec3> normals;
     constexpr std::uint32_t kNone = ~0u;
     // The new vertices of a vertex as a list.
@@ -131,12 +133,24 @@ void addSmoothNormals(aiMesh& mesh, float creaseDegrees) {
             const auto* begin = around.begin(vertex);
             const auto* end = around.end(vertex);
             const bool all = static_cast<std::size_t>(end - begin) > kMaxFacesAround;
-            glm::vec3 sum(0.0f);
-            for (const auto* other = begin; other != end; ++other) {
-                if (all || glm::dot(turned[f], turned[*other]) >= least) sum += areas[*other];
+            const auto sumWhere = [&](const auto& counts) {
+                glm::vec3 sum(0.0f);
+                for (const auto* other = begin; other != end; ++other) {
+                    if (counts(*other)) sum += areas[*other];
+                }
+                return sum;
+            };
+            glm::vec3 normal;
+            if (all) {
+                const auto [mean, isNew] = meanAt.try_emplace(around.positionOf(vertex));
+                if (isNew) mean->second = unit(sumWhere([](std::uint32_t) { return true; }));
+                normal = mean->second;
+            } else {
+                normal = unit(sumWhere([&](std::uint32_t other) {
+                    return glm::dot(turned[f], turned[other]) >= least;
+                }));
+                if (normal == glm::vec3(0.0f)) normal = turned[f];
             }
-            glm::vec3 normal = unit(sum);
-            if (normal == glm::vec3(0.0f)) normal = turned[f];
             if (normal == glm::vec3(0.0f)) normal = {0.0f, 1.0f, 0.0f};  // no face has an area
             std::uint32_t found = firstOf[vertex];
             while (found != kNone && glm::dot(normals[found], normal) < kSameNormal &&
