@@ -112,6 +112,7 @@ bool sameBytes(const Image& a, const Image& b) {
 void expectNoHistory(const FrameRequest& base) {
     const auto fresh = [](const FrameRequest& r) {
         renderer().forgetMaps();
+        renderer().completeLight(r);  // frames show what is computed so far
         return renderer().render(r).image;
     };
     const Image expected = fresh(base);
