@@ -49,7 +49,8 @@ public:
     };
     State state(std::uint64_t key) const;
     // Waits until the light is complete or has failed, or `abandoned` returns true. `abandoned` is
-    // called about every 20 ms.
+    // called at least about every 20 ms. The calling thread takes part in the computation, with its
+    // own priority: what a caller waits for does not stay behind other processes.
     State wait(std::uint64_t key, const std::function<bool()>& abandoned = {});
     // Drops the lights of a scene.
     void forget(const Scene& scene);

@@ -13,17 +13,18 @@ namespace {
 
 using nlohmann::json;
 
+// Without light between surfaces, which is computed meanwhile.
+const json kCommon = {
+    {"scene", "six-walls"}, {"width", 96}, {"height", 64}, {"effects", {{"indirectLight", false}}}};
+
 json turntable(const json& more = json::object()) {
-    json body = {{"common", {{"scene", "six-walls"}, {"width", 96}, {"height", 64}}},
-                 {"turntable", {{"seconds", 1}, {"frameRate", 6}}}};
+    json body = {{"common", kCommon}, {"turntable", {{"seconds", 1}, {"frameRate", 6}}}};
     body.merge_patch(more);
     return body;
 }
 
 json listed(int frames, const json& more = json::object()) {
-    json body = {{"common", {{"scene", "six-walls"}, {"width", 96}, {"height", 64}}},
-                 {"frameRate", 5},
-                 {"frames", json::array()}};
+    json body = {{"common", kCommon}, {"frameRate", 5}, {"frames", json::array()}};
     for (int i = 0; i < frames; ++i) {
         body["frames"].push_back(
             {{"camera", {{"position", {0.1 * i, 1.0, 2.0}}, {"target", {0, 1, 0}}}}});

@@ -77,7 +77,8 @@ TEST(Lenses, WithoutDistortionTheBytesAreTheSame) {
 TEST(Lenses, LinksNameThemByDots) {
     auto client = sharedServer().client();
     const std::string pose =
-        "/v1/frames?scene=six-walls&width=64&height=48&eye=0.4,0.3,1.2&target=0,0,0";
+        "/v1/frames?scene=six-walls&width=64&height=48&eye=0.4,0.3,1.2&target=0,0,0"
+        "&indirectLight=0";
     const auto get = [&](const std::string& query) { return client.Get(pose + query); };
     const auto full = get("&camera.lens.type=fisheye&camera.lens.fov=2.5&camera.lens.k1=0.01");
     ASSERT_EQ(full->status, 200) << full->body;

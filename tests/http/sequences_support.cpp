@@ -36,7 +36,11 @@ json orbit(int frames, const json& more) {
     for (int i = 0; i < frames; ++i) {
         list.push_back({{"camera", {{"position", {0.4 * i, 1.0, 2.0}}, {"target", {0, 1, 0}}}}});
     }
-    json body = {{"common", {{"scene", "six-walls"}, {"width", 64}, {"height", 48}}},
+    json body = {{"common",
+                  {{"scene", "six-walls"},
+                   {"width", 64},
+                   {"height", 48},
+                   {"effects", {{"indirectLight", false}}}}},
                  {"frames", list}};
     body.merge_patch(more);
     return body;

@@ -46,6 +46,7 @@ TEST(Sequences, FramesHaveCompleteLight) {
     auto client = server.client();
     json body = orbit(1);
     body["common"]["scene"] = "orbiting-cubes";
+    body["common"].erase("effects");
     body["common"]["output"] = {{"format", "png"}};
     auto result = postJson(client, "/v1/sequences", body.dump());
     while (result->status == 409) {  // it loads
@@ -116,7 +117,11 @@ TEST(Sequences, MatricesAreReported) {
 TEST(Sequences, APathGivesItsFramesAndFirstResumesIt) {
     auto client = sharedServer().client();
     json body = {
-        {"common", {{"scene", "six-walls"}, {"width", 32}, {"height", 24}}},
+        {"common",
+         {{"scene", "six-walls"},
+          {"width", 32},
+          {"height", 24},
+          {"effects", {{"indirectLight", false}}}}},
         {"path",
          {{"frameRate", 4},
           {"keys",
@@ -161,6 +166,7 @@ TEST(Sequences, ATurntableGoesRoundWhatIsFitted) {
     const json common = {{"scene", "teapots"},
                          {"width", 48},
                          {"height", 32},
+                         {"effects", {{"indirectLight", false}}},
                          {"camera", {{"fit", {{"elevation", 0.2}, {"azimuth", 0.5}}}}}};
     const json body = {{"common", common},
                        {"turntable", {{"seconds", 1}, {"turns", -2}, {"frameRate", 8}}}};
